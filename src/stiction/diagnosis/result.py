@@ -1,0 +1,230 @@
+"""What a diagnosis says: the oscillation, the evidence, the identified valve and process, the verdict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.records import LoopRecord, Quality
+
+__all__ = ["Diagnosis", "ErrorSurface", "Evidence", "Identification", "Oscillation", "ProcessFit"]
+
+Verdict = Literal["stiction", "no_stiction", "undecided"]
+
+
+@dataclass(frozen=True, slots=True)
+class Oscillation:
+    """Whether the loop oscillates, how fast and how regularly."""
+
+    oscillating: bool
+    """True when the autocorrelation is regular or enough load events were counted."""
+    period: float
+    """Period [s]; NaN when there is none."""
+    regularity: float
+    """Thornhill's regularity r of the autocorrelation's zero crossings [-]; above 1 is regular."""
+    amplitude_pv: float
+    """Half peak to peak of the PV over a period, median [engineering units]."""
+    amplitude_op: float
+    """Half peak to peak of the OP over a period, median [% of span]."""
+    cycles: float
+    """Number of periods in the record [-]."""
+    load_events: int
+    """Load events counted by Haegglund's IAE rule [-]."""
+    load_events_needed: int
+    """Load events that make an oscillation by the same rule [-]."""
+    acf: NDArray[np.float64] = field(repr=False, compare=False, default_factory=lambda: np.empty(0))
+    """Autocorrelation of the control error, lags 0, dt, 2 dt ... [-]."""
+    reason: str = ""
+    """The finding in a sentence."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {
+            "oscillating": self.oscillating,
+            "period_s": _number(self.period),
+            "regularity": _number(self.regularity),
+            "amplitude_pv": _number(self.amplitude_pv),
+            "amplitude_op": _number(self.amplitude_op),
+            "cycles": _number(self.cycles),
+            "load_events": self.load_events,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What one method says about one loop: a row of the evidence table."""
+
+    method: str
+    """Name of the method, by its author or the field's term."""
+    index: float
+    """The method's index [-]; NaN when it could not be computed."""
+    threshold: float
+    """The index above which the method votes for stiction [-]."""
+    vote: Verdict
+    """What the method says."""
+    valid: bool
+    """Whether its condition of validity is met."""
+    why: str
+    """The signal used, the condition, and what the index means here."""
+    source: str = ""
+    """Key of the source in references.bib."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {
+            "method": self.method,
+            "index": _number(self.index),
+            "threshold": _number(self.threshold),
+            "vote": self.vote,
+            "valid": self.valid,
+            "why": self.why,
+            "source": self.source,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessFit:
+    """The linear process found together with the valve."""
+
+    gain: float
+    """Steady gain [PV units per % of span]; for an integrating process [PV units per % per second]."""
+    time_constant: float
+    """Time constant [s]."""
+    dead_time: float
+    """Dead time [s]."""
+    integrating: bool
+    """True when the process integrates."""
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorSurface:
+    """Simulation error of the best process for each (S, J): the floor on which the search ran."""
+
+    S: NDArray[np.float64]
+    """Values of S tried [% of span], shape (n_S,)."""
+    J: NDArray[np.float64]
+    """Ratios J / S tried [-], shape (n_J,)."""
+    error: NDArray[np.float64]
+    """Sum of squared simulation error over that of the PV about its drift [-], shape (n_S, n_J)."""
+    limit: float
+    """Error below which (S, J) lies in the 95 % region [-]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Identification:
+    """Stiction and process found together from OP and PV."""
+
+    model: str
+    """Valve model fitted."""
+    S: float
+    """Deadband plus stickband [% of span]."""
+    J: float
+    """Slip jump [% of span]."""
+    S_low: float
+    """Lower end of the 95 % interval of S [% of span]."""
+    S_high: float
+    """Upper end of the 95 % interval of S [% of span]."""
+    J_low: float
+    """Lower end of the 95 % interval of J [% of span]."""
+    J_high: float
+    """Upper end of the 95 % interval of J [% of span]."""
+    process: ProcessFit
+    """The process found with the sticky valve."""
+    fit: float
+    """Share of the PV's variation that the sticky valve and process explain in simulation [%]."""
+    fit_linear: float
+    """The same for the best linear process with a good valve [%]."""
+    surface: ErrorSurface = field(repr=False, compare=False)
+    """The whole error surface."""
+    mv: NDArray[np.float64] = field(repr=False, compare=False)
+    """Estimated valve position [% of span], shape (n_samples,)."""
+    pv: NDArray[np.float64] = field(repr=False, compare=False)
+    """PV simulated from the OP with the fitted valve and process [engineering units], shape (n_samples,)."""
+    reason: str = ""
+    """What limits the estimate, in a sentence; empty when nothing does."""
+
+    def summary(self) -> str:
+        """The finding in a line."""
+        return (
+            f"S = {self.S:.2f} % (95 % {self.S_low:.2f} to {self.S_high:.2f}), "
+            f"J = {self.J:.2f} % (95 % {self.J_low:.2f} to {self.J_high:.2f}); "
+            f"simulation explains {self.fit:.0f} % of the PV, a good valve {self.fit_linear:.0f} %."
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {
+            "S": _number(self.S),
+            "J": _number(self.J),
+            "S_low": _number(self.S_low),
+            "S_high": _number(self.S_high),
+            "J_low": _number(self.J_low),
+            "J_high": _number(self.J_high),
+            "model": self.model,
+            "fit": _number(self.fit),
+            "fit_linear": _number(self.fit_linear),
+            "process": {
+                "gain": _number(self.process.gain),
+                "time_constant": _number(self.process.time_constant),
+                "dead_time": _number(self.process.dead_time),
+                "integrating": self.process.integrating,
+            },
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """The answer to the main question about one loop."""
+
+    record: LoopRecord = field(repr=False)
+    """The record as analysed."""
+    verdict: Verdict
+    """`stiction`, `no_stiction` or `undecided`."""
+    probability: float
+    """Probability that the valve sticks [-]."""
+    cause: str
+    """Named cause: stiction, deadband, tight tuning, external disturbance, sensor, saturation, none, unknown."""
+    reason: str
+    """Why, in a sentence or two."""
+    action: str
+    """What to do, in a sentence or two."""
+    oscillation: Oscillation
+    """Whether and how the loop oscillates."""
+    evidence: tuple[Evidence, ...]
+    """What each method says."""
+    quality: Quality
+    """What the data are worth."""
+    identification: Identification | None = None
+    """Stiction and process found; None when the record did not allow a search."""
+    settings: dict[str, Any] = field(default_factory=dict)
+    """Settings the diagnosis ran with."""
+
+    def summary(self) -> str:
+        """The verdict in a sentence or two."""
+        return f"{self.record.tag}: {self.verdict} (probability {self.probability:.2f}). {self.reason} {self.action}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form, as `stiction diagnose --json` prints it."""
+        found = self.identification
+        return {
+            "file": self.record.provenance.source,
+            "tag": self.record.tag,
+            "verdict": self.verdict,
+            "probability": round(self.probability, 4),
+            "cause": self.cause,
+            "reason": self.reason,
+            "action": self.action,
+            "stiction": found.to_dict() if found is not None else None,
+            "oscillation": self.oscillation.to_dict(),
+            "evidence": [row.to_dict() for row in self.evidence],
+            "quality": self.quality.to_dict(),
+        }
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,83 @@
+"""What can go wrong, in one tree.
+
+::
+
+    StictionError
+    |-- ParameterError      (ValueError)    a parameter outside its limits
+    |-- RecordError         (ValueError)    a file or record that cannot be used
+    |-- ConvergenceError    (RuntimeError)  a search that did not settle
+    `-- MissingExtraError   (ImportError)   an optional dependency that is not installed
+
+Errors are raised at the boundary (constructor, reader, command line), never in a kernel,
+and name the quantity, the value, the limit and the remedy.
+"""
+
+from __future__ import annotations
+
+import math
+
+__all__ = [
+    "ConvergenceError",
+    "MissingExtraError",
+    "ParameterError",
+    "RecordError",
+    "StictionError",
+    "require_finite",
+    "require_not_negative",
+    "require_positive",
+]
+
+
+class StictionError(Exception):
+    """Any error this package raises on purpose."""
+
+
+class ParameterError(StictionError, ValueError):
+    """A parameter lies outside its limits."""
+
+
+class RecordError(StictionError, ValueError):
+    """A file or a record cannot be used as asked."""
+
+
+class ConvergenceError(StictionError, RuntimeError):
+    """An iterative search did not settle."""
+
+
+class MissingExtraError(StictionError, ImportError):
+    """An optional dependency is not installed."""
+
+
+def require_finite(name: str, value: float, unit: str = "") -> float:
+    """Return `value` as a float, or say that it is not a finite number."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise ParameterError(f"{name} must be a number{_in(unit)}, got {value!r}.") from None
+    if not math.isfinite(number):
+        raise ParameterError(f"{name} must be a finite number{_in(unit)}, got {number}.")
+    return number
+
+
+def require_not_negative(name: str, value: float, unit: str = "") -> float:
+    """Return `value` as a float >= 0, or say what is wrong with it."""
+    number = require_finite(name, value, unit)
+    if number < 0.0:
+        raise ParameterError(f"{name} = {number:g}{_unit(unit)} is negative; give a value of 0 or more.")
+    return number
+
+
+def require_positive(name: str, value: float, unit: str = "") -> float:
+    """Return `value` as a float > 0, or say what is wrong with it."""
+    number = require_finite(name, value, unit)
+    if number <= 0.0:
+        raise ParameterError(f"{name} = {number:g}{_unit(unit)} is not positive; give a value above 0.")
+    return number
+
+
+def _unit(unit: str) -> str:
+    return f" {unit}" if unit else ""
+
+
+def _in(unit: str) -> str:
+    return f" in {unit}" if unit else ""
