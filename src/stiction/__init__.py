@@ -1,0 +1,59 @@
+"""From friction physics to a verdict on a recorded control loop.
+
+Names are imported when first used, so that ``import stiction`` costs next to nothing.
+
+Examples
+--------
+>>> import stiction as st
+>>> valve = st.Kano(S=3.0, J=1.0)
+>>> st.stroke(valve, [0.0, 2.5, 3.0], dt=1.0).mv.tolist()
+[0.0, 1.5, 2.0]
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+__version__ = "0.1.0"
+
+_ROOMS: dict[str, tuple[str, ...]] = {
+    "stiction.models": (
+        "PID",
+        "FOPDT",
+        "SOPDT",
+        "Choudhury",
+        "He",
+        "Ideal",
+        "Integrating",
+        "Kano",
+        "Loop",
+        "Srinivasan",
+        "StateSpace",
+        "Stenman",
+        "Table",
+        "TransferFunction",
+    ),
+    "stiction.records": ("LoopRecord", "read"),
+    "stiction.simulation": ("simulate", "stroke"),
+    "stiction.diagnosis": ("Diagnosis", "diagnose", "identify"),
+    "stiction.errors": ("ConvergenceError", "MissingExtraError", "ParameterError", "RecordError", "StictionError"),
+}
+_HOME = {name: room for room, names in _ROOMS.items() for name in names}
+
+__all__ = sorted([*_HOME, "__version__"])  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its room on first use."""
+    room = _HOME.get(name)
+    if room is None:
+        raise AttributeError(f"module 'stiction' has no attribute {name!r}")
+    value = getattr(importlib.import_module(room), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """Public names."""
+    return __all__

@@ -1,0 +1,1 @@
+"""Whose fault is it, and how much? From a record to a verdict."""

@@ -1,0 +1,26 @@
+"""What stands in a loop: one page per model."""
+
+from stiction.models.component import Valve
+from stiction.models.controllers import PID
+from stiction.models.loop import Loop
+from stiction.models.processes import FOPDT, SOPDT, Integrating, StateSpace, TransferFunction
+from stiction.models.table import Table
+from stiction.models.valves import Choudhury, He, Ideal, Kano, Srinivasan, Stenman
+
+__all__ = [
+    "FOPDT",
+    "PID",
+    "SOPDT",
+    "Choudhury",
+    "He",
+    "Ideal",
+    "Integrating",
+    "Kano",
+    "Loop",
+    "Srinivasan",
+    "StateSpace",
+    "Stenman",
+    "Table",
+    "TransferFunction",
+    "Valve",
+]

@@ -1,0 +1,72 @@
+"""The one place that touches numba: `kernel` compiles a step or a driver, with a disk cache that cannot go stale.
+
+Numba notices an edit of the file that holds a cached function, but not an edit of the functions it calls
+in other files. The cache folder therefore carries a digest of every page that holds kernels: an edit moves
+all kernels to a new folder. Where nothing can be written the kernels are compiled anew in each process.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+from numba.core import config as numba_config
+
+__all__ = ["cache_folder", "kernel"]
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+_MARK = b"models.compiled import"
+
+
+@cache
+def pages_digest() -> str:
+    """Digest of all pages that hold kernels, of numba's version and of nothing else."""
+    digest = hashlib.sha256(numba.__version__.encode())
+    for page in sorted(_PACKAGE.rglob("*.py")):
+        text = page.read_bytes()
+        if _MARK in text or page.name in ("compiled.py", "component.py"):
+            digest.update(page.relative_to(_PACKAGE).as_posix().encode())
+            digest.update(text)
+    return digest.hexdigest()[:16]
+
+
+@cache
+def cache_folder() -> Path | None:
+    """Folder of the compiled kernels, or None where nothing can be written.
+
+    ``NUMBA_CACHE_DIR`` is honoured, then ``XDG_CACHE_HOME``, then the user's own cache folder.
+    """
+    named = os.environ.get("NUMBA_CACHE_DIR")
+    try:
+        root = Path(named) if named else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "stiction"
+        folder = root / f"kernels-{pages_digest()}"
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / f".probe-{os.getpid()}"
+        probe.touch()
+        probe.unlink()
+    except (OSError, RuntimeError):
+        return None
+    return folder
+
+
+def kernel(function: Function) -> Function:
+    """Compile `function` on first call: no GIL, no fastmath, cached on disk where that is possible.
+
+    Set ``NUMBA_DISABLE_JIT=1`` to run the same source as plain Python.
+    """
+    folder = cache_folder()
+    if folder is None:
+        return cast("Function", numba.njit(nogil=True)(function))
+    before = numba_config.CACHE_DIR
+    numba_config.CACHE_DIR = str(folder)
+    try:
+        return cast("Function", numba.njit(nogil=True, cache=True)(function))
+    finally:
+        numba_config.CACHE_DIR = before

@@ -1,0 +1,5 @@
+"""What moves the valve: controllers."""
+
+from stiction.models.controllers.pid import PID
+
+__all__ = ["PID"]

@@ -1,0 +1,73 @@
+"""A control loop: controller, valve and process, sampled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from stiction.errors import ParameterError, require_not_negative, require_positive
+from stiction.models.processes import as_process
+
+if TYPE_CHECKING:
+    from stiction.models.component import Valve
+    from stiction.models.controllers import PID
+    from stiction.models.processes import StateSpace, TransferFunction
+
+__all__ = ["Loop"]
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A sampled loop of controller, valve and process.
+
+    Parameters
+    ----------
+    controller : PID
+        The controller.
+    valve : Valve
+        Any valve model.
+    process : TransferFunction, StateSpace or a system of `control` or `scipy.signal`
+        The process from valve position to PV.
+    dt : float
+        Sampling period [s]. The controller reads the PV, then sets the OP, then the stem moves and stays
+        there until the next sample.
+    noise : float
+        Standard deviation of the white measurement noise on the PV [PV units].
+    compensator : object, optional
+        What stands between controller and valve.
+
+    Raises
+    ------
+    ParameterError
+        When `dt` is not positive, `noise` negative, or the process passes its input on at once (an algebraic
+        loop).
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    >>> loop.process.order
+    1
+    """
+
+    controller: PID
+    valve: Valve
+    process: TransferFunction | StateSpace
+    dt: float
+    noise: float = 0.0
+    compensator: Any = None
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "dt", require_positive("dt", self.dt, "s"))
+        put(self, "noise", require_not_negative("noise", self.noise, "PV units"))
+        put(self, "process", as_process(self.process))
+        for name in ("controller", "valve"):
+            if not hasattr(getattr(self, name), "pack"):
+                raise ParameterError(f"{name} is a {type(getattr(self, name)).__name__}; give a {name} model.")
+        discrete = self.process.discretise(self.dt)
+        if discrete.d != 0.0 and discrete.direct_delay == 0:
+            raise ParameterError(
+                f"process has a direct path ({discrete.d:g}) and no dead time: the PV would depend on the OP it "
+                "causes. Add a lag or a dead time."
+            )

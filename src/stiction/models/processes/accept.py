@@ -1,0 +1,78 @@
+"""Processes that control people already hold: `control` and `scipy.signal` systems, by their attributes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from stiction.errors import ParameterError
+from stiction.models.processes.transfer_function import StateSpace, TransferFunction
+
+__all__ = ["as_process"]
+
+
+def as_process(process: Any, dead_time: float = 0.0) -> StateSpace | TransferFunction:
+    """Take this package's processes, or a continuous single-input single-output system of another.
+
+    Parameters
+    ----------
+    process : object
+        `TransferFunction`, `StateSpace`, `control.TransferFunction`, `control.StateSpace`, `scipy.signal.lti`
+        or a tuple (num, den) or (num, den, dead_time).
+    dead_time : float
+        Dead time to add [s]; the other packages have no attribute for it.
+
+    Returns
+    -------
+    StateSpace or TransferFunction
+        The process.
+
+    Raises
+    ------
+    ParameterError
+        When the system is sampled, has several inputs or outputs, or is none of these.
+
+    Examples
+    --------
+    >>> from scipy.signal import lti
+    >>> from stiction.models.processes import as_process
+    >>> as_process(lti([3.0], [10.0, 1.0]), dead_time=10.0).dead_time
+    10.0
+    """
+    if isinstance(process, TransferFunction | StateSpace):
+        if not dead_time:
+            return process
+        from dataclasses import replace
+
+        return replace(process, dead_time=process.dead_time + dead_time)
+    if isinstance(process, tuple) and len(process) in (2, 3):
+        extra = float(process[2]) if len(process) == 3 else 0.0
+        return TransferFunction(process[0], process[1], dead_time + extra)
+    if getattr(process, "dt", None) not in (None, 0, 0.0):
+        raise ParameterError(f"process is sampled (dt = {process.dt}); give its continuous form.")
+    if all(hasattr(process, name) for name in "ABCD"):
+        D = np.asarray(process.D, dtype=np.float64)
+        if D.size != 1:
+            raise ParameterError(f"process has {D.shape} outputs and inputs; give one of each.")
+        return StateSpace(process.A, process.B, process.C, float(D.ravel()[0]), dead_time)
+    if hasattr(process, "num") and hasattr(process, "den"):
+        num, den = _single(process.num), _single(process.den)
+        return TransferFunction(num, den, dead_time)
+    raise ParameterError(
+        f"process is a {type(process).__name__}; give a TransferFunction, a StateSpace, (num, den), "
+        "or a system of `control` or `scipy.signal`."
+    )
+
+
+def _single(polynomial: Any) -> np.ndarray:
+    """Coefficients of a single-input single-output polynomial, however it is nested."""
+    while isinstance(polynomial, list | tuple) and len(polynomial) == 1 and np.ndim(polynomial[0]):
+        polynomial = polynomial[0]
+    array = np.asarray(polynomial, dtype=object)
+    if array.ndim == 2 and array.shape[0] == 1 and array.shape[1] == 1 and np.ndim(array[0, 0]):
+        array = np.asarray(array[0, 0])
+    array = np.asarray(array.tolist(), dtype=np.float64)
+    if array.ndim > 1 and array.size != array.shape[-1]:
+        raise ParameterError(f"process has coefficients of shape {array.shape}; give one input and one output.")
+    return array.ravel()

@@ -1,0 +1,126 @@
+"""The loop in time: controller, valve and process together."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.errors import ParameterError, require_finite, require_positive
+from stiction.records.record import LoopRecord, Provenance
+from stiction.simulation.drivers import closed_loop
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from stiction.models import Loop
+
+__all__ = ["simulate"]
+
+
+def simulate(
+    loop: Loop,
+    sp: ArrayLike,
+    duration: float,
+    disturbance: ArrayLike | None = None,
+    seed: int | None = None,
+    *,
+    pv_disturbance: ArrayLike | None = None,
+    manual: ArrayLike | None = None,
+    pv_start: float = 0.0,
+    op_start: float = 0.0,
+    mv_start: float | None = None,
+    tag: str = "simulated",
+    loop_type: str = "other",
+) -> LoopRecord:
+    """Simulate a control loop.
+
+    Parameters
+    ----------
+    loop : Loop
+        The loop.
+    sp : float or array_like, shape (n_samples,)
+        Set point [PV units].
+    duration : float
+        Length of the simulation [s]; n_samples = round(duration / dt).
+    disturbance : float or array_like, shape (n_samples,), optional
+        Load, added to the valve position at the process inlet [% of span].
+    seed : int, optional
+        Seed of the measurement noise; without one each run draws its own.
+    pv_disturbance : float or array_like, shape (n_samples,), optional
+        Added to the process output [PV units].
+    manual : float or array_like, shape (n_samples,), optional
+        OP where the loop is in manual [% of span]; NaN where it is in automatic. Changes are bumpless.
+    pv_start, op_start : float
+        Operating point at which the loop rests before the first sample [PV units, % of span]: the PV is
+        `pv_start` when the stem is where `op_start` puts it.
+    mv_start : float, optional
+        Where the stem rests before the first sample [% of span]; by default at `op_start`.
+    tag, loop_type : str
+        Name and type of the record.
+
+    Returns
+    -------
+    LoopRecord
+        `op`, `pv`, `sp` and the valve position `mv`.
+
+    Raises
+    ------
+    ParameterError
+        When a series has another length than the simulation or is not a series of numbers.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    >>> record = st.simulate(loop, sp=10.0, duration=2000.0)
+    >>> round(float(record.op[-400:].max() - record.op[-400:].min()), 1)
+    3.5
+    """
+    duration = require_positive("duration", duration, "s")
+    n = round(duration / loop.dt)
+    if n < 1:
+        raise ParameterError(f"duration = {duration:g} s is shorter than one sample of {loop.dt:g} s; make it longer.")
+    set_point = _series("sp", sp, n)
+    load = _series("disturbance", 0.0 if disturbance is None else disturbance, n)
+    pv_load = _series("pv_disturbance", 0.0 if pv_disturbance is None else pv_disturbance, n)
+    if loop.noise > 0.0:
+        pv_load = pv_load + np.random.default_rng(seed).normal(0.0, loop.noise, n)
+    hand = _series("manual", np.nan if manual is None else manual, n, gaps=True)
+    start = np.array(
+        [
+            require_finite("pv_start", pv_start, "PV units"),
+            require_finite("op_start", op_start, "% of span"),
+            require_finite("mv_start", op_start if mv_start is None else mv_start, "% of span"),
+        ]
+    )
+    discrete = loop.process.discretise(loop.dt)
+    pv, op, mv = np.empty(n), np.empty(n), np.empty(n)
+    closed_loop(
+        loop.controller.pack(loop.dt), loop.valve.code, loop.valve.pack(loop.dt), *discrete,
+        set_point, load, pv_load, hand, start, pv, op, mv,
+    )  # fmt: skip
+    return LoopRecord(
+        tag,
+        loop.dt,
+        op=op,
+        pv=pv,
+        sp=np.broadcast_to(set_point, n).copy(),
+        mv=mv,
+        auto=None if manual is None else np.broadcast_to(np.isnan(hand), n).copy(),
+        loop_type=loop_type,
+        provenance=Provenance(source="simulation", rows=n),
+    )
+
+
+def _series(name: str, value: ArrayLike, n: int, *, gaps: bool = False) -> NDArray[np.float64]:
+    """One value for all samples, shape (1,), or one per sample, shape (n,)."""
+    try:
+        series = np.atleast_1d(np.ascontiguousarray(value, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise ParameterError(f"{name} must be a number or a series of numbers, got {value!r}.") from None
+    if series.ndim != 1 or series.size not in (1, n):
+        raise ParameterError(f"{name} has shape {series.shape}; give one number or {n} (one per sample).")
+    if not gaps and not np.all(np.isfinite(series)):
+        raise ParameterError(f"{name} has entries that are not finite; give finite numbers.")
+    return series

@@ -1,0 +1,90 @@
+"""The engine: one valve over samples, one loop over samples. Everything else is packing and unpacking."""
+
+from __future__ import annotations
+
+from stiction.models.compiled import kernel
+from stiction.models.controllers.pid import pid_at_rest, pid_step
+from stiction.models.switch import valve_at_rest, valve_step
+
+__all__ = ["closed_loop", "stroke_many", "stroke_one"]
+
+
+@kernel
+def stroke_one(model, p, op, position, mv):
+    """Drive one valve over `op` (n_samples,) from rest at `position`; the stem goes to `mv` (n_samples,)."""
+    if op.shape[0] == 0:
+        return
+    s = valve_at_rest(model, op[0], position, p)
+    for k in range(op.shape[0]):
+        s = valve_step(model, op[k], s, p)
+        mv[k] = min(max(s.position, p[0]), p[1])
+
+
+@kernel
+def stroke_many(model, p, op, position, mv):
+    """Drive many valves, rows of `p` (n_valves, n_parameters), over `op`; `mv` is (n_valves, n_samples)."""
+    for i in range(p.shape[0]):
+        stroke_one(model[i], p[i], op, position[i], mv[i])
+
+
+@kernel
+def closed_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv_load, manual, start, pv, op, mv):
+    """Run one loop over `pv` (n_samples,).
+
+    `sp`, `load`, `pv_load` and `manual` hold one value per sample, or one value for all of them. `load` is added
+    to the stem position at the process inlet [% of span], `pv_load` to the process output (measurement noise
+    included). `start` is (pv, op, position) at rest before the first sample.
+    """
+    n = pv.shape[0]
+    order = c.shape[0]
+    pv0, op0, mv0 = start[0], start[1], start[2]
+    sp_step = 1 if sp.shape[0] > 1 else 0
+    load_step = 1 if load.shape[0] > 1 else 0
+    pv_step = 1 if pv_load.shape[0] > 1 else 0
+    manual_step = 1 if manual.shape[0] > 1 else 0
+    controller = pid_at_rest(op0, pv0, pid)
+    valve = valve_at_rest(model, op0, mv0, p)
+    if order == 1:
+        x = 0.0
+        a, bn, bo, gain = A[0, 0], b_new[0], b_old[0], c[0]
+        older = 0.0
+        for k in range(n):
+            y = pv0 + gain * x + pv_load[k * pv_step]
+            if d != 0.0 and k >= direct:
+                y += d * (mv[k - direct] - mv0 + load[(k - direct) * load_step])
+            pv[k] = y
+            controller = pid_step(sp[k * sp_step], y, controller, manual[k * manual_step], pid)
+            op[k] = controller.op
+            valve = valve_step(model, controller.op, valve, p)
+            mv[k] = min(max(valve.position, p[0]), p[1])
+            newer = 0.0
+            if k >= delay:
+                newer = mv[k - delay] - mv0 + load[(k - delay) * load_step]
+            x = a * x + bn * newer + bo * older
+            older = newer
+        return
+    state = A[:, 0] * 0.0 if order else c
+    work = state.copy()
+    older = 0.0
+    for k in range(n):
+        y = pv0 + pv_load[k * pv_step]
+        for i in range(order):
+            y += c[i] * state[i]
+        if d != 0.0 and k >= direct:
+            y += d * (mv[k - direct] - mv0 + load[(k - direct) * load_step])
+        pv[k] = y
+        controller = pid_step(sp[k * sp_step], y, controller, manual[k * manual_step], pid)
+        op[k] = controller.op
+        valve = valve_step(model, controller.op, valve, p)
+        mv[k] = min(max(valve.position, p[0]), p[1])
+        newer = 0.0
+        if k >= delay:
+            newer = mv[k - delay] - mv0 + load[(k - delay) * load_step]
+        for i in range(order):
+            total = b_new[i] * newer + b_old[i] * older
+            for j in range(order):
+                total += A[i, j] * state[j]
+            work[i] = total
+        for i in range(order):
+            state[i] = work[i]
+        older = newer

@@ -1,0 +1,67 @@
+"""The valve on its own: drive it over any input."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.errors import ParameterError, require_finite, require_positive
+from stiction.records.record import LoopRecord, Provenance
+from stiction.simulation.drivers import stroke_one
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from stiction.models import Valve
+
+__all__ = ["stroke"]
+
+
+def stroke(
+    valve: Valve, op: ArrayLike, dt: float, position: float | None = None, out: NDArray[np.float64] | None = None
+) -> LoopRecord:
+    """Drive a valve over a series of inputs.
+
+    Parameters
+    ----------
+    valve : Valve
+        Any valve model.
+    op : array_like, shape (n_samples,)
+        Controller output [% of span].
+    dt : float
+        Sampling period [s].
+    position : float, optional
+        Where the stem rests before the first sample [% of span]; by default at the first input.
+    out : ndarray, shape (n_samples,), optional
+        Where to put the valve position.
+
+    Returns
+    -------
+    LoopRecord
+        `op` and the valve position `mv` [% of span].
+
+    Raises
+    ------
+    ParameterError
+        When `dt` is not positive, or `out` has another shape or type than `op`.
+    RecordError
+        When `op` is not a series of numbers.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> st.stroke(st.Kano(S=2.0, J=1.0), [0.0, 1.0, 2.0, 3.0], dt=1.0).mv.tolist()
+    [0.0, 0.0, 1.5, 2.5]
+    """
+    dt = require_positive("dt", dt, "s")
+    if not hasattr(valve, "pack"):
+        raise ParameterError(f"valve is a {type(valve).__name__}; give a valve model such as Kano(S, J).")
+    record = LoopRecord("stroke", dt, op=op, provenance=Provenance(source=repr(valve)))  # type: ignore[arg-type]
+    mv = np.empty_like(record.op) if out is None else out
+    if mv.shape != record.op.shape or mv.dtype != np.float64:
+        raise ParameterError(f"out has shape {mv.shape} and type {mv.dtype}; give float64 of shape {record.op.shape}.")
+    if len(record):
+        rest = record.op[0] if position is None else require_finite("position", position, "% of span")
+        stroke_one(valve.code, valve.pack(dt), record.op, float(rest), mv)
+    return LoopRecord("stroke", dt, op=record.op, mv=mv, provenance=record.provenance)
