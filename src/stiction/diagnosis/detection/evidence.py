@@ -1,0 +1,120 @@
+"""What all methods share: the signal cut into half periods, the conditions they name, the row they write."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.diagnosis.oscillation import about_drift, control_error, filled, half_cycles, smooth
+from stiction.diagnosis.result import Evidence
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.typing import NDArray
+
+    from stiction.diagnosis.result import Oscillation
+    from stiction.records.record import LoopRecord
+
+__all__ = ["coarse", "half_periods", "judge", "objections", "swing"]
+
+FEWEST_CYCLES = 4.0
+FEWEST_SAMPLES = 8.0
+
+
+def swing(record: LoopRecord, oscillation: Oscillation, name: str) -> NDArray[np.float64] | None:
+    """The signal "op", "mv" or "error" about its drift, shape (n_samples,); None when it is missing or flat."""
+    x = control_error(record) if name == "error" else filled(getattr(record, name))
+    if x is None:
+        return None
+    if not oscillation.period > 0.0:
+        return x - x.mean()
+    return about_drift(x, oscillation.period / record.dt)
+
+
+def half_periods(
+    record: LoopRecord, oscillation: Oscillation, name: str
+) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """The signal about its drift, smoothed over a sixteenth of a period, and its half periods, shape (n, 2)."""
+    x = swing(record, oscillation, name)
+    if x is None or not oscillation.period > 0.0:
+        return np.zeros(1), np.empty((0, 2), dtype=np.intp)
+    period = oscillation.period / record.dt
+    return smooth(x, period / 16.0), half_cycles(x, period)
+
+
+def coarse(
+    record: LoopRecord, oscillation: Oscillation, x: NDArray[np.float64], per_period: int
+) -> NDArray[np.float64]:
+    """Means of blocks of samples, `per_period` blocks or fewer to a period: sampling suited to the wave."""
+    width = int(oscillation.period / record.dt / per_period) if oscillation.period > 0.0 else 1
+    if width < 2:
+        return x
+    n = x.shape[0] // width
+    return x[: n * width].reshape(n, width).mean(axis=1)
+
+
+def objections(
+    record: LoopRecord,
+    oscillation: Oscillation,
+    *,
+    integrating: bool | None = None,
+    loop_types: tuple[str, ...] = (),
+    cycles: float = FEWEST_CYCLES,
+) -> list[str]:
+    """Why a method's condition is not met, a clause each; empty when it is.
+
+    Parameters
+    ----------
+    record, oscillation
+        The loop and what was found of its oscillation.
+    integrating : bool, optional
+        Process the method is made for; None when it takes both.
+    loop_types : tuple of str
+        Loop types the method is made for; empty when it takes all.
+    cycles : float
+        Periods needed [-]; 0 for a method that needs no oscillation.
+
+    Returns
+    -------
+    list of str
+    """
+    found: list[str] = []
+    if cycles > 0.0:
+        if not oscillation.oscillating:
+            found.append("no oscillation was found")
+        elif oscillation.cycles < cycles:
+            found.append(f"only {oscillation.cycles:.1f} periods, {cycles:.0f} are needed")
+        per_period = oscillation.period / record.dt
+        if per_period < FEWEST_SAMPLES:
+            found.append(f"only {per_period:.1f} samples to a period, {FEWEST_SAMPLES:.0f} are needed")
+    if loop_types and record.loop_type not in loop_types:
+        found.append(f"made for {' and '.join(loop_types)} loops, this one is {record.loop_type}")
+    elif integrating is not None and record.integrating is not integrating:
+        made = "an integrating" if integrating else "a self-regulating"
+        other = "its type is unknown" if record.integrating is None else "this process is of the other kind"
+        found.append(f"made for {made} process, {other}")
+    return found
+
+
+def judge(
+    method: str,
+    index: float,
+    stiction: float,
+    no_stiction: float,
+    why: str,
+    against: Iterable[str],
+    source: str,
+) -> Evidence:
+    """Write the row: stiction from `stiction` upward, no stiction from `no_stiction` downward, else undecided."""
+    against = list(against)
+    index = float(index)
+    if not np.isfinite(index):
+        index, why = (
+            float("nan"),
+            "The index could not be computed: a signal is missing or flat, or too few periods fit.",
+        )
+    vote = "stiction" if index >= stiction else "no_stiction" if index <= no_stiction else "undecided"
+    text = f"{why} Not valid here: {'; '.join(against)}." if against else why
+    return Evidence(method, index, stiction, vote, not against and bool(np.isfinite(index)), text, source)

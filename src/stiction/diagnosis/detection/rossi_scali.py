@@ -1,0 +1,85 @@
+"""Rossi and Scali 2005: does a relay's response fit better than a sine? (`rossi2005`).
+
+The PV's half periods are fitted with a sine, a triangle, and the response of a first-order lag to a relay.
+S_I = (E_sine - E_relay) / (E_sine + E_relay), with the better of relay and triangle as E_relay; the median half period
+speaks. From 0.21 stiction, to -0.21 none, between unknown (after `rossi2005`).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.diagnosis.detection.evidence import half_periods, judge, objections
+from stiction.diagnosis.detection.shapes import relay_misfit, sine_misfit, triangle_misfit
+from stiction.models.compiled import kernel
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.diagnosis.result import Evidence, Oscillation
+    from stiction.records.record import LoopRecord
+
+__all__ = ["relay_indices", "rossi_scali"]
+
+
+def rossi_scali(record: LoopRecord, oscillation: Oscillation) -> Evidence:
+    """Compare relay and triangle with a sine, half period by half period (`rossi2005`).
+
+    Parameters
+    ----------
+    record : LoopRecord
+        The control error is used; valid for a self-regulating process.
+    oscillation : Oscillation
+        What `find_oscillation` says of the record.
+
+    Returns
+    -------
+    Evidence
+        `index` is S_I [-]: -1 a sine, +1 a relay's response or a triangle.
+    """
+    values = relay_indices(*half_periods(record, oscillation, "error"))
+    index = float(np.median(values)) if values.size else float("nan")
+    why = (
+        f"The control error is nearer {'the response to a relay' if index > 0.0 else 'a sine'}: S_I {index:.2f} over "
+        f"{values.size} half periods, -1 is a sine, +1 a relay's response or a triangle."
+    )
+    against = objections(record, oscillation, integrating=False)
+    return judge("rossi_scali", index, 0.21, -0.21, why, against, "rossi2005")
+
+
+def relay_indices(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[np.float64]:
+    """S_I of each half period [-], shape (n_half_periods,).
+
+    Parameters
+    ----------
+    y : ndarray, shape (n_samples,)
+        Control error about its drift.
+    cuts : ndarray, shape (n_half_periods, 2)
+        First sample and the one past the last of each.
+
+    Returns
+    -------
+    ndarray
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> half = np.sin(np.pi * (np.arange(40) + 0.5) / 40)
+    >>> relay_indices(half, np.array([[0, 40]])).round(3).tolist()
+    [-1.0]
+    """
+    values = np.empty(cuts.shape[0])
+    _fit(y, cuts, values)
+    return values
+
+
+@kernel
+def _fit(y, cuts, values):
+    for k in range(cuts.shape[0]):
+        sine = sine_misfit(y, cuts[k, 0], cuts[k, 1])
+        triangle = triangle_misfit(y, cuts[k, 0], cuts[k, 1])
+        relay = min(triangle, relay_misfit(y, cuts[k, 0], cuts[k, 1]))
+        both = sine + relay
+        values[k] = (sine - relay) / both if both > 0.0 else 0.0

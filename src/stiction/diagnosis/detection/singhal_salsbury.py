@@ -1,0 +1,87 @@
+"""Singhal and Salsbury 2005: is the error's area before its peak larger than after it? (`singhal2005`).
+
+A sticking valve holds the error while it builds up and lets it fall at once when the stem slips; tight tuning makes a
+sine, alike on both sides of the peak. R = A1 / A2 for each half period. From 1 + delta stiction, else none; delta
+comes from the noise: here twice the standard error of the median of log R over the half periods.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.diagnosis.detection.evidence import half_periods, judge, objections
+from stiction.diagnosis.detection.shapes import area_ratio
+from stiction.models.compiled import kernel
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.diagnosis.result import Evidence, Oscillation
+    from stiction.records.record import LoopRecord
+
+__all__ = ["area_ratios", "singhal_salsbury"]
+
+LEAST_DELTA = 0.05
+MEDIAN_ERROR = 1.253 * 1.4826  # standard error of a median over the median absolute deviation, times sqrt(n)
+
+
+def singhal_salsbury(record: LoopRecord, oscillation: Oscillation) -> Evidence:
+    """Compare the areas before and after the error's peaks (`singhal2005`).
+
+    Parameters
+    ----------
+    record : LoopRecord
+        The control error is used; valid for a self-regulating process.
+    oscillation : Oscillation
+        What `find_oscillation` says of the record.
+
+    Returns
+    -------
+    Evidence
+        `index` is R [-]: 1 for a sine, above 1 where the error builds up slowly and falls at once.
+    """
+    logs = np.log(area_ratios(*half_periods(record, oscillation, "error")))
+    index, delta = float("nan"), LEAST_DELTA
+    if logs.size:
+        middle = float(np.median(logs))
+        error = MEDIAN_ERROR * float(np.median(np.abs(logs - middle))) / np.sqrt(logs.size)
+        index, delta = float(np.exp(middle)), max(LEAST_DELTA, float(np.expm1(2.0 * error)))
+    why = (
+        f"The control error's area before its peak over that after it is R = {index:.2f} (median of {logs.size} half "
+        f"periods, known to about {delta:.2f}); 1 is symmetric."
+    )
+    against = objections(record, oscillation, integrating=False)
+    return judge("singhal_salsbury", index, 1.0 + delta, 1.0 + 0.5 * delta, why, against, "singhal2005")
+
+
+def area_ratios(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[np.float64]:
+    """R of each half period [-], shape (n_half_periods,).
+
+    Parameters
+    ----------
+    y : ndarray, shape (n_samples,)
+        Control error about its drift.
+    cuts : ndarray, shape (n_half_periods, 2)
+        First sample and the one past the last of each.
+
+    Returns
+    -------
+    ndarray
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> area_ratios(np.array([1.0, 2.0, 3.0, 4.0, 2.0]), np.array([[0, 5]])).tolist()
+    [2.0]
+    """
+    values = np.empty(cuts.shape[0])
+    _ratios(y, cuts, values)
+    return values[np.isfinite(values) & (values > 0.0)]
+
+
+@kernel
+def _ratios(y, cuts, values):
+    for k in range(cuts.shape[0]):
+        values[k] = area_ratio(y, cuts[k, 0], cuts[k, 1])
