@@ -1,0 +1,21 @@
+"""Show it: figures, tables and pages that open offline. Nothing scientific is computed here.
+
+`write_page` and the blocks serve any page (see `stiction.report.page`); `write_report` writes the loop report.
+"""
+
+from stiction.report.blocks import Block, Cell, Columns, Figure, Fold, Heading, Html, Table, Text
+from stiction.report.page import render_page, write_page
+
+__all__ = [
+    "Block",
+    "Cell",
+    "Columns",
+    "Figure",
+    "Fold",
+    "Heading",
+    "Html",
+    "Table",
+    "Text",
+    "render_page",
+    "write_page",
+]

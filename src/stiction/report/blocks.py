@@ -1,0 +1,140 @@
+"""What a page is made of: headings, text, figures, tables, and ways to put them side by side or fold them away."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+from stiction.errors import ParameterError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+__all__ = ["Block", "Cell", "Columns", "Figure", "Fold", "Heading", "Html", "Mark", "Table", "Text"]
+
+Mark = Literal["", "alert", "good", "unknown"]
+
+
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """A heading inside the page; the page's title is level 1."""
+
+    text: str
+    """The words."""
+    level: int = 2
+    """2 for a section, 3 for a part of it."""
+    anchor: str = ""
+    """Name that `#anchor` links to; none when empty."""
+
+    def __post_init__(self) -> None:
+        if self.level not in (2, 3, 4):
+            raise ParameterError(f"Heading level {self.level} is not one of 2, 3, 4; level 1 is the page's title.")
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A paragraph of plain text; it is escaped."""
+
+    text: str
+    """The words; an empty line starts a new paragraph."""
+    kind: Literal["plain", "lead", "note"] = "plain"
+    """`lead` is larger, `note` is smaller and grey."""
+
+
+@dataclass(frozen=True, slots=True)
+class Html:
+    """Markup that this package made itself. It is NOT escaped: never put text from a file in it."""
+
+    markup: str
+    """The markup."""
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A plot with its title and the sentence that says what it shows."""
+
+    plot: Mapping[str, Any]
+    """`{"data": [...], "layout": {...}}` as plotly.js takes it; numpy arrays are welcome and NaN is a gap."""
+    title: str
+    """What is drawn, in a few words; stands above the plot."""
+    caption: str
+    """What one sees, in a sentence; stands below the plot and is read to those who cannot see it."""
+    height: int = 340
+    """Height [px]."""
+
+    def __post_init__(self) -> None:
+        if not self.title.strip() or not self.caption.strip():
+            raise ParameterError("A Figure needs a title and a one-sentence caption; one of them is empty.")
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A table cell that is more than a bare value."""
+
+    value: str | float | Html | None
+    """What is shown; a float gets four significant digits, None and NaN a dash."""
+    sort: float | str | None = None
+    """Sort by this instead of the value."""
+    href: str = ""
+    """`#anchor` on the page, or an https address."""
+    mark: Mark = ""
+    """Symbol before the value: never colour alone, always a shape with it."""
+
+    def __post_init__(self) -> None:
+        if self.href and not self.href.startswith(("#", "https://")):
+            raise ParameterError(f"A cell links to {self.href!r}; give '#anchor' or an https address.")
+
+    @property
+    def key(self) -> float | str:
+        """What the cell sorts by."""
+        key = self.value if self.sort is None else self.sort
+        if isinstance(key, Html) or key is None or (isinstance(key, float) and math.isnan(key)):
+            return ""
+        return key
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Rows under named columns."""
+
+    columns: Sequence[str]
+    """Headings, with the unit in brackets where there is one."""
+    rows: Sequence[Sequence[Cell | Html | str | float | None]]
+    """Values, one sequence per row, as many as there are columns."""
+    caption: str = ""
+    """What the table shows, in a sentence."""
+    sortable: bool = False
+    """Whether a click (or Enter) on a heading sorts the rows."""
+
+    def __post_init__(self) -> None:
+        for k, row in enumerate(self.rows):
+            if len(row) != len(self.columns):
+                raise ParameterError(f"Table row {k} has {len(row)} cells for {len(self.columns)} columns.")
+
+
+@dataclass(frozen=True, slots=True)
+class Columns:
+    """Blocks side by side, one column each."""
+
+    blocks: Sequence[Block]
+    """Two or three blocks."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fold:
+    """Blocks that open on a click; their figures are drawn when they are first seen."""
+
+    title: str
+    """The line that is always seen."""
+    blocks: Sequence[Block] = field(repr=False)
+    """What is folded away."""
+    anchor: str = ""
+    """Name that `#anchor` links to; following such a link opens the fold."""
+    mark: Mark = ""
+    """Symbol before the title."""
+    open: bool = False
+    """Whether it starts open."""
+
+
+Block: TypeAlias = Heading | Text | Html | Figure | Table | Columns | Fold

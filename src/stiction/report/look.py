@@ -1,0 +1,63 @@
+"""How everything looks: colours, line styles and the plot template. Colour is never the only sign."""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = ["ALERT", "FAINT", "GRID", "INK", "MODEL", "MUTED", "MV", "OP", "PV", "SP", "TEMPLATE", "line"]
+
+PV = "#0072B2"
+OP = "#D55E00"
+MV = "#00735A"
+SP = "#5A6270"
+MODEL = "#1B1F24"
+ALERT = "#B3261E"
+INK = "#22272E"
+MUTED = "#5A6270"
+FAINT = "#C9CFD6"
+GRID = "#E9ECEF"
+
+FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberation Sans', Arial, sans-serif"
+
+_DASH = {PV: "solid", OP: "dash", MV: "dot", SP: "longdash", MODEL: "dashdot"}
+
+
+def line(color: str, width: float = 1.5, **more: Any) -> dict[str, Any]:
+    """Line style of a signal: its colour and the dash that goes with it.
+
+    Examples
+    --------
+    >>> line(OP)
+    {'color': '#D55E00', 'dash': 'dash', 'width': 1.5}
+    """
+    return {"color": color, "dash": _DASH.get(color, "solid"), "width": width, **more}
+
+
+_AXIS = {
+    "automargin": True,
+    "gridcolor": GRID,
+    "linecolor": FAINT,
+    "showline": True,
+    "ticks": "outside",
+    "ticklen": 4,
+    "tickcolor": FAINT,
+    "tickfont": {"color": MUTED},
+    "title": {"standoff": 8, "font": {"size": 12, "color": INK}},
+    "zeroline": False,
+}
+
+TEMPLATE: dict[str, Any] = {
+    "layout": {
+        "font": {"family": FONT, "size": 12, "color": INK},
+        "paper_bgcolor": "rgba(0,0,0,0)",
+        "plot_bgcolor": "#FFFFFF",
+        "margin": {"l": 58, "r": 14, "t": 30, "b": 44},
+        "xaxis": _AXIS,
+        "yaxis": _AXIS,
+        "hovermode": "closest",
+        "hoverlabel": {"bgcolor": "#FFFFFF", "bordercolor": FAINT, "font": {"color": INK}},
+        "legend": {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "bottom", "itemwidth": 36},
+        "dragmode": "zoom",
+    }
+}
+"""Merged under every figure's own layout by the page."""

@@ -1,0 +1,196 @@
+"""One HTML page from blocks: opens offline, prints on A4, asks nothing of any network.
+
+The building blocks, for any page of the package::
+
+    from stiction.report import Cell, Columns, Figure, Fold, Heading, Html, Table, Text, write_page
+
+    write_page(
+        "Valve test of FV-101",
+        [
+            Text("Deadband 1.2 % of span.", kind="lead"),
+            Heading("Travel"),
+            Figure(
+                plot={"data": [{"x": t, "y": op, "name": "OP (controller output)", "line": look.line(look.OP)}],
+                      "layout": {"xaxis": {"title": {"text": "Time [s]"}}}},
+                title="OP and valve position",
+                caption="The valve follows the OP after 1.2 % of reversal.",
+            ),
+            Table(["Quantity", "Value [% of span]"], [["Deadband", 1.2], [Cell("Jump", mark="alert"), 0.8]]),
+            Columns([figure_a, figure_b]),            # side by side
+            Fold("Details", [more, blocks]),          # opens on a click
+        ],
+        "valve-test.html",
+        subtitle="Ramp test, 0.1 %/s",
+    )
+
+- `Figure.plot` is a dict as plotly.js takes it. numpy arrays go in as they are (packed small, NaN is a gap);
+  thin long series first with `stiction.report.thin.thin`. Fonts, grid, margins and colours come from
+  `stiction.report.look`: give only what differs (axis titles, traces). Chart types: any of plotly.js.
+- Every figure has a title and a caption; the caption is also what a screen reader says.
+- All text is escaped, everywhere, except `Html`, which is for markup made by this package.
+- A `Table` aligns numbers by itself; `sortable=True` makes its headings buttons; `Cell` adds a sort key,
+  a link or a mark ("alert", "good", "unknown": a shape with a colour).
+- The plot library is written into the file once, and only when the page has a figure. A content security
+  policy in the page forbids any load from elsewhere and any script but the two it was written with.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import math
+from functools import cache
+from importlib import resources
+from typing import TYPE_CHECKING, Any
+
+from stiction.report.blocks import Cell, Columns, Figure, Fold, Html
+from stiction.report.look import TEMPLATE
+from stiction.report.payload import to_json
+from stiction.report.save import save
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    import jinja2
+
+    from stiction.report.blocks import Block
+
+__all__ = ["render_page", "write_page"]
+
+
+def write_page(
+    title: str,
+    blocks: Sequence[Block],
+    path: str | os.PathLike[str],
+    *,
+    subtitle: str = "",
+    footer: str = "",
+) -> Path:
+    """Write blocks as one self-contained HTML file.
+
+    Parameters
+    ----------
+    title : str
+        Title of the page.
+    blocks : sequence of Block
+        What stands on it, top to bottom.
+    path : path-like
+        File to write; written whole or not at all.
+    subtitle, footer : str
+        A line under the title, and one at the foot beside the version.
+
+    Returns
+    -------
+    Path
+        The file written.
+
+    Raises
+    ------
+    RecordError
+        When the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> from stiction.report import Text
+    >>> folder = pathlib.Path(tempfile.mkdtemp())
+    >>> write_page("Loop FIC-101", [Text("All is well.")], folder / "page.html").name
+    'page.html'
+    """
+    return save(render_page(title, blocks, subtitle=subtitle, footer=footer), path)
+
+
+def render_page(title: str, blocks: Sequence[Block], *, subtitle: str = "", footer: str = "") -> str:
+    """Return the page that `write_page` writes, as text."""
+    from markupsafe import Markup
+
+    from stiction import __version__
+
+    scripts = [_plotly()] if _has_figure(blocks) else []
+    scripts.append(_asset("page.js").replace("__TEMPLATE__", to_json(TEMPLATE)))
+    return (
+        _environment()
+        .get_template("page.html")
+        .render(
+            title=title,
+            subtitle=subtitle,
+            footer=footer,
+            blocks=blocks,
+            style=Markup(_asset("page.css")),
+            scripts=[Markup(script) for script in scripts],
+            script_hashes=[_sha256(script) for script in scripts],
+            version=__version__,
+        )
+    )
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    import jinja2
+    from markupsafe import Markup
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("stiction.report"),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+
+    def show(block: Block) -> Markup:
+        name = type(block).__name__.lower()
+        return Markup(environment.get_template(f"{name}.html").render(block=block))
+
+    environment.filters.update(show=show, cell=_cell, shown=shown, is_number=_is_number)
+    environment.filters["payload"] = lambda plot: Markup(to_json(plot))
+    environment.filters["markup"] = lambda block: Markup(block.markup)
+    environment.tests["html"] = lambda value: isinstance(value, Html)
+    return environment
+
+
+def shown(value: str | float | None) -> str:
+    """Text of a table value: four significant digits, a dash for what is not there.
+
+    Examples
+    --------
+    >>> shown(3.14159), shown(1234567.0), shown(float("nan")), shown(0.00004)
+    ('3.142', '1234567', '–', '4e-05')
+    """
+    if value is None:
+        return "–"
+    if isinstance(value, str):
+        return value
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.4g}"
+
+
+def _cell(value: Any) -> Cell:
+    return value if isinstance(value, Cell) else Cell(value)
+
+
+def _is_number(cell: Cell) -> bool:
+    return cell.value is None or (isinstance(cell.value, (int, float)) and not isinstance(cell.value, bool))
+
+
+def _has_figure(blocks: Sequence[Block]) -> bool:
+    return any(
+        isinstance(block, Figure) or (isinstance(block, (Columns, Fold)) and _has_figure(block.blocks))
+        for block in blocks
+    )
+
+
+def _sha256(script: str) -> str:
+    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
+
+
+@cache
+def _asset(name: str) -> str:
+    return resources.files("stiction.report").joinpath("templates", name).read_text(encoding="utf-8")
+
+
+@cache
+def _plotly() -> str:
+    return resources.files("plotly").joinpath("package_data", "plotly.min.js").read_text(encoding="utf-8")

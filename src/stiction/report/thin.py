@@ -1,0 +1,43 @@
+"""Fewer points for the eye: long series thinned without losing a peak or a gap."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["MOST_POINTS", "thin"]
+
+MOST_POINTS = 2000
+
+
+def thin(y: NDArray[np.float64], most: int = MOST_POINTS) -> NDArray[np.intp]:
+    """Return the samples to draw: all of them, or the `most` that keep the shape (MinMaxLTTB), gaps included.
+
+    Parameters
+    ----------
+    y : ndarray, shape (n_samples,)
+        Series; NaN is a gap.
+    most : int
+        Largest number of points [-].
+
+    Returns
+    -------
+    ndarray of int, shape (n_points,)
+        Sample numbers, increasing.
+
+    Examples
+    --------
+    >>> thin(np.zeros(5)).tolist()
+    [0, 1, 2, 3, 4]
+    >>> len(thin(np.zeros(100_000))) <= 2000
+    True
+    """
+    if len(y) <= most:
+        return np.arange(len(y))
+    from tsdownsample import NaNMinMaxLTTBDownsampler
+
+    return NaNMinMaxLTTBDownsampler().downsample(np.ascontiguousarray(y), n_out=most).astype(np.intp)
