@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +10,8 @@ import numpy as np
 from stiction.errors import ParameterError, RecordError, require_positive
 
 if TYPE_CHECKING:
+    from datetime import datetime
+
     from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["LOOP_TYPES", "LoopRecord", "Provenance"]
@@ -33,7 +34,11 @@ class Provenance:
     rows: int = 0
     """Rows in the source."""
     bad: int = 0
-    """Rows in which OP or PV was missing or had a bad status."""
+    """Samples in which OP or PV was missing or had a bad status, gaps in the time stamps included."""
+    bad_texts: dict[str, int] = field(default_factory=dict)
+    """Text found in the place of a number ("Bad Input") -> how often."""
+    clock_jumps: int = 0
+    """Times that the clock ran backwards or changed to or from summer time."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +119,7 @@ class LoopRecord:
     @property
     def time(self) -> NDArray[np.float64]:
         """Time of each sample since the start [s], shape (n_samples,)."""
-        return np.arange(len(self)) * self.dt
+        return np.arange(len(self), dtype=np.float64) * self.dt
 
     @property
     def duration(self) -> float:
@@ -122,7 +127,7 @@ class LoopRecord:
         return len(self) * self.dt
 
     def window(self, first: int, last: int) -> LoopRecord:
-        """The samples `first` <= k < `last` as a record of their own."""
+        """Cut the samples `first` <= k < `last` as a record of their own."""
         cut = slice(first, last)
         parts: dict[str, Any] = {
             name: None if getattr(self, name) is None else getattr(self, name)[cut]

@@ -1,0 +1,142 @@
+"""Text tables: CSV and its relatives, read in blocks so that a large file needs little more than itself."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.errors import RecordError
+from stiction.records.csv_sniff import sniff
+from stiction.records.numbers import is_number, to_numbers
+from stiction.records.source import text_encoding
+from stiction.records.table import Columns
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from stiction.records.source import Source
+
+__all__ = ["CsvTable", "open_csv"]
+
+MAX_LINE = 1_000_000
+MAX_ROWS = 5_000_000
+_BLOCK = 20_000
+_LOOK_AHEAD = 200
+_NAMES = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "pipes", " ": "spaces"}
+
+
+def open_csv(source: Source, *, delimiter: str | None = None, decimal: str | None = None) -> CsvTable:
+    """Lay out a text table; the rows are read by `CsvTable.take`.
+
+    Parameters
+    ----------
+    source : Source
+        The file's bytes.
+    delimiter, decimal : str, optional
+        When not given they are guessed.
+
+    Raises
+    ------
+    RecordError
+        When the bytes are no text or hold no row of numbers.
+    """
+    return CsvTable(source, delimiter, decimal)
+
+
+class CsvTable:
+    """A text table (see `stiction.records.table.Table`)."""
+
+    def __init__(self, source: Source, delimiter: str | None, decimal: str | None) -> None:
+        encoding = text_encoding(source.data)
+        if encoding is None:
+            raise RecordError(f"{source.name}: is binary, not text; export the loop as CSV.")
+        self.source = source
+        self._encoding = encoding
+        head = [line for line, _ in zip(self._lines(), range(_LOOK_AHEAD), strict=False)]
+        layout = sniff(source.name, head, delimiter, decimal)
+        self.header, self.decimal, self.width = layout.header, layout.decimal, layout.width
+        self.first_line = layout.skip + 1
+        self._delimiter = layout.delimiter
+        self.sample = [row for _, row in zip(range(_LOOK_AHEAD), self._rows(), strict=False)]
+        self.guesses: list[str] = []
+        if encoding not in ("utf-8", "utf-8-sig"):
+            self.guesses.append(f"The text is taken as {encoding}.")
+        if delimiter is None and layout.delimiter != ",":
+            self.guesses.append(f"Columns are parted by {_NAMES.get(layout.delimiter, repr(layout.delimiter))}.")
+        if decimal is None and layout.decimal == ",":
+            self.guesses.append("Numbers have a decimal comma.")
+        if layout.passed_over:
+            self.guesses.append(f"{layout.passed_over} lines above the header were passed over.")
+
+    def is_numeric(self, column: int) -> bool:
+        """Whether the first rows of a column hold numbers."""
+        cells = [row[column] for row in self.sample if column < len(row) and row[column].strip()]
+        return bool(cells) and 2 * sum(is_number(cell, self.decimal) for cell in cells) > len(cells)
+
+    def take(self, text: Sequence[int], numbers: Sequence[int]) -> Columns:
+        """Read some columns as text and some as numbers.
+
+        Raises
+        ------
+        RecordError
+            When there are more than `MAX_ROWS` rows or a line longer than `MAX_LINE` characters.
+        """
+        taken = Columns(text={i: [] for i in text}, texts={i: Counter() for i in numbers})
+        parts: dict[int, list] = {i: [] for i in numbers}
+        ragged, first_ragged = 0, 0
+        rows = self._rows()
+        while block := [row for _, row in zip(range(_BLOCK), rows, strict=False)]:
+            odd = [k for k, row in enumerate(block) if len(row) != self.width]
+            if odd:
+                first_ragged = first_ragged or self.first_line + taken.rows + odd[0]
+                ragged += len(odd)
+                for k in odd:
+                    block[k] = [*block[k], *[""] * self.width][: self.width]
+            taken.rows += len(block)
+            if taken.rows > MAX_ROWS:
+                raise RecordError(f"{self.source.name}: has more than {MAX_ROWS} rows; export a shorter time.")
+            for i in text:
+                taken.text[i].extend(row[i] for row in block)
+            for i in numbers:
+                values, texts = to_numbers([row[i] for row in block], self.decimal)
+                parts[i].append(values)
+                taken.texts[i] += texts
+        for i in numbers:
+            taken.numbers[i] = np.concatenate(parts[i]) if parts[i] else np.empty(0)
+        if ragged:
+            self.guesses.append(
+                f"{ragged} rows do not have {self.width} cells (first near line {first_ragged}); the rest is empty."
+            )
+        return taken
+
+    def _lines(self) -> Iterator[str]:
+        stream = io.TextIOWrapper(io.BytesIO(self.source.data), encoding=self._encoding, errors="replace")
+        for number, line in enumerate(iter(lambda: stream.readline(MAX_LINE), ""), start=1):
+            if len(line) >= MAX_LINE:
+                raise RecordError(
+                    f"{self.source.name}, line {number}: is longer than {MAX_LINE} characters; "
+                    "export one row per sample, each on a line of its own."
+                )
+            yield line
+
+    def _rows(self) -> Iterator[list[str]]:
+        lines = self._lines()
+        for _ in range(self.first_line - 1):
+            next(lines, None)
+        if self._delimiter == " ":
+            lines = (line.strip() for line in lines)
+        reader = csv.reader(lines, delimiter=self._delimiter, skipinitialspace=True)
+        while True:
+            try:
+                row = next(reader)
+            except StopIteration:
+                return
+            except csv.Error as error:
+                where = self.first_line - 1 + reader.line_num
+                raise RecordError(f"{self.source.name}, line {where}: cannot be cut into columns ({error}).") from None
+            if any(cell and not cell.isspace() for cell in row):
+                yield row

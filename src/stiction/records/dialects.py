@@ -1,0 +1,104 @@
+"""The words plants use, in one table to edit: column names, status texts, modes, units, tag letters.
+
+A new control system is a few more words here and a test in ``tests/records/test_dialects.py``.
+All words are upper case; a column name is compared after trimming, upper-casing and cutting a unit in brackets.
+"""
+
+from __future__ import annotations
+
+import re
+
+__all__ = [
+    "FRACTION_UNITS",
+    "INDEX_WORDS",
+    "LETTER_TO_LOOP_TYPE",
+    "MISSING_WORDS",
+    "MODES",
+    "OUTPUT_WHEN_ALONE",
+    "SIGNAL_WORDS",
+    "STATUS_WORDS",
+    "TIME_UNITS",
+    "TIME_WORDS",
+    "loop_type_of",
+]
+
+SIGNAL_WORDS: dict[str, tuple[str, ...]] = {
+    "pv": (
+        *("PV", "PROCESS VARIABLE", "PROCESS VALUE", "MEASUREMENT", "MEASURED VALUE", "ISTWERT"),
+        *("PV.CV", "PV.VALUE", "PV_IN", "MEAS"),  # DeltaV, fieldbus blocks, PCS 7, I/A
+    ),
+    "sp": (
+        *("SP", "SETPOINT", "SET POINT", "SETPT", "SOLLWERT", "CONSIGNE"),
+        *("SP.CV", "SP.VALUE", "SP_INT", "SV", "SPT"),  # DeltaV, fieldbus blocks, PCS 7, CENTUM, I/A
+    ),
+    "op": (
+        *("OP", "OUT", "CO", "OUTPUT", "CONTROLLER OUTPUT", "CONTROL OUTPUT", "STELLGRÖSSE"),
+        *("OUT.CV", "OUT.VALUE", "LMN", "CVEU"),  # DeltaV, fieldbus blocks, PCS 7, Rockwell PIDE
+    ),
+    "mv": (
+        *("MV", "VALVE POSITION", "VALVE_POSITION", "POSITION", "STEM POSITION", "STEM", "TRAVEL", "VALVE TRAVEL"),
+        *("POS", "ZT", "READBACK", "POSITION FEEDBACK"),
+    ),
+    "mode": ("MODE", "MODE.ACTUAL", "MODE.ACT", "MODE_ACTUAL", "MODE ACTUAL", "MD", "AUTO", "AUTO/MAN", "A/M", "MA"),
+    "bad": ("BAD", "IS BAD", "BAD FLAG"),
+    "quality": ("QUALITY", "QUAL", "OPC QUALITY"),
+}
+"""Signal -> its names, alone (`PV`) or behind a tag (`FIC-101.PV`, `FIC-101/PID1/PV.CV`)."""
+
+OUTPUT_WHEN_ALONE = ("MV",)
+"""Valve position beside an OP, but the controller output where a loop has no other (CENTUM, GE)."""
+
+TIME_WORDS = (
+    *("TIME", "TIMESTAMP", "TIME STAMP", "DATETIME", "DATE TIME", "DATE/TIME", "DATE", "T", "ELAPSED", "CLOCK"),
+    *("LOCAL TIME", "UTC", "TIME UTC", "EPOCH", "ZEIT", "ZEITSTEMPEL", "DATUM", "UHRZEIT", "HEURE", "FECHA", "HORA"),
+)
+INDEX_WORDS = ("", "SAMPLE", "INDEX", "N", "K", "ROW", "NO", "NO.", "#", "SAMPLE NO", "SAMPLE INDEX")
+
+TIME_UNITS: dict[str, float] = {
+    **dict.fromkeys(("S", "SEC", "SECS", "SECOND", "SECONDS"), 1.0),
+    **dict.fromkeys(("MS", "MSEC", "MILLISECONDS"), 1e-3),
+    **dict.fromkeys(("US", "USEC", "MICROSECONDS"), 1e-6),
+    **dict.fromkeys(("MIN", "MINUTE", "MINUTES"), 60.0),
+    **dict.fromkeys(("H", "HR", "HRS", "HOUR", "HOURS"), 3600.0),
+    **dict.fromkeys(("D", "DAY", "DAYS"), 86400.0),
+}
+"""Unit of a time column of numbers, in the header or in a units row -> seconds."""
+
+FRACTION_UNITS = ("FRACTION", "FRAC", "0-1", "0..1", "0...1", "P.U.", "PU", "PER UNIT")
+"""Units that say that OP is a fraction of span."""
+
+MISSING_WORDS = ("", "NAN", "NA", "N/A", "#N/A", "NULL", "NONE", "-", "--", "?")
+"""An empty cell, in the words of different programs."""
+
+STATUS_WORDS = (
+    *("BAD", "BAD INPUT", "I/O TIMEOUT", "NO DATA", "SCAN OFF", "PT CREATED", "POINT CREATED", "SHUTDOWN"),
+    *("COMM FAIL", "NOT CONNECTED", "CONFIGURE", "INTF SHUT", "UNDER RANGE", "OVER RANGE", "NO SAMPLE", "CALC FAILED"),
+    *("UNCERTAIN", "QUESTIONABLE", "ARC OFF-LINE", "DOUBTFUL", "ERROR", "#VALUE!", "#REF!", "TRUE", "FALSE"),
+)
+"""Historian texts in the place of a number. Any other text counts as missing too; these tell data from header."""
+
+MODES: dict[str, bool] = {
+    **dict.fromkeys(("AUTO", "AUT", "AUTOMATIC", "A", "CAS", "CASC", "CASCADE", "C", "RCAS", "RSP"), True),
+    **dict.fromkeys(("1", "1.0", "TRUE", "ON", "YES", "CLOSED LOOP"), True),
+    **dict.fromkeys(("MAN", "MANUAL", "M", "O", "S", "IMAN", "OOS", "LO", "ROUT", "TRK", "INIT", "OFF"), False),
+    **dict.fromkeys(("0", "0.0", "FALSE", "NO", "OPEN LOOP"), False),
+}
+"""Controller mode -> whether the controller moves the valve by itself."""
+
+LETTER_TO_LOOP_TYPE = {"F": "flow", "L": "level", "P": "pressure", "T": "temperature", "A": "analyser"}
+"""First letter of an ISA-5.1 tag -> loop type."""
+
+# First letter, then difference/ratio/totalise, then what the instrument does, then alarm/safety/valve.
+_FUNCTION_LETTERS = re.compile(r"(?<![A-Z])([FLPTA])[DFQ]?[ICRTY]{1,3}[AQSVZ]?(?![A-Z])")
+
+
+def loop_type_of(tag: str) -> str:
+    """Return the loop type that the ISA-5.1 letters of a tag say, "other" when there are none.
+
+    Examples
+    --------
+    >>> loop_type_of("2111LIC23001"), loop_type_of("12-FC-135A"), loop_type_of("CHEM1")
+    ('level', 'flow', 'other')
+    """
+    found = _FUNCTION_LETTERS.search(tag.upper())
+    return LETTER_TO_LOOP_TYPE[found.group(1)] if found else "other"

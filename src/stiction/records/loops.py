@@ -1,0 +1,225 @@
+"""From a table to loop records: time, signals, bad values, OP scale, mode."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.errors import RecordError
+from stiction.records.columns import Assignment, assign, choose_names, time_unit
+from stiction.records.dialects import loop_type_of
+from stiction.records.epochs import parse_numbers
+from stiction.records.record import LoopRecord, Provenance
+from stiction.records.resample import Grid, regular_grid
+from stiction.records.signals import automatic, flagged_rows, in_percent
+from stiction.records.timestamps import is_clock, is_date, is_stamp, parse_texts
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from stiction.records.table import Columns, Table
+
+__all__ = ["MIN_ROWS", "Options", "loops_of"]
+
+MIN_ROWS = 10
+_NUMBERS = ("pv", "sp", "op", "mv")
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the user said; see `stiction.records.read`."""
+
+    dt: float | None = None
+    tag: str | None = None
+    columns: Mapping[str, str | int] | None = None
+    loop_type: str | None = None
+    time_format: str | None = None
+    op_range: tuple[float, float] | None = None
+    day_first: bool | None = None
+
+
+def loops_of(table: Table, options: Options) -> list[LoopRecord]:
+    """Every loop of a table that has a controller output.
+
+    Raises
+    ------
+    RecordError
+        With the one thing that keeps the table from being a record.
+    """
+    name = table.source.name
+    names, units = choose_names(table.header)
+    width = len(table.sample[0]) if not names else len(names)
+    if not names and not options.columns:
+        raise RecordError(
+            f"{name}, line {table.first_line}: there is no header above the {width} columns; "
+            "say what they are, for example columns={'time': 0, 'pv': 1, 'op': 2}."
+        )
+    given = assign(names, width, options.columns, name)
+    _find_time(given, table, options)
+    _keep_loops(given, names, table, options)
+    roles = list(given.loops.values())
+    text = {*given.time, *(s[role] for s in roles for role in ("mode", "bad", "quality") if role in s)}
+    numeric_time = len(given.time) == 1 and table.is_numeric(given.time[0]) and options.time_format is None
+    if numeric_time:
+        text -= set(given.time)
+    numbers = {s[role] for s in roles for role in _NUMBERS if role in s} | set(given.time if numeric_time else [])
+    taken = table.take(sorted(text - numbers), sorted(numbers))
+    if taken.rows < MIN_ROWS:
+        raise RecordError(f"{name}: has {taken.rows} rows of data; {MIN_ROWS} or more are needed, hundreds are useful.")
+    grid = _grid(given, taken, table, options, names, units, numeric_time)
+    records, dead = [], []
+    shared = {role: given.loops[""][role] for role in ("bad", "quality", "mode") if role in given.loops.get("", {})}
+    for tag, signals in given.loops.items():
+        if not {"op"} <= set(signals):
+            continue
+        try:
+            records.append(_loop(tag, {**shared, **signals}, table, taken, grid, names, units, given, options))
+        except RecordError as error:
+            dead.append(error)
+    if not records:
+        raise dead[0]
+    return records
+
+
+def _find_time(given: Assignment, table: Table, options: Options) -> None:
+    """Settle the time column: by name, else a first column of stamps."""
+    if not given.time and given.index is None:
+        used = {i for signals in given.loops.values() for i in signals.values()}
+        first = [row[0] for row in table.sample if row]
+        if 0 not in used and first and 2 * sum(map(is_stamp, first)) > len(first):
+            given.time = [0]
+    if len(given.time) > 1:
+        cells = {i: next((row[i] for row in table.sample if i < len(row) and row[i].strip()), "") for i in given.time}
+        dates = [i for i in given.time if is_date(cells[i])]
+        clocks = [i for i in given.time if is_clock(cells[i])]
+        several = len(given.time)
+        given.time = [dates[0], clocks[0]] if dates and clocks else given.time[:1]
+        if several > len(given.time):
+            given.guesses.append(f"Of {several} time columns the first is used for all signals.")
+    if not given.time and options.dt is None:
+        counted = " only a sample index" if given.index is not None else " no time column"
+        raise RecordError(f"{table.source.name}: has{counted}; give the sampling period with dt= (--dt) in seconds.")
+
+
+def _keep_loops(given: Assignment, names: list[str], table: Table, options: Options) -> None:
+    """Drop what is no loop and pick the loop that was asked for."""
+    name = table.source.name
+    usable = {tag: s for tag, s in given.loops.items() if "op" in s and ("pv" in s or "mv" in s)}
+    if not usable:
+        seen = ", ".join(f"{names[i]} = {role.upper()}" for s in given.loops.values() for role, i in s.items() if names)
+        lower = {text.lower() for text in names}
+        if {"tag", "value"} <= lower or {"tagname", "value"} <= lower:
+            raise RecordError(f"{name}: is a long table (a row per tag and time); export one column per signal.")
+        raise RecordError(
+            f"{name}, line {max(1, table.first_line - 1)}: no loop with PV and OP was found among the columns "
+            f"{', '.join(names[:20]) or '(no header)'}{f' (recognised: {seen})' if seen else ''}; "
+            "say which is which with columns={'pv': ..., 'op': ...}."
+        )
+    if left := [tag for tag, s in given.loops.items() if tag and tag not in usable and set(s) & set(_NUMBERS)]:
+        given.guesses.append(f"Left out, as PV or OP is missing: {', '.join(left[:10])}{' ...' if left[10:] else ''}.")
+    if options.tag is not None and (len(usable) > 1 or "" not in usable):
+        chosen = [tag for tag in usable if tag.lower() == options.tag.lower()]
+        if not chosen:
+            shown = ", ".join(tag or table.source.stem for tag in list(usable)[:20])
+            raise RecordError(f"{name}: has no loop {options.tag!r}; its loops are {shown}.")
+        usable = {chosen[0]: usable[chosen[0]]}
+    if "" in given.loops and "" not in usable:
+        usable[""] = {role: i for role, i in given.loops[""].items() if role in ("bad", "quality", "mode")}
+    given.loops = usable
+
+
+def _grid(
+    given: Assignment,
+    taken: Columns,
+    table: Table,
+    options: Options,
+    names: list[str],
+    units: list[str],
+    numeric: bool,
+) -> Grid:
+    name = table.source.name
+    if not given.time:
+        assert options.dt is not None
+        return Grid(np.arange(taken.rows), float(options.dt), guesses=["There is no time column: dt is as given."])
+    first = given.time[0]
+    if numeric:
+        unit = time_unit(names[first] if names else "", units[first] if units else "")
+        stamps = parse_numbers(taken.numbers[first], unit)
+    else:
+        cells = taken.text[first]
+        if len(given.time) == 2:
+            cells = [f"{day} {clock}" for day, clock in zip(cells, taken.text[given.time[1]], strict=True)]
+        stamps = parse_texts(cells, day_first=options.day_first, time_format=options.time_format)
+    grid = regular_grid(stamps, options.dt, name, table.first_line)
+    grid.guesses[:0] = stamps.guesses
+    return grid
+
+
+def _loop(
+    tag: str,
+    signals: dict[str, int],
+    table: Table,
+    taken: Columns,
+    grid: Grid,
+    names: list[str],
+    units: list[str],
+    given: Assignment,
+    options: Options,
+) -> LoopRecord:
+    source = table.source
+    shown = {role: names[i] if names else f"column {i}" for role, i in signals.items()}
+    guesses = [*table.guesses, *given.guesses, *grid.guesses]
+    bad_rows = flagged_rows(signals, taken)
+    texts: Counter[str] = Counter()
+    values: dict[str, NDArray | None] = dict.fromkeys(_NUMBERS)
+    for role in _NUMBERS:
+        if role not in signals:
+            continue
+        column = taken.numbers[signals[role]].copy()
+        column[bad_rows] = np.nan
+        texts += Counter({text: n for text, n in taken.texts[signals[role]].items() if text})
+        values[role] = np.where(grid.pick >= 0, column[grid.pick], np.nan)
+        if role in ("op", "pv") and not np.isfinite(column).any():
+            seen = next((row[signals[role]] for row in table.sample if signals[role] < len(row)), "")
+            raise RecordError(
+                f"{source.name}, line {table.first_line}, column {shown[role]}: holds no number for {role.upper()} "
+                f"(it begins with {seen!r}); check the column or name another one with columns=."
+            )
+    if texts:
+        listed = ", ".join(f"{n} x {text!r}" for text, n in texts.most_common(5))
+        guesses.append(f"Texts in the place of numbers count as missing: {listed}.")
+    if flagged := int(bad_rows.sum()):
+        guesses.append(f"{flagged} rows are flagged as bad and count as missing.")
+    op = values["op"]
+    assert op is not None
+    values["op"] = in_percent(op, units[signals["op"]].upper() if units else "", options.op_range, guesses)
+    missing = ~np.isfinite(values["op"])
+    if values["pv"] is not None:
+        missing |= ~np.isfinite(values["pv"])
+    tag = options.tag if options.tag is not None else tag or source.stem
+    return LoopRecord(
+        tag,
+        grid.dt,
+        op=values["op"],
+        pv=values["pv"],
+        sp=values["sp"],
+        mv=values["mv"],
+        auto=automatic(signals, taken, grid, guesses),
+        loop_type=options.loop_type or loop_type_of(tag),
+        start=grid.start,
+        provenance=Provenance(
+            source=source.name,
+            sha256=source.sha256,
+            columns=shown,
+            guesses=tuple(guesses),
+            rows=taken.rows,
+            bad=int(missing.sum()),
+            bad_texts=dict(texts),
+            clock_jumps=grid.clock_jumps,
+        ),
+    )

@@ -1,0 +1,128 @@
+"""Read the loops of a file: one row per format, one page per reader."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, BinaryIO, NamedTuple
+
+from stiction.errors import ParameterError, RecordError, require_finite, require_positive
+from stiction.records.loops import Options, loops_of
+from stiction.records.source import load, text_encoding
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Mapping
+
+    from stiction.records.record import LoopRecord
+
+__all__ = ["FORMATS", "Format", "read"]
+
+
+class Format(NamedTuple):
+    """A kind of file."""
+
+    name: str
+    signature: bytes
+    """First bytes of such a file; empty for text."""
+    opener: str | None
+    """``module:function`` that takes a `Source` and returns a `Table`, or None while there is none."""
+    remedy: str = ""
+
+
+FORMATS = (
+    Format("an Excel workbook or zip archive", b"PK\x03\x04", None, "save the sheet as CSV"),
+    Format("an old Excel workbook", b"\xd0\xcf\x11\xe0", None, "save the sheet as CSV"),
+    Format("a Parquet file", b"PAR1", None, "export it as CSV"),
+    Format("a MATLAB file", b"MATLAB 5.0", None, "export it as CSV"),
+    Format("an HDF5 or MATLAB 7.3 file", b"\x89HDF", None, "export it as CSV"),
+    Format("a gzip archive", b"\x1f\x8b", None, "unpack it first"),
+    Format("a PDF document", b"%PDF", None, "export the trend as CSV"),
+    Format("text", b"", "stiction.records.csv_file:open_csv"),
+)
+"""Formats by their first bytes. A new reader is one more page and its name in this table."""
+
+
+def read(
+    path: str | os.PathLike[str] | BinaryIO,
+    *,
+    dt: float | None = None,
+    tag: str | None = None,
+    columns: Mapping[str, str | int] | None = None,
+    loop_type: str | None = None,
+    delimiter: str | None = None,
+    decimal: str | None = None,
+    time_format: str | None = None,
+    op_range: tuple[float, float] | None = None,
+    day_first: bool | None = None,
+) -> list[LoopRecord]:
+    """Read every control loop of a file.
+
+    Parameters
+    ----------
+    path : str, path or binary file
+        A CSV file in any of the usual dialects; "-" is the standard input.
+    dt : float, optional
+        Sampling period [s]; the median step of the time stamps when not given.
+    tag : str, optional
+        Which loop of a file with several; the name of the loop where the header has none.
+    columns : mapping, optional
+        Signal (time, pv, sp, op, mv, mode, bad, quality) -> column name, or index from 0.
+    loop_type : str, optional
+        One of `LOOP_TYPES`; the tag's first ISA-5.1 letter when not given.
+    delimiter, decimal : str, optional
+        How the text is written; found out when not given.
+    time_format : str, optional
+        A `datetime.strptime` format.
+    op_range : pair of float, optional
+        Values of OP at 0 and 100 % of span, to convert OP to % of span; never converted on suspicion.
+    day_first : bool, optional
+        Whether 01/02/2026 is the first of February.
+
+    Returns
+    -------
+    list of LoopRecord
+        One for each loop, evenly sampled; all that was guessed stands in ``record.provenance.guesses``.
+
+    Raises
+    ------
+    RecordError
+        When the file cannot be read as loops: what, where and what to do about it.
+    ParameterError
+        When an argument lies outside its limits.
+
+    Examples
+    --------
+    >>> import io
+    >>> lines = ["time_s,FIC-101.PV,FIC-101.OP", *(f"{k},{50 + k % 5},{40 + k % 7}" for k in range(60))]
+    >>> [record] = read(io.BytesIO(chr(10).join(lines).encode()))
+    >>> record.tag, record.loop_type, record.dt, len(record)
+    ('FIC-101', 'flow', 1.0, 60)
+    """
+    if dt is not None:
+        dt = require_positive("dt", dt, "s")
+    if decimal not in (None, ".", ","):
+        raise ParameterError(f"decimal = {decimal!r} is no decimal mark; give '.' or ','.")
+    if delimiter is not None and (len(delimiter) != 1 or delimiter in "\r\n\"'"):
+        raise ParameterError(f"delimiter = {delimiter!r} is not one character; give for example ',' or ';' or a tab.")
+    if op_range is not None:
+        low, high = (require_finite("op_range", value) for value in op_range)
+        if not low < high:
+            raise ParameterError(
+                f"op_range = ({low:g}, {high:g}) is empty; give the OP at 0 % and a larger one at 100 %."
+            )
+        op_range = (low, high)
+    source = load(path, _refuse_binary)
+    kind = next(form for form in FORMATS if source.data.startswith(form.signature))
+    assert kind.opener is not None
+    module, function = kind.opener.split(":")
+    table = getattr(import_module(module), function)(source, delimiter=delimiter, decimal=decimal)
+    return loops_of(table, Options(dt, tag, columns, loop_type, time_format, op_range, day_first))
+
+
+def _refuse_binary(name: str, head: bytes) -> None:
+    """Refuse from the first bytes, before the rest of a long stream is read."""
+    kind = next(form for form in FORMATS if head.startswith(form.signature))
+    if kind.opener is None:
+        raise RecordError(f"{name}: is {kind.name}, which is not read yet; {kind.remedy}.")
+    if not kind.signature and text_encoding(head) is None:
+        raise RecordError(f"{name}: is binary, not text; export the loop as CSV.")

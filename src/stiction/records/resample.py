@@ -1,0 +1,181 @@
+"""From the stamps as recorded to an even grid: order, repeats, clock changes, gaps.
+
+Samples are picked, never interpolated: a line drawn between two samples of OP would invent a movement of the
+valve that the controller did not ask for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.errors import RecordError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.records.timestamps import Stamps
+
+__all__ = ["Grid", "regular_grid"]
+
+HOLD_LIMIT = 10
+"""Sampling periods over which an unevenly recorded value is held; beyond it the time counts as missing."""
+_HOUR = 3600.0
+
+
+@dataclass
+class Grid:
+    """Which row of the source stands at each sample."""
+
+    pick: NDArray[np.int64]
+    """Row of the source per sample, -1 where none was recorded, shape (n_samples,)."""
+    dt: float
+    """Sampling period [s]."""
+    start: datetime | None = None
+    clock_jumps: int = 0
+    guesses: list[str] = field(default_factory=list)
+
+
+def regular_grid(stamps: Stamps, dt: float | None, name: str, line: int) -> Grid:
+    """Lay an even grid over the stamps.
+
+    Parameters
+    ----------
+    stamps : Stamps
+        Time of each row.
+    dt : float, optional
+        Sampling period to use [s]; the median step when not given.
+    name : str
+        File name, for messages.
+    line : int
+        Line of the first row, for messages.
+
+    Raises
+    ------
+    RecordError
+        When fewer than two stamps are understood, time stands still, or the stamps span far more than was recorded.
+    """
+    grid = Grid(np.empty(0, dtype=np.int64), dt or 1.0)
+    known = np.flatnonzero(np.isfinite(stamps.seconds))
+    lost = len(stamps.seconds) - len(known)
+    if len(known) < 2:
+        raise RecordError(f"{name}, line {line}: the time stamps are not understood; give time_format or dt.")
+    if lost:
+        first = line + int(np.flatnonzero(~np.isfinite(stamps.seconds))[0])
+        grid.guesses.append(f"{lost} rows without a readable time stamp were left out (first near line {first}).")
+    t, rows = _in_order(stamps.seconds[known], known, stamps.kind, grid)
+    t = _spread_rounded(t, grid)
+    t, rows = _without_repeats(t, rows, grid)
+    if len(t) < 2:
+        raise RecordError(f"{name}, line {line}: all time stamps are equal; give dt if the rows are evenly sampled.")
+    if stamps.kind != "relative":
+        grid.start = _moment(float(t[0]), stamps.kind)
+    _lay(t, rows, dt, grid, name)
+    return grid
+
+
+def _in_order(t: NDArray, rows: NDArray, kind: str, grid: Grid) -> tuple[NDArray, NDArray]:
+    """Newest-first files turned round, clock changes undone, the rest sorted."""
+    steps = np.diff(t)
+    if (steps < 0).sum() > (steps > 0).sum():
+        t, rows, steps = t[::-1], rows[::-1], -steps[::-1]
+        grid.guesses.append("The file runs from the newest row to the oldest and was turned round.")
+    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    if kind == "local" and 0.0 < usual < _HOUR / 2:
+        t = _undo_summer_time(t, usual, grid)
+        steps = np.diff(t)
+    if (steps < 0).any():
+        back = int((steps < 0).sum())
+        grid.clock_jumps += back
+        grid.guesses.append(f"The time stamps run backwards {back} times; the rows were sorted by time.")
+        order = np.argsort(t, kind="stable")
+        t, rows = t[order], rows[order]
+    return t, rows
+
+
+def _undo_summer_time(t: NDArray, usual: float, grid: Grid) -> NDArray:
+    """Undo the hour that a wall clock repeats in autumn and leaves out in spring."""
+    shift = np.zeros(len(t))
+    steps = np.diff(t)
+    near = 0.5 * usual
+    for k in np.flatnonzero(np.abs(steps + _HOUR - usual) < near):
+        shift[k + 1 :] += _HOUR
+        grid.clock_jumps += 1
+        grid.guesses.append(
+            f"The clock goes back one hour at {_moment(t[k], 'local')}: taken as the end of summer time."
+        )
+    for k in np.flatnonzero(np.abs(steps - _HOUR - usual) < near):
+        moment = _moment(float(t[k]), "local")
+        if moment.weekday() == 6 and moment.hour < 3 and moment.month in (3, 4, 9, 10, 11):
+            shift[k + 1 :] -= _HOUR
+            grid.clock_jumps += 1
+            grid.guesses.append(f"The clock goes forward one hour at {moment}: taken as the start of summer time.")
+    return t + shift
+
+
+def _spread_rounded(t: NDArray, grid: Grid) -> NDArray:
+    """Stamps rounded to the minute (or second) repeat k times each: spread the rows evenly."""
+    values, counts = np.unique(t, return_counts=True)
+    if len(values) < 4:
+        return t
+    k = int(np.median(counts[1:-1]))
+    if k < 2 or np.mean(counts[1:-1] == k) < 0.9:
+        return t
+    step = float(np.median(np.diff(values)))
+    place = np.concatenate([np.arange(c) + (max(0, k - c) if i == 0 else 0) for i, c in enumerate(counts)])
+    grid.guesses.append(f"{k} rows share each stamp (rounded to {step:g} s): taken as {step / k:g} s apart.")
+    return t + place * step / np.maximum(k, np.repeat(counts, counts))
+
+
+def _without_repeats(t: NDArray, rows: NDArray, grid: Grid) -> tuple[NDArray, NDArray]:
+    keep = np.append(np.diff(t) > 0, True)
+    if repeated := int((~keep).sum()):
+        grid.guesses.append(f"{repeated} rows repeat a time stamp; the last of each was kept.")
+    return t[keep], rows[keep]
+
+
+def _lay(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: str) -> None:
+    steps = np.diff(t)
+    grid.dt = float(dt) if dt else float(np.median(steps))
+    whole = np.maximum(np.round(steps / grid.dt), 1.0)
+    place = np.concatenate([[0.0], np.cumsum(whole)])
+    if place[-1] > max(20 * len(t), 10_000):
+        k = int(np.argmax(steps))
+        raise RecordError(
+            f"{name}: rows {rows[k] + 1} and {rows[k + 1] + 1} of the data are {steps[k]:.6g} s apart, the sampling "
+            f"period is {grid.dt:.6g} s; cut the file there, or give dt."
+        )
+    if dt is None:  # the slope over all rows, so that a period of 9.999 s does not drift
+        grid.dt = _plain(float(np.polyfit(place, t - t[0], 1)[0]))
+    off = t - t[0] - place * grid.dt
+    off -= (off.max() + off.min()) / 2
+    if np.abs(off).max() <= 0.3 * grid.dt:
+        grid.pick = np.full(int(place[-1]) + 1, -1, dtype=np.int64)
+        grid.pick[place.astype(np.int64)] = rows
+        if missing := int((grid.pick < 0).sum()):
+            gaps = int((whole > 1).sum())
+            grid.guesses.append(f"{missing} samples in {gaps} gaps of the time stamps are missing (left as NaN).")
+        return
+    grid.dt = float(dt) if dt else _plain(float(np.median(steps)))
+    moments = t[0] + grid.dt * np.arange(int(np.floor((t[-1] - t[0]) / grid.dt + 1e-6)) + 1)
+    last = np.searchsorted(t, moments + 1e-6 * grid.dt, side="right") - 1
+    fresh = moments - t[last] <= HOLD_LIMIT * grid.dt
+    grid.pick = np.where(fresh, rows[last], -1)
+    grid.guesses.append(
+        f"The stamps are uneven ({steps.min():.4g} to {steps.max():.4g} s): each value is held until the next, every "
+        f"{grid.dt:.6g} s, for at most {HOLD_LIMIT} samples."
+    )
+
+
+def _plain(dt: float) -> float:
+    """Round a period that is almost a short number."""
+    short = float(f"{dt:.4g}")
+    return short if abs(dt - short) <= 1e-5 * dt else dt
+
+
+def _moment(seconds: float, kind: str) -> datetime:
+    zone = UTC if kind == "utc" else None
+    return datetime(1970, 1, 1, tzinfo=zone) + timedelta(seconds=round(seconds, 6))

@@ -1,0 +1,56 @@
+"""A table as any format hands it over: header rows, a first look at the data, and columns on demand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections import Counter
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from stiction.records.source import Source
+
+__all__ = ["Columns", "Table"]
+
+
+@dataclass
+class Columns:
+    """The columns that were asked for."""
+
+    text: dict[int, list[str]] = field(default_factory=dict)
+    """Column -> its cells as they stand."""
+    numbers: dict[int, NDArray] = field(default_factory=dict)
+    """Column -> its numbers, NaN where there was none."""
+    texts: dict[int, Counter[str]] = field(default_factory=dict)
+    """Column of numbers -> text that was no number -> how often."""
+    rows: int = 0
+    """Rows of data."""
+    lines: NDArray | None = None
+    """Line of the file for each row, for messages; None when row k stands on `first_line` + k."""
+
+
+class Table(Protocol):
+    """What a reader page offers to `stiction.records.loops`."""
+
+    source: Source
+    header: list[list[str]]
+    """Header rows, up to three, each as wide as the data; empty when there is none."""
+    sample: list[list[str]]
+    """The first rows of data as text."""
+    first_line: int
+    """Line (from 1) of the first row of data."""
+    decimal: str
+    """Decimal mark of the numbers."""
+    guesses: list[str]
+    """What was guessed so far, a sentence each."""
+
+    def take(self, text: Sequence[int], numbers: Sequence[int]) -> Columns:
+        """Read some columns as text and some as numbers."""
+        ...
+
+    def is_numeric(self, column: int) -> bool:
+        """Whether the first rows of a column hold numbers."""
+        ...
