@@ -1,0 +1,67 @@
+# `make demo` and `make test` are all you need. Each makes .venv and installs what it needs on its first call;
+# later calls use the stamps in .venv and start at once. Another Python: make PYTHON=python3.12 test
+
+PYTHON ?= python3
+WORKERS ?= 2
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
+
+.PHONY: help demo test check format bench picture venv clean
+
+help:
+	@echo "make demo     diagnose simulated plant data and write a report"
+	@echo "make test     run the tests"
+	@echo "make check    lint, types, import contracts, documentation"
+	@echo "make format   let ruff mend layout and imports"
+	@echo "make bench    measure speed"
+	@echo "make picture  draw the picture in README.md anew"
+	@echo "make venv     make .venv with everything a developer needs"
+	@echo "make clean    remove .venv and caches"
+
+demo: $(VENV)/.ready
+	@$(BIN)/stiction demo
+
+test: $(VENV)/.ready-test
+	$(BIN)/python -m pytest -n $(WORKERS)
+
+check: $(VENV)/.ready-check
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+	$(BIN)/python docs/check.py
+
+format: $(VENV)/.ready-check
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: $(VENV)/.ready-test
+	$(BIN)/python benchmarks/run.py
+
+picture: $(VENV)/.ready
+	$(BIN)/python docs/pictures.py
+
+venv: $(VENV)/.ready-check
+
+clean:
+	rm -rf $(VENV) build dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+
+$(VENV)/.made:
+	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("stiction needs Python 3.11 or later, this is " + sys.version.split()[0] + "; name another: make PYTHON=python3.12")'
+	$(PYTHON) -m venv $(VENV)
+	@touch $@
+
+$(VENV)/.ready: pyproject.toml | $(VENV)/.made
+	$(PIP) --editable .
+	@touch $@
+
+$(VENV)/.ready-test: pyproject.toml | $(VENV)/.made
+	$(PIP) --editable '.[test]'
+	@touch $@ $(VENV)/.ready
+
+$(VENV)/.ready-check: pyproject.toml | $(VENV)/.made
+	$(PIP) --editable '.[test,check]'
+	@touch $@ $(VENV)/.ready-test $(VENV)/.ready

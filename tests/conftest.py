@@ -1,0 +1,56 @@
+"""What every test may rely on: settled Hypothesis profiles, compiled kernels, the folder of real records."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+ROOT = Path(__file__).resolve().parents[1]
+
+settings.register_profile("local", deadline=None)
+settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True)
+settings.load_profile("ci" if os.environ.get("CI") else "local")
+
+
+def _give_kernels_a_cache() -> None:
+    """Point the kernels' disk cache to a folder that can be written, where the usual one cannot."""
+    if os.environ.get("NUMBA_CACHE_DIR"):
+        return
+    usual = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
+    nearest = next(folder for folder in (usual, *usual.parents) if folder.exists())
+    if not os.access(nearest, os.W_OK):
+        os.environ["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / "stiction-kernels")
+
+
+_give_kernels_a_cache()
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile the kernels once, before xdist starts its workers: these then find them in the disk cache."""
+    if hasattr(session.config, "workerinput") or session.config.option.collectonly:
+        return
+    import stiction as st
+
+    valve = st.Kano(S=3.0, J=1.0)
+    st.stroke(valve, [0.0, 3.0], dt=1.0)
+    st.simulate(st.Loop(st.PID(0.2, 10.0), valve, st.FOPDT(3.0, 10.0, 10.0), dt=1.0), sp=1.0, duration=10.0)
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    """Root of the project."""
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def records() -> Path:
+    """Folder of real loop records: STICTION_RECORDS, else ../shared/data; without either the test is skipped."""
+    named = os.environ.get("STICTION_RECORDS")
+    folder = Path(named) if named else ROOT.parent / "shared" / "data"
+    if not folder.is_dir():
+        pytest.skip(f"real records: {'STICTION_RECORDS' if named else '../shared/data'} is not a folder")
+    return folder

@@ -1,0 +1,110 @@
+"""Walk the folders: a page without branch, facts row, published numbers or source is not finished."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import inspect
+import re
+from pathlib import Path
+
+import pytest
+
+import stiction
+from stiction.models import Valve
+
+PACKAGE = Path(stiction.__file__).parent
+ROOT = Path(__file__).resolve().parents[2]
+REFERENCE = ROOT / "tests" / "reference"
+
+
+def text_of(path: Path) -> str:
+    return path.read_text(encoding="utf-8") if path.exists() else ""
+
+
+KEYS = set(re.findall(r"^@\w+\{([^,\s]+),", text_of(PACKAGE / "references.bib"), re.M))
+PUBLISHED = "\n".join(text_of(p) for p in sorted(REFERENCE.rglob("*")) if p.suffix in (".py", ".csv", ".json", ".toml"))
+
+
+def pages(room: str) -> list[str]:
+    return sorted(p.stem for p in (PACKAGE / room).glob("*.py") if not p.stem.startswith("_"))
+
+
+def valves_of(page: str) -> list[type[Valve]]:
+    module = importlib.import_module(f"stiction.models.valves.{page}")
+    classes = [t for _, t in inspect.getmembers(module, inspect.isclass) if t.__module__ == module.__name__]
+    return [t for t in classes if issubclass(t, Valve)]
+
+
+VALVES = [valve for page in pages("models/valves") for valve in valves_of(page)]
+STUDIED = [valve for valve in VALVES if valve.__name__ != "Ideal"]
+"""The ideal valve is nobody's: it has no source."""
+
+
+def test_there_are_valves():
+    assert {v.__name__ for v in VALVES} >= {"Stenman", "Choudhury", "Kano", "He", "Srinivasan", "Ideal"}
+
+
+@pytest.mark.parametrize("page", pages("models/valves"))
+def test_valve_page_has_a_branch(page):
+    steps = {n.name for n in ast.walk(ast.parse(text_of(PACKAGE / "models/valves" / f"{page}.py"))) if is_step(n)}
+    switch = ast.parse(text_of(PACKAGE / "models" / "switch.py"))
+    called = {
+        node.func.id for node in ast.walk(switch) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+    }
+    if valves_of(page):
+        assert steps
+        assert steps <= called, f"switch.py does not call {steps - called}"
+
+
+def is_step(node: ast.AST) -> bool:
+    return isinstance(node, ast.FunctionDef) and node.name.endswith("_step") and not node.name.startswith("_")
+
+
+@pytest.mark.parametrize("valve", VALVES, ids=lambda v: v.__name__)
+def test_valve_has_a_facts_row(valve):
+    from stiction.models.facts import FACTS
+
+    assert valve.__name__ in FACTS
+
+
+def test_no_facts_row_without_a_valve():
+    from stiction.models.facts import FACTS
+
+    assert set(FACTS) == {valve.__name__ for valve in VALVES}
+
+
+@pytest.mark.parametrize("valve", STUDIED, ids=lambda v: v.__name__)
+def test_valve_has_published_numbers(valve):
+    assert re.search(rf"\b{valve.__name__}\b", PUBLISHED), "no row in tests/reference/"
+
+
+@pytest.mark.parametrize("valve", STUDIED, ids=lambda v: v.__name__)
+def test_valve_names_its_source(valve):
+    told = re.split(r"References\n-{10}\n", inspect.getdoc(valve) or "")
+    keys = set(re.findall(r"\b[a-z][a-z_]+\d{4}[a-z]?\b", told[-1].split("\n\n")[0])) if len(told) > 1 else set()
+    assert keys
+    assert keys <= KEYS
+
+
+DETECTORS = [
+    page
+    for page in pages("diagnosis/detection")
+    if re.search(rf"^def {page}\(", text_of(PACKAGE / "diagnosis/detection" / f"{page}.py"), re.M)
+]
+"""A detector's page holds the function of its name."""
+
+
+@pytest.mark.parametrize("page", DETECTORS)
+def test_detector_has_a_facts_row_and_a_source(page):
+    from stiction.diagnosis.detection.facts import FACTS
+
+    assert page in FACTS
+    assert FACTS[page].function.__name__ == page
+    assert FACTS[page].source in KEYS
+
+
+@pytest.mark.parametrize("page", DETECTORS)
+def test_detector_has_a_test_with_numbers(page):
+    tests = "".join(text_of(p) for p in sorted((ROOT / "tests").rglob("*.py")) if p.parent.name != "contracts")
+    assert re.search(rf"\b{page}\b", tests)

@@ -1,0 +1,106 @@
+"""The house: floors, sizes, names, and what must never be committed."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import stiction
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "src" / "stiction"
+KEPT = ("src", "tests", "docs", "benchmarks", ".ci")
+TEXT = {".py", ".md", ".toml", ".yaml", ".yml", ".cff", ".bib", ".html", ".css", ".js", ".csv", ".json", ".svg", ""}
+
+
+def committed() -> list[Path]:
+    """Files of the project: what git knows or would take, else what lies in the project's folders."""
+    listed = subprocess.run(
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True
+    )
+    if listed.returncode == 0:
+        return [ROOT / name for name in listed.stdout.splitlines() if (ROOT / name).is_file()]
+    inside = [p for folder in KEPT for p in (ROOT / folder).rglob("*") if "__pycache__" not in p.parts]
+    return [p for p in (*ROOT.iterdir(), *inside) if p.is_file()]
+
+
+FILES = committed()
+PAGES = [p for p in FILES if p.suffix == ".py"]
+
+
+def text_of(path: Path) -> str:
+    return path.read_text(encoding="utf-8", errors="replace")
+
+
+def name_of(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+def test_floors_hold():
+    """Run the import contracts of pyproject.toml."""
+    run = [sys.executable, "-c", "from importlinter.cli import lint_imports_command as c; c()", "--no-cache"]
+    pytest.importorskip("importlinter", reason="import-linter is not installed; `make check` runs the contracts")
+    done = subprocess.run(run, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+
+
+def test_errors_import_nothing_of_ours():
+    assert "stiction" not in re.findall(r"^(?:from|import)\s+(\w+)", text_of(PACKAGE / "errors.py"), re.M)
+
+
+def test_numba_is_touched_in_one_place():
+    users = {name_of(p) for p in PACKAGE.rglob("*.py") if re.search(r"^\s*(import|from) numba", text_of(p), re.M)}
+    assert users == {"src/stiction/models/compiled.py"}
+
+
+@pytest.mark.parametrize("path", PAGES, ids=name_of)
+def test_page_is_short(path):
+    assert len(text_of(path).splitlines()) <= 400
+
+
+def test_no_folder_with_one_file():
+    for folder in {p.parent for p in PACKAGE.rglob("*.py")}:
+        modules = [p for p in folder.iterdir() if p.suffix == ".py" or (p / "__init__.py").exists()]
+        assert len(modules) > 1, f"{name_of(folder)} holds one file: move it up or leave the room out"
+
+
+def test_no_utils():
+    vague = {"util", "utils", "helper", "helpers", "misc", "common"}
+    assert not [name_of(p) for p in PACKAGE.rglob("*") if p.stem.strip("_") in vague]
+
+
+def test_no_path_of_a_machine_and_no_package_host():
+    hosts = ["py" + "pi.org", "python" + "hosted", "npm" + "js", "conda" + ".anaconda", "index" + "-url"]
+    paths = ["/wo" + "rk/", "/ho" + "me/", "/Us" + "ers/", "/ro" + "ot/", "C:\\\\Us" + "ers"]
+    wrong = re.compile("|".join(map(re.escape, hosts + paths)))
+    found = {name_of(p): m.group() for p in FILES if p.suffix in TEXT and (m := wrong.search(text_of(p)))}
+    assert not found
+
+
+def test_no_lock_file():
+    assert not [name_of(p) for p in FILES if p.name in {"uv.lock", "poetry.lock", "package-lock.json", "pdm.lock"}]
+
+
+def test_no_retracted_source():
+    """The open review of 2015 in `Processes` is marked retracted by its publisher."""
+    retracted = re.compile(r"pr30" + r"20422|Review on Valve" + r"\s+Stiction", re.I)
+    assert not [name_of(p) for p in FILES if p.suffix in TEXT and retracted.search(text_of(p))]
+
+
+def test_no_real_record():
+    """Records of real plants are not ours to pass on."""
+    folder = ROOT.parent / "shared" / "data"
+    names = {p.name for p in folder.rglob("*.csv")} if folder.is_dir() else set()
+    assert not [name_of(p) for p in FILES if p.name in names and p.suffix == ".csv"]
+
+
+def test_one_version():
+    project = tomllib.loads(text_of(ROOT / "pyproject.toml"))["project"]
+    assert stiction.__version__ == project["version"]
+    assert f"version: {project['version']}\n" in text_of(ROOT / "CITATION.cff")
+    assert f"## [{project['version']}]" in text_of(ROOT / "CHANGELOG.md")
