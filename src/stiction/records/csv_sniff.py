@@ -53,9 +53,13 @@ def sniff(name: str, lines: list[str], delimiter: str | None, decimal: str | Non
     if lines and (marked := re.fullmatch(r'"?sep=(.)"?\s*', lines[0], re.IGNORECASE)):
         delimiter = delimiter or marked.group(1)
     best: Layout | None = None
-    best_score = 0.0
+    best_score, broken, doubled = 0.0, "", ""
     for mark in (delimiter,) if delimiter else DELIMITERS:
-        cells = split(lines, mark)
+        try:
+            cells = split(lines, mark)
+        except csv.Error as error:
+            broken = f"a quote that never closes ({error})"
+            continue
         for point in (decimal,) if decimal else (".", ","):
             first = next((i for i, row in enumerate(cells) if _is_data(row, point, mark)), None)
             if first is None:
@@ -65,12 +69,17 @@ def sniff(name: str, lines: list[str], delimiter: str | None, decimal: str | Non
             score = _score(data, width, point, mark)
             if score > best_score + 1e-9:
                 header, passed_over = _header(cells[:first], width, data[0])
+                above = len(cells[first - 1]) if first and not header else 0
+                twice = mark == "," and above > 1 and width in (2 * above - 1, 2 * above)
+                doubled = f"rows of {width} cells under a header of {above}: a decimal comma between commas" * twice
                 best_score, best = score, Layout(mark, point, header, first, width, passed_over)
+    if doubled or (broken and best is None):
+        raise RecordError(f"{name}: holds {doubled or broken}; export it with semicolons between columns, or without quotes.")
     if best is None:
         first_line = lines[0].strip()[:60] if lines else ""
         raise RecordError(
             f"{name}, line 1: no row of numbers was found (the file begins {first_line!r}); "
-            "export a table with a header and one row per sample."
+            "export a table with a header and one row of numbers per sample."
         )
     return best
 

@@ -60,8 +60,8 @@ def loops_of(table: Table, options: Options) -> list[LoopRecord]:
             "say what they are, for example columns={'time': 0, 'pv': 1, 'op': 2}."
         )
     given = assign(names, width, options.columns, name)
-    _find_time(given, table, options)
     _keep_loops(given, names, table, options)
+    _find_time(given, table, options)
     roles = list(given.loops.values())
     text = {*given.time, *(s[role] for s in roles for role in ("mode", "bad", "quality") if role in s)}
     numeric_time = len(given.time) == 1 and table.is_numeric(given.time[0]) and options.time_format is None

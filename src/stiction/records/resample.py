@@ -61,6 +61,8 @@ def regular_grid(stamps: Stamps, dt: float | None, name: str, line: int) -> Grid
     grid = Grid(np.empty(0, dtype=np.int64), dt or 1.0)
     known = np.flatnonzero(np.isfinite(stamps.seconds))
     lost = len(stamps.seconds) - len(known)
+    if dt is not None and (len(known) < 2 or np.ptp(stamps.seconds[known]) == 0.0):
+        return Grid(np.arange(len(stamps.seconds)), dt, guesses=["The time stamps are of no use: dt is as given."])
     if len(known) < 2:
         raise RecordError(f"{name}, line {line}: the time stamps are not understood; give time_format or dt.")
     if lost:

@@ -67,8 +67,7 @@ def load(path: str | os.PathLike[str] | BinaryIO, refuse: Callable[[str, bytes],
                 raise RecordError("stdin: nothing is piped in; give a file name or pipe a CSV file.")
             return _drain(sys.stdin.buffer, "stdin", "stdin", refuse)
         try:
-            with open(text, "rb") as file:
-                return _drain(file, text, Path(text).stem, refuse)
+            file = open(text, "rb")  # noqa: SIM115 (closed below; only the opening is guarded here)
         except IsADirectoryError:
             raise RecordError(f"{text}: is a folder; name a file in it, such as {text.rstrip('/')}/*.csv.") from None
         except FileNotFoundError:
@@ -76,6 +75,8 @@ def load(path: str | os.PathLike[str] | BinaryIO, refuse: Callable[[str, bytes],
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
             raise RecordError(f"{text!r}: cannot be read ({reason}); check the name and the rights.") from None
+        with file:
+            return _drain(file, text, Path(text).stem, refuse)
     if not hasattr(path, "read"):
         raise RecordError(f"cannot read {type(path).__name__} as a record; give a file name or an open binary file.")
     name = getattr(path, "name", "stream")

@@ -1,0 +1,245 @@
+"""Header and tag dialects, against columns written by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stiction.errors import RecordError
+from stiction.records import read
+
+HEADERS = {
+    "suffixes": ("Time,FIC-101.PV,FIC-101.OP,FIC-101.SP", "FIC-101"),
+    "lower case": ("time,fic-101.pv,fic-101.op,fic-101.sp", "fic-101"),
+    "DeltaV": ("Time,FIC-101/PID1/PV.CV,FIC-101/PID1/OUT.CV,FIC-101/PID1/SP.CV", "FIC-101"),
+    "CENTUM": ("Time,FIC101.PV,FIC101.MV,FIC101.SV", "FIC101"),
+    "I/A": ("Time,12-FC-135A.MEAS,12-FC-135A.OUT,12-FC-135A.SPT", "12-FC-135A"),
+    "underscores": ("Timestamp,FIC_101_PV,FIC_101_CO,FIC_101_SP", "FIC_101"),
+    "blanks": ("Date Time,FIC-101 PV,FIC-101 Output,FIC-101 Setpoint", "FIC-101"),
+    "server path": (r"Time,\\srv\FIC-101.PV,\\srv\FIC-101.OP,\\srv\FIC-101.SP", "FIC-101"),
+    "signal first": ("Time,PV_FIC101,OP_FIC101,SP_FIC101", "FIC101"),
+    "units in brackets": ("Time [s],FIC-101.PV [t/h],FIC-101.OP (%),FIC-101.SP [t/h]", "FIC-101"),
+    "quotes": ('"Time","FIC-101.PV","FIC-101.OP","FIC-101.SP"', "FIC-101"),
+    "plain": ("time_s,PV,CO,SP", "stream"),
+    "words": ("Time,Process variable,Controller output,Set point", "stream"),
+    "German": ("Zeit,Istwert,Stellgröße,Sollwert", "stream"),
+}
+
+
+@pytest.mark.parametrize("dialect", HEADERS)
+def test_header_dialects(dialect, signals, table, read_text):
+    header, tag = HEADERS[dialect]
+    t, pv, op, sp = signals
+    [record] = read_text(table(header, t, pv, op, sp))
+    assert record.tag == tag
+    assert record.dt == 1.0
+    np.testing.assert_array_equal(record.pv, pv)
+    np.testing.assert_array_equal(record.op, op)
+    np.testing.assert_array_equal(record.sp, sp)
+    assert record.mv is None
+
+
+@pytest.mark.parametrize(
+    ("tag", "loop_type"),
+    [
+        ("FIC-101", "flow"),
+        ("2111LIC23001", "level"),
+        ("2111FIC40102C", "flow"),
+        ("RHT342-FIC11502", "flow"),
+        ("12-PC-135A", "pressure"),
+        ("PDIC7", "pressure"),
+        ("TRC_4", "temperature"),
+        ("2411AIC90201", "analyser"),
+        ("CHEM1", "other"),
+        ("PAP2", "other"),
+        ("boiler", "other"),
+    ],
+)
+def test_loop_type_from_the_first_letter(tag, loop_type, signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table(f"time_s,{tag}.PV,{tag}.OP", t, pv, op))
+    assert (record.tag, record.loop_type) == (tag, loop_type)
+
+
+def test_mv_is_the_position_beside_an_op(signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table("time_s,PV,OP,MV,FLOW", t, pv, op, op - 1.0, pv * 2))
+    np.testing.assert_array_equal(record.mv, op - 1.0)
+    assert set(record.provenance.columns) == {"pv", "op", "mv"}
+
+
+def test_mv_alone_is_the_output_and_said_so(signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table("time_s,PV,MV", t, pv, op))
+    np.testing.assert_array_equal(record.op, op)
+    assert any("MV" in guess and "controller output" in guess for guess in record.provenance.guesses)
+
+
+def test_wide_file_with_many_loops(signals, table, read_text):
+    t, pv, op, _ = signals
+    header = "Time,FIC-1.PV,FIC-1.OP,LIC-2.PV,LIC-2.OP,TI-3.PV"
+    text = table(header, t, pv, op, pv + 1, op + 1, pv + 2)
+    records = read_text(text)
+    assert [(r.tag, r.loop_type, r.integrating) for r in records] == [("FIC-1", "flow", False), ("LIC-2", "level", True)]
+    np.testing.assert_array_equal(records[1].op, op + 1)
+    assert any("TI-3" in guess for guess in records[0].provenance.guesses)
+    [one] = read_text(text, tag="lic-2")
+    np.testing.assert_array_equal(one.pv, pv + 1)
+    with pytest.raises(RecordError, match=r"no loop 'XIC'.*FIC-1, LIC-2"):
+        read_text(text, tag="XIC")
+
+
+def test_two_blocks_of_one_module_stay_apart(signals, table, read_text):
+    t, pv, op, _ = signals
+    header = "Time,FIC-1/PID1/PV.CV,FIC-1/PID1/OUT.CV,FIC-1/PID2/PV.CV,FIC-1/PID2/OUT.CV"
+    records = read_text(table(header, t, pv, op, pv, op))
+    assert [record.tag for record in records] == ["FIC-1/PID1", "FIC-1/PID2"]
+
+
+def test_three_header_rows(signals, table, read_text):
+    t, pv, op, _ = signals
+    header = ["Time,FIC-1.PV,FIC-1.OP", "min,t/h,%", "Local,Feed flow,Feed valve"]
+    [record] = read_text(table(header, t, pv, op))
+    assert (record.tag, record.dt) == ("FIC-1", 60.0)
+    np.testing.assert_array_equal(record.op, op)
+
+
+def test_tag_above_signal(signals, table, read_text):
+    t, pv, op, _ = signals
+    records = read_text(table([",FIC-1,,LIC-2,", "Time,PV,OP,PV,OP"], t, pv, op, pv + 1, op + 1))
+    assert [record.tag for record in records] == ["FIC-1", "LIC-2"]
+    np.testing.assert_array_equal(records[1].pv, pv + 1)
+
+
+def test_title_lines_above_the_header(signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table(["Trend export", "Unit 21", "", "time_s,PV,OP"], t, pv, op))
+    np.testing.assert_array_equal(record.pv, pv)
+    assert any("2 lines above" in guess for guess in record.provenance.guesses)
+
+
+def test_commented_header(signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table("# time_s,PV,OP", t, pv, op))
+    np.testing.assert_array_equal(record.op, op)
+
+
+def test_named_columns(signals, table, read_text):
+    t, pv, op, sp = signals
+    text = table("clock,a,b,c", t, pv, op, sp)
+    [record] = read_text(text, columns={"pv": "A", "op": 2}, tag="FIC-9")
+    assert (record.tag, record.loop_type, record.sp) == ("FIC-9", "flow", None)
+    np.testing.assert_array_equal(record.pv, pv)
+    np.testing.assert_array_equal(record.op, op)
+    with pytest.raises(RecordError, match="no column 'x' for PV; its columns are clock, a, b, c"):
+        read_text(text, columns={"pv": "x", "op": "b"})
+    with pytest.raises(RecordError, match="no column 9 for OP.*0 to 3"):
+        read_text(text, columns={"pv": "a", "op": 9})
+    with pytest.raises(RecordError, match="'valve' is no signal"):
+        read_text(text, columns={"pv": "a", "valve": "b"})
+
+
+def test_no_header_needs_named_columns(signals, table, read_text):
+    t, pv, op, _ = signals
+    text = "\n".join(table("", t, pv, op).splitlines()[1:])
+    with pytest.raises(RecordError, match=r"line 1: there is no header.*columns="):
+        read_text(text)
+    [record] = read_text(text, columns={"time": 0, "pv": 1, "op": 2})
+    np.testing.assert_array_equal(record.op, op)
+    [record] = read_text(text, columns={"pv": 1, "op": 2}, dt=5.0)
+    assert record.dt == 5.0
+
+
+def test_status_texts_are_counted(signals, table, read_text):
+    t, pv, op, _ = signals
+    cells = [str(x) for x in pv]
+    cells[3] = cells[4] = "Bad Input"
+    cells[10] = "I/O Timeout"
+    cells[20] = ""
+    [record] = read_text(table("time_s,PV,OP", t, cells, op))
+    assert np.flatnonzero(np.isnan(record.pv)).tolist() == [3, 4, 10, 20]
+    assert record.provenance.bad_texts == {"Bad Input": 2, "I/O Timeout": 1}
+    assert record.provenance.bad == 4
+
+
+@pytest.mark.parametrize(
+    ("header", "good", "flag"),
+    [("BAD", "0", "1"), ("bad", "", "1"), ("Quality", "192", "24"), ("Quality", "Good", "Questionable")],
+)
+def test_flagged_rows_are_missing(header, good, flag, signals, table, read_text):
+    t, pv, op, _ = signals
+    cells = [good] * len(t)
+    cells[5] = cells[6] = flag
+    [record] = read_text(table(f"time_s,PV,OP,{header}", t, pv, op, cells))
+    assert np.flatnonzero(np.isnan(record.op)).tolist() == [5, 6]
+    assert record.provenance.bad == 2
+
+
+@pytest.mark.parametrize(("on", "off"), [("AUTO", "MAN"), ("AUT", "IMAN"), ("CAS", "OOS"), ("A", "M"), ("1", "0")])
+def test_mode(on, off, signals, table, read_text):
+    t, pv, op, _ = signals
+    cells = [on] * 60 + [off] * 30 + [""] * 10 + [on] * 20
+    [record] = read_text(table("time_s,FIC-1.PV,FIC-1.OP,FIC-1.MODE", t, pv, op, cells))
+    np.testing.assert_array_equal(record.auto, [True] * 60 + [False] * 40 + [True] * 20)
+
+
+def test_unknown_mode_is_left_out_and_said_so(signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table("time_s,PV,OP,MODE", t, pv, op, ["17"] * len(t)))
+    assert record.auto is None
+    assert any("mode" in guess for guess in record.provenance.guesses)
+
+
+def test_op_scale_is_never_converted_on_suspicion(signals, table, read_text):
+    t, pv, op, _ = signals
+    text = table("time_s,PV,OP", t, pv, op / 100)
+    [record] = read_text(text)
+    np.testing.assert_array_equal(record.op, op / 100)
+    assert any("fraction" in guess and "op_range" in guess for guess in record.provenance.guesses)
+    [record] = read_text(text, op_range=(0, 1))
+    np.testing.assert_allclose(record.op, op, rtol=1e-14)
+
+
+def test_op_in_fraction_by_its_unit_is_converted(signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table("time_s,PV,OP [0-1]", t, pv, op / 100))
+    np.testing.assert_allclose(record.op, op, rtol=1e-14)
+
+
+def test_op_in_milliamperes(signals, table, read_text):
+    t, pv, op, _ = signals
+    text = table("time_s,PV,OP [mA]", t, pv, 4 + 0.16 * op)
+    assert any("mA" in guess for guess in read_text(text)[0].provenance.guesses)
+    np.testing.assert_allclose(read_text(text, op_range=(4, 20))[0].op, op, rtol=1e-12)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "utf-32", "latin-1"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_encodings(encoding, end, signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table("time_s,TIC-1.PV [°C],TIC-1.OP", t, pv, op, end=end), encoding)
+    assert record.loop_type == "temperature"
+    np.testing.assert_array_equal(record.pv, pv)
+
+
+def test_thousands(signals, table, read_text):
+    t, _, op, _ = signals
+    big = 1000.5 + np.arange(len(t))
+    english = [f'"{x:,.1f}"' for x in big]
+    [record] = read_text(table("time_s,PV,OP", t, english, op))
+    np.testing.assert_array_equal(record.pv, big)
+    german = [f"{x:,.1f}".replace(",", " ").replace(".", ",").replace(" ", ".") for x in big]
+    [record] = read_text(table("time_s;PV;OP", t, german, op, delimiter=";", decimal=","))
+    np.testing.assert_array_equal(record.pv, big)
+
+
+def test_reading_a_path_names_loop_and_digest(tmp_path, signals, table):
+    import hashlib
+
+    t, pv, op, _ = signals
+    path = tmp_path / "2111FIC10201_week.csv"
+    path.write_text(table("time_s,PV,OP", t, pv, op))
+    [record] = read(path)
+    assert (record.tag, record.loop_type, record.provenance.rows) == ("2111FIC10201_week", "flow", len(t))
+    assert record.provenance.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
+    assert record.provenance.source == str(path)

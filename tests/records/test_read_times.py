@@ -1,0 +1,209 @@
+"""Time stamps, against datetimes of the standard library."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta, timezone
+
+import numpy as np
+import pytest
+
+from stiction.errors import RecordError
+
+START = datetime(2026, 2, 1, 13, 0, 0)
+FORMS = {
+    "%Y-%m-%d %H:%M:%S": {},
+    "%Y-%m-%dT%H:%M:%S": {},
+    "%Y/%m/%d %H:%M:%S": {},
+    "%d.%m.%Y %H:%M:%S": {},
+    "%d/%m/%Y %H:%M:%S": {"day_first": True},
+    "%m/%d/%Y %I:%M:%S %p": {"day_first": False},
+    "%d-%b-%y %H:%M:%S": {},
+    "%d-%b-%Y %H:%M:%S.%f": {},
+    "%b %d %Y %H:%M:%S": {},
+    "%A %d %B %Y %H:%M:%S": {},
+    "%Y%m%d%H%M%S": {},
+    "%Y%m%dT%H%M%S": {},
+    "%H.%M.%S %d.%m.%Y": {"time_format": "%H.%M.%S %d.%m.%Y"},
+}
+
+
+def stamps(n, seconds, form, start=START):
+    return [(start + timedelta(seconds=seconds * k)).strftime(form) for k in range(n)]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_forms_of_time_stamps(form, signals, table, read_text):
+    _, pv, op, _ = signals
+    [record] = read_text(table("Timestamp,PV,OP", stamps(len(pv), 10, form), pv, op), **FORMS[form])
+    assert (record.dt, record.start) == (10.0, START)
+    np.testing.assert_array_equal(record.op, op)
+
+
+@pytest.mark.parametrize(("zone", "hours"), [("Z", 0), ("+00:00", 0), ("+02:00", 2), ("-0530", -5.5), (" UTC", 0)])
+def test_zones_become_utc(zone, hours, signals, table, read_text):
+    _, pv, op, _ = signals
+    cells = [f"{cell}{zone}" for cell in stamps(len(pv), 10, "%Y-%m-%dT%H:%M:%S")]
+    [record] = read_text(table("Timestamp,PV,OP", cells, pv, op))
+    assert record.start == START.replace(tzinfo=timezone.utc) - timedelta(hours=hours)
+
+
+@pytest.mark.parametrize(
+    ("name", "per_second", "zero", "kind"),
+    [
+        ("time_ms", 1e3, 0.0, None),
+        ("Time [min]", 1 / 60, 0.0, None),
+        ("time_h", 1 / 3600, 0.0, None),
+        ("time", 1.0, 0.0, None),
+        ("Timestamp", 1.0, 1.7699508e9, timezone.utc),
+        ("Timestamp", 1e3, 1.7699508e9, timezone.utc),
+        ("Timestamp", 1e6, 1.7699508e9, timezone.utc),
+        ("Timestamp", 1 / 86400, 46054.5416666667 * 86400, "excel"),
+    ],
+)
+def test_times_as_numbers(name, per_second, zero, kind, signals, table, read_text):
+    _, pv, op, _ = signals
+    cells = [repr((zero + 30.0 * k) * per_second) for k in range(len(pv))]
+    [record] = read_text(table(f"{name},PV,OP", cells, pv, op))
+    assert record.dt == pytest.approx(30.0, rel=1e-5)
+    # 1 769 950 800 s after 1970 and Excel's 46 054.541666 are both the first of February 2026, 13:00.
+    assert record.start == {None: None, "excel": START}.get(kind, START.replace(tzinfo=timezone.utc))
+    np.testing.assert_array_equal(record.pv, pv)
+
+
+def test_ambiguous_dates_follow_the_data(signals, table, read_text):
+    _, pv, op, _ = signals
+    # Two hours over midnight: 01/02 -> 02/02 is the next day only when the day comes first.
+    late = datetime(2026, 2, 1, 23, 59, 0)
+    [record] = read_text(table("Time,PV,OP", stamps(len(pv), 60, "%d/%m/%Y %H:%M", late), pv, op))
+    assert (record.dt, record.start, len(record)) == (60.0, late, len(pv))
+    [record] = read_text(table("Time,PV,OP", stamps(len(pv), 60, "%m/%d/%Y %H:%M", late), pv, op))
+    assert (record.dt, record.start, len(record)) == (60.0, late, len(pv))
+
+
+def test_ambiguous_dates_without_a_hint_are_a_stated_guess(signals, table, read_text):
+    _, pv, op, _ = signals
+    [record] = read_text(table("Time,PV,OP", stamps(len(pv), 10, "%d/%m/%Y %H:%M:%S"), pv, op))
+    assert any("day_first=False" in guess for guess in record.provenance.guesses)
+
+
+def test_days_above_twelve_settle_the_order(signals, table, read_text):
+    _, pv, op, _ = signals
+    start = datetime(2026, 2, 25, 1, 0)
+    for form in ("%d/%m/%y %H:%M:%S", "%m/%d/%y %H:%M:%S"):
+        [record] = read_text(table("Time,PV,OP", stamps(len(pv), 5, form, start), pv, op))
+        assert record.start == start
+        assert not any("day_first" in guess for guess in record.provenance.guesses)
+
+
+def test_date_and_clock_in_two_columns(signals, table, read_text):
+    _, pv, op, _ = signals
+    days, clocks = stamps(len(pv), 10, "%d.%m.%Y"), stamps(len(pv), 10, "%H:%M:%S")
+    [record] = read_text(table("Date;Time;PV;OP", days, clocks, pv, op, delimiter=";"))
+    assert (record.start, record.dt) == (START, 10.0)
+    [record] = read_text(table("Time PV OP", days, clocks, pv, op, delimiter=" "))
+    assert (record.start, record.dt) == (START, 10.0)
+    np.testing.assert_array_equal(record.op, op)
+
+
+def test_clock_without_a_date_runs_over_midnight(signals, table, read_text):
+    _, pv, op, _ = signals
+    cells = stamps(len(pv), 10, "%H:%M:%S", datetime(2026, 2, 1, 23, 55))
+    [record] = read_text(table("Time,PV,OP", cells, pv, op))
+    assert (record.dt, record.start, len(record)) == (10.0, None, len(pv))
+    np.testing.assert_array_equal(record.op, op)
+
+
+def test_sample_index_needs_dt(signals, table, read_text):
+    t, pv, op, _ = signals
+    text = table("sample,PV,OP", t, pv, op)
+    with pytest.raises(RecordError, match="sample index; give the sampling period with dt="):
+        read_text(text)
+    assert read_text(text, dt=2.5)[0].dt == 2.5
+    with pytest.raises(RecordError, match="no time column"):
+        read_text(table("PV,OP", pv, op))
+
+
+def test_gaps_become_missing_samples(signals, table, read_text):
+    t, pv, op, _ = signals
+    keep = np.r_[0:50, 57:120]
+    [record] = read_text(table("time_s,PV,OP", 10 * t[keep], pv[keep], op[keep]))
+    assert (record.dt, len(record), record.provenance.bad) == (10.0, 120, 7)
+    assert np.isnan(record.pv[50:57]).all()
+    np.testing.assert_array_equal(record.pv[57:], pv[57:])
+    assert any("7 samples in 1 gaps" in guess for guess in record.provenance.guesses)
+
+
+def test_newest_first_unsorted_and_repeated_rows(signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table("time_s,PV,OP", t[::-1], pv[::-1], op[::-1]))
+    np.testing.assert_array_equal(record.op, op)
+    order = np.arange(len(t))
+    order[[10, 11]] = 11, 10
+    order = np.insert(order, 30, 29)
+    [record] = read_text(table("time_s,PV,OP", t[order], pv[order], op[order]))
+    np.testing.assert_array_equal(record.op, op)
+    assert record.provenance.clock_jumps == 1
+    assert any("repeat a time stamp" in guess for guess in record.provenance.guesses)
+
+
+def test_uneven_stamps_are_held_never_interpolated(table, read_text):
+    rng = np.random.default_rng(3)
+    t = np.round(np.cumsum(rng.uniform(0.2, 3.0, 300)), 2)
+    op, pv = np.round(rng.normal(50, 5, 300), 3), np.round(rng.normal(5, 1, 300), 3)
+    [record] = read_text(table("time_s,PV,OP", t, pv, op))
+    assert set(record.op) <= set(op)
+    for k in range(0, len(record), 17):  # the last value at or before each moment, found the slow way
+        moment = t[0] + record.time[k]
+        last = max(i for i in range(300) if t[i] <= moment + 1e-6)
+        assert (record.op[k], record.pv[k]) == (op[last], pv[last])
+    assert any("held" in guess for guess in record.provenance.guesses)
+
+
+def test_jittering_stamps_keep_every_row(signals, table, read_text):
+    t, pv, op, _ = signals
+    jitter = np.random.default_rng(1).uniform(-0.9, 0.9, len(t))
+    [record] = read_text(table("time_s,PV,OP", np.round(10 * t + jitter, 3), pv, op))
+    assert record.dt == pytest.approx(10.0, rel=2e-3)
+    np.testing.assert_array_equal(record.op, op)
+
+
+def test_stamps_rounded_to_the_minute_are_spread(signals, table, read_text):
+    _, pv, op, _ = signals
+    cells = stamps(len(pv), 10, "%Y-%m-%d %H:%M")
+    [record] = read_text(table("Time,PV,OP", cells, pv, op))
+    assert record.dt == 10.0
+    np.testing.assert_array_equal(record.op, op)
+    assert any("share each stamp" in guess for guess in record.provenance.guesses)
+
+
+def test_summer_time(table, read_text):
+    zoneinfo = pytest.importorskip("zoneinfo")
+    try:
+        berlin = zoneinfo.ZoneInfo("Europe/Berlin")
+    except zoneinfo.ZoneInfoNotFoundError:
+        pytest.skip("no time zone data on this machine")
+    for utc in (datetime(2026, 10, 24, 22, tzinfo=timezone.utc), datetime(2026, 3, 28, 22, tzinfo=timezone.utc)):
+        k = np.arange(300)
+        cells = [(utc + timedelta(minutes=int(i))).astimezone(berlin).strftime("%d.%m.%Y %H:%M:%S") for i in k]
+        pv, op = np.round(np.sin(k / 9.0), 3), np.round(50 + np.cos(k / 9.0), 3)
+        [record] = read_text(table("Time,PV,OP", cells, pv, op))
+        assert (record.dt, len(record), record.provenance.clock_jumps) == (60.0, 300, 1)
+        np.testing.assert_array_equal(record.op, op)
+        assert any("summer time" in guess for guess in record.provenance.guesses)
+
+
+def test_unreadable_stamps_are_left_out_and_said(signals, table, read_text):
+    _, pv, op, _ = signals
+    cells = stamps(len(pv), 10, "%Y-%m-%d %H:%M:%S")
+    cells[7] = "soon"
+    [record] = read_text(table("Time,PV,OP", cells, pv, op))
+    assert np.isnan(record.op[7])
+    assert any("1 rows without a readable time stamp" in guess for guess in record.provenance.guesses)
+
+
+def test_given_dt_rules(signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table("time_s,PV,OP", t, pv, op), dt=2.0)
+    np.testing.assert_array_equal(record.op, op[::2])
+    [record] = read_text(table("Time,PV,OP", ["x"] * len(t), pv, op), dt=3.0)
+    assert (record.dt, len(record)) == (3.0, len(t))
