@@ -136,18 +136,17 @@ def control_error(record: LoopRecord) -> NDArray[np.float64] | None:
 
 
 def filled(x: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-    """The signal with missing values bridged by straight lines; None when under half is there or it never moves."""
+    """Bridge missing values by straight lines; None when under half of the signal is there or it never moves."""
     if x is None:
         return None
     good = np.isfinite(x)
     count = int(np.count_nonzero(good))
     if count < max(8, x.shape[0] // 2):
         return None
-    if count < x.shape[0]:
-        at = np.arange(x.shape[0])
-        x = np.interp(at, at[good], x[good])
-    low, high = float(x.min()), float(x.max())
-    return x if high - low > 1e-12 * max(abs(low), abs(high)) else None
+    at = np.arange(x.shape[0])
+    whole = x if count == x.shape[0] else np.interp(at, at[good], x[good])
+    low, high = float(whole.min()), float(whole.max())
+    return whole if high - low > 1e-12 * max(abs(low), abs(high)) else None
 
 
 def smooth(x: NDArray[np.float64], width: float) -> NDArray[np.float64]:
@@ -178,7 +177,7 @@ def _end(x: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def about_drift(x: NDArray[np.float64], samples_per_period: float) -> NDArray[np.float64]:
-    """The signal less its moving average over one period: the wave stays as it is, slower drift goes."""
+    """Take off the moving average over one period: the wave stays as it is, slower drift goes."""
     return x - smooth(x, samples_per_period)
 
 
@@ -226,18 +225,16 @@ def half_cycles(x: NDArray[np.float64], samples_per_period: float) -> NDArray[np
 
 def autocorrelation(x: NDArray[np.float64]) -> NDArray[np.float64]:
     """Autocorrelation at lags 0 .. 3/4 n [-], each lag over the pairs it has (unbiased), 1 at lag 0."""
-    from scipy.fft import irfft, next_fast_len, rfft
-
     n = x.shape[0]
     lags = max(2, (3 * n) // 4)
-    size = next_fast_len(n + lags, real=True)
-    spectrum = rfft(x - x.mean(), size)
-    acf = irfft(spectrum.real**2 + spectrum.imag**2, size)[:lags] / np.arange(n, n - lags, -1.0)
+    size = 1 << (n + lags - 1).bit_length()
+    spectrum = np.fft.rfft(x - x.mean(), size)
+    acf = np.fft.irfft(spectrum.real**2 + spectrum.imag**2, size)[:lags] / np.arange(n, n - lags, -1.0)
     return acf / acf[0] if acf[0] > 0.0 else np.zeros(lags)
 
 
 def _strongest(x: NDArray[np.float64]) -> _Rhythm:
-    """The octave whose wave carries most, regular ones first."""
+    """Find the octave whose wave carries most, regular ones first."""
     best = _NOTHING
     longest = x.shape[0] / FEWEST
     for octave in range(int(np.log2(max(longest / SHORTEST, 1.0))) + 1):
@@ -248,7 +245,7 @@ def _strongest(x: NDArray[np.float64]) -> _Rhythm:
 
 
 def _octave(x: NDArray[np.float64], around: float) -> _Rhythm:
-    """The rhythm with a period within two thirds to four thirds of `around` [samples]."""
+    """Find the rhythm with a period between 0.6 and 1.5 of `around` [samples]."""
     band = about_drift(smooth(x, around / 12.0), 4.0 / 3.0 * around)
     acf = autocorrelation(band)
     above = acf > 0.0
@@ -285,7 +282,7 @@ def _amplitude(x: NDArray[np.float64] | None, samples_per_period: float) -> floa
     """Half peak to peak in each period, median over the periods."""
     if x is None:
         return 0.0
-    calm = smooth(x - smooth(x, samples_per_period), samples_per_period / 16.0)
+    calm = smooth(x - smooth(x, samples_per_period), samples_per_period / 24.0)
     length = min(max(2, round(samples_per_period)), x.shape[0])
     starts = np.arange(0.0, x.shape[0] - length + 1.0, samples_per_period).astype(np.intp)
     cycles = np.lib.stride_tricks.sliding_window_view(calm, length)[starts]

@@ -57,7 +57,7 @@ def damarla_regression(record: LoopRecord, oscillation: Oscillation) -> Evidence
     against = objections(record, oscillation, integrating=False, cycles=0.0)
     if windows < 30:
         against.append(f"only {windows} windows, 30 are needed")
-    return judge("damarla_regression", stuck, limit, CHANCE, why, against, "damarla2022")
+    return judge("damarla_regression", stuck, limit, CHANCE, why, against, source="damarla2022")
 
 
 def stuck_windows(op: NDArray[np.float64], pv: NDArray[np.float64]) -> float:

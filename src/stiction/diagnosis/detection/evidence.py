@@ -24,7 +24,7 @@ FEWEST_SAMPLES = 8.0
 
 
 def swing(record: LoopRecord, oscillation: Oscillation, name: str) -> NDArray[np.float64] | None:
-    """The signal "op", "mv" or "error" about its drift, shape (n_samples,); None when it is missing or flat."""
+    """Take the signal "op", "mv" or "error" about its drift, shape (n_samples,); None when missing or flat."""
     x = control_error(record) if name == "error" else filled(getattr(record, name))
     if x is None:
         return None
@@ -36,7 +36,7 @@ def swing(record: LoopRecord, oscillation: Oscillation, name: str) -> NDArray[np
 def half_periods(
     record: LoopRecord, oscillation: Oscillation, name: str
 ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-    """The signal about its drift, smoothed over a sixteenth of a period, and its half periods, shape (n, 2)."""
+    """Smooth the signal about its drift over a sixteenth of a period, and cut it into half periods, shape (n, 2)."""
     x = swing(record, oscillation, name)
     if x is None or not oscillation.period > 0.0:
         return np.zeros(1), np.empty((0, 2), dtype=np.intp)

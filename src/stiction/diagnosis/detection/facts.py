@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from stiction.diagnosis.detection.damarla_regression import damarla_regression
 from stiction.diagnosis.detection.haegglund_shape import haegglund_shape
@@ -15,8 +15,12 @@ from stiction.diagnosis.detection.nonlinearity import nonlinearity
 from stiction.diagnosis.detection.rossi_scali import rossi_scali
 from stiction.diagnosis.detection.singhal_salsbury import singhal_salsbury
 from stiction.diagnosis.detection.yamashita import yamashita
-from stiction.diagnosis.result import Evidence, Oscillation
-from stiction.records.record import LoopRecord
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from stiction.diagnosis.result import Evidence, Oscillation
+    from stiction.records.record import LoopRecord
 
 __all__ = ["FACTS", "MethodFacts", "detect_all"]
 
@@ -41,32 +45,46 @@ _SELF_REGULATING = "self-regulating process"
 
 FACTS: dict[str, MethodFacts] = {
     "he_curve_fit": MethodFacts(
-        he_curve_fit, ("op", "pv"), "any process of known type", "Is OP (integrating: PV) a triangle?", "he2007"
+        he_curve_fit, ("op", "pv"), "any process of known type", "Is OP (integrating: PV) a triangle?", source="he2007"
     ),
     "haegglund_shape": MethodFacts(
-        haegglund_shape, ("pv",), _SELF_REGULATING, "Is the error a square?", "haegglund2011"
+        haegglund_shape, ("pv",), _SELF_REGULATING, "Is the error a square?", source="haegglund2011"
     ),
     "horch_correlation": MethodFacts(
-        horch_correlation, ("op", "pv"), f"PI control, {_SELF_REGULATING}", "Are OP and PV in quadrature?", "horch1999"
+        horch_correlation,
+        ("op", "pv"),
+        f"PI control, {_SELF_REGULATING}",
+        "Are OP and PV in quadrature?",
+        source="horch1999",
     ),
     "yamashita": MethodFacts(
-        yamashita, ("op", "pv"), "flow, pressure", "Does OP move while the flow is still?", "yamashita2006"
+        yamashita, ("op", "pv"), "flow, pressure", "Does OP move while the flow is still?", source="yamashita2006"
     ),
-    "rossi_scali": MethodFacts(rossi_scali, ("pv",), _SELF_REGULATING, "Is the error a relay's response?", "rossi2005"),
+    "rossi_scali": MethodFacts(
+        rossi_scali, ("pv",), _SELF_REGULATING, "Is the error a relay's response?", source="rossi2005"
+    ),
     "singhal_salsbury": MethodFacts(
-        singhal_salsbury, ("pv",), _SELF_REGULATING, "Does the error build up slowly and fall at once?", "singhal2005"
+        singhal_salsbury,
+        ("pv",),
+        _SELF_REGULATING,
+        "Does the error build up slowly and fall at once?",
+        source="singhal2005",
     ),
     "kano_patterns": MethodFacts(
-        kano_patterns, ("op", "pv"), "flow, pressure, level", "How long is the valve still while OP moves?", "kano2004"
+        kano_patterns,
+        ("op", "pv"),
+        "flow, pressure, level",
+        "How long is the valve still while OP moves?",
+        source="kano2004",
     ),
     "damarla_regression": MethodFacts(
-        damarla_regression, ("op", "pv"), _SELF_REGULATING, "How often does OP slope and PV not?", "damarla2022"
+        damarla_regression, ("op", "pv"), _SELF_REGULATING, "How often does OP slope and PV not?", source="damarla2022"
     ),
     "horch_histogram": MethodFacts(
-        horch_histogram, ("pv",), "integrating process", "Has PV's second derivative one hump?", "horch2006"
+        horch_histogram, ("pv",), "integrating process", "Has PV's second derivative one hump?", source="horch2006"
     ),
     "nonlinearity": MethodFacts(
-        nonlinearity, ("pv",), "any process", "Is anything in the loop nonlinear?", "thornhill2005"
+        nonlinearity, ("pv",), "any process", "Is anything in the loop nonlinear?", source="thornhill2005"
     ),
 }
 """Method -> facts, in the order of the evidence table."""
@@ -91,6 +109,7 @@ def detect_all(record: LoopRecord, oscillation: Oscillation) -> tuple[Evidence, 
     --------
     >>> import numpy as np
     >>> from stiction.diagnosis.oscillation import find_oscillation
+    >>> from stiction.records.record import LoopRecord
     >>> phase = np.arange(2000) % 50 / 50
     >>> op, pv = 4 * np.abs(phase - 0.5), np.where(phase < 0.5, 3.0, 1.0)
     >>> record = LoopRecord("FC1", 1.0, op=op, pv=pv, loop_type="flow")

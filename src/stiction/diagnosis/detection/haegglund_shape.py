@@ -47,7 +47,7 @@ def haegglund_shape(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         "half periods, -1 is a sine, +1 a square; a slow process rounds the square."
     )
     against = objections(record, oscillation, integrating=False)
-    return judge("haegglund_shape", index, 0.0, 0.0, why, against, "haegglund2011")
+    return judge("haegglund_shape", index, 0.0, 0.0, why, against, source="haegglund2011")
 
 
 def square_indices(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[np.float64]:

@@ -4,7 +4,8 @@ With stiction the valve gives a self-regulating loop a square-like flow; the fir
 a triangle: the controller in a self-regulating loop (so look at OP), the process in an integrating one (look at PV).
 
 SI = MSE_sine / (MSE_sine + MSE_triangle) for each half period; the median half period speaks.
-From 0.6 stiction, to 0.4 none, between unknown (after `he2007`).
+From 0.6 stiction, to 0.4 none, between unknown (after `he2007`). The mean squares are over the degrees of freedom,
+m - 1 and m - 2 (the apex is free too), or few samples would always prefer the triangle.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def he_curve_fit(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         f"{'PV' if record.integrating else 'OP'} is {'a triangle' if index >= 0.6 else 'no clear triangle'}: "
         f"SI {index:.2f} over {values.size} half periods, 0 is a sine, 1 a triangle."
     )
-    return judge("he_curve_fit", index, 0.6, 0.4, why, against, "he2007")
+    return judge("he_curve_fit", index, 0.6, 0.4, why, against, source="he2007")
 
 
 def stiction_indices(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[np.float64]:
@@ -73,8 +74,8 @@ def stiction_indices(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[
     --------
     >>> import numpy as np
     >>> ramp = np.concatenate([np.arange(10) + 0.5, 9.5 - np.arange(10)])
-    >>> stiction_indices(ramp, np.array([[0, 20]])).round(3).tolist()
-    [0.999]
+    >>> stiction_indices(ramp, np.array([[0, 20]])).round(9).tolist()
+    [1.0]
     """
     values = np.empty(cuts.shape[0])
     _fit(y, cuts, values)
@@ -84,7 +85,8 @@ def stiction_indices(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[
 @kernel
 def _fit(y, cuts, values):
     for k in range(cuts.shape[0]):
-        sine = sine_misfit(y, cuts[k, 0], cuts[k, 1])
-        triangle = triangle_misfit(y, cuts[k, 0], cuts[k, 1])
+        m = cuts[k, 1] - cuts[k, 0]
+        sine = sine_misfit(y, cuts[k, 0], cuts[k, 1]) / (m - 1.0)
+        triangle = triangle_misfit(y, cuts[k, 0], cuts[k, 1]) / max(m - 2.0, 1.0)
         both = sine + triangle
         values[k] = sine / both if both > 0.0 else 0.5

@@ -13,6 +13,7 @@ the two pairs of limits are the same angles, 60 and 30 degrees. The index is the
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,7 +49,7 @@ def horch_correlation(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     if op is not None and error is not None and oscillation.period > 0.0:
         reach = min(round(oscillation.period / record.dt), len(record) - 1)
         d_rho, d_tau = correlation_offsets(cross_correlation(op, error, reach))
-        by_height = 2.0 / np.pi * float(np.arccos((1.0 - min(d_rho, 1.0)) / (1.0 + min(d_rho, 1.0))))
+        by_height = 2.0 / math.pi * math.acos((1.0 - min(d_rho, 1.0)) / (1.0 + min(d_rho, 1.0)))
         low, high = min(by_height, d_tau), max(by_height, d_tau)
     kind = "odd" if low >= 2.0 / 3.0 else "even" if high <= 1.0 / 3.0 else "neither odd nor even"
     why = (
@@ -58,16 +59,14 @@ def horch_correlation(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     against = objections(record, oscillation, integrating=False)
     # Even needs both offsets below 1/3, stiction both above 2/3; the smaller one alone decides only the latter.
     no_stiction = 1.0 / 3.0 if high <= 1.0 / 3.0 else -1.0
-    return judge("horch_correlation", low, 2.0 / 3.0, no_stiction, why, against, "horch1999")
+    return judge("horch_correlation", low, 2.0 / 3.0, no_stiction, why, against, source="horch1999")
 
 
 def cross_correlation(x: NDArray[np.float64], y: NDArray[np.float64], reach: int) -> NDArray[np.float64]:
     """Sum of x[k] y[k + lag] for lags -reach .. reach, over the pairs each lag has, shape (2 reach + 1,)."""
-    from scipy.fft import irfft, next_fast_len, rfft
-
     n = x.shape[0]
-    size = next_fast_len(n + reach, real=True)
-    r = irfft(np.conj(rfft(x - x.mean(), size)) * rfft(y - y.mean(), size), size)
+    size = 1 << (n + reach - 1).bit_length()
+    r = np.fft.irfft(np.conj(np.fft.rfft(x - x.mean(), size)) * np.fft.rfft(y - y.mean(), size), size)
     lags = np.arange(-reach, reach + 1)
     return r[lags] / (n - np.abs(lags))
 

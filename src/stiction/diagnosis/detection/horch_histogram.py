@@ -54,7 +54,7 @@ def horch_histogram(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         f"({index:.2f}, one from 0.5): a sine has two, the spikes of a jumping flow one."
     )
     against = objections(record, oscillation, integrating=True)
-    return judge("horch_histogram", index, 0.55, 0.45, why, against, "horch2006")
+    return judge("horch_histogram", index, 0.55, 0.45, why, against, source="horch2006")
 
 
 def camel_index(x: NDArray[np.float64]) -> float:
@@ -78,7 +78,7 @@ def camel_index(x: NDArray[np.float64]) -> float:
 def _densities() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Gaussians, and sines in Gaussian noise, of several widths about deviation 1, each shape (n_densities, n_bins)."""
     middle = (EDGES[1:] + EDGES[:-1]) / 2.0
-    scales = np.linspace(0.4, 1.2, 9)
+    scales = np.geomspace(0.1, 1.25, 16)
     gaussians = np.exp(-0.5 * (middle / scales[:, None]) ** 2) / (np.sqrt(2.0 * np.pi) * scales[:, None])
     phases = (np.arange(64) + 0.5) / 64.0 * 2.0 * np.pi
     camels = []

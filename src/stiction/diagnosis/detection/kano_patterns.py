@@ -59,7 +59,7 @@ def kano_patterns(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     )
     types = () if record.mv is not None else ("flow", "pressure", "level")
     against = objections(record, oscillation, loop_types=types)
-    return judge("kano_patterns", index, 0.5, LINEAR, why, against, "kano2004")
+    return judge("kano_patterns", index, 0.5, LINEAR, why, against, source="kano2004")
 
 
 def still_time(op: NDArray[np.float64], moved: NDArray[np.float64]) -> float:

@@ -5,8 +5,8 @@ A surrogate has the error's power spectrum and random phases: what a linear proc
 N = (mean error of the surrogates - error of the series) / (3 deviations of the surrogates' errors); above 1 something
 in the loop is nonlinear, which need not be the valve. A nearly pure sine says nothing, whatever N is.
 
-Settings, after the spirit of the paper: at most 10 samples to a period, 320 in all, ends matched, 8 neighbours,
-half a period ahead, 24 surrogates from a fixed seed.
+Settings, after the spirit of the paper: about 10 samples to a period, 320 in all, ends matched, 8 neighbours,
+half a period ahead, 12 surrogates from a fixed seed.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["nonlinearity", "nonlinearity_index", "surrogates"]
 
 PER_PERIOD, LONGEST = 10, 320
-NEIGHBOURS, SURROGATES, SEED = 8, 24, 2005
+NEIGHBOURS, SURROGATES, SEED = 8, 12, 2005
 FEWEST_CYCLES = 8.0
 
 
@@ -59,7 +59,7 @@ def nonlinearity(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         f"spectrum: N {index:.2f}, above 1 something in the loop is nonlinear, not only a valve."
     )
     against = objections(record, oscillation, cycles=FEWEST_CYCLES)
-    return judge("nonlinearity", index, 1.0, 0.5, why, against, "thornhill2005")
+    return judge("nonlinearity", index, 1.0, 0.5, why, against, source="thornhill2005")
 
 
 def nonlinearity_index(x: NDArray[np.float64], per_period: int) -> float:
@@ -106,7 +106,7 @@ def surrogates(x: NDArray[np.float64], count: int, seed: int) -> NDArray[np.floa
 
 
 def _end_matched(x: NDArray[np.float64], per_period: int) -> NDArray[np.float64]:
-    """The stretch, up to a period shorter at each end, whose ends join best in value and slope."""
+    """Cut up to a period off each end, so that the ends join best in value and slope."""
     n, reach = x.shape[0], per_period
     heads, tails = np.arange(reach), n - 1 - np.arange(reach)
     value = x[heads][:, None] - x[tails][None, :]

@@ -2,7 +2,8 @@
 
 The PV's half periods are fitted with a sine, a triangle, and the response of a first-order lag to a relay.
 S_I = (E_sine - E_relay) / (E_sine + E_relay), with the better of relay and triangle as E_relay; the median half period
-speaks. From 0.21 stiction, to -0.21 none, between unknown (after `rossi2005`).
+speaks. From 0.21 stiction, to -0.21 none, between unknown (after `rossi2005`). Errors are mean squares over the
+degrees of freedom, m - 1 for the sine and m - 2 for the others, which have a free number besides the amplitude.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ def rossi_scali(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         f"{values.size} half periods, -1 is a sine, +1 a relay's response or a triangle."
     )
     against = objections(record, oscillation, integrating=False)
-    return judge("rossi_scali", index, 0.21, -0.21, why, against, "rossi2005")
+    return judge("rossi_scali", index, 0.21, -0.21, why, against, source="rossi2005")
 
 
 def relay_indices(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[np.float64]:
@@ -78,8 +79,9 @@ def relay_indices(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[np.
 @kernel
 def _fit(y, cuts, values):
     for k in range(cuts.shape[0]):
-        sine = sine_misfit(y, cuts[k, 0], cuts[k, 1])
+        m = cuts[k, 1] - cuts[k, 0]
+        sine = sine_misfit(y, cuts[k, 0], cuts[k, 1]) / (m - 1.0)
         triangle = triangle_misfit(y, cuts[k, 0], cuts[k, 1])
-        relay = min(triangle, relay_misfit(y, cuts[k, 0], cuts[k, 1]))
+        relay = min(triangle, relay_misfit(y, cuts[k, 0], cuts[k, 1])) / max(m - 2.0, 1.0)
         both = sine + relay
         values[k] = (sine - relay) / both if both > 0.0 else 0.0

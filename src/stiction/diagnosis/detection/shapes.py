@@ -1,7 +1,12 @@
 """Half-period shapes and how far a half period lies from each: kernels shared by the shape methods.
 
 A half period of m samples runs from one zero crossing to the next; sample i stands at (i + 1/2) / m of it.
-Every misfit is the sum of squares left by the least-squares amplitude.
+Every misfit but the square's is the sum of squares left by the least-squares amplitude.
+
+References
+----------
+Sine and triangle: he2007. Relay: rossi2005; its closed form in m/tau is derived here. Square: haegglund2011.
+Area ratio: singhal2005.
 """
 
 from __future__ import annotations
@@ -28,7 +33,12 @@ def sine_misfit(y, start, stop):
 
 @kernel
 def triangle_misfit(y, start, stop):
-    """Misfit of the best triangle: two straight lines from the zero crossings to an apex anywhere between."""
+    """Misfit of the best triangle: two straight lines from the zero crossings to an apex anywhere between.
+
+    With the apex at a, between two samples, the lines are t / a and (m - t) / (m - a). The part of the sum of squares
+    that they explain, (rise + q fall)^2 / (rise_size + q^2 fall_size), depends on a through q = a / (m - a) alone and
+    is largest at q = fall rise_size / (fall_size rise), or at the sample next to it.
+    """
     m = stop - start
     total = fall = fall_size = 0.0
     for i in range(m):
@@ -37,16 +47,16 @@ def triangle_misfit(y, start, stop):
         fall += left * y[start + i]
         fall_size += left * left
     rise = rise_size = best = 0.0
-    for i in range(m):
+    for i in range(m - 1):
         t = i + 0.5
-        left = m - t
         rise += t * y[start + i]
         rise_size += t * t
-        fall -= left * y[start + i]
-        fall_size -= left * left
-        fit = rise / t + fall / left
-        size = rise_size / (t * t) + fall_size / (left * left)
-        best = max(best, fit * fit / size)
+        fall -= (m - t) * y[start + i]
+        fall_size -= (m - t) * (m - t)
+        low, high = t / (m - t), (t + 1.0) / (m - t - 1.0)
+        q = min(max(fall * rise_size / (fall_size * rise), low), high) if rise != 0.0 else high
+        fit = rise + q * fall
+        best = max(best, fit * fit / (rise_size + q * q * fall_size))
     return max(total - best, 0.0)
 
 

@@ -2,7 +2,8 @@
 
 A sticking valve holds the error while it builds up and lets it fall at once when the stem slips; tight tuning makes a
 sine, alike on both sides of the peak. R = A1 / A2 for each half period. From 1 + delta stiction, else none; delta
-comes from the noise: here twice the standard error of the median of log R over the half periods.
+comes from the noise: here twice the standard error of the median of log R over the half periods. The smoothing that
+finds the peak in noise also rounds it, so that a saw tooth's R comes out too low, never a sine's too high.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ def singhal_salsbury(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         f"periods, known to about {delta:.2f}); 1 is symmetric."
     )
     against = objections(record, oscillation, integrating=False)
-    return judge("singhal_salsbury", index, 1.0 + delta, 1.0 + 0.5 * delta, why, against, "singhal2005")
+    return judge("singhal_salsbury", index, 1.0 + delta, 1.0 + 0.5 * delta, why, against, source="singhal2005")
 
 
 def area_ratios(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[np.float64]:

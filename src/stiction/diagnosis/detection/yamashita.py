@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["still_shares", "symbols", "yamashita"]
 
 TERCILE = 0.4307
-# OP went up and the flow stood still (or down and still): what may not follow, as 3 * op + flow with I, S, D = 1, 0, -1.
+# What cannot follow OP up (or down) with the flow still; a pair is 3 * op + flow with I, S, D = 1, 0, -1.
 AFTER_IS = (-4, -2, -1, -3, 2)  # DD, DI, SD, DS, ID
 AFTER_DS = (-2, 1, 2, 4, 3)  # DI, SI, ID, II, IS
 
@@ -57,11 +57,11 @@ def yamashita(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         "valve could not make; noise gives 25 % and 11 %. PV stands for the valve only in a fast loop."
     )
     against = objections(record, oscillation, loop_types=() if record.mv is not None else ("flow", "pressure"))
-    return judge("yamashita", rho_3, 0.25, 0.25, why, against, "yamashita2006")
+    return judge("yamashita", rho_3, 0.25, 0.25, why, against, source="yamashita2006")
 
 
 def symbols(x: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Steps of a signal as 1 (increasing), 0 (steady), -1 (decreasing), shape (n_samples - 1,)."""
+    """Name the steps of a signal 1 (increasing), 0 (steady) or -1 (decreasing), shape (n_samples - 1,)."""
     step = np.diff(x)
     limit = TERCILE * float(step.std())
     return (step > limit).astype(np.intp) - (step < -limit)
@@ -90,8 +90,8 @@ def still_shares(op: NDArray[np.intp], moved: NDArray[np.intp]) -> tuple[float, 
     counted = int(np.count_nonzero(pairs))
     if not counted:
         return float("nan"), float("nan")
-    still = np.count_nonzero((moved == 0) & (op != 0))
+    still = int(np.count_nonzero((moved == 0) & (op != 0)))
     now, following = pairs[:-1], pairs[1:]
-    impossible = np.count_nonzero((now == 3) & np.isin(following, AFTER_IS))
-    impossible += np.count_nonzero((now == -3) & np.isin(following, AFTER_DS))
+    impossible = int(np.count_nonzero((now == 3) & np.isin(following, AFTER_IS)))
+    impossible += int(np.count_nonzero((now == -3) & np.isin(following, AFTER_DS)))
     return still / counted, (still - impossible) / counted
