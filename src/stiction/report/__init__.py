@@ -5,6 +5,7 @@
 
 from stiction.report.blocks import Block, Cell, Columns, Figure, Fold, Heading, Html, Table, Text
 from stiction.report.page import render_page, write_page
+from stiction.report.report import write_report
 
 __all__ = [
     "Block",
@@ -18,4 +19,5 @@ __all__ = [
     "Text",
     "render_page",
     "write_page",
+    "write_report",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["ALERT", "FAINT", "GRID", "INK", "MODEL", "MUTED", "MV", "OP", "PV", "SP", "TEMPLATE", "line"]
+__all__ = ["ALERT", "FAINT", "GRID", "INK", "MODEL", "MUTED", "MV", "OP", "PV", "SP", "TEMPLATE", "colorbar", "line"]
 
 PV = "#0072B2"
 OP = "#D55E00"
@@ -33,6 +33,12 @@ def line(color: str, width: float = 1.5, **more: Any) -> dict[str, Any]:
     return {"color": color, "dash": _DASH.get(color, "solid"), "width": width, **more}
 
 
+def colorbar(title: str) -> dict[str, Any]:
+    """A thin colour bar."""
+    font = {"size": 12, "color": INK}
+    return {"title": {"text": title, "side": "right", "font": font}, "thickness": 8, "outlinewidth": 0, "xpad": 6}
+
+
 _AXIS = {
     "automargin": True,
     "gridcolor": GRID,
@@ -51,7 +57,7 @@ TEMPLATE: dict[str, Any] = {
         "font": {"family": FONT, "size": 12, "color": INK},
         "paper_bgcolor": "rgba(0,0,0,0)",
         "plot_bgcolor": "#FFFFFF",
-        "margin": {"l": 58, "r": 14, "t": 30, "b": 44},
+        "margin": {"l": 58, "r": 14, "t": 14, "b": 44},
         "xaxis": _AXIS,
         "yaxis": _AXIS,
         "hovermode": "closest",

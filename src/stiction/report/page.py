@@ -55,9 +55,9 @@ if TYPE_CHECKING:
 
     import jinja2
 
-    from stiction.report.blocks import Block
+    from stiction.report.blocks import Block, Table
 
-__all__ = ["render_page", "write_page"]
+__all__ = ["fragment", "render_page", "write_page"]
 
 
 def write_page(
@@ -126,6 +126,11 @@ def render_page(title: str, blocks: Sequence[Block], *, subtitle: str = "", foot
     )
 
 
+def fragment(template: str, **values: Any) -> Html:
+    """Markup from one of this room's templates; the values are escaped."""
+    return Html(_environment().get_template(template).render(**values))
+
+
 @cache
 def _environment() -> jinja2.Environment:
     import jinja2
@@ -143,7 +148,7 @@ def _environment() -> jinja2.Environment:
         name = type(block).__name__.lower()
         return Markup(environment.get_template(f"{name}.html").render(block=block))
 
-    environment.filters.update(show=show, cell=_cell, shown=shown, is_number=_is_number)
+    environment.filters.update(show=show, cell=_cell, shown=shown, is_number=_is_number, numeric=_numeric)
     environment.filters["payload"] = lambda plot: Markup(to_json(plot))
     environment.filters["markup"] = lambda block: Markup(block.markup)
     environment.tests["html"] = lambda value: isinstance(value, Html)
@@ -173,6 +178,13 @@ def _cell(value: Any) -> Cell:
 
 def _is_number(cell: Cell) -> bool:
     return cell.value is None or (isinstance(cell.value, (int, float)) and not isinstance(cell.value, bool))
+
+
+def _numeric(table: Table) -> list[bool]:
+    """Which columns hold numbers only."""
+    return [
+        bool(column) and all(_is_number(_cell(cell)) for cell in column) for column in zip(*table.rows, strict=True)
+    ]
 
 
 def _has_figure(blocks: Sequence[Block]) -> bool:

@@ -48,11 +48,15 @@
     table.tHead.querySelectorAll("th").forEach((head, column) =>
       head.querySelector("button").addEventListener("click", () => sort(table, column, head))));
 
-  const paper = { whole: 680, half: 330 };
+  const paper = { whole: 680, half: 330, shrink: 0.76 };
   addEventListener("beforeprint", () => plots.filter(seen).forEach((box) => {
     draw(box);
-    Plotly.relayout(box, { autosize: false, width: box.closest(".columns") ? paper.half : paper.whole });
+    const height = Math.max(240, paper.shrink * parseFloat(box.dataset.height));
+    box.style.height = `${height}px`;
+    Plotly.relayout(box, { autosize: false, width: box.closest(".columns") ? paper.half : paper.whole, height });
   }));
-  addEventListener("afterprint", () => plots.filter((box) => box.dataset.drawn).forEach((box) =>
-    Plotly.relayout(box, { autosize: true, width: null })));
+  addEventListener("afterprint", () => plots.filter((box) => box.dataset.drawn).forEach((box) => {
+    box.style.height = `${box.dataset.height}px`;
+    Plotly.relayout(box, { autosize: true, width: null, height: null });
+  }));
 })();

@@ -1,0 +1,55 @@
+"""Autocorrelation of the control error with the detected period."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.report import look, words
+from stiction.report.blocks import Figure
+from stiction.report.thin import thin
+
+if TYPE_CHECKING:
+    from stiction.report.view import View
+
+__all__ = ["autocorrelation"]
+
+PERIODS = 8
+"""Periods of lag shown."""
+
+
+def autocorrelation(view: View) -> Figure | None:
+    """Return the autocorrelation over the lag; None when there is none."""
+    found, dt = view.diagnosis.oscillation, view.diagnosis.record.dt
+    known = bool(np.isfinite(found.period)) and found.period > 0.0
+    acf = found.acf[: int(PERIODS * found.period / dt) + 2] if known else found.acf
+    if acf.size < 2:
+        return None
+    name, size = words.time_unit(acf.size * dt)
+    lag = np.arange(acf.size) * dt / size
+    keep = thin(acf)
+    data = [
+        {"type": "scatter", "mode": "lines", "x": lag[keep], "y": acf[keep], "line": look.line(look.PV), "name": "acf"}
+    ]
+    marks = found.period * np.arange(1, PERIODS + 1) / size if known else np.empty(0)
+    layout = {
+        "xaxis": {"title": {"text": f"Lag [{name}]"}, "range": [0.0, float(lag[-1])]},
+        "yaxis": {"title": {"text": "Autocorrelation [-]"}, "zeroline": True, "zerolinecolor": look.FAINT},
+        "shapes": [_mark(float(x)) for x in marks if x <= lag[-1]],
+        "showlegend": False,
+        "margin": {"t": 24},
+    }
+    if known:
+        caption = (
+            f"Dotted lines mark multiples of the period, {words.span(found.period)};"
+            f" regularity {words.digits(found.regularity)} (above 1 is regular)."
+        )
+    else:
+        caption = "No period was found: the autocorrelation does not come back at regular lags."
+    return Figure({"data": data, "layout": layout}, "Autocorrelation of the control error", caption, height=300)
+
+
+def _mark(x: float) -> dict[str, Any]:
+    line = {"color": look.MUTED, "dash": "dot", "width": 1}
+    return {"type": "line", "x0": x, "x1": x, "y0": 0, "y1": 1, "yref": "paper", "line": line, "layer": "below"}

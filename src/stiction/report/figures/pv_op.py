@@ -1,0 +1,58 @@
+"""PV against OP, the order in time by a fading colour, with what was fitted."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from stiction.report import look, words
+from stiction.report.blocks import Figure
+
+if TYPE_CHECKING:
+    from stiction.report.view import View
+
+__all__ = ["FADE", "pv_op"]
+
+FADE = [[0.0, "#D3E2EC"], [1.0, look.PV]]
+
+
+def pv_op(view: View) -> Figure | None:
+    """Return the PV-OP plot of the last few periods; None without a PV."""
+    record, found, cut = view.diagnosis.record, view.diagnosis.identification, view.cycles
+    if record.pv is None:
+        return None
+    data: list[dict[str, Any]] = [
+        {
+            "type": "scatter",
+            "mode": "lines+markers",
+            "x": record.op[cut],
+            "y": record.pv[cut],
+            "name": "recorded",
+            "line": {"color": "#C4D3DE", "width": 1},
+            "marker": {
+                "color": view.time[cut],
+                "colorscale": FADE,
+                "size": 5,
+                "colorbar": look.colorbar(f"Time [{view.unit[0]}]"),
+            },
+        }
+    ]
+    if found is not None:
+        data.append(
+            {
+                "type": "scatter",
+                "mode": "lines",
+                "x": record.op[cut],
+                "y": view.laid(found.pv)[cut],
+                "name": "fitted valve and process",
+                "line": look.line(look.MODEL, 1.3),
+            }
+        )
+    layout = {
+        "xaxis": {"title": {"text": "OP (controller output) [% of span]"}},
+        "yaxis": {"title": {"text": "PV [engineering units]"}},
+    }
+    n = cut.stop - cut.start
+    caption = f"The last {words.span(n * record.dt)} of the analysed stretch, early samples pale and late ones dark" + (
+        "; the dash-dotted line is what the fitted valve and process make of the same OP." if found else "."
+    )
+    return Figure({"data": data, "layout": layout}, "PV against OP", caption, height=400)

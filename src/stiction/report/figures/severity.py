@@ -1,0 +1,41 @@
+"""How large S is: a bar with bands and the 95 % interval."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.report import words
+from stiction.report.page import fragment
+
+if TYPE_CHECKING:
+    from stiction.diagnosis.result import Identification
+    from stiction.report.blocks import Html
+
+__all__ = ["BANDS", "severity"]
+
+BANDS = ((0.5, "slight"), (2.0, "moderate"), (np.inf, "large"))
+"""Upper end of each band of S [% of span] and its word: this package's own, a custom of the trade, no standard."""
+
+
+def severity(found: Identification) -> Html:
+    """Return the bar for S."""
+    high = found.S_high if np.isfinite(found.S_high) else found.S
+    end = float(np.ceil(max(4.0, 1.15 * high)))
+    edges = [0.0, *(min(limit, end) for limit, _ in BANDS)]
+    bands = [
+        {"left": 100.0 * low / end, "width": 100.0 * (up - low) / end, "word": word, "level": k}
+        for k, (low, up, (_, word)) in enumerate(zip(edges, edges[1:], BANDS, strict=False))
+    ]
+    step = next(s for s in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0) if end / s <= 10 or s == 50.0)
+    ticks = [{"left": 100.0 * x / end, "text": f"{x:g}"} for x in np.arange(0.0, end + 1e-9, step)]
+    interval = None
+    if np.isfinite([found.S_low, found.S_high]).all():
+        interval = {
+            "left": 100.0 * found.S_low / end,
+            "width": 100.0 * max(found.S_high - found.S_low, 0.0) / end,
+        }
+    word = next(word for limit, word in BANDS if found.S < limit or limit == np.inf)
+    said = f"{words.stiction_size(found)}: {word}"
+    return fragment("severity.html", bands=bands, ticks=ticks, interval=interval, at=100.0 * found.S / end, said=said)

@@ -1,0 +1,75 @@
+"""Amplitude spectrum of the PV with the harmonics of the detected period."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.report import look, words
+from stiction.report.blocks import Figure
+from stiction.report.thin import thin
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.report.view import View
+
+__all__ = ["spectrum"]
+
+HARMONICS = 5
+"""Harmonics marked."""
+
+
+def spectrum(view: View) -> Figure | None:
+    """Return the PV's amplitude spectrum, for the eye only; None without a PV or with too few samples."""
+    record, period = view.diagnosis.record, view.diagnosis.oscillation.period
+    first, last = view.window
+    if record.pv is None:
+        return None
+    pv = record.pv[first:last]
+    if pv.size < 16 or np.isfinite(pv).sum() < 2:
+        return None
+    frequency, amplitude = _amplitudes(pv, record.dt)
+    known = bool(np.isfinite(period)) and period > 0.0
+    end = min(float(frequency[-1]), (HARMONICS + 1.0) / period if known else float(frequency[-1]))
+    shown = frequency <= end
+    name, size = words.time_unit(120.0 / end)
+    x, y = frequency[shown] * size, amplitude[shown]
+    keep = thin(y)
+    marks = [(k, k / period * size) for k in range(1, HARMONICS + 1) if k / period <= end] if known else []
+    layout = {
+        "xaxis": {"title": {"text": f"Frequency [1/{name}]"}, "range": [0.0, end * size]},
+        "yaxis": {"title": {"text": "PV amplitude"}, "rangemode": "tozero"},
+        "shapes": [_mark(x) for _, x in marks],
+        "annotations": [_label(k, x) for k, x in marks],
+        "showlegend": False,
+        "margin": {"t": 24},
+    }
+    if known:
+        caption = f"Dotted lines mark the frequency of the period, {words.span(period)}, and its multiples."
+    else:
+        caption = "No period was found, so no harmonics are marked."
+    data = [{"type": "scatter", "mode": "lines", "x": x[keep], "y": y[keep], "line": look.line(look.PV), "name": "PV"}]
+    return Figure({"data": data, "layout": layout}, "Spectrum of the PV", caption, height=300)
+
+
+def _amplitudes(y: NDArray[np.float64], dt: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Frequency [1/s] and amplitude of each line, trend removed, Hann window; gaps are bridged by straight lines."""
+    k = np.arange(y.size)
+    good = np.isfinite(y)
+    filled = np.interp(k, k[good], y[good])
+    level = filled - np.polyval(np.polyfit(k, filled, 1), k)
+    window = np.hanning(y.size)
+    return np.fft.rfftfreq(y.size, dt), 2.0 / window.sum() * np.abs(np.fft.rfft(level * window))
+
+
+def _mark(x: float) -> dict[str, Any]:
+    line = {"color": look.MUTED, "dash": "dot", "width": 1}
+    return {"type": "line", "x0": x, "x1": x, "y0": 0, "y1": 1, "yref": "paper", "line": line, "layer": "below"}
+
+
+def _label(k: int, x: float) -> dict[str, Any]:
+    text = "f" if k == 1 else f"{k} f"
+    font = {"size": 11, "color": look.MUTED}
+    return {"x": x, "y": 1, "yref": "paper", "yanchor": "bottom", "text": text, "showarrow": False, "font": font}

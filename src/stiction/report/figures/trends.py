@@ -1,0 +1,94 @@
+"""Trends: set point and PV above, OP below, on one time axis."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.records.stretches import in_manual, missing, runs, saturated
+from stiction.report import look, words
+from stiction.report.blocks import Figure
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.report.view import View
+
+__all__ = ["trends"]
+
+MOST_STRETCHES = 200
+_HATCH = {"missing": "x", "saturated": "/", "in manual": "\\"}
+
+
+def trends(view: View) -> Figure:
+    """Return SP, PV, OP and, where measured, the valve position over time; doubtful stretches are hatched."""
+    record = view.diagnosis.record
+    data: list[dict[str, Any]] = []
+    if record.sp is not None:
+        step = look.line(look.SP, 1.2, shape="hv")
+        data.append(view.trace(record.sp, "SP (set point)", step, yaxis="y"))
+    if record.pv is not None:
+        data.append(view.trace(record.pv, "PV (process variable)", look.line(look.PV), yaxis="y"))
+    data.append(view.trace(record.op, "OP (controller output)", look.line(look.OP), yaxis="y2"))
+    if record.mv is not None:
+        data.append(view.trace(record.mv, "Valve position, measured", look.line(look.MV), yaxis="y2"))
+    doubtful = {"missing": missing(record), "saturated": saturated(record), "in manual": in_manual(record)}
+    data += [_hatched(view, name, mask) for name, mask in doubtful.items() if mask.any()]
+
+    upper = record.pv is not None or record.sp is not None
+    layout: dict[str, Any] = {
+        "xaxis": {"title": {"text": view.time_title}, "anchor": "y2", "range": [0.0, float(view.time[-1])]},
+        "yaxis": {"domain": [0.54, 1.0], "title": {"text": "PV, SP<br>[engineering units]"}, "visible": upper},
+        "yaxis2": {"domain": [0.0, 0.46 if upper else 1.0], "title": {"text": "OP<br>[% of span]"}},
+        "yaxis3": {"domain": [0.0, 1.0], "range": [0.0, 1.0], "visible": False, "fixedrange": True},
+        "hovermode": "x",
+        "shapes": [] if view.whole else [_analysed(view)],
+    }
+    found = [f"{100.0 * mask.mean():.2g} % {name}" for name, mask in doubtful.items() if mask.any()]
+    first, last = view.window
+    caption = (
+        f"{words.count(len(record), 'sample')} over {words.span(record.duration)}, one every {words.span(record.dt)}; "
+        + ("the whole record was analysed" if view.whole else f"samples {first} to {last} (shaded) were analysed")
+        + (f"; hatched: {', '.join(found)}" if found else "")
+        + ". Drag over a stretch to look closer; both plots follow."
+    )
+    return Figure({"data": data, "layout": layout}, "Set point, PV and OP over time", caption, height=440)
+
+
+def _hatched(view: View, name: str, mask: NDArray[np.bool_]) -> dict[str, Any]:
+    longest = sorted(runs(mask), key=lambda run: run[0] - run[1])[:MOST_STRETCHES]
+    half = 0.5 * view.diagnosis.record.dt / view.unit[1]
+    x: list[float] = []
+    for first, last in longest:
+        left, right = float(view.time[first]) - half, float(view.time[last - 1]) + half
+        x += [left, left, right, right, left, np.nan]
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "x": np.array(x),
+        "y": np.array([0.0, 1.0, 1.0, 0.0, 0.0, np.nan] * len(longest)),
+        "yaxis": "y3",
+        "fill": "toself",
+        "fillcolor": "rgba(90,98,112,0.06)",
+        "fillpattern": {"shape": _HATCH[name], "fgcolor": "rgba(90,98,112,0.45)", "size": 7, "solidity": 0.12},
+        "line": {"width": 0},
+        "name": name,
+        "hoverinfo": "skip",
+    }
+
+
+def _analysed(view: View) -> dict[str, Any]:
+    first, last = view.window
+    return {
+        "type": "rect",
+        "x0": float(view.time[first]),
+        "x1": float(view.time[last - 1]),
+        "y0": 0,
+        "y1": 1,
+        "yref": "paper",
+        "layer": "below",
+        "line": {"width": 1, "color": look.FAINT},
+        "fillcolor": "#F0F4F7",
+        "label": {"text": "analysed", "textposition": "top left", "font": {"size": 11, "color": look.MUTED}},
+    }

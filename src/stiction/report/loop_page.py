@@ -1,0 +1,133 @@
+"""Everything about one loop, in the order an engineer asks: verdict, trends, fit, rhythm, evidence, data."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.report import figures, words
+from stiction.report.blocks import Block, Cell, Columns, Figure, Heading, Html, Mark, Table, Text
+from stiction.report.page import fragment
+from stiction.report.view import View
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from stiction.diagnosis.result import Diagnosis
+
+__all__ = ["loop_blocks"]
+
+_SEVERITY: dict[str, tuple[str, Mark]] = {
+    "ok": ("passed", "good"),
+    "lowers": ("lowers confidence", "unknown"),
+    "refuses": ("refuses", "alert"),
+}
+
+
+def loop_blocks(diagnosis: Diagnosis, settings: Mapping[str, Any] | None = None) -> list[Block]:
+    """Return the blocks of one loop's page."""
+    view = View(diagnosis)
+    blocks: list[Block | None] = [_headline(diagnosis), Heading("Trends"), figures.trends(view)]
+    blocks += [Heading("Valve and process"), _beside(figures.pv_op(view), figures.valve_position(view))]
+    if diagnosis.identification is None:
+        blocks.append(Text("No valve model was fitted to this record, so S and J are not known.", kind="note"))
+    else:
+        blocks += [figures.model_fit(view), figures.error_surface(view)]
+        blocks.append(Text(diagnosis.identification.reason, kind="note") if diagnosis.identification.reason else None)
+    blocks += [Heading("Oscillation"), Text(diagnosis.oscillation.reason) if diagnosis.oscillation.reason else None]
+    blocks += [_beside(figures.autocorrelation(view), figures.spectrum(view))]
+    blocks += [Heading("Evidence"), _evidence(diagnosis), Heading("Data quality"), *_quality(diagnosis)]
+    blocks += [Heading("Where this comes from"), _provenance(diagnosis, settings or {})]
+    return [block for block in blocks if block is not None]
+
+
+def _beside(*some: Figure | None) -> Block | None:
+    there = [figure for figure in some if figure is not None]
+    if len(there) > 1:
+        return Columns(there)
+    return there[0] if there else None
+
+
+def _headline(diagnosis: Diagnosis) -> Html:
+    found, rhythm = diagnosis.identification, diagnosis.oscillation
+    facts = [("Cause", diagnosis.cause or "unknown")]
+    if rhythm.oscillating:
+        facts += [
+            ("Period", words.span(rhythm.period)),
+            ("PV amplitude", words.digits(rhythm.amplitude_pv)),
+            ("OP amplitude", words.digits(rhythm.amplitude_op, "% of span")),
+            ("Cycles", words.digits(rhythm.cycles)),
+        ]
+    else:
+        facts.append(("Oscillation", "none found"))
+    if found is not None:
+        facts.append(("Fit with sticky / good valve", f"{found.fit:.0f} % / {found.fit_linear:.0f} %"))
+    bar = figures.severity(found) if found is not None and diagnosis.verdict != "no_stiction" else None
+    return fragment(
+        "headline.html",
+        verdict=diagnosis.verdict,
+        sign=words.MARKS[diagnosis.verdict],
+        line=words.headline(diagnosis),
+        confidence=words.confidence(diagnosis),
+        reason=diagnosis.reason,
+        action=diagnosis.action,
+        severity=bar if bar is not None and found is not None and np.isfinite(found.S) else None,
+        facts=facts,
+    )
+
+
+def _evidence(diagnosis: Diagnosis) -> Block:
+    if not diagnosis.evidence:
+        return Text("No method could be applied to this record.", kind="note")
+    rows = [
+        [
+            row.method,
+            row.index,
+            row.threshold,
+            Cell(words.VERDICTS[row.vote], mark=words.MARKS[row.vote]),
+            "met" if row.valid else "not met",
+            row.why,
+            row.source,
+        ]
+        for row in diagnosis.evidence
+    ]
+    votes = [row.vote for row in diagnosis.evidence if row.valid]
+    caption = (
+        f"Of {words.count(len(votes), 'method')} whose condition is met, {votes.count('stiction')} say stiction,"
+        f" {votes.count('no_stiction')} no stiction, {votes.count('undecided')} cannot tell."
+    )
+    return Table(["Method", "Index [-]", "Threshold [-]", "Vote", "Condition", "Why", "Source"], rows, caption)
+
+
+def _quality(diagnosis: Diagnosis) -> list[Block]:
+    quality: Any = diagnosis.quality
+    rows = []
+    for gate in quality.gates:
+        word, mark = _SEVERITY.get(gate.severity, (gate.severity, "unknown"))
+        rows.append([gate.name.replace("_", " "), Cell(word, mark=mark), gate.value, gate.limit, gate.why])
+    worth = "The record is good enough to judge by." if quality.usable else "The record is not good enough to judge by."
+    return [Text(worth), Table(["Gate", "Result", "Value", "Limit", "Why"], rows)]
+
+
+def _provenance(diagnosis: Diagnosis, settings: Mapping[str, Any]) -> Html:
+    from stiction import __version__
+
+    record = diagnosis.record
+    origin = record.provenance
+    kind = {None: "unknown", True: "integrating", False: "self-regulating"}[record.integrating]
+    rows = [
+        ("Source", [origin.source]),
+        ("SHA-256", [origin.sha256 or "no file"]),
+        ("Columns", [f"{name}: {column}" for name, column in origin.columns.items()]),
+        ("Guessed", list(origin.guesses)),
+        ("Rows", [f"{origin.rows} read, {origin.bad} without a good OP or PV"] if origin.rows else []),
+        ("Record", [f"{len(record)} samples, one every {words.span(record.dt)}, {words.span(record.duration)} in all"]),
+        ("Start", [f"{record.start:%Y-%m-%d %H:%M:%S %Z}".strip()] if record.start else []),
+        ("Loop", [f"{record.loop_type}, process {kind}"]),
+        ("Settings", [f"{name} = {value}" for name, value in {**diagnosis.settings, **settings}.items()]),
+        ("Software", [f"stiction {__version__}"]),
+        ("Written", [f"{datetime.now().astimezone():%Y-%m-%d %H:%M %Z}"]),
+    ]
+    return fragment("provenance.html", rows=[(name, values) for name, values in rows if values])

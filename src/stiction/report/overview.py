@@ -1,0 +1,91 @@
+"""Several loops at a glance: one table, the worst first."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.report import words
+from stiction.report.blocks import Cell, Html, Mark, Table
+from stiction.report.figures import sparkline
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stiction.diagnosis.result import Diagnosis
+
+__all__ = ["anchor", "overview", "worst_first"]
+
+_RANK = {"stiction": 0, "undecided": 1, "no_stiction": 2}
+_COLUMNS = (
+    "Loop",
+    "Verdict",
+    "Probability [-]",
+    "S [% of span] (95 %)",
+    "Period",
+    "OP amplitude [%]",
+    "Data",
+    "Trend of PV",
+    "What to do",
+)
+
+
+def worst_first(diagnoses: Sequence[Diagnosis]) -> list[Diagnosis]:
+    """Sorted: stiction, cannot tell, no stiction; within each by probability times S, then by probability."""
+
+    def key(diagnosis: Diagnosis) -> tuple[int, float, float]:
+        found, p = diagnosis.identification, float(np.nan_to_num(diagnosis.probability))
+        size = float(np.nan_to_num(found.S)) if found is not None else 0.0
+        return (_RANK[diagnosis.verdict], -p * size if diagnosis.verdict == "stiction" else 0.0, -p)
+
+    return sorted(diagnoses, key=key)
+
+
+def anchor(k: int) -> str:
+    """Name of the k-th loop's part of the page."""
+    return f"loop-{k + 1}"
+
+
+def overview(diagnoses: Sequence[Diagnosis]) -> Table:
+    """Return the table; each row links to the loop's part of the page."""
+    rows = [_row(k, diagnosis) for k, diagnosis in enumerate(diagnoses)]
+    return Table(_COLUMNS, rows, "Worst first; a click on a heading sorts, a click on a loop opens it.", sortable=True)
+
+
+def _row(k: int, diagnosis: Diagnosis) -> list[Cell]:
+    record, found, rhythm = diagnosis.record, diagnosis.identification, diagnosis.oscillation
+    sized = found is not None and diagnosis.verdict != "no_stiction"
+    size = f"{words.digits(found.S)} ({words.digits(found.S_low)} to {words.digits(found.S_high)})" if sized else "–"
+    verdict, cause = words.VERDICTS[diagnosis.verdict], diagnosis.cause
+    if diagnosis.verdict != "stiction" and cause not in ("", "none", "unknown"):
+        verdict = f"{verdict}: {cause}"
+    order = f"{_RANK[diagnosis.verdict]} {verdict}"
+    data, data_mark = _worth(diagnosis)
+    trend = record.op if record.pv is None else record.pv
+    return [
+        Cell(record.tag, href=f"#{anchor(k)}"),
+        Cell(verdict, sort=order, mark=words.MARKS[diagnosis.verdict]),
+        Cell(float(np.round(diagnosis.probability, 2))),
+        Cell(size, sort=found.S if sized and np.isfinite(found.S) else ""),
+        Cell(words.span(rhythm.period) if rhythm.oscillating else "–", sort=_finite(rhythm.period)),
+        Cell(float(rhythm.amplitude_op) if rhythm.oscillating else None),
+        Cell(data, mark=data_mark),
+        Cell(_spark(trend)),
+        Cell(diagnosis.action),
+    ]
+
+
+def _worth(diagnosis: Diagnosis) -> tuple[str, Mark]:
+    severities = {gate.severity for gate in diagnosis.quality.gates}
+    if not diagnosis.quality.usable:
+        return "refused", "alert"
+    return ("reserved", "unknown") if "lowers" in severities else ("good", "good")
+
+
+def _finite(value: float) -> float | str:
+    return float(value) if np.isfinite(value) else ""
+
+
+def _spark(y: np.ndarray) -> Html:
+    return sparkline(y, "trend of the PV")

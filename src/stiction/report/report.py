@@ -1,0 +1,93 @@
+"""The report: the loops that were diagnosed, as one file."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+from stiction.errors import ParameterError
+from stiction.report import words
+from stiction.report.blocks import Block, Fold, Heading, Text
+from stiction.report.loop_page import loop_blocks
+from stiction.report.overview import anchor, overview, worst_first
+from stiction.report.page import write_page
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from stiction.diagnosis.result import Diagnosis
+
+__all__ = ["write_report"]
+
+
+def write_report(
+    diagnoses: Sequence[Diagnosis],
+    path: str | os.PathLike[str],
+    *,
+    title: str | None = None,
+    settings: Mapping[str, Any] | None = None,
+) -> Path:
+    """Write what was found as one HTML file that opens offline.
+
+    Parameters
+    ----------
+    diagnoses : sequence of Diagnosis
+        One loop gets its page; several get a table, worst first, with each loop's page folded below.
+    path : path-like
+        File to write; written whole or not at all.
+    title : str, optional
+        Title; by default the tag, or "Control loops".
+    settings : mapping, optional
+        Settings of the run, printed with each loop's origin.
+
+    Returns
+    -------
+    Path
+        The file written.
+
+    Raises
+    ------
+    ParameterError
+        When there is no diagnosis to show.
+    RecordError
+        When the file cannot be written.
+
+    Examples
+    --------
+    >>> write_report([], "report.html")
+    Traceback (most recent call last):
+    ...
+    stiction.errors.ParameterError: write_report got no diagnosis; give at least one.
+    """
+    if not diagnoses:
+        raise ParameterError("write_report got no diagnosis; give at least one.")
+    if len(diagnoses) == 1:
+        return _one(diagnoses[0], path, title, settings)
+    ranked = worst_first(diagnoses)
+    blocks: list[Block] = [overview(ranked), Heading("Loops", anchor="loops")]
+    blocks += [
+        Fold(
+            f"{diagnosis.record.tag}: {words.VERDICTS[diagnosis.verdict].lower()}",
+            loop_blocks(diagnosis, settings),
+            anchor=anchor(k),
+            mark=words.MARKS[diagnosis.verdict],
+        )
+        for k, diagnosis in enumerate(ranked)
+    ]
+    number = Counter(diagnosis.verdict for diagnosis in ranked)
+    subtitle = ", ".join(f"{number[verdict]} {said.lower()}" for verdict, said in words.VERDICTS.items())
+    return write_page(
+        title or "Control loops", blocks, path, subtitle=f"{words.count(len(ranked), 'loop')}: {subtitle}"
+    )
+
+
+def _one(diagnosis: Diagnosis, path: str | os.PathLike[str], title: str | None, settings: Any) -> Path:
+    record = diagnosis.record
+    told = [f"{record.loop_type.capitalize()} loop" if record.loop_type != "other" else "Control loop"]
+    told.append(record.provenance.source)
+    told.append(
+        f"{record.start:%Y-%m-%d %H:%M}, {words.span(record.duration)}" if record.start else words.span(record.duration)
+    )
+    return write_page(title or record.tag, loop_blocks(diagnosis, settings), path, subtitle=" · ".join(told))
