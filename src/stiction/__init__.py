@@ -24,10 +24,13 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "SOPDT",
         "Choudhury",
         "He",
+        "HeWang",
         "Ideal",
         "Integrating",
         "Kano",
         "Loop",
+        "PhysicalValve",
+        "Positioner",
         "Srinivasan",
         "StateSpace",
         "Stenman",
@@ -37,6 +40,14 @@ _ROOMS: dict[str, tuple[str, ...]] = {
     "stiction.records": ("LoopRecord", "read"),
     "stiction.simulation": ("simulate", "stroke"),
     "stiction.diagnosis": ("Diagnosis", "diagnose", "identify"),
+    "stiction.diagnosis.valvetests": (
+        "ValveTest",
+        "analyse_ramp",
+        "analyse_steps",
+        "compare_tests",
+        "plan_ramp_test",
+        "plan_step_test",
+    ),
     "stiction.errors": ("ConvergenceError", "MissingExtraError", "ParameterError", "RecordError", "StictionError"),
 }
 _HOME = {name: room for room, names in _ROOMS.items() for name in names}

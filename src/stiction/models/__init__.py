@@ -3,9 +3,10 @@
 from stiction.models.component import Valve
 from stiction.models.controllers import PID
 from stiction.models.loop import Loop
+from stiction.models.positioner import Positioner
 from stiction.models.processes import FOPDT, SOPDT, Integrating, StateSpace, TransferFunction
 from stiction.models.table import Table
-from stiction.models.valves import Choudhury, He, Ideal, Kano, Srinivasan, Stenman
+from stiction.models.valves import Choudhury, He, HeWang, Ideal, Kano, PhysicalValve, Srinivasan, Stenman
 
 __all__ = [
     "FOPDT",
@@ -13,10 +14,13 @@ __all__ = [
     "SOPDT",
     "Choudhury",
     "He",
+    "HeWang",
     "Ideal",
     "Integrating",
     "Kano",
     "Loop",
+    "PhysicalValve",
+    "Positioner",
     "Srinivasan",
     "StateSpace",
     "Stenman",

@@ -1,0 +1,451 @@
+"""The physical valve: mass, spring, diaphragm and friction, eqs. 1 to 3 with their errata E1 and E2 mended."""
+# ruff: noqa: RUF009 - a Quantity is a descriptor, made once for the class
+
+from __future__ import annotations
+
+import math
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
+
+import numpy as np
+
+from stiction.errors import ParameterError, require_positive
+from stiction.models.compiled import kernel
+from stiction.models.component import TIE, Valve, ValveState
+from stiction.models.friction.karnopp import karnopp_substep
+from stiction.models.friction.lugre import lugre_rest, lugre_substep
+from stiction.models.positioner import Positioner, positioner_step
+from stiction.models.quantities import Quantity, to_si
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["PhysicalParameters", "PhysicalValve", "physical_at_rest", "physical_step"]
+
+SUBSTEPS = 500.0
+"""Sub-steps in the valve's shortest time constant that the method does not take implicitly [-]."""
+
+QUIET = 1e-9
+"""Share of the static friction below which a force is none [-]."""
+
+
+class PhysicalParameters(NamedTuple):
+    """What the kernels of the physical valve know, in SI units."""
+
+    lugre: float
+    """1 for LuGre friction, 0 for Karnopp's [-]."""
+    ramped: float
+    """1 where the input moves in a straight line through the sample, 0 where it is held [-]."""
+    n: float
+    """Sub-steps in a sample [-]."""
+    h: float
+    """Sub-step [s]."""
+    keep: float
+    """Share of the pressure that the lag keeps over a sub-step [-]."""
+    keep_sample: float
+    """The same over a sample [-]."""
+    keep_mean: float
+    """Mean of that share over a sample [-]."""
+    mass: float
+    """Moving mass [kg]."""
+    spring_rate: float
+    """Spring rate [N/m]."""
+    viscous: float
+    """Viscous coefficient [N s/m]."""
+    coulomb: float
+    """Coulomb friction [N]."""
+    static: float
+    """Static friction [N]."""
+    stribeck_velocity: float
+    """Stribeck velocity [m/s]."""
+    tolerance: float
+    """Karnopp's velocity tolerance [m/s]."""
+    stiffness: float
+    """Stiffness of the bristles [N/m]."""
+    damping: float
+    """Damping of the bristles [N s/m]."""
+    scale: float
+    """Stroke in 1 % of travel [m]."""
+    bottom: float
+    """Lower end stop [m]."""
+    top: float
+    """Upper end stop [m]."""
+    rest_force: float
+    """Force on the stem that does not depend on air, position or motion [N]."""
+    area: float
+    """Diaphragm area, negative where air closes the valve [m2]."""
+    pressure: float
+    """Pressure at 0 % OP [Pa]."""
+    per_percent: float
+    """Pressure per 1 % OP [Pa]."""
+    low: float
+    """Lowest signal to the actuator [% of span]."""
+    high: float
+    """Highest signal to the actuator [% of span]."""
+    gain: float
+    """Gain of the positioner, 0 where there is none [-]."""
+    per_second: float
+    """Reciprocal of its integral time [1/s]."""
+    deadband: float
+    """Its deadband [% of span]."""
+
+
+@kernel
+def _named(p) -> PhysicalParameters:
+    """Packed parameters by name."""
+    return PhysicalParameters(
+        p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12], p[13], p[14], p[15],
+        p[16], p[17], p[18], p[19], p[20], p[21], p[22], p[23], p[24], p[25], p[26], p[27], p[28], p[29],
+    )  # fmt: skip
+
+
+@kernel
+def _signal(op: float, position: float, integral: float, dt: float, q: PhysicalParameters):
+    """Signal to the actuator [% of span] and the positioner's integral after `dt` [s]."""
+    return positioner_step(op, position, integral, dt, q.gain, q.per_second, q.deadband, q.low, q.high)
+
+
+@kernel
+def physical_at_rest(op: float, position: float, p) -> ValveState:
+    """Stem without speed at `position`, the actuator's pressure settled at the input `op`."""
+    q = _named(p)
+    op = min(max(op, q.low), q.high)
+    pressure = q.pressure + q.per_percent * op
+    bristles = 0.0
+    if q.lugre != 0.0:
+        force = q.rest_force + q.area * pressure - q.spring_rate * q.scale * position
+        bristles = lugre_rest(force, q.static, q.stiffness)
+    return ValveState(position, op, position, 0.0, 0.0, 0.0, 0.0, bristles, pressure, 0.0)
+
+
+@kernel
+def _is_held(op: float, begin: float, s: ValveState, q: PhysicalParameters) -> bool:
+    """Whether friction or an end stop holds a stem at rest whatever the pressure can become in the sample."""
+    error = max(abs(begin - s.position), abs(op - s.position))
+    wander = q.gain * error * q.per_second * q.n * q.h
+    first, _ = _signal(begin, s.position, s.integral, 0.0, q)
+    last, _ = _signal(op, s.position, s.integral, 0.0, q)
+    one = q.area * (q.pressure + q.per_percent * min(max(min(first, last) - wander, q.low), q.high))
+    other = q.area * (q.pressure + q.per_percent * min(max(max(first, last) + wander, q.low), q.high))
+    now = q.area * s.pressure
+    x = q.scale * s.position
+    rest = q.rest_force - q.spring_rate * x
+    pulled = rest + min(one, other, now) < -q.static and x > q.bottom
+    pushed = rest + max(one, other, now) > q.static and x < q.top
+    return not (pulled or pushed)
+
+
+@kernel
+def _stay(op: float, begin: float, s: ValveState, q: PhysicalParameters) -> ValveState:
+    """Rest for a sample: only the pressure and the positioner's integral move on, in closed form."""
+    first, _ = _signal(begin, s.position, s.integral, 0.0, q)
+    _, integral = _signal(0.5 * (begin + op), s.position, s.integral, q.n * q.h, q)
+    last, _ = _signal(op, s.position, integral, 0.0, q)
+    pressure = (
+        q.keep_sample * s.pressure
+        + (1.0 - q.keep_sample) * q.pressure
+        + q.per_percent * ((q.keep_mean - q.keep_sample) * first + (1.0 - q.keep_mean) * last)
+    )
+    return ValveState(s.position, op, s.rest, 0.0, 0.0, op - s.op, 0.0, s.force, pressure, integral)
+
+
+@kernel
+def _is_settled(op: float, s: ValveState, q: PhysicalParameters) -> bool:
+    """Whether input, pressure and bristles of a stem at rest are where they were."""
+    force = q.rest_force + q.area * s.pressure - q.spring_rate * q.scale * s.position - q.stiffness * s.force
+    settled = s.pressure == q.pressure + q.per_percent * op
+    return op == s.op and settled and q.gain == 0.0 and abs(force) <= QUIET * q.static
+
+
+@kernel
+def physical_step(op: float, s: ValveState, p) -> ValveState:
+    """One sample: at once while the stem is held, in sub-steps while it may move."""
+    q = _named(p)
+    op = min(max(op, q.low), q.high)
+    begin = s.op if q.ramped != 0.0 else op
+    if s.velocity == 0.0:
+        if q.lugre == 0.0:
+            if _is_held(op, begin, s, q):
+                return _stay(op, begin, s, q)
+        elif _is_settled(op, s, q):
+            return s
+    n = int(q.n)
+    x, v, z, pressure, integral = q.scale * s.position, s.velocity, s.force, s.pressure, s.integral
+    signal = min(max(op, q.low), q.high)
+    slope = (op - begin) / q.n
+    ease = 1.0 / (q.mass + q.h * q.viscous)
+    per_velocity = 1.0 / q.stribeck_velocity
+    for i in range(n):
+        if q.gain != 0.0:
+            signal, integral = _signal(begin + slope * (i + 1), x / q.scale, integral, q.h, q)
+        elif slope != 0.0:
+            signal = begin + slope * (i + 1)
+        pressure = q.keep * pressure + (1.0 - q.keep) * (q.pressure + q.per_percent * signal)
+        drive = q.rest_force + q.area * pressure
+        if q.lugre == 0.0:
+            x, v = karnopp_substep(
+                x, v, drive, q.h, q.mass, q.spring_rate, ease,
+                q.coulomb, q.static, per_velocity, q.tolerance,
+            )  # fmt: skip
+        else:
+            x, v, z = lugre_substep(
+                x, v, z, drive, q.h, q.mass, q.spring_rate, q.viscous,
+                q.coulomb, q.static, per_velocity, q.stiffness, q.damping,
+            )  # fmt: skip
+        if x < q.bottom:
+            x, v = q.bottom, max(v, 0.0)
+        elif x > q.top:
+            x, v = q.top, min(v, 0.0)
+    moving = 1.0 if v != 0.0 else 0.0
+    direction = math.copysign(moving, v)
+    return ValveState(x / q.scale, op, s.rest, direction, moving, op - s.op, v, z, pressure, integral)
+
+
+@dataclass(frozen=True)
+class PhysicalValve(Valve):
+    r"""Spring-and-diaphragm valve with friction in its packing.
+
+    .. math::
+
+        m \ddot x + F_v \dot x + K x &= A P - F_0 - P_v A_v - F_f \\
+        F(v) &= \left[F_c + (F_s - F_c)\,e^{-(v/v_s)^2}\right] \operatorname{sgn} v
+
+    The stem rests while the force on it, spring included, is at most the static friction. Every quantity is an
+    SI number, or text with a unit such as "300 lbf/in"; a bare "lb" is refused, for it may be a mass or a force.
+
+    Parameters
+    ----------
+    mass : float or str
+        Mass of stem and plug, m [kg].
+    spring_rate : float or str
+        Spring rate, K [N/m].
+    viscous : float or str
+        Viscous coefficient, F_v (b in the paper) [N s/m].
+    coulomb, static : float or str
+        Coulomb friction F_c and static friction F_s [N].
+    stribeck_velocity : float or str
+        Stribeck velocity, v_s [m/s].
+    area : float or str
+        Effective diaphragm area, A [m2].
+    stroke : float or str
+        Stem travel from 0 to 100 % [m].
+    friction : str
+        "karnopp" or "lugre".
+    pressure_range : tuple of float or str, optional
+        Pressures that are 0 and 100 % OP (100 and 0 % where air closes) [Pa]; by default from 0 to what moves
+        the stem over its stroke, K stroke / A.
+    preload : float or str, optional
+        Force of the spring where it is least compressed, F_0 [N]; by default it puts the stem at 0 % for 0 % OP.
+    fluid_force : float or str
+        Force of the fluid against the air, P_v A_v [N].
+    air_to_open : bool
+        Whether air opens the valve. Where it closes the valve the OP is still the opening asked for.
+    lag : float or str
+        Time constant of I/P converter and actuator [s].
+    positioner : Positioner, optional
+        Positioner on the stem position.
+    velocity_tolerance : float or str, optional
+        Karnopp's tolerance: the speed below which static friction can catch the stem [m/s]; by default a
+        thousandth of the Stribeck velocity.
+    bristle_stiffness : float or str, optional
+        LuGre's sigma_0 [N/m]; by default static friction bends the bristles by 1e-4 of the stroke.
+    bristle_damping : float or str, optional
+        LuGre's sigma_1 [N s/m]; by default 2 sqrt(sigma_0 m), critical damping of the mass on its bristles.
+    hold : str
+        "zero": the input is held through the sample and the position is that at its end, as behind a DCS.
+        "linear": the input moves in a straight line from the last sample to this one, as in a ramp test.
+    substep : float, optional
+        Sub-step within a sample [s]; by default 1/500 of the longer of 1/omega and F_v / K.
+
+    Raises
+    ------
+    ParameterError
+        When a quantity is outside its limits or its unit is missing, wrong or ambiguous, or when static friction
+        is below Coulomb friction.
+
+    Notes
+    -----
+    The end stops are `travel`, 0 and 100 % by default, and the signal to the actuator keeps to 0 and 100 % on the
+    side that has a stop. Write ``travel=(-inf, inf)`` for a loop in deviations. In a held sample a fast stem comes
+    to rest before the next one, so that with a slow DCS and no `lag` any ramp gives stairs.
+
+    References
+    ----------
+    srinivasan2008, eqs. 1-3 with E1 and E2; karnopp1985; canudas1995.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> valve = st.PhysicalValve("3 lbm", "300 lbf/in", "3.5 lbf*s/in", "320 lbf", "384 lbf", "0.01 in/s",
+    ...                          "100 in**2", "6 in")
+    >>> round(valve.damping_ratio, 3)
+    1.146
+    >>> st.stroke(valve, [0.0, 20.0, 22.0], dt=1.0).mv.round(2).tolist()
+    [0.0, 0.0, 4.21]
+    """
+
+    code: ClassVar[int] = 10
+
+    mass: Quantity = Quantity("kg")
+    spring_rate: Quantity = Quantity("N/m")
+    viscous: Quantity = Quantity("N*s/m", zero=True)
+    coulomb: Quantity = Quantity("N", zero=True)
+    static: Quantity = Quantity("N", zero=True)
+    stribeck_velocity: Quantity = Quantity("m/s")
+    area: Quantity = Quantity("m**2")
+    stroke: Quantity = Quantity("m")
+    friction: str = "karnopp"
+    _: KW_ONLY
+    travel: tuple[float, float] = (0.0, 100.0)
+    pressure_range: tuple[float | str, float | str] | None = None
+    preload: float | str | None = None
+    fluid_force: Quantity = Quantity("N", 0.0, negative=True)
+    air_to_open: bool = True
+    lag: Quantity = Quantity("s", 0.0, zero=True)
+    positioner: Positioner | None = None
+    velocity_tolerance: float | str | None = None
+    bristle_stiffness: float | str | None = None
+    bristle_damping: float | str | None = None
+    hold: str = "zero"
+    substep: float | str | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.static < self.coulomb:
+            raise ParameterError(
+                f"static = {self.static:g} N is below coulomb = {self.coulomb:g} N; static friction is at least "
+                "Coulomb friction."
+            )
+        for name, choices in (("friction", ("karnopp", "lugre")), ("hold", ("zero", "linear"))):
+            if getattr(self, name) not in choices:
+                raise ParameterError(
+                    f"{name} = {getattr(self, name)!r} is unknown; use {' or '.join(map(repr, choices))}."
+                )
+        if self.friction == "lugre" and self.coulomb == 0.0:
+            raise ParameterError("coulomb = 0 N leaves LuGre's bristles without an end; give a Coulomb friction.")
+        for name, unit in _OPTIONAL.items():
+            if getattr(self, name) is not None:
+                number = to_si(name, getattr(self, name), unit)
+                object.__setattr__(self, name, number if name == "preload" else require_positive(name, number, unit))
+        object.__setattr__(self, "pressure_range", self._pressures())
+
+    def _pressures(self) -> tuple[float, float]:
+        if self.pressure_range is None:
+            return (0.0, self.spring_rate * self.stroke / self.area)
+        try:
+            low, high = self.pressure_range
+        except (TypeError, ValueError):
+            raise ParameterError(
+                f"pressure_range = {self.pressure_range!r} is not a pair; give the pressures (lowest, highest)."
+            ) from None
+        low, high = (to_si("pressure_range", end, "Pa") for end in (low, high))
+        if not low < high:
+            raise ParameterError(f"pressure_range = ({low:g}, {high:g}) Pa has no room; give lowest < highest.")
+        return (low, high)
+
+    @property
+    def force_span(self) -> float:
+        """Force of the diaphragm over the full span of the OP, A dP [N]."""
+        low, high = self._pressures()
+        return self.area * (high - low)
+
+    @property
+    def gain(self) -> float:
+        """Steady travel per OP, A dP / (K stroke) [-]."""
+        return self.force_span / (self.spring_rate * self.stroke)
+
+    @property
+    def offset(self) -> float:
+        """OP at which the stem is about to leave 0 % of travel, friction aside [% of span]."""
+        return -100.0 * self._rest_force() / self.force_span
+
+    @property
+    def damping_ratio(self) -> float:
+        """Damping ratio of mass, spring and viscous friction, F_v / (2 sqrt(K m)) [-]."""
+        return self.viscous / (2.0 * math.sqrt(self.spring_rate * self.mass))
+
+    @property
+    def natural_frequency(self) -> float:
+        """Angular frequency of mass and spring without damping, sqrt(K / m) [rad/s]."""
+        return math.sqrt(self.spring_rate / self.mass)
+
+    @property
+    def time_constant(self) -> float:
+        """Longer of 1 / omega and F_v / K: how long the stem needs [s]."""
+        return max(1.0 / self.natural_frequency, self.viscous / self.spring_rate)
+
+    def _rest_force(self) -> float:
+        """Force in the direction of opening with the air at 0 % OP and the stem at 0 % of travel [N]."""
+        if self.preload is None:
+            return 0.0
+        low, high = self._pressures()
+        preload = to_si("preload", self.preload, "N")
+        if self.air_to_open:
+            return self.area * low - preload - self.fluid_force
+        return self.spring_rate * self.stroke + preload + self.fluid_force - self.area * high
+
+    def _bristles(self) -> tuple[float, float]:
+        """Stiffness [N/m] and damping [N s/m] of the bristles."""
+        stiffness, damping = self.bristle_stiffness, self.bristle_damping
+        stiffness = 1e4 * max(self.static, self.coulomb) / self.stroke if stiffness is None else float(stiffness)
+        damping = 2.0 * math.sqrt(stiffness * self.mass) if damping is None else float(damping)
+        return stiffness, damping
+
+    def parameters(self, dt: float) -> tuple[float, ...]:
+        """`PhysicalParameters` for the sampling period `dt` [s]."""
+        longest = self.time_constant / SUBSTEPS if self.substep is None else float(self.substep)
+        n = max(1.0, math.ceil(dt / longest * (1.0 - 1e-9)))
+        h = dt / n
+        low, high = self._pressures()
+        bottom, top = self.travel
+        area = self.area if self.air_to_open else -self.area
+        pressure, per_percent = (low, 0.01 * (high - low)) if self.air_to_open else (high, -0.01 * (high - low))
+        stiffness, damping = self._bristles() if self.friction == "lugre" else (1.0, 0.0)
+        tolerance = 1e-3 * self.stribeck_velocity if self.velocity_tolerance is None else float(self.velocity_tolerance)
+        keep, keep_sample = (math.exp(-t / self.lag) if self.lag else 0.0 for t in (h, dt))
+        positioner = self.positioner or Positioner(0.0)
+        return tuple(
+            PhysicalParameters(
+                lugre=float(self.friction == "lugre"),
+                ramped=float(self.hold == "linear"),
+                n=n,
+                h=h,
+                keep=keep,
+                keep_sample=keep_sample,
+                keep_mean=(1.0 - keep_sample) * self.lag / dt,
+                mass=self.mass,
+                spring_rate=self.spring_rate,
+                viscous=self.viscous,
+                coulomb=self.coulomb,
+                static=self.static * (1.0 + TIE),
+                stribeck_velocity=self.stribeck_velocity,
+                tolerance=tolerance,
+                stiffness=stiffness,
+                damping=damping,
+                scale=0.01 * self.stroke,
+                bottom=0.01 * self.stroke * bottom,
+                top=0.01 * self.stroke * top,
+                rest_force=self._rest_force() - area * pressure,
+                area=area,
+                pressure=pressure,
+                per_percent=per_percent,
+                low=0.0 if math.isfinite(bottom) else -math.inf,
+                high=100.0 if math.isfinite(top) else math.inf,
+                gain=positioner.gain,
+                per_second=1.0 / positioner.integral_time,
+                deadband=positioner.deadband,
+            )
+        )
+
+    def pack(self, dt: float) -> NDArray[np.float64]:
+        """Parameters as the kernels take them; the step itself minds the end stops, shape (30,)."""
+        return np.array([-math.inf, math.inf, *self.parameters(dt)], dtype=np.float64)
+
+
+_OPTIONAL = {
+    "preload": "N",
+    "velocity_tolerance": "m/s",
+    "bristle_stiffness": "N/m",
+    "bristle_damping": "N*s/m",
+    "substep": "s",
+}
