@@ -1,0 +1,152 @@
+"""Where the search looks: valves over (S, J / S), processes over lags and dead times."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stiction.diagnosis.identification.search import search
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.diagnosis.identification.signals import Signals
+
+__all__ = ["Processes", "Surface", "dense_processes", "explore", "near"]
+
+
+class Processes(NamedTuple):
+    """Process candidates: every pair of lags with every dead time."""
+
+    first: NDArray[np.float64]
+    """First time constant [samples]; infinity integrates. Shape (n_lags,)."""
+    second: NDArray[np.float64]
+    """Second time constant [samples], shape (n_lags,)."""
+    delays: NDArray[np.int64]
+    """Dead time [samples]; -1 when the PV sees the stem within the sample. Shape (n_delays,), increasing."""
+
+    def decays(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Decay per sample of the first and of the second lag; 1 integrates, 0 is no lag."""
+        with np.errstate(divide="ignore"):
+            return np.exp(-1.0 / self.first), np.exp(-1.0 / self.second)
+
+
+class Surface(NamedTuple):
+    """What the search found for each valve; S and J span a grid, row by row."""
+
+    S: NDArray[np.float64]
+    """Values of S [% of span], shape (n_S,)."""
+    ratio: NDArray[np.float64]
+    """Values of J / S [-], shape (n_J,)."""
+    error: NDArray[np.float64]
+    """Share of the target's energy left by the best process [-], shape (n_S, n_J)."""
+    gain: NDArray[np.float64]
+    """Gain of that process [PV units per % of span, per sample where it integrates], shape (n_S, n_J)."""
+    best: NDArray[np.int64]
+    """Its lag pair and dead time as indices of the candidates, shape (n_S, n_J, 2)."""
+    processes: Processes
+    """The candidates."""
+
+
+def dense_processes(scale: float, n_samples: int, integrating: bool | None, n_lags: int = 10, n_delays: int = 10):
+    """Process candidates for a first look, from no lag to an integrator.
+
+    Parameters
+    ----------
+    scale : float
+        Period of the oscillation, or another time scale of the record [samples].
+    n_samples : int
+        Length of the record [samples].
+    integrating : bool or None
+        Whether the process integrates; None looks at both kinds.
+    n_lags, n_delays : int
+        Number of lags and of dead times [-].
+
+    Returns
+    -------
+    Processes
+        The candidates.
+    """
+    longest = min(0.45 * scale, n_samples / 8.0)
+    delays = np.unique(np.round(np.linspace(-1.0, max(longest, 2.0), n_delays)).astype(np.int64))
+    if integrating:
+        second = np.concatenate([[0.0], np.geomspace(0.02, 0.5, n_lags - 1) * scale])
+        return Processes(np.full(n_lags, np.inf), second, delays)
+    if integrating is None:
+        lags = np.concatenate([[0.0], np.geomspace(0.7, max(scale, 2.0), n_lags - 2), [np.inf]])
+    else:
+        lags = np.concatenate([[0.0], np.geomspace(0.7, 2.0 * max(scale, 2.0), n_lags - 1)])
+    return Processes(lags, np.zeros(lags.size), delays)
+
+
+def near(processes: Processes, lag: int, delay: int, closer: float, integrating: bool | None) -> Processes:
+    """Candidates about one of `processes`: lags within a factor, second lags, neighbouring dead times."""
+    tau = float(processes.first[lag])
+    second = float(processes.second[lag])
+    spread = 1.0 + 1.5 * closer
+    steps = np.diff(processes.delays)
+    reach = max(int(round(closer * (steps.max() if steps.size else 1))), 2)
+    centre = int(processes.delays[delay])
+    delays = np.unique(np.linspace(max(centre - reach, -1), centre + reach, min(2 * reach + 1, 9)).round())
+    if np.isinf(tau):
+        tails = np.unique(np.concatenate([[0.0], max(second, 0.7) * np.geomspace(1.0 / spread, spread, 7)]))
+        pairs = [(np.inf, tail) for tail in tails]
+        if integrating is None:
+            pairs += [(slow, 0.0) for slow in np.max(processes.delays) * np.array([3.0, 6.0, 12.0])]
+    else:
+        lags = max(tau, 0.3) * np.geomspace(1.0 / spread, spread, 7)
+        shares = np.array([0.0, 0.12, 0.3, 0.6, 1.0]) if second == 0.0 else second / max(tau, 0.3) * np.geomspace(0.6, 1.7, 4)
+        pairs = [(0.0, 0.0)] if tau < 0.7 else []
+        pairs += [(t, t * share) for t in lags for share in np.unique(np.append(shares, 0.0)) if share <= 1.01]
+    return Processes(np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs]), delays.astype(np.int64))
+
+
+def explore(
+    signals: Signals, S: NDArray[np.float64], ratio: NDArray[np.float64], processes: Processes, sign: float
+) -> Surface:
+    """Try every (S, J / S) with every process candidate, on two threads.
+
+    Parameters
+    ----------
+    signals : Signals
+        What to compare.
+    S, ratio : ndarray, shape (n_S,), (n_J,)
+        The valves.
+    processes : Processes
+        The process candidates.
+    sign : float
+        Sign that the process gain must have; 0 for any.
+
+    Returns
+    -------
+    Surface
+        The error left by the best process for each valve.
+    """
+    n = signals.op.size
+    band = np.repeat(S, ratio.size)
+    jump = band * np.tile(ratio, S.size)
+    first, second = processes.decays()
+    delays = processes.delays
+    begin = min(signals.half + int(delays[-1]) + 2, max(n // 3, int(delays[-1]) + 2))
+    error, gain = np.empty(band.size), np.full(band.size, float(sign))
+    best = np.empty((band.size, 2), dtype=np.int64)
+
+    def rows(part: slice) -> None:
+        work = np.empty((3, n))
+        search(
+            signals.op, signals.target, signals.half, band[part], jump[part], first, second, delays, begin,
+            error[part], gain[part], best[part], work[0], work[1], work[2],
+        )  # fmt: skip
+
+    middle = band.size // 2
+    if band.size * first.size * delays.size * n > 4e6:
+        with ThreadPoolExecutor(2) as pool:
+            list(pool.map(rows, (slice(0, middle), slice(middle, band.size))))
+    else:
+        rows(slice(0, band.size))
+    energy = float(np.sum(signals.target[begin : n - signals.half] ** 2))
+    shape = (S.size, ratio.size)
+    share = error.reshape(shape) / energy if energy > 0.0 else np.ones(shape)
+    return Surface(S, ratio, share, gain.reshape(shape), best.reshape(*shape, 2), processes)

@@ -1,0 +1,98 @@
+"""The signals as the search takes them: gaps held, long records thinned, the scale of slow disturbances chosen."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stiction.diagnosis.identification.search import remove_local_mean
+from stiction.errors import RecordError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.records.record import LoopRecord
+
+__all__ = ["Signals", "hold_gaps", "prepare"]
+
+SAMPLES_PER_PERIOD = 50
+"""Samples of an oscillation kept when a long record is thinned."""
+ENOUGH_SAMPLES = 3000
+"""Records up to this length are never thinned."""
+
+
+class Signals(NamedTuple):
+    """What the search compares."""
+
+    op: NDArray[np.float64]
+    """Controller output without gaps [% of span], shape (n_samples,)."""
+    pv: NDArray[np.float64]
+    """Process variable without gaps [engineering units], shape (n_samples,)."""
+    target: NDArray[np.float64]
+    """PV without its local mean [engineering units], shape (n_samples,)."""
+    dt: float
+    """Sampling period after thinning [s]."""
+    thinned: int
+    """Every how many samples of the record one was kept."""
+    half: int
+    """Half width of the local mean [samples]; 0 for the mean of the whole record."""
+    scale: float
+    """Time scale on which processes are looked for [samples]."""
+
+
+def hold_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Fill NaN with the last value before it, leading ones with the first value after them."""
+    good = np.isfinite(x)
+    if good.all():
+        return x
+    if not good.any():
+        raise RecordError("the signal has no valid sample; check the column that was read.")
+    last = np.maximum.accumulate(np.where(good, np.arange(x.size), -1))
+    return x[np.where(last >= 0, last, int(np.argmax(good)))]
+
+
+def prepare(record: LoopRecord, period: float | None) -> Signals:
+    """Fill gaps, thin where the record is long, and take the local mean off the PV.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        A record with a PV.
+    period : float or None
+        Period of the oscillation [s]; None compares the whole record about its mean.
+
+    Returns
+    -------
+    Signals
+        What the search compares.
+
+    Raises
+    ------
+    RecordError
+        When the record has no PV, or OP or PV has no valid sample.
+    """
+    if record.pv is None:
+        raise RecordError(f"{record.tag} has no PV; an identification needs OP and PV.")
+    op, pv, dt = hold_gaps(record.op), hold_gaps(record.pv), record.dt
+    span = period / dt if period is not None else op.size / 5.0
+    thinned = 1
+    if op.size > ENOUGH_SAMPLES:
+        thinned = max(int(min(span / SAMPLES_PER_PERIOD, op.size / ENOUGH_SAMPLES)), 1)
+        op, pv = np.ascontiguousarray(op[::thinned]), _average(pv, thinned, op[::thinned].size)
+    span /= thinned
+    half = 0 if period is None else min(max(round(span / 2.0), 2), max((op.size - 1) // 4, 1))
+    target = np.empty_like(pv)
+    remove_local_mean(pv, half, target)
+    return Signals(op, pv, target, dt * thinned, thinned, half, span)
+
+
+def _average(x: NDArray[np.float64], width: int, n: int) -> NDArray[np.float64]:
+    """Mean of `width` samples about every `width`-th one, so that thinning does not fold noise in."""
+    if width == 1:
+        return x
+    sums = np.concatenate([[0.0], np.cumsum(x - x[0])])
+    centre = np.arange(n) * width
+    first = np.maximum(centre - width // 2, 0)
+    last = np.minimum(first + width, x.size)
+    return (sums[last] - sums[first]) / (last - first) + x[0]
