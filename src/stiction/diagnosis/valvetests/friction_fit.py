@@ -1,0 +1,165 @@
+r"""Stick band, jump and the frictionless line from slips and following, by least squares with a bootstrap.
+
+A spring-opposed valve rests where its input and its friction balance. With the frictionless line
+:math:`u = a + b\,x` and the direction of the OP :math:`m = \pm 1`,
+
+.. math::
+
+    u = a + b\,x_{before} + m\,sb, \qquad u = a + b\,x_{after} + m\,(sb - sj), \qquad u = a + b\,x + m\,f_D
+
+at a slip, right after it, and while the stem follows. All are linear in a, b, sb, sb - sj and fD. Ramps in both
+directions determine the line; from one direction it has to be assumed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.diagnosis.valvetests.result import Estimate
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["FrictionFit", "Rows", "fit_friction"]
+
+RESAMPLES = 300
+LEAST_SPAN = 5.0
+"""Travel over which the slope of a position's frictionless line is worth fitting [% of span]."""
+OUTLIER = 5.0
+"""Slips further than this from the fit, in robust standard deviations, are left out [-]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """Slips and points of following as arrays; a point of following belongs to the slip before it."""
+
+    direction: NDArray[np.float64]
+    """1 when the OP rose, -1 when it fell [-], shape (n_slips,)."""
+    op: NDArray[np.float64]
+    """OP at the slip [% of span], shape (n_slips,)."""
+    before: NDArray[np.float64]
+    """Stem before the slip [unit of the stem signal], shape (n_slips,)."""
+    after: NDArray[np.float64]
+    """Stem right after it [unit of the stem signal], shape (n_slips,)."""
+    follow_slip: NDArray[np.int64]
+    """Slip before each point of following [-], shape (n_points,)."""
+    follow_op: NDArray[np.float64]
+    """OP there [% of span], shape (n_points,)."""
+    follow_stem: NDArray[np.float64]
+    """Stem there [unit of the stem signal], shape (n_points,)."""
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionFit:
+    """The frictionless line and the friction about it."""
+
+    offset: float
+    """OP of the frictionless valve at stem 0, a [% of span]."""
+    slope: float
+    """OP per stem, b [% of span per unit of the stem signal]."""
+    sb: Estimate
+    """Stick band [% of span]."""
+    sj: Estimate
+    """Jump [% of span]."""
+    lag: Estimate
+    """Distance kept from the frictionless line while following, fD [% of span]."""
+    stick_bands: NDArray[np.float64]
+    """Stick band of each slip [% of span], shape (n_slips,)."""
+    jumps: NDArray[np.float64]
+    """Jump of each slip [% of span], shape (n_slips,)."""
+    both_directions: bool
+    """Whether slips were seen opening and closing."""
+
+
+def fit_friction(rows: Rows, is_position: bool) -> FrictionFit:
+    """Fit the line and the friction.
+
+    Parameters
+    ----------
+    rows : Rows
+        One slip or more.
+    is_position : bool
+        True when the stem signal is a position, whose line is taken as u = x where the test does not determine it.
+
+    Returns
+    -------
+    FrictionFit
+        Without sb and lag when a flow was seen to slip in one direction only: its zero is unknown.
+    """
+    n = rows.op.size
+    both = np.unique(rows.direction).size == 2
+    span = float(np.ptp(np.concatenate([rows.before, rows.after, rows.follow_stem])))
+    free_slope = not is_position or (both and span >= LEAST_SPAN)
+    slip = np.concatenate([np.arange(n), np.arange(n), rows.follow_slip])
+    sort = np.repeat([0, 1, 2], [n, n, rows.follow_slip.size])
+    op = np.concatenate([rows.op, rows.op, rows.follow_op])
+    stem = np.concatenate([rows.before, rows.after, rows.follow_stem])
+    columns = [rows.direction[slip] * (sort == k) for k in range(3 if rows.follow_slip.size else 2)]
+    columns += [np.ones_like(op)] if both else []
+    columns += [stem] if free_slope else []
+    design, target = np.stack(columns, axis=1), op if free_slope else op - stem
+
+    kept = np.ones(n, bool)
+    best = _solve(design, target)
+    for _ in range(2):
+        miss = np.abs(target - design @ best)
+        worst = np.maximum(miss[:n], miss[n : 2 * n])
+        kept = worst <= max(OUTLIER * 1.4826 * float(np.median(worst)), 0.05)
+        best = _solve(design[kept[slip]], target[kept[slip]])
+    draws = _bootstrap(slip, design, target, rows.direction, kept)
+
+    slope = float(best[-1]) if free_slope else 1.0
+    offset = float(best[len(best) - 1 - free_slope]) if both else 0.0
+    bands = rows.direction * (rows.op - offset - slope * rows.before)
+    jumps = rows.direction * slope * (rows.after - rows.before)
+    sb = _estimate(float(best[0]), draws[:, 0], bands[kept])
+    sj = _estimate(float(best[0] - best[1]), draws[:, 0] - draws[:, 1], jumps[kept])
+    lag = Estimate()
+    if rows.follow_slip.size:
+        lags = rows.direction[rows.follow_slip] * (rows.follow_op - offset - slope * rows.follow_stem)
+        lag = _estimate(float(best[2]), draws[:, 2], lags)
+    if not both and not is_position:
+        bands, sb, lag = np.full(n, math.nan), Estimate(n=n), Estimate()
+    return FrictionFit(offset, slope, sb, sj, lag, bands, jumps, both)
+
+
+def _solve(design: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(np.linalg.lstsq(design, target, rcond=None)[0], dtype=np.float64)
+
+
+def _bootstrap(
+    slip: NDArray[np.int64],
+    design: NDArray[np.float64],
+    target: NDArray[np.float64],
+    direction: NDArray[np.float64],
+    kept: NDArray[np.bool_],
+) -> NDArray[np.float64]:
+    """Solutions with the slips drawn anew within each direction, shape (RESAMPLES, n_columns)."""
+    size = design.shape[1]
+    normal, moment = np.zeros((kept.size, size, size)), np.zeros((kept.size, size))
+    np.add.at(normal, slip, design[:, :, np.newaxis] * design[:, np.newaxis, :])
+    np.add.at(moment, slip, design * target[:, np.newaxis])
+    chance = np.random.default_rng(0)
+    times = np.zeros((RESAMPLES, kept.size))
+    for heading in (1.0, -1.0):
+        members = np.flatnonzero(kept & (direction == heading))
+        if members.size:
+            times[:, members] = chance.multinomial(
+                members.size, np.full(members.size, 1.0 / members.size), size=RESAMPLES
+            )
+    left = np.einsum("re,eij->rij", times, normal)
+    right = times @ moment
+    return np.einsum("rij,rj->ri", np.linalg.pinv(left, hermitian=True), right)
+
+
+def _estimate(value: float, draws: NDArray[np.float64], readings: NDArray[np.float64]) -> Estimate:
+    n = int(readings.size)
+    spread = float(readings.std(ddof=1)) if n > 1 else math.nan
+    if n < 3:
+        return Estimate(value, math.nan, math.nan, spread, n)
+    low, high = np.quantile(draws, (0.025, 0.975))
+    return Estimate(value, min(float(low), value), max(float(high), value), spread, n)

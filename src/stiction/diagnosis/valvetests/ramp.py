@@ -1,0 +1,167 @@
+"""Ramp test: what sticks, what slips and at which rate the stem starts to follow."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.diagnosis.valvetests.friction_fit import FrictionFit, fit_friction
+from stiction.diagnosis.valvetests.piecewise import noise, resolution
+from stiction.diagnosis.valvetests.ramp_rate import bracket, classify
+from stiction.diagnosis.valvetests.ramp_result import RampTest
+from stiction.diagnosis.valvetests.ramp_split import OpRamp, find_ramps
+from stiction.diagnosis.valvetests.ramp_tables import events, over_travel, rows_for_fit
+from stiction.diagnosis.valvetests.ramp_words import judge, not_known
+from stiction.diagnosis.valvetests.reading import COARSE, Reading, read_stem
+from stiction.diagnosis.valvetests.result import Estimate
+from stiction.diagnosis.valvetests.stem_moves import Moves, moves
+from stiction.errors import require_positive
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.models import Srinivasan
+    from stiction.records import LoopRecord
+
+__all__ = ["analyse_ramp"]
+
+
+def analyse_ramp(
+    record: LoopRecord, *, signal: str | None = None, lag: float = 0.0, limit: float = 1.0, bins: int = 5
+) -> RampTest:
+    """Read a valve's stick band, jump and rate threshold from a ramp test.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        OP [% of span] driven in ramps with the loop in manual, and the valve position `mv` or a flow `pv`.
+    signal : {"mv", "pv"}, optional
+        What shows the stem; by default `mv` where it was recorded, else `pv`.
+    lag : float
+        Known first-order lag between OP and the stem signal (transducer, actuator, flow sensor) [s]. A lag L left
+        out shifts sb by the rate times L.
+    limit : float
+        Limit on deadband plus stick band, S [% of span].
+    bins : int
+        Number of stretches of the travel over which sb and sj are reported.
+
+    Returns
+    -------
+    RampTest
+
+    Raises
+    ------
+    RecordError
+        When the OP holds no ramp, the stem was not recorded, or more than a fifth of it is missing.
+    ParameterError
+        When `signal` is unknown, `lag` is negative, or `limit` or `bins` is not positive.
+
+    Notes
+    -----
+    OP and stem are cut into rests and straight lines. A rest followed by another level is a slip; a line with
+    about the slope of the OP is following. sb, sj and the frictionless line come from one least-squares fit, their
+    intervals from a bootstrap over the slips. r lies between the fastest ramp that went in stairs and the slowest
+    that was followed; it is known no better than the rates tested.
+
+    References
+    ----------
+    srinivasan2008, sections III and V and eq. 5: the ramps and the model. The analysis is this project's.
+
+    Examples
+    --------
+    >>> import numpy as np, stiction as st
+    >>> plan = st.plan_ramp_test(low=5.0, high=25.0, threshold=0.05)
+    >>> test = st.analyse_ramp(st.stroke(st.Srinivasan(sb=3.0, sj=1.5, r=0.05), plan.op, plan.dt))
+    >>> round(test.sb.value, 1), round(test.sj.value, 1), test.r_low < 0.05 <= test.r_high
+    (3.0, 1.5, True)
+    """
+    limit = require_positive("limit", limit, "% of span")
+    bins = int(require_positive("bins", bins))
+    settings = {"signal": signal, "lag": lag, "limit": limit, "bins": bins}
+    reading = read_stem(record, signal, lag)
+    op_ramps, pieces = find_ramps(reading, record.tag)
+    found = _moves(reading, op_ramps)
+    rows = rows_for_fit(op_ramps, found)
+    fit = fit_friction(rows, reading.signal == "mv") if rows.op.size else None
+    ramps = classify(op_ramps, found, fit)
+    r_low, r_high, contradiction = bracket(ramps)
+    sb, sj, deadband, S = _friction(fit)
+    op_line = np.concatenate([[p.at(t) for t in reading.time[p.first : p.last]] for p in pieces])
+    valve, position, model, residual = _against_record(record, reading, op_line, fit, r_low, r_high)
+    stuck = max(moved.lead for moved in found)
+    unknown = not_known(reading, ramps, fit, stuck, r_low, r_high, contradiction)
+    verdict, reason = judge(S, stuck, limit)
+    return RampTest(
+        record, reading.signal, verdict, reason, limit, unknown, settings,
+        sb, sj, r_low, r_high, deadband, S,
+        fit.offset if fit else math.nan, fit.slope if fit else math.nan,
+        ramps, events(op_ramps, found, fit), over_travel(rows, fit, bins),
+        valve, residual, position, model,
+    )  # fmt: skip
+
+
+def _moves(reading: Reading, ramps: tuple[OpRamp, ...]) -> tuple[Moves, ...]:
+    inside = [slice(ramp.line.first, ramp.line.last) for ramp in ramps]
+    tested = np.concatenate([reading.stem[part] for part in inside])
+    driven = np.concatenate([reading.op[part] for part in inside])
+    gain = 1.0
+    if reading.signal == "pv":
+        spread = driven - driven.mean()
+        gain = float(spread @ (tested - tested.mean()) / (spread @ spread)) or 1e-12
+    rounding = resolution(tested, COARSE * abs(gain))
+    sigma = max(noise(reading.stem), 0.5 * rounding, 0.002 * abs(gain))
+    return tuple(
+        moves(ramp, reading.time[part], reading.stem[part], sigma, rounding, gain)
+        for ramp, part in zip(ramps, inside, strict=True)
+    )
+
+
+def _friction(fit: FrictionFit | None) -> tuple[Estimate, Estimate, Estimate, Estimate]:
+    """(sb, sj, deadband, S)."""
+    if fit is None:
+        return Estimate(), Estimate(), Estimate(), Estimate()
+    sb, sj, lag = fit.sb, fit.sj, fit.lag
+    if not lag.known and sb.known:
+        lag = _combined(sb, sj, 1.0, -1.0)
+    double = Estimate(2.0 * lag.value, 2.0 * lag.low, 2.0 * lag.high, 2.0 * lag.spread, lag.n)
+    return sb, sj, double, _combined(sb, sj, 2.0, -1.0)
+
+
+def _combined(a: Estimate, b: Estimate, p: float, q: float) -> Estimate:
+    """``p a + q b`` with the intervals added in squares."""
+    value = p * a.value + q * b.value
+    half = 0.5 * math.hypot(p * (a.high - a.low), q * (b.high - b.low))
+    return Estimate(value, value - half, value + half, math.hypot(p * a.spread, q * b.spread), min(a.n, b.n))
+
+
+def _against_record(
+    record: LoopRecord,
+    reading: Reading,
+    op_line: NDArray[np.float64],
+    fit: FrictionFit | None,
+    r_low: float,
+    r_high: float,
+) -> tuple[Srinivasan | None, NDArray[np.float64], NDArray[np.float64], float]:
+    """Return the fitted valve, the stem and the fitted valve's stem over the same OP, and their rms difference."""
+    from stiction.models import Srinivasan
+    from stiction.simulation import stroke
+
+    position, model = np.full(len(record), math.nan), np.full(len(record), math.nan)
+    if fit is None:
+        return None, position, model, math.nan
+    at = np.round(reading.time / record.dt).astype(int)
+    position[at] = fit.offset + fit.slope * reading.stem
+    if not fit.sb.known or fit.sb.value <= 0.0:
+        return None, position, model, math.nan
+    if math.isnan(r_high):
+        r = math.inf
+    else:
+        r = math.sqrt(r_low * r_high) if r_low > 0.0 else 0.0
+    valve = Srinivasan(fit.sb.value, min(max(fit.sj.value, 0.0), 2.0 * fit.sb.value), r)
+    start = float(np.median(position[at[:10]]))
+    op = np.interp(record.time, reading.time, op_line)
+    model = np.asarray(stroke(valve, op, record.dt, position=start).mv)
+    miss = (model - position)[at]
+    return valve, position, model, float(np.sqrt(np.mean(miss * miss)))

@@ -1,0 +1,83 @@
+"""What a ramp test says in words: the verdict, and what it leaves unknown."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from stiction.diagnosis.valvetests.friction_fit import FrictionFit
+    from stiction.diagnosis.valvetests.reading import Reading
+    from stiction.diagnosis.valvetests.result import Estimate, Ramp, Verdict
+
+__all__ = ["judge", "not_known"]
+
+
+def judge(S: Estimate, stuck: float, limit: float) -> tuple[Verdict, str]:
+    """Verdict on deadband plus stick band S [% of span]; `stuck` is the longest OP travel without any slip."""
+    if not S.known:
+        if stuck > limit:
+            return (
+                "beyond limit",
+                f"The stem did not move over {stuck:.3g} % of OP travel, above the limit of {limit:g} %.",
+            )
+        return "undecided", "Deadband plus stick band cannot be told from this test."
+    text = f"Deadband plus stick band is {S.text()}, limit {limit:g} %."
+    if math.isfinite(S.low) and S.low <= limit <= S.high:
+        return "undecided", f"{text} The interval holds the limit."
+    return ("within limit" if S.value <= limit else "beyond limit"), text
+
+
+def not_known(
+    reading: Reading,
+    ramps: tuple[Ramp, ...],
+    fit: FrictionFit | None,
+    stuck: float,
+    r_low: float,
+    r_high: float,
+    contradiction: bool,
+) -> tuple[str, ...]:
+    """Say what the test cannot tell and what would."""
+    lines: list[str] = []
+    if fit is None:
+        lines.append(
+            f"sb, sj and r: the stem never broke loose; it rested over up to {stuck:.3g} % of OP travel. Ramp further."
+        )
+        return tuple(lines)
+    if not fit.both_directions:
+        lines.append(
+            "the zero: slips in one direction only, so the valve was taken to sit at its OP when free of friction. "
+            "Ramp up and down."
+            if reading.signal == "mv"
+            else "sb and deadband: slips in one direction only, so the stick band cannot be told apart from the zero "
+            "of the flow. Ramp up and down."
+        )
+    lines += _rate_words(ramps, r_low, r_high, contradiction)
+    if fit.sb.known and fit.sb.n < 3:
+        lines.append(f"intervals: {fit.sb.n} slip{'s' if fit.sb.n > 1 else ''} only. Repeat the ramp.")
+    coarse = [ramp for ramp in ramps if ramp.behaviour == "cannot tell"]
+    lines += [f"what happened at {abs(ramp.rate):.3g} %/s: {ramp.reason}." for ramp in coarse]
+    if reading.signal == "pv":
+        lines.append(
+            "the travel itself: it was read from the flow, as if flow were proportional to travel in this range."
+        )
+    return tuple(lines)
+
+
+def _rate_words(ramps: tuple[Ramp, ...], r_low: float, r_high: float, contradiction: bool) -> list[str]:
+    if contradiction:
+        return [
+            f"r: stairs at {r_high:.3g} %/s but following at {r_low:.3g} %/s; it varies over the travel or the "
+            "direction, or a noise hid the stairs. See the table of ramps."
+        ]
+    if math.isnan(r_low) and math.isnan(r_high):
+        return ["r: no ramp showed clearly whether the stem goes in stairs or follows. Ramp further."]
+    if math.isnan(r_low):
+        smallest = min(ramp.smallest_stair for ramp in ramps)
+        return [
+            f"r: every rate was followed, so r is at most {r_high:.3g} %/s, or stairs are below {smallest:.2g} %. "
+            "Ramp slower."
+        ]
+    if math.isnan(r_high):
+        return [f"r: every rate went in stairs, so r is above {r_low:.3g} %/s. Ramp faster."]
+    return []

@@ -1,0 +1,184 @@
+"""What a valve test says: estimates with their spread, what stuck and slipped where, what cannot be known."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from stiction.records import LoopRecord
+
+__all__ = ["Behaviour", "Estimate", "Ramp", "StemEvent", "TravelBin", "ValveTest", "Verdict", "json_ready"]
+
+Verdict = Literal["within limit", "beyond limit", "undecided"]
+Behaviour = Literal["staircase", "follow", "mixed", "did not slip", "cannot tell"]
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A quantity with its 95 % interval and its spread; NaN where it cannot be known."""
+
+    value: float = math.nan
+    """Best value."""
+    low: float = math.nan
+    """Lower end of the 95 % interval of the value; NaN with fewer than three readings."""
+    high: float = math.nan
+    """Upper end of the 95 % interval of the value; NaN with fewer than three readings."""
+    spread: float = math.nan
+    """Standard deviation of the single readings; NaN with fewer than two."""
+    n: int = 0
+    """Number of readings [-]."""
+
+    @property
+    def known(self) -> bool:
+        """Whether there is a value."""
+        return math.isfinite(self.value)
+
+    def text(self, unit: str = "%") -> str:
+        """Say the value in words, such as '5.1 % (5.02 to 5.18)'."""
+        if not self.known:
+            return "cannot tell"
+        band = f" ({self.low:.3g} to {self.high:.3g})" if math.isfinite(self.low) else ""
+        return f"{self.value:.3g} {unit}{band}"
+
+
+@dataclass(frozen=True, slots=True)
+class StemEvent:
+    """The stem broke loose or came to rest."""
+
+    kind: Literal["slip", "stick"]
+    """`slip` when the stem broke loose, `stick` when it came to rest."""
+    time: float
+    """Time since the start of the record [s]."""
+    ramp: int
+    """Index of the ramp in which it happened [-]."""
+    direction: int
+    """1 when the OP rose, -1 when it fell [-]."""
+    op: float
+    """OP at the event [% of span]."""
+    position: float
+    """Position at which the stem rested: before a slip, after a stick [% of span]."""
+    stick_band: float
+    """Slip: OP beyond the frictionless position when the stem broke loose, sb [% of span]; NaN for a stick."""
+    jump: float
+    """Slip: travel of the jump, sj [% of span]; NaN for a stick."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ramp:
+    """One ramp of the test and what the stem did in it."""
+
+    start: float
+    """Start [s]."""
+    end: float
+    """End [s]."""
+    rate: float
+    """Rate of the OP, negative when falling [% of span / s]."""
+    op_start: float
+    """OP at the start [% of span]."""
+    op_end: float
+    """OP at the end [% of span]."""
+    behaviour: Behaviour
+    """`staircase`: stick, slip, stick; `follow`: stick, slip, follow; or `mixed`, `did not slip`, `cannot tell`."""
+    slips: int
+    """Number of slips [-]."""
+    sb: float
+    """Mean stick band of its slips [% of span]; NaN when unknown."""
+    sj: float
+    """Mean jump of its slips [% of span]; NaN when unknown."""
+    smallest_stair: float
+    """Smallest stair that the noise lets one see at this rate [% of span]."""
+    reason: str
+    """Why it is called so."""
+
+
+@dataclass(frozen=True, slots=True)
+class TravelBin:
+    """Stick band and jump over one stretch of the travel in one direction."""
+
+    low: float
+    """Lower end [% of span]."""
+    high: float
+    """Upper end [% of span]."""
+    direction: int
+    """1 opening, -1 closing [-]."""
+    n: int
+    """Number of slips [-]."""
+    sb: float
+    """Mean stick band [% of span]."""
+    sb_spread: float
+    """Standard deviation of the stick band [% of span]; NaN for one slip."""
+    sj: float
+    """Mean jump [% of span]."""
+    sj_spread: float
+    """Standard deviation of the jump [% of span]; NaN for one slip."""
+
+
+@dataclass(frozen=True)
+class ValveTest:
+    """What every valve test says."""
+
+    record: LoopRecord = field(repr=False, compare=False)
+    """The record as analysed."""
+    signal: str
+    """What the stem was read from: `mv` (valve position) or `pv` (flow)."""
+    verdict: Verdict
+    """Whether deadband plus stick band keeps the limit."""
+    reason: str
+    """Why, in a sentence or two."""
+    limit: float
+    """Limit on deadband plus stick band [% of span]."""
+    unknown: tuple[str, ...]
+    """What this test cannot tell, and what would, a sentence each."""
+    settings: dict[str, Any]
+    """Settings the analysis ran with."""
+
+    kind = "valve test"
+
+    def quantities(self) -> dict[str, Estimate]:
+        """Name what the test measured; `compare_tests` compares these."""
+        raise NotImplementedError
+
+    def to_dict(self) -> dict[str, Any]:
+        """Turn into a JSON-ready form."""
+        return {"kind": self.kind, **{name: json_ready(getattr(self, name)) for name in self.__dataclass_fields__}}
+
+    def summary(self) -> str:
+        """Say the finding in a few lines."""
+        found = ", ".join(f"{name} = {value.text(unit_of(name))}" for name, value in self.quantities().items())
+        lines = [f"{self.record.tag} ({self.kind}, read from {self.signal.upper()}): {self.verdict}. {self.reason}"]
+        lines.append(found + ".")
+        lines += [f"Cannot tell: {line}" for line in self.unknown]
+        return "\n".join(lines)
+
+
+def unit_of(name: str) -> str:
+    """Return the unit of a measured quantity, from its name."""
+    if name == "r":
+        return "%/s"
+    return "s" if name in ("dead_time", "t63", "t86", "t98") else "%"
+
+
+def json_ready(value: Any) -> Any:
+    """Turn dataclasses, arrays and non-finite numbers into what JSON can hold; a record becomes its tag and source."""
+    from stiction.records import LoopRecord
+
+    if isinstance(value, LoopRecord):
+        return {"file": value.provenance.source, "tag": value.tag, "dt_s": value.dt, "samples": len(value)}
+    if hasattr(value, "__dataclass_fields__"):
+        return {name: json_ready(getattr(value, name)) for name in value.__dataclass_fields__}
+    if isinstance(value, dict):
+        return {str(key): json_ready(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [json_ready(entry) for entry in value]
+    if isinstance(value, np.ndarray):
+        return json_ready(value.tolist())
+    if isinstance(value, (bool, str)) or value is None:
+        return value
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    number = float(value)
+    return number if math.isfinite(number) else None

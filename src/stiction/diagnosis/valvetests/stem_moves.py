@@ -1,0 +1,158 @@
+"""What the stem did in one ramp: rests, slips and following, from its best cut into rests and lines."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.diagnosis.valvetests.piecewise import Piece, cut, piece_price
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.diagnosis.valvetests.ramp_split import OpRamp
+
+__all__ = ["Follow", "Moves", "Slip", "moves"]
+
+REST = 0.25
+"""A line below this share of the expected slope is a rest [-]."""
+TRANSIT = 3.0
+"""A line above this multiple of the expected slope is a slip in progress [-]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Slip:
+    """The stem broke loose."""
+
+    time: float
+    """When [s]."""
+    op: float
+    """OP then [% of span]."""
+    before: float
+    """Stem at rest before [unit of the stem signal]."""
+    after: float
+    """Stem right after the jump [unit of the stem signal]."""
+    stuck: float
+    """When the stem came to rest again [s]; NaN when it followed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Follow:
+    """The stem moved with its input."""
+
+    start: float
+    """From [s]."""
+    end: float
+    """To [s]."""
+    op_start: float
+    """OP at the start [% of span]."""
+    op_end: float
+    """OP at the end [% of span]."""
+    stem_start: float
+    """Stem at the start [unit of the stem signal]."""
+    stem_end: float
+    """Stem at the end [unit of the stem signal]."""
+    then_rest: bool
+    """Whether it came to rest within the ramp."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moves:
+    """Slips and following in one ramp."""
+
+    slips: tuple[Slip, ...]
+    """Every slip, in order."""
+    follows: tuple[Follow, ...]
+    """Every stretch of following, in order."""
+    rest_travel: float
+    """OP travel while the stem rested after its first slip [% of span]."""
+    smallest_stair: float
+    """Smallest stair that could have been seen [unit of the stem signal]."""
+    lead: float
+    """Largest OP travel while the stem rested before any slip [% of span]."""
+
+
+@dataclass(slots=True)
+class _Run:
+    rest: bool
+    piece: Piece
+
+
+def moves(
+    ramp: OpRamp, time: NDArray[np.float64], stem: NDArray[np.float64], sigma: float, rounding: float, gain: float
+) -> Moves:
+    """Slips and following of the stem in one ramp.
+
+    Parameters
+    ----------
+    ramp : OpRamp
+        The ramp of the OP.
+    time, stem : ndarray, shape (n_ramp,)
+        Times [s] and the stem signal within the ramp.
+    sigma : float
+        Noise of the stem signal [its unit].
+    rounding : float
+        Step to which the stem signal is rounded [its unit].
+    gain : float
+        Expected stem travel per OP [unit of the stem signal per % of span].
+
+    Returns
+    -------
+    Moves
+    """
+    expected = gain * ramp.rate
+    least = max(1.6 * rounding, 0.02 * abs(gain))
+    runs = _runs(cut(time, stem, sigma), expected, least, sigma)
+    dt = float(np.median(np.diff(time)))
+    heading = math.copysign(1.0, expected)
+    slips: list[Slip] = []
+    follows: list[Follow] = []
+    rest_travel = 0.0
+    for k, run in enumerate(runs):
+        start, end = run.piece.start, run.piece.end
+        before = runs[k - 1] if k else None
+        if before is not None and before.rest:
+            when = before.piece.end + 0.5 * dt
+            after = run.piece.level if run.rest else run.piece.at(when)
+            stuck = start if run.rest else math.nan
+            if heading * (after - before.piece.level) > (0.0 if run.rest else -math.inf):
+                slips.append(Slip(when, ramp.line.at(when), before.piece.level, after, stuck))
+        if run.rest and slips:
+            rest_travel += abs(ramp.rate) * (end - start + dt)
+        if not run.rest:
+            stops = k + 1 < len(runs)
+            op = ramp.line.at(start), ramp.line.at(end)
+            follows.append(Follow(start, end, *op, run.piece.at(start), run.piece.at(end), stops))
+    seen = (12.0 * piece_price(time.size) * sigma * sigma * abs(expected) * dt) ** (1.0 / 3.0)
+    lead = abs(ramp.rate) * (runs[0].piece.end - runs[0].piece.start) if runs and runs[0].rest else 0.0
+    return Moves(tuple(slips), tuple(follows), rest_travel, max(seen, least), lead)
+
+
+def _runs(pieces: list[Piece], expected: float, least: float, sigma: float) -> list[_Run]:
+    """Rests and stretches of following; slips in progress fall out, and what does not differ is joined."""
+    runs: list[_Run] = []
+    for k, piece in enumerate(pieces):
+        ratio = piece.slope / expected
+        rest = abs(ratio) < REST
+        if not rest and (ratio > TRANSIT or ratio < 0.0 or (piece.n <= 4 and 0 < k < len(pieces) - 1)):
+            continue
+        before = runs[-1] if runs else None
+        if before is not None and before.rest == rest:
+            jump = piece.at(piece.start) - before.piece.at(before.piece.end)
+            doubt = 3.0 * sigma * math.sqrt(1.0 / piece.n + 1.0 / before.piece.n)
+            if not rest or jump * math.copysign(1.0, expected) < max(least, doubt):
+                runs[-1] = _Run(rest, _join(before.piece, piece, rest))
+                continue
+        runs.append(_Run(rest, piece))
+    return runs
+
+
+def _join(a: Piece, b: Piece, rest: bool) -> Piece:
+    if rest:
+        level = (a.level * a.n + b.level * b.n) / (a.n + b.n)
+        return Piece(a.first, b.last, a.start, b.end, level, 0.0)
+    slope = (b.at(b.end) - a.at(a.start)) / (b.end - a.start)
+    return Piece(a.first, b.last, a.start, b.end, 0.5 * (a.at(a.start) + b.at(b.end)), slope)

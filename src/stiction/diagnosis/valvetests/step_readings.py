@@ -1,0 +1,75 @@
+"""Deadband, resolution and lost motion read from the steps that the stem answered."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.diagnosis.valvetests.result import Estimate
+from stiction.diagnosis.valvetests.step_result import BandReading, Step
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["band_readings", "lost_motion", "middle", "rounded"]
+
+
+def band_readings(steps: Sequence[Step]) -> tuple[BandReading, ...]:
+    """Read the deadband or the resolution wherever a response followed an earlier one."""
+    table: list[BandReading] = []
+    last: Step | None = None
+    turn = math.nan
+    for k, step in enumerate(steps):
+        size = step.op_after - step.op_before
+        before = steps[k - 1] if k else None
+        if before is not None and (before.op_after - before.op_before) * size < 0.0:
+            turn = step.op_before
+        if not step.responded:
+            continue
+        if last is not None:
+            onwards = (last.op_after - last.op_before) * size > 0.0
+            turned = not math.isnan(turn)
+            whole = abs(step.op_after - last.op_after)
+            if onwards != turned:
+                kind = "resolution" if onwards else "deadband"
+                reading = whole if onwards else abs(step.op_after - turn)
+                heading = 1 if size > 0.0 else -1
+                table.append(BandReading(kind, step.stem_before, heading, reading, whole, abs(size)))
+        last, turn = step, math.nan
+    return tuple(table)
+
+
+def rounded(values: Sequence[float], readings: Sequence[BandReading]) -> Estimate:
+    """Average the readings made with the finest steps; the interval is the rounding up to a step."""
+    if not readings:
+        return Estimate()
+    finest = min(reading.step for reading in readings)
+    chosen = np.array([v for v, r in zip(values, readings, strict=True) if r.step <= 1.001 * finest])
+    spread = float(chosen.std(ddof=1)) if chosen.size > 1 else math.nan
+    low = max(float(chosen.min()) - finest, 0.0)
+    return Estimate(float(chosen.mean()), low, float(chosen.max()), spread, int(chosen.size))
+
+
+def middle(values: Sequence[float]) -> Estimate:
+    """Median of the finite values, and the range that holds 95 % of them."""
+    seen = np.array([value for value in values if math.isfinite(value)])
+    if seen.size == 0:
+        return Estimate()
+    low, high = np.quantile(seen, (0.025, 0.975)) if seen.size > 2 else (math.nan, math.nan)
+    spread = float(seen.std(ddof=1)) if seen.size > 1 else math.nan
+    return Estimate(float(np.median(seen)), float(low), float(high), spread, int(seen.size))
+
+
+def lost_motion(steps: Sequence[Step], is_position: bool) -> Estimate:
+    """OP that a reversing step loses, against steps onwards that each moved the stem [% of span]."""
+    moved = [(a, b) for a, b in pairwise(steps) if a.responded and b.responded]
+    gains = [(b.stem_after - b.stem_before) / (b.op_after - b.op_before) for _, b in moved if not b.reversal]
+    if not gains and not is_position:
+        return Estimate()
+    gain = float(np.median(gains)) if gains else 1.0
+    turned = [b for _, b in moved if b.reversal]
+    lost = [abs(b.op_after - b.op_before) - abs(b.stem_after - b.stem_before) / abs(gain) for b in turned]
+    return middle(lost)
