@@ -80,7 +80,10 @@ def test_wide_file_with_many_loops(signals, table, read_text):
     header = "Time,FIC-1.PV,FIC-1.OP,LIC-2.PV,LIC-2.OP,TI-3.PV"
     text = table(header, t, pv, op, pv + 1, op + 1, pv + 2)
     records = read_text(text)
-    assert [(r.tag, r.loop_type, r.integrating) for r in records] == [("FIC-1", "flow", False), ("LIC-2", "level", True)]
+    assert [(r.tag, r.loop_type, r.integrating) for r in records] == [
+        ("FIC-1", "flow", False),
+        ("LIC-2", "level", True),
+    ]
     np.testing.assert_array_equal(records[1].op, op + 1)
     assert any("TI-3" in guess for guess in records[0].provenance.guesses)
     [one] = read_text(text, tag="lic-2")
@@ -133,7 +136,7 @@ def test_named_columns(signals, table, read_text):
     np.testing.assert_array_equal(record.op, op)
     with pytest.raises(RecordError, match="no column 'x' for PV; its columns are clock, a, b, c"):
         read_text(text, columns={"pv": "x", "op": "b"})
-    with pytest.raises(RecordError, match="no column 9 for OP.*0 to 3"):
+    with pytest.raises(RecordError, match=r"no column 9 for OP.*0 to 3"):
         read_text(text, columns={"pv": "a", "op": 9})
     with pytest.raises(RecordError, match="'valve' is no signal"):
         read_text(text, columns={"pv": "a", "valve": "b"})
@@ -228,6 +231,9 @@ def test_thousands(signals, table, read_text):
     english = [f'"{x:,.1f}"' for x in big]
     [record] = read_text(table("time_s,PV,OP", t, english, op))
     np.testing.assert_array_equal(record.pv, big)
+    [record] = read_text(table("time_s,PV,OP", t, [f'"{x:,.0f}"' for x in 3000 + t], op))
+    np.testing.assert_array_equal(record.pv, 3000 + t)
+    assert any("'3,000' is read as 3000" in guess for guess in record.provenance.guesses)
     german = [f"{x:,.1f}".replace(",", " ").replace(".", ",").replace(" ", ".") for x in big]
     [record] = read_text(table("time_s;PV;OP", t, german, op, delimiter=";", decimal=","))
     np.testing.assert_array_equal(record.pv, big)

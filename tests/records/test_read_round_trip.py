@@ -9,12 +9,13 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
+from stiction.errors import RecordError
 from stiction.records import read
 
 TIME_FORMS = ("%Y-%m-%d %H:%M:%S", "%d.%m.%Y %H:%M:%S", "%d-%b-%y %H:%M:%S", "%Y-%m-%dT%H:%M:%SZ", "seconds")
 
 
-@settings(deadline=None, max_examples=80)
+@settings(deadline=None, max_examples=60)
 @given(
     delimiter=some.sampled_from([",", ";", "\t", "|"]),
     decimal=some.sampled_from([".", ","]),
@@ -24,7 +25,7 @@ TIME_FORMS = ("%Y-%m-%d %H:%M:%S", "%d.%m.%Y %H:%M:%S", "%d-%b-%y %H:%M:%S", "%Y
     dt=some.sampled_from([1, 2, 5, 10, 60]),
     digits=some.integers(0, 4),
     holes=some.sets(some.integers(1, 38), max_size=6),
-    seed=some.integers(0, 2**32 - 1),
+    seed=some.integers(0, 1000),
 )
 def test_round_trip(delimiter, decimal, encoding, end, form, dt, digits, holes, seed):
     rng = np.random.default_rng(seed)
@@ -39,9 +40,11 @@ def test_round_trip(delimiter, decimal, encoding, end, form, dt, digits, holes, 
         return str(dt * k) if form == "seconds" else (start + timedelta(seconds=dt * k)).strftime(form)
 
     lines = [delimiter.join(("Time", "LIC-7.PV [m³]", "LIC-7.OP"))]
-    for k in range(40):
-        lines.append(delimiter.join((stamp(k), "No Data" if k in holes else cell(pv[k]), cell(op[k]))))
-    [record] = read(io.BytesIO((end.join(lines) + end).encode(encoding)))
+    cells = ((stamp(k), "No Data" if k in holes else cell(pv[k]), cell(op[k])) for k in range(40))
+    lines.extend(map(delimiter.join, cells))
+    # Nobody can tell whether a quoted "56,867" between commas is 56.867 or 56867: there the user has to say.
+    told = {"decimal": ","} if quote and digits == 3 else {}
+    [record] = read(io.BytesIO((end.join(lines) + end).encode(encoding)), **told)
     expected = pv.copy()
     expected[list(holes)] = np.nan
     assert (record.tag, record.dt, record.loop_type) == ("LIC-7", dt, "level")
@@ -50,32 +53,30 @@ def test_round_trip(delimiter, decimal, encoding, end, form, dt, digits, holes, 
     assert record.provenance.bad_texts.get("No Data", 0) == len(holes) == record.provenance.bad
 
 
+def read_or_sentence(data: bytes) -> bool:
+    """Whether bytes are read as a record of some length, or refused by a sentence that names the file."""
+    try:
+        return all(len(record) >= 2 for record in read(io.BytesIO(data)))
+    except RecordError as error:
+        return str(error).startswith("stream") and "\n" not in str(error)
+
+
 @settings(deadline=None, max_examples=150)
 @given(data=some.one_of(some.binary(max_size=400), some.text(max_size=300).map(lambda text: text.encode())))
 def test_any_bytes_are_read_or_refused_in_one_sentence(data):
-    from stiction.errors import RecordError
-
-    try:
-        read(io.BytesIO(data))
-    except RecordError as error:
-        assert str(error).startswith("stream")
+    assert read_or_sentence(data)
 
 
 @settings(deadline=None, max_examples=150)
 @given(
     cells=some.lists(
-        some.lists(some.sampled_from(["1", "2.5", "-3", "1,5", "", "Bad", "x", '"', "NaN", "1e999", "12:00:01"]), max_size=5),
+        some.lists(
+            some.sampled_from(["1", "2.5", "-3", "1,5", "", "Bad", "x", '"', "NaN", "1e999", "12:00:01"]), max_size=5
+        ),
         max_size=30,
     ),
     header=some.sampled_from(["time_s,PV,OP", "PV,OP,Time,MODE", "Date,Time,PV,OP", "sample;PV;OP"]),
 )
 def test_any_table_is_read_or_refused_in_one_sentence(cells, header):
-    from stiction.errors import RecordError
-
     text = "\n".join([header, *(",".join(row) for row in cells)])
-    try:
-        [record] = read(io.BytesIO(text.encode()))
-    except RecordError as error:
-        assert str(error).startswith("stream")
-    else:
-        assert len(record) >= 2
+    assert read_or_sentence(text.encode())

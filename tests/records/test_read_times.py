@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import datetime, timedelta, timezone
+from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_zones_become_utc(zone, hours, signals, table, read_text):
     _, pv, op, _ = signals
     cells = [f"{cell}{zone}" for cell in stamps(len(pv), 10, "%Y-%m-%dT%H:%M:%S")]
     [record] = read_text(table("Timestamp,PV,OP", cells, pv, op))
-    assert record.start == START.replace(tzinfo=timezone.utc) - timedelta(hours=hours)
+    assert record.start == START.replace(tzinfo=UTC) - timedelta(hours=hours)
 
 
 @pytest.mark.parametrize(
@@ -54,9 +54,9 @@ def test_zones_become_utc(zone, hours, signals, table, read_text):
         ("Time [min]", 1 / 60, 0.0, None),
         ("time_h", 1 / 3600, 0.0, None),
         ("time", 1.0, 0.0, None),
-        ("Timestamp", 1.0, 1.7699508e9, timezone.utc),
-        ("Timestamp", 1e3, 1.7699508e9, timezone.utc),
-        ("Timestamp", 1e6, 1.7699508e9, timezone.utc),
+        ("Timestamp", 1.0, 1.7699508e9, UTC),
+        ("Timestamp", 1e3, 1.7699508e9, UTC),
+        ("Timestamp", 1e6, 1.7699508e9, UTC),
         ("Timestamp", 1 / 86400, 46054.5416666667 * 86400, "excel"),
     ],
 )
@@ -66,7 +66,7 @@ def test_times_as_numbers(name, per_second, zero, kind, signals, table, read_tex
     [record] = read_text(table(f"{name},PV,OP", cells, pv, op))
     assert record.dt == pytest.approx(30.0, rel=1e-5)
     # 1 769 950 800 s after 1970 and Excel's 46 054.541666 are both the first of February 2026, 13:00.
-    assert record.start == {None: None, "excel": START}.get(kind, START.replace(tzinfo=timezone.utc))
+    assert record.start == {None: None, "excel": START}.get(kind, START.replace(tzinfo=UTC))
     np.testing.assert_array_equal(record.pv, pv)
 
 
@@ -182,7 +182,7 @@ def test_summer_time(table, read_text):
         berlin = zoneinfo.ZoneInfo("Europe/Berlin")
     except zoneinfo.ZoneInfoNotFoundError:
         pytest.skip("no time zone data on this machine")
-    for utc in (datetime(2026, 10, 24, 22, tzinfo=timezone.utc), datetime(2026, 3, 28, 22, tzinfo=timezone.utc)):
+    for utc in (datetime(2026, 10, 24, 22, tzinfo=UTC), datetime(2026, 3, 28, 22, tzinfo=UTC)):
         k = np.arange(300)
         cells = [(utc + timedelta(minutes=int(i))).astimezone(berlin).strftime("%d.%m.%Y %H:%M:%S") for i in k]
         pv, op = np.round(np.sin(k / 9.0), 3), np.round(50 + np.cos(k / 9.0), 3)

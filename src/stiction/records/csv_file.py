@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import RecordError
-from stiction.records.csv_sniff import sniff
+from stiction.records.csv_sniff import grouped_cell, sniff
 from stiction.records.numbers import is_number, to_numbers
 from stiction.records.source import text_encoding
 from stiction.records.table import Columns
@@ -69,6 +69,8 @@ class CsvTable:
             self.guesses.append(f"Columns are parted by {_NAMES.get(layout.delimiter, repr(layout.delimiter))}.")
         if decimal is None and layout.decimal == ",":
             self.guesses.append("Numbers have a decimal comma.")
+        if decimal is None and (seen := grouped_cell(self.sample, layout)):
+            self.guesses.append(f"{seen!r} is read as {seen.replace(',', '')}; if that is wrong give decimal=','.")
         if layout.passed_over:
             self.guesses.append(f"{layout.passed_over} lines above the header were passed over.")
 

@@ -12,10 +12,10 @@ from stiction.records.dialects import MISSING_WORDS, STATUS_WORDS
 from stiction.records.numbers import is_number
 from stiction.records.timestamps import is_clock, is_date, is_stamp
 
-__all__ = ["Layout", "sniff", "split"]
+__all__ = ["Layout", "grouped_cell", "sniff", "split"]
 
 DELIMITERS = (",", ";", "\t", "|", " ")
-_GROUPS = re.compile(r"[+-]?\d{1,3}(,\d{3})+")
+_GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
 _FILLERS = {*MISSING_WORDS, *STATUS_WORDS}
 
 
@@ -74,7 +74,9 @@ def sniff(name: str, lines: list[str], delimiter: str | None, decimal: str | Non
                 doubled = f"rows of {width} cells under a header of {above}: a decimal comma between commas" * twice
                 best_score, best = score, Layout(mark, point, header, first, width, passed_over)
     if doubled or (broken and best is None):
-        raise RecordError(f"{name}: holds {doubled or broken}; export it with semicolons between columns, or without quotes.")
+        raise RecordError(
+            f"{name}: holds {doubled or broken}; export it with semicolons between columns, or without quotes."
+        )
     if best is None:
         first_line = lines[0].strip()[:60] if lines else ""
         raise RecordError(
@@ -104,6 +106,13 @@ def _sense(cell: str, decimal: str, delimiter: str) -> float:
 def _is_data(row: list[str], decimal: str, delimiter: str) -> bool:
     marks = [_sense(cell, decimal, delimiter) for cell in row if cell.strip()]
     return any(mark > 0.5 for mark in marks) and 2 * sum(mark > 0.0 for mark in marks) >= len(marks)
+
+
+def grouped_cell(rows: list[list[str]], layout: Layout) -> str | None:
+    """Find a cell such as "1,234" between commas, whose comma may be a decimal mark after all."""
+    if (layout.delimiter, layout.decimal) != (",", "."):
+        return None
+    return next((cell for row in rows for cell in row if _GROUPS.fullmatch(cell.strip())), None)
 
 
 def _header(rows: list[list[str]], width: int, data: list[str]) -> tuple[list[list[str]], int]:

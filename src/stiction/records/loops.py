@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -83,7 +83,8 @@ def loops_of(table: Table, options: Options) -> list[LoopRecord]:
             dead.append(error)
     if not records:
         raise dead[0]
-    return records
+    told = tuple(f"Left out: {error}" for error in dead)
+    return [replace(r, provenance=replace(r.provenance, guesses=(*r.provenance.guesses, *told))) for r in records]
 
 
 def _find_time(given: Assignment, table: Table, options: Options) -> None:
@@ -183,8 +184,8 @@ def _loop(
         column = taken.numbers[signals[role]].copy()
         column[bad_rows] = np.nan
         texts += Counter({text: n for text, n in taken.texts[signals[role]].items() if text})
-        values[role] = np.where(grid.pick >= 0, column[grid.pick], np.nan)
-        if role in ("op", "pv") and not np.isfinite(column).any():
+        values[role] = x = np.where(grid.pick >= 0, column[grid.pick], np.nan)
+        if role in ("op", "pv") and not np.isfinite(x).any():
             seen = next((row[signals[role]] for row in table.sample if signals[role] < len(row)), "")
             raise RecordError(
                 f"{source.name}, line {table.first_line}, column {shown[role]}: holds no number for {role.upper()} "

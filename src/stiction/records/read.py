@@ -74,7 +74,7 @@ def read(
     time_format : str, optional
         A `datetime.strptime` format.
     op_range : pair of float, optional
-        Values of OP at 0 and 100 % of span, to convert OP to % of span; never converted on suspicion.
+        OP at 0 and at 100 % of span [unit of the column], to convert OP to % of span; never converted on suspicion.
     day_first : bool, optional
         Whether 01/02/2026 is the first of February.
 

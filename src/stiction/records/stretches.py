@@ -101,10 +101,11 @@ def analysis_window(record: LoopRecord) -> tuple[int, int]:
     (0, 4)
     """
     gone = missing(record)
-    good = ~(gone | saturated(record) | in_manual(record))
+    blocked = saturated(record) | in_manual(record)
+    good = ~(gone | blocked)
     for first, last in runs(gone):
         inside = first > 0 and last < len(gone) and good[first - 1] and good[last]
-        if inside and last - first <= BRIDGE:
+        if inside and last - first <= BRIDGE and not blocked[first:last].any():
             good[first:last] = True
     return max(runs(good), key=lambda run: run[1] - run[0], default=(0, 0))
 

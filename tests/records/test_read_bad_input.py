@@ -1,0 +1,212 @@
+"""Every bad input is one clear sentence that names the file, the place and the remedy; never a traceback."""
+
+from __future__ import annotations
+
+import io
+import os
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from stiction.errors import ParameterError, RecordError
+from stiction.records import read, receipt
+
+ROWS = "".join(f"{k},{50 + k % 7},{40 + k % 5}\n" for k in range(60))
+BAD = {
+    "empty": (b"", "is empty; export"),
+    "only blanks": (b"\n \n\t\n", "is empty; export"),
+    "binary": (bytes(range(256)) * 20, "is binary, not text; export"),
+    "Excel": (b"PK\x03\x04" + b"x" * 500, "Excel workbook.*save the sheet as CSV"),
+    "MATLAB": (b"MATLAB 5.0 MAT-file" + b"\0" * 500, "MATLAB file.*export it as CSV"),
+    "gzip": (b"\x1f\x8b\x08" + b"x" * 500, "gzip archive.*unpack"),
+    "prose": (b"Dear all,\nplease find the trend attached.\n", "no row of numbers"),
+    "header only": (b"time_s,PV,OP\n", "no row of numbers"),
+    "one column": (b"PV\n" + b"5\n" * 50, "no loop with PV and OP.*columns="),
+    "no OP": (f"time_s,PV,XX\n{ROWS}".encode(), "no loop with PV and OP.*time_s, PV, XX.*columns="),
+    "no header": (ROWS.encode(), "line 1: there is no header.*columns="),
+    "two PV": (f"PV,PV,OP\n{ROWS}".encode(), "'PV' and 'PV' are both the PV"),
+    "no time": (f"foo,PV,OP\n{ROWS}".encode(), "no time column; give.*dt="),
+    "three rows": (b"time_s,PV,OP\n0,1,2\n1,2,3\n2,3,4\n", "has 3 rows of data; 10 or more"),
+    "all missing": (b"time_s,PV,OP\n" + b"".join(b"%d,Bad,5\n" % k for k in range(50)), "column PV: holds no number"),
+    "text as OP": (
+        b"time_s,PV,OP\n" + b"".join(b"%d,5.5,open\n" % k for k in range(50)),
+        "column OP: holds no number.*'open'",
+    ),
+    "time stands still": (b"time_s,PV,OP\n" + b"5,1,2\n" * 50, "all time stamps are equal; give dt"),
+    "time not understood": (b"Time,PV,OP\n" + b"soon,1,2\n" * 50, "line 2: the time stamps are not understood; give"),
+    "a century's gap": (
+        b"time_s,PV,OP\n" + b"".join(b"%d,1,2\n" % (k if k < 30 else k + 10**9) for k in range(60)),
+        "rows 30 and 31 .* 1e\\+09 s apart.*cut the file",
+    ),
+    "decimal comma between commas": (
+        b"time_s,PV,OP\n" + b"".join(b"%d,1,5,2,5\n" % k for k in range(50)),
+        "decimal comma between commas.*semicolons",
+    ),
+    "a very long line": (b"1," * 2_000_000, "line 1: is longer than 1000000 characters"),
+    "an open quote": (b'time_s,PV,OP\n"' + b"1" * 500_000, "quote that never closes"),
+    "a later open quote": (
+        f'time_s,PV,OP\n{ROWS * 5}"{ROWS * 500}'.encode(),
+        "line [0-9]+: cannot be cut into columns",
+    ),
+    "long table": (b"tag,timestamp,value\n" + b"F.PV,2026-01-01,5\n" * 50, "long table.*one column per signal"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_content(case):
+    data, message = BAD[case]
+    began = time.perf_counter()
+    with pytest.raises(RecordError, match=message) as caught:
+        read(io.BytesIO(data))
+    assert str(caught.value).startswith("stream")
+    assert "\n" not in str(caught.value)
+    assert time.perf_counter() - began < 5.0
+
+
+def test_bad_paths(tmp_path):
+    with pytest.raises(RecordError, match=r"nothing.csv: no such file"):
+        read(tmp_path / "nothing.csv")
+    with pytest.raises(RecordError, match=r"is a folder; name a file in it"):
+        read(tmp_path)
+    with pytest.raises(RecordError, match=r"cannot be read"):
+        read("a\0b")
+    with pytest.raises(RecordError, match=r"cannot read int as a record"):
+        read(5)  # type: ignore[arg-type]
+    with pytest.raises(RecordError, match=r"opened as text; open it with mode 'rb'"):
+        read(io.StringIO("time_s,PV,OP\n"))  # type: ignore[arg-type]
+
+
+@pytest.mark.skipif(
+    os.name != "posix" or (hasattr(os, "geteuid") and os.geteuid() == 0), reason="root may read anything"
+)
+def test_no_rights(tmp_path):
+    path = tmp_path / "locked.csv"
+    path.write_text("x")
+    path.chmod(0)
+    with pytest.raises(RecordError, match="cannot be read"):
+        read(path)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"dt": -1.0}, "dt = -1 s is not positive"),
+        ({"decimal": "x"}, "decimal = 'x'"),
+        ({"delimiter": "::"}, "delimiter = '::'"),
+        ({"op_range": (20, 4)}, "op_range"),
+        ({"loop_type": "steam"}, "loop_type 'steam' is unknown"),
+    ],
+)
+def test_bad_options(options, message):
+    with pytest.raises(ParameterError, match=message):
+        read(io.BytesIO(f"time_s,PV,OP\n{ROWS}".encode()), **options)
+
+
+def test_bad_time_format():
+    with pytest.raises(RecordError, match="time_format"):
+        read(io.BytesIO(b"Time,PV,OP\n" + b"soon,1,2\n" * 50), time_format="%Q")
+
+
+class Endless(io.RawIOBase):
+    """A stream without end that counts what was taken from it."""
+
+    def __init__(self, pattern: bytes) -> None:
+        self.pattern, self.taken = pattern, 0
+
+    def read(self, size: int = -1) -> bytes:
+        assert size > 0, "an endless stream was read whole"
+        self.taken += size
+        return (self.pattern * (size // len(self.pattern) + 1))[:size]
+
+
+def test_a_stream_of_zeros_is_refused_from_its_first_bytes():
+    stream = Endless(b"\0")
+    with pytest.raises(RecordError, match="is binary"):
+        read(stream)  # type: ignore[arg-type]
+    assert stream.taken <= 2 * 1024 * 1024
+
+
+def test_an_endless_text_stops_at_256_megabytes():
+    stream = Endless(b"1,2,3,4\n")
+    with pytest.raises(RecordError, match="larger than 256 MB"):
+        read(stream)  # type: ignore[arg-type]
+    assert stream.taken <= 260 * 1024 * 1024
+
+
+def test_standard_input():
+    code = "from stiction.records import read; [r] = read('-'); print(r.tag, r.provenance.source, len(r))"
+    text = f"time_s,PV,OP\n{ROWS}"
+    done = subprocess.run([sys.executable, "-c", code], input=text, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["stdin", "stdin", "60"]
+
+
+def test_constant_op_is_read_and_left_to_the_gates():
+    [record] = read(io.BytesIO(b"time_s,PV,OP\n" + b"".join(b"%d,%d,5\n" % (k, k % 7) for k in range(90))))
+    assert np.ptp(record.op) == 0.0
+
+
+def test_one_dead_loop_does_not_stop_the_others():
+    text = "time_s,FIC-1.PV,FIC-1.OP,FIC-2.PV,FIC-2.OP\n" + "".join(f"{k},Bad,5,{k % 7},{k % 5}\n" for k in range(60))
+    [record] = read(io.BytesIO(text.encode()))
+    assert record.tag == "FIC-2"
+    assert any("FIC-1" in guess for guess in record.provenance.guesses)
+
+
+def test_ragged_rows_are_counted():
+    text = "time_s,PV,OP\n" + ROWS + "60,5\n61,5,6,7\nEnd of report\n"
+    [record] = read(io.BytesIO(text.encode()))
+    assert len(record) == 62
+    assert np.isnan(record.op[60])
+    assert any("3 rows do not have 3 cells" in guess for guess in record.provenance.guesses)
+
+
+def test_receipt_tells_rows_loops_period_bad_share_and_guesses():
+    text = "Zeit;FIC-1.PV;FIC-1.OP;FIC-1.MODE\n" + "".join(
+        f"{5 * k};{'Bad' if k < 6 else k % 7};4,5;AUTO\n" for k in range(60)
+    )
+    report = receipt(read(io.BytesIO(text.encode())))
+    [line] = report.lines
+    assert (line.tag, line.rows, line.samples, line.dt, line.bad_percent, line.auto_percent) == (
+        "FIC-1",
+        60,
+        60,
+        5,
+        10,
+        100,
+    )
+    shown = report.summary()
+    for part in (
+        "1 loop read",
+        "FIC-1 (flow)",
+        "60 rows",
+        "every 5 s",
+        "10 % bad",
+        "PV = FIC-1.PV",
+        "6 x 'Bad'",
+        "decimal comma",
+    ):
+        assert part in shown
+    import json
+
+    assert json.loads(json.dumps(report.to_dict()))["lines"][0]["columns"]["op"] == "FIC-1.OP"
+
+
+def test_a_thousand_rows_read_at_once_and_without_heavy_imports():
+    code = """
+import io, sys, time
+from stiction.records import read
+rows = "".join(f"{k},{k % 97 / 7:.5f},{k % 89 / 9:.5f}\\n" for k in range(1000))
+times = []
+for _ in range(7):
+    began = time.perf_counter()
+    read(io.BytesIO(f"time_s,PV,OP\\n{rows}".encode()))
+    times.append(time.perf_counter() - began)
+print(min(times), *[name for name in ("polars", "numba", "scipy", "plotly") if name in sys.modules])
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    best, *heavy = done.stdout.split()
+    assert float(best) < 0.15  # some 15 ms on an idle machine
+    assert heavy == []

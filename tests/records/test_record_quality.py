@@ -1,0 +1,241 @@
+"""Gates: each fault is planted in a good record, and the gate must find it, its size, and nothing else."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as some
+
+from stiction.errors import ParameterError
+from stiction.records import LoopRecord, analysis_window, assess, usable_part
+
+N = 1200
+PERIOD = 60.0
+
+
+@pytest.fixture
+def good():
+    k = np.arange(N)
+    rng = np.random.default_rng(11)
+    op = 50 + 6 * np.sin(2 * np.pi * k / PERIOD) + rng.normal(0, 0.2, N)
+    pv = 200 + 9 * np.cos(2 * np.pi * k / PERIOD) + rng.normal(0, 0.5, N)
+    return LoopRecord("FIC-1", 1.0, op=op, pv=pv, loop_type="flow")
+
+
+def gate(record, name, period=None):
+    return next(g for g in assess(record, period).gates if g.name == name)
+
+
+def faults(record, period=None):
+    return {g.name: g.severity for g in assess(record, period).gates if g.severity != "ok"}
+
+
+def test_a_good_record_passes_every_gate(good):
+    quality = assess(good, PERIOD)
+    assert quality.usable
+    assert faults(good, PERIOD) == {}
+    assert (quality.first, quality.last, quality.rows, quality.duration, quality.bad_percent) == (0, N, N, N, 0.0)
+    assert len(quality.gates) == 15
+    assert all(g.why.endswith(".") for g in quality.gates)
+    assert quality.summary().startswith("usable")
+    assert json.loads(json.dumps(quality.to_dict(), allow_nan=False))["gates"][0]["name"] == "length"
+
+
+@pytest.mark.parametrize(("period", "severity"), [(100.0, "ok"), (200.0, "lowers"), (500.0, "refuses")])
+def test_cycles(good, period, severity):
+    found = gate(good, "cycles", period)
+    assert (found.severity, found.value) == (severity, N / period)
+
+
+@pytest.mark.parametrize(("period", "severity"), [(10.0, "ok"), (6.0, "lowers"), (3.0, "refuses")])
+def test_samples_per_cycle(good, period, severity):
+    found = gate(good, "sampling", period)
+    assert (found.severity, found.value) == (severity, period)
+
+
+def test_period_must_be_positive(good):
+    with pytest.raises(ParameterError, match="period"):
+        assess(good, 0.0)
+
+
+def test_without_a_period_cycles_are_not_judged(good):
+    assert not {"cycles", "sampling"} & {g.name for g in assess(good).gates}
+
+
+@pytest.mark.parametrize(("n", "severity"), [(250, "ok"), (150, "lowers"), (40, "refuses")])
+def test_length(good, n, severity):
+    found = gate(good.window(0, n), "length")
+    assert (found.severity, found.value) == (severity, n)
+
+
+@pytest.mark.parametrize("signal", ["op", "pv"])
+def test_constant_signal(good, signal):
+    record = replace(good, **{signal: np.full(N, 42.0)})
+    assert faults(record)[f"{signal} moves"] == "refuses"
+    assert not assess(record).usable
+
+
+def test_no_pv(good):
+    assert faults(replace(good, pv=None))["pv moves"] == "refuses"
+
+
+@pytest.mark.parametrize("limit", [0.0, 100.0])
+def test_saturation_at_the_span(good, limit):
+    op = good.op.copy()
+    op[300:420] = limit
+    record = replace(good, op=op)
+    assert faults(record) == {"saturation": "lowers"}
+    assert gate(record, "saturation").value == pytest.approx(10.0)
+    assert analysis_window(record) == (420, N)
+
+
+def test_saturation_at_a_limit_of_its_own(good):
+    op = good.op.copy()
+    op[300:420] = 77.0
+    record = replace(good, op=op)
+    assert gate(record, "saturation").value == pytest.approx(10.0)
+    assert analysis_window(record) == (420, N)
+
+
+def test_a_loop_that_is_always_saturated_is_refused(good):
+    op = np.full(N, 100.0)
+    op[:100] = good.op[:100]
+    quality = assess(replace(good, op=op))
+    assert not quality.usable
+    assert "saturation" in {g.name for g in quality.refusals}
+
+
+def test_manual_by_the_mode(good):
+    auto = np.ones(N, dtype=bool)
+    auto[0:300] = False
+    record = replace(good, auto=auto)
+    assert faults(record) == {"manual": "lowers"}
+    assert gate(record, "manual").value == pytest.approx(25.0)
+    assert analysis_window(record) == (300, N)
+
+
+def test_manual_without_a_mode(good):
+    op = good.op.copy()
+    op[900:1100] = 50.0
+    record = replace(good, op=op)
+    assert faults(record) == {"manual": "lowers"}
+    assert analysis_window(record) == (0, 900)
+
+
+def test_a_frozen_pair_is_held_not_manual(good):
+    op, pv = good.op.copy(), good.pv.copy()
+    op[600:1000], pv[600:1000] = 50.0, 200.0
+    record = replace(good, op=op, pv=pv)
+    assert faults(record) == {"held": "lowers"}
+    assert gate(record, "held").value == pytest.approx(100 * 399 / 1199)
+
+
+def test_slow_historian_repeats_both(good):
+    every_third = np.arange(N) // 3 * 3
+    record = replace(good, op=good.op[every_third], pv=good.pv[every_third])
+    assert faults(record) == {"held": "lowers"}
+
+
+def test_interpolated_by_the_historian(good):
+    k = np.arange(N)
+    knots = k[::12]
+    record = replace(good, op=np.interp(k, knots, good.op[knots]), pv=np.interp(k, knots, good.pv[knots]))
+    assert faults(record) == {"compression": "refuses"}
+    assert gate(record, "compression").value > 60
+
+
+def test_straight_op_over_a_still_pv_is_integral_action_not_compression():
+    # A stuck valve without noise: PV stands off the set point, OP ramps exactly.
+    phase = np.arange(N) // 40 % 2
+    pv = np.where(phase == 0, 1.0, -1.0)
+    op = 50 - np.cumsum(pv) * 0.1
+    assert gate(LoopRecord("FIC-1", 1.0, op=op, pv=pv), "compression").severity == "ok"
+
+
+@pytest.mark.parametrize(
+    ("signal", "step", "severity"), [("pv", 0.5, "ok"), ("pv", 2.0, "lowers"), ("pv", 30.0, "refuses")]
+)
+def test_resolution(good, signal, step, severity):
+    record = replace(good, **{signal: np.round(getattr(good, signal) / step) * step})
+    assert gate(record, f"{signal} resolution").severity == severity
+
+
+def test_coarse_op(good):
+    assert faults(replace(good, op=np.round(good.op)))["op resolution"] == "lowers"
+
+
+def test_missing_values_and_bridged_gaps(good):
+    pv = good.pv.copy()
+    pv[100:103] = np.nan
+    pv[700:730] = np.nan
+    record = replace(good, pv=pv)
+    assert faults(record) == {"missing": "lowers"}
+    found = gate(record, "missing")
+    assert found.value == pytest.approx(100 * 33 / N)
+    assert "longest gap lasts 30 s" in found.why
+    assert analysis_window(record) == (0, 700)
+    part = usable_part(record)
+    assert len(part) == 700
+    np.testing.assert_array_equal(part.pv[100:103], pv[99])
+    assert any("3 missing samples were bridged" in guess for guess in part.provenance.guesses)
+
+
+def test_mostly_missing_is_refused(good):
+    pv = good.pv.copy()
+    pv[::2] = np.nan
+    pv[:200] = np.nan
+    assert faults(replace(good, pv=pv))["missing"] == "refuses"
+
+
+@pytest.mark.parametrize("change", [lambda op: op / 100, lambda op: (op - 50) / 6, lambda op: 8 * op])
+def test_op_not_in_percent_only_lowers(good, change):
+    record = replace(good, op=change(good.op))
+    assert faults(record) == {"op scale": "lowers"}
+    assert assess(record).usable
+
+
+def test_copied_stretch(good):
+    op, pv = good.op.copy(), good.pv.copy()
+    op[800:900], pv[800:900] = op[200:300], pv[200:300]
+    record = replace(good, op=op, pv=pv)
+    assert faults(record) == {"replay": "lowers"}
+    assert gate(record, "replay").value == pytest.approx(100 * 100 / N)
+
+
+def test_an_exactly_periodic_simulation_is_no_copy():
+    k = np.arange(N) % 50
+    wave = np.abs(k - 25) + np.sin(k)
+    found = gate(LoopRecord("FIC-1", 1.0, op=50 + wave, pv=wave[::-1]), "replay")
+    assert found.severity == "ok"
+    assert "simulated" in found.why
+
+
+def test_clock_jumps_of_the_reader(good):
+    record = replace(good, provenance=replace(good.provenance, clock_jumps=1))
+    assert faults(record) == {"clock": "lowers"}
+
+
+@settings(deadline=None, max_examples=60)
+@given(data=some.data(), n=some.integers(0, 80))
+def test_window_holds_nothing_bad_and_is_the_longest(data, n):
+    bad = np.array(data.draw(some.lists(some.booleans(), min_size=n, max_size=n)), dtype=bool)
+    auto = np.array(data.draw(some.lists(some.booleans(), min_size=n, max_size=n)), dtype=bool) | (np.arange(n) % 3 > 0)
+    k = np.arange(n)
+    record = LoopRecord("x", 1.0, op=np.where(bad, np.nan, 50 + np.sin(k)), pv=np.cos(k), auto=auto)
+    # The slow twin: a stretch is automatic throughout, begins and ends on a sample and has no gap above 5.
+
+    def fits(first, last):
+        if not auto[first:last].all() or bad[first] or bad[last - 1]:
+            return False
+        return "1" * 6 not in "".join("1" if b else "0" for b in bad[first:last])
+
+    longest = max((b - a for a in range(n) for b in range(a + 1, n + 1) if fits(a, b)), default=0)
+    first, last = analysis_window(record)
+    assert last - first == longest
+    assert longest == 0 or fits(first, last)
+    assert not np.isnan(usable_part(record).op).any()
+    assess(record, period=10.0)
