@@ -5,200 +5,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from stiction.errors import ParameterError, require_positive
-from stiction.models.compiled import kernel
-from stiction.models.component import TIE, Valve, ValveState
-from stiction.models.friction.karnopp import karnopp_substep
-from stiction.models.friction.lugre import lugre_rest, lugre_substep
-from stiction.models.positioner import Positioner, positioner_step
+from stiction.models.component import TIE, Valve
+from stiction.models.positioner import Positioner
 from stiction.models.quantities import Quantity, to_si
+from stiction.models.stem import PhysicalParameters, physical_at_rest, physical_step
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["PhysicalParameters", "PhysicalValve", "physical_at_rest", "physical_step"]
+__all__ = ["PhysicalValve", "physical_at_rest", "physical_step"]
 
 SUBSTEPS = 500.0
 """Sub-steps in the valve's shortest time constant that the method does not take implicitly [-]."""
-
-QUIET = 1e-9
-"""Share of the static friction below which a force is none [-]."""
-
-
-class PhysicalParameters(NamedTuple):
-    """What the kernels of the physical valve know, in SI units."""
-
-    lugre: float
-    """1 for LuGre friction, 0 for Karnopp's [-]."""
-    ramped: float
-    """1 where the input moves in a straight line through the sample, 0 where it is held [-]."""
-    n: float
-    """Sub-steps in a sample [-]."""
-    h: float
-    """Sub-step [s]."""
-    keep: float
-    """Share of the pressure that the lag keeps over a sub-step [-]."""
-    keep_sample: float
-    """The same over a sample [-]."""
-    keep_mean: float
-    """Mean of that share over a sample [-]."""
-    mass: float
-    """Moving mass [kg]."""
-    spring_rate: float
-    """Spring rate [N/m]."""
-    viscous: float
-    """Viscous coefficient [N s/m]."""
-    coulomb: float
-    """Coulomb friction [N]."""
-    static: float
-    """Static friction [N]."""
-    stribeck_velocity: float
-    """Stribeck velocity [m/s]."""
-    tolerance: float
-    """Karnopp's velocity tolerance [m/s]."""
-    stiffness: float
-    """Stiffness of the bristles [N/m]."""
-    damping: float
-    """Damping of the bristles [N s/m]."""
-    scale: float
-    """Stroke in 1 % of travel [m]."""
-    bottom: float
-    """Lower end stop [m]."""
-    top: float
-    """Upper end stop [m]."""
-    rest_force: float
-    """Force on the stem that does not depend on air, position or motion [N]."""
-    area: float
-    """Diaphragm area, negative where air closes the valve [m2]."""
-    pressure: float
-    """Pressure at 0 % OP [Pa]."""
-    per_percent: float
-    """Pressure per 1 % OP [Pa]."""
-    low: float
-    """Lowest signal to the actuator [% of span]."""
-    high: float
-    """Highest signal to the actuator [% of span]."""
-    gain: float
-    """Gain of the positioner, 0 where there is none [-]."""
-    per_second: float
-    """Reciprocal of its integral time [1/s]."""
-    deadband: float
-    """Its deadband [% of span]."""
-
-
-@kernel
-def _named(p) -> PhysicalParameters:
-    """Packed parameters by name."""
-    return PhysicalParameters(
-        p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12], p[13], p[14], p[15],
-        p[16], p[17], p[18], p[19], p[20], p[21], p[22], p[23], p[24], p[25], p[26], p[27], p[28], p[29],
-    )  # fmt: skip
-
-
-@kernel
-def _signal(op: float, position: float, integral: float, dt: float, q: PhysicalParameters):
-    """Signal to the actuator [% of span] and the positioner's integral after `dt` [s]."""
-    return positioner_step(op, position, integral, dt, q.gain, q.per_second, q.deadband, q.low, q.high)
-
-
-@kernel
-def physical_at_rest(op: float, position: float, p) -> ValveState:
-    """Stem without speed at `position`, the actuator's pressure settled at the input `op`."""
-    q = _named(p)
-    op = min(max(op, q.low), q.high)
-    pressure = q.pressure + q.per_percent * op
-    bristles = 0.0
-    if q.lugre != 0.0:
-        force = q.rest_force + q.area * pressure - q.spring_rate * q.scale * position
-        bristles = lugre_rest(force, q.static, q.stiffness)
-    return ValveState(position, op, position, 0.0, 0.0, 0.0, 0.0, bristles, pressure, 0.0)
-
-
-@kernel
-def _is_held(op: float, begin: float, s: ValveState, q: PhysicalParameters) -> bool:
-    """Whether friction or an end stop holds a stem at rest whatever the pressure can become in the sample."""
-    error = max(abs(begin - s.position), abs(op - s.position))
-    wander = q.gain * error * q.per_second * q.n * q.h
-    first, _ = _signal(begin, s.position, s.integral, 0.0, q)
-    last, _ = _signal(op, s.position, s.integral, 0.0, q)
-    one = q.area * (q.pressure + q.per_percent * min(max(min(first, last) - wander, q.low), q.high))
-    other = q.area * (q.pressure + q.per_percent * min(max(max(first, last) + wander, q.low), q.high))
-    now = q.area * s.pressure
-    x = q.scale * s.position
-    rest = q.rest_force - q.spring_rate * x
-    pulled = rest + min(one, other, now) < -q.static and x > q.bottom
-    pushed = rest + max(one, other, now) > q.static and x < q.top
-    return not (pulled or pushed)
-
-
-@kernel
-def _stay(op: float, begin: float, s: ValveState, q: PhysicalParameters) -> ValveState:
-    """Rest for a sample: only the pressure and the positioner's integral move on, in closed form."""
-    first, _ = _signal(begin, s.position, s.integral, 0.0, q)
-    _, integral = _signal(0.5 * (begin + op), s.position, s.integral, q.n * q.h, q)
-    last, _ = _signal(op, s.position, integral, 0.0, q)
-    pressure = (
-        q.keep_sample * s.pressure
-        + (1.0 - q.keep_sample) * q.pressure
-        + q.per_percent * ((q.keep_mean - q.keep_sample) * first + (1.0 - q.keep_mean) * last)
-    )
-    return ValveState(s.position, op, s.rest, 0.0, 0.0, op - s.op, 0.0, s.force, pressure, integral)
-
-
-@kernel
-def _is_settled(op: float, s: ValveState, q: PhysicalParameters) -> bool:
-    """Whether input, pressure and bristles of a stem at rest are where they were."""
-    force = q.rest_force + q.area * s.pressure - q.spring_rate * q.scale * s.position - q.stiffness * s.force
-    settled = s.pressure == q.pressure + q.per_percent * op
-    return op == s.op and settled and q.gain == 0.0 and abs(force) <= QUIET * q.static
-
-
-@kernel
-def physical_step(op: float, s: ValveState, p) -> ValveState:
-    """One sample: at once while the stem is held, in sub-steps while it may move."""
-    q = _named(p)
-    op = min(max(op, q.low), q.high)
-    begin = s.op if q.ramped != 0.0 else op
-    if s.velocity == 0.0:
-        if q.lugre == 0.0:
-            if _is_held(op, begin, s, q):
-                return _stay(op, begin, s, q)
-        elif _is_settled(op, s, q):
-            return s
-    n = int(q.n)
-    x, v, z, pressure, integral = q.scale * s.position, s.velocity, s.force, s.pressure, s.integral
-    signal = min(max(op, q.low), q.high)
-    slope = (op - begin) / q.n
-    ease = 1.0 / (q.mass + q.h * q.viscous)
-    per_velocity = 1.0 / q.stribeck_velocity
-    for i in range(n):
-        if q.gain != 0.0:
-            signal, integral = _signal(begin + slope * (i + 1), x / q.scale, integral, q.h, q)
-        elif slope != 0.0:
-            signal = begin + slope * (i + 1)
-        pressure = q.keep * pressure + (1.0 - q.keep) * (q.pressure + q.per_percent * signal)
-        drive = q.rest_force + q.area * pressure
-        if q.lugre == 0.0:
-            x, v = karnopp_substep(
-                x, v, drive, q.h, q.mass, q.spring_rate, ease,
-                q.coulomb, q.static, per_velocity, q.tolerance,
-            )  # fmt: skip
-        else:
-            x, v, z = lugre_substep(
-                x, v, z, drive, q.h, q.mass, q.spring_rate, q.viscous,
-                q.coulomb, q.static, per_velocity, q.stiffness, q.damping,
-            )  # fmt: skip
-        if x < q.bottom:
-            x, v = q.bottom, max(v, 0.0)
-        elif x > q.top:
-            x, v = q.top, min(v, 0.0)
-    moving = 1.0 if v != 0.0 else 0.0
-    direction = math.copysign(moving, v)
-    return ValveState(x / q.scale, op, s.rest, direction, moving, op - s.op, v, z, pressure, integral)
 
 
 @dataclass(frozen=True)
