@@ -34,7 +34,7 @@ def line(color: str, width: float = 1.5, **more: Any) -> dict[str, Any]:
 
 
 def colorbar(title: str) -> dict[str, Any]:
-    """A thin colour bar."""
+    """Style of a thin colour bar."""
     font = {"size": 12, "color": INK}
     return {"title": {"text": title, "side": "right", "font": font}, "thickness": 8, "outlinewidth": 0, "xpad": 6}
 

@@ -63,7 +63,12 @@ def _headline(diagnosis: Diagnosis) -> Html:
     else:
         facts.append(("Oscillation", "none found"))
     if found is not None:
-        facts.append(("Fit with sticky / good valve", f"{found.fit:.0f} % / {found.fit_linear:.0f} %"))
+        facts.append(
+            (
+                "Fit with sticky / good valve",
+                f"{words.digits(found.fit, '%', 2)} / {words.digits(found.fit_linear, '%', 2)}",
+            )
+        )
     bar = figures.severity(found) if found is not None and diagnosis.verdict != "no_stiction" else None
     return fragment(
         "headline.html",

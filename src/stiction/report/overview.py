@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.report import words
-from stiction.report.blocks import Cell, Html, Mark, Table
+from stiction.report.blocks import Cell, Mark, Table
 from stiction.report.figures import sparkline
 
 if TYPE_CHECKING:
@@ -21,10 +21,10 @@ _RANK = {"stiction": 0, "undecided": 1, "no_stiction": 2}
 _COLUMNS = (
     "Loop",
     "Verdict",
-    "Probability [-]",
-    "S [% of span] (95 %)",
+    "Probability",
+    "S [% of span]",
     "Period",
-    "OP amplitude [%]",
+    "OP swing [±%]",
     "Data",
     "Trend of PV",
     "What to do",
@@ -50,13 +50,20 @@ def anchor(k: int) -> str:
 def overview(diagnoses: Sequence[Diagnosis]) -> Table:
     """Return the table; each row links to the loop's part of the page."""
     rows = [_row(k, diagnosis) for k, diagnosis in enumerate(diagnoses)]
-    return Table(_COLUMNS, rows, "Worst first; a click on a heading sorts, a click on a loop opens it.", sortable=True)
+    return Table(
+        _COLUMNS,
+        rows,
+        "Worst first, S with its 95 % interval. A click on a heading sorts; a click on a loop opens it.",
+        sortable=True,
+    )
 
 
 def _row(k: int, diagnosis: Diagnosis) -> list[Cell]:
     record, found, rhythm = diagnosis.record, diagnosis.identification, diagnosis.oscillation
-    sized = found is not None and diagnosis.verdict != "no_stiction"
-    size = f"{words.digits(found.S)} ({words.digits(found.S_low)} to {words.digits(found.S_high)})" if sized else "–"
+    size = Cell("–", sort="")
+    if found is not None and diagnosis.verdict != "no_stiction":
+        said = f"{words.digits(found.S)} ({words.digits(found.S_low)} to {words.digits(found.S_high)})"
+        size = Cell(said, sort=_finite(found.S))
     verdict, cause = words.VERDICTS[diagnosis.verdict], diagnosis.cause
     if diagnosis.verdict != "stiction" and cause not in ("", "none", "unknown"):
         verdict = f"{verdict}: {cause}"
@@ -66,12 +73,12 @@ def _row(k: int, diagnosis: Diagnosis) -> list[Cell]:
     return [
         Cell(record.tag, href=f"#{anchor(k)}"),
         Cell(verdict, sort=order, mark=words.MARKS[diagnosis.verdict]),
-        Cell(float(np.round(diagnosis.probability, 2))),
-        Cell(size, sort=found.S if sized and np.isfinite(found.S) else ""),
+        Cell(f"{diagnosis.probability:.2f}", sort=_finite(diagnosis.probability)),
+        size,
         Cell(words.span(rhythm.period) if rhythm.oscillating else "–", sort=_finite(rhythm.period)),
-        Cell(float(rhythm.amplitude_op) if rhythm.oscillating else None),
+        Cell(words.digits(rhythm.amplitude_op) if rhythm.oscillating else "–", sort=_finite(rhythm.amplitude_op)),
         Cell(data, mark=data_mark),
-        Cell(_spark(trend)),
+        Cell(sparkline(trend, "trend of the PV")),
         Cell(diagnosis.action),
     ]
 
@@ -80,12 +87,8 @@ def _worth(diagnosis: Diagnosis) -> tuple[str, Mark]:
     severities = {gate.severity for gate in diagnosis.quality.gates}
     if not diagnosis.quality.usable:
         return "refused", "alert"
-    return ("reserved", "unknown") if "lowers" in severities else ("good", "good")
+    return ("limited", "unknown") if "lowers" in severities else ("good", "good")
 
 
 def _finite(value: float) -> float | str:
     return float(value) if np.isfinite(value) else ""
-
-
-def _spark(y: np.ndarray) -> Html:
-    return sparkline(y, "trend of the PV")

@@ -148,7 +148,7 @@ def _environment() -> jinja2.Environment:
         name = type(block).__name__.lower()
         return Markup(environment.get_template(f"{name}.html").render(block=block))
 
-    environment.filters.update(show=show, cell=_cell, shown=shown, is_number=_is_number, numeric=_numeric)
+    environment.filters.update(show=show, cell=_cell, shown=shown, is_number=_is_number, numeric=_numeric, room=_room)
     environment.filters["payload"] = lambda plot: Markup(to_json(plot))
     environment.filters["markup"] = lambda block: Markup(block.markup)
     environment.tests["html"] = lambda value: isinstance(value, Html)
@@ -185,6 +185,12 @@ def _numeric(table: Table) -> list[bool]:
     return [
         bool(column) and all(_is_number(_cell(cell)) for cell in column) for column in zip(*table.rows, strict=True)
     ]
+
+
+def _room(cell: Cell) -> str:
+    """Class of a text cell: short ones keep to a line, long ones get width."""
+    length = len(cell.value) if isinstance(cell.value, str) else 0
+    return "long" if length > 40 else "short" if length <= 18 else ""
 
 
 def _has_figure(blocks: Sequence[Block]) -> bool:

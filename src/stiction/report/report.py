@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError
 from stiction.report import words
-from stiction.report.blocks import Block, Fold, Heading, Text
+from stiction.report.blocks import Block, Fold, Heading
 from stiction.report.loop_page import loop_blocks
 from stiction.report.overview import anchor, overview, worst_first
 from stiction.report.page import write_page
@@ -69,7 +69,7 @@ def write_report(
     blocks: list[Block] = [overview(ranked), Heading("Loops", anchor="loops")]
     blocks += [
         Fold(
-            f"{diagnosis.record.tag}: {words.VERDICTS[diagnosis.verdict].lower()}",
+            f"{diagnosis.record.tag} · {words.headline(diagnosis)}",
             loop_blocks(diagnosis, settings),
             anchor=anchor(k),
             mark=words.MARKS[diagnosis.verdict],

@@ -77,7 +77,7 @@ class View:
         return whole
 
     def trace(self, y: NDArray[np.float64], name: str, line: dict[str, Any], **more: Any) -> dict[str, Any]:
-        """A signal over time, thinned."""
+        """Trace of a signal over time, thinned."""
         keep = thin(y)
         return {
             "type": "scatter",

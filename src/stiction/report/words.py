@@ -16,12 +16,12 @@ MARKS: dict[str, Mark] = {"stiction": "alert", "no_stiction": "good", "undecided
 
 
 def digits(value: float, unit: str = "", significant: int = 3) -> str:
-    """Return a number as text with a few significant digits, or a dash; a space before the unit does not break.
+    r"""Return a number as text with a few significant digits, or a dash; a space before the unit does not break.
 
     Examples
     --------
     >>> digits(3.14159, "%"), digits(1234.5), digits(float("nan"), "s")
-    ('3.14\\xa0%', '1234', '–')
+    ('3.14\xa0%', '1234', '–')
     """
     if not math.isfinite(value):
         return "–"
@@ -30,12 +30,12 @@ def digits(value: float, unit: str = "", significant: int = 3) -> str:
 
 
 def span(seconds: float) -> str:
-    """Return a duration in the unit a person would use.
+    r"""Return a duration in the unit a person would use.
 
     Examples
     --------
     >>> span(95.0), span(600.0), span(86400.0), span(float("nan"))
-    ('95\\xa0s', '10\\xa0min', '24\\xa0h', '–')
+    ('95\xa0s', '10\xa0min', '24\xa0h', '–')
     """
     if not math.isfinite(seconds):
         return "–"

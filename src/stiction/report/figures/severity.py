@@ -36,6 +36,6 @@ def severity(found: Identification) -> Html:
             "left": 100.0 * found.S_low / end,
             "width": 100.0 * max(found.S_high - found.S_low, 0.0) / end,
         }
-    word = next(word for limit, word in BANDS if found.S < limit or limit == np.inf)
+    word = next(word for limit, word in BANDS if limit > found.S or limit == np.inf)
     said = f"{words.stiction_size(found)}: {word}"
     return fragment("severity.html", bands=bands, ticks=ticks, interval=interval, at=100.0 * found.S / end, said=said)

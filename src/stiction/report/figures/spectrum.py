@@ -61,7 +61,8 @@ def _amplitudes(y: NDArray[np.float64], dt: float) -> tuple[NDArray[np.float64],
     filled = np.interp(k, k[good], y[good])
     level = filled - np.polyval(np.polyfit(k, filled, 1), k)
     window = np.hanning(y.size)
-    return np.fft.rfftfreq(y.size, dt), 2.0 / window.sum() * np.abs(np.fft.rfft(level * window))
+    amplitude = 2.0 / window.sum() * np.abs(np.fft.rfft(level * window))
+    return np.fft.rfftfreq(y.size, dt).astype(np.float64), amplitude.astype(np.float64)
 
 
 def _mark(x: float) -> dict[str, Any]:

@@ -34,18 +34,22 @@ def trends(view: View) -> Figure:
     if record.mv is not None:
         data.append(view.trace(record.mv, "Valve position, measured", look.line(look.MV), yaxis="y2"))
     doubtful = {"missing": missing(record), "saturated": saturated(record), "in manual": in_manual(record)}
-    data += [_hatched(view, name, mask) for name, mask in doubtful.items() if mask.any()]
-
     upper = record.pv is not None or record.sp is not None
+    for name, mask in doubtful.items():
+        if mask.any():
+            data += _hatched(view, name, mask, ["y4", "y3"] if upper else ["y4"])
+    hidden = {"range": [0.0, 1.0], "visible": False, "fixedrange": True}
     layout: dict[str, Any] = {
         "xaxis": {"title": {"text": view.time_title}, "anchor": "y2", "range": [0.0, float(view.time[-1])]},
         "yaxis": {"domain": [0.54, 1.0], "title": {"text": "PV, SP<br>[engineering units]"}, "visible": upper},
         "yaxis2": {"domain": [0.0, 0.46 if upper else 1.0], "title": {"text": "OP<br>[% of span]"}},
-        "yaxis3": {"domain": [0.0, 1.0], "range": [0.0, 1.0], "visible": False, "fixedrange": True},
+        "yaxis3": {"overlaying": "y", **hidden},
+        "yaxis4": {"overlaying": "y2", **hidden},
         "hovermode": "x",
         "shapes": [] if view.whole else [_analysed(view)],
+        "annotations": [] if view.whole or not upper else [_between_panels(view, "analysed")],
     }
-    found = [f"{100.0 * mask.mean():.2g} % {name}" for name, mask in doubtful.items() if mask.any()]
+    found = [f"{words.digits(100.0 * mask.mean(), '%', 2)} {name}" for name, mask in doubtful.items() if mask.any()]
     first, last = view.window
     caption = (
         f"{words.count(len(record), 'sample')} over {words.span(record.duration)}, one every {words.span(record.dt)}; "
@@ -56,26 +60,28 @@ def trends(view: View) -> Figure:
     return Figure({"data": data, "layout": layout}, "Set point, PV and OP over time", caption, height=440)
 
 
-def _hatched(view: View, name: str, mask: NDArray[np.bool_]) -> dict[str, Any]:
+def _hatched(view: View, name: str, mask: NDArray[np.bool_], axes: list[str]) -> list[dict[str, Any]]:
+    """One trace per panel, on a hidden axis from 0 to 1, so that the hatching fills the panel at any zoom."""
     longest = sorted(runs(mask), key=lambda run: run[0] - run[1])[:MOST_STRETCHES]
     half = 0.5 * view.diagnosis.record.dt / view.unit[1]
     x: list[float] = []
     for first, last in longest:
         left, right = float(view.time[first]) - half, float(view.time[last - 1]) + half
         x += [left, left, right, right, left, np.nan]
-    return {
+    trace: dict[str, Any] = {
         "type": "scatter",
         "mode": "lines",
         "x": np.array(x),
         "y": np.array([0.0, 1.0, 1.0, 0.0, 0.0, np.nan] * len(longest)),
-        "yaxis": "y3",
         "fill": "toself",
         "fillcolor": "rgba(90,98,112,0.06)",
         "fillpattern": {"shape": _HATCH[name], "fgcolor": "rgba(90,98,112,0.45)", "size": 7, "solidity": 0.12},
         "line": {"width": 0},
         "name": name,
         "hoverinfo": "skip",
+        "legendgroup": name,
     }
+    return [{**trace, "yaxis": axis, "showlegend": axis == axes[0]} for axis in axes]
 
 
 def _analysed(view: View) -> dict[str, Any]:
@@ -90,5 +96,9 @@ def _analysed(view: View) -> dict[str, Any]:
         "layer": "below",
         "line": {"width": 1, "color": look.FAINT},
         "fillcolor": "#F0F4F7",
-        "label": {"text": "analysed", "textposition": "top left", "font": {"size": 11, "color": look.MUTED}},
     }
+
+
+def _between_panels(view: View, text: str) -> dict[str, Any]:
+    place = {"x": float(view.time[view.window[0]]), "y": 0.5, "yref": "paper", "xanchor": "left", "yanchor": "middle"}
+    return {**place, "text": text, "showarrow": False, "font": {"size": 11, "color": look.MUTED}}

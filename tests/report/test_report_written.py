@@ -1,0 +1,258 @@
+"""The loop report: its order, its words, and records that lack something."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import time
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from report.diagnoses import diagnosis, identification, record
+from stiction.errors import ParameterError
+from stiction.records.record import Provenance
+from stiction.report import figures, words, write_report
+from stiction.report.overview import worst_first
+from stiction.report.view import View
+
+SECTIONS = ["Trends", "Valve and process", "Oscillation", "Evidence", "Data quality", "Where this comes from"]
+
+
+class Page(HTMLParser):
+    """What a test asks of a page: headings, figures with their words, links, anchors, text."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.headings, self.labels, self.captions, self.links, self.ids, self.text = [], [], [], [], [], []
+        self.plots, self._at = [], ""
+        self.feed(re.sub(r"<(script|style)>.*?</\1>", "", path.read_text(encoding="utf-8"), flags=re.DOTALL))
+
+    def handle_starttag(self, tag, attributes):
+        named = dict(attributes)
+        self._at = "json" if named.get("type") == "application/json" else tag
+        if named.get("class") == "plot":
+            self.labels.append(named["aria-label"])
+        if tag == "a":
+            self.links.append(named["href"])
+        if "id" in named:
+            self.ids.append(named["id"])
+
+    def handle_data(self, data):
+        if self._at == "h2":
+            self.headings.append(data)
+        elif self._at == "figcaption":
+            self.captions.append(data)
+        elif self._at == "json":
+            self.plots.append(json.loads(data))
+        self.text.append(data)
+        self._at = ""
+
+
+def written(tmp_path, *diagnoses, **settings):
+    return Page(write_report(diagnoses, tmp_path / "report.html", **settings))
+
+
+def test_sections_stand_in_the_order_an_engineer_asks(tmp_path):
+    page = written(tmp_path, diagnosis())
+    assert page.headings == SECTIONS
+    text = " ".join(page.text)
+    assert text.index("Valve stiction: S") < text.index("What to do") < text.index("Trends")
+
+
+def test_every_figure_has_a_label_and_a_caption(tmp_path):
+    page = written(tmp_path, diagnosis())
+    assert len(page.labels) == len(page.captions) == len(page.plots) == 7
+    for label, caption in zip(page.labels, page.captions, strict=True):
+        assert label.endswith(caption)
+        assert caption.endswith(".")
+
+
+def test_headline_says_size_interval_and_confidence():
+    found = diagnosis()
+    assert words.headline(found).replace("\u00a0", " ") == "Valve stiction: S = 3 % of span (95 %: 2.7 to 3.3), J = 1 %"
+    assert words.confidence(found) == "High confidence (probability of stiction 0.94)"
+
+
+@pytest.mark.parametrize(
+    ("verdict", "p", "said"),
+    [
+        ("stiction", 0.8, "Moderate"),
+        ("stiction", 0.6, "Low"),
+        ("no_stiction", 0.05, "High"),
+        ("no_stiction", 0.4, "Low"),
+        ("undecided", 0.5, "No verdict"),
+        ("undecided", math.nan, "No verdict (no probability)"),
+    ],
+)
+def test_confidence_words(verdict, p, said):
+    assert words.confidence(diagnosis(200, verdict, found=False, probability=p)).startswith(said)
+
+
+def test_text_from_files_is_escaped(tmp_path):
+    evil = "</script><script>alert(1)</script><b>"
+    origin = Provenance(evil, evil, {"op": evil}, (evil,), 5, 0)
+    bad = replace(
+        diagnosis(), record=replace(record(), tag=evil, provenance=origin), reason=evil, action=evil, cause=evil
+    )
+    for some in ([bad], [bad, replace(bad, verdict="undecided")]):
+        text = write_report(some, tmp_path / "r.html", title=evil, settings={evil: evil}).read_text(encoding="utf-8")
+        assert "alert(1)</script>" not in text
+        assert "&lt;script&gt;alert(1)" in text
+
+
+def test_nothing_is_loaded_from_elsewhere(tmp_path):
+    text = write_report([diagnosis()], tmp_path / "r.html").read_text(encoding="utf-8")
+    own = re.sub(r"<script>.*?</script>", "", text, flags=re.DOTALL)
+    assert "default-src 'none'" in own
+    assert not re.search(r"""(?:src|href)=["'](?!#)""", own)
+    assert "url(" not in own
+
+
+def test_without_a_fit_the_page_says_so(tmp_path):
+    page = written(tmp_path, diagnosis(found=False, verdict="undecided"))
+    text = " ".join(page.text)
+    assert "No valve model was fitted" in text
+    assert "Cannot tell whether the valve sticks" in text
+    assert not any("estimated" in label for label in page.labels)
+    assert page.headings == SECTIONS
+
+
+def test_a_good_valve_shows_no_severity_bar(tmp_path):
+    assert "severity" in write_report([diagnosis()], tmp_path / "a.html").read_text().split("<main>")[1]
+    good = write_report([diagnosis(verdict="no_stiction")], tmp_path / "b.html").read_text().split("<main>")[1]
+    assert 'class="severity"' not in good
+    assert "likely cause: tight tuning" in good
+
+
+def test_measured_and_estimated_positions_are_told_apart():
+    estimated = figures.valve_position(View(diagnosis()))
+    both = figures.valve_position(View(diagnosis(run=record(measured=True))))
+    assert estimated is not None
+    assert both is not None
+    assert [trace["name"] for trace in estimated.plot["data"]] == ["estimated"]
+    assert "was not measured" in estimated.caption
+    assert [trace["name"] for trace in both.plot["data"]] == ["measured", "estimated"]
+    assert "was not measured" not in both.caption
+
+
+def test_dimensions_are_as_long_as_s_and_j():
+    figure = figures.valve_position(View(diagnosis()))
+    assert figure is not None
+    across, down = figure.plot["layout"]["shapes"][0], figure.plot["layout"]["shapes"][3]
+    assert across["x1"] - across["x0"] == pytest.approx(3.0)
+    assert down["y0"] - down["y1"] == pytest.approx(1.0)
+
+
+def test_spectrum_shows_amplitude_and_frequency_of_a_sine():
+    n, period = 2000, 50.0
+    k = np.arange(n)
+    run = replace(record(n), pv=7.0 + 0.01 * k + 2.5 * np.sin(2.0 * np.pi * k / period), sp=None)
+    figure = figures.spectrum(View(diagnosis(run=run, found=False)))
+    assert figure is not None
+    x, y = (np.asarray(figure.plot["data"][0][axis]) for axis in "xy")
+    assert y.max() == pytest.approx(2.5, rel=0.01)
+    unit = {"Frequency [1/s]": 1.0, "Frequency [1/min]": 60.0}[figure.plot["layout"]["xaxis"]["title"]["text"]]
+    assert x[y.argmax()] / unit == pytest.approx(1.0 / period, rel=1e-6)
+
+
+def missing_values():
+    run = record(3000)
+    op, pv, auto = run.op.copy(), run.pv.copy(), np.ones(3000, dtype=bool)
+    op[100:160] = pv[100:160] = pv[2000] = np.nan
+    auto[2800:] = False
+    return replace(run, op=op, pv=pv, auto=auto)
+
+
+def test_doubtful_stretches_are_hatched_and_the_window_is_shaded():
+    run = missing_values()
+    view = View(diagnosis(run=run, found=False))
+    figure = figures.trends(view)
+    names = {trace["name"] for trace in figure.plot["data"] if "fillpattern" in trace}
+    assert names == {"missing", "in manual"}
+    assert len(figure.plot["layout"]["shapes"]) == 1
+    assert "were analysed" in figure.caption
+
+
+def test_a_fit_of_the_analysed_stretch_is_laid_at_its_place():
+    run = missing_values()
+    bare = diagnosis(run=run, found=False)
+    first, last = View(bare).window
+    assert (first, last) == (160, 2800)
+    fit = identification(run.window(first, last))
+    laid = View(replace(bare, identification=fit)).laid(fit.pv)
+    assert np.array_equal(laid[first:last], fit.pv, equal_nan=True)
+    assert np.isnan(laid[:first]).all()
+    assert np.isnan(laid[last:]).all()
+
+
+@pytest.mark.parametrize("lack", ["sp", "pv", "samples", "values", "index", "start"])
+def test_what_is_missing_does_not_break_the_page(tmp_path, lack):
+    run = record()
+    changed = {
+        "sp": replace(run, sp=None),
+        "pv": replace(run, pv=None),
+        "samples": run.window(0, 3),
+        "values": replace(run, op=np.full(2000, np.nan), pv=np.full(2000, np.nan)),
+        "index": missing_values(),
+        "start": replace(run, start=None),
+    }[lack]
+    found = lack in ("sp", "start")
+    loop = diagnosis(run=changed, verdict="undecided", found=found)
+    page = written(tmp_path, loop, loop)
+    assert set(SECTIONS) <= set(page.headings)
+    assert "nan" not in re.findall(r"[a-z]+", " ".join(page.text))
+
+
+def test_a_fit_without_numbers_shows_dashes(tmp_path):
+    found = diagnosis()
+    fit = found.identification
+    empty = replace(fit, S=math.nan, J=math.nan, S_low=math.nan, S_high=math.nan, fit=math.nan)
+    flat = replace(empty, surface=replace(fit.surface, error=np.full_like(fit.surface.error, np.inf)))
+    page = written(tmp_path, replace(found, identification=flat))
+    assert "nan" not in re.findall(r"[a-z]+", " ".join(page.text))
+    assert not any("Error for each" in label for label in page.labels)
+
+
+def test_several_loops_come_as_a_table_worst_first(tmp_path):
+    loops = [
+        diagnosis(400, "no_stiction", run=record(400, tag="TIC-1")),
+        diagnosis(400, "stiction", probability=0.7, run=record(400, tag="FIC-2")),
+        diagnosis(400, "undecided", found=False, run=record(400, tag="LIC-3")),
+        diagnosis(400, "stiction", probability=0.9, run=record(400, tag="PIC-4")),
+    ]
+    assert [loop.record.tag for loop in worst_first(loops)] == ["PIC-4", "FIC-2", "LIC-3", "TIC-1"]
+    page = written(tmp_path, *loops)
+    assert page.links == ["#loop-1", "#loop-2", "#loop-3", "#loop-4"]
+    assert {link[1:] for link in page.links} <= set(page.ids)
+    assert page.headings == ["Loops", *SECTIONS * 4]
+
+
+def test_long_records_stay_small(tmp_path):
+    run = record(60_000)
+    path = write_report([diagnosis(run=run)], tmp_path / "long.html")
+    whole = write_report([diagnosis(run=run.window(0, 2000))], tmp_path / "short.html")
+    assert path.stat().st_size - whole.stat().st_size < 150_000
+
+
+def test_ten_loops_take_less_than_a_second(tmp_path):
+    loops = [diagnosis(run=record(seed=k)) for k in range(10)]
+    write_report(loops, tmp_path / "warm.html")
+    start = time.process_time()
+    write_report(loops, tmp_path / "ten.html")
+    assert time.process_time() - start < 1.0
+
+
+def test_no_diagnosis_is_an_error(tmp_path):
+    with pytest.raises(ParameterError, match="no diagnosis"):
+        write_report([], tmp_path / "r.html")
+
+
+def test_no_bare_mv_on_screen(tmp_path):
+    page = written(tmp_path, diagnosis(run=record(measured=True)))
+    said = " ".join([*page.text, *page.labels])
+    assert not re.search(r"\bMV\b", said)
+    assert "OP (controller output)" in said
