@@ -17,7 +17,7 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core import config as numba_config
 
-__all__ = ["cache_folder", "kernel"]
+__all__ = ["cache_folder", "inlined", "kernel"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -61,12 +61,21 @@ def kernel(function: Function) -> Function:
 
     Set ``NUMBA_DISABLE_JIT=1`` to run the same source as plain Python.
     """
+    return _compiled(function)
+
+
+def inlined(function: Function) -> Function:
+    """Compile `function` into the kernels that call it: for steps, so that their state stays in registers."""
+    return _compiled(function, forceinline=True)
+
+
+def _compiled(function: Function, **options: bool) -> Function:
     folder = cache_folder()
     if folder is None:
-        return cast("Function", numba.njit(nogil=True)(function))
+        return cast("Function", numba.njit(nogil=True, **options)(function))
     before = numba_config.CACHE_DIR
     numba_config.CACHE_DIR = str(folder)
     try:
-        return cast("Function", numba.njit(nogil=True, cache=True)(function))
+        return cast("Function", numba.njit(nogil=True, cache=True, **options)(function))
     finally:
         numba_config.CACHE_DIR = before

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.errors import ParameterError, require_finite, require_not_negative
-from stiction.models.compiled import kernel
+from stiction.models.compiled import inlined
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,13 +30,13 @@ class PIDState(NamedTuple):
     """Weighted error of the derivative part in the last sample [PV units]."""
 
 
-@kernel
+@inlined
 def pid_at_rest(op: float, pv: float, p) -> PIDState:
     """State of a controller that has kept `pv` at its set point with the output `op`."""
     return PIDState(op, op - p[0] * (p[4] - 1.0) * pv, 0.0, (p[5] - 1.0) * pv)
 
 
-@kernel
+@inlined
 def pid_step(sp: float, pv: float, s: PIDState, manual: float, p) -> PIDState:
     """One sample in automatic, or in manual with the output `manual` when that is not NaN."""
     proportional = p[0] * (p[4] * sp - pv)

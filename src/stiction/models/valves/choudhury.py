@@ -6,18 +6,18 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stiction.errors import require_not_negative
-from stiction.models.compiled import kernel
+from stiction.models.compiled import inlined
 from stiction.models.component import TIE, Valve, ValveState
 
 __all__ = ["Choudhury", "choudhury_step"]
 
 
-@kernel
+@inlined
 def _sign(value: float) -> float:
     return 1.0 if value > 0.0 else (-1.0 if value < 0.0 else 0.0)
 
 
-@kernel
+@inlined
 def choudhury_step(op: float, s: ValveState, S: float, J: float, lag: float) -> ValveState:
     """One sample of the flow chart; `lag` is (S - J) / 2, and (S + J) / 2 breaks the stem away after a turn."""
     trend = op - s.op
@@ -36,7 +36,8 @@ def choudhury_step(op: float, s: ValveState, S: float, J: float, lag: float) -> 
             rest = s.op
         moves = sign != 0.0 and abs(op - s.position) > (S + J) / 2.0
     if moves:
-        return ValveState(op - sign * lag, op, rest, sign, 1.0, trend, 0.0, 0.0, 0.0, 0.0)
+        side = sign if sign != 0.0 else _sign(op - s.position)
+        return ValveState(op - side * lag, op, rest, sign, 1.0, trend, 0.0, 0.0, 0.0, 0.0)
     return ValveState(s.position, op, rest, sign, 0.0, trend, 0.0, 0.0, 0.0, 0.0)
 
 

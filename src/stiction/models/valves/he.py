@@ -7,13 +7,13 @@ from math import copysign
 from typing import ClassVar
 
 from stiction.errors import ParameterError, require_not_negative
-from stiction.models.compiled import kernel
+from stiction.models.compiled import inlined
 from stiction.models.component import TIE, Valve, ValveState
 
 __all__ = ["He", "he_step"]
 
 
-@kernel
+@inlined
 def he_step(op: float, s: ValveState, fs: float, fd: float) -> ValveState:
     """The residual force op - position breaks the stem away above fs, and fd of it is left afterwards."""
     force = op - s.position

@@ -6,19 +6,19 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stiction.errors import require_not_negative
-from stiction.models.compiled import kernel
+from stiction.models.compiled import inlined
 from stiction.models.component import TIE, Valve, ValveState
 
 __all__ = ["Kano", "kano_at_rest", "kano_step"]
 
 
-@kernel
+@inlined
 def kano_at_rest(op: float, position: float, lag: float) -> ValveState:
     """Rest in the middle of the band: (S + J) / 2 of input breaks the stem away in either direction."""
     return ValveState(position, op, position + lag, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-@kernel
+@inlined
 def kano_step(op: float, s: ValveState, S: float, J: float, lag: float) -> ValveState:
     """One sample of the flow chart; `lag` is (S - J) / 2."""
     trend = op - s.op

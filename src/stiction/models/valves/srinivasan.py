@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError, require_not_negative
-from stiction.models.compiled import kernel
+from stiction.models.compiled import inlined
 from stiction.models.component import TIE, Valve, ValveState
 from stiction.models.table import Table
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["Srinivasan", "srinivasan_printed_step", "srinivasan_step"]
 
 
-@kernel
+@inlined
 def srinivasan_step(op: float, s: ValveState, sb: float, lag: float, slow: float) -> ValveState:
     """Eq. 5 repaired: follow when fast, else slip when |op - position| > sb, else rest; `lag` is sb - sj."""
     trend = op - s.op
@@ -32,7 +32,7 @@ def srinivasan_step(op: float, s: ValveState, sb: float, lag: float, slow: float
     return ValveState(s.position, op, s.rest, 0.0, 0.0, trend, 0.0, 0.0, 0.0, 0.0)
 
 
-@kernel
+@inlined
 def srinivasan_printed_step(op: float, s: ValveState, sb: float, sj: float, slow: float) -> ValveState:
     """Eq. 5 as printed; the field `velocity` holds the last change of position."""
     trend = op - s.op

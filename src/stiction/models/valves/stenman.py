@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stiction.errors import require_not_negative
-from stiction.models.compiled import kernel
+from stiction.models.compiled import inlined
 from stiction.models.component import TIE, Valve, ValveState
 
 __all__ = ["Stenman", "stenman_step"]
 
 
-@kernel
+@inlined
 def stenman_step(op: float, s: ValveState, d: float) -> ValveState:
     """Eq. 4: x(t) = x(t-1) if |u(t) - x(t-1)| <= d, else u(t)."""
     if abs(op - s.position) > d:

@@ -1,0 +1,320 @@
+r"""One parameter map links every two-parameter valve: (S, J), (fs, fd) and (sb, sj).
+
+.. math::
+
+    fs = sb = \tfrac{1}{2}(S + J) \qquad fd = sb - sj = \tfrac{1}{2}(S - J)
+
+    S = fs + fd = 2\,sb - sj \qquad J = fs - fd = sj
+
+The numbers convert always, the valves do not: they differ in when the stem sticks again (`convert`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from stiction.errors import ParameterError, require_not_negative, require_positive
+from stiction.models.component import TIE
+from stiction.models.valves import Choudhury, He, Ideal, Kano, Srinivasan, Stenman
+
+if TYPE_CHECKING:
+    from stiction.models.component import Valve
+
+__all__ = [
+    "convert",
+    "friction_to_jump",
+    "friction_to_stick",
+    "jump_to_friction",
+    "jump_to_stick",
+    "stick_to_friction",
+    "stick_to_jump",
+]
+
+_CLASSES = {valve.__name__: valve for valve in (Choudhury, He, Ideal, Kano, Srinivasan, Stenman)}
+
+
+def jump_to_friction(S: float, J: float) -> tuple[float, float]:
+    """(fs, fd) of (S, J) [% of span].
+
+    Raises
+    ------
+    ParameterError
+        When a number is negative or J exceeds S: the lag fd = (S - J) / 2 would be negative.
+
+    Examples
+    --------
+    >>> from stiction.models.dialects import jump_to_friction
+    >>> jump_to_friction(S=3.0, J=1.0)
+    (2.0, 1.0)
+    """
+    S, J = _band("S", S), _band("J", J)
+    if J > S:
+        raise ParameterError(
+            f"J = {J:g} % exceeds S = {S:g} %: fd = (S - J) / 2 would be negative. An overshooting valve has no "
+            "(fs, fd); keep it as Kano(S, J) or Srinivasan(sb, sj, r=0)."
+        )
+    return (S + J) / 2.0, (S - J) / 2.0
+
+
+def friction_to_jump(fs: float, fd: float) -> tuple[float, float]:
+    """(S, J) of (fs, fd) [% of span].
+
+    Raises
+    ------
+    ParameterError
+        When a number is negative or fd exceeds fs.
+
+    Examples
+    --------
+    >>> from stiction.models.dialects import friction_to_jump
+    >>> friction_to_jump(fs=2.0, fd=1.0)
+    (3.0, 1.0)
+    """
+    fs, fd = _band("fs", fs), _band("fd", fd)
+    if fd > fs:
+        raise ParameterError(
+            f"fd = {fd:g} % exceeds fs = {fs:g} %: J = fs - fd would be negative; give fd of at most fs."
+        )
+    return fs + fd, fs - fd
+
+
+def jump_to_stick(S: float, J: float) -> tuple[float, float]:
+    """(sb, sj) of (S, J) [% of span]; J > S converts.
+
+    Raises
+    ------
+    ParameterError
+        When a number is negative.
+
+    Examples
+    --------
+    >>> from stiction.models.dialects import jump_to_stick
+    >>> jump_to_stick(S=3.0, J=1.0)
+    (2.0, 1.0)
+    """
+    S, J = _band("S", S), _band("J", J)
+    return (S + J) / 2.0, J
+
+
+def stick_to_jump(sb: float, sj: float) -> tuple[float, float]:
+    """(S, J) of (sb, sj) [% of span].
+
+    Raises
+    ------
+    ParameterError
+        When a number is negative or sj exceeds 2 sb.
+
+    Examples
+    --------
+    >>> from stiction.models.dialects import stick_to_jump
+    >>> stick_to_jump(sb=2.0, sj=1.0)
+    (3.0, 1.0)
+    """
+    sb, sj = _band("sb", sb), _band("sj", sj)
+    if sj > 2.0 * sb:
+        raise ParameterError(f"sj = {sj:g} % exceeds 2 sb = {2.0 * sb:g} %: S would be negative; give sj <= 2 sb.")
+    return 2.0 * sb - sj, sj
+
+
+def friction_to_stick(fs: float, fd: float) -> tuple[float, float]:
+    """(sb, sj) of (fs, fd) [% of span].
+
+    Raises
+    ------
+    ParameterError
+        When a number is negative or fd exceeds fs.
+
+    Examples
+    --------
+    >>> from stiction.models.dialects import friction_to_stick
+    >>> friction_to_stick(fs=2.0, fd=0.5)
+    (2.0, 1.5)
+    """
+    return float(fs), friction_to_jump(fs, fd)[1]
+
+
+def stick_to_friction(sb: float, sj: float) -> tuple[float, float]:
+    """(fs, fd) of (sb, sj) [% of span].
+
+    Raises
+    ------
+    ParameterError
+        When a number is negative or sj exceeds sb: the lag fd = sb - sj would be negative.
+
+    Examples
+    --------
+    >>> from stiction.models.dialects import stick_to_friction
+    >>> stick_to_friction(sb=2.0, sj=1.5)
+    (2.0, 0.5)
+    """
+    sb, sj = _band("sb", sb), _band("sj", sj)
+    if sj > sb:
+        raise ParameterError(
+            f"sj = {sj:g} % exceeds sb = {sb:g} %: fd = sb - sj would be negative. An overshooting valve has no "
+            "(fs, fd); keep (sb, sj)."
+        )
+    return sb, sb - sj
+
+
+def convert(valve: Valve, model: type[Valve] | str, *, r: float | None = None, dt: float | None = None) -> Valve:
+    """Write a valve as another model.
+
+    Parameters
+    ----------
+    valve : Valve
+        Ideal, Stenman, Kano, Choudhury, He or Srinivasan.
+    model : type of Valve or str
+        The model wanted, as class or name.
+    r : float, optional
+        Rate of a Srinivasan valve wanted [% of span / s], where it should not be the valve's own.
+    dt : float, optional
+        Sampling period [s]; He's valve has a hidden rate threshold (fs - fd) / dt, so its way to and from
+        Srinivasan's needs it.
+
+    Returns
+    -------
+    Valve
+        The valve, with the same travel.
+
+    Raises
+    ------
+    ParameterError
+        When the valve cannot be written so; the sentence says what can.
+
+    Notes
+    -----
+    The identical valve, to the last bit where the bands are exact in binary, comes of
+
+    - Kano <-> Srinivasan with r = 0 (any J), both <-> Choudhury (J <= S only: beyond, they differ);
+    - He <-> Srinivasan with r just above (fs - fd) / dt, at that dt only;
+    - Stenman <-> Srinivasan with sj = sb and r infinite, both <-> He with fd = 0;
+    - anything with bands of 0 <-> Ideal.
+
+    Only the same numbers, not the same valve, come of
+
+    - Kano or Choudhury <-> He: positions differ by at most J at any instant, and not at all on held steps;
+    - Kano or Choudhury <-> Stenman (S = J only);
+    - any valve to Srinivasan with an `r` given here.
+
+    A Srinivasan valve whose r is not 0 is no Kano or Choudhury valve, and one with tables or `as_printed` is none
+    of the others: these are refused.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> from stiction.models.dialects import convert
+    >>> convert(st.Kano(S=3.0, J=1.0), "Srinivasan").sb
+    2.0
+    """
+    target = _CLASSES.get(model if isinstance(model, str) else model.__name__)
+    source = type(valve)
+    if target is None or source not in _CLASSES.values():
+        wrong = source.__name__ if target else (model if isinstance(model, str) else model.__name__)
+        raise ParameterError(f"{wrong} does not convert; the models that do are {', '.join(sorted(_CLASSES))}.")
+    if r is not None and target is not Srinivasan:
+        raise ParameterError(f"r = {r:g} %/s means nothing to {target.__name__}; leave it out.")
+    if dt is not None:
+        dt = require_positive("dt", dt, "s")
+    if isinstance(valve, Srinivasan):
+        _refuse_unlike(valve, target, dt)
+    if source is target and r is None:
+        return valve
+    S, J = _bands(valve)
+    travel = valve.travel
+    if target is Srinivasan:
+        sb, sj = jump_to_stick(S, J)
+        return Srinivasan(sb, sj, _own_rate(valve, dt) if r is None else r, travel=travel)
+    if target is He:
+        return He(*jump_to_friction(S, J), travel=travel)
+    if target is Kano:
+        return Kano(S, J, travel=travel)
+    if target is Choudhury:
+        if J > S:
+            raise ParameterError(
+                f"J = {J:g} % exceeds S = {S:g} %: there Choudhury's chart is another valve than Kano's; keep Kano."
+            )
+        return Choudhury(S, J, travel=travel)
+    if target is Stenman:
+        if not math.isclose(S, J, rel_tol=TIE):
+            raise ParameterError(
+                f"S = {S:g} % and J = {J:g} % differ: Stenman's valve has one band, S = J = d. Keep the valve, or "
+                "decide on a d and write Stenman(d)."
+            )
+        return Stenman(J, travel=travel)
+    if S + J > 0.0:
+        raise ParameterError(f"S = {S:g} % and J = {J:g} % are friction: only bands of 0 make an ideal valve.")
+    return Ideal(travel=travel)
+
+
+def _bands(valve: Valve) -> tuple[float, float]:
+    """(S, J) of a valve [% of span]."""
+    if isinstance(valve, Kano | Choudhury):
+        return valve.S, valve.J
+    if isinstance(valve, He):
+        return friction_to_jump(valve.fs, valve.fd)
+    if isinstance(valve, Srinivasan):
+        return stick_to_jump(valve.sb, valve.sj)  # type: ignore[arg-type]
+    if isinstance(valve, Stenman):
+        return valve.d, valve.d
+    return 0.0, 0.0
+
+
+def _own_rate(valve: Valve, dt: float | None) -> float:
+    """Rate of the Srinivasan valve that is the same valve [% of span / s]."""
+    if isinstance(valve, Srinivasan):
+        return valve.r
+    if isinstance(valve, Stenman):
+        return math.inf
+    if isinstance(valve, Choudhury) and valve.J > valve.S:
+        raise ParameterError(
+            f"J = {valve.J:g} % exceeds S = {valve.S:g} %: there Choudhury's chart is no Srinivasan valve; use Kano."
+        )
+    if isinstance(valve, He):
+        if dt is None:
+            raise ParameterError(
+                "He's valve follows only above (fs - fd) / dt [%/s], which changes with the sampling period; give dt "
+                "in s, or the r you want."
+            )
+        # A move of exactly J does not yet carry He's stem along, nor does it carry the new valve's.
+        return (valve.fs - valve.fd + TIE * valve.fs) / (1.0 - TIE) / dt
+    return 0.0
+
+
+def _refuse_unlike(valve: Srinivasan, target: type[Valve], dt: float | None) -> None:
+    """Refuse what only a Srinivasan valve can do."""
+    if target is Srinivasan:
+        return
+    if not isinstance(valve.sb, float) or not isinstance(valve.sj, float):
+        raise ParameterError(
+            f"sb or sj is a table: {target.__name__} has constant bands. Take the values at one position, "
+            "Srinivasan(sb.at(x), sj.at(x), r), and convert that."
+        )
+    if valve.as_printed:
+        raise ParameterError(
+            f"eq. 5 as printed is no {target.__name__} valve; convert Srinivasan(sb, sj, r), the repaired form."
+        )
+    if valve.sb == 0.0:
+        return
+    if target in (Kano, Choudhury) and valve.r != 0.0:
+        raise ParameterError(
+            f"r = {valve.r:g} %/s: {target.__name__}'s valve follows at any rate. Set r = 0 first, knowing that it is "
+            "another valve on slow ramps."
+        )
+    if target is Stenman and not math.isinf(valve.r):
+        raise ParameterError(
+            f"r = {valve.r:g} %/s: Stenman's valve never follows. Set r to infinity first, knowing that it is another "
+            "valve on fast ramps."
+        )
+    if target is He and not (math.isinf(valve.r) and valve.sb == valve.sj):
+        if dt is None:
+            raise ParameterError("He's valve follows only above (fs - fd) / dt [%/s]; give dt in s to compare r with.")
+        if not math.isclose(valve.r * dt, valve.sj, rel_tol=1e-6, abs_tol=1e-8 * valve.sb):
+            raise ParameterError(
+                f"r = {valve.r:g} %/s is not the threshold sj / dt = {valve.sj / dt:g} %/s of He's valve; set r to it "
+                "first, or take the numbers alone with stick_to_friction(sb, sj)."
+            )
+
+
+def _band(name: str, value: float) -> float:
+    return require_not_negative(name, value, "% of span")

@@ -1,0 +1,106 @@
+"""What holds of each valve model: parameters, invariants, overshoot, source. The tests prove every entry.
+
+Examples
+--------
+>>> from stiction.models.facts import FACTS
+>>> FACTS["Kano"].hold, FACTS["He"].hold
+(False, True)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["FACTS", "ValveFacts"]
+
+_BAND = "% of span"
+
+
+@dataclass(frozen=True, slots=True)
+class ValveFacts:
+    """What holds of a valve model without end stops, for numbers as parameters."""
+
+    parameters: dict[str, str]
+    """Parameter -> unit."""
+    source: str
+    """Key in references.bib; empty for the ideal valve, which is nobody's."""
+    shift: bool = True
+    """Input plus a constant gives position plus that constant."""
+    scale: bool = True
+    """Input and all parameters in % of span times a constant give position times that constant."""
+    odd: bool = True
+    """The negative input gives the negative position."""
+    hold: bool = False
+    """A sample held once more changes nothing."""
+    refine: bool = False
+    """A sample inserted between two others, on the way from one to the next, changes nothing later."""
+    overshoot: bool = False
+    """The stem may slip beyond its input (J > S)."""
+    note: str = ""
+    """What a user should know."""
+
+    @property
+    def rate_independent(self) -> bool:
+        """Whether only the path of the input counts, not its speed."""
+        return self.hold and self.refine
+
+
+FACTS: dict[str, ValveFacts] = {
+    "Ideal": ValveFacts({}, "", hold=True, refine=True, note="no friction"),
+    "Stenman": ValveFacts(
+        {"d": _BAND},
+        "stenman2003",
+        hold=True,
+        note="S = J = d: a slow ramp always gives stairs, stick-jump-follow cannot be shown",
+    ),
+    "Kano": ValveFacts(
+        {"S": _BAND, "J": _BAND},
+        "kano2004",
+        refine=True,
+        overshoot=True,
+        note="a held sample is a stop, and the next move in the same direction asks for J",
+    ),
+    "Choudhury": ValveFacts(
+        {"S": _BAND, "J": _BAND},
+        "choudhury2005",
+        overshoot=True,
+        note="equal to Kano for J <= S and then also refine; for J > S it contradicts its own describing function",
+    ),
+    "He": ValveFacts(
+        {"fs": _BAND, "fd": _BAND},
+        "he2007",
+        hold=True,
+        note="follows only moves of more than fs - fd in one sample: a rate threshold that changes with dt",
+    ),
+    "HeWang": ValveFacts(
+        {"fs": _BAND, "fd": _BAND, "K": "-"},
+        "hewang2014",
+        overshoot=True,
+        note="K = 1 is He's valve; K > 1 rebounds, and may slip again in the next sample of a held input",
+    ),
+    "Srinivasan": ValveFacts(
+        {"sb": _BAND, "sj": _BAND, "r": "% of span / s"},
+        "srinivasan2008",
+        overshoot=True,
+        note="r = 0 is Kano's valve, r infinite with sj = sb is Stenman's; sb and sj may be tables",
+    ),
+    "PhysicalValve": ValveFacts(
+        {
+            "mass": "kg",
+            "spring_rate": "N/m",
+            "viscous": "N s/m",
+            "coulomb": "N",
+            "static": "N",
+            "stribeck_velocity": "m/s",
+            "area": "m^2",
+            "stroke": "m",
+        },
+        "srinivasan2008",
+        shift=False,
+        scale=False,
+        odd=False,
+        overshoot=True,
+        note="has dynamics and end stops: the position depends on the speed of the input and on the operating point",
+    ),
+}
+"""Class name -> facts."""
