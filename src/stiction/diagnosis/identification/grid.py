@@ -44,8 +44,8 @@ class Surface(NamedTuple):
     """Share of the target's energy left by the best process [-], shape (n_S, n_J)."""
     gain: NDArray[np.float64]
     """Gain of that process [PV units per % of span, per sample where it integrates], shape (n_S, n_J)."""
-    best: NDArray[np.int64]
-    """Its lag pair and dead time as indices of the candidates, shape (n_S, n_J, 2)."""
+    best: NDArray[np.float64]
+    """Index of its lag pair, whole and fractional dead time [samples], shape (n_S, n_J, 3)."""
     processes: Processes
     """The candidates."""
 
@@ -81,26 +81,47 @@ def dense_processes(scale: float, n_samples: int, integrating: bool | None, n_la
     return Processes(lags, np.zeros(lags.size), delays)
 
 
-def near(processes: Processes, lag: int, delay: int, closer: float, integrating: bool | None) -> Processes:
-    """Candidates about one of `processes`: lags within a factor, second lags, neighbouring dead times."""
-    tau = float(processes.first[lag])
-    second = float(processes.second[lag])
-    spread = 1.0 + 1.5 * closer
-    steps = np.diff(processes.delays)
-    reach = max(int(round(closer * (steps.max() if steps.size else 1))), 2)
-    centre = int(processes.delays[delay])
-    delays = np.unique(np.linspace(max(centre - reach, -1), centre + reach, min(2 * reach + 1, 9)).round())
+def near(processes: Processes, best: NDArray[np.float64], closer: float, integrating: bool | None) -> Processes:
+    """Candidates about the `best` of `processes`: lags within a factor, second lags, neighbouring dead times.
+
+    Parameters
+    ----------
+    processes : Processes
+        The candidates searched before.
+    best : ndarray, shape (3,)
+        Index of the best lag pair among them, whole and fractional dead time [samples].
+    closer : float
+        Width of the new search as a share of the old one's steps [-].
+    integrating : bool or None
+        Whether the process integrates; None looks at both kinds.
+
+    Returns
+    -------
+    Processes
+        The new candidates, their dead times without gaps.
+    """
+    lag, centre = int(best[0]), int(best[1])
+    tau, second = float(processes.first[lag]), float(processes.second[lag])
+    spread = 1.0 + 1.2 * closer
+    step = int(np.max(np.diff(processes.delays), initial=1))
+    reach = max(round(closer * step), 2)
+    delays = np.arange(max(centre - reach, -1), centre + reach + 2)
     if np.isinf(tau):
-        tails = np.unique(np.concatenate([[0.0], max(second, 0.7) * np.geomspace(1.0 / spread, spread, 7)]))
+        tails = np.concatenate([[0.0], max(second, 0.7) * np.geomspace(1.0 / spread, spread, 7)])
         pairs = [(np.inf, tail) for tail in tails]
         if integrating is None:
-            pairs += [(slow, 0.0) for slow in np.max(processes.delays) * np.array([3.0, 6.0, 12.0])]
-    else:
-        lags = max(tau, 0.3) * np.geomspace(1.0 / spread, spread, 7)
-        shares = np.array([0.0, 0.12, 0.3, 0.6, 1.0]) if second == 0.0 else second / max(tau, 0.3) * np.geomspace(0.6, 1.7, 4)
-        pairs = [(0.0, 0.0)] if tau < 0.7 else []
-        pairs += [(t, t * share) for t in lags for share in np.unique(np.append(shares, 0.0)) if share <= 1.01]
-    return Processes(np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs]), delays.astype(np.int64))
+            pairs += [(slow, 0.0) for slow in np.max(processes.delays) * np.array([4.0, 8.0])]
+        return _candidates(pairs, delays)
+    lags = max(tau, 0.3) * np.geomspace(1.0 / spread, spread, 5)
+    share = second / max(tau, 0.3)
+    shares = np.array([0.0, 0.15, 0.4, 1.0]) if share == 0.0 else np.append(share * np.geomspace(1 / spread, spread, 5), 0.0)
+    pairs = [(0.0, 0.0)] if tau < 0.7 else []
+    pairs += [(t, t * part) for t in lags for part in shares if part <= 1.01]
+    return _candidates(pairs, delays)
+
+
+def _candidates(pairs: list[tuple[float, float]], delays: NDArray[np.int64]) -> Processes:
+    return Processes(np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs]), delays)
 
 
 def explore(
@@ -131,13 +152,13 @@ def explore(
     delays = processes.delays
     begin = min(signals.half + int(delays[-1]) + 2, max(n // 3, int(delays[-1]) + 2))
     error, gain = np.empty(band.size), np.full(band.size, float(sign))
-    best = np.empty((band.size, 2), dtype=np.int64)
+    best = np.empty((band.size, 3))
 
     def rows(part: slice) -> None:
-        work = np.empty((3, n))
+        mv, raw, y, cross = np.empty(n), np.empty((n, 4)), np.empty((n, 4)), np.empty((delays.size, 4))
         search(
             signals.op, signals.target, signals.half, band[part], jump[part], first, second, delays, begin,
-            error[part], gain[part], best[part], work[0], work[1], work[2],
+            error[part], gain[part], best[part], mv, raw, y, cross,
         )  # fmt: skip
 
     middle = band.size // 2
@@ -149,4 +170,4 @@ def explore(
     energy = float(np.sum(signals.target[begin : n - signals.half] ** 2))
     shape = (S.size, ratio.size)
     share = error.reshape(shape) / energy if energy > 0.0 else np.ones(shape)
-    return Surface(S, ratio, share, gain.reshape(shape), best.reshape(*shape, 2), processes)
+    return Surface(S, ratio, share, gain.reshape(shape), best.reshape(*shape, 3), processes)

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 __all__ = ["identify"]
 
 N_S, N_J = 30, 30
+"""Points of the dense search over S and J / S."""
+FINE_STEP, N_FINE_J = 0.013, 36
+"""Relative step of the fine search over S [-], and its points over J / S."""
 CHI2_1, CHI2_2 = 3.841, 5.991
 """95 % points of the chi-square distribution with one and two degrees of freedom."""
 
@@ -98,20 +101,40 @@ def _optimum(surface: Surface) -> tuple[int, int]:
     return int(i), int(j)
 
 
-def _closer(signals: Signals, surface: Surface, sign: float, integrating: bool | None, swing: float) -> Surface:
-    """Search the best region again, twice, with finer valves and richer processes."""
-    found = surface
+def _closer(signals: Signals, dense: Surface, sign: float, integrating: bool | None, swing: float) -> Surface:
+    """Search the whole (S, J / S) plane again with few processes, then the best region with richer ones.
+
+    A noisy OP makes the error surface rugged: a slip comes when the noise carries the OP over the band, so a
+    band that is wrong by a few per cent slips at other moments. The true valve is a narrow dip, which only
+    steps of about a per cent can find; the process is known well enough from the dense search to try few.
+    """
+    found = dense
+    least = 0.25 * swing
+    steps = int(np.ceil(np.log(swing / least) / np.log1p(FINE_STEP)))
+    S = np.geomspace(least, swing, steps)
+    ratio = np.linspace(0.0, 1.0, N_FINE_J)
+    fine = explore(signals, S, ratio, _few(dense), sign)
+    if fine.error.min() < found.error.min():
+        found = fine
     for closer in (1.0, 0.4):
         i, j = _optimum(found)
-        low, high, least, most = _box(found, _limit(found.error[i, j], signals.op.size / 4.0, CHI2_2))
-        processes = near(found.processes, int(found.best[i, j, 0]), int(found.best[i, j, 1]), closer, integrating)
-        S = np.unique(np.append(np.linspace(low, min(high, 1.02 * swing), 15), found.S[i]))
-        ratio = np.unique(np.append(np.linspace(least, most, 9), found.ratio[j]))
+        processes = near(found.processes, found.best[i, j], closer, integrating)
+        S = found.S[i] * (1.0 + closer * np.linspace(-2.0, 2.0, 9) * FINE_STEP)
+        ratio = np.unique(np.clip(found.ratio[j] + closer * np.linspace(-2.0, 2.0, 9) / N_FINE_J, 0.0, 1.0))
         finer = explore(signals, S, ratio, processes, sign)
-        if finer.error.min() > found.error.min():
-            break
-        found = finer
+        if finer.error.min() < found.error.min():
+            found = finer
     return found
+
+
+def _few(dense: Surface) -> Processes:
+    """The lag pairs of the best valves of the dense search, and all dead times about theirs."""
+    order = np.argsort(dense.error, axis=None)[:12]
+    best = dense.best.reshape(-1, 3)[order]
+    lags = np.unique(best[:, 0].astype(int))[:4]
+    low, high = int(best[:, 1].min()), int(best[:, 1].max())
+    delays = np.unique(np.linspace(max(low - 1, -1), high + 2, 7).astype(np.int64))
+    return Processes(dense.processes.first[lags], dense.processes.second[lags], delays)
 
 
 def _box(surface: Surface, limit: float) -> tuple[float, float, float, float]:
@@ -137,7 +160,7 @@ def _linear(signals: Signals, sign: float, integrating: bool | None) -> Surface:
         signals, nothing, one, dense_processes(signals.scale, signals.op.size, integrating, 40, 30), sign
     )
     for closer in (0.5, 0.2):
-        processes = near(found.processes, int(found.best[0, 0, 0]), int(found.best[0, 0, 1]), closer, integrating)
+        processes = near(found.processes, found.best[0, 0], closer, integrating)
         finer = explore(signals, nothing, one, processes, sign)
         if finer.error[0, 0] < found.error[0, 0]:
             found = finer
@@ -149,13 +172,13 @@ def _simulated(signals: Signals, S: float, J: float, surface: Surface, i: int, j
     n = signals.op.size
     mv, raw, out = np.empty(n), np.empty(n), np.empty(n)
     follow(signals.op, S, J, mv)
-    lag, delay = (int(k) for k in surface.best[i, j])
+    lag, delay = int(surface.best[i, j, 0]), int(surface.best[i, j, 1])
     if lag < 0:
         return mv, np.full(n, signals.pv.mean()), np.zeros(n)
     first, second = surface.processes.decays()
     lag_pair(mv, float(mv.mean()), first[lag], second[lag], raw)
-    shift = int(surface.processes.delays[delay]) + 1
-    raw = np.concatenate([np.full(shift, raw[0]), raw[: n - shift]]) if shift > 0 else raw
+    part = float(surface.best[i, j, 2])
+    raw = (1.0 - part) * _shifted(raw, delay + 1) + part * _shifted(raw, delay + 2)
     remove_local_mean(raw, signals.half, out)
     gain = float(surface.gain[i, j])
     local = signals.pv - signals.target
@@ -163,6 +186,10 @@ def _simulated(signals: Signals, S: float, J: float, surface: Surface, i: int, j
     level = np.full(n, np.nan)
     level[inside] = local[inside]
     return mv, level + gain * out, gain * out
+
+
+def _shifted(x: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
+    return x if samples == 0 else np.concatenate([np.full(samples, x[0]), x[:-samples]])
 
 
 def _independent(residual: NDArray[np.float64]) -> float:
@@ -211,7 +238,8 @@ def _result(
     independent = _independent((signals.target - deviation)[inside])
     S_low, S_high = _interval(closest, _limit(error, independent, CHI2_1), 0)
     ratio_low, ratio_high = _interval(closest, _limit(error, independent, CHI2_1), 1)
-    lag, delay = (int(k) for k in closest.best[i, j])
+    lag = int(closest.best[i, j, 0])
+    dead_time = max(float(closest.best[i, j, 1] + closest.best[i, j, 2]), 0.0)
     processes: Processes = closest.processes
     tau = float(processes.first[lag])
     integrating = bool(np.isinf(tau))
@@ -221,7 +249,7 @@ def _result(
     process = ProcessFit(
         gain=gain,
         time_constant=float((processes.second[lag] if integrating else tau + processes.second[lag]) * signals.dt),
-        dead_time=float(max(int(processes.delays[delay]), 0) * signals.dt),
+        dead_time=dead_time * signals.dt,
         integrating=integrating,
     )
     limit = _limit(float(dense.error.min()), independent, CHI2_2)
