@@ -15,6 +15,7 @@ PROMISED = {
     "Kano",
     "He",
     "Srinivasan",
+    "PhysicalValve",
     "PID",
     "TransferFunction",
     "FOPDT",
@@ -22,9 +23,15 @@ PROMISED = {
     "LoopRecord",
     "stroke",
     "simulate",
+    "describing_function",
+    "predict_limit_cycles",
     "read",
     "diagnose",
     "identify",
+    "plan_ramp_test",
+    "analyse_ramp",
+    "plan_step_test",
+    "analyse_steps",
 }
 """Scripts outside the project call these."""
 
