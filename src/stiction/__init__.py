@@ -48,6 +48,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "plan_ramp_test",
         "plan_step_test",
     ),
+    "stiction.report": ("write_report",),
     "stiction.errors": ("ConvergenceError", "MissingExtraError", "ParameterError", "RecordError", "StictionError"),
 }
 _HOME = {name: room for room, names in _ROOMS.items() for name in names}
