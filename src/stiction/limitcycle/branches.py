@@ -1,0 +1,121 @@
+"""The describing function of a nonlinearity, cut at its jumps into smooth branches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.limitcycle.bands import bands
+from stiction.limitcycle.describing import describing_function
+from stiction.limitcycle.describing.face import rate_dependent
+from stiction.limitcycle.describing.stenman import lattice_offset, staircase_amplitudes, staircase_levels
+from stiction.models import Choudhury
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+__all__ = ["Family", "families_of", "family_of"]
+
+_LEVELS = 60
+_LARGE = 1e4
+
+
+@dataclass(frozen=True)
+class Family:
+    """N(A) of one family of rest levels, in branches."""
+
+    name: str
+    """"half", "integer", the offset, or empty for a nonlinearity with one describing function."""
+    jumps: tuple[float, ...]
+    """Amplitudes that part the branches, the onset of motion first [% of span]."""
+    largest: float
+    """Largest amplitude searched [% of span]."""
+    describe: Callable[..., Any]
+    """N over arrays (amplitude, omega)."""
+    levels: Callable[[float], tuple[float, ...]]
+    """Rest levels at an amplitude [% of span]; empty where the stem has none."""
+    lag: float
+    """Distance of the stem's turning points behind those of the input [% of span]."""
+    rated: bool
+    """Whether N depends on the frequency."""
+
+    def branches(self, points: int = 160) -> list[np.ndarray]:
+        """Amplitudes along each branch, crowded at its ends [% of span]."""
+        edges = [*self.jumps, self.largest]
+        out = []
+        for k, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+            enough = points if k < 6 else points // 4
+            inner = low + (high - low) * 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, enough)))
+            if high > 20.0 * low and high == self.largest:
+                first = low if low > 0.0 else 1e-6 * high
+                inner = first * (1.0 + np.geomspace(1e-9, high / first - 1.0, 4 * points))
+            inner[0] = inner[0] * (1.0 + 1e-12) if inner[0] > 0.0 else inner[1] * 1e-3
+            inner[-1] *= 1.0 - 1e-10
+            out.append(inner)
+        return out
+
+
+def families_of(valve: Any) -> tuple[str | float, ...]:
+    """Names of the families of a nonlinearity: two symmetric ones for a staircase, else one."""
+    banded = None if hasattr(valve, "describing_function") else bands(valve)
+    return ("half", "integer") if banded is not None and banded.staircase else ("",)
+
+
+def family_of(valve: Any, name: str | float) -> Family:
+    """Return the branches of one family of a nonlinearity."""
+    if hasattr(valve, "describing_function"):
+        size = max((value for value in vars(valve).values()), default=1.0)
+        stops = valve.jumps(_LEVELS * size)
+        onset = () if stops and _moves(valve, stops[0]) is False else (0.0,)
+        return Family("", (*onset, *stops), _LARGE * size, _plain(valve), lambda _: (), 0.0, rated=False)
+    banded = bands(valve)
+    rated = rate_dependent(valve)
+    if banded is not None and banded.staircase:
+        sb, lag, _ = banded
+        offset = lattice_offset(banded.jump, name)
+        largest = _LEVELS * banded.jump + sb
+        stops = staircase_amplitudes(sb, lag, offset, largest * (1.0 - 1e-6))
+        label = name if isinstance(name, str) else f"{offset:g}"
+        return Family(
+            label,
+            tuple(stops),
+            largest,
+            lambda a, _w: describing_function(valve, a, family=offset),
+            lambda a: staircase_levels(sb, lag, offset, a),
+            lag,
+            rated=False,
+        )
+    if banded is not None:
+        sb, lag, rate = banded
+        onset = (sb + lag) / 2.0
+        if rate == 0.0:
+            return Family(
+                "", (onset,), _LARGE * onset, lambda a, _w: describing_function(valve, a),
+                lambda a: (float(lag - a), float(a - lag)), lag, rated=False,
+            )  # fmt: skip
+        return Family(
+            "", (onset,), 200.0 * onset, lambda a, w: describing_function(valve, a, w), lambda a: (float(lag - a), float(a - lag)),
+            lag, rated=True,
+        )  # fmt: skip
+    scale = _scale(valve)
+    return Family(
+        "", (scale,), 20.0 * scale, lambda a, w: describing_function(valve, a, w if rated else None, tolerance=2e-3),
+        lambda _: (), 0.0, rated=rated,
+    )  # fmt: skip
+
+
+def _plain(valve: Any) -> Callable[..., Any]:
+    return lambda a, _w: valve.describing_function(np.asarray(a, dtype=float))
+
+
+def _moves(valve: Any, amplitude: float) -> bool:
+    return bool(valve.describing_function(np.array([0.5 * amplitude]))[0] != 0.0)
+
+
+def _scale(valve: Any) -> float:
+    """A first guess of the smallest amplitude that moves an arbitrary valve [% of span]."""
+    if isinstance(valve, Choudhury):
+        return (valve.S + valve.J) / 2.0
+    return max(float(getattr(valve, "sb_max", 1.0)), 1e-3)

@@ -1,0 +1,135 @@
+"""One question, every valve: what does it do to a sine?"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.errors import ParameterError
+from stiction.limitcycle.bands import bands
+from stiction.limitcycle.describing.numeric import numeric_dfs
+from stiction.limitcycle.describing.sine import banded_df
+from stiction.limitcycle.describing.stenman import lattice_offset, staircase_df, staircase_levels, stenman_printed
+from stiction.limitcycle.describing.two_parameter import two_parameter_df
+from stiction.models import Choudhury, Ideal, Kano, Srinivasan, Stenman
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from stiction.models import Valve
+
+__all__ = ["describing_function", "rate_dependent"]
+
+
+def rate_dependent(valve: Any) -> bool:
+    """Whether N depends on the frequency: physical valves, and Srinivasan's with a finite rate other than 0."""
+    if hasattr(valve, "describing_function"):
+        return False
+    if isinstance(valve, Srinivasan):
+        return valve.as_printed or bands(valve) is None or 0.0 < valve.r < float("inf")
+    return bands(valve) is None and not isinstance(valve, Ideal | Choudhury)
+
+
+def describing_function(
+    valve: Valve | Any,
+    amplitude: ArrayLike,
+    omega: ArrayLike | None = None,
+    *,
+    family: str | float = "half",
+    as_printed: bool | str = False,
+    method: str = "auto",
+    tolerance: float = 1e-4,
+) -> NDArray[np.complex128]:
+    r"""Describing function of a valve: N = (fundamental of the stem) / (its sinusoidal input).
+
+    Parameters
+    ----------
+    valve : Valve or Saturation, Relay, Deadband, Quantiser
+        The nonlinearity.
+    amplitude : array_like
+        Amplitude of the input [% of span], any shape.
+    omega : array_like, optional
+        Frequency of the input [rad/s], broadcast against `amplitude`; needed where N depends on the rate.
+    family : str or float
+        Rest levels of a staircase (Stenman, He, Srinivasan with r infinite): "half" for +-d/2, +-3d/2, ...,
+        "integer" for 0, +-d, ..., or one level [% of span].
+    as_printed : bool or str
+        Stenman only: eqs. 6-7 letter by letter; "roots repaired" mends the first misprint only.
+    method : str
+        "auto" takes the closed form where there is one; "events" is exact between slips; "numeric" drives the
+        compiled valve with a sampled sine until successive periods agree.
+    tolerance : float
+        Largest error of the numeric method [-].
+
+    Returns
+    -------
+    ndarray of complex
+        N, in the shape of `amplitude` and `omega` together; 0 where the stem does not move.
+
+    Raises
+    ------
+    ParameterError
+        When an amplitude is not positive, `omega` is missing, or the method does not fit the valve.
+    ConvergenceError
+        When the numeric method does not meet the tolerance.
+
+    References
+    ----------
+    srinivasan2008, eqs. 6, 7 (corrected: the inner roots count twice); choudhury2005.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> complex(st.describing_function(st.Stenman(0.5), 1.0)).__format__(".4f")
+    '0.8269-0.2387j'
+    """
+    size = np.asarray(amplitude, dtype=float)
+    if not np.all(np.isfinite(size)) or np.any(size <= 0.0):
+        raise ParameterError(f"amplitude = {amplitude!r} must be positive and finite [% of span].")
+    if as_printed is not False:
+        if not isinstance(valve, Stenman):
+            raise ParameterError(f"eqs. 6-7 are for Stenman's valve, not {type(valve).__name__}; drop as_printed.")
+        if as_printed not in (True, "roots repaired"):
+            raise ParameterError(f"as_printed = {as_printed!r} is unknown; use True, False or 'roots repaired'.")
+        return stenman_printed(valve.d, size, roots_repaired=as_printed == "roots repaired")
+    if method not in ("auto", "events", "numeric"):
+        raise ParameterError(f"method = {method!r} is unknown; use 'auto', 'events' or 'numeric'.")
+    if omega is None and rate_dependent(valve):
+        raise ParameterError(f"{type(valve).__name__} depends on the rate of its input; give omega in rad/s.")
+    speed = np.asarray(1.0 if omega is None else omega, dtype=float)
+    if not np.all(np.isfinite(speed)) or np.any(speed <= 0.0):
+        raise ParameterError(f"omega = {omega!r} must be positive and finite [rad/s].")
+    size, speed = np.broadcast_arrays(size, speed)
+    flat = _values(valve, size.ravel(), speed.ravel(), family, method, tolerance)
+    return flat.reshape(size.shape)
+
+
+def _values(valve: Any, size, speed, family: str | float, method: str, tolerance: float):
+    """N over flat arrays of amplitude and frequency."""
+    if hasattr(valve, "describing_function"):
+        return valve.describing_function(size)
+    banded = bands(valve) if np.all(np.isinf(valve.travel)) else None
+    start = None
+    if banded is not None and banded.sb == 0.0:
+        return np.ones(size.shape, dtype=complex)
+    if isinstance(valve, Ideal):
+        return np.ones(size.shape, dtype=complex)
+    if banded is not None and banded.staircase:
+        offset = lattice_offset(banded.jump, family)
+        if method == "auto":
+            return staircase_df(banded.sb, banded.lag, offset, size)
+        levels = [staircase_levels(banded.sb, banded.lag, offset, a) for a in size]
+        start = np.array([x[0] if x else offset for x in levels])
+    if method == "numeric" or banded is None:
+        if method == "events":
+            raise ParameterError(f"{valve!r} cannot be taken event by event; use method = 'numeric'.")
+        return numeric_dfs(valve, size, speed if rate_dependent(valve) else None, start, tolerance)
+    if method == "auto" and isinstance(valve, Kano | Choudhury):
+        return two_parameter_df(valve.S, valve.J, size)
+    if start is None:
+        start = banded.lag - size
+    value, turns = banded_df(*banded, size, speed, start)
+    if np.any(turns >= 64):
+        value[turns >= 64] = numeric_dfs(valve, size[turns >= 64], speed[turns >= 64], None, tolerance)
+    return value

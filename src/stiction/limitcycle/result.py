@@ -1,0 +1,118 @@
+"""One limit cycle: how large, how fast, where the stem rests, whether it lasts, and how far to trust it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["LimitCycle"]
+
+
+@dataclass(frozen=True)
+class LimitCycle:
+    """A limit cycle of a loop, predicted by a describing function or solved exactly.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> loop = st.Loop(st.PID.parallel(0.5, 1.0, 0.1), st.Stenman(0.5), st.TransferFunction([1], [5, 6, 1]), dt=0.01)
+    >>> cycle = st.predict_limit_cycles(loop, exact=False)[0]
+    >>> round(cycle.amplitude, 4), round(cycle.period, 2), cycle.stable
+    (0.573, 21.11, True)
+    """
+
+    method: str
+    """"describing function", "continuous" (solved exactly in continuous time) or "sampled" (as simulated)."""
+    kind: str
+    """"cycle", or "boundary": at this amplitude N jumps; larger starts grow and smaller ones shrink from it."""
+    family: str
+    """Rest levels of a staircase: "half", "integer", or the offset [% of span] of another; else empty."""
+    amplitude: float
+    """Half peak to peak of the OP [% of span]."""
+    period: float
+    """Period [s]."""
+    pv_amplitude: float
+    """Half peak to peak of the PV [PV units]."""
+    mv_amplitude: float
+    """Half peak to peak of the stem [% of span]."""
+    levels: tuple[float, ...]
+    """Positions at which the stem rests, ascending [% of span]."""
+    stable: bool | None
+    """Whether small disturbances die out; None when it could not be decided."""
+    multipliers: tuple[complex, ...] = ()
+    """What a small disturbance is multiplied by in one period, largest first; exact cycles only [-]."""
+    offset: float | None = None
+    """Offset of the lattice of rest levels from the point of rest of the frictionless loop [% of span]."""
+    turns: int = 1
+    """Oscillations after which the motion repeats; more than one when successive swings differ [-]."""
+    exact: LimitCycle | None = None
+    """The exact cycle this prediction stands for, when there is one."""
+    section: tuple[float, ...] = ()
+    """States of the linear part and the stem position where the stem comes to rest at the top, in deviations."""
+    warning: str = ""
+    """What limits the meaning of this cycle; empty when nothing does."""
+
+    @property
+    def omega(self) -> float:
+        """Frequency [rad/s]."""
+        return 2.0 * math.pi / self.period
+
+    @property
+    def period_error(self) -> float | None:
+        """Relative error of the predicted period against the exact cycle [-]."""
+        return None if self.exact is None else self.period / self.exact.period - 1.0
+
+    @property
+    def amplitude_error(self) -> float | None:
+        """Relative error of the predicted OP amplitude against the exact cycle [-]."""
+        return None if self.exact is None else self.amplitude / self.exact.amplitude - 1.0
+
+    @property
+    def trust(self) -> str:
+        """How far the describing function can be trusted here, in words."""
+        if self.kind == "boundary":
+            return "Where N jumps: it separates the cycles below and above and is no oscillation itself."
+        if self.method != "describing function":
+            return self.warning or "Exact."
+        if self.exact is None:
+            return self.warning or "Not checked against an exact cycle."
+        worst = max(abs(self.period_error or 0.0), abs(self.amplitude_error or 0.0))
+        off = f"period {100.0 * (self.period_error or 0.0):+.1f} %, OP amplitude {100.0 * (self.amplitude_error or 0.0):+.1f} %"
+        if worst <= 0.02:
+            return f"Good: {off} against the exact cycle."
+        if worst <= 0.10:
+            return f"Rough: {off} against the exact cycle."
+        return f"Do not trust the describing function here: {off} against the exact cycle. Use the exact one."
+
+    def summary(self) -> str:
+        """One line for people."""
+        fate = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
+        name = f" ({self.family})" if self.family else ""
+        text = (
+            f"{self.kind}{name}, {fate}: period {self.period:.4g} s, OP amplitude {self.amplitude:.4g} %, "
+            f"PV amplitude {self.pv_amplitude:.4g}, by {self.method}."
+        )
+        return f"{text} {self.trust}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {
+            "method": self.method,
+            "kind": self.kind,
+            "family": self.family,
+            "amplitude": self.amplitude,
+            "period_s": self.period,
+            "omega_rad_per_s": self.omega,
+            "pv_amplitude": self.pv_amplitude,
+            "mv_amplitude": self.mv_amplitude,
+            "levels": list(self.levels),
+            "stable": self.stable,
+            "multipliers": [[m.real, m.imag] for m in self.multipliers],
+            "offset": self.offset,
+            "turns": self.turns,
+            "period_error": self.period_error,
+            "amplitude_error": self.amplitude_error,
+            "trust": self.trust,
+            "exact": None if self.exact is None else self.exact.to_dict(),
+        }
