@@ -7,8 +7,9 @@ A spring-opposed valve rests where its input and its friction balance. With the 
 
     u = a + b\,x_{before} + m\,sb, \qquad u = a + b\,x_{after} + m\,(sb - sj), \qquad u = a + b\,x + m\,f_D
 
-at a slip, right after it, and while the stem follows. All are linear in a, b, sb, sb - sj and fD. Ramps in both
-directions determine the line; from one direction it has to be assumed.
+at a slip, right after it, and while the stem follows. A stem that follows at a rate also trails by that rate times a
+lag (viscous friction, flow sensor), which two followed rates determine. All are linear in a, b, sb, sb - sj, fD and the
+lag. Ramps in both directions determine the line; from one direction it has to be assumed.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ __all__ = ["FrictionFit", "Rows", "fit_friction"]
 RESAMPLES = 300
 LEAST_SPAN = 5.0
 """Travel over which the slope of a position's frictionless line is worth fitting [% of span]."""
+DISTINCT = 1.3
+"""Ratio of two rates above which they tell a lag from friction [-]."""
 OUTLIER = 5.0
 """Slips further than this from the fit, in robust standard deviations, are left out [-]."""
 
@@ -45,8 +48,16 @@ class Rows:
     """Stem before the slip [unit of the stem signal], shape (n_slips,)."""
     after: NDArray[np.float64]
     """Stem right after it [unit of the stem signal], shape (n_slips,)."""
+    rate: NDArray[np.float64]
+    """Rate of the OP [% of span / s], shape (n_slips,)."""
+    followed: NDArray[np.bool_]
+    """Whether the stem then followed, shape (n_slips,)."""
+    hidden_jump: NDArray[np.float64]
+    """Jump of hidden stairs that began with the slip [% of span]; NaN where the jump was seen itself, (n_slips,)."""
     follow_slip: NDArray[np.int64]
     """Slip before each point of following [-], shape (n_points,)."""
+    follow_mean: NDArray[np.bool_]
+    """Whether the point is on the mean line of hidden stairs, shape (n_points,)."""
     follow_op: NDArray[np.float64]
     """OP there [% of span], shape (n_points,)."""
     follow_stem: NDArray[np.float64]
@@ -66,7 +77,9 @@ class FrictionFit:
     sj: Estimate
     """Jump [% of span]."""
     lag: Estimate
-    """Distance kept from the frictionless line while following, fD [% of span]."""
+    """Distance kept from the frictionless line while following, fD, at rate 0 [% of span]."""
+    delay: float
+    """Lag of the following stem [s]; 0 when fewer than two rates were followed."""
     stick_bands: NDArray[np.float64]
     """Stick band of each slip [% of span], shape (n_slips,)."""
     jumps: NDArray[np.float64]
@@ -94,12 +107,30 @@ def fit_friction(rows: Rows, is_position: bool) -> FrictionFit:
     both = np.unique(rows.direction).size == 2
     span = float(np.ptp(np.concatenate([rows.before, rows.after, rows.follow_stem])))
     free_slope = not is_position or (both and span >= LEAST_SPAN)
-    slip = np.concatenate([np.arange(n), np.arange(n), rows.follow_slip])
-    sort = np.repeat([0, 1, 2], [n, n, rows.follow_slip.size])
-    op = np.concatenate([rows.op, rows.op, rows.follow_op])
-    stem = np.concatenate([rows.before, rows.after, rows.follow_stem])
-    columns = [rows.direction[slip] * (sort == k) for k in range(3 if rows.follow_slip.size else 2)]
-    columns += [np.ones_like(op)] if both else []
+    seen = np.flatnonzero(np.isnan(rows.hidden_jump))
+    hidden = np.flatnonzero(np.isfinite(rows.hidden_jump))
+    follow, mean = np.flatnonzero(~rows.follow_mean), np.flatnonzero(rows.follow_mean)
+    sizes = n, seen.size, follow.size, mean.size, hidden.size
+    sort = np.repeat(np.arange(5), sizes)
+    slip = np.concatenate([np.arange(n), seen, rows.follow_slip[follow], rows.follow_slip[mean], hidden])
+    op = np.concatenate(
+        [rows.op, rows.op[seen], rows.follow_op[follow], rows.follow_op[mean], rows.hidden_jump[hidden]]
+    )
+    stem = np.concatenate(
+        [rows.before, rows.after[seen], rows.follow_stem[follow], rows.follow_stem[mean], np.zeros(hidden.size)]
+    )
+    # Columns sb, sb - sj and fD: the mean line of stairs lies half way between the first two, a jump is the
+    # difference of these.
+    share = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.5, 0.5, 0.0], [1.0, -1.0, 0.0]])[sort]
+    balance = sort < 4
+    points = 3 if follow.size else 2
+    sign = np.where(balance, rows.direction[slip], 1.0)
+    columns = [sign * share[:, k] for k in range(points)]
+    moving = (sort == 2) | (sort == 3) | ((sort == 1) & rows.followed[slip])
+    speeds = np.abs(rows.rate[slip][moving])
+    free_lag = speeds.size > 0 and float(speeds.max()) > DISTINCT * float(speeds.min())
+    columns += [rows.rate[slip] * moving] if free_lag else []
+    columns += [balance.astype(np.float64)] if both else []
     columns += [stem] if free_slope else []
     design, target = np.stack(columns, axis=1), op if free_slope else op - stem
 
@@ -107,24 +138,30 @@ def fit_friction(rows: Rows, is_position: bool) -> FrictionFit:
     best = _solve(design, target)
     for _ in range(2):
         miss = np.abs(target - design @ best)
-        worst = np.maximum(miss[:n], miss[n : 2 * n])
+        worst = np.zeros(n)
+        np.maximum.at(worst, slip[sort < 2], miss[sort < 2])
         kept = worst <= max(OUTLIER * 1.4826 * float(np.median(worst)), 0.05)
         best = _solve(design[kept[slip]], target[kept[slip]])
-    draws = _bootstrap(slip, design, target, rows.direction, kept)
+    alike = rows.direction * np.where(np.isin(np.arange(n), rows.follow_slip), 2.0, 1.0)
+    draws = _bootstrap(slip, design, target, alike, kept)
 
     slope = float(best[-1]) if free_slope else 1.0
     offset = float(best[len(best) - 1 - free_slope]) if both else 0.0
     bands = rows.direction * (rows.op - offset - slope * rows.before)
-    jumps = rows.direction * slope * (rows.after - rows.before)
+    delay = float(best[points]) if free_lag else 0.0
+    jumps = rows.direction * (slope * (rows.after - rows.before) + delay * rows.rate * rows.followed)
+    jumps = np.where(np.isnan(rows.hidden_jump), jumps, rows.hidden_jump)
     sb = _estimate(float(best[0]), draws[:, 0], bands[kept])
     sj = _estimate(float(best[0] - best[1]), draws[:, 0] - draws[:, 1], jumps[kept])
     lag = Estimate()
-    if rows.follow_slip.size:
-        lags = rows.direction[rows.follow_slip] * (rows.follow_op - offset - slope * rows.follow_stem)
+    if follow.size:
+        began = rows.follow_slip[follow]
+        trail = rows.follow_op[follow] - delay * rows.rate[began]
+        lags = rows.direction[began] * (trail - offset - slope * rows.follow_stem[follow])
         lag = _estimate(float(best[2]), draws[:, 2], lags)
     if not both and not is_position:
         bands, sb, lag = np.full(n, math.nan), Estimate(n=n), Estimate()
-    return FrictionFit(offset, slope, sb, sj, lag, bands, jumps, both)
+    return FrictionFit(offset, slope, sb, sj, lag, delay, bands, jumps, both)
 
 
 def _solve(design: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -135,18 +172,18 @@ def _bootstrap(
     slip: NDArray[np.int64],
     design: NDArray[np.float64],
     target: NDArray[np.float64],
-    direction: NDArray[np.float64],
+    alike: NDArray[np.float64],
     kept: NDArray[np.bool_],
 ) -> NDArray[np.float64]:
-    """Solutions with the slips drawn anew within each direction, shape (RESAMPLES, n_columns)."""
+    """Solutions with the slips drawn anew among those `alike` (n_slips,), shape (RESAMPLES, n_columns)."""
     size = design.shape[1]
     normal, moment = np.zeros((kept.size, size, size)), np.zeros((kept.size, size))
     np.add.at(normal, slip, design[:, :, np.newaxis] * design[:, np.newaxis, :])
     np.add.at(moment, slip, design * target[:, np.newaxis])
     chance = np.random.default_rng(0)
     times = np.zeros((RESAMPLES, kept.size))
-    for heading in (1.0, -1.0):
-        members = np.flatnonzero(kept & (direction == heading))
+    for sort in np.unique(alike):
+        members = np.flatnonzero(kept & (alike == sort))
         if members.size:
             times[:, members] = chance.multinomial(
                 members.size, np.full(members.size, 1.0 / members.size), size=RESAMPLES

@@ -96,7 +96,7 @@ def analyse_ramp(
     return RampTest(
         record, reading.signal, verdict, reason, limit, unknown, settings,
         sb, sj, r_low, r_high, deadband, S,
-        fit.offset if fit else math.nan, fit.slope if fit else math.nan,
+        fit.offset if fit else math.nan, fit.slope if fit else math.nan, fit.delay if fit else math.nan,
         ramps, events(op_ramps, found, fit), over_travel(rows, fit, bins),
         valve, residual, position, model,
     )  # fmt: skip

@@ -47,6 +47,8 @@ def classify(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...], fit: FrictionF
 def _behaviour(moved: Moves, slope: float, jump: float) -> tuple[Behaviour, str]:
     if not moved.slips and not moved.follows:
         return "did not slip", f"the stem rested over {moved.lead:.3g} % of OP travel"
+    if moved.hidden:
+        return "staircase", f"stairs of {moved.hidden.jump:.2g} %, seen by their regularity"
     followed = sum(abs(follow.op_end - follow.op_start) for follow in moved.follows)
     rested = moved.rest_travel
     smallest = slope * moved.smallest_stair

@@ -37,6 +37,9 @@ class RampTest(ValveTest):
     """OP of the frictionless valve at position (or flow) 0 [% of span]."""
     slope: float
     """OP per stem travel of the frictionless valve [% per %, or % of span per unit of the flow]."""
+    delay: float
+    """Lag of the following stem behind its input: viscous friction, transducer, flow sensor [s]; 0 when fewer than two
+    rates were followed; NaN without a slip."""
     ramps: tuple[Ramp, ...]
     """Every ramp."""
     events: tuple[StemEvent, ...]
@@ -53,6 +56,7 @@ class RampTest(ValveTest):
     """Position of the fitted valve over the same OP [% of span], shape (n_samples,); NaN without one."""
 
     kind = "ramp test"
+    brackets = "95 % intervals; for r the rates tested between which it lies"
 
     def quantities(self) -> dict[str, Estimate]:
         """Name what the test measured."""

@@ -19,20 +19,35 @@ __all__ = ["events", "over_travel", "rows_for_fit"]
 
 def rows_for_fit(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...]) -> Rows:
     """Slips and points of following of all ramps, in order."""
-    slips: list[tuple[float, float, float, float]] = []
-    points: list[tuple[int, float, float]] = []
+    slips: list[tuple[float, ...]] = []
+    points: list[tuple[float, ...]] = []
     for ramp, moved in zip(ramps, found, strict=True):
         first = len(slips)
-        slips += [(float(ramp.direction), s.op, s.before, s.after) for s in moved.slips]
+        jump = moved.hidden.jump if moved.hidden else math.nan
+        slips += [(ramp.direction, s.op, s.before, s.after, ramp.rate, math.isnan(s.stuck), jump) for s in moved.slips]
+        if moved.hidden:
+            points += [(first, 1.0, *point) for point in zip(moved.hidden.op, moved.hidden.stem, strict=True)]
         for follow in moved.follows:
             began = [k for k, s in enumerate(moved.slips) if s.time <= follow.start]
             if began:
                 middle = 0.5 * (follow.op_start + follow.op_end), 0.5 * (follow.stem_start + follow.stem_end)
-                points += [(first + began[-1], *middle), (first + began[-1], follow.op_end, follow.stem_end)]
-    table = np.array(slips).reshape(-1, 4)
-    place = np.array([p[0] for p in points], dtype=np.int64)
-    after = np.array([p[1:] for p in points]).reshape(-1, 2)
-    return Rows(table[:, 0], table[:, 1], table[:, 2], table[:, 3], place, after[:, 0], after[:, 1])
+                place = first + began[-1]
+                points += [(place, 0.0, *middle), (place, 0.0, follow.op_end, follow.stem_end)]
+    direction, op, before, after, rate, followed, jumps = np.array(slips, dtype=float).reshape(-1, 7).T
+    place, mean, follow_op, follow_stem = np.array(points, dtype=float).reshape(-1, 4).T
+    return Rows(
+        direction,
+        op,
+        before,
+        after,
+        rate,
+        followed > 0.0,
+        jumps,
+        place.astype(np.int64),
+        mean > 0.0,
+        follow_op,
+        follow_stem,
+    )
 
 
 def events(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...], fit: FrictionFit | None) -> tuple[StemEvent, ...]:

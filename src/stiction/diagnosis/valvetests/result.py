@@ -137,6 +137,7 @@ class ValveTest:
     """Settings the analysis ran with."""
 
     kind = "valve test"
+    brackets = ""
 
     def quantities(self) -> dict[str, Estimate]:
         """Name what the test measured; `compare_tests` compares these."""
@@ -150,7 +151,7 @@ class ValveTest:
         """Say the finding in a few lines."""
         found = ", ".join(f"{name} = {value.text(unit_of(name))}" for name, value in self.quantities().items())
         lines = [f"{self.record.tag} ({self.kind}, read from {self.signal.upper()}): {self.verdict}. {self.reason}"]
-        lines.append(found + ".")
+        lines.append(f"{found}. In brackets: {self.brackets}.")
         lines += [f"Cannot tell: {line}" for line in self.unknown]
         return "\n".join(lines)
 

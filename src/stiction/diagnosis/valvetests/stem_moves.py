@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.valvetests.hidden_stairs import HiddenStairs, hidden_stairs
 from stiction.diagnosis.valvetests.piecewise import Piece, cut, piece_price
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ __all__ = ["Follow", "Moves", "Slip", "moves"]
 
 REST = 0.25
 """A line below this share of the expected slope is a rest [-]."""
+CLEAR = 3.0
+"""Jumps below this multiple of the smallest stair seen singly are also sought by their regularity [-]."""
 TRANSIT = 3.0
 """A line above this multiple of the expected slope is a slip in progress [-]."""
 
@@ -73,6 +76,8 @@ class Moves:
     """Smallest stair that could have been seen [unit of the stem signal]."""
     lead: float
     """Largest OP travel while the stem rested before any slip [% of span]."""
+    hidden: HiddenStairs | None
+    """Stairs that show only by their regularity; then `slips` holds the first slip and `follows` nothing."""
 
 
 @dataclass(slots=True)
@@ -128,7 +133,17 @@ def moves(
             follows.append(Follow(start, end, *op, run.piece.at(start), run.piece.at(end), stops))
     seen = (12.0 * piece_price(time.size) * sigma * sigma * abs(expected) * dt) ** (1.0 / 3.0)
     lead = abs(ramp.rate) * (runs[0].piece.end - runs[0].piece.start) if runs and runs[0].rest else 0.0
-    return Moves(tuple(slips), tuple(follows), rest_travel, max(seen, least), lead)
+    followed = sum(abs(follow.op_end - follow.op_start) for follow in follows)
+    typical = float(np.median([abs(slip.after - slip.before) for slip in slips])) if slips else 0.0
+    if slips and (followed > 0.4 * (followed + rest_travel) or typical < CLEAR * seen):
+        later = time > slips[0].time
+        hidden, regular = hidden_stairs(ramp, time[later], stem[later], sigma, gain)
+        seen = min(seen, regular)
+        if hidden is not None:
+            first = replace(slips[0], after=slips[0].before + gain * hidden.jump, stuck=math.nan)
+            travel = abs(ramp.rate) * float(time[-1] - first.time)
+            return Moves((first,), (), travel, max(seen, least), lead, hidden)
+    return Moves(tuple(slips), tuple(follows), rest_travel, max(seen, least), lead, None)
 
 
 def _runs(pieces: list[Piece], expected: float, least: float, sigma: float) -> list[_Run]:

@@ -90,7 +90,8 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
     )
     return StepTest(
         record, reading.signal, verdict, reason, limit, unknown, settings,
-        deadband, fine, S, (S.low, S.high + fine.high), lost_motion(steps, reading.signal == "mv"), dead_time, t63, t86, t98, overshoot,
+        deadband, fine, S, (S.low, S.high + fine.high), lost_motion(steps, reading.signal == "mv"),
+        dead_time, t63, t86, t98, overshoot,
         smallest, steps, readings,
     )  # fmt: skip
 

@@ -90,6 +90,7 @@ class StepTest(ValveTest):
     """Every reading of deadband and resolution, over the travel."""
 
     kind = "step test"
+    brackets = "for deadband, resolution and S the rounding to a step, else the range of 95 % of the steps"
 
     def quantities(self) -> dict[str, Estimate]:
         """Name what the test measured."""
