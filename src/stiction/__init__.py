@@ -38,7 +38,15 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "TransferFunction",
     ),
     "stiction.records": ("LoopRecord", "read"),
-    "stiction.simulation": ("simulate", "stroke"),
+    "stiction.simulation": (
+        "behaviour_map",
+        "critical_rate",
+        "phenomena_table",
+        "ramp_behaviour",
+        "reduce_valve",
+        "simulate",
+        "stroke",
+    ),
     "stiction.diagnosis": ("Diagnosis", "diagnose", "identify"),
     "stiction.diagnosis.valvetests": (
         "ValveTest",

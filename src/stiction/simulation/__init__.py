@@ -1,6 +1,17 @@
 """Let it run: a valve alone, or the whole loop."""
 
 from stiction.simulation.closed_loop import simulate
+from stiction.simulation.phenomena import phenomena_table
+from stiction.simulation.rate import behaviour_map, critical_rate, ramp_behaviour
+from stiction.simulation.reduction import reduce_valve
 from stiction.simulation.stroke import stroke
 
-__all__ = ["simulate", "stroke"]
+__all__ = [
+    "behaviour_map",
+    "critical_rate",
+    "phenomena_table",
+    "ramp_behaviour",
+    "reduce_valve",
+    "simulate",
+    "stroke",
+]
