@@ -73,7 +73,10 @@ def test_every_figure_has_a_label_and_a_caption(tmp_path):
 
 def test_headline_says_size_interval_and_confidence():
     found = diagnosis()
-    assert words.headline(found).replace("\u00a0", " ") == "Valve stiction: S = 3 % of span (95 %: 2.7 to 3.3), J = 1 %"
+    assert (
+        words.headline(found).replace("\u00a0", " ")
+        == "Valve stiction: S = 3.0 % of span (95 %: 2.7 to 3.3), J = 1.0 %"
+    )
     assert words.confidence(found) == "High confidence (probability of stiction 0.94)"
 
 

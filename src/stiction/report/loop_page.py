@@ -24,6 +24,7 @@ _SEVERITY: dict[str, tuple[str, Mark]] = {
     "lowers": ("lowers confidence", "unknown"),
     "refuses": ("refuses", "alert"),
 }
+_ORDER = {"refuses": 0, "lowers": 1, "ok": 2}
 
 
 def loop_blocks(diagnosis: Diagnosis, settings: Mapping[str, Any] | None = None) -> list[Block]:
@@ -88,13 +89,13 @@ def _evidence(diagnosis: Diagnosis) -> Block:
         return Text("No method could be applied to this record.", kind="note")
     rows = [
         [
-            row.method,
-            row.index,
-            row.threshold,
-            Cell(words.VERDICTS[row.vote], mark=words.MARKS[row.vote]),
-            "met" if row.valid else "not met",
+            words.method(row.method),
+            _rounded(row.index),
+            _rounded(row.threshold),
+            Cell(words.VERDICTS[row.vote], mark=words.MARKS[row.vote] if row.valid else ""),
+            "met" if row.valid else "not met, not counted",
             row.why,
-            row.source,
+            words.cited(row.source),
         ]
         for row in diagnosis.evidence
     ]
@@ -106,10 +107,14 @@ def _evidence(diagnosis: Diagnosis) -> Block:
     return Table(["Method", "Index [-]", "Threshold [-]", "Vote", "Condition", "Why", "Source"], rows, caption)
 
 
+def _rounded(value: float) -> float:
+    return float(f"{value:.3g}")
+
+
 def _quality(diagnosis: Diagnosis) -> list[Block]:
     quality: Any = diagnosis.quality
     rows = []
-    for gate in quality.gates:
+    for gate in sorted(quality.gates, key=lambda gate: _ORDER.get(gate.severity, 0)):
         word, mark = _SEVERITY.get(gate.severity, (gate.severity, "unknown"))
         rows.append([gate.name.replace("_", " "), Cell(word, mark=mark), gate.value, gate.limit, gate.why])
     worth = "The record is good enough to judge by." if quality.usable else "The record is not good enough to judge by."

@@ -62,8 +62,8 @@ def _row(k: int, diagnosis: Diagnosis) -> list[Cell]:
     record, found, rhythm = diagnosis.record, diagnosis.identification, diagnosis.oscillation
     size = Cell("–", sort="")
     if found is not None and diagnosis.verdict != "no_stiction":
-        said = f"{words.digits(found.S)} ({words.digits(found.S_low)} to {words.digits(found.S_high)})"
-        size = Cell(said, sort=_finite(found.S))
+        S, low, high = words.interval(found.S, found.S_low, found.S_high)
+        size = Cell(f"{S} ({low} to {high})", sort=_finite(found.S))
     verdict, cause = words.VERDICTS[diagnosis.verdict], diagnosis.cause
     if diagnosis.verdict != "stiction" and cause not in ("", "none", "unknown"):
         verdict = f"{verdict}: {cause}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError
@@ -86,7 +87,7 @@ def write_report(
 def _one(diagnosis: Diagnosis, path: str | os.PathLike[str], title: str | None, settings: Any) -> Path:
     record = diagnosis.record
     told = [f"{record.loop_type.capitalize()} loop" if record.loop_type != "other" else "Control loop"]
-    told.append(record.provenance.source)
+    told.append(PurePath(record.provenance.source).name or "memory")
     told.append(
         f"{record.start:%Y-%m-%d %H:%M}, {words.span(record.duration)}" if record.start else words.span(record.duration)
     )

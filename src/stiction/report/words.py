@@ -3,15 +3,34 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from stiction.diagnosis.result import Diagnosis, Identification
     from stiction.report.blocks import Mark
 
-__all__ = ["MARKS", "VERDICTS", "confidence", "count", "digits", "headline", "span", "stiction_size"]
+__all__ = [
+    "MARKS",
+    "VERDICTS",
+    "cited",
+    "confidence",
+    "count",
+    "digits",
+    "headline",
+    "interval",
+    "method",
+    "span",
+    "stiction_size",
+    "time_unit",
+]
 
 VERDICTS = {"stiction": "Stiction", "no_stiction": "No stiction", "undecided": "Cannot tell"}
+_METHODS = {
+    "haegglund_shape": "Hägglund shape",
+    "rossi_scali": "Rossi and Scali",
+    "singhal_salsbury": "Singhal and Salsbury",
+}
 MARKS: dict[str, Mark] = {"stiction": "alert", "no_stiction": "good", "undecided": "unknown"}
 
 
@@ -56,12 +75,48 @@ def count(n: int, noun: str) -> str:
     return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
 
 
+def interval(value: float, low: float, high: float) -> tuple[str, str, str]:
+    """Return a value and the ends of its interval with the decimals that the interval's width warrants.
+
+    Examples
+    --------
+    >>> interval(3.0, 2.7, 3.3), interval(21.99, 21.97, 22.02), interval(4.0, float("nan"), 5.0)
+    (('3.0', '2.7', '3.3'), ('21.99', '21.97', '22.02'), ('4', '–', '5'))
+    """
+    if not all(map(math.isfinite, (value, low, high))):
+        return digits(value), digits(low), digits(high)
+    decimals = 2 if high <= low else min(max(-math.floor(math.log10(high - low)), 0), 3)
+    return f"{value:.{decimals}f}", f"{low:.{decimals}f}", f"{high:.{decimals}f}"
+
+
+def method(name: str) -> str:
+    """Return a method's name as a reader knows it.
+
+    Examples
+    --------
+    >>> method("rossi_scali"), method("he_curve_fit")
+    ('Rossi and Scali', 'He curve fit')
+    """
+    return _METHODS.get(name, name[:1].upper() + name[1:].replace("_", " "))
+
+
+def cited(key: str) -> str:
+    """Return author and year of a bibliography key.
+
+    Examples
+    --------
+    >>> cited("horch1999"), cited("")
+    ('Horch 1999', '')
+    """
+    found = re.fullmatch(r"([a-z]+)(\d{4}[a-z]?)", key)
+    return f"{found[1].capitalize()} {found[2]}" if found else key
+
+
 def stiction_size(found: Identification) -> str:
     """Return S with its interval, and J."""
-    return (
-        f"S\u00a0=\u00a0{digits(found.S)}\u00a0% of span (95\u00a0%: {digits(found.S_low)} to {digits(found.S_high)}), "
-        f"J\u00a0=\u00a0{digits(found.J, '%')}"
-    )
+    S, S_low, S_high = interval(found.S, found.S_low, found.S_high)
+    J, _, _ = interval(found.J, found.J_low, found.J_high)
+    return f"S\u00a0=\u00a0{S}\u00a0% of span (95\u00a0%: {S_low} to {S_high}), J\u00a0=\u00a0{J}\u00a0%"
 
 
 def headline(diagnosis: Diagnosis) -> str:

@@ -10,6 +10,8 @@ from stiction.report import look, words
 from stiction.report.blocks import Figure
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from stiction.report.view import View
 
 __all__ = ["error_surface"]
@@ -54,18 +56,24 @@ def error_surface(view: View) -> Figure | None:
         )
     if np.isfinite([found.S, found.J]).all() and found.S > 0.0:
         data.append(_optimum(found.S, found.J, found.S_low, found.S_high))
+    S, S_low, S_high = words.interval(found.S, found.S_low, found.S_high)
+    J, J_low, J_high = words.interval(found.J, found.J_low, found.J_high)
     layout = {
-        "xaxis": {"title": {"text": "S [% of span]"}, "range": [float(surface.S.min()), float(surface.S.max())]},
-        "yaxis": {"title": {"text": "J / S [-]"}, "range": [float(surface.J.min()), float(surface.J.max())]},
+        "xaxis": {"title": {"text": "S [% of span]"}, "range": _edges(surface.S)},
+        "yaxis": {"title": {"text": "J / S [-]"}, "range": _edges(surface.J)},
         "showlegend": True,
     }
     caption = (
-        f"Pale is a good fit: best at S = {words.digits(found.S)} %, J = {words.digits(found.J)} %"
-        f" (S between {words.digits(found.S_low)} and {words.digits(found.S_high)} %,"
-        f" J between {words.digits(found.J_low)} and {words.digits(found.J_high)} %);"
+        f"Pale is a good fit: best at S = {S} %, J = {J} %"
+        f" (S between {S_low} and {S_high} %, J between {J_low} and {J_high} %);"
         " a long pale valley means that the data do not tell S and J apart."
     )
     return Figure({"data": data, "layout": layout}, "Error for each S and J", caption, height=400)
+
+
+def _edges(grid: NDArray[np.float64]) -> list[float]:
+    """Outer edges of the cells about the grid's points."""
+    return [float(1.5 * grid[0] - 0.5 * grid[1]), float(1.5 * grid[-1] - 0.5 * grid[-2])]
 
 
 def _optimum(S: float, J: float, low: float, high: float) -> dict[str, Any]:

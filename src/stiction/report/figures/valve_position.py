@@ -43,9 +43,8 @@ def valve_position(view: View) -> Figure | None:
     kind = how[record.mv is not None, found is not None]
     caption = f"Valve position ({kind}) against OP"
     if found is not None:
-        caption += (
-            f": after a reversal the OP travels S = {words.digits(found.S)} % before the valve moves,"
-            f" then the valve jumps J = {words.digits(found.J)} %"
+        caption += f": after a reversal the OP travels S = {words.digits(found.S)} % before the valve moves" + (
+            f", then the valve jumps J = {words.digits(found.J)} %" if found.J > 0.0 else "; no jump was found"
         )
         if record.mv is None:
             caption += "; the position was estimated from OP and PV, it was not measured"
