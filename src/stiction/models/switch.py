@@ -1,54 +1,103 @@
-"""The one file that knows all valve pages: from a model's code to its step."""
+"""The one file that knows all valve pages: from a model's code to its step.
+
+Plain models carry at most three numbers. Their steps are compiled into the drivers, which then keep the whole
+state in registers; the others (tables, physics) are called, which costs a plain model several times its own work.
+"""
 
 from __future__ import annotations
 
-from stiction.models.compiled import kernel
+from stiction.models.compiled import inlined, kernel
 from stiction.models.component import TIE, ValveState, at_rest
 from stiction.models.table import lookup
 from stiction.models.valves.choudhury import choudhury_step
 from stiction.models.valves.he import he_step
+from stiction.models.valves.he_wang import he_wang_step
 from stiction.models.valves.ideal import ideal_step
 from stiction.models.valves.kano import kano_at_rest, kano_step
+from stiction.models.valves.physical import physical_at_rest, physical_step
 from stiction.models.valves.srinivasan import srinivasan_printed_step, srinivasan_step
 from stiction.models.valves.stenman import stenman_step
 
-__all__ = ["CHOUDHURY", "HE", "IDEAL", "KANO", "SRINIVASAN", "STENMAN", "valve_at_rest", "valve_step"]
+__all__ = [
+    "CHOUDHURY",
+    "HE",
+    "HE_WANG",
+    "IDEAL",
+    "KANO",
+    "PHYSICAL",
+    "SRINIVASAN",
+    "STENMAN",
+    "is_plain",
+    "plain_parameters",
+    "plain_step",
+    "valve_at_rest",
+    "valve_step",
+]
 
 IDEAL, STENMAN, KANO, CHOUDHURY, HE, SRINIVASAN, SRINIVASAN_PRINTED = 0, 1, 2, 3, 4, 5, 6
 SRINIVASAN_TABLED, SRINIVASAN_TABLED_PRINTED = 7, 8
+PHYSICAL, HE_WANG = 10, 11
 
-_at_rest = kernel(at_rest)
+_at_rest = inlined(at_rest)
 
 
-@kernel
+@inlined
 def valve_at_rest(model: int, op: float, position: float, p) -> ValveState:
     """State of valve `model` with packed parameters `p`, its stem resting at `position` under the input `op`."""
     if model == KANO:
         return kano_at_rest(op, position, p[4])
+    if model == PHYSICAL:
+        return physical_at_rest(op, position, p)
     return _at_rest(op, position)
+
+
+@inlined
+def is_plain(model: int) -> bool:
+    """Whether valve `model` carries at most three numbers."""
+    return model < SRINIVASAN_TABLED or model == HE_WANG
+
+
+@inlined
+def plain_parameters(p):
+    """End stops and parameters of a plain model, (lowest, highest, first, second, third), zero where it has fewer."""
+    first = p[2] if p.shape[0] > 2 else 0.0
+    second = p[3] if p.shape[0] > 3 else 0.0
+    third = p[4] if p.shape[0] > 4 else 0.0
+    return p[0], p[1], first, second, third
+
+
+@inlined
+def plain_step(model: int, op: float, s: ValveState, q) -> ValveState:
+    """One sample of a plain model with the numbers `q` of `plain_parameters`, the input limited to the travel."""
+    op = min(max(op, q[0]), q[1])
+    if model == KANO:
+        return kano_step(op, s, q[2], q[3], q[4])
+    if model == STENMAN:
+        return stenman_step(op, s, q[2])
+    if model == CHOUDHURY:
+        return choudhury_step(op, s, q[2], q[3], q[4])
+    if model == HE:
+        return he_step(op, s, q[2], q[3])
+    if model == SRINIVASAN:
+        return srinivasan_step(op, s, q[2], q[3], q[4])
+    if model == SRINIVASAN_PRINTED:
+        return srinivasan_printed_step(op, s, q[2], q[3], q[4])
+    if model == HE_WANG:
+        return he_wang_step(op, s, q[2], q[3], q[4])
+    return ideal_step(op, s)
 
 
 @kernel
 def valve_step(model: int, op: float, s: ValveState, p) -> ValveState:
-    """One sample of valve `model` with packed parameters `p`, the input limited to the travel p[0]..p[1]."""
+    """One sample of any valve `model` with packed parameters `p`."""
+    if is_plain(model):
+        return plain_step(model, op, s, plain_parameters(p))
+    if model == PHYSICAL:
+        return physical_step(op, s, p)
     op = min(max(op, p[0]), p[1])
-    if model == KANO:
-        return kano_step(op, s, p[2], p[3], p[4])
-    if model == STENMAN:
-        return stenman_step(op, s, p[2])
-    if model == CHOUDHURY:
-        return choudhury_step(op, s, p[2], p[3], p[4])
-    if model == HE:
-        return he_step(op, s, p[2], p[3])
-    if model == SRINIVASAN:
-        return srinivasan_step(op, s, p[2], p[3], p[4])
-    if model == SRINIVASAN_PRINTED:
-        return srinivasan_printed_step(op, s, p[2], p[3], p[4])
-    if model == SRINIVASAN_TABLED or model == SRINIVASAN_TABLED_PRINTED:
-        rate = abs(op - s.op) / p[3]
-        sb = lookup(p, 5, s.position, rate)
-        sj = lookup(p, int(p[4]), s.position, rate)
-        if model == SRINIVASAN_TABLED:
-            return srinivasan_step(op, s, sb * (1.0 + TIE), sb - sj, p[2])
-        return srinivasan_printed_step(op, s, sb * (1.0 + TIE), sj, p[2])
-    return ideal_step(op, s)
+    rate = abs(op - s.op) / p[3]
+    sb = lookup(p, 5, s.position, rate)
+    sj = lookup(p, int(p[4]), s.position, rate)
+    if model == SRINIVASAN_TABLED:
+        return srinivasan_step(op, s, sb * (1.0 + TIE), sb - sj, p[2])
+    return srinivasan_printed_step(op, s, sb * (1.0 + TIE), sj, p[2])

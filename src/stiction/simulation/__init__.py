@@ -4,14 +4,21 @@ from stiction.simulation.closed_loop import simulate
 from stiction.simulation.phenomena import phenomena_table
 from stiction.simulation.rate import behaviour_map, critical_rate, ramp_behaviour
 from stiction.simulation.reduction import reduce_valve
+from stiction.simulation.signals import binary_sequence, ramp, random_walk, sine, staircase, triangle
 from stiction.simulation.stroke import stroke
 
 __all__ = [
     "behaviour_map",
+    "binary_sequence",
     "critical_rate",
     "phenomena_table",
+    "ramp",
     "ramp_behaviour",
+    "random_walk",
     "reduce_valve",
     "simulate",
+    "sine",
+    "staircase",
     "stroke",
+    "triangle",
 ]

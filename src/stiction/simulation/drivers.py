@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stiction.models.compiled import kernel
 from stiction.models.controllers.pid import pid_at_rest, pid_step
-from stiction.models.switch import valve_at_rest, valve_step
+from stiction.models.switch import is_plain, plain_parameters, plain_step, valve_at_rest, valve_step
 
 __all__ = ["closed_loop", "stroke_many", "stroke_one"]
 
@@ -15,9 +15,16 @@ def stroke_one(model, p, op, position, mv):
     if op.shape[0] == 0:
         return
     s = valve_at_rest(model, op[0], position, p)
+    low, high = p[0], p[1]
+    if is_plain(model):
+        q = plain_parameters(p)
+        for k in range(op.shape[0]):
+            s = plain_step(model, op[k], s, q)
+            mv[k] = min(max(s.position, low), high)
+        return
     for k in range(op.shape[0]):
         s = valve_step(model, op[k], s, p)
-        mv[k] = min(max(s.position, p[0]), p[1])
+        mv[k] = min(max(s.position, low), high)
 
 
 @kernel
@@ -33,30 +40,32 @@ def closed_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, p
 
     `sp`, `load`, `pv_load` and `manual` hold one value per sample, or one value for all of them. `load` is added
     to the stem position at the process inlet [% of span], `pv_load` to the process output (measurement noise
-    included). `start` is (pv, op, position) at rest before the first sample.
+    included). `start` is (pv, op, position) at rest before the first sample. The commonest loop, a plain valve
+    before a first-order process, runs on scalars; the order of operations is that of the general one.
     """
     n = pv.shape[0]
     order = c.shape[0]
     pv0, op0, mv0 = start[0], start[1], start[2]
+    low, high = p[0], p[1]
     sp_step = 1 if sp.shape[0] > 1 else 0
     load_step = 1 if load.shape[0] > 1 else 0
     pv_step = 1 if pv_load.shape[0] > 1 else 0
     manual_step = 1 if manual.shape[0] > 1 else 0
-    controller = pid_at_rest(op0, pv0, pid)
+    settings = (pid[0], pid[1], pid[2], pid[3], pid[4], pid[5], pid[6], pid[7], pid[8], pid[9])
+    controller = pid_at_rest(op0, pv0, settings)
     valve = valve_at_rest(model, op0, mv0, p)
-    if order == 1:
+    older = 0.0
+    if order == 1 and d == 0.0 and is_plain(model):
+        q = plain_parameters(p)
         x = 0.0
         a, bn, bo, gain = A[0, 0], b_new[0], b_old[0], c[0]
-        older = 0.0
         for k in range(n):
             y = pv0 + gain * x + pv_load[k * pv_step]
-            if d != 0.0 and k >= direct:
-                y += d * (mv[k - direct] - mv0 + load[(k - direct) * load_step])
+            controller = pid_step(sp[k * sp_step], y, controller, manual[k * manual_step], settings)
+            valve = plain_step(model, controller.op, valve, q)
             pv[k] = y
-            controller = pid_step(sp[k * sp_step], y, controller, manual[k * manual_step], pid)
             op[k] = controller.op
-            valve = valve_step(model, controller.op, valve, p)
-            mv[k] = min(max(valve.position, p[0]), p[1])
+            mv[k] = min(max(valve.position, low), high)
             newer = 0.0
             if k >= delay:
                 newer = mv[k - delay] - mv0 + load[(k - delay) * load_step]
@@ -65,26 +74,26 @@ def closed_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, p
         return
     state = A[:, 0] * 0.0 if order else c
     work = state.copy()
-    older = 0.0
     for k in range(n):
-        y = pv0 + pv_load[k * pv_step]
+        y = 0.0
         for i in range(order):
             y += c[i] * state[i]
+        y = pv0 + y + pv_load[k * pv_step]
         if d != 0.0 and k >= direct:
             y += d * (mv[k - direct] - mv0 + load[(k - direct) * load_step])
         pv[k] = y
-        controller = pid_step(sp[k * sp_step], y, controller, manual[k * manual_step], pid)
+        controller = pid_step(sp[k * sp_step], y, controller, manual[k * manual_step], settings)
         op[k] = controller.op
         valve = valve_step(model, controller.op, valve, p)
-        mv[k] = min(max(valve.position, p[0]), p[1])
+        mv[k] = min(max(valve.position, low), high)
         newer = 0.0
         if k >= delay:
             newer = mv[k - delay] - mv0 + load[(k - delay) * load_step]
         for i in range(order):
-            total = b_new[i] * newer + b_old[i] * older
+            total = 0.0
             for j in range(order):
                 total += A[i, j] * state[j]
-            work[i] = total
+            work[i] = total + b_new[i] * newer + b_old[i] * older
         for i in range(order):
             state[i] = work[i]
         older = newer
