@@ -11,7 +11,6 @@ import numpy as np
 from stiction.errors import ParameterError
 from stiction.models.table import Table
 from stiction.models.valves import Srinivasan
-from stiction.parameter_sets import table1_reading_a
 from stiction.simulation.reduction import reduce_valve
 from stiction.simulation.stroke import stroke
 
@@ -40,7 +39,9 @@ class Phenomena:
     model: str
     """Name of the model."""
     deadband: float
-    """Input from the reversal of a slow ramp to the first move back [% of travel]; from S to S + J in stairs, less where slips overshoot."""
+    """Input from the reversal of a slow ramp to the first move back [% of travel].
+
+    In stairs it lies between S and S + J, with slips that overshoot below."""
     slips_slow: int
     """Slips on a ramp at a tenth of the critical rate [-]."""
     slips_fast: int
@@ -82,14 +83,13 @@ class Phenomena:
         return numbers | {name: getattr(self, name) for name in names}
 
 
-def phenomena_table(valve: PhysicalValve | None = None) -> tuple[Phenomena, ...]:
+def phenomena_table(valve: PhysicalValve) -> tuple[Phenomena, ...]:
     """Run each model through the paper's phenomena.
 
     Parameters
     ----------
-    valve : PhysicalValve, optional
-        The physical valve, and where the data-driven models have their parameters from; by default Table I in
-        reading A.
+    valve : PhysicalValve
+        The physical valve, and where the data-driven models have their parameters from.
 
     Returns
     -------
@@ -108,11 +108,11 @@ def phenomena_table(valve: PhysicalValve | None = None) -> tuple[Phenomena, ...]
 
     Examples
     --------
-    >>> from stiction.simulation.phenomena import phenomena_table
-    >>> [row.model for row in phenomena_table() if row.rate_dependent]
+    >>> import stiction as st
+    >>> from stiction.parameter_sets import table1_reading_a
+    >>> [row.model for row in st.phenomena_table(table1_reading_a()) if row.rate_dependent]
     ['Srinivasan', 'Srinivasan with tables', 'PhysicalValve']
     """
-    valve = table1_reading_a() if valve is None else valve
     found = reduce_valve(valve, samples=50)
     if not found.r:
         raise ParameterError("The valve has no critical rate: no ramp gives stairs, so there is nothing to compare.")
