@@ -160,7 +160,7 @@ def _draw(cause: str, rng: np.random.Generator, noise: float, tag: str) -> Case 
     if own:
         burn = int(rng.choice([0, 1])) * int(6 * period)
         kick = np.zeros(n + burn)
-        kick[: max(int(period), 5)] = 0.7 * (valve.S if isinstance(valve, Kano) else 3.0)
+        kick[: max(int(period / 3.0), 5)] = 0.7 * (valve.S if isinstance(valve, Kano) else 3.0)
         loop = replace(loop, noise=level)
         record = simulate(loop, 50.0, (n + burn) * loop.dt, kick, seed, **start).window(burn, n + burn)
     else:

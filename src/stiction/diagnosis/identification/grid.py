@@ -150,7 +150,10 @@ def explore(
     jump = band * np.tile(ratio, S.size)
     first, second = processes.decays()
     delays = processes.delays
-    begin = min(signals.half + int(delays[-1]) + 2, max(n // 3, int(delays[-1]) + 2))
+    begin = signals.half + int(delays[-1]) + 2
+    if n > 6.0 * signals.scale:
+        begin += round(signals.scale)
+    begin = min(begin, max(n // 3, int(delays[-1]) + 2))
     error, gain = np.empty(band.size), np.full(band.size, float(sign))
     best = np.empty((band.size, 3))
 

@@ -24,6 +24,8 @@ N_S, N_J = 30, 30
 """Points of the dense search over S and J / S."""
 FINE_STEP, N_FINE_J = 0.013, 36
 """Relative step of the fine search over S [-], and its points over J / S."""
+N_VALLEYS = 6
+"""Bands of S from each of which the search goes closer."""
 CHI2_1, CHI2_2 = 3.841, 5.991
 """95 % points of the chi-square distribution with one and two degrees of freedom."""
 
@@ -91,9 +93,9 @@ def identify(record: LoopRecord, model: str = "kano", *, period: float | None = 
         dense_processes(signals.scale, signals.op.size, record.integrating),
         sign,
     )
-    closest = _closer(signals, dense, sign, record.integrating, swing)
+    found = _closer(signals, dense, sign, record.integrating, swing)
     linear = _linear(signals, sign, record.integrating)
-    return _result(model, record, signals, dense, closest, linear)
+    return _result(model, record, signals, found, linear)
 
 
 def _optimum(surface: Surface) -> tuple[int, int]:
@@ -101,30 +103,39 @@ def _optimum(surface: Surface) -> tuple[int, int]:
     return int(i), int(j)
 
 
-def _closer(signals: Signals, dense: Surface, sign: float, integrating: bool | None, swing: float) -> Surface:
+def _closer(signals: Signals, dense: Surface, sign: float, integrating: bool | None, swing: float) -> list[Surface]:
     """Search the whole (S, J / S) plane again with few processes, then the best region with richer ones.
 
     A noisy OP makes the error surface rugged: a slip comes when the noise carries the OP over the band, so a
     band that is wrong by a few per cent slips at other moments. The true valve is a narrow dip, which only
     steps of about a per cent can find; the process is known well enough from the dense search to try few.
     """
-    found = dense
     least = 0.25 * swing
     steps = int(np.ceil(np.log(swing / least) / np.log1p(FINE_STEP)))
     S = np.geomspace(least, swing, steps)
-    ratio = np.linspace(0.0, 1.0, N_FINE_J)
-    fine = explore(signals, S, ratio, _few(dense), sign)
-    if fine.error.min() < found.error.min():
-        found = fine
-    for closer in (1.0, 0.4):
-        i, j = _optimum(found)
-        processes = near(found.processes, found.best[i, j], closer, integrating)
-        S = found.S[i] * (1.0 + closer * np.linspace(-2.0, 2.0, 9) * FINE_STEP)
-        ratio = np.unique(np.clip(found.ratio[j] + closer * np.linspace(-2.0, 2.0, 9) / N_FINE_J, 0.0, 1.0))
-        finer = explore(signals, S, ratio, processes, sign)
-        if finer.error.min() < found.error.min():
-            found = finer
+    fine = explore(signals, S, np.linspace(0.0, 1.0, N_FINE_J), _few(dense), sign)
+    found = [dense, fine]
+    starts = [(surface, *place) for surface in (dense, fine) for place in _valleys(surface, N_VALLEYS)]
+    for closer, keep in ((1.0, 2 * N_VALLEYS), (0.4, 3)):
+        starts.sort(key=lambda start: float(start[0].error[start[1], start[2]]))
+        finer = []
+        for surface, i, j in starts[:keep]:
+            width = closer * np.linspace(-2.0, 2.0, 9)
+            ratio = np.unique(np.clip(surface.ratio[j] + width / N_FINE_J, 0.0, 1.0))
+            processes = near(surface.processes, surface.best[i, j], closer, integrating)
+            finer.append(explore(signals, surface.S[i] * (1.0 + FINE_STEP * width), ratio, processes, sign))
+        found += finer
+        starts += [(surface, *_optimum(surface)) for surface in finer]
     return found
+
+
+def _valleys(surface: Surface, n: int) -> list[tuple[int, int]]:
+    """The best valve in each of `n` bands of S: the error has a valley along which S and dead time trade."""
+    places = []
+    for rows in np.array_split(np.arange(surface.S.size), n):
+        i, j = np.unravel_index(int(np.argmin(surface.error[rows])), (rows.size, surface.ratio.size))
+        places.append((int(rows[i]), int(j)))
+    return places
 
 
 def _few(dense: Surface) -> Processes:
@@ -135,17 +146,6 @@ def _few(dense: Surface) -> Processes:
     low, high = int(best[:, 1].min()), int(best[:, 1].max())
     delays = np.unique(np.linspace(max(low - 1, -1), high + 2, 7).astype(np.int64))
     return Processes(dense.processes.first[lags], dense.processes.second[lags], delays)
-
-
-def _box(surface: Surface, limit: float) -> tuple[float, float, float, float]:
-    """Smallest box of S and J / S that holds all errors below `limit`, one step wider."""
-    rows, columns = np.nonzero(surface.error <= limit)
-    S, ratio = surface.S, surface.ratio
-    low = S[max(rows.min() - 1, 0)] if rows.min() > 0 else 0.5 * S[0]
-    high = S[min(rows.max() + 1, S.size - 1)]
-    return float(low), float(high), float(ratio[max(columns.min() - 1, 0)]), float(
-        ratio[min(columns.max() + 1, ratio.size - 1)]
-    )
 
 
 def _limit(error: float, samples: float, chi2: float) -> float:
@@ -226,8 +226,10 @@ def _interval(surface: Surface, limit: float, axis: int) -> tuple[float, float]:
 
 
 def _result(
-    model: str, record: LoopRecord, signals: Signals, dense: Surface, closest: Surface, linear: Surface
+    model: str, record: LoopRecord, signals: Signals, found: list[Surface], linear: Surface
 ) -> Identification:
+    dense = found[0]
+    closest = min(found, key=lambda surface: float(surface.error.min()))
     i, j = _optimum(closest)
     S, ratio = float(closest.S[i]), float(closest.ratio[j])
     J = S * ratio
@@ -236,8 +238,10 @@ def _result(
     mv, pv, deviation = _simulated(signals, S, J, closest, i, j)
     inside = slice(signals.half, signals.op.size - signals.half) if signals.half else slice(None)
     independent = _independent((signals.target - deviation)[inside])
-    S_low, S_high = _interval(closest, _limit(error, independent, CHI2_1), 0)
-    ratio_low, ratio_high = _interval(closest, _limit(error, independent, CHI2_1), 1)
+    independent = min(independent, 2.0 * signals.op.size / signals.scale)
+    inner = _limit(error, independent, CHI2_1)
+    S_low, S_high = (f(end) for f, end in zip((min, max), zip(*(_interval(s, inner, 0) for s in found if s.error.min() <= inner))))
+    ratio_low, ratio_high = (f(end) for f, end in zip((min, max), zip(*(_interval(s, inner, 1) for s in found if s.error.min() <= inner))))
     lag = int(closest.best[i, j, 0])
     dead_time = max(float(closest.best[i, j, 1] + closest.best[i, j, 2]), 0.0)
     processes: Processes = closest.processes
