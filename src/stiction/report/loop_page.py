@@ -93,7 +93,7 @@ def _evidence(diagnosis: Diagnosis) -> Block:
             _rounded(row.index),
             _rounded(row.threshold),
             Cell(words.VERDICTS[row.vote], mark=words.MARKS[row.vote] if row.valid else ""),
-            "met" if row.valid else "not met, not counted",
+            "met" if row.valid else "not met",
             row.why,
             words.cited(row.source),
         ]
@@ -102,7 +102,7 @@ def _evidence(diagnosis: Diagnosis) -> Block:
     votes = [row.vote for row in diagnosis.evidence if row.valid]
     caption = (
         f"Of {words.count(len(votes), 'method')} whose condition is met, {votes.count('stiction')} say stiction,"
-        f" {votes.count('no_stiction')} no stiction, {votes.count('undecided')} cannot tell."
+        f" {votes.count('no_stiction')} no stiction, {votes.count('undecided')} cannot tell; the others do not count."
     )
     return Table(["Method", "Index [-]", "Threshold [-]", "Vote", "Condition", "Why", "Source"], rows, caption)
 

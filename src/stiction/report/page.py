@@ -190,7 +190,7 @@ def _numeric(table: Table) -> list[bool]:
 def _room(cell: Cell) -> str:
     """Class of a text cell: short ones keep to a line, long ones get width."""
     length = len(cell.value) if isinstance(cell.value, str) else 0
-    return "long" if length > 40 else "middling" if length > 18 else "short"
+    return "long" if length > 40 else "middling" if length > 24 else "short"
 
 
 def _has_figure(blocks: Sequence[Block]) -> bool:

@@ -85,7 +85,7 @@ def interval(value: float, low: float, high: float) -> tuple[str, str, str]:
     """
     if not all(map(math.isfinite, (value, low, high))):
         return digits(value), digits(low), digits(high)
-    decimals = 2 if high <= low else min(max(-math.floor(math.log10(high - low)), 0), 3)
+    decimals = 2 if high <= low else min(max(-math.floor(math.log10(0.5 * (high - low))), 0), 3)
     return f"{value:.{decimals}f}", f"{low:.{decimals}f}", f"{high:.{decimals}f}"
 
 

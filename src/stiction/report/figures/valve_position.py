@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.records.stretches import runs
 from stiction.report import look, words
 from stiction.report.blocks import Figure
 
@@ -26,10 +27,13 @@ def valve_position(view: View) -> Figure | None:
     notes: list[dict[str, Any]] = []
     if record.mv is not None:
         data.append(_path(op, record.mv[cut], "measured", look.line(look.MV, 2.0)))
+    S = J = ""
     if found is not None:
+        S = words.interval(found.S, found.S_low, found.S_high)[0]
+        J = words.interval(found.J, found.J_low, found.J_high)[0]
         estimated = view.laid(found.mv)[cut]
         data.append(_path(op, estimated, "estimated", look.line(look.MODEL if record.mv is not None else look.MV, 1.5)))
-        shapes, notes = _dimensions(op, estimated, found.S, found.J)
+        shapes, notes = _dimensions(op, estimated, found.S, found.J, (S, J))
     if not data:
         return None
     layout = {
@@ -43,8 +47,8 @@ def valve_position(view: View) -> Figure | None:
     kind = how[record.mv is not None, found is not None]
     caption = f"Valve position ({kind}) against OP"
     if found is not None:
-        caption += f": after a reversal the OP travels S = {words.digits(found.S)} % before the valve moves" + (
-            f", then the valve jumps J = {words.digits(found.J)} %" if found.J > 0.0 else "; no jump was found"
+        caption += f": after a reversal the OP travels S = {S}\u00a0% before the valve moves" + (
+            f", then the valve jumps J = {J}\u00a0%" if found.J > 0.0 else "; no jump was found"
         )
         if record.mv is None:
             caption += "; the position was estimated from OP and PV, it was not measured"
@@ -56,22 +60,33 @@ def _path(op: NDArray[np.float64], mv: NDArray[np.float64], name: str, line: dic
 
 
 def _dimensions(
-    op: NDArray[np.float64], mv: NDArray[np.float64], S: float, J: float
+    op: NDArray[np.float64], mv: NDArray[np.float64], S: float, J: float, said: tuple[str, str]
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """S along the upper stuck stretch, from where the OP turns back to where the valve jumps; J down from there."""
-    good = np.isfinite(op) & np.isfinite(mv)
-    if not good.any() or not np.isfinite([S, J]).all() or S <= 0.0:
+    """S along the stretch in which the valve stands still for the longest travel of the OP; J from its end."""
+    stuck = _longest_stuck(op, mv)
+    if stuck is None or not np.isfinite([S, J]).all() or S <= 0.0:
         return [], []
-    top = float(mv[good].max())
-    turn = float(op[good & (mv >= top - 1e-9)].max())
-    lift = top + 0.06 * max(float(np.ptp(mv[good])), 0.1)
-    shapes = [_line(turn - S, lift, turn, lift), _tick(turn - S, top, lift), _tick(turn, top, lift)]
-    notes = [_note(turn - 0.5 * S, lift, f"S = {words.digits(S)} %", yanchor="bottom")]
-    if J > 0.0:
-        aside = turn - S - 0.04 * max(float(np.ptp(op[good])), 0.1)
-        shapes += [_line(aside, top, aside, top - J), _rung(aside, turn - S, top), _rung(aside, turn - S, top - J)]
-        notes.append(_note(aside, top - 0.5 * J, f"J = {words.digits(J)} %", xanchor="right"))
+    travel, level = op[stuck], float(mv[stuck.start])
+    way = -1.0 if travel.argmax() < travel.argmin() else 1.0
+    turn = float(travel.max() if way < 0.0 else travel.min())
+    end, height, width = turn + way * S, float(np.nanmax(mv) - np.nanmin(mv)), float(np.nanmax(op) - np.nanmin(op))
+    beside = level - way * 0.06 * max(height, 0.1)
+    shapes = [_line(turn, beside, end, beside), _tick(turn, level, beside), _tick(end, level, beside)]
+    notes = [_note(0.5 * (turn + end), beside, f"S = {said[0]} %", yanchor="bottom" if way < 0.0 else "top")]
+    if height * 0.04 < J:
+        aside = end + way * 0.04 * max(width, 0.1)
+        shapes += [_line(aside, level, aside, level + way * J)]
+        shapes += [_rung(aside, end, level), _rung(aside, end, level + way * J)]
+        anchor = "right" if way < 0.0 else "left"
+        notes.append(_note(aside, level + 0.5 * way * J, f"J = {said[1]} %", xanchor=anchor))
     return shapes, notes
+
+
+def _longest_stuck(op: NDArray[np.float64], mv: NDArray[np.float64]) -> slice | None:
+    """Stretch of constant position with the longest travel of the OP; None when the valve never stands still."""
+    stretches = [slice(first, last + 1) for first, last in runs(np.abs(np.diff(mv)) < 1e-9)]
+    good = [stretch for stretch in stretches if np.isfinite(op[stretch]).all()]
+    return max(good, key=lambda stretch: float(np.ptp(op[stretch])), default=None)
 
 
 def _line(x0: float, y0: float, x1: float, y1: float, color: str = look.INK) -> dict[str, Any]:
