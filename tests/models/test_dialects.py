@@ -36,7 +36,7 @@ def test_numbers_of_a_published_valve():
 def test_stick_bands_may_overshoot_where_friction_bands_may_not():
     assert dialects.jump_to_stick(S=1.0, J=3.0) == (2.0, 3.0)
     assert dialects.stick_to_jump(sb=2.0, sj=3.0) == (1.0, 3.0)
-    with pytest.raises(st.ParameterError, match="J = 3 % exceeds S = 1 %.*keep it as Kano"):
+    with pytest.raises(st.ParameterError, match=r"J = 3 % exceeds S = 1 %.*keep it as Kano"):
         dialects.jump_to_friction(S=1.0, J=3.0)
     with pytest.raises(st.ParameterError, match="sj = 3 % exceeds sb = 2 %"):
         dialects.stick_to_friction(sb=2.0, sj=3.0)

@@ -61,21 +61,23 @@ def kernel(function: Function) -> Function:
 
     Set ``NUMBA_DISABLE_JIT=1`` to run the same source as plain Python.
     """
-    return _compiled(function)
+    return _compiled(function, inline=False)
 
 
 def inlined(function: Function) -> Function:
     """Compile `function` into the kernels that call it: for steps, so that their state stays in registers."""
-    return _compiled(function, forceinline=True)
+    return _compiled(function, inline=True)
 
 
-def _compiled(function: Function, **options: bool) -> Function:
+def _compiled(function: Function, *, inline: bool) -> Function:
+    njit: Any = numba.njit
+    config: Any = numba_config
     folder = cache_folder()
     if folder is None:
-        return cast("Function", numba.njit(nogil=True, **options)(function))
-    before = numba_config.CACHE_DIR
-    numba_config.CACHE_DIR = str(folder)
+        return cast("Function", njit(nogil=True, forceinline=inline)(function))
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)
     try:
-        return cast("Function", numba.njit(nogil=True, cache=True, **options)(function))
+        return cast("Function", njit(nogil=True, cache=True, forceinline=inline)(function))
     finally:
-        numba_config.CACHE_DIR = before
+        config.CACHE_DIR = before

@@ -91,7 +91,7 @@ class Table:
     def __post_init__(self) -> None:
         position = _knots("position", self.position)
         rate = np.zeros(1) if self.rate is None else _knots("rate", self.rate)
-        value = np.asarray(self.value, dtype=np.float64)
+        value = _numbers("value", self.value)
         if value.ndim == 1:
             value = value[:, np.newaxis]
         if value.shape != (position.size, rate.size):
@@ -117,7 +117,14 @@ class Table:
 
 
 def _knots(name: str, value: object) -> NDArray[np.float64]:
-    knots = np.atleast_1d(np.asarray(value, dtype=np.float64))
+    knots = np.atleast_1d(_numbers(name, value))
     if knots.ndim != 1 or knots.size == 0 or not np.all(np.isfinite(knots)) or np.any(np.diff(knots) <= 0.0):
         raise ParameterError(f"{name} must be a series of finite, increasing numbers, got {value!r}.")
     return knots
+
+
+def _numbers(name: str, value: object) -> NDArray[np.float64]:
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ParameterError(f"{name} must be a series of numbers, got {value!r}.") from None

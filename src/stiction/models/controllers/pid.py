@@ -113,14 +113,22 @@ class PID:
         put = object.__setattr__
         put(self, "Kc", require_finite("Kc", self.Kc, "% of span per PV unit"))
         for name, unit in (("Ti", "s"), ("N", "-")):
-            value = float(getattr(self, name))
+            try:
+                value = float(getattr(self, name))
+            except (TypeError, ValueError):
+                raise ParameterError(f"{name} must be a number [{unit}], got {getattr(self, name)!r}.") from None
             if not value > 0.0:
                 raise ParameterError(f"{name} = {value:g} [{unit}] is not positive; give a value above 0.")
             put(self, name, value)
         put(self, "Td", require_not_negative("Td", self.Td, "s"))
         put(self, "b", require_finite("b", self.b))
         put(self, "c", require_finite("c", self.c))
-        low, high = (float(limit) for limit in self.op_limits)
+        try:
+            low, high = (float(limit) for limit in self.op_limits)
+        except (TypeError, ValueError):
+            raise ParameterError(
+                f"op_limits = {self.op_limits!r} is not a pair of numbers; give (lowest, highest) in % of span."
+            ) from None
         if not low < high:
             raise ParameterError(f"op_limits = ({low:g}, {high:g}) % has no room; give lowest < highest.")
         put(self, "op_limits", (low, high))

@@ -50,9 +50,12 @@ class StateSpace:
     dead_time: float = 0.0
 
     def __post_init__(self) -> None:
-        A = np.atleast_2d(np.asarray(self.A, dtype=np.float64))
-        B = np.asarray(self.B, dtype=np.float64).ravel()
-        C = np.asarray(self.C, dtype=np.float64).ravel()
+        try:
+            A = np.atleast_2d(np.asarray(self.A, dtype=np.float64))
+            B = np.asarray(self.B, dtype=np.float64).ravel()
+            C = np.asarray(self.C, dtype=np.float64).ravel()
+        except (TypeError, ValueError):
+            raise ParameterError("A, B or C is not an array of numbers; give (n, n), (n,) and (n,).") from None
         if A.size == 0:
             A = np.zeros((0, 0))
         n = A.shape[0]
