@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 __all__ = ["PhysicalValve", "physical_at_rest", "physical_step"]
 
-SUBSTEPS = 500.0
-"""Sub-steps in the valve's shortest time constant that the method does not take implicitly [-]."""
+SUBSTEPS = {"karnopp": 500.0, "lugre": 2500.0}
+"""Sub-steps in the longer of 1 / omega and F_v / K [-]: positions good to 0.1 % of travel."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,8 @@ class PhysicalValve(Valve):
         "zero": the input is held through the sample and the position is that at its end, as behind a DCS.
         "linear": the input moves in a straight line from the last sample to this one, as in a ramp test.
     substep : float, optional
-        Sub-step within a sample [s]; by default 1/500 of the longer of 1/omega and F_v / K.
+        Sub-step within a sample [s]; by default 1/500 (LuGre: 1/2500) of the longer of 1/omega and
+        F_v / K.
 
     Raises
     ------
@@ -216,7 +217,7 @@ class PhysicalValve(Valve):
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """`PhysicalParameters` for the sampling period `dt` [s]."""
-        longest = self.time_constant / SUBSTEPS if self.substep is None else float(self.substep)
+        longest = self.time_constant / SUBSTEPS[self.friction] if self.substep is None else float(self.substep)
         n = max(1.0, math.ceil(dt / longest * (1.0 - 1e-9)))
         h = dt / n
         low, high = self._pressures()

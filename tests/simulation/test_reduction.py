@@ -1,0 +1,94 @@
+"""From physics to data-driven: bands by hand, errors that say what is lost, the paper's section V."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+from tests.reference import physical as reference
+
+import stiction as st
+from stiction.parameter_sets import nominal, published_valve, table1_reading_a, table1_reading_b
+
+
+def test_bands_by_hand():
+    row = reference.NOMINAL_BANDS
+    found = st.reduce_valve(published_valve(row.given["set"]), samples=100)
+    for name, value in row.expected.items():
+        assert getattr(found, name) == pytest.approx(value, rel=row.tolerance), name
+    assert (found.sb, found.sj, found.K) == (found.fs, found.J, 1.0)
+
+
+def test_bands_are_those_the_stem_shows():
+    """A slow triangle, read at the stem: fs to break away, S to come back, J in one slip."""
+    valve = table1_reading_b(hold="linear")
+    found = st.reduce_valve(valve, samples=100)
+    op = [50.0 + 0.01 * k for k in range(4000)]
+    op += op[::-1]
+    mv = st.stroke(valve, op, 0.2).mv
+    first = next(k for k in range(len(mv)) if mv[k] != 50.0)
+    assert op[first] - 50.0 == pytest.approx(found.fs, abs=0.02)
+    assert mv[first + 5] - 50.0 == pytest.approx(found.J, rel=0.02)
+
+
+def test_three_parameters_lose_least_where_inertia_is_small():
+    """Reading B: only the model with r is right below and above it; without inertia or lag nearly nothing is lost."""
+    found = st.reduce_valve(table1_reading_b())
+    worst = {name: max(e.rms for e in found.errors if e.model == name) for name in found.valves()}
+    assert min(worst, key=worst.get) == "Srinivasan"
+    assert worst["Srinivasan"] < 0.6
+    assert all(worst[name] > 2.0 * worst["Srinivasan"] for name in worst if name != "Srinivasan")
+
+
+def test_two_parameters_do_as_well_above_r():
+    """On ramps faster than r the two-parameter models and the three-parameter one are the same valve."""
+    found = st.reduce_valve(table1_reading_b())
+    fast = {e.model: e.rms for e in found.errors if e.signal.startswith("ramp") and e.rate > found.r}
+    assert fast["Kano"] == pytest.approx(fast["Srinivasan"], abs=1e-6)
+    assert fast["Choudhury"] == pytest.approx(fast["Srinivasan"], abs=1e-6)
+
+
+def test_lag_is_lost():
+    """No data-driven model has a lag: the I/P converter's 3.6 s times the rate is the error of a fast ramp."""
+    found = st.reduce_valve(nominal())
+    without = st.reduce_valve(nominal(lag=0.0))
+    fastest = max(e.rate for e in found.errors)
+    pick = {e.model: e for e in found.errors if e.rate == fastest and e.signal.startswith("ramp")}
+    bare = {e.model: e for e in without.errors if e.rate == fastest and e.signal.startswith("ramp")}
+    lost = pick["Kano"].maximum - bare["Kano"].maximum
+    assert lost == pytest.approx(3.571 * fastest * found.gain, rel=0.15)
+
+
+def test_reduction_is_json():
+    found = st.reduce_valve(table1_reading_b(), samples=100)
+    assert json.loads(json.dumps(found.to_dict()))["S"] == pytest.approx(found.S)
+    assert found.best(found.errors[0].signal).model in found.valves()
+    assert "S = 39.11 %" in found.summary()
+
+
+def test_phenomena_of_section_five():
+    """The paper: the one-parameter model only stairs, the two-parameter one only follows, three show both."""
+    rows = {row.model: row for row in st.phenomena_table(table1_reading_a())}
+    shown = {name: (row.staircase, row.follow) for name, row in rows.items()}
+    assert shown["Stenman"] == shown["He"] == shown["HeWang"] == (True, False)
+    assert shown["Choudhury"] == shown["Kano"] == (False, True)
+    assert shown["Srinivasan"] == shown["Srinivasan with tables"] == shown["PhysicalValve"] == (True, True)
+    assert {name for name, row in rows.items() if row.slip_varies_with_rate} == {
+        "PhysicalValve",
+        "Srinivasan with tables",
+    }
+    assert {name for name, row in rows.items() if row.slip_varies_with_position} == {"Srinivasan with tables"}
+    assert all(row.deadband > 0.0 for row in rows.values())
+    S, J = 100.0 * 704.0 / 1800.0, 100.0 * 64.0 / 1800.0
+    for name in ("Choudhury", "Kano"):
+        assert rows[name].deadband == pytest.approx(S, abs=0.02)
+    for name in ("He", "Srinivasan"):
+        assert S - 0.02 <= rows[name].deadband <= S + J + 0.02
+    json.dumps([row.to_dict() for row in rows.values()])
+
+
+def test_phenomena_need_a_valve_that_can_stair():
+    valve = table1_reading_a()
+    with pytest.raises(st.ParameterError, match="no ramp gives stairs"):
+        st.phenomena_table(replace(valve, static=valve.coulomb))
