@@ -40,8 +40,8 @@ def analyse_ramp(
     signal : {"mv", "pv"}, optional
         What shows the stem; by default `mv` where it was recorded, else `pv`.
     lag : float
-        Known first-order lag between OP and the stem signal (transducer, actuator, flow sensor) [s]. A lag L left
-        out shifts sb by the rate times L.
+        Known first-order lag between the OP and the force on the stem (transducer, actuator) [s]; left out, it shifts
+        sb by the rate times the lag. A lag of the sensor is found from the rates that were followed.
     limit : float
         Limit on deadband plus stick band, S [% of span].
     bins : int
@@ -63,7 +63,8 @@ def analyse_ramp(
     OP and stem are cut into rests and straight lines. A rest followed by another level is a slip; a line with
     about the slope of the OP is following. sb, sj and the frictionless line come from one least-squares fit, their
     intervals from a bootstrap over the slips. r lies between the fastest ramp that went in stairs and the slowest
-    that was followed; it is known no better than the rates tested.
+    that was followed; it is known no better than the rates tested. Stairs too small for the noise are sought
+    together, by their regularity.
 
     References
     ----------

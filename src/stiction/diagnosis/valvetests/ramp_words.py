@@ -57,6 +57,10 @@ def not_known(
         lines.append(f"intervals: {fit.sb.n} slip{'s' if fit.sb.n > 1 else ''} only. Repeat the ramp.")
     coarse = [ramp for ramp in ramps if ramp.behaviour == "cannot tell"]
     lines += [f"what happened at {abs(ramp.rate):.3g} %/s: {ramp.reason}." for ramp in coarse]
+    blurred = [f"{abs(ramp.rate):.3g}" for ramp in ramps if "regularity" in ramp.reason]
+    if blurred:
+        rates = ", ".join(dict.fromkeys(blurred))
+        lines.append(f"each slip at {rates} %/s: the noise hides them; they were counted by their regularity.")
     if reading.signal == "pv":
         lines.append(
             "the travel itself: it was read from the flow, as if flow were proportional to travel in this range."

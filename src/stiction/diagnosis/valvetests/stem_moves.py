@@ -20,6 +20,8 @@ __all__ = ["Follow", "Moves", "Slip", "moves"]
 
 REST = 0.25
 """A line below this share of the expected slope is a rest [-]."""
+PASSING = 0.4
+"""A rest shorter than this share of the input travel that the jump about it calls for is none [-]."""
 CLEAR = 3.0
 """Jumps below this multiple of the smallest stair seen singly are also sought by their regularity [-]."""
 TRANSIT = 3.0
@@ -110,8 +112,8 @@ def moves(
     """
     expected = gain * ramp.rate
     least = max(1.6 * rounding, 0.02 * abs(gain))
-    runs = _runs(cut(time, stem, sigma), expected, least, sigma)
     dt = float(np.median(np.diff(time)))
+    runs = _settled(_runs(cut(time, stem, sigma), expected, least, sigma), abs(expected), dt)
     heading = math.copysign(1.0, expected)
     slips: list[Slip] = []
     follows: list[Follow] = []
@@ -139,9 +141,10 @@ def moves(
         later = time > slips[0].time
         hidden, regular = hidden_stairs(ramp, time[later], stem[later], sigma, gain)
         seen = min(seen, regular)
-        if hidden is not None:
+        travel = abs(ramp.rate) * float(time[-1] - slips[0].time)
+        all_seen = hidden is not None and abs(travel / hidden.jump + 0.5 - len(slips)) < 1.0 and not follows
+        if hidden is not None and not all_seen:
             first = replace(slips[0], after=slips[0].before + gain * hidden.jump, stuck=math.nan)
-            travel = abs(ramp.rate) * float(time[-1] - first.time)
             return Moves((first,), (), travel, max(seen, least), lead, hidden)
     return Moves(tuple(slips), tuple(follows), rest_travel, max(seen, least), lead, None)
 
@@ -163,6 +166,23 @@ def _runs(pieces: list[Piece], expected: float, least: float, sigma: float) -> l
                 continue
         runs.append(_Run(rest, piece))
     return runs
+
+
+def _settled(runs: list[_Run], speed: float, dt: float) -> list[_Run]:
+    """Drop what lies between two rests but is too short for a rest or for following: a slip seen through a lag.
+
+    After a slip the input has to travel as far as the stem jumped before it slips again.
+    """
+    settled: list[_Run] = []
+    for k, run in enumerate(runs):
+        before = settled[-1] if settled else None
+        if before is not None and before.rest and k + 1 < len(runs) and (run.rest or runs[k + 1].rest):
+            reached = run if run.rest else runs[k + 1]
+            jump = abs(reached.piece.level - before.piece.level)
+            if speed * (run.piece.end - run.piece.start + dt) < PASSING * jump:
+                continue
+        settled.append(run)
+    return settled
 
 
 def _join(a: Piece, b: Piece, rest: bool) -> Piece:

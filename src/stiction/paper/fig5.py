@@ -1,0 +1,102 @@
+"""Fig. 5: a flow loop whose valve sticks and jumps differently over its travel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.diagnosis.valvetests import RampTest
+
+__all__ = ["Figure5", "figure5"]
+
+DT = 1.0
+LAG = 2.0
+NOISE = 0.1
+RATE = 0.05
+GAIN, ZERO = 1.2, 4.0
+POSITION = (20.0, 30.0, 40.0, 50.0, 60.0)
+STICK_BAND = (3.0, 3.4, 4.5, 3.8, 3.2)
+JUMP = (1.2, 1.8, 3.0, 2.2, 1.5)
+
+
+@dataclass(frozen=True)
+class Figure5:
+    """A ramp of the flow loop up and down, and what the ramp test reads from the flow alone."""
+
+    time: NDArray[np.float64] = field(repr=False)
+    """Time [s], shape (n_samples,)."""
+    op: NDArray[np.float64] = field(repr=False)
+    """OP [% of span], shape (n_samples,)."""
+    pv: dict[str, NDArray[np.float64]] = field(repr=False)
+    """Flow with eq. 5 as `printed` and `corrected` [m3/h], each of shape (n_samples,)."""
+    position: dict[str, NDArray[np.float64]] = field(repr=False)
+    """Stem, which the paper could not measure [% of span], each of shape (n_samples,)."""
+    travel: NDArray[np.float64]
+    """Positions at which sb and sj are given [% of span], shape (5,)."""
+    sb: NDArray[np.float64]
+    """Stick band there [% of span], shape (5,)."""
+    sj: NDArray[np.float64]
+    """Jump there [% of span], shape (5,)."""
+    test: RampTest = field(repr=False)
+    """What `analyse_ramp` reads from the flow of the corrected model."""
+
+
+def figure5(seed: int = 0) -> Figure5:
+    """Ramp the valve of a flow loop whose sb and sj vary over the travel.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the flow's noise.
+
+    Returns
+    -------
+    Figure5
+        The paper's industrial record is not available and its text gives no numbers for it: the table of sb and sj,
+        the rate, the flow's gain, the sensor's lag of 2 s and the noise are this project's, chosen to show what the
+        text says: stairs at low rate, with slip jump and stick band that vary over the stem position. The paper
+        ramped up only; the way down is added, since a flow alone shows the stick band only when both are seen.
+
+    References
+    ----------
+    srinivasan2008, Fig. 5, section III B and eq. 5 with <sb, sj> = f(x, du).
+
+    Examples
+    --------
+    >>> from stiction.paper import figure5
+    >>> {ramp.behaviour for ramp in figure5().test.ramps}
+    {'staircase'}
+    """
+    from stiction.diagnosis.valvetests import analyse_ramp
+    from stiction.models import Srinivasan, Table
+    from stiction.records import LoopRecord
+    from stiction.simulation import stroke
+
+    rest = np.full(60, POSITION[0])
+    rise = np.arange(POSITION[0], POSITION[-1], RATE * DT)
+    op = np.concatenate([rest, rise, np.full(60, POSITION[-1]), rise[::-1], rest])
+    travel, sb, sj = np.array(POSITION), np.array(STICK_BAND), np.array(JUMP)
+    noise = NOISE * GAIN * np.random.default_rng(seed).standard_normal(op.size)
+    position: dict[str, NDArray[np.float64]] = {}
+    pv: dict[str, NDArray[np.float64]] = {}
+    for name, as_printed in (("printed", True), ("corrected", False)):
+        valve = Srinivasan(Table(travel, sb), Table(travel, sj), r=2.0 * RATE, as_printed=as_printed)
+        stem = np.asarray(stroke(valve, op, DT).mv)
+        position[name] = stem
+        pv[name] = ZERO + GAIN * _sensor(stem) + noise
+    record = LoopRecord("flow loop", DT, op=op, pv=pv["corrected"], loop_type="flow")
+    return Figure5(np.arange(op.size, dtype=np.float64) * DT, op, pv, position, travel, sb, sj, analyse_ramp(record))
+
+
+def _sensor(stem: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Stem behind the first-order lag of the flow sensor."""
+    keep = float(np.exp(-DT / LAG))
+    seen = stem.copy()
+    for k in range(1, stem.size):
+        seen[k] = keep * seen[k - 1] + (1.0 - keep) * stem[k]
+    return seen
