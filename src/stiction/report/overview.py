@@ -63,7 +63,7 @@ def _row(k: int, diagnosis: Diagnosis) -> list[Cell]:
     size = Cell("–", sort="")
     if found is not None and diagnosis.verdict != "no_stiction":
         S, low, high = words.interval(found.S, found.S_low, found.S_high)
-        size = Cell(f"{S} ({low} to {high})", sort=_finite(found.S))
+        size = Cell(f"{S} ({low}\u00a0to\u00a0{high})", sort=_finite(found.S))
     verdict, cause = words.VERDICTS[diagnosis.verdict], diagnosis.cause
     if diagnosis.verdict != "stiction" and cause not in ("", "none", "unknown"):
         verdict = f"{verdict}: {cause}"
