@@ -1,0 +1,1 @@
+"""Limit cycles solved exactly."""

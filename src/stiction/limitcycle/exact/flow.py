@@ -1,0 +1,296 @@
+"""The loop in continuous time, event by event, exact to rounding: a Taylor series between events.
+
+Between events the loop is linear: the stem rests, or it follows its input at a fixed lag. The states of the
+linear part are advanced by their Taylor series, over steps so short (norm of A times step <= 1/2) that twelve
+terms leave nothing above rounding. A dead time is exact: the series of the output are kept and read back later.
+Events are roots of these polynomials: the input leaves the band (slip), or slows down below the rate (rest).
+
+Times in here are in units of the longest step. Directions are +1 up, -1 down.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stiction.models.compiled import kernel
+
+__all__ = ["DIVERGED", "FULL", "REST", "SETTLED", "STOPPED", "TERMS", "flow"]
+
+TERMS = 13
+SETTLED, STOPPED, REST, DIVERGED, FULL = 0, 1, 2, 3, 4
+_BAND = 1.0 + 1e-11
+
+
+@kernel
+def _value(q, t):
+    total = 0.0
+    for k in range(q.shape[0] - 1, -1, -1):
+        total = total * t + q[k]
+    return total
+
+
+@kernel
+def _slope(q, t):
+    total = 0.0
+    for k in range(q.shape[0] - 1, 0, -1):
+        total = total * t + k * q[k]
+    return total
+
+
+@kernel
+def _turn(q, a, b):
+    """Where the slope of q changes sign between a and b."""
+    rising = _slope(q, a) > 0.0
+    for _ in range(60):
+        middle = 0.5 * (a + b)
+        if middle in (a, b):
+            break
+        if (_slope(q, middle) > 0.0) == rising:
+            a = middle
+        else:
+            b = middle
+    return 0.5 * (a + b)
+
+
+@kernel
+def _root(q, level, sign, a, b):
+    """Root of sign (q - level) between a, where it is negative, and b, where it is not: Newton within a bracket."""
+    t = b
+    for _ in range(80):
+        f = sign * (_value(q, t) - level)
+        if f >= 0.0:
+            b = t
+        else:
+            a = t
+        slope = sign * _slope(q, t)
+        new = t - f / slope if slope != 0.0 else 0.5 * (a + b)
+        if not a < new < b:
+            new = 0.5 * (a + b)
+        if abs(new - t) <= 1e-15 or new in (a, b):
+            t = new
+            break
+        t = new
+    return t
+
+
+@kernel
+def _reach(q, level, sign, a, b):
+    """First time in a..b at which sign (q - level) >= 0; -1 when it stays below."""
+    if sign * (_value(q, a) - level) >= 0.0:
+        return a
+    if sign * (_value(q, b) - level) >= 0.0:
+        return _root(q, level, sign, a, b)
+    if sign * _slope(q, a) > 0.0 and sign * _slope(q, b) < 0.0:
+        top = _turn(q, a, b)
+        if sign * (_value(q, top) - level) >= 0.0:
+            return _root(q, level, sign, a, top)
+    return -1.0
+
+
+@kernel
+def _slowed(q, rate, sign, a, b):
+    """First time in a..b at which the rate of q in direction `sign` is below `rate`; -1 when it never is."""
+    if sign * _slope(q, b) >= rate:
+        return -1.0
+    for _ in range(60):
+        middle = 0.5 * (a + b)
+        if middle in (a, b):
+            break
+        if sign * _slope(q, middle) >= rate:
+            a = middle
+        else:
+            b = middle
+    return 0.5 * (a + b)
+
+
+@kernel
+def _shift(q, s, out):
+    """Coefficients of q about s."""
+    n = q.shape[0]
+    for k in range(n):
+        out[k] = q[k]
+    if s == 0.0:
+        return
+    for i in range(n - 1):
+        for k in range(n - 2, i - 1, -1):
+            out[k] += s * out[k + 1]
+
+
+@kernel
+def _extend(q, a, b, low, high):
+    """Widen low..high to the values of q over a..b."""
+    for t in (a, b):
+        v = _value(q, t)
+        low, high = min(low, v), max(high, v)
+    if (_slope(q, a) > 0.0) != (_slope(q, b) > 0.0):
+        v = _value(q, _turn(q, a, b))
+        low, high = min(low, v), max(high, v)
+    return low, high
+
+
+@kernel
+def flow(
+    A, B, C, D, C_pv, D_pv, delay, sb, lag, rate, load_t, load, z, x, up, most_turns, most_steps, tolerance,
+    seg_t, seg_q, turns, states, events, grid, grid_x, grid_op, grid_pv,
+):  # fmt: skip
+    """Run the loop from rest at `x` with the states `z` (n,), which are overwritten.
+
+    `up` is the direction of the last motion. `load` (n_loads,) holds from the times `load_t`. Every time the stem
+    turns down, `turns` gets (time of rest at the top, level, op high, op low, pv high, pv low, followed, slips, time
+    until the turn) and `states` the states at that rest; high and low are of the swing just ended. `events` gets
+    (time, level) of every rest. `grid` are times at which stem, OP and PV are wanted; OP and PV without dead time.
+    Returns (why it ended, turns, events, time, period in turns).
+    """
+    n = z.shape[0]
+    Z = np.zeros((TERMS, n))
+    uq, xq, yq = np.zeros(TERMS), np.zeros(TERMS), np.zeros(TERMS)
+    rested, largest = z.copy(), np.abs(z) + 1e-300
+    size = seg_t.shape[0]
+    head, cur = 0, 0
+    t, rest_t, follows, followed, slips = 0.0, 0.0, False, 0.0, 0.0
+    n_turns, n_events, at, k_load = 0, 0, 0, 0
+    op_low, op_high, pv_low, pv_high = math.inf, -math.inf, math.inf, -math.inf
+    band = sb * _BAND
+    for _ in range(most_steps):
+        while k_load + 1 < load_t.shape[0] and load_t[k_load + 1] <= t:
+            k_load += 1
+        v = load[k_load]
+        h = 1.0
+        if delay > 0.0:
+            h = min(h, delay)
+        if k_load + 1 < load_t.shape[0]:
+            h = min(h, load_t[k_load + 1] - t)
+        past = t - delay
+        if delay > 0.0 and past >= 0.0:
+            while cur + 1 < head and seg_t[(cur + 1) % size] <= past + 1e-12 * (1.0 + t):
+                cur += 1
+        elif delay > 0.0:
+            h = min(h, -past)
+        if follows and delay > 0.0:
+            q = seg_q[cur % size]
+            _shift(q, past - seg_t[cur % size], xq)
+            if cur + 1 < head:
+                h = min(h, seg_t[(cur + 1) % size] - past)
+            xq[0] -= up * lag
+            if up * (xq[0] - x) < -1e-9 * sb:
+                follows, rest_t = False, t
+                rested[:] = z
+        if not follows:
+            for k in range(TERMS):
+                xq[k] = 0.0
+            xq[0] = x
+        for i in range(n):
+            Z[0, i] = z[i]
+        for k in range(TERMS):
+            if delay == 0.0 and follows:
+                total = 0.0
+                for i in range(n):
+                    total += C[i] * Z[k, i]
+                xq[k] = total - (up * lag if k == 0 else 0.0)
+            drive = xq[k] + (v if k == 0 else 0.0)
+            u, y = D * drive, D_pv * drive
+            for i in range(n):
+                u += C[i] * Z[k, i]
+                y += C_pv[i] * Z[k, i]
+                if k + 1 < TERMS:
+                    total = B[i] * drive
+                    for j in range(n):
+                        total += A[i, j] * Z[k, j]
+                    Z[k + 1, i] = total / (k + 1)
+            uq[k], yq[k] = u, y
+        if delay > 0.0 and head - cur >= size:
+            return FULL, n_turns, n_events, t, 0
+        seg_t[head % size] = t
+        for k in range(TERMS):
+            seg_q[head % size, k] = uq[k]
+        head += 1
+        done, event, sign, op, speed = h, False, 0.0, 0.0, 0.0
+        if delay == 0.0 or past >= 0.0:
+            piece = cur if delay > 0.0 else head - 1
+            begin = past if delay > 0.0 else t
+            end = begin + h
+            while True:
+                q = seg_q[piece % size]
+                origin = seg_t[piece % size]
+                a, b = max(begin - origin, 0.0), end - origin
+                last = True
+                if delay > 0.0 and piece + 1 < head and seg_t[(piece + 1) % size] < end - 1e-12 * (1.0 + t):
+                    b = seg_t[(piece + 1) % size] - origin
+                    last = False
+                if follows:
+                    hit = _slowed(q, rate, up, a, b)
+                else:
+                    hit = _reach(q, x + band, 1.0, a, b)
+                    sign = 1.0
+                    other = _reach(q, x - band, -1.0, a, b if hit < 0.0 else hit)
+                    if other >= 0.0:
+                        hit, sign = other, -1.0
+                if hit >= 0.0:
+                    event, b = True, hit
+                    done = origin + hit - begin
+                    op, speed = _value(q, hit), _slope(q, hit)
+                op_low, op_high = _extend(q, a, b, op_low, op_high)
+                if event or last:
+                    break
+                piece += 1
+        pv_low, pv_high = _extend(yq, 0.0, done, pv_low, pv_high)
+        while at < grid.shape[0] and grid[at] < t + done:
+            local = grid[at] - t
+            grid_x[at], grid_op[at], grid_pv[at] = _value(xq, local), _value(uq, local), _value(yq, local)
+            at += 1
+        moved = 0.0
+        for i in range(n):
+            total = 0.0
+            for k in range(TERMS - 1, -1, -1):
+                total = total * done + Z[k, i]
+            z[i] = total
+            largest[i] = max(largest[i], abs(total))
+            moved = max(moved, abs(Z[1, i]) / (largest[i] + sb * abs(B[i])))
+        t += done
+        if abs(uq[0]) > 1e7 * sb:
+            return DIVERGED, n_turns, n_events, t, 0
+        if not event:
+            if follows:
+                x = _value(xq, done)
+            elif moved < 1e-14 and t - rest_t > delay and k_load + 1 == load_t.shape[0]:
+                return REST, n_turns, n_events, t, 0
+            continue
+        if follows:
+            x = _value(xq, done)
+            follows = False
+        else:
+            if sign < 0.0 and up > 0.0:
+                if n_turns < turns.shape[0]:
+                    row = turns[n_turns]
+                    row[0], row[1] = rest_t, x
+                    row[2], row[3], row[4], row[5] = op_high, op_low, pv_high, pv_low
+                    row[6], row[7], row[8] = followed, slips, t - rest_t
+                    for i in range(n):
+                        states[n_turns, i] = rested[i]
+                n_turns += 1
+                op_low, op_high, pv_low, pv_high = math.inf, -math.inf, math.inf, -math.inf
+                followed, slips = 0.0, 0.0
+                for m in range(1, 5):
+                    if n_turns > m + 1:
+                        change = abs(turns[n_turns - 1, 1] - turns[n_turns - 1 - m, 1]) / sb
+                        for i in range(n):
+                            change = max(change, abs(states[n_turns - 1, i] - states[n_turns - 1 - m, i]) / largest[i])
+                        if change <= tolerance:
+                            return SETTLED, n_turns, n_events, t, m
+                if n_turns >= most_turns:
+                    return STOPPED, n_turns, n_events, t, 0
+            up = sign
+            slips += 1.0
+            x = op - up * lag
+            follows = up * speed >= rate
+            if follows:
+                followed += 1.0
+        if not follows:
+            rest_t = t
+            rested[:] = z
+            if n_events < events.shape[0]:
+                events[n_events, 0], events[n_events, 1] = t, x
+                n_events += 1
+    return STOPPED, n_turns, n_events, t, 0

@@ -1,0 +1,133 @@
+"""Packing and unpacking for `flow`: one loop in continuous time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.errors import ParameterError
+from stiction.limitcycle.bands import Bands, require_bands
+from stiction.limitcycle.exact.flow import TERMS, flow
+from stiction.limitcycle.linear import LinearPart, linear_part
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.models import Loop
+
+__all__ = ["Machine", "Run", "machine"]
+
+
+@dataclass(frozen=True)
+class Run:
+    """What one run of the loop left behind; times in seconds, all signals in deviations."""
+
+    status: int
+    """Why it ended: one of the codes of `flow`."""
+    time: NDArray[np.float64]
+    """Time of each rest at the top [s], shape (n_turns,)."""
+    level: NDArray[np.float64]
+    """Stem position there [% of span], shape (n_turns,)."""
+    states: NDArray[np.float64]
+    """States of the linear part there, shape (n_turns, n)."""
+    swing: NDArray[np.float64]
+    """OP high, OP low, PV high, PV low, times followed, slips of the swing before, wait of the turn [s]."""
+    events: NDArray[np.float64]
+    """Time [s] and level [% of span] of every rest, shape (n_events, 2)."""
+    turns: int
+    """Oscillations after which the motion repeated; 0 when it did not settle."""
+
+
+@dataclass(frozen=True, eq=False)
+class Machine:
+    """A loop ready to run in continuous time."""
+
+    linear: LinearPart
+    """Its linear part."""
+    valve: Bands
+    """Its valve."""
+    unit: float
+    """Longest step of the series [s]."""
+    arguments: tuple
+    """The leading arguments of `flow`."""
+
+    @property
+    def memory(self) -> int:
+        """Series to keep for the dead time."""
+        return 64 + 8 * math.ceil(self.linear.dead_time / self.unit)
+
+    def run(
+        self, z, x: float, *, up: float = 1.0, most_turns: int = 200, most_steps: int = 200_000,
+        tolerance: float = 1e-11, loads=((0.0, 0.0),), n_events: int = 0, grid=None,
+    ) -> tuple[Run, NDArray[np.float64]]:  # fmt: skip
+        """Run from rest at `x` [% of span] with states `z` (n,); `grid` asks for stem, OP and PV at these times [s].
+
+        Returns the run and the signals, shape (3, n_grid); OP and PV are those before the dead time.
+        """
+        n = self.linear.order
+        turns, states = np.empty((most_turns + 1, 9)), np.empty((most_turns + 1, n))
+        events = np.empty((n_events, 2))
+        wanted = np.empty(0) if grid is None else np.asarray(grid, dtype=float) / self.unit
+        signals = np.full((3, wanted.size), np.nan)
+        times = np.array([time for time, _ in loads]) / self.unit
+        size = self.memory
+        status, k, n_ev, _, period = flow(
+            *self.arguments, times, np.array([float(value) for _, value in loads]), np.array(z, dtype=float), float(x),
+            up, most_turns, most_steps, tolerance, np.empty(size), np.empty((size, TERMS)), turns, states, events,
+            wanted, *signals,
+        )  # fmt: skip
+        turns, states = turns[:k], states[:k]
+        swing = turns[:, 2:].copy()
+        swing[:, 6] *= self.unit
+        events = events[:n_ev] * [self.unit, 1.0]
+        return Run(status, turns[:, 0] * self.unit, turns[:, 1], states, swing, events, period), signals
+
+
+def machine(loop: Loop, *, sp: float = 0.0, load: float = 0.0) -> Machine:
+    """Make a loop ready to run in continuous time.
+
+    Raises
+    ------
+    ParameterError
+        When the valve has no continuous-time form, its band is zero, or controller and process make an algebraic
+        loop.
+    """
+    valve = require_bands(loop.valve)
+    linear = linear_part(loop, sp=sp, load=load)
+    if valve.sb <= 0.0:
+        raise ParameterError(f"{loop.valve!r} has no stiction: the loop is linear and has no limit cycle of its own.")
+    return _machine(linear, valve)
+
+
+def _machine(linear: LinearPart, valve: Bands) -> Machine:
+    if linear.D != 0.0 and linear.dead_time == 0.0:
+        raise ParameterError(
+            "the OP would jump together with the stem (an algebraic loop of derivative or proportional action "
+            "and a process of too low an order); give the derivative a filter, or the process a lag or a dead time."
+        )
+    A, B, C, C_pv = linear.A, linear.B, linear.C, linear.C_pv
+    if linear.order:
+        from scipy.linalg import matrix_balance
+
+        A, (scale, order) = matrix_balance(A, permute=False, separate=True)
+        B, C, C_pv = B / scale, C * scale, C_pv * scale
+        del order
+    speed = min(np.linalg.norm(A, 2), np.linalg.norm(A, 1)) if linear.order else 0.0
+    if linear.dead_time == 0.0 and not valve.staircase:
+        closed = A + np.outer(B, C)
+        speed = max(speed, min(np.linalg.norm(closed, 2), np.linalg.norm(closed, 1)))
+    if speed == 0.0:
+        speed = 1.0 / linear.dead_time if linear.dead_time else 1.0
+    unit = 0.5 / float(speed)
+    scale = scale if linear.order else np.ones(0)
+    packed = (
+        np.ascontiguousarray(A * unit), B * unit, np.ascontiguousarray(C), linear.D, np.ascontiguousarray(C_pv),
+        linear.D_pv, linear.dead_time / unit, valve.sb, valve.lag, valve.rate * unit,
+    )  # fmt: skip
+    balanced = LinearPart(
+        A, B, C, linear.D, C_pv, linear.D_pv, linear.dead_time, linear.rest, linear.op_rest, linear.pv_rest
+    )
+    return Machine(balanced, valve, unit, packed)

@@ -1,0 +1,213 @@
+"""All limit cycles of a loop in continuous time: from predictions, from starts of every size, and their mirrors."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.limitcycle.describing import describing_function
+from stiction.limitcycle.describing.stenman import lattice_offset
+from stiction.limitcycle.exact.flow import DIVERGED, REST, SETTLED
+from stiction.limitcycle.exact.orbit import Orbit, limit_cycle, refine
+from stiction.limitcycle.exact.run import Machine, machine
+from stiction.limitcycle.prediction import harmonic_balance
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from stiction.limitcycle.result import LimitCycle
+    from stiction.models import Loop
+
+__all__ = ["exact_limit_cycles", "same_cycle", "search"]
+
+_SIZES = (0.7, 1.05, 1.5, 2.2, 3.3, 5.0, 9.0, 20.0)
+_PHASES = (-math.pi, -2.6, -2.1)
+
+
+def exact_limit_cycles(
+    loop: Loop,
+    *,
+    sp: float = 0.0,
+    load: float = 0.0,
+    families: Iterable[str | float] | None = None,
+) -> tuple[LimitCycle, ...]:
+    """All limit cycles of a loop, solved exactly in continuous time, with their stability.
+
+    Parameters
+    ----------
+    loop : Loop
+        The loop; its `dt` plays no part, and output limits, end stops and noise are left out.
+    sp : float
+        Set point [PV units].
+    load : float
+        Constant load at the process inlet [% of span].
+    families : iterable of str or float, optional
+        For a staircase valve (Stenman, He, Srinivasan with r infinite): "half" and "integer" are the two
+        families symmetric about the point of rest, a number is the absolute position of one rest level
+        [% of span]. By default both symmetric ones.
+
+    Returns
+    -------
+    tuple of LimitCycle
+        By family and amplitude.
+
+    Raises
+    ------
+    ParameterError
+        When the valve has no continuous-time form or no stiction, the controller and process are improper or
+        make an algebraic loop, or the loop has no point of rest.
+
+    Notes
+    -----
+    A staircase valve moves by exactly one jump at a time, so the offset of its rest levels against the load is
+    conserved and cycles come in families over it. Sampling lets every jump overshoot a little and makes the
+    lattice drift: in a simulation the offset is only as lasting as dt is short.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> loop = st.Loop(st.PID.parallel(0.5, 1.0, 0.1), st.Stenman(0.5), st.TransferFunction([1], [5, 6, 1]), dt=0.01)
+    >>> [(c.family, round(c.period, 2)) for c in exact_limit_cycles(loop)]
+    [('half', 21.12), ('half', 16.23), ('integer', 17.6), ('integer', 15.66)]
+    """
+    m = machine(loop, sp=sp, load=load)
+    if not m.valve.staircase:
+        return search(m, loop, None)
+    found: list[LimitCycle] = []
+    for family in ("half", "integer") if families is None else families:
+        offset = (
+            lattice_offset(m.valve.jump, family)
+            if isinstance(family, str)
+            else (float(family) - m.linear.rest) % m.valve.jump
+        )
+        found += search(m, loop, offset)
+    return tuple(found)
+
+
+def search(m: Machine, loop: Loop, offset: float | None) -> tuple[LimitCycle, ...]:
+    """All cycles on one lattice offset [% of span] from the point of rest, or of a valve without a lattice (None)."""
+    found: list[LimitCycle] = []
+    family = "half" if offset is None else offset
+    for guess in harmonic_balance(m.linear, loop.valve, None if offset is None else (offset,)):
+        if guess.kind == "cycle":
+            states, level = _from_prediction(m, loop, guess, family)
+            _settle(m, states, level, offset, found, polish_first=True)
+    for states, level in _starts(m, offset):
+        _settle(m, states, level, offset, found)
+    if offset is None or min(offset, m.valve.jump - offset) < 1e-9 or abs(offset - m.valve.jump / 2.0) < 1e-9:
+        for cycle in list(found):
+            if cycle.stable is not False:
+                *states, level = cycle.section
+                _settle(m, -np.array(states), -level, offset, found, up=-1.0)
+    return tuple(sorted(found, key=lambda cycle: (cycle.amplitude, cycle.period)))
+
+
+def same_cycle(one: LimitCycle, other: LimitCycle, tolerance: float = 1e-6) -> bool:
+    """Whether two exact cycles are the same motion."""
+    return (
+        abs(one.period / one.turns - other.period / other.turns) <= tolerance * one.period / one.turns
+        and abs(one.amplitude - other.amplitude) <= tolerance * one.amplitude
+        and abs(one.levels[-1] - other.levels[-1]) <= tolerance * one.amplitude
+    )
+
+
+def _settle(m: Machine, states, level: float, offset, found, *, polish_first: bool = False, up: float = 1.0) -> None:
+    """Follow the loop from a start to where it settles, refine that, and keep it when it is new."""
+    fixed = offset is not None
+    if polish_first:
+        orbit = refine(m, states, level, fixed=fixed)
+        if orbit is not None:
+            _keep(found, limit_cycle(m, orbit))
+            return
+    run, _ = m.run(states, level, most_turns=24, tolerance=1e-6, up=up)
+    if run.time.size < 2 or run.status in (REST, DIVERGED):
+        return
+    orbit = None
+    if run.status == SETTLED:
+        orbit = _refined(m, run, fixed)
+    if orbit is None:
+        run, _ = m.run(states, level, most_turns=600, tolerance=1e-10, up=up, most_steps=400_000)
+        if run.status != SETTLED:
+            return
+        orbit = _refined(m, run, fixed)
+    if orbit is not None:
+        _keep(found, limit_cycle(m, orbit))
+        return
+    k = run.turns
+    settled = Orbit(run.states[-1], float(run.level[-1]), float(run.time[-1] - run.time[-1 - k]), k, (), True)  # noqa: FBT003
+    _keep(found, _described(m, settled, run))
+
+
+def _refined(m: Machine, run, fixed: bool) -> Orbit | None:
+    level = float(run.level[-1])
+    held = fixed or not run.swing[-run.turns :, 4].any()
+    if run.swing[-1, 6] <= m.linear.dead_time:
+        return None
+    return refine(m, run.states[-1], level, run.turns, fixed=held)
+
+
+def _described(m: Machine, orbit: Orbit, run) -> LimitCycle:
+    """A cycle known from a settled run only: its turn is shorter than the dead time, so the map needs the past."""
+    from stiction.limitcycle.result import LimitCycle
+
+    k = orbit.turns
+    swing = run.swing[-k:]
+    low = _lowest(run, orbit)
+    rest = m.linear.rest
+    top = float(run.level[-k:].max())
+    return LimitCycle(
+        "continuous", "cycle", "", float(swing[:, 0].max() - swing[:, 1].min()) / 2.0, orbit.period,
+        float(swing[:, 2].max() - swing[:, 3].min()) / 2.0, (top - low) / 2.0, (low + rest, top + rest),
+        stable=True, turns=k, section=(*(float(s) for s in orbit.states), orbit.level),
+        warning="Known from a settled run: the stem turns within the dead time, so no multipliers are given.",
+    )  # fmt: skip
+
+
+def _lowest(run, orbit: Orbit) -> float:
+    recent = run.events[run.events[:, 0] > run.time[-1] - orbit.period * (1.0 + 1e-9)] if run.events.size else None
+    return float(recent[:, 1].min()) if recent is not None and recent.size else float("nan")
+
+
+def _keep(found: list[LimitCycle], cycle: LimitCycle) -> None:
+    if not any(same_cycle(cycle, known) for known in found):
+        found.append(cycle)
+
+
+def _from_prediction(m: Machine, loop: Loop, guess: LimitCycle, family) -> tuple[np.ndarray, float]:
+    """States and level at the rest at the top, as the describing function sees them."""
+    w = guess.omega
+    n = complex(describing_function(loop.valve, guess.amplitude, w, family=family))
+    top = guess.levels[-1] - m.linear.rest if guess.levels else guess.mv_amplitude
+    before = math.acos(min(max((top + m.valve.lag) / guess.amplitude, -1.0), 1.0)) if m.valve.staircase else 0.0
+    phasor = m.linear.states_at(w) * n * guess.amplitude
+    return np.real(phasor * np.exp(-1j * before)), top
+
+
+def _starts(m: Machine, offset: float | None):
+    """Starts of many sizes, as if the stem had moved in a sine at a few frequencies."""
+    linear = m.linear
+    marks = np.abs(np.append(linear.poles, 1.0 / linear.dead_time if linear.dead_time else 0.0))
+    marks = marks[marks > 1e-9 * max(float(marks.max(initial=0.0)), 1e-300)]
+    if marks.size == 0:
+        marks = np.ones(1)
+    grid = np.geomspace(1e-2 * marks.min(), 1e2 * marks.max(), 600)
+    phase = np.unwrap(np.angle(linear.at(1j * grid)))
+    phase -= 2.0 * math.pi * round(float(phase[0] + math.pi / 2.0) / (2.0 * math.pi))
+    speeds = []
+    for wanted in _PHASES:
+        past = np.nonzero(phase <= wanted)[0]
+        speeds.append(grid[past[0]] if past.size else marks.min())
+    jump = m.valve.jump
+    for w in dict.fromkeys(float(s) for s in speeds):
+        unit = linear.states_at(w) * (-1.0 / complex(linear.at(1j * w))) * np.exp(-1j * w * linear.dead_time)
+        for size in _SIZES:
+            a = size * m.valve.sb
+            level = a - m.valve.lag
+            if offset is not None:
+                level = offset + jump * math.floor((level - offset) / jump + 0.5)
+                before = min(max((level + m.valve.lag) / a, -1.0), 1.0)
+                yield np.real(unit * a * np.exp(-1j * math.acos(before))), level
+            else:
+                yield np.real(unit * a), level
