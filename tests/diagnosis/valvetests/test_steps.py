@@ -1,0 +1,158 @@
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import stiction as st
+
+
+def staircase(turn: float, hold: int = 5) -> np.ndarray:
+    """0.1 % steps from 0 up to `turn` and down again, each held `hold` samples."""
+    n = round(turn / 0.1)
+    return np.repeat(np.round(0.1 * np.r_[0 : n + 1, n - 1 : -1 : -1], 9), hold)
+
+
+def test_the_synthetic_isa_check():
+    # N22a and G: S = 3, J = 1, moves at 1.1, 2.2 ... 7.7; turned at 7.9, the first move back comes at 4.6.
+    record = st.stroke(st.Kano(S=3.0, J=1.0), staircase(7.9), 1.0, position=-1.0)
+    test = st.analyse_steps(record)
+    moved = [round(step.op_after, 6) for step in test.steps if step.responded]
+    assert moved[:8] == [1.1, 2.2, 3.3, 4.4, 5.5, 6.6, 7.7, 4.6]
+    assert test.resolution.value == pytest.approx(1.1)
+    assert test.S.value == pytest.approx(3.1)
+    assert test.deadband.value == pytest.approx(3.3)
+    low, high = test.deadband_range
+    assert low == pytest.approx(3.0)
+    assert 4.0 <= high <= 4.0 + 2 * 0.1 + 1e-9
+    assert test.verdict == "beyond limit"
+
+
+@pytest.mark.parametrize("turn", [7.7, 8.0, 8.3, 8.7])
+def test_the_deadband_from_the_turning_point_lies_within_the_range(turn):
+    test = st.analyse_steps(st.stroke(st.Kano(S=3.0, J=1.0), staircase(turn), 1.0, position=-1.0))
+    assert test.S.value == pytest.approx(3.1)
+    assert test.deadband.value == pytest.approx(3.1 + turn - 7.7)
+    low, high = test.deadband_range
+    assert low <= test.deadband.value <= high + 0.1
+
+
+def test_steps_cannot_tell_the_rate():
+    # science 1.2: on held steps the stem is the same for every r, so the test must not claim one.
+    tests = [
+        st.analyse_steps(st.stroke(st.Srinivasan(2.0, 1.0, r), staircase(7.9), 1.0)) for r in (0.0, 0.02, math.inf)
+    ]
+    assert tests[0].quantities() == tests[1].quantities() == tests[2].quantities()
+    assert all(any(line.startswith("r:") for line in test.unknown) for test in tests)
+    assert "r" not in tests[0].quantities()
+
+
+def first_order(op: np.ndarray, tau: float, dead: int, dt: float) -> np.ndarray:
+    """Closed form sample by sample: y' = (u(t - dead dt) - y) / tau for an input held between samples."""
+    keep = math.exp(-dt / tau)
+    out = np.empty_like(op)
+    y = op[0]
+    for k in range(op.size):
+        if k:
+            y = keep * y + (1.0 - keep) * op[max(k - 1 - dead, 0)]
+        out[k] = y
+    return out
+
+
+def test_response_times_of_a_first_order_valve():
+    # T63 = Td + tau, T86 = Td + 2 tau, T98 = Td + tau ln 50 in closed form.
+    dt, tau, dead = 0.05, 1.5, 10
+    op = np.repeat([50.0, 55.0, 50.0, 45.0, 50.0, 52.0], 400)
+    test = st.analyse_steps(st.LoopRecord("first order", dt, op=op, mv=first_order(op, tau, dead, dt)))
+    # A step at sample k is answered from k + dead on: the hold of the closed form starts one sample later.
+    assert test.t63.value == pytest.approx(dead * dt + tau, abs=2 * dt)
+    assert test.t86.value == pytest.approx(dead * dt + 2 * tau, abs=2 * dt)
+    assert test.t98.value == pytest.approx(dead * dt + tau * math.log(50.0), abs=3 * dt)
+    assert test.dead_time.value == pytest.approx(dead * dt, abs=2 * dt)
+    assert test.overshoot.value == 0.0
+
+
+def test_overshoot():
+    dt = 0.1
+    t = np.arange(0.0, 60.0, dt)
+    zeta, omega = 0.5, 1.0
+    damped = omega * math.sqrt(1 - zeta**2)
+    rise = 1 - np.exp(-zeta * omega * t) * (np.cos(damped * t) + zeta * omega / damped * np.sin(damped * t))
+    op = np.concatenate([np.full(t.size, 40.0), np.full(t.size, 45.0)])
+    mv = np.concatenate([np.full(t.size, 40.0), 40.0 + 5.0 * rise])
+    test = st.analyse_steps(st.LoopRecord("second order", dt, op=op, mv=mv))
+    # 100 exp(-pi zeta / sqrt(1 - zeta^2)) = 16.3 %
+    assert test.overshoot.value == pytest.approx(16.3, abs=0.5)
+
+
+def test_lost_motion_of_large_steps_is_the_deadband_alone():
+    op = np.repeat([50.0, 55.0, 60.0, 55.0, 50.0, 45.0, 50.0, 55.0], 20)
+    test = st.analyse_steps(st.stroke(st.Kano(S=3.0, J=1.0), op, 1.0))
+    assert test.lost_motion.value == pytest.approx(2.0, abs=0.01)
+    assert any("deadband below" in line for line in test.unknown)
+
+
+def test_a_noisy_position_still_tells():
+    record = st.stroke(st.Kano(S=3.0, J=1.0), staircase(7.9, hold=20), 1.0, position=-1.0)
+    mv = np.round(record.mv + 0.1 * np.random.default_rng(3).standard_normal(len(record)), 1)
+    test = st.analyse_steps(replace(record, mv=mv))
+    assert test.S.value == pytest.approx(3.1, abs=0.15)
+    assert test.resolution.value == pytest.approx(1.1, abs=0.1)
+    assert test.smallest_response < 0.5
+
+
+def test_verdicts():
+    plan = st.plan_step_test(50.0, fine_step=0.1, fine_range=2.0, sizes=[])
+    good = st.analyse_steps(st.stroke(st.Kano(S=0.35, J=0.15), plan.op, 1.0))
+    assert good.verdict == "within limit"
+    assert st.analyse_steps(good.record, limit=0.2).verdict == "beyond limit"
+    stuck = st.analyse_steps(st.stroke(st.Kano(S=20.0, J=1.0), plan.op, 1.0))
+    assert stuck.verdict == "beyond limit"
+    assert any("never responded" in line for line in stuck.unknown)
+    one_way = st.analyse_steps(st.stroke(st.Kano(S=1.0, J=0.5), np.repeat(np.arange(50.0, 56.0, 0.5), 10), 1.0))
+    assert one_way.verdict == "undecided"
+    assert not one_way.deadband.known
+
+
+def test_records_without_steps_are_refused():
+    with pytest.raises(st.RecordError, match="holds no step"):
+        st.analyse_steps(st.stroke(st.Kano(1.0, 1.0), np.full(200, 50.0), 1.0))
+    ramp = st.plan_ramp_test(5.0, 15.0, rates=[0.05], wait=10.0)
+    with pytest.raises(st.RecordError, match="analyse_ramp"):
+        st.analyse_steps(st.stroke(st.Kano(1.0, 1.0), ramp.op, 1.0))
+    noise = np.random.default_rng(0).standard_normal(500)
+    with pytest.raises(st.RecordError, match="in automatic"):
+        st.analyse_steps(st.stroke(st.Kano(1.0, 1.0), 50.0 + 4.0 * noise, 1.0))
+    record = st.stroke(st.Kano(1.0, 1.0), staircase(5.0), 1.0)
+    lost = record.mv.copy()
+    lost[lost.size // 2 :] = np.nan
+    with pytest.raises(st.RecordError, match=r"of MV .* missing"):
+        st.analyse_steps(replace(record, mv=lost))
+
+
+def test_before_and_after_a_repair():
+    plan = st.plan_step_test(50.0, fine_step=0.1, fine_range=6.0, sizes=[])
+    old, new = (st.analyse_steps(st.stroke(st.Kano(S=S, J=J), plan.op, 1.0)) for S, J in ((3.0, 1.0), (0.5, 0.2)))
+    comparison = st.compare_tests(old, new)
+    verdicts = {change.name: change.verdict for change in comparison.changes}
+    assert verdicts["S"] == verdicts["resolution"] == "smaller"
+    same = st.compare_tests(old, old)
+    assert {c.verdict for c in same.changes} <= {"no change seen", "cannot tell"}
+    json.dumps(comparison.to_dict(), allow_nan=False)
+    ramp = st.plan_ramp_test(20.0, 40.0, threshold=0.05)
+    other = st.analyse_ramp(st.stroke(st.Kano(3.0, 1.0), ramp.op, 1.0))
+    with pytest.raises(st.ParameterError, match="do not compare"):
+        st.compare_tests(old, other)
+
+
+def test_plan_returns_to_its_start():
+    plan = st.plan_step_test(50.0)
+    assert plan.op[0] == plan.op[-1] == 50.0
+    assert plan.upset == 5.0
+    with pytest.raises(st.ParameterError, match="leaves 0 to 100"):
+        st.plan_step_test(97.0)
+    with pytest.raises(st.ParameterError, match="5 samples"):
+        st.plan_step_test(50.0, hold=3.0)
