@@ -46,7 +46,7 @@ def test_bands_that_contradict_each_other():
         st.Srinivasan(1.0, 2.5, 0.0)
     with pytest.raises(st.ParameterError, match="give sj <= 2 sb"):
         st.Srinivasan(st.Table([0.0, 100.0], [2.0, 1.0]), 3.0, 0.0)
-    with pytest.raises(st.ParameterError, match="K = 2.5 is outside 1 to 2"):
+    with pytest.raises(st.ParameterError, match=r"K = 2\.5 is outside 1 to 2"):
         st.HeWang(2.0, 1.0, 2.5)
 
 
