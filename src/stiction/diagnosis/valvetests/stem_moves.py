@@ -178,7 +178,8 @@ def _settled(runs: list[_Run], speed: float, dt: float) -> list[_Run]:
         before = settled[-1] if settled else None
         if before is not None and before.rest and k + 1 < len(runs) and (run.rest or runs[k + 1].rest):
             reached = run if run.rest else runs[k + 1]
-            jump = abs(reached.piece.level - before.piece.level)
+            left = runs[k - 1].piece
+            jump = abs(reached.piece.level - left.at(left.end))
             if speed * (run.piece.end - run.piece.start + dt) < PASSING * jump:
                 continue
         settled.append(run)
