@@ -14,7 +14,7 @@ from hypothesis.extra import numpy as some_arrays
 
 from stiction.errors import ParameterError
 from stiction.report import Cell, Columns, Figure, Fold, Heading, Html, Table, Text, render_page, thin
-from stiction.report.page import shown
+from stiction.report.markup import shown
 from stiction.report.payload import to_json
 
 EVIL = '</script><script>window.hacked=1</script><img src=x onerror="window.hacked=1">'
@@ -125,6 +125,12 @@ def test_a_heading_level_outside_the_page_is_refused():
 )
 def test_table_values(value, text):
     assert shown(value) == text
+
+
+def test_numbers_of_any_kind_stand_right():
+    page = render_page("t", [Table(["a", "b"], [[np.int64(3), "x"], [np.float32(2.5), 1.0]])])
+    assert page.count('<td class="number">') == 2
+    assert '<td class="number">2.5</td>' in page
 
 
 def test_thinning_keeps_peaks_and_gaps():

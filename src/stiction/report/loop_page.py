@@ -9,7 +9,7 @@ import numpy as np
 
 from stiction.report import figures, words
 from stiction.report.blocks import Block, Cell, Columns, Figure, Heading, Html, Mark, Table, Text
-from stiction.report.page import fragment
+from stiction.report.markup import fragment
 from stiction.report.view import View
 
 if TYPE_CHECKING:

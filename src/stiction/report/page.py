@@ -38,13 +38,13 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import math
 from functools import cache
 from importlib import resources
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from stiction.report.blocks import Cell, Columns, Figure, Fold, Html
+from stiction.report.blocks import Columns, Figure, Fold
 from stiction.report.look import TEMPLATE
+from stiction.report.markup import environment
 from stiction.report.payload import to_json
 from stiction.report.save import save
 
@@ -53,11 +53,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    import jinja2
+    from stiction.report.blocks import Block
 
-    from stiction.report.blocks import Block, Table
-
-__all__ = ["fragment", "render_page", "write_page"]
+__all__ = ["render_page", "write_page"]
 
 
 def write_page(
@@ -111,7 +109,7 @@ def render_page(title: str, blocks: Sequence[Block], *, subtitle: str = "", foot
     scripts = [_plotly()] if _has_figure(blocks) else []
     scripts.append(_asset("page.js").replace("__TEMPLATE__", to_json(TEMPLATE)))
     return (
-        _environment()
+        environment()
         .get_template("page.html")
         .render(
             title=title,
@@ -124,73 +122,6 @@ def render_page(title: str, blocks: Sequence[Block], *, subtitle: str = "", foot
             version=__version__,
         )
     )
-
-
-def fragment(template: str, **values: Any) -> Html:
-    """Markup from one of this room's templates; the values are escaped."""
-    return Html(_environment().get_template(template).render(**values))
-
-
-@cache
-def _environment() -> jinja2.Environment:
-    import jinja2
-    from markupsafe import Markup
-
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("stiction.report"),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
-    )
-
-    def show(block: Block) -> Markup:
-        name = type(block).__name__.lower()
-        return Markup(environment.get_template(f"{name}.html").render(block=block))
-
-    environment.filters.update(show=show, cell=_cell, shown=shown, is_number=_is_number, numeric=_numeric, room=_room)
-    environment.filters["payload"] = lambda plot: Markup(to_json(plot))
-    environment.filters["markup"] = lambda block: Markup(block.markup)
-    environment.tests["html"] = lambda value: isinstance(value, Html)
-    return environment
-
-
-def shown(value: str | float | None) -> str:
-    """Text of a table value: four significant digits, a dash for what is not there.
-
-    Examples
-    --------
-    >>> shown(3.14159), shown(1234567.0), shown(float("nan")), shown(0.00004)
-    ('3.142', '1234567', '–', '4e-05')
-    """
-    if value is None:
-        return "–"
-    if isinstance(value, str):
-        return value
-    if not math.isfinite(value):
-        return "–"
-    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.4g}"
-
-
-def _cell(value: Any) -> Cell:
-    return value if isinstance(value, Cell) else Cell(value)
-
-
-def _is_number(cell: Cell) -> bool:
-    return cell.value is None or (isinstance(cell.value, (int, float)) and not isinstance(cell.value, bool))
-
-
-def _numeric(table: Table) -> list[bool]:
-    """Which columns hold numbers only."""
-    return [
-        bool(column) and all(_is_number(_cell(cell)) for cell in column) for column in zip(*table.rows, strict=True)
-    ]
-
-
-def _room(cell: Cell) -> str:
-    """Class of a text cell: short ones keep to a line, long ones get width."""
-    length = len(cell.value) if isinstance(cell.value, str) else 0
-    return "long" if length > 40 else "middling" if length > 24 else "short"
 
 
 def _has_figure(blocks: Sequence[Block]) -> bool:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.report import words
-from stiction.report.page import fragment
+from stiction.report.markup import fragment
 
 if TYPE_CHECKING:
     from stiction.diagnosis.result import Identification

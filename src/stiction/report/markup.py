@@ -1,0 +1,86 @@
+"""From blocks to markup: the templates, all of them with escaping on, and what they ask of a table cell."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from numbers import Real
+from typing import TYPE_CHECKING, Any
+
+from stiction.report.blocks import Cell, Html
+from stiction.report.payload import to_json
+
+if TYPE_CHECKING:
+    import jinja2
+
+    from stiction.report.blocks import Block, Table
+
+__all__ = ["environment", "fragment", "shown"]
+
+
+def fragment(template: str, **values: Any) -> Html:
+    """Markup from one of this room's templates; the values are escaped."""
+    return Html(environment().get_template(template).render(**values))
+
+
+@cache
+def environment() -> jinja2.Environment:
+    """Return the templates, read once, with the filters they use."""
+    import jinja2
+    from markupsafe import Markup
+
+    templates = jinja2.Environment(
+        loader=jinja2.PackageLoader("stiction.report"),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+
+    def show(block: Block) -> Markup:
+        name = type(block).__name__.lower()
+        return Markup(templates.get_template(f"{name}.html").render(block=block))
+
+    templates.filters.update(show=show, cell=_cell, shown=shown, is_number=_is_number, numeric=_numeric, room=_room)
+    templates.filters["payload"] = lambda plot: Markup(to_json(plot))
+    templates.filters["markup"] = lambda block: Markup(block.markup)
+    templates.tests["html"] = lambda value: isinstance(value, Html)
+    return templates
+
+
+def shown(value: str | float | None) -> str:
+    """Text of a table value: four significant digits, a dash for what is not there.
+
+    Examples
+    --------
+    >>> shown(3.14159), shown(1234567.0), shown(float("nan")), shown(0.00004)
+    ('3.142', '1234567', '–', '4e-05')
+    """
+    if value is None:
+        return "–"
+    if isinstance(value, str):
+        return value
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.4g}"
+
+
+def _cell(value: Any) -> Cell:
+    return value if isinstance(value, Cell) else Cell(value)
+
+
+def _is_number(cell: Cell) -> bool:
+    return cell.value is None or (isinstance(cell.value, Real) and not isinstance(cell.value, bool))
+
+
+def _numeric(table: Table) -> list[bool]:
+    """Which columns hold numbers only."""
+    return [
+        bool(column) and all(_is_number(_cell(cell)) for cell in column) for column in zip(*table.rows, strict=True)
+    ]
+
+
+def _room(cell: Cell) -> str:
+    """Class of a text cell: short ones keep to a line, long ones get width."""
+    length = len(cell.value) if isinstance(cell.value, str) else 0
+    return "long" if length > 40 else "middling" if length > 24 else "short"
