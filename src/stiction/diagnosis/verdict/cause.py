@@ -1,0 +1,149 @@
+"""The name of what is wrong, and what to do about it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stiction.diagnosis.oscillation import about_drift, control_error, half_cycles
+
+if TYPE_CHECKING:
+    from stiction.diagnosis.result import Identification, Oscillation
+    from stiction.records.quality import Quality
+    from stiction.records.record import LoopRecord
+
+__all__ = ["Cause", "amplitude_spread", "other_cause", "sticky_cause"]
+
+STEADY = 0.2
+"""Spread of the half periods' peaks over their mean below which an oscillation is steady [-]."""
+
+
+class Cause(NamedTuple):
+    """A named cause."""
+
+    name: str
+    """stiction, deadband, tight tuning, external disturbance, sensor, saturation, none or unknown."""
+    reason: str
+    """Why, in a sentence."""
+    action: str
+    """What to do, in a sentence."""
+
+
+def sticky_cause(found: Identification, jump: float) -> Cause:
+    """Tell a valve that sticks from one that only has play.
+
+    Parameters
+    ----------
+    found : Identification
+        The valve and process found.
+    jump : float
+        Probability that the stem jumps [-].
+
+    Returns
+    -------
+    Cause
+        Deadband where the stem does not jump and the process integrates (a self-regulating loop under PI cannot
+        cycle on deadband alone), else stiction.
+    """
+    size = f"S = {found.S:.2g} % (95 % {found.S_low:.2g} to {found.S_high:.2g})"
+    fits = f"explains {found.fit:.0f} % of the PV's movement, a good valve {found.fit_linear:.0f} %"
+    if found.process.integrating and jump < 0.5:
+        return Cause(
+            "deadband",
+            f"A valve with {found.S:.2g} % deadband and no slip jump {fits}.",
+            "Look for play in linkage, actuator and positioner; integral action on this level cycles on any deadband.",
+        )
+    return Cause(
+        "stiction",
+        f"A sticky valve with {size} {fits}.",
+        "Check packing, actuator and positioner of the valve; confirm with a ramp or step test in manual. "
+        "Retuning will not cure it.",
+    )
+
+
+def other_cause(
+    record: LoopRecord, found: Identification, oscillation: Oscillation, quality: Quality, follows: bool
+) -> Cause:
+    """Name what makes a loop move when it is not the valve.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        The record as analysed.
+    found : Identification
+        The best linear process is in it.
+    oscillation : Oscillation
+        Whether and how the loop oscillates.
+    quality : Quality
+        Reservations about the data.
+    follows : bool
+        Whether a good valve explains most of the PV.
+
+    Returns
+    -------
+    Cause
+        The likeliest one.
+
+    Notes
+    -----
+    A linear loop near its limit of stability rings up or dies out with whatever disturbs it; an amplitude that
+    stays the same over many periods is driven from outside.
+    """
+    doubts = {gate.name for gate in quality.reservations}
+    if "pv resolution" in doubts:
+        return Cause(
+            "sensor",
+            "The PV moves in steps of its own resolution, which imitate a sticking valve.",
+            "Check range, resolution and filter of the transmitter before the valve.",
+        )
+    if "saturation" in doubts:
+        return Cause(
+            "saturation", "The OP lies at its limit for part of the record.", "Check sizing and limits of the valve."
+        )
+    if not oscillation.oscillating:
+        text = f"No regular oscillation; a good valve explains {found.fit_linear:.0f} % of the PV's movement"
+        return Cause("none", text + ("." if follows else ", the rest is disturbance."), "No action on the valve.")
+    spread = amplitude_spread(record, oscillation)
+    linear = f"a good valve explains {found.fit_linear:.0f} % of the PV, a sticky one no more than {found.fit:.0f} %"
+    if spread < STEADY:
+        return Cause(
+            "external disturbance",
+            f"The loop cycles every {oscillation.period:.4g} s with a steady amplitude, and {linear}: "
+            "something outside drives it.",
+            "Look for the source upstream or in coupled loops with the same period.",
+        )
+    return Cause(
+        "tight tuning",
+        f"The loop rings every {oscillation.period:.4g} s with an amplitude that comes and goes, and {linear}: "
+        "it is close to its limit of stability.",
+        "Lower the controller gain or raise the integral time, then look again.",
+    )
+
+
+def amplitude_spread(record: LoopRecord, oscillation: Oscillation) -> float:
+    """Spread of the peaks of the half periods over their mean [-]; infinity with fewer than four.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        The record as analysed.
+    oscillation : Oscillation
+        Its oscillation.
+
+    Returns
+    -------
+    float
+        Half the distance of the 16th and 84th percentile over the median.
+    """
+    error = control_error(record)
+    samples = oscillation.period / record.dt
+    if error is None or not samples > 0.0:
+        return float("inf")
+    wave = about_drift(error, samples)
+    edges = half_cycles(wave, samples)
+    if edges.size < 5:
+        return float("inf")
+    peaks = np.array([np.abs(wave[a:b]).max() for a, b in zip(edges[:-1], edges[1:], strict=True) if b > a])
+    low, middle, high = np.percentile(peaks, [16.0, 50.0, 84.0])
+    return float((high - low) / (2.0 * middle)) if middle > 0.0 else float("inf")
