@@ -92,6 +92,8 @@ def test_lost_motion_of_large_steps_is_the_deadband_alone():
     op = np.repeat([50.0, 55.0, 60.0, 55.0, 50.0, 45.0, 50.0, 55.0], 20)
     test = st.analyse_steps(st.stroke(st.Kano(S=3.0, J=1.0), op, 1.0))
     assert test.lost_motion.value == pytest.approx(2.0, abs=0.01)
+    # The model answers in the sample of the step: no time at all, never a negative one.
+    assert test.dead_time.value == test.t63.value == test.t86.value == 0.0
     assert any("deadband below" in line for line in test.unknown)
 
 

@@ -38,20 +38,23 @@ def response(
     doubt = 3.0 * sigma / abs(travel)
     if doubt > 1.0 - T63:
         return math.nan, math.nan, math.nan, math.nan, math.nan
-    lead = _reach(time, done, max(doubt, 0.01)) - begin
-    t63, t86 = _reach(time, done, T63) - begin, _reach(time, done, T86) - begin
-    t98 = _reach(time, done, 0.98) - begin if doubt <= 0.02 else math.nan
+    lead = _reach(time, done, max(doubt, 0.01), begin) - begin
+    t63, t86 = _reach(time, done, T63, begin) - begin, _reach(time, done, T86, begin) - begin
+    t98 = _reach(time, done, 0.98, begin) - begin if doubt <= 0.02 else math.nan
     over = float(done.max()) - 1.0
     return lead, t63, t86 if doubt <= 1.0 - T86 else math.nan, t98, 100.0 * over if over > doubt else 0.0
 
 
-def _reach(time: NDArray[np.float64], done: NDArray[np.float64], level: float) -> float:
-    """Return the first time at which `done` reaches `level`, on the straight line between samples."""
+def _reach(time: NDArray[np.float64], done: NDArray[np.float64], level: float, begin: float) -> float:
+    """Return the first time after the step at which `done` reaches `level`, on the straight line between samples.
+
+    A response within the sample of the step counts from that sample on: 0 s means less than a sample.
+    """
     above = np.flatnonzero(done >= level)
     if above.size == 0:
         return math.nan
     k = int(above[0])
     if k == 0:
-        return float(time[0])
+        return begin
     part = (level - done[k - 1]) / (done[k] - done[k - 1])
-    return float(time[k - 1] + part * (time[k] - time[k - 1]))
+    return max(float(time[k - 1] + part * (time[k] - time[k - 1])), begin)
