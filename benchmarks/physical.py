@@ -181,7 +181,7 @@ def section() -> list[dict[str, Any]]:
             ("nominal, sine, 1 ms samples of 10 sub-steps", nominal(hold="linear", substep=1e-4), slow, 1e-3),
             ("nominal, sine, 0.1 s samples", nominal(), slow[::100].copy(), 0.1),
             ("Table I (A), sine, 1 ms samples", table1_reading_a(), slow, 1e-3),
-            ("Table I (B), mostly stuck, 1 ms samples", table1_reading_b(), 50.0 + 0.5 * (slow - 50.0), 1e-3),
+            ("Table I (B), held by friction, 1 ms samples", table1_reading_b(), 50.0 + 0.5 * (slow - 50.0), 1e-3),
         )
         rows += [against_twin(name, valve, op, dt, stroke_in_c) for name, valve, op, dt in cases]
     return rows + paper_ramp()

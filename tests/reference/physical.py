@@ -1,4 +1,4 @@
-"""Physical valves: slips, thresholds, stem positions and bands.
+"""PhysicalValve and HeWang: slips, thresholds, stem positions and bands.
 
 N-numbers are the project's numeric checks. "derived" rows come of independent simulations (a slow Karnopp code of its
 own, converged in its step) or of closed forms worked by hand; the stem positions are those of public C++ code of

@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 
 from stiction.errors import ParameterError, require_not_negative
-from stiction.models.compiled import kernel
+from stiction.models.compiled import inlined
 
 __all__ = ["Positioner", "positioner_step"]
 
 
-@kernel
+@inlined
 def positioner_step(
     op: float, position: float, integral: float, dt: float,
     gain: float, per_second: float, deadband: float, low: float, high: float,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from stiction.models.compiled import kernel
+from stiction.models.compiled import inlined, kernel
 from stiction.models.component import ValveState
 from stiction.models.friction.karnopp import karnopp_substep
 from stiction.models.friction.lugre import lugre_rest, lugre_substep
@@ -44,8 +44,10 @@ class PhysicalParameters(NamedTuple):
     """Coulomb friction [N]."""
     static: float
     """Static friction [N]."""
-    stribeck_velocity: float
-    """Stribeck velocity [m/s]."""
+    per_velocity: float
+    """Reciprocal of the Stribeck velocity [s/m]."""
+    ease: float
+    """1 / (m + h F_v) [1/kg]."""
     tolerance: float
     """Karnopp's velocity tolerance [m/s]."""
     stiffness: float
@@ -78,16 +80,16 @@ class PhysicalParameters(NamedTuple):
     """Its deadband [% of span]."""
 
 
-@kernel
+@inlined
 def _named(p) -> PhysicalParameters:
     """Packed parameters by name."""
     return PhysicalParameters(
         p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12], p[13], p[14], p[15],
-        p[16], p[17], p[18], p[19], p[20], p[21], p[22], p[23], p[24], p[25], p[26], p[27], p[28], p[29],
+        p[16], p[17], p[18], p[19], p[20], p[21], p[22], p[23], p[24], p[25], p[26], p[27], p[28], p[29], p[30],
     )  # fmt: skip
 
 
-@kernel
+@inlined
 def _signal(op: float, position: float, integral: float, dt: float, q: PhysicalParameters):
     """Signal to the actuator [% of span] and the positioner's integral after `dt` [s]."""
     return positioner_step(op, position, integral, dt, q.gain, q.per_second, q.deadband, q.low, q.high)
@@ -106,15 +108,18 @@ def physical_at_rest(op: float, position: float, p) -> ValveState:
     return ValveState(position, op, position, 0.0, 0.0, 0.0, 0.0, bristles, pressure, 0.0)
 
 
-@kernel
+@inlined
 def _is_held(op: float, begin: float, s: ValveState, q: PhysicalParameters) -> bool:
     """Whether friction or an end stop holds a stem at rest whatever the pressure can become in the sample."""
-    error = max(abs(begin - s.position), abs(op - s.position))
-    wander = q.gain * error * q.per_second * q.n * q.h
-    first, _ = _signal(begin, s.position, s.integral, 0.0, q)
-    last, _ = _signal(op, s.position, s.integral, 0.0, q)
-    one = q.area * (q.pressure + q.per_percent * min(max(min(first, last) - wander, q.low), q.high))
-    other = q.area * (q.pressure + q.per_percent * min(max(max(first, last) + wander, q.low), q.high))
+    low, high = min(begin, op), max(begin, op)
+    if q.gain != 0.0:
+        wander = q.gain * max(abs(begin - s.position), abs(op - s.position)) * q.per_second * q.n * q.h
+        first, _ = _signal(begin, s.position, s.integral, 0.0, q)
+        last, _ = _signal(op, s.position, s.integral, 0.0, q)
+        low = max(min(first, last) - wander, q.low)
+        high = min(max(first, last) + wander, q.high)
+    one = q.area * (q.pressure + q.per_percent * low)
+    other = q.area * (q.pressure + q.per_percent * high)
     now = q.area * s.pressure
     x = q.scale * s.position
     rest = q.rest_force - q.spring_rate * x
@@ -123,12 +128,14 @@ def _is_held(op: float, begin: float, s: ValveState, q: PhysicalParameters) -> b
     return not (pulled or pushed)
 
 
-@kernel
+@inlined
 def _stay(op: float, begin: float, s: ValveState, q: PhysicalParameters) -> ValveState:
     """Rest for a sample: only the pressure and the positioner's integral move on, in closed form."""
-    first, _ = _signal(begin, s.position, s.integral, 0.0, q)
-    _, integral = _signal(0.5 * (begin + op), s.position, s.integral, q.n * q.h, q)
-    last, _ = _signal(op, s.position, integral, 0.0, q)
+    first, last, integral = begin, op, s.integral
+    if q.gain != 0.0:
+        first, _ = _signal(begin, s.position, s.integral, 0.0, q)
+        _, integral = _signal(0.5 * (begin + op), s.position, s.integral, q.n * q.h, q)
+        last, _ = _signal(op, s.position, integral, 0.0, q)
     pressure = (
         q.keep_sample * s.pressure
         + (1.0 - q.keep_sample) * q.pressure
@@ -137,7 +144,7 @@ def _stay(op: float, begin: float, s: ValveState, q: PhysicalParameters) -> Valv
     return ValveState(s.position, op, s.rest, 0.0, 0.0, op - s.op, 0.0, s.force, pressure, integral)
 
 
-@kernel
+@inlined
 def _is_settled(op: float, s: ValveState, q: PhysicalParameters) -> bool:
     """Whether input, pressure and bristles of a stem at rest are where they were."""
     force = q.rest_force + q.area * s.pressure - q.spring_rate * q.scale * s.position - q.stiffness * s.force
@@ -145,7 +152,7 @@ def _is_settled(op: float, s: ValveState, q: PhysicalParameters) -> bool:
     return op == s.op and settled and q.gain == 0.0 and abs(force) <= QUIET * q.static
 
 
-@kernel
+@inlined
 def physical_step(op: float, s: ValveState, p) -> ValveState:
     """One sample: at once while the stem is held, in sub-steps while it may move."""
     q = _named(p)
@@ -161,8 +168,6 @@ def physical_step(op: float, s: ValveState, p) -> ValveState:
     x, v, z, pressure, integral = q.scale * s.position, s.velocity, s.force, s.pressure, s.integral
     signal = min(max(op, q.low), q.high)
     slope = (op - begin) / q.n
-    ease = 1.0 / (q.mass + q.h * q.viscous)
-    per_velocity = 1.0 / q.stribeck_velocity
     for i in range(n):
         if q.gain != 0.0:
             signal, integral = _signal(begin + slope * (i + 1), x / q.scale, integral, q.h, q)
@@ -172,13 +177,13 @@ def physical_step(op: float, s: ValveState, p) -> ValveState:
         drive = q.rest_force + q.area * pressure
         if q.lugre == 0.0:
             x, v = karnopp_substep(
-                x, v, drive, q.h, q.mass, q.spring_rate, ease,
-                q.coulomb, q.static, per_velocity, q.tolerance,
+                x, v, drive, q.h, q.mass, q.spring_rate, q.ease,
+                q.coulomb, q.static, q.per_velocity, q.tolerance,
             )  # fmt: skip
         else:
             x, v, z = lugre_substep(
                 x, v, z, drive, q.h, q.mass, q.spring_rate, q.viscous,
-                q.coulomb, q.static, per_velocity, q.stiffness, q.damping,
+                q.coulomb, q.static, q.per_velocity, q.stiffness, q.damping,
             )  # fmt: skip
         if x < q.bottom:
             x, v = q.bottom, max(v, 0.0)

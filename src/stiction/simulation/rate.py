@@ -169,8 +169,8 @@ def inertial_rate(valve: PhysicalValve) -> float:
     --------
     >>> from stiction.parameter_sets import table1_reading_a
     >>> from stiction.simulation.rate import inertial_rate
-    >>> round(0.18 * inertial_rate(table1_reading_a()), 1)
-    6.8
+    >>> round(0.18 * inertial_rate(table1_reading_a()), 2)
+    6.36
     """
     from scipy.optimize import brentq
 

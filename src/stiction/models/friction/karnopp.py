@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from stiction.models.compiled import kernel
+from stiction.models.compiled import inlined
 from stiction.models.friction.stribeck import stribeck
 
 __all__ = ["karnopp_substep"]
 
 
-@kernel
+@inlined
 def karnopp_substep(
     x: float, v: float, drive: float, h: float,
     mass: float, spring_rate: float, ease: float,

@@ -105,7 +105,7 @@ class PhysicalValve(Valve):
     >>> round(valve.damping_ratio, 3)
     1.146
     >>> st.stroke(valve, [0.0, 20.0, 22.0], dt=1.0).mv.round(2).tolist()
-    [0.0, 0.0, 4.21]
+    [0.0, 0.0, 4.22]
     """
 
     code: ClassVar[int] = 10
@@ -242,7 +242,8 @@ class PhysicalValve(Valve):
                 viscous=self.viscous,
                 coulomb=self.coulomb,
                 static=self.static * (1.0 + TIE),
-                stribeck_velocity=self.stribeck_velocity,
+                per_velocity=1.0 / self.stribeck_velocity,
+                ease=1.0 / (self.mass + h * self.viscous),
                 tolerance=tolerance,
                 stiffness=stiffness,
                 damping=damping,
@@ -262,7 +263,7 @@ class PhysicalValve(Valve):
         )
 
     def pack(self, dt: float) -> NDArray[np.float64]:
-        """Parameters as the kernels take them; the step itself minds the end stops, shape (30,)."""
+        """Parameters as the kernels take them; the step itself minds the end stops, shape (31,)."""
         return np.array([-math.inf, math.inf, *self.parameters(dt)], dtype=np.float64)
 
 
