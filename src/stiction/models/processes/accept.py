@@ -49,15 +49,16 @@ def as_process(process: Any, dead_time: float = 0.0) -> StateSpace | TransferFun
     if isinstance(process, tuple) and len(process) in (2, 3):
         extra = float(process[2]) if len(process) == 3 else 0.0
         return TransferFunction(process[0], process[1], dead_time + extra)
-    if getattr(process, "dt", None) not in (None, 0, 0.0):
-        raise ParameterError(f"process is sampled (dt = {process.dt}); give its continuous form.")
-    if all(hasattr(process, name) for name in "ABCD"):
-        D = np.asarray(process.D, dtype=np.float64)
+    system: Any = process
+    if getattr(system, "dt", None) not in (None, 0, 0.0):
+        raise ParameterError(f"process is sampled (dt = {system.dt}); give its continuous form.")
+    if all(hasattr(system, name) for name in "ABCD"):
+        D = np.asarray(system.D, dtype=np.float64)
         if D.size != 1:
             raise ParameterError(f"process has {D.shape} outputs and inputs; give one of each.")
-        return StateSpace(process.A, process.B, process.C, float(D.ravel()[0]), dead_time)
-    if hasattr(process, "num") and hasattr(process, "den"):
-        num, den = _single(process.num), _single(process.den)
+        return StateSpace(system.A, system.B, system.C, float(D.ravel()[0]), dead_time)
+    if hasattr(system, "num") and hasattr(system, "den"):
+        num, den = _single(system.num), _single(system.den)
         return TransferFunction(num, den, dead_time)
     raise ParameterError(
         f"process is a {type(process).__name__}; give a TransferFunction, a StateSpace, (num, den), "

@@ -66,7 +66,7 @@ def discretise(A, B, C, D: float, dead_time: float, dt: float) -> Discrete:
     return Discrete(whole, newer, all_of_it - newer, C.copy(), D, delay, delay + (1 if fraction else 0))
 
 
-def _integrals(A, B, t: float):
+def _integrals(A, B, t: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """exp(A t) and the integral of exp(A s) B over 0..t."""
     n = A.shape[0]
     if n == 0:
@@ -80,5 +80,5 @@ def _integrals(A, B, t: float):
     block = np.zeros((n + 1, n + 1))
     block[:n, :n] = A * t
     block[:n, n] = B * t
-    power = expm(block)
+    power = np.asarray(expm(block), dtype=np.float64)
     return np.ascontiguousarray(power[:n, :n]), np.ascontiguousarray(power[:n, n])

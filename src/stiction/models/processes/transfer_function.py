@@ -61,7 +61,8 @@ class StateSpace:
         n = A.shape[0]
         if A.shape != (n, n) or B.shape != (n,) or C.shape != (n,):
             raise ParameterError(
-                f"A {A.shape}, B {B.shape} and C {C.shape} do not fit; give (n, n), (n,) and (n,): one input, one output."
+                f"A {A.shape}, B {B.shape} and C {C.shape} do not fit; give (n, n), (n,) and (n,): one input and one "
+                "output."
             )
         if not (np.all(np.isfinite(A)) and np.all(np.isfinite(B)) and np.all(np.isfinite(C))):
             raise ParameterError("A, B or C has an entry that is not finite; give finite numbers.")
@@ -220,7 +221,9 @@ def SOPDT(K: float, tau1: float, tau2: float, dead_time: float = 0.0) -> Transfe
     """
     K = require_finite("K", K, "PV units per % of span")
     tau1, tau2 = require_not_negative("tau1", tau1, "s"), require_not_negative("tau2", tau2, "s")
-    return TransferFunction(np.array([K]), np.polymul([tau1, 1.0], [tau2, 1.0]), dead_time)
+    return TransferFunction(
+        np.array([K]), np.asarray(np.polymul([tau1, 1.0], [tau2, 1.0]), dtype=np.float64), dead_time
+    )
 
 
 def Integrating(K: float, dead_time: float = 0.0, tau: float = 0.0) -> TransferFunction:
@@ -253,7 +256,7 @@ def Integrating(K: float, dead_time: float = 0.0, tau: float = 0.0) -> TransferF
     """
     K = require_finite("K", K, "PV units per % of span and s")
     tau = require_not_negative("tau", tau, "s")
-    return TransferFunction(np.array([K]), np.polymul([tau, 1.0], [1.0, 0.0]), dead_time)
+    return TransferFunction(np.array([K]), np.asarray(np.polymul([tau, 1.0], [1.0, 0.0]), dtype=np.float64), dead_time)
 
 
 def _polynomial(name: str, value: ArrayLike) -> NDArray[np.float64]:
