@@ -42,6 +42,7 @@ def colorbar(title: str) -> dict[str, Any]:
 _AXIS = {
     "automargin": True,
     "gridcolor": GRID,
+    "hoverformat": ".4~g",
     "linecolor": FAINT,
     "showline": True,
     "ticks": "outside",
@@ -61,7 +62,13 @@ TEMPLATE: dict[str, Any] = {
         "xaxis": _AXIS,
         "yaxis": _AXIS,
         "hovermode": "closest",
-        "hoverlabel": {"bgcolor": "#FFFFFF", "bordercolor": FAINT, "font": {"color": INK}},
+        "hoverlabel": {
+            "bgcolor": "#FFFFFF",
+            "bordercolor": FAINT,
+            "font": {"family": FONT, "size": 12, "color": INK},
+            "namelength": -1,
+        },
+        "modebar": {"bgcolor": "rgba(255,255,255,0.85)", "color": "#9AA3AD", "activecolor": INK},
         "legend": {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "bottom", "itemwidth": 36},
         "dragmode": "zoom",
     }

@@ -30,7 +30,8 @@ The building blocks, for any page of the package::
 - All text is escaped, everywhere, except `Html`, which is for markup made by this package.
 - A `Table` aligns numbers by itself; `sortable=True` makes its headings buttons; `Cell` adds a sort key,
   a link or a mark ("alert", "good", "unknown": a shape with a colour).
-- The plot library is written into the file once, and only when the page has a figure. A content security
+- The plot library is written into the file once, and only when the page has a figure; the browser reads it
+  when the first figure comes into view, so that a long page of folds opens at once. A content security
   policy in the page forbids any load from elsewhere and any script but the two it was written with.
 """
 
@@ -106,8 +107,8 @@ def render_page(title: str, blocks: Sequence[Block], *, subtitle: str = "", foot
 
     from stiction import __version__
 
-    scripts = [_plotly()] if _has_figure(blocks) else []
-    scripts.append(_asset("page.js").replace("__TEMPLATE__", to_json(TEMPLATE)))
+    library = _plotly() if _has_figure(blocks) else ""
+    script = _asset("page.js").replace("__TEMPLATE__", to_json(TEMPLATE))
     return (
         environment()
         .get_template("page.html")
@@ -117,8 +118,9 @@ def render_page(title: str, blocks: Sequence[Block], *, subtitle: str = "", foot
             footer=footer,
             blocks=blocks,
             style=Markup(_asset("page.css")),
-            scripts=[Markup(script) for script in scripts],
-            script_hashes=[_sha256(script) for script in scripts],
+            library=Markup(library),
+            script=Markup(script),
+            script_hashes=[_sha256(text) for text in (library, script) if text],
             version=__version__,
         )
     )

@@ -1,13 +1,25 @@
 "use strict";
 (() => {
   const template = __TEMPLATE__;
-  const config = { displaylogo: false, responsive: true, plotlyServerURL: "", modeBarButtonsToRemove: ["lasso2d", "select2d"] };
+  const config = {
+    displaylogo: false,
+    responsive: true,
+    plotlyServerURL: "",
+    modeBarButtonsToRemove: ["sendChartToCloud", "sendDataToCloud", "lasso2d", "select2d"],
+  };
   const plots = [...document.querySelectorAll(".plot")];
   const seen = (box) => box.offsetParent !== null;
+
+  function readLibrary() {
+    const library = document.createElement("script");
+    library.textContent = document.getElementById("plot-library").textContent;
+    document.head.append(library);
+  }
 
   function draw(box) {
     if (box.dataset.drawn) return;
     box.dataset.drawn = "yes";
+    if (!window.Plotly) readLibrary();
     const plot = JSON.parse(box.nextElementSibling.textContent);
     Plotly.newPlot(box, plot.data, { ...plot.layout, template }, config);
   }
