@@ -136,7 +136,7 @@ def _provenance(diagnosis: Diagnosis, settings: Mapping[str, Any]) -> Html:
         ("Record", [f"{len(record)} samples, one every {words.span(record.dt)}, {words.span(record.duration)} in all"]),
         ("Start", [f"{record.start:%Y-%m-%d %H:%M:%S %Z}".strip()] if record.start else []),
         ("Loop", [f"{record.loop_type}, process {kind}"]),
-        ("Settings", [f"{name} = {value}" for name, value in {**diagnosis.settings, **settings}.items()]),
+        ("Settings", [f"{name}: {words.setting(value)}" for name, value in {**diagnosis.settings, **settings}.items()]),
         ("Software", [f"stiction {__version__}"]),
         ("Written", [f"{datetime.now().astimezone():%Y-%m-%d %H:%M %Z}"]),
     ]

@@ -24,7 +24,7 @@ _COLUMNS = (
     "Probability",
     "S [% of span]",
     "Period",
-    "OP swing [±%]",
+    "OP\u00a0± [%]",
     "Data",
     "Trend of PV",
     "What to do",

@@ -20,6 +20,7 @@ __all__ = [
     "headline",
     "interval",
     "method",
+    "setting",
     "span",
     "stiction_size",
     "time_unit",
@@ -87,6 +88,23 @@ def interval(value: float, low: float, high: float) -> tuple[str, str, str]:
         return digits(value), digits(low), digits(high)
     decimals = 2 if high <= low else min(max(-math.floor(math.log10(0.5 * (high - low))), 0), 3)
     return f"{value:.{decimals}f}", f"{low:.{decimals}f}", f"{high:.{decimals}f}"
+
+
+def setting(value: object) -> str:
+    """Return a setting's value as a person would write it.
+
+    Examples
+    --------
+    >>> setting([0.4, 0.6]), setting({"band": 0.76529, "model": "kano"}), setting(None)
+    ('0.4, 0.6', 'band 0.765, model kano', 'none')
+    """
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {setting(part)}" for name, part in value.items())
+    if isinstance(value, (list, tuple)):
+        return ", ".join(map(setting, value))
+    if isinstance(value, float):
+        return digits(value)
+    return "none" if value is None else str(value)
 
 
 def method(name: str) -> str:
