@@ -1,7 +1,35 @@
 """What must come: describing functions, limit cycles and their stability, basins."""
 
+from stiction.limitcycle.basins import Attractor, BasinMap, basin_map, smallest_pulse
+from stiction.limitcycle.continuation import Bifurcation, Branch, bifurcation
 from stiction.limitcycle.describing import Deadband, Quantiser, Relay, Saturation, describing_function
+from stiction.limitcycle.describing.interop import as_control_nonlinearity
+from stiction.limitcycle.exact.search import exact_limit_cycles
+from stiction.limitcycle.predict import predict_limit_cycles
 from stiction.limitcycle.prediction import harmonic_balance
+from stiction.limitcycle.recorded import CycleMatch, match_record
 from stiction.limitcycle.result import LimitCycle
+from stiction.limitcycle.sampled import sampled_limit_cycles
 
-__all__ = ["Deadband", "LimitCycle", "Quantiser", "Relay", "Saturation", "describing_function", "harmonic_balance"]
+__all__ = [
+    "Attractor",
+    "BasinMap",
+    "Bifurcation",
+    "Branch",
+    "CycleMatch",
+    "Deadband",
+    "LimitCycle",
+    "Quantiser",
+    "Relay",
+    "Saturation",
+    "as_control_nonlinearity",
+    "basin_map",
+    "bifurcation",
+    "describing_function",
+    "exact_limit_cycles",
+    "harmonic_balance",
+    "match_record",
+    "predict_limit_cycles",
+    "sampled_limit_cycles",
+    "smallest_pulse",
+]

@@ -87,8 +87,12 @@ def _unrated(linear: LinearPart, family: Family) -> list[LimitCycle]:
             if solved is not None and not _known(found, *solved):
                 found.append(_cycle(linear, family, *solved))
         else:
-            k -= len(branches)
-            found += _boundary(linear, family, float(branches[k + 1][0]), *ends[k], a, w)
+            jump = k - len(branches)
+            found += [
+                boundary
+                for boundary in _boundary(linear, family, float(branches[jump + 1][0]), *ends[jump], a, w)
+                if not _known(found, boundary.amplitude, boundary.omega, "boundary")
+            ]
     return sorted(found, key=lambda cycle: (cycle.amplitude, cycle.period))
 
 
@@ -176,9 +180,9 @@ def _slope(linear: LinearPart, n: complex, omega: float, bend: complex = 0j) -> 
     return change * n + complex(linear.at(1j * omega)) * bend / 1j
 
 
-def _known(found: list[LimitCycle], a: float, omega: float) -> bool:
+def _known(found: list[LimitCycle], a: float, omega: float, kind: str = "cycle") -> bool:
     return any(
-        cycle.kind == "cycle" and abs(cycle.amplitude - a) < 1e-6 * a and abs(cycle.omega - omega) < 1e-6 * omega
+        cycle.kind == kind and abs(cycle.amplitude - a) < 1e-6 * a and abs(cycle.omega - omega) < 1e-6 * omega
         for cycle in found
     )
 

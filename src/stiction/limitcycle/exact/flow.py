@@ -249,12 +249,12 @@ def flow(
             largest[i] = max(largest[i], abs(total))
             moved = max(moved, abs(Z[1, i]) / (largest[i] + sb * abs(B[i])))
         t += done
-        if abs(uq[0]) > 1e7 * sb:
+        if abs(uq[0]) > 1e5 * sb:
             return DIVERGED, n_turns, n_events, t, 0
         if not event:
             if follows:
                 x = _value(xq, done)
-            elif moved < 1e-14 and t - rest_t > delay and k_load + 1 == load_t.shape[0]:
+            elif moved < 1e-9 and t - rest_t > delay and k_load + 1 == load_t.shape[0]:
                 return REST, n_turns, n_events, t, 0
             continue
         if follows:

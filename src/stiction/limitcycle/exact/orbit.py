@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from stiction.limitcycle.exact.run import Machine
 
-__all__ = ["Orbit", "limit_cycle", "refine"]
+__all__ = ["Orbit", "family_name", "limit_cycle", "refine"]
 
 _FLAT = 1e-6
 
@@ -115,7 +115,7 @@ def refine(m: Machine, states, level: float, turns: int = 1, *, fixed: bool) -> 
     values = sorted(np.linalg.eigvals(slope), key=abs, reverse=True)
     largest = abs(values[0]) if values else 0.0
     stable = None if abs(largest - 1.0) < _FLAT else bool(largest < 1.0)
-    kept = tuple(complex(v) for v in values if abs(v) > 1e-7)
+    kept = tuple(complex(v) for i, v in enumerate(values) if i == 0 or abs(v) > 1e-7)
     n = m.linear.order
     if tied:
         level = float(m.linear.C @ w) - m.valve.lag
@@ -156,19 +156,22 @@ def limit_cycle(m: Machine, orbit: Orbit, warning: str = "") -> LimitCycle:
     rest = m.linear.rest
     grain = 1e-7 * m.valve.sb
     levels = [float(x) for i, x in enumerate(heights) if i == 0 or x - heights[i - 1] > grain]
-    offset, family = None, ""
-    if not swing[:, 4].any() and m.valve.jump > 0.0:
-        jump = m.valve.jump
-        offset = float(orbit.level % jump)
-        if min(offset, jump - offset) < 1e-9 * jump:
-            offset, family = 0.0, "integer"
-        elif abs(offset - jump / 2.0) < 1e-9 * jump:
-            offset, family = jump / 2.0, "half"
-        else:
-            family = f"{offset:.4g}"
+    offset = float(orbit.level % m.valve.jump) if not swing[:, 4].any() and m.valve.jump > 0.0 else None
+    family = family_name(offset, m.valve.jump)
+    if family in ("integer", "half"):
+        offset = 0.0 if family == "integer" else m.valve.jump / 2.0
     return LimitCycle(
         "continuous", "cycle", family, float(swing[:, 0].max() - swing[:, 1].min()) / 2.0, orbit.period,
         float(swing[:, 2].max() - swing[:, 3].min()) / 2.0, (levels[-1] - levels[0]) / 2.0,
         tuple(x + rest for x in levels), orbit.stable, orbit.multipliers, offset, orbit.turns,
         section=(*(float(s) for s in orbit.states), orbit.level), warning=warning,
     )  # fmt: skip
+
+
+def family_name(offset: float | None, jump: float) -> str:
+    """Name of a lattice by its offset from the point of rest: "integer", "half", the offset, or empty for none."""
+    if offset is None:
+        return ""
+    if min(offset, jump - offset) < 1e-9 * jump:
+        return "integer"
+    return "half" if abs(offset - jump / 2.0) < 1e-9 * jump else f"{offset:.4g}"

@@ -52,7 +52,9 @@ class Machine:
     unit: float
     """Longest step of the series [s]."""
     arguments: tuple
-    """The leading arguments of `flow`."""
+    """The leading arguments of `flow`, the states balanced."""
+    scale: NDArray[np.float64]
+    """States over balanced states, shape (n,)."""
 
     @property
     def memory(self) -> int:
@@ -75,11 +77,11 @@ class Machine:
         times = np.array([time for time, _ in loads]) / self.unit
         size = self.memory
         status, k, n_ev, _, period = flow(
-            *self.arguments, times, np.array([float(value) for _, value in loads]), np.array(z, dtype=float), float(x),
+            *self.arguments, times, np.array([float(value) for _, value in loads]), np.asarray(z) / self.scale, float(x),
             up, most_turns, most_steps, tolerance, np.empty(size), np.empty((size, TERMS)), turns, states, events,
             wanted, *signals,
         )  # fmt: skip
-        turns, states = turns[:k], states[:k]
+        turns, states = turns[:k], states[:k] * self.scale
         swing = turns[:, 2:].copy()
         swing[:, 6] *= self.unit
         events = events[:n_ev] * [self.unit, 1.0]
@@ -108,13 +110,12 @@ def _machine(linear: LinearPart, valve: Bands) -> Machine:
             "the OP would jump together with the stem (an algebraic loop of derivative or proportional action "
             "and a process of too low an order); give the derivative a filter, or the process a lag or a dead time."
         )
-    A, B, C, C_pv = linear.A, linear.B, linear.C, linear.C_pv
+    A, B, C, C_pv, scale = linear.A, linear.B, linear.C, linear.C_pv, np.ones(linear.order)
     if linear.order:
         from scipy.linalg import matrix_balance
 
-        A, (scale, order) = matrix_balance(A, permute=False, separate=True)
+        A, (scale, _) = matrix_balance(A, permute=False, separate=True)
         B, C, C_pv = B / scale, C * scale, C_pv * scale
-        del order
     speed = min(np.linalg.norm(A, 2), np.linalg.norm(A, 1)) if linear.order else 0.0
     if linear.dead_time == 0.0 and not valve.staircase:
         closed = A + np.outer(B, C)
@@ -122,12 +123,8 @@ def _machine(linear: LinearPart, valve: Bands) -> Machine:
     if speed == 0.0:
         speed = 1.0 / linear.dead_time if linear.dead_time else 1.0
     unit = 0.5 / float(speed)
-    scale = scale if linear.order else np.ones(0)
     packed = (
         np.ascontiguousarray(A * unit), B * unit, np.ascontiguousarray(C), linear.D, np.ascontiguousarray(C_pv),
         linear.D_pv, linear.dead_time / unit, valve.sb, valve.lag, valve.rate * unit,
     )  # fmt: skip
-    balanced = LinearPart(
-        A, B, C, linear.D, C_pv, linear.D_pv, linear.dead_time, linear.rest, linear.op_rest, linear.pv_rest
-    )
-    return Machine(balanced, valve, unit, packed)
+    return Machine(linear, valve, unit, packed, scale)

@@ -10,19 +10,20 @@ import numpy as np
 from stiction.limitcycle.describing import describing_function
 from stiction.limitcycle.describing.stenman import lattice_offset
 from stiction.limitcycle.exact.flow import DIVERGED, REST, SETTLED
-from stiction.limitcycle.exact.orbit import Orbit, limit_cycle, refine
+from stiction.limitcycle.exact.orbit import Orbit, family_name, limit_cycle, refine
 from stiction.limitcycle.exact.run import Machine, machine
 from stiction.limitcycle.prediction import harmonic_balance
+from stiction.limitcycle.result import LimitCycle
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from stiction.limitcycle.result import LimitCycle
     from stiction.models import Loop
 
 __all__ = ["exact_limit_cycles", "same_cycle", "search"]
 
 _SIZES = (0.7, 1.05, 1.5, 2.2, 3.3, 5.0, 9.0, 20.0)
+_LOOK, _LOOK_STEPS = 24, 40_000
 _PHASES = (-math.pi, -2.6, -2.1)
 
 
@@ -73,16 +74,18 @@ def exact_limit_cycles(
     [('half', 21.12), ('half', 16.23), ('integer', 17.6), ('integer', 15.66)]
     """
     m = machine(loop, sp=sp, load=load)
-    if not m.valve.staircase:
-        return search(m, loop, None)
     found: list[LimitCycle] = []
+    if not m.valve.staircase:
+        found += [cycle for cycle in search(m, loop, None) if cycle.offset is None]
+    if m.valve.rate == 0.0:
+        return tuple(found)
     for family in ("half", "integer") if families is None else families:
         offset = (
             lattice_offset(m.valve.jump, family)
             if isinstance(family, str)
             else (float(family) - m.linear.rest) % m.valve.jump
         )
-        found += search(m, loop, offset)
+        found += [cycle for cycle in search(m, loop, offset) if cycle.offset is not None]
     return tuple(found)
 
 
@@ -96,12 +99,19 @@ def search(m: Machine, loop: Loop, offset: float | None) -> tuple[LimitCycle, ..
             _settle(m, states, level, offset, found, polish_first=True)
     for states, level in _starts(m, offset):
         _settle(m, states, level, offset, found)
-    if offset is None or min(offset, m.valve.jump - offset) < 1e-9 or abs(offset - m.valve.jump / 2.0) < 1e-9:
+    if offset is None or min(2.0 * offset % m.valve.jump, -2.0 * offset % m.valve.jump) < 1e-9 * m.valve.jump:
         for cycle in list(found):
-            if cycle.stable is not False:
+            if cycle.stable is not False and cycle.section:
                 *states, level = cycle.section
                 _settle(m, -np.array(states), -level, offset, found, up=-1.0)
+    if offset is not None:
+        found = [cycle for cycle in found if cycle.offset is None or _apart(cycle.offset, offset, m.valve.jump) < 1e-6]
     return tuple(sorted(found, key=lambda cycle: (cycle.amplitude, cycle.period)))
+
+
+def _apart(one: float, other: float, jump: float) -> float:
+    """Distance of two offsets on the circle of the lattice, as a share of the jump [-]."""
+    return min((one - other) % jump, (other - one) % jump) / jump
 
 
 def same_cycle(one: LimitCycle, other: LimitCycle, tolerance: float = 1e-6) -> bool:
@@ -119,25 +129,46 @@ def _settle(m: Machine, states, level: float, offset, found, *, polish_first: bo
     if polish_first:
         orbit = refine(m, states, level, fixed=fixed)
         if orbit is not None:
-            _keep(found, limit_cycle(m, orbit))
+            _keep(found, m, orbit)
             return
-    run, _ = m.run(states, level, most_turns=24, tolerance=1e-6, up=up)
+    run, _ = m.run(states, level, most_turns=_LOOK, tolerance=1e-6, up=up, most_steps=_LOOK_STEPS)
     if run.time.size < 2 or run.status in (REST, DIVERGED):
         return
+    if run.status != SETTLED and run.time.size < _LOOK:
+        return
+    if offset is None and m.valve.rate > 0.0 and not run.swing[-2:, 4].any():
+        return
     orbit = None
+    if run.status == SETTLED and _seen(found, m, run):
+        return
     if run.status == SETTLED:
         orbit = _refined(m, run, fixed)
     if orbit is None:
-        run, _ = m.run(states, level, most_turns=600, tolerance=1e-10, up=up, most_steps=400_000)
+        run, _ = m.run(states, level, most_turns=600, tolerance=1e-10, up=up, most_steps=400_000, n_events=8192)
         if run.status != SETTLED:
             return
         orbit = _refined(m, run, fixed)
     if orbit is not None:
-        _keep(found, limit_cycle(m, orbit))
+        _keep(found, m, orbit)
         return
     k = run.turns
     settled = Orbit(run.states[-1], float(run.level[-1]), float(run.time[-1] - run.time[-1 - k]), k, (), True)  # noqa: FBT003
-    _keep(found, _described(m, settled, run))
+    cycle = _described(m, settled, run)
+    if not any(same_cycle(cycle, known) for known in found):
+        found.append(cycle)
+
+
+def _seen(found: list[LimitCycle], m: Machine, run) -> bool:
+    """Whether a run that settled to 1e-6 ended in a cycle already in the list."""
+    period = run.time[-1] - run.time[-1 - run.turns]
+    height = (run.swing[-run.turns :, 0].max() - run.swing[-run.turns :, 1].min()) / 2.0
+    return any(
+        known.turns == run.turns
+        and abs(known.period - period) <= 1e-4 * period
+        and abs(known.amplitude - height) <= 1e-4 * height
+        and abs(known.levels[-1] - m.linear.rest - run.level[-run.turns :].max()) <= 1e-4 * m.valve.sb
+        for known in found
+    )
 
 
 def _refined(m: Machine, run, fixed: bool) -> Orbit | None:
@@ -150,27 +181,32 @@ def _refined(m: Machine, run, fixed: bool) -> Orbit | None:
 
 def _described(m: Machine, orbit: Orbit, run) -> LimitCycle:
     """A cycle known from a settled run only: its turn is shorter than the dead time, so the map needs the past."""
-    from stiction.limitcycle.result import LimitCycle
-
     k = orbit.turns
     swing = run.swing[-k:]
-    low = _lowest(run, orbit)
-    rest = m.linear.rest
-    top = float(run.level[-k:].max())
+    recent = run.events[run.events[:, 0] > run.time[-1] - orbit.period * (1.0 + 1e-9), 1]
+    heights = np.sort(recent if recent.size else run.level[-k:])
+    levels = [float(x) for i, x in enumerate(heights) if i == 0 or x - heights[i - 1] > 1e-7 * m.valve.sb]
+    offset = float(orbit.level % m.valve.jump) if m.valve.jump > 0.0 and not swing[:, 4].any() else None
     return LimitCycle(
-        "continuous", "cycle", "", float(swing[:, 0].max() - swing[:, 1].min()) / 2.0, orbit.period,
-        float(swing[:, 2].max() - swing[:, 3].min()) / 2.0, (top - low) / 2.0, (low + rest, top + rest),
-        stable=True, turns=k, section=(*(float(s) for s in orbit.states), orbit.level),
+        "continuous", "cycle", family_name(offset, m.valve.jump), float(swing[:, 0].max() - swing[:, 1].min()) / 2.0,
+        orbit.period, float(swing[:, 2].max() - swing[:, 3].min()) / 2.0, (levels[-1] - levels[0]) / 2.0,
+        tuple(x + m.linear.rest for x in levels), stable=True, offset=offset, turns=k,
         warning="Known from a settled run: the stem turns within the dead time, so no multipliers are given.",
     )  # fmt: skip
 
 
-def _lowest(run, orbit: Orbit) -> float:
-    recent = run.events[run.events[:, 0] > run.time[-1] - orbit.period * (1.0 + 1e-9)] if run.events.size else None
-    return float(recent[:, 1].min()) if recent is not None and recent.size else float("nan")
-
-
-def _keep(found: list[LimitCycle], cycle: LimitCycle) -> None:
+def _keep(found: list[LimitCycle], m: Machine, orbit: Orbit) -> None:
+    """Keep an orbit when it is new; the quick look at period and level spares most descriptions."""
+    near = 1e-6 * max(m.valve.sb, abs(orbit.level))
+    for known in found:
+        if (
+            known.turns == orbit.turns
+            and abs(known.period - orbit.period) <= 1e-6 * orbit.period
+            and known.section
+            and abs(known.section[-1] - orbit.level) <= near
+        ):
+            return
+    cycle = limit_cycle(m, orbit)
     if not any(same_cycle(cycle, known) for known in found):
         found.append(cycle)
 

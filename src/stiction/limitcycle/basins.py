@@ -1,0 +1,348 @@
+"""Basins: from which starts, loads and pulses the loop ends in which limit cycle."""
+
+from __future__ import annotations
+
+import math
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.errors import ParameterError
+from stiction.limitcycle.exact.flow import DIVERGED, SETTLED, STOPPED, TERMS, flow
+from stiction.limitcycle.exact.run import Machine, machine
+from stiction.models.compiled import kernel
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from stiction.limitcycle.result import LimitCycle
+    from stiction.models import Loop
+
+__all__ = ["Attractor", "BasinMap", "basin_map", "smallest_pulse"]
+
+AT_REST, UNSETTLED, RUNAWAY = -1, -2, -3
+_BLOCK = 32
+
+
+@dataclass(frozen=True)
+class Attractor:
+    """What a share of the starts ends in."""
+
+    label: int
+    """Number in the map."""
+    name: str
+    """In words: levels of a staircase, or period and amplitude."""
+    share: float
+    """Share of the starts [-]."""
+    period: tuple[float, float]
+    """Shortest and longest period in it [s]; a family of cycles has a range."""
+    amplitude: tuple[float, float]
+    """Smallest and largest OP amplitude in it [% of span]."""
+
+
+@dataclass(frozen=True)
+class BasinMap:
+    """Where each start ends."""
+
+    label: NDArray[np.int64]
+    """Attractor of each start; -1 comes to rest, -2 did not settle in time, -3 runs away. Shape of the starts."""
+    period: NDArray[np.float64]
+    """Period reached [s], NaN where there is none."""
+    amplitude: NDArray[np.float64]
+    """OP amplitude reached [% of span], NaN where there is none."""
+    level: NDArray[np.float64]
+    """Highest rest level reached [% of span], NaN where there is none."""
+    attractors: tuple[Attractor, ...]
+    """The attractors, by amplitude."""
+
+    def summary(self) -> str:
+        """One line per attractor."""
+        lines = [f"{self.label.size} starts end in {len(self.attractors)} attractors:"]
+        lines += [f"  {a.label}: {a.name}, {100.0 * a.share:.1f} %" for a in self.attractors]
+        for code, words in ((AT_REST, "come to rest"), (UNSETTLED, "did not settle"), (RUNAWAY, "run away")):
+            share = float(np.mean(self.label == code))
+            if share:
+                lines.append(f"  {100.0 * share:.1f} % {words}")
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form; NaN becomes None."""
+
+        def plain(x: np.ndarray) -> list[Any]:
+            return np.where(np.isfinite(x), x, None).tolist()
+
+        return {
+            "label": self.label.tolist(),
+            "period_s": plain(self.period),
+            "amplitude": plain(self.amplitude),
+            "level": plain(self.level),
+            "attractors": [
+                {"label": a.label, "name": a.name, "share": a.share, "period_s": a.period, "amplitude": a.amplitude}
+                for a in self.attractors
+            ],
+        }
+
+
+@kernel
+def _block(
+    A, B, C, D, C_pv, D_pv, delay, sb, lag, rate, times, loads, z, x, up, most_turns, most_steps, tolerance, size, out
+):  # fmt: skip
+    """Run a block of starts; rows of `out`: status, period, OP amplitude, top level, slips in a turn, turns."""
+    n = z.shape[1]
+    seg_t, seg_q = np.empty(size), np.empty((size, TERMS))
+    turns, states = np.empty((most_turns + 1, 9)), np.empty((most_turns + 1, n))
+    none2, none = np.empty((0, 2)), np.empty(0)
+    for i in range(z.shape[0]):
+        status, k, _, _, period = flow(
+            A, B, C, D, C_pv, D_pv, delay, sb, lag, rate, times[i], loads[i], z[i], x[i], up[i], most_turns, most_steps,
+            tolerance, seg_t, seg_q, turns, states, none2, none, none, none, none,
+        )  # fmt: skip
+        out[i, 0], out[i, 5] = status, period
+        if period > 0:
+            high, low, top, slips = -math.inf, math.inf, -math.inf, 0.0
+            for j in range(k - period, k):
+                high, low = max(high, turns[j, 2]), min(low, turns[j, 3])
+                top, slips = max(top, turns[j, 1]), slips + turns[j, 7]
+            out[i, 1] = turns[k - 1, 0] - turns[k - 1 - period, 0]
+            out[i, 2], out[i, 3], out[i, 4] = (high - low) / 2.0, top, slips
+
+
+def basin_map(
+    loop: Loop,
+    *,
+    op: ArrayLike = 0.0,
+    pv: ArrayLike = 0.0,
+    position: ArrayLike = 0.0,
+    load: ArrayLike = 0.0,
+    pulse: ArrayLike = 0.0,
+    pulse_length: ArrayLike = 0.0,
+    after: LimitCycle | None = None,
+    phase: ArrayLike = 0.0,
+    most_turns: int = 300,
+    tolerance: float = 1e-5,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> BasinMap:
+    """Where every start of a loop ends, in continuous time.
+
+    The starts are broadcast against each other: a map is ``op[:, None]`` against ``pv[None, :]``, a Monte Carlo
+    study a set of random arrays of one shape.
+
+    Parameters
+    ----------
+    loop : Loop
+        The loop.
+    op, pv, position : array_like
+        Start: OP [% of span], PV [PV units] at rest, and stem position [% of span], as deviations from the point
+        of rest. The input of the valve is held for one dead time.
+    load : array_like
+        Load step at time 0, for good [% of span].
+    pulse, pulse_length : array_like
+        Height [% of span] and length [s] of a load pulse that begins at time 0.
+    after : LimitCycle, optional
+        Start in this exact cycle instead of at `op`, `pv`, `position`.
+    phase : array_like
+        Where in that cycle, as a share of its period from the rest at the top [-].
+    most_turns : int
+        Oscillations after which a start counts as not settled.
+    tolerance : float
+        Relative change from turn to turn below which it has settled [-].
+    threads : int, optional
+        Threads that share the starts; by default one per core.
+    progress : callable, optional
+        Called with (starts done, starts in all) after every block.
+
+    Returns
+    -------
+    BasinMap
+        Label, period, amplitude and top level per start, in the shape of the starts.
+
+    Raises
+    ------
+    ParameterError
+        When the loop has no continuous-time form, a start is not finite, or `after` is not an exact cycle.
+
+    Notes
+    -----
+    The attractors of a staircase valve are named by their number of levels: each is a family of cycles over the
+    conserved offset of the lattice, so that period and amplitude vary a little within one label.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import stiction as st
+    >>> from stiction.limitcycle import basin_map
+    >>> loop = st.Loop(st.PID.parallel(0.5, 1.0, 0.1), st.Stenman(0.5), st.TransferFunction([1], [5, 6, 1]), dt=0.01)
+    >>> [a.name for a in basin_map(loop, op=np.array([0.3, 1.5]), position=0.25).attractors]
+    ['2 levels', '5 levels']
+    """
+    m = machine(loop)
+    given = [np.asarray(v, dtype=float) for v in (op, pv, position, load, pulse, pulse_length, phase)]
+    op_, pv_, position_, load_, pulse_, length_, phase_ = np.broadcast_arrays(*given)
+    shape = op_.shape
+    if not all(np.all(np.isfinite(v)) for v in given):
+        raise ParameterError("a start holds a value that is not finite; give finite numbers.")
+    if np.any(length_ < 0.0):
+        raise ParameterError("pulse_length holds a negative time; give 0 s or more.")
+    n = op_.size
+    if after is None:
+        z = _states(m, op_.ravel(), pv_.ravel(), position_.ravel())
+        x, wait = position_.ravel().copy(), np.zeros(n)
+    else:
+        if not after.section or len(after.section) != m.linear.order + 1:
+            raise ParameterError("after is not an exact cycle of this loop; take one from exact_limit_cycles(loop).")
+        z = np.tile(after.section[:-1], (n, 1))
+        x, wait = np.full(n, after.section[-1]), phase_.ravel() % 1.0 * after.period
+    times = np.column_stack([np.zeros(n), wait, wait + length_.ravel()]) / m.unit
+    heights = np.column_stack([np.zeros(n), (pulse_ + load_).ravel(), load_.ravel()])
+    if after is None:
+        heights[:, 0] = heights[:, 1]
+    out = np.full((n, 6), np.nan)
+    _share(m, z, x, times, heights, most_turns, tolerance, out, threads, progress)
+    return _label(m, out, shape)
+
+
+def _share(m: Machine, z, x, times, heights, most_turns, tolerance, out, threads, progress) -> None:
+    """Blocks of starts over threads, the results written to `out`."""
+    n = x.shape[0]
+    up = np.ones(n)
+    z = np.ascontiguousarray(z / m.scale)
+
+    def work(first: int) -> int:
+        cut = slice(first, min(first + _BLOCK, n))
+        _block(
+            *m.arguments, times[cut], heights[cut], z[cut], x[cut], up[cut], most_turns, 400_000, tolerance, m.memory,
+            out[cut],
+        )  # fmt: skip
+        return cut.stop - cut.start
+
+    done = 0
+    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
+        for count in pool.map(work, range(0, n, _BLOCK)):
+            done += count
+            if progress is not None:
+                progress(done, n)
+
+
+def _states(m: Machine, op, pv, position) -> NDArray[np.float64]:
+    """States with the process at rest at `pv` and the controller at `op`, shape (n, n_states)."""
+    linear = m.linear
+    n = linear.order
+    rows = np.zeros((n + 2, n + 1))
+    process = np.nonzero(linear.C_pv)[0]
+    last = int(process[-1]) + 1 if process.size else 0
+    rows[:last, :n], rows[:last, n] = linear.A[:last], linear.B[:last]
+    rows[n, :n], rows[n, n] = linear.C_pv, linear.D_pv
+    rows[n + 1, :n] = linear.C
+    known = np.zeros((n + 2, op.size))
+    known[n] = pv
+    known[n + 1] = op - linear.D * position
+    return np.linalg.lstsq(rows, known, rcond=1e-12)[0][:n].T
+
+
+def _label(m: Machine, out: NDArray[np.float64], shape: tuple[int, ...]) -> BasinMap:
+    """Group the ends of all starts into attractors."""
+    status, period, amplitude, top, slips, turns = out.T
+    period = period * m.unit / np.maximum(turns, 1.0)
+    label = np.full(status.size, AT_REST)
+    label[status == STOPPED] = UNSETTLED
+    label[status == DIVERGED] = RUNAWAY
+    settled = np.nonzero(status == SETTLED)[0]
+    groups: list[list[int]] = []
+    for i in settled[np.argsort(amplitude[settled], kind="stable")]:
+        for group in groups:
+            j = group[0]
+            if m.valve.staircase:
+                same = slips[i] / turns[i] == slips[j] / turns[j]
+            else:
+                same = abs(period[i] / period[j] - 1.0) < 1e-2 and abs(amplitude[i] / amplitude[j] - 1.0) < 1e-2
+            if same:
+                group.append(int(i))
+                break
+        else:
+            groups.append([int(i)])
+    attractors = []
+    for k, group in enumerate(groups):
+        label[group] = k
+        j = group[0]
+        levels = slips[j] / turns[j] / 2.0 + 1.0
+        name = f"{levels:g} levels" if m.valve.staircase else f"{period[j]:.4g} s, OP amplitude {amplitude[j]:.4g} %"
+        attractors.append(
+            Attractor(
+                k, name, len(group) / status.size, (float(period[group].min()), float(period[group].max())),
+                (float(amplitude[group].min()), float(amplitude[group].max())),
+            )
+        )  # fmt: skip
+    gone = label < 0
+    for values in (period, amplitude, top):
+        values[gone] = np.nan
+    return BasinMap(
+        label.reshape(shape), period.reshape(shape), amplitude.reshape(shape), (top + m.linear.rest).reshape(shape),
+        tuple(attractors),
+    )  # fmt: skip
+
+
+def smallest_pulse(
+    loop: Loop, start: LimitCycle, end: LimitCycle, length: float, *, largest: float | None = None, phases: int = 16,
+    sizes: int = 100,
+) -> tuple[float, float] | None:  # fmt: skip
+    """Find the smallest load pulse that moves a loop from one limit cycle to another.
+
+    Parameters
+    ----------
+    loop : Loop
+        The loop.
+    start, end : LimitCycle
+        Exact cycles of the loop, both stable.
+    length : float
+        Length of the pulse [s].
+    largest : float, optional
+        Largest pulse tried [% of span]; by default five times the amplitude of the larger cycle.
+    phases, sizes : int
+        Points of the cycle at which the pulse begins, and sizes tried before the smallest is refined.
+
+    Returns
+    -------
+    (float, float) or None
+        Size of the pulse [% of span], negative downwards, and the share of the period from the rest at the top at
+        which it begins [-]; None when no pulse up to `largest` does it.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> from stiction.limitcycle import exact_limit_cycles, smallest_pulse
+    >>> loop = st.Loop(st.PID.parallel(0.5, 1.0, 0.1), st.Stenman(0.5), st.TransferFunction([1], [5, 6, 1]), dt=0.01)
+    >>> small, large = exact_limit_cycles(loop, families=["half"])
+    >>> abs(smallest_pulse(loop, small, large, 5.0, phases=4, sizes=10)[0]) < 0.5
+    True
+    """
+    limit = 5.0 * max(start.amplitude, end.amplitude) if largest is None else float(largest)
+    size = np.linspace(limit / sizes, limit, sizes)
+    phase = np.arange(phases) / phases
+    grid = np.concatenate([size, -size])[:, None], phase[None, :]
+
+    def reaches(pulse, at):
+        found = basin_map(loop, after=start, pulse=pulse, pulse_length=length, phase=at)
+        return (np.abs(found.period * end.turns / end.period - 1.0) < 1e-3) & (
+            np.abs(found.amplitude / end.amplitude - 1.0) < 1e-3
+        )
+
+    hit = reaches(*grid)
+    if not hit.any():
+        return None
+    order = np.where(hit, np.abs(grid[0]), np.inf)
+    i, j = np.unravel_index(int(np.argmin(order)), order.shape)
+    good, at = float(grid[0][i, 0]), float(phase[j])
+    bad = good - math.copysign(limit / sizes, good)
+    for _ in range(20):
+        middle = 0.5 * (good + bad)
+        if bool(reaches(middle, at).all()):
+            good = middle
+        else:
+            bad = middle
+    return good, at

@@ -1,0 +1,252 @@
+"""A limit cycle followed over a parameter: where cycles are born, change stability and die."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.errors import ParameterError, StictionError
+from stiction.limitcycle.describing.stenman import lattice_offset
+from stiction.limitcycle.exact.orbit import limit_cycle, refine
+from stiction.limitcycle.exact.run import Machine, machine
+from stiction.limitcycle.exact.search import same_cycle, search
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from stiction.limitcycle.result import LimitCycle
+    from stiction.models import Loop
+
+__all__ = ["Bifurcation", "Branch", "bifurcation"]
+
+_HALVINGS = 7
+
+
+@dataclass(frozen=True)
+class Branch:
+    """One limit cycle over a range of the parameter."""
+
+    family: str
+    """Rest levels of a staircase: "half", "integer" or an offset; else empty."""
+    values: NDArray[np.float64]
+    """Values of the parameter, ascending, shape (n,)."""
+    cycles: tuple[LimitCycle, ...]
+    """The cycle at each value."""
+    born: float | None
+    """Value below which the cycle does not exist, None when the range begins first."""
+    dies: float | None
+    """Value above which it does not exist, None when the range ends first."""
+
+    @property
+    def period(self) -> NDArray[np.float64]:
+        """Periods [s], shape (n,)."""
+        return np.array([cycle.period for cycle in self.cycles])
+
+    @property
+    def amplitude(self) -> NDArray[np.float64]:
+        """Half peak to peak of the OP [% of span], shape (n,)."""
+        return np.array([cycle.amplitude for cycle in self.cycles])
+
+
+@dataclass(frozen=True)
+class Bifurcation:
+    """All branches of limit cycles over one parameter."""
+
+    parameter: str
+    """Name of the parameter."""
+    values: NDArray[np.float64]
+    """Values asked for, shape (n,)."""
+    branches: tuple[Branch, ...]
+    """The branches, by family and amplitude."""
+
+    def summary(self) -> str:
+        """One line per branch."""
+        lines = [f"{len(self.branches)} branches of limit cycles over {self.parameter}."]
+        for b in self.branches:
+            born = f"{b.values[0]:.4g} (range begins)" if b.born is None else f"born at {b.born:.4g}"
+            dies = f"{b.values[-1]:.4g} (range ends)" if b.dies is None else f"dies at {b.dies:.4g}"
+            lines.append(
+                f"  {b.family or 'cycle'}: {born}, {dies}; period {b.period[0]:.4g} to {b.period[-1]:.4g} s, "
+                f"OP amplitude {b.amplitude[0]:.4g} to {b.amplitude[-1]:.4g} %."
+            )
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {
+            "parameter": self.parameter,
+            "values": self.values.tolist(),
+            "branches": [
+                {
+                    "family": b.family,
+                    "values": b.values.tolist(),
+                    "period_s": b.period.tolist(),
+                    "amplitude": b.amplitude.tolist(),
+                    "stable": [cycle.stable for cycle in b.cycles],
+                    "born": b.born,
+                    "dies": b.dies,
+                }
+                for b in self.branches
+            ],
+        }
+
+
+def bifurcation(
+    loop: Loop,
+    parameter: str,
+    values: ArrayLike,
+    *,
+    families: Iterable[str | float] = ("half", "integer"),
+    searches: int = 5,
+) -> Bifurcation:
+    """Follow every limit cycle of a loop over one parameter.
+
+    Parameters
+    ----------
+    loop : Loop
+        The loop.
+    parameter : str
+        "gain" (a factor on the controller's gain), "load" [% of span], "dead_time" [s], a parameter of the
+        controller ("Kc", "Ti", "Td") or of the valve ("d", "S", "J", "fs", "fd", "sb", "sj", "r").
+    values : array_like, shape (n,)
+        Values of the parameter.
+    families : iterable of str or float
+        Families of a staircase valve. Over the load the rest levels stay where they are at load 0 and the
+        point of rest moves between them; over other parameters a family stays symmetric.
+    searches : int
+        Number of values at which cycles are searched for afresh; between them they are continued.
+
+    Returns
+    -------
+    Bifurcation
+        The branches, with the values at which cycles are born and die.
+
+    Raises
+    ------
+    ParameterError
+        When the loop has no such parameter.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> from stiction.limitcycle import bifurcation
+    >>> loop = st.Loop(st.PID.parallel(0.5, 1.0, 0.1), st.Stenman(0.5), st.TransferFunction([1], [5, 6, 1]), dt=0.01)
+    >>> diagram = bifurcation(loop, "d", [0.25, 0.5], families=["half"])
+    >>> [branch.amplitude.round(3).tolist() for branch in diagram.branches]
+    [[0.285, 0.571], [0.469, 0.939]]
+    """
+    grid = np.unique(np.asarray(values, dtype=float))
+    if grid.size == 0 or not np.all(np.isfinite(grid)):
+        raise ParameterError(f"values = {values!r} must hold at least one finite number.")
+    _at(loop, parameter, float(grid[0]))
+    branches: list[Branch] = []
+    lattice = machine(*_at(loop, parameter, float(grid[0]))[:1]).valve.staircase
+    for family in families if lattice else ("",):
+        mine: list[Branch] = []
+        for index in np.unique(np.linspace(0, grid.size - 1, min(searches, grid.size)).astype(int)):
+            value = float(grid[index])
+            here, m, offset = _machine(loop, parameter, value, family)
+            for cycle in search(m, here, offset):
+                if cycle.section and not _known(mine, value, cycle):
+                    mine.append(_follow(loop, parameter, grid, int(index), family, cycle))
+        branches += sorted(mine, key=lambda b: float(b.amplitude.mean()))
+    return Bifurcation(parameter, grid, tuple(branches))
+
+
+def _at(loop: Loop, parameter: str, value: float) -> tuple[Loop, float]:
+    """The loop with the parameter at a value, and the load."""
+    if parameter == "load":
+        return loop, value
+    if parameter == "gain":
+        return replace(loop, controller=replace(loop.controller, Kc=loop.controller.Kc * value)), 0.0
+    if parameter == "dead_time":
+        return replace(loop, process=replace(loop.process, dead_time=value)), 0.0
+    for part in ("valve", "controller"):
+        if parameter in getattr(getattr(loop, part), "__dataclass_fields__", {}):
+            return replace(loop, **{part: replace(getattr(loop, part), **{parameter: value})}), 0.0  # type: ignore[arg-type]
+    raise ParameterError(
+        f"parameter = {parameter!r} is unknown to this loop; use 'gain', 'load', 'dead_time', or a parameter of its "
+        f"controller or of its {type(loop.valve).__name__} valve."
+    )
+
+
+def _machine(loop: Loop, parameter: str, value: float, family: str | float) -> tuple[Loop, Machine, float | None]:
+    here, load = _at(loop, parameter, value)
+    m = machine(here, load=load)
+    if not m.valve.staircase:
+        return here, m, None
+    offset = lattice_offset(m.valve.jump, family)
+    absolute = parameter == "load" or not isinstance(family, str)
+    return here, m, (offset - m.linear.rest) % m.valve.jump if absolute else offset
+
+
+def _follow(loop: Loop, parameter: str, grid, index: int, family, cycle: LimitCycle) -> Branch:
+    """Continue one cycle to both ends of the grid."""
+    up, dies = _walk(loop, parameter, grid[index:], family, cycle)
+    down, born = _walk(loop, parameter, grid[: index + 1][::-1], family, cycle)
+    cycles = (*down[::-1], cycle, *up)
+    first = index - len(down)
+    return Branch(cycle.family, grid[first : first + len(cycles)], cycles, born, dies)
+
+
+def _walk(loop: Loop, parameter: str, values, family, cycle: LimitCycle) -> tuple[list[LimitCycle], float | None]:
+    """Cycles at values[1:], as far as it goes, and the value beyond which it does not."""
+    out: list[LimitCycle] = []
+    for here, there in zip(values[:-1], values[1:], strict=True):
+        reached, now = float(here), cycle
+        step = float(there - here)
+        for _ in range(200):
+            target = reached + step
+            if (target - there) * (there - here) > 0.0:
+                target = float(there)
+            found = _next(loop, parameter, reached, target, family, now)
+            if found is not None:
+                reached, now = target, found
+                if reached == there:
+                    break
+            elif abs(step) < abs(there - here) * 0.5**_HALVINGS:
+                return out, reached
+            else:
+                step /= 2.0
+        else:
+            return out, reached
+        out.append(now)
+        cycle = now
+    return out, None
+
+
+def _next(loop: Loop, parameter: str, here: float, there: float, family, cycle: LimitCycle) -> LimitCycle | None:
+    """The same cycle at a neighbouring value; None where it is gone."""
+    try:
+        _, before, old = _machine(loop, parameter, here, family)
+        _, m, new = _machine(loop, parameter, there, family)
+    except StictionError:
+        return None
+    *states, level = cycle.section
+    size = m.valve.sb / before.valve.sb
+    if new is not None and old is not None:
+        step = round((level - old) / before.valve.jump)
+        shift = round((old - new) / m.valve.jump)
+        guesses = [new + (step + k) * m.valve.jump for k in dict.fromkeys((shift, 0, 1, -1))]
+    else:
+        guesses = [level * size]
+    for guess in sorted(guesses, key=lambda x: abs(x - level * size)):
+        orbit = refine(m, np.array(states) * size, guess, cycle.turns, fixed=new is not None)
+        if orbit is not None:
+            found = limit_cycle(m, orbit)
+            if len(found.levels) == len(cycle.levels):
+                return found
+    return None
+
+
+def _known(branches: list[Branch], value: float, cycle: LimitCycle) -> bool:
+    return any(
+        same_cycle(cycle, known, 1e-4)
+        for branch in branches
+        for at, known in zip(branch.values, branch.cycles, strict=True)
+        if at == value
+    )

@@ -1,0 +1,158 @@
+"""The question an engineer asks: which limit cycles can this loop fall into?"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.errors import ParameterError
+from stiction.limitcycle.bands import bands
+from stiction.limitcycle.crossing import frequency_grid
+from stiction.limitcycle.exact.search import exact_limit_cycles
+from stiction.limitcycle.linear import LinearPart, linear_part
+from stiction.limitcycle.prediction import harmonic_balance
+from stiction.models import Ideal
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from stiction.limitcycle.result import LimitCycle
+    from stiction.models import Loop
+
+__all__ = ["frictionless_stable", "predict_limit_cycles"]
+
+
+def predict_limit_cycles(
+    loop: Loop,
+    *,
+    exact: bool = True,
+    sp: float = 0.0,
+    load: float = 0.0,
+    families: Iterable[str | float] | None = None,
+) -> tuple[LimitCycle, ...]:
+    """Every limit cycle a sticky loop can fall into, with its stability and how far to trust it.
+
+    Parameters
+    ----------
+    loop : Loop
+        The loop. Controller and process are taken in continuous time with their real dead time; `dt`, noise,
+        output limits and end stops play no part.
+    exact : bool
+        Solve each cycle exactly too (`LimitCycle.exact`), and add the cycles the describing function misses.
+    sp : float
+        Set point [PV units].
+    load : float
+        Constant load at the process inlet [% of span].
+    families : iterable of str or float, optional
+        Families of a staircase valve, see `exact_limit_cycles`.
+
+    Returns
+    -------
+    tuple of LimitCycle
+        Solutions of 1 + L(j omega) N(A) = 0 and the boundaries at jumps of N, each beside its exact cycle; then
+        exact cycles without a prediction (`method` "continuous"). Empty for a valve without stiction.
+
+    Raises
+    ------
+    ParameterError
+        When controller and process are improper or make an algebraic loop, the loop has no point of rest, or it
+        holds a compensator.
+
+    References
+    ----------
+    srinivasan2008, section V.B-C; its eq. 6 corrected and both families of rest levels searched.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> loop = st.Loop(st.PID.parallel(0.5, 1.0, 0.1), st.Stenman(0.5), st.TransferFunction([1], [5, 6, 1]), dt=0.01)
+    >>> for c in st.predict_limit_cycles(loop):
+    ...     if c.kind == "cycle":
+    ...         print(c.family, round(c.amplitude, 4), round(c.period, 2), round(c.exact.period, 2), c.stable)
+    half 0.573 21.11 21.12 True
+    half 0.9448 16.28 16.24 True
+    integer 0.7789 17.66 17.6 True
+    integer 1.0887 15.66 15.66 True
+    """
+    if loop.compensator is not None:
+        raise ParameterError("the loop holds a compensator, whose pulses no describing function covers; remove it.")
+    linear = linear_part(loop, sp=sp, load=load)
+    banded = bands(loop.valve)
+    if isinstance(loop.valve, Ideal) or (banded is not None and banded.sb == 0.0):
+        return ()
+    if families is not None and banded is not None and banded.staircase:
+        families = tuple(families)
+        offsets = tuple(f if isinstance(f, str) else (float(f) - linear.rest) % banded.jump for f in families)
+    else:
+        offsets = None
+    warning = "" if frictionless_stable(linear) else (
+        "The loop is unstable even without friction: oscillations above the largest unstable cycle grow without end."
+    )  # fmt: skip
+    predicted = [replace(cycle, warning=warning) for cycle in harmonic_balance(linear, loop.valve, offsets)]
+    if not exact:
+        return tuple(predicted)
+    if banded is None:
+        note = f"{type(loop.valve).__name__} has no exact continuous form here; check with sampled_limit_cycles."
+        return tuple(replace(cycle, warning=warning or note) for cycle in predicted)
+    solved = [replace(cycle, warning=cycle.warning or warning) for cycle in
+              exact_limit_cycles(loop, sp=sp, load=load, families=families)]  # fmt: skip
+    return _beside(predicted, solved)
+
+
+def _beside(predicted: list[LimitCycle], solved: list[LimitCycle]) -> tuple[LimitCycle, ...]:
+    """Attach to each prediction its nearest exact cycle, each exact cycle once, and append the others."""
+    pairs = sorted(
+        (distance, i, k)
+        for i, guess in enumerate(predicted)
+        if guess.kind == "cycle"
+        for k, cycle in enumerate(solved)
+        if (distance := _distance(guess, cycle)) < math.inf
+    )
+    partner: dict[int, int] = {}
+    for _, i, k in pairs:
+        if i not in partner and k not in partner.values():
+            partner[i] = k
+    out = [
+        replace(guess, exact=solved[partner[i]], offset=solved[partner[i]].offset)
+        if i in partner
+        else replace(guess, warning=guess.warning or _alone(guess))
+        for i, guess in enumerate(predicted)
+    ]
+    return (*out, *(cycle for k, cycle in enumerate(solved) if k not in partner.values()))
+
+
+def _alone(guess: LimitCycle) -> str:
+    return "" if guess.kind == "boundary" else "No exact cycle was found for it: do not trust this prediction."
+
+
+def _distance(guess: LimitCycle, cycle: LimitCycle) -> float:
+    """How far an exact cycle is from a prediction; infinite when it is another family or another kind."""
+    if guess.family in ("half", "integer") and (guess.family != cycle.family):
+        return math.inf
+    if guess.stable is not None and cycle.stable is not None and guess.stable != cycle.stable:
+        return math.inf
+    apart = abs(math.log(guess.amplitude / cycle.amplitude)) + abs(math.log(guess.period / cycle.period))
+    if guess.family and len(guess.levels) != len(cycle.levels):
+        apart += 0.5
+    return apart if apart < 1.2 else math.inf
+
+
+def frictionless_stable(linear: LinearPart) -> bool:
+    """Whether the loop with an ideal valve is stable, by Nyquist's count with the real dead time."""
+    if linear.dead_time and abs(linear.D) >= 1.0:
+        return False
+    poles = linear.poles
+    at_origin = int(np.sum(np.abs(poles) < 1e-9 * max(float(np.abs(poles).max(initial=0.0)), 1e-300)))
+    outside = int(np.sum(poles.real > 1e-9))
+    omega = frequency_grid(linear, 50.0)
+    if omega.size < 2:
+        return outside == 0
+    s = 1j * omega
+    value = (1.0 + linear.at(s)) * (s / (s + omega[-1])) ** at_origin
+    turned = np.unwrap(np.angle(value))
+    start = round(float(turned[0]) / math.pi) * math.pi
+    end = round(float(turned[-1]) / math.pi) * math.pi
+    return outside - round((end - start) / math.pi) == 0
