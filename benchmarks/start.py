@@ -7,8 +7,6 @@ import statistics
 import subprocess
 import sys
 import tempfile
-import time
-from importlib.util import find_spec
 from pathlib import Path
 
 from bench import Row, Section
@@ -16,6 +14,16 @@ from bench import Row, Section
 import stiction as st
 
 REPEATS = 5
+WATCH = """
+import resource, subprocess, sys, time
+begin = time.perf_counter()
+done = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+seconds = time.perf_counter() - begin
+if done.returncode not in (0, 1):
+    sys.exit(done.stderr)
+print(seconds, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+"""
+"""A small process between: a child's peak counts what its parent held when it was forked."""
 
 
 def start() -> Section:
@@ -29,9 +37,6 @@ def start() -> Section:
             ("stiction --help", (*stiction, "--help")),
             ("stiction diagnose FILE", (*stiction, "diagnose", str(record), "--json")),
         ]
-        notes = ()
-        if find_spec("stiction.apps") is None:
-            programs, notes = programs[:1], ("the command line is not there yet",)
         rows = []
         for what, command in programs:
             warm = folder / "warm"
@@ -41,26 +46,22 @@ def start() -> Section:
             rows.append(Row(f"{what}, cold", statistics.median(t for t, _ in cold), "s"))
             rows.append(Row(f"{what}, warm", statistics.median(t for t, _ in again), "s"))
             rows.append(Row(f"{what}, peak memory", max(m for _, m in cold + again), "MiB"))
-    return Section("Start", rows, notes)
+    return Section("Start", rows)
 
 
 def run(command: tuple[str, ...], kernels: Path) -> tuple[float, float]:
     """Wall time [s] and peak memory [MiB] of a program whose compiled kernels live in the folder `kernels`."""
-    begin = time.perf_counter()
-    child = subprocess.Popen(
-        command,
+    done = subprocess.run(
+        (sys.executable, "-S", "-c", WATCH, *command),
         env=os.environ | {"NUMBA_CACHE_DIR": str(kernels)},
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
+        capture_output=True,
+        text=True,
+        check=False,
     )
-    assert child.stderr is not None
-    told = child.stderr.read().decode()
-    _, status, usage = os.wait4(child.pid, 0)
-    child.returncode = os.waitstatus_to_exitcode(status)
-    if child.returncode not in (0, 1):
-        raise SystemExit(f"{' '.join(command)} ended with {child.returncode}: {told.strip().splitlines()[-1:]}")
-    per_mebibyte = 1024.0 if sys.platform == "linux" else 1024.0**2
-    return time.perf_counter() - begin, usage.ru_maxrss / per_mebibyte
+    if done.returncode:
+        raise SystemExit(f"{' '.join(command)}: {done.stderr.strip()}")
+    seconds, peak = done.stdout.split()
+    return float(seconds), float(peak) / (1024.0 if sys.platform == "linux" else 1024.0**2)
 
 
 def _record(folder: Path) -> Path:
