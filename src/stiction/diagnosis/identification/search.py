@@ -223,13 +223,16 @@ def search(op, target, half, S, J, first, second, delays, begin, error, gain, be
                 power = 0.0
                 for k in range(top, stop):
                     power += y[k, column] * y[k, column]
+                # A stem that rests throughout the window leaves rounding, not a response.
+                least = max(1e-8 * power, 1e-12 * S[i] * S[i] * (end - begin))
                 for d in range(n_delays):
                     while top > begin - 1 - delays[d]:
                         top -= 1
                         stop -= 1
                         power += y[top, column] * y[top, column] - y[stop, column] * y[stop, column]
                     c = cross[d, column]
-                    if power <= 0.0:
+                    least = max(least, 1e-8 * power)
+                    if power <= least:
                         continue
                     if c * sign >= 0.0:
                         left = energy - c * c / power
@@ -245,7 +248,7 @@ def search(op, target, half, S, J, first, second, delays, begin, error, gain, be
                     e0 = y[top - 1, column]
                     e1 = y[stop - 1, column]
                     next_power = power + e0 * e0 - e1 * e1
-                    if (c * c / power < 0.98 * (energy - error[i])) or next_power <= 0.0:
+                    if (c * c / power < 0.98 * (energy - error[i])) or next_power <= least:
                         continue
                     mixed = 0.0
                     for k in range(top, stop):

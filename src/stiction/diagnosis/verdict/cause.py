@@ -141,9 +141,9 @@ def amplitude_spread(record: LoopRecord, oscillation: Oscillation) -> float:
     if error is None or not samples > 0.0:
         return float("inf")
     wave = about_drift(error, samples)
-    edges = half_cycles(wave, samples)
-    if edges.size < 5:
+    halves = half_cycles(wave, samples)
+    if len(halves) < 4:
         return float("inf")
-    peaks = np.array([np.abs(wave[a:b]).max() for a, b in zip(edges[:-1], edges[1:], strict=True) if b > a])
+    peaks = np.array([np.abs(wave[first:last]).max() for first, last in halves])
     low, middle, high = np.percentile(peaks, [16.0, 50.0, 84.0])
     return float((high - low) / (2.0 * middle)) if middle > 0.0 else float("inf")
