@@ -117,3 +117,22 @@ def test_parameters_are_the_constructor_s():
 
 def test_only_the_ideal_valve_is_rate_independent():
     assert [name for name, facts in FACTS.items() if facts.rate_independent] == ["Ideal"]
+
+
+LIVELY = st.PhysicalValve(2.0, 1e5, 20.0, 100.0, 800.0, 1e-3, 0.1, 0.1, lag=2.0)
+"""A badly damped stem, damping ratio 0.02, behind a slow actuator; fs is 8 %, fd 1 %."""
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_physical_valve_keeps_none_of_the_laws(law):
+    facts = FACTS["PhysicalValve"]
+    op = [40.0, 50.0, 62.0, 55.0, 70.0, 40.0]
+    cases = [(LIVELY, op, by, 1.25, where) for by in (0.0, 35.0) for where in range(5)]
+    assert not getattr(facts, law)
+    assert any(not LAWS[law](*case) for case in cases)
+
+
+def test_the_physical_valve_passes_its_input_in_a_slip():
+    assert FACTS["PhysicalValve"].overshoot
+    record = st.stroke(LIVELY, np.arange(40.0, 60.0, 0.25), dt=1.0)
+    assert np.any(record.mv > record.op + 1.0)
