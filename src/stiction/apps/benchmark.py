@@ -1,0 +1,100 @@
+"""``stiction benchmark``: verdicts against labels."""
+
+from typing import Any
+
+from stiction.apps.options import Json
+from stiction.errors import RecordError
+
+__all__ = ["benchmark"]
+
+
+def benchmark(folder: str = ".", /, *, as_json: Json = False) -> int:
+    """Diagnose every record of a folder with a labels.csv, and count how often the verdict agrees with the label.
+
+    A group is called what most of its records are called; "undecided" counts as wrong. Exit code 1 when a group
+    is called wrongly, 0 when none is.
+
+    Parameters
+    ----------
+    folder
+        Folder with labels.csv: columns file and label (stiction or no_stiction), and where known loop, group,
+        loop_type, integrating, dt_s and source. Files are named from that folder. A loop_type "concentration" is
+        read as "analyser".
+    as_json
+        Print everything as JSON.
+    """
+    import time
+
+    from stiction.apps.confusion import by_group, confusion
+    from stiction.apps.labels import read_labels
+    from stiction.apps.output import track
+
+    labels = read_labels(folder)
+    began = time.perf_counter()
+    results = [_judged(label) for label in track(labels, "Diagnosing")]
+    seconds = (time.perf_counter() - began) / len(results)
+    if all(result["error"] for result in results):
+        raise RecordError(f"{folder}: no record could be used; the first says: {results[0]['reason']}")
+    groups = by_group(results)
+    summary = {
+        "records": confusion(results),
+        "groups": confusion(groups),
+        "seconds_per_record": round(seconds, 3),
+    }
+    if as_json:
+        from stiction.apps.output import print_json
+
+        print_json({**summary, "results": results, "group_results": groups})
+    else:
+        _tell(summary, results, groups)
+    return int(any(group["verdict"] != group["label"] for group in groups))
+
+
+def _judged(label: Any) -> dict[str, Any]:
+    """One record's verdict beside its label."""
+    from dataclasses import replace
+
+    from stiction import diagnose, read
+    from stiction.errors import StictionError
+
+    row: dict[str, Any] = {"file": label.file, "loop": label.loop, "group": label.group, "label": label.label}
+    try:
+        records = read(label.path, dt=label.dt, loop_type=label.loop_type)
+        if len(records) != 1:
+            raise RecordError(f"holds {len(records)} loops; a record to be judged holds one.")
+        found = diagnose(replace(records[0], tag=label.loop, integrating=label.integrating))
+    except StictionError as error:
+        unknown = {"verdict": "undecided", "probability": None, "cause": "unknown", "stiction": None}
+        return {**row, **unknown, "reason": str(error), "error": True}
+    stiction = found.identification.to_dict() if found.identification is not None else None
+    told = {"verdict": found.verdict, "probability": found.probability, "cause": found.cause, "reason": found.reason}
+    return {**row, **told, "stiction": stiction, "error": False}
+
+
+def _tell(summary: dict[str, Any], results: list[dict[str, Any]], groups: list[dict[str, Any]]) -> None:
+    from stiction.apps.output import print_table, say
+
+    rows = [
+        [name, cells["n"], cells["right"], f"{100.0 * cells['right'] / cells['n']:.0f} %"]
+        + [cells[cell] for cell in ("true_alarms", "missed", "false_alarms", "true_rests", "undecided")]
+        for name, cells in (("records", summary["records"]), ("groups", summary["groups"]))
+    ]
+    counts = ["found", "missed", "false alarm", "cleared", "undecided"]
+    print_table(["", "n", "right", "share", *counts], rows, right=["n", "right", "share", *counts])
+    say(f"{summary['seconds_per_record']:.2f} s per record")
+    wrong = [group for group in groups if group["verdict"] != group["label"]]
+    if wrong:
+        say("\nGroups called wrongly")
+        print_table(
+            ["Group", "Label", "Verdict", "Records"], [[g["group"], g["label"], g["verdict"], g["n"]] for g in wrong]
+        )
+    missed = [row for row in results if row["verdict"] != row["label"]]
+    if missed:
+        say("\nRecords called wrongly")
+        keys = ("file", "label", "verdict", "cause", "reason")
+        rows = [[_shown(row["probability"]), *(row[key] for key in keys)] for row in missed]
+        print_table(["Probability", "File", "Label", "Verdict", "Cause", "Reason"], rows, right=["Probability"])
+
+
+def _shown(probability: float | None) -> str:
+    return "" if probability is None else f"{probability:.2f}"

@@ -1,0 +1,111 @@
+"""The command `stiction`: which verbs there are, and what becomes of their results and errors.
+
+Exit codes: 0 nothing found, 1 findings, 2 usage, 3 data problem; 130 interrupted, 70 a fault of this program.
+"""
+
+import os
+import sys
+from collections.abc import Sequence
+
+from cyclopts import App, CycloptsError, Parameter
+
+from stiction import __version__
+from stiction.errors import ParameterError, StictionError
+
+__all__ = ["main"]
+
+VERBS = {
+    "demo": ("stiction.apps.demo:demo", "", "Diagnose a simulated plant and set each verdict beside the truth."),
+    "diagnose": (
+        "stiction.apps.diagnose:diagnose",
+        "FILE...",
+        "Say of each loop whether its valve sticks.",
+    ),
+    "simulate": ("stiction.apps.simulate:simulate", "", "Simulate a control loop with a sticky valve."),
+    "stroke": ("stiction.apps.stroke:stroke", "", "Drive a valve over a test signal."),
+    "benchmark": ("stiction.apps.benchmark:benchmark", "[FOLDER]", "Count verdicts against the labels of a folder."),
+    "doctor": ("stiction.apps.doctor:doctor", "", "Say what is installed and what is missing."),
+}
+"""Verb -> (its function, what it is given besides options, what it does); its page is imported when it is asked for."""
+
+HELP = "From friction physics to a verdict on a recorded control loop: does the valve stick, and how badly?"
+EPILOGUE = "Exit codes: 0 nothing found, 1 findings, 2 wrong usage, 3 a problem with data or files."
+FIRST = "Begin with `stiction demo`, then `stiction diagnose FILE.csv`. Each command tells more with --help."
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        What was typed after ``stiction``; by default the arguments of this process.
+
+    Returns
+    -------
+    int
+        The exit code.
+
+    Examples
+    --------
+    >>> main(["--version"])
+    0.1.0
+    0
+    """
+    tokens = list(sys.argv[1:] if argv is None else argv)
+    try:
+        code = _app(tokens)(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+        sys.stdout.flush()
+    except CycloptsError as error:
+        return _complain(f"{_told(error)} Try: {_help_for(tokens)}", 2)
+    except ParameterError as error:
+        return _complain(str(error), 2)
+    except StictionError as error:
+        return _complain(str(error), 3)
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+    except Exception as error:
+        import traceback
+
+        traceback.print_exc()
+        return _complain(f"this is a fault of the program, not yours ({type(error).__name__}); please report it.", 70)
+    return code if isinstance(code, int) else 0
+
+
+def _app(tokens: list[str]) -> App:
+    """The app; the verb that is asked for tells itself by its docstring, the others by a line."""
+    app = App(
+        name="stiction",
+        help=f"{HELP}\n\n{FIRST}",
+        help_epilogue=EPILOGUE,
+        version=__version__,
+        version_flags=["--version"],
+        default_parameter=Parameter(show_default=False, negative_iterable=()),
+        suppress_keyboard_interrupt=False,
+    )
+    for verb, (place, given, does) in VERBS.items():
+        usage = " ".join(filter(None, ("Usage: stiction", verb, given, "[OPTIONS]")))
+        app.command(place, name=verb, usage=usage, help=None if tokens[:1] == [verb] else does)
+    return app
+
+
+def _complain(sentence: str, code: int) -> int:
+    print(f"stiction: {sentence}", file=sys.stderr)
+    return code
+
+
+def _told(error: CycloptsError) -> str:
+    """The message of an error in what was typed, on one line."""
+    return " ".join(str(error).split())
+
+
+def _help_for(tokens: list[str]) -> str:
+    verb = f"{tokens[0]} " if tokens and tokens[0] in VERBS else ""
+    return f"stiction {verb}--help"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,108 @@
+"""``stiction demo``: the main job on a small simulated plant whose truth is known."""
+
+import sys
+from typing import TYPE_CHECKING, Any
+
+from stiction.apps.options import Json, Report
+
+if TYPE_CHECKING:
+    from stiction.diagnosis import Diagnosis
+    from stiction.simulation.demo import DemoLoop
+
+__all__ = ["called_right", "demo"]
+
+DEFAULT_REPORT = "stiction-demo.html"
+
+
+def demo(*, report: Report = None, open: bool | None = None, as_json: Json = False) -> int:  # noqa: A002 (--open)
+    """Diagnose nine simulated loops, four of them with sticky valves, and set each verdict beside the truth.
+
+    Writes the report, and beside it a folder of the same name with the records as CSV, to try `stiction diagnose` on.
+    Exit code 0 when each loop is called what it is, else 1.
+
+    Parameters
+    ----------
+    report
+        HTML file to write; stiction-demo.html in this folder when not given.
+    open
+        Whether to open the report in a browser; by default on a terminal with a display.
+    as_json
+        Print truth and verdict of each loop as JSON.
+    """
+    from dataclasses import replace
+
+    from stiction import diagnose, read
+    from stiction.apps.files import check_folder, check_report, plant_csv
+    from stiction.apps.output import print_json, say, track
+    from stiction.report import write_report
+    from stiction.report.save import save
+    from stiction.simulation.demo import demo_plant
+
+    target = check_report(report or DEFAULT_REPORT)
+    folder = check_folder(target.with_suffix(""))
+    plant = demo_plant()
+    if not as_json:
+        say(f"A simulated plant of {len(plant)} loops; its records are in {folder}.")
+    diagnoses: list[Diagnosis] = []
+    for loop in track(plant, "Diagnosing"):
+        file = save(plant_csv(loop.record), folder / f"{loop.record.tag}.csv")
+        found = diagnose(read(file)[0])
+        diagnoses.append(replace(found, settings={**found.settings, "truth": loop.story}))
+    write_report(diagnoses, target, title="Demo plant", settings={"data": "simulated by stiction demo"})
+    right = [called_right(loop, found) for loop, found in zip(plant, diagnoses, strict=True)]
+    if as_json:
+        loops = [_object(loop, found) for loop, found in zip(plant, diagnoses, strict=True)]
+        print_json({"report": str(target), "records": str(folder), "right": sum(right), "loops": loops})
+    else:
+        _tell(plant, diagnoses)
+        say(f"\n{sum(right)} of {len(plant)} loops called what they are.")
+        say(f"Report: {target}")
+        say(f"Try:    stiction diagnose {folder / plant[0].record.tag}.csv")
+    if open or (open is None and not as_json and _display()):
+        import webbrowser
+
+        webbrowser.open(target.resolve().as_uri())
+    return int(not all(right))
+
+
+def called_right(loop: "DemoLoop", found: "Diagnosis") -> bool:
+    """Whether verdict and cause are the truth."""
+    verdict = "stiction" if loop.cause == "stiction" else "no_stiction"
+    return found.verdict == verdict and found.cause == loop.cause
+
+
+def _tell(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"]) -> None:
+    from stiction.apps.findings import size
+    from stiction.apps.output import print_table, say
+    from stiction.report import words
+
+    say("")
+    rows = [
+        [
+            "ok" if called_right(loop, found) else "WRONG",
+            loop.record.tag,
+            loop.story,
+            words.VERDICTS[found.verdict],
+            found.cause,
+            f"{found.probability:.2f}",
+            f"{loop.S:g}" if loop.cause == "stiction" else "",
+            size(found),
+        ]
+        for loop, found in zip(plant, diagnoses, strict=True)
+    ]
+    columns = ["", "Loop", "Truth", "Verdict", "Cause", "Probability", "S true [%]", "S found [%]"]
+    print_table(columns, rows, right=["Probability", "S true [%]"])
+
+
+def _object(loop: "DemoLoop", found: "Diagnosis") -> dict[str, Any]:
+    truth = {"cause": loop.cause, "story": loop.story, "S": loop.S, "J": loop.J}
+    return {"tag": loop.record.tag, "right": called_right(loop, found), "truth": truth, "diagnosis": found.to_dict()}
+
+
+def _display() -> bool:
+    """Whether someone sits at a screen that can show a browser."""
+    import os
+
+    if not sys.stdout.isatty() or os.environ.get("CI") or os.environ.get("SSH_CONNECTION"):
+        return False
+    return sys.platform in ("darwin", "win32") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

@@ -1,0 +1,102 @@
+"""``stiction doctor``: what is installed, where the compiled kernels lie, what is missing."""
+
+import sys
+from typing import NamedTuple
+
+from stiction.apps.options import Json
+
+__all__ = ["Check", "doctor"]
+
+NEEDED = ("numpy", "scipy", "numba", "polars", "plotly", "jinja2", "tsdownsample", "pint", "cyclopts", "rich")
+EXTRAS = {"control": "control"}
+"""Package -> the extra that brings it."""
+
+
+class Check(NamedTuple):
+    """One thing looked at."""
+
+    name: str
+    """What."""
+    ok: bool
+    """Whether it is as it should be."""
+    found: str
+    """Version, folder or what is wrong."""
+    remedy: str
+    """The command that mends it; empty when nothing needs mending."""
+
+
+def doctor(*, as_json: Json = False) -> int:
+    """Say which versions are installed, whether kernels can be cached, and what is missing.
+
+    Exit code 1 when something that is needed is missing.
+
+    Parameters
+    ----------
+    as_json
+        Print a list of checks as JSON.
+    """
+    import platform
+
+    from stiction import __version__
+    from stiction.apps.output import print_json, print_table
+
+    new_enough = sys.version_info >= (3, 11)
+    checks = [
+        Check("stiction", True, __version__, ""),
+        Check("Python", new_enough, platform.python_version(), "" if new_enough else "install Python 3.11"),
+        *(_package(name, f"pip install {name}") for name in NEEDED),
+        *_extras(),
+    ]
+    if next(check for check in checks if check.name == "numba").ok:
+        checks += _kernels()
+    if as_json:
+        print_json([check._asdict() for check in checks])
+    else:
+        print_table(["", "What", "Found", "Remedy"], [(_state(check), *check[:1], *check[2:]) for check in checks])
+    return int(not all(check.ok for check in checks if check.name not in EXTRAS))
+
+
+def _state(check: Check) -> str:
+    return "ok" if check.ok else "optional" if check.name in EXTRAS else "MISSING"
+
+
+def _package(name: str, remedy: str) -> Check:
+    from importlib.metadata import PackageNotFoundError, version
+    from importlib.util import find_spec
+
+    try:
+        found = version(name)
+    except PackageNotFoundError:
+        return Check(name, False, "not installed", remedy)
+    if find_spec(name) is None:
+        return Check(name, False, f"{found}, but cannot be imported", f"pip install --force-reinstall {name}")
+    return Check(name, True, found, "")
+
+
+def _extras() -> list[Check]:
+    return [_package(name, f'pip install "stiction[{extra}]"') for name, extra in EXTRAS.items()]
+
+
+def _kernels() -> list[Check]:
+    """Where compiled kernels are kept, whether they are there, and whether one runs."""
+    import time
+
+    from stiction.models.compiled import cache_folder
+
+    folder = cache_folder()
+    if folder is None:
+        return [
+            Check("kernel cache", False, "no folder can be written", "export NUMBA_CACHE_DIR=a folder you may write to")
+        ]
+    kept = sum(1 for _ in folder.rglob("*.nbi"))
+    began = time.perf_counter()
+    from stiction import Kano, stroke
+
+    moved = stroke(Kano(S=3.0, J=1.0), [0.0, 2.5, 3.0], dt=1.0).mv
+    seconds = time.perf_counter() - began
+    right = moved is not None and moved.tolist() == [0.0, 1.5, 2.0]
+    warm = f"{kept} kernels kept" if kept else "cold: the first run of each command compiles for some seconds"
+    return [
+        Check("kernel cache", True, f"{folder} ({warm})", ""),
+        Check("kernel", right, f"ready in {seconds:.1f} s", "" if right else f"remove {folder}"),
+    ]

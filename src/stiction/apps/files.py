@@ -1,0 +1,135 @@
+"""Files that verbs write: checked before the work, written whole or not at all, never over what is not ours."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stiction.errors import RecordError
+
+if TYPE_CHECKING:
+    from stiction.records import LoopRecord
+
+__all__ = ["check_folder", "check_report", "check_target", "csv_text", "plant_csv", "write_csv"]
+
+_MARK = b'<meta name="generator" content="stiction'
+
+
+def check_target(path: str) -> Path:
+    """Return the path of a file that can be written, or say why it cannot be, before any work is done.
+
+    Raises
+    ------
+    RecordError
+        When the folder is missing or cannot be written to, or the path is a folder.
+    """
+    target = Path(path).expanduser()
+    folder = target.parent
+    if target.exists() and not (target.is_file() or target.is_dir()):
+        return target
+    if target.is_dir():
+        raise RecordError(f"Cannot write {target}: it is a folder; add the name of a file.")
+    if not folder.is_dir():
+        raise RecordError(f"Cannot write {target}: there is no folder {folder}; create it or choose another.")
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise RecordError(
+            f"Cannot write {target}: {error.strerror or error}; choose a folder you may write to."
+        ) from None
+    return target
+
+
+def check_report(path: str) -> Path:
+    """Do as `check_target` does, and refuse to replace a file that is no report of this program.
+
+    Raises
+    ------
+    RecordError
+        When the report could not be written, or would replace something else.
+    """
+    target = check_target(path)
+    if target.exists() and (not target.is_file() or _MARK not in _head(target)):
+        raise RecordError(f"{target} was not written by stiction and is left alone; name another file with --report.")
+    return target
+
+
+def check_folder(folder: Path) -> Path:
+    """Make a folder where there is none, and return it.
+
+    Raises
+    ------
+    RecordError
+        When it cannot be made or written to.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise RecordError(f"{folder} is a file where a folder is to be; remove it, or name another report.")
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise RecordError(f"Cannot make the folder {folder}: {error.strerror or error}.") from None
+    check_target(str(folder / "probe"))
+    return folder
+
+
+def _head(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return file.read(4096)
+    except OSError:
+        return b""
+
+
+def csv_text(record: LoopRecord) -> str:
+    r"""Return the signals as CSV: ``time_s,SP,PV,OP,MV``, those that are there; MV is the valve position.
+
+    Examples
+    --------
+    >>> from stiction.records import LoopRecord
+    >>> csv_text(LoopRecord("FIC-101", 2.0, op=[50.0, 51.0], pv=[3.0, 3.1]))
+    'time_s,PV,OP\n0,3,50\n2,3.1,51\n'
+    """
+    there = [name for name in ("sp", "pv", "op", "mv") if getattr(record, name) is not None]
+    series = [record.time, *(getattr(record, name) for name in there)]
+    lines = [",".join(["time_s", *(name.upper() for name in there)])]
+    lines += [",".join("" if x != x else f"{x:.9g}" for x in row) for row in zip(*series, strict=True)]
+    return "\n".join(lines) + "\n"
+
+
+def plant_csv(record: LoopRecord) -> str:
+    """Return the signals as a plant's historian would: time stamps, and the tag before each signal.
+
+    Examples
+    --------
+    >>> from datetime import datetime
+    >>> from stiction.records import LoopRecord
+    >>> plant_csv(LoopRecord("FIC-101", 2.0, op=[50.0], pv=[3.0], start=datetime(2026, 3, 2))).splitlines()
+    ['Time,FIC-101.PV,FIC-101.OP', '2026-03-02 00:00:00,3,50']
+    """
+    from datetime import timedelta
+
+    start = record.start
+    if start is None:
+        raise RecordError(f"{record.tag} has no time of its first sample; use csv_text.")
+    lines = csv_text(record).splitlines()
+    head = ",".join(["Time", *(f"{record.tag}.{name}" for name in lines[0].split(",")[1:])])
+    step = timedelta(seconds=record.dt)
+    rows = (f"{start + k * step},{line.partition(',')[2]}" for k, line in enumerate(lines[1:]))
+    return "\n".join([head, *rows]) + "\n"
+
+
+def write_csv(record: LoopRecord, path: Path | None) -> None:
+    """Write the signals to a file, or to the output where there is none."""
+    text = csv_text(record)
+    if path is None:
+        sys.stdout.write(text)
+        return
+    if path.exists() and not path.is_file():
+        path.write_text(text, encoding="utf-8")
+        return
+    from stiction.report.save import save
+
+    save(text, path)

@@ -1,0 +1,102 @@
+"""Verdicts as lines of text, and failures in the form of verdicts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from stiction.apps.output import print_table, say
+from stiction.report import words
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stiction.apps.diagnose import Failure
+    from stiction.diagnosis import Diagnosis
+
+__all__ = ["as_object", "size", "tell"]
+
+
+def tell(diagnoses: Sequence[Diagnosis], failures: Sequence[Failure], *, explain: bool) -> None:
+    """Print one loop in a few lines, several as a table with the worst first."""
+    from stiction.report.overview import worst_first
+
+    ranked = worst_first(diagnoses)
+    if ranked:
+        say("")
+    if len(ranked) + len(failures) == 1 and ranked:
+        only = ranked[0]
+        say(f"{only.record.tag}: {words.headline(only)}. {words.confidence(only)}.")
+        say(only.reason)
+        say(only.action)
+    elif ranked:
+        rows = [_row(diagnosis) for diagnosis in ranked]
+        rows += [[failure.tag or failure.file, "not diagnosed", "", "", "", "", failure.reason] for failure in failures]
+        print_table(
+            ["Loop", "Verdict", "Cause", "Probability", "S [%]", "Period", "What to do"],
+            rows,
+            right=["Probability", "S [%]", "Period"],
+        )
+    elif len(failures) > 1:
+        print_table(["File", "Reason"], [[failure.tag or failure.file, failure.reason] for failure in failures])
+    if explain:
+        for diagnosis in ranked:
+            _explain(diagnosis)
+
+
+def size(diagnosis: Diagnosis) -> str:
+    """Return S with its interval, or nothing where it means nothing."""
+    found = diagnosis.identification
+    if found is None or diagnosis.verdict == "no_stiction":
+        return ""
+    S, low, high = words.interval(found.S, found.S_low, found.S_high)
+    return f"{S} ({low} to {high})"
+
+
+def as_object(failure: Failure) -> dict[str, Any]:
+    """Return a failure with the keys of a diagnosis, so that a script meets one form only."""
+    return {
+        "file": failure.file,
+        "tag": failure.tag,
+        "verdict": "undecided",
+        "probability": None,
+        "cause": "unknown",
+        "reason": failure.reason,
+        "action": "Mend the file or say how to read it.",
+        "stiction": None,
+        "oscillation": None,
+        "evidence": [],
+        "quality": None,
+        "error": failure.reason,
+    }
+
+
+def _row(diagnosis: Diagnosis) -> list[str]:
+    rhythm = diagnosis.oscillation
+    return [
+        diagnosis.record.tag,
+        words.VERDICTS[diagnosis.verdict],
+        diagnosis.cause,
+        f"{diagnosis.probability:.2f}",
+        size(diagnosis),
+        words.span(rhythm.period) if rhythm.oscillating else "",
+        diagnosis.action,
+    ]
+
+
+def _explain(diagnosis: Diagnosis) -> None:
+    say(f"\n{diagnosis.record.tag}: what each method says")
+    rows = [
+        [
+            words.method(row.method),
+            words.digits(row.index),
+            words.digits(row.threshold),
+            words.VERDICTS[row.vote].lower(),
+            "yes" if row.valid else "no",
+            row.why,
+        ]
+        for row in diagnosis.evidence
+    ]
+    print_table(["Method", "Index", "Threshold", "Says", "Valid here", "Why"], rows, right=["Index", "Threshold"])
+    if diagnosis.identification is not None:
+        say(f"Identification: {diagnosis.identification.summary()}")
+    say(f"Data: {diagnosis.quality.summary()}")

@@ -1,0 +1,93 @@
+"""The labels of a folder of records: ``labels.csv``, every row checked before any record is read."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+from stiction.errors import RecordError
+
+__all__ = ["LOOP_TYPE_WORDS", "Label", "read_labels"]
+
+LOOP_TYPE_WORDS = {"concentration": "analyser", "": None, "unknown": "other"}
+"""Words for loop types that are not this package's -> its own."""
+
+
+@dataclass(frozen=True)
+class Label:
+    """What is known of one record."""
+
+    path: Path
+    """The record."""
+    file: str
+    """Its name as labels.csv gives it."""
+    loop: str
+    """Tag."""
+    group: str
+    """Records of one valve, or of one source, that are judged together."""
+    label: str
+    """`stiction` or `no_stiction`."""
+    loop_type: str | None
+    """Loop type; None takes what the tag says."""
+    integrating: bool | None
+    """Whether the process integrates; None where not known."""
+    dt: float | None
+    """Sampling period [s]; None takes what the record says."""
+
+
+def read_labels(folder: str) -> list[Label]:
+    """Read the labels of a folder.
+
+    Raises
+    ------
+    RecordError
+        When labels.csv or a record is missing, or a row has an unknown label, loop type or number.
+    """
+    place = Path(folder) / "labels.csv"
+    try:
+        with place.open(newline="", encoding="utf-8-sig") as file:
+            rows = list(csv.DictReader(file))
+    except FileNotFoundError:
+        raise RecordError(f"{folder}: has no labels.csv; give a folder with one (columns file, label, ...).") from None
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise RecordError(f"{place}: cannot be read ({error}).") from None
+    if not rows:
+        raise RecordError(f"{place}: has no rows; give one for each record.")
+    for column in ("file", "label"):
+        if column not in rows[0]:
+            raise RecordError(f"{place}: has no column {column}; it needs file and label (stiction or no_stiction).")
+    labels = [_label(place, number, row) for number, row in enumerate(rows, start=2)]
+    verdicts: dict[str, str] = {}
+    for label in labels:
+        if verdicts.setdefault(label.group, label.label) != label.label:
+            raise RecordError(f"{place}: group {label.group} has both labels; a group has one.")
+    return labels
+
+
+def _label(place: Path, number: int, row: dict[str, str | None]) -> Label:
+    from stiction.records import LOOP_TYPES
+
+    def cell(name: str) -> str:
+        return (row.get(name) or "").strip()
+
+    where = f"{place} line {number}"
+    path = place.parent / cell("file")
+    if not path.is_file():
+        raise RecordError(f"{where}: there is no file {path}; check the name.")
+    if cell("label") not in ("stiction", "no_stiction"):
+        raise RecordError(f'{where}: label "{cell("label")}" is unknown; use stiction or no_stiction.')
+    word = cell("loop_type").lower()
+    loop_type = LOOP_TYPE_WORDS.get(word, word)
+    if loop_type is not None and loop_type not in LOOP_TYPES:
+        raise RecordError(f'{where}: loop_type "{word}" is unknown; use one of {", ".join(LOOP_TYPES)}.')
+    integrating = cell("integrating").lower()
+    if integrating not in ("true", "false", ""):
+        raise RecordError(f'{where}: integrating "{integrating}" is unknown; use true or false.')
+    try:
+        dt = float(cell("dt_s")) if cell("dt_s") else None
+    except ValueError:
+        raise RecordError(f'{where}: dt_s "{cell("dt_s")}" is no number; give seconds.') from None
+    loop = cell("loop") or path.stem
+    known = integrating == "true" if integrating else None
+    return Label(path, cell("file"), loop, cell("group") or loop, cell("label"), loop_type, known, dt)

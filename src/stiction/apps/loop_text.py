@@ -1,0 +1,73 @@
+"""A control loop from options or a TOML file: the process, the controller and the valve in text."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from stiction.apps import model_text
+from stiction.errors import ParameterError, RecordError, require_finite
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from stiction.models import Loop
+
+__all__ = ["make_loop", "settings_of"]
+
+
+def settings_of(path: str | None, typed: Mapping[str, Any], defaults: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what was typed, over what the TOML file says, over the defaults.
+
+    Parameters
+    ----------
+    path : str, optional
+        TOML file whose keys are those of `defaults`.
+    typed : mapping
+        Options; None where not given.
+    defaults : mapping
+        Every setting there is.
+
+    Raises
+    ------
+    RecordError
+        When the file cannot be read or is no TOML.
+    ParameterError
+        When the file has a key that is not a setting.
+    """
+    from_file = {} if path is None else _toml(path)
+    for key in from_file:
+        if key not in defaults:
+            raise ParameterError(f'{path}: "{key}" is not a setting of a loop; there are {", ".join(defaults)}.')
+    return {**defaults, **from_file, **{key: value for key, value in typed.items() if value is not None}}
+
+
+def make_loop(settings: Mapping[str, Any]) -> Loop:
+    """Make the loop of ``process``, ``controller``, ``valve``, ``dt`` and ``noise``.
+
+    Examples
+    --------
+    >>> loop = make_loop({"process": "3/(10s+1)", "controller": "pi:Kc=1,Ti=10", "valve": "ideal", "dt": 1.0})
+    >>> loop.process.order
+    1
+    """
+    from stiction.models import Loop
+
+    return Loop(
+        model_text.controller(settings["controller"]),
+        model_text.valve(settings["valve"]),
+        model_text.process(settings["process"]),
+        dt=require_finite("dt", settings["dt"], "s"),
+        noise=settings.get("noise", 0.0),
+    )
+
+
+def _toml(path: str) -> dict[str, Any]:
+    import tomllib
+
+    try:
+        with open(path, "rb") as file:
+            return tomllib.load(file)
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be read ({error.strerror}); check the name and the rights.") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise RecordError(f"{path}: is no TOML file ({error}).") from None

@@ -1,0 +1,224 @@
+"""Models from text: ``kano:S=3,J=1``, ``pi:Kc=0.2,Ti=10``, ``fopdt:K=3,tau=10``, or the same as a table of a TOML file.
+
+A text is a name, then parameters. Values are numbers, ``yes`` or ``no``, ``LOW..HIGH``, several numbers with
+spaces between, ``POSITION:VALUE POSITION:VALUE`` for what varies over the travel, or text with a unit ("3 lbm").
+"""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+import math
+import re
+from typing import TYPE_CHECKING, Any
+
+from stiction.apps.transfer_text import parse_transfer
+from stiction.errors import ParameterError, StictionError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from stiction.models import PID, TransferFunction, Valve
+
+__all__ = ["build", "controller", "process", "split", "valve"]
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_PAIRS = re.compile(rf"{_NUMBER}:{_NUMBER}(?:\s+{_NUMBER}:{_NUMBER})+")
+_SERIES = re.compile(rf"{_NUMBER}(?:\s+{_NUMBER})+")
+_WORDS = {"yes": True, "true": True, "no": False, "false": False}
+
+
+def valve(spec: str | Mapping[str, Any]) -> Valve:
+    """Make a valve: any model by its name, or a published parameter set by its own.
+
+    Parameters
+    ----------
+    spec : str or mapping
+        Text, or a mapping with the key "model".
+
+    Raises
+    ------
+    ParameterError
+        When the name or a parameter is unknown, missing or outside its limits; the known ones are listed.
+
+    Examples
+    --------
+    >>> made = valve("kano:S=3,J=1")
+    >>> made.S, made.J
+    (3.0, 1.0)
+    """
+    from stiction import models
+    from stiction.models.positioner import Positioner
+    from stiction.parameter_sets import SETS
+
+    classes = ("Ideal", "Stenman", "Kano", "Choudhury", "He", "HeWang", "Srinivasan")
+    makers: dict[str, Callable[..., Any]] = {name.lower(): getattr(models, name) for name in classes}
+    makers["physical"] = models.PhysicalValve
+    name, given = split("valve", spec)
+    parts = {key.partition(".")[2]: given.pop(key) for key in list(given) if key.startswith("positioner.")}
+    parts |= given.pop("positioner", {})
+    if parts:
+        given["positioner"] = build("positioner", "positioner", {"positioner": Positioner}, parts)
+    if name in SETS:
+        build("valve", name, {name: models.PhysicalValve}, given, complete=False)
+        return SETS[name](**{key: value_of(text) for key, text in given.items()})
+    return build("valve", name, makers, given, also=SETS)
+
+
+def controller(spec: str | Mapping[str, Any]) -> PID:
+    """Make a controller: ``p``, ``pi``, ``pid`` (standard form) or ``parallel``.
+
+    Parameters
+    ----------
+    spec : str or mapping
+        Text, or a mapping with the key "model".
+
+    Raises
+    ------
+    ParameterError
+        When the name or a parameter is unknown, missing or outside its limits.
+
+    Examples
+    --------
+    >>> controller("pi:Kc=0.2,Ti=10").Ki
+    0.02
+    """
+    from stiction.models import PID
+
+    def p(Kc: float, b: float = 1.0, op_limits: Any = (-math.inf, math.inf)) -> PID:
+        return PID(Kc, math.inf, b=b, op_limits=op_limits)
+
+    def parallel(Kp: float, Ki: float, Kd: float = 0.0, Tf: float = 0.0, op_limits: Any = (-math.inf, math.inf)) -> PID:
+        return PID.parallel(Kp, Ki, Kd, Tf=Tf, op_limits=op_limits)
+
+    name, given = split("controller", spec)
+    return build("controller", name, {"pi": PID, "pid": PID, "p": p, "parallel": parallel}, given)
+
+
+def process(spec: str | Mapping[str, Any]) -> TransferFunction:
+    """Make a process: ``fopdt``, ``sopdt``, ``integrating``, ``tf``, or a transfer function written out.
+
+    Parameters
+    ----------
+    spec : str or mapping
+        Text, or a mapping with the key "model".
+
+    Raises
+    ------
+    ParameterError
+        When the text cannot be read, or a parameter is unknown, missing or outside its limits.
+
+    Examples
+    --------
+    >>> process("3 exp(-10s)/(10s+1)").dead_time, process("fopdt:K=3,tau=10").den.tolist()
+    (10.0, [10.0, 1.0])
+    """
+    from stiction.models import FOPDT, SOPDT, Integrating, TransferFunction
+
+    makers = {"fopdt": FOPDT, "sopdt": SOPDT, "integrating": Integrating, "tf": TransferFunction}
+    written = isinstance(spec, str) and ":" not in spec and spec.strip().lower() not in makers
+    if written and isinstance(spec, str):
+        return TransferFunction(*parse_transfer(spec))
+    name, given = split("process", spec)
+    return build("process", name, makers, given)
+
+
+def split(kind: str, spec: str | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Return the name in lower case, and the parameters as they were given.
+
+    Examples
+    --------
+    >>> split("valve", "Kano: S=3, J=1")
+    ('kano', {'S': '3', 'J': '1'})
+    """
+    if not isinstance(spec, str):
+        given = dict(spec)
+        name = given.pop("model", None)
+        if not isinstance(name, str):
+            raise ParameterError(f'{kind} has no model; add a line such as model = "kano".')
+        return _plain(name), given
+    name, _, rest = spec.partition(":")
+    given: dict[str, Any] = {}
+    for part in filter(None, (part.strip() for part in re.split(r",(?![^(]*\))", rest))):
+        key, equals, text = (piece.strip() for piece in part.partition("="))
+        if not (key and equals and text):
+            raise ParameterError(f'{kind} "{spec}": "{part}" is not NAME=VALUE; write for example kano:S=3,J=1.')
+        if key in given:
+            raise ParameterError(f'{kind} "{spec}" gives {key} twice; leave one of them out.')
+        given[key] = text
+    return _plain(name), given
+
+
+def _plain(name: str) -> str:
+    return name.strip().lower().replace("-", "")
+
+
+def build(
+    kind: str,
+    name: str,
+    makers: Mapping[str, Callable[..., Any]],
+    given: Mapping[str, Any],
+    *,
+    also: Mapping[str, Any] | None = None,
+    complete: bool = True,
+) -> Any:
+    """Call the maker of that name with the values given, or say which names and parameters there are."""
+    if name not in makers:
+        known = [*makers, *(also or ())]
+        close = difflib.get_close_matches(name, known, 1)
+        hint = f' Did you mean "{close[0]}"?' if close else ""
+        raise ParameterError(f'There is no {kind} "{name}"; there are {", ".join(known)}.{hint}')
+    known = [p for p in inspect.signature(makers[name]).parameters.values() if p.name != "_"]
+    names = [p.name for p in known]
+    told = ", ".join(p.name if p.default is p.empty else f"[{p.name}]" for p in known) or "no parameters"
+    for key in given:
+        if key not in names:
+            close = difflib.get_close_matches(key, names, 1)
+            hint = f' Did you mean "{close[0]}"?' if close else ""
+            raise ParameterError(f'{kind} {name} has no parameter "{key}"; it takes {told}.{hint}')
+    if not complete:
+        return None
+    missing = [p.name for p in known if p.default is p.empty and p.name not in given]
+    if missing:
+        raise ParameterError(f"{kind} {name} needs {', '.join(missing)}; it takes {told}.")
+    try:
+        return makers[name](**{key: value_of(value) for key, value in given.items()})
+    except StictionError as error:
+        raise type(error)(f"{kind} {name}: {error}") from None
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"{kind} {name} cannot be made ({error}); it takes {told}.") from None
+
+
+def value_of(text: Any) -> Any:
+    """Return what a value's text means; what is no text, as in a TOML file, means itself.
+
+    Examples
+    --------
+    >>> value_of("3e-1"), value_of("yes"), value_of("0..100"), value_of("10 1"), value_of("3 lbm")
+    (0.3, True, (0.0, 100.0), [10.0, 1.0], '3 lbm')
+    """
+    if isinstance(text, list) and len(text) > 1 and all(isinstance(pair, list) and len(pair) == 2 for pair in text):
+        return _table(text)
+    if not isinstance(text, str):
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        pass
+    if text.lower() in _WORDS:
+        return _WORDS[text.lower()]
+    if _PAIRS.fullmatch(text):
+        return _table([[float(x) for x in pair.split(":")] for pair in text.split()])
+    if _SERIES.fullmatch(text):
+        return [float(x) for x in text.split()]
+    low, dots, high = text.partition("..")
+    return (value_of(low.strip()), value_of(high.strip())) if dots else text
+
+
+def _table(pairs: list[list[float]]) -> Any:
+    import numpy as np
+
+    from stiction.models import Table
+
+    position, value = np.array(pairs, dtype=np.float64).T
+    return Table(position, value)

@@ -1,0 +1,118 @@
+"""Signals from text: ``150,160@600`` for levels that change, ``ramp:start=0,stop=20,rate=0.1`` for test signals."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.apps.model_text import build, split
+from stiction.errors import ParameterError, RecordError, require_finite
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["SIGNALS", "levels", "op_signal"]
+
+SIGNALS = ("ramp", "triangle", "sine", "staircase", "random_walk", "binary_sequence")
+
+
+def levels(name: str, spec: str | float, duration: float, dt: float) -> NDArray[np.float64]:
+    """Read a level, or levels that change at given times.
+
+    Parameters
+    ----------
+    name : str
+        What is read, for the error.
+    spec : str or float
+        ``LEVEL`` or ``LEVEL,LEVEL@TIME,...`` with times in seconds, ascending.
+    duration, dt : float
+        Length and sampling period [s].
+
+    Returns
+    -------
+    ndarray, shape (n_samples,)
+        One level for each sample.
+
+    Raises
+    ------
+    ParameterError
+        When a level or a time cannot be read, or the times do not ascend.
+
+    Examples
+    --------
+    >>> levels("sp", "50,55@2", duration=4.0, dt=1.0).tolist()
+    [50.0, 50.0, 55.0, 55.0]
+    """
+    if not (dt > 0.0 and duration >= dt):
+        raise ParameterError(f"dt = {dt:g} s does not fit into duration = {duration:g} s; give 0 < dt <= duration.")
+    n = round(duration / dt)
+    series = np.empty(n)
+    last = 0.0
+    for k, part in enumerate(str(spec).split(",")):
+        level, at, time = (piece.strip() for piece in part.partition("@"))
+        if (not at) != (k == 0):
+            raise ParameterError(f'{name} = "{spec}": write LEVEL,LEVEL@SECONDS,..., for example 50,55@600.')
+        start = require_finite(f"time in {name}", time, "s") if at else 0.0  # pyright: ignore[reportArgumentType]
+        if start < last or (at and start >= duration):
+            raise ParameterError(
+                f"{name} changes at {start:g} s; give times that ascend and lie within {duration:g} s."
+            )
+        series[round(start / dt) :] = require_finite(name, level)  # pyright: ignore[reportArgumentType]
+        last = start
+    return series
+
+
+def op_signal(spec: str, dt: float) -> tuple[NDArray[np.float64], float]:
+    """Make the input of a valve: a test signal by its name, or the OP of a CSV file.
+
+    Parameters
+    ----------
+    spec : str
+        ``NAME:PARAMETER=VALUE,...`` with a name out of `SIGNALS`, or the name of a file ("-" is the standard input).
+    dt : float
+        Sampling period [s]; a file brings its own.
+
+    Returns
+    -------
+    op : ndarray, shape (n_samples,)
+        Controller output [% of span].
+    dt : float
+        Sampling period [s].
+
+    Raises
+    ------
+    ParameterError
+        When the signal or a parameter is unknown.
+    RecordError
+        When the file cannot be read.
+
+    Examples
+    --------
+    >>> op_signal("staircase:levels=50 51 50,hold=2", dt=1.0)[0].tolist()
+    [50.0, 50.0, 51.0, 51.0, 50.0, 50.0]
+    """
+    name, colon, _ = spec.partition(":")
+    if not colon and spec.strip().lower().replace("-", "_") not in SIGNALS:
+        return _op_of_file(spec)
+    from stiction.simulation import signals
+
+    makers: dict[str, Any] = {known: getattr(signals, known) for known in SIGNALS}
+    name, given = split("op", spec.replace(name, name.replace("-", "_"), 1))
+    seed = given.get("seed")
+    if isinstance(seed, str) and seed.isdigit():
+        given["seed"] = int(seed)
+    return build("op signal", name, makers, {"dt": dt, **given}), dt
+
+
+def _op_of_file(path: str) -> tuple[NDArray[np.float64], float]:
+    from stiction.records import read
+
+    records = read(path)
+    if len(records) > 1:
+        tags = ", ".join(record.tag for record in records)
+        raise RecordError(f"{path}: holds {len(records)} loops ({tags}); give a file with one OP column.")
+    op = records[0].op
+    if not np.all(np.isfinite(op)):
+        raise RecordError(f"{path}: {int(np.sum(~np.isfinite(op)))} samples of OP are missing; fill or cut them first.")
+    return op, records[0].dt

@@ -1,0 +1,120 @@
+"""``stiction simulate``: a control loop in time, from the command line."""
+
+import sys
+from typing import Any
+
+from stiction.apps.options import Json, Out
+
+__all__ = ["simulate"]
+
+DEFAULTS: dict[str, Any] = {
+    "process": "3 exp(-10s)/(10s+1)",
+    "controller": "pi:Kc=0.2,Ti=10",
+    "valve": "kano:S=3,J=1",
+    "sp": "51",
+    "load": "0",
+    "pv_start": 50.0,
+    "op_start": 50.0,
+    "noise": 0.0,
+    "dt": 1.0,
+    "duration": 2000.0,
+    "seed": None,
+    "tag": "simulated",
+}
+
+
+def simulate(
+    *,
+    process: str | None = None,
+    controller: str | None = None,
+    valve: str | None = None,
+    sp: str | None = None,
+    load: str | None = None,
+    pv_start: float | None = None,
+    op_start: float | None = None,
+    noise: float | None = None,
+    dt: float | None = None,
+    duration: float | None = None,
+    seed: int | None = None,
+    tag: str | None = None,
+    loop: str | None = None,
+    out: Out = None,
+    as_json: Json = False,
+) -> int:
+    """Simulate a control loop with a sticky valve; the signals come as CSV.
+
+    Parameters
+    ----------
+    process
+        "3 exp(-10s)/(10s+1)" (the default), fopdt:K=3,tau=10,dead_time=10, sopdt:..., integrating:K=..., or
+        tf:num=3,den=10 1,dead_time=10. PV units per % of span, seconds.
+    controller
+        pi:Kc=0.2,Ti=10 (the default), pid:Kc=..,Ti=..,Td=..,N=.., p:Kc=.. or parallel:Kp=..,Ki=..,Kd=..;
+        op_limits=0..100 adds limits.
+    valve
+        kano:S=3,J=1 (the default), choudhury:S=..,J=.., stenman:d=.., he:fs=..,fd=.., srinivasan:sb=..,sj=..,r=..,
+        physical:mass=..., a published set such as nominal, or ideal. % of span.
+    sp
+        Set point, or set points with times: 51 (the default) or 50,55@600.
+    load
+        Load at the process inlet in % of span, written in the same way.
+    pv_start
+        PV at rest before the start (50).
+    op_start
+        OP and valve position at rest before the start in % of span (50).
+    noise
+        Standard deviation of the measurement noise in PV units (0).
+    dt
+        Sampling period in seconds (1).
+    duration
+        Length in seconds (2000).
+    seed
+        Seed of the noise; drawn anew when not given.
+    tag
+        Name of the loop.
+    loop
+        TOML file with any of these settings under the same names; options come before it.
+    out
+        CSV file to write (time_s, SP, PV, OP, MV: the valve position); without it the CSV goes to the output.
+    as_json
+        Print period and amplitudes as JSON, and the CSV only where --out says.
+    """
+    from stiction.apps.files import check_target, write_csv
+    from stiction.apps.loop_text import make_loop, settings_of
+    from stiction.apps.output import note, print_json, say
+    from stiction.apps.signal_text import levels
+
+    typed = {
+        "process": process, "controller": controller, "valve": valve, "sp": sp, "load": load, "pv_start": pv_start,
+        "op_start": op_start, "noise": noise, "dt": dt, "duration": duration, "seed": seed, "tag": tag,
+    }  # fmt: skip
+    settings = settings_of(loop, typed, DEFAULTS)
+    target = None if out is None or out == "-" else check_target(out)
+    made = make_loop(settings)
+    from stiction.diagnosis.oscillation import find_oscillation
+    from stiction.errors import require_positive
+    from stiction.simulation import simulate as run
+
+    length = require_positive("duration", settings["duration"], "s")
+    record = run(
+        made,
+        levels("sp", settings["sp"], length, made.dt),
+        length,
+        levels("load", settings["load"], length, made.dt),
+        settings["seed"],
+        pv_start=settings["pv_start"],
+        op_start=settings["op_start"],
+        tag=str(settings["tag"]),
+    )
+    rhythm = find_oscillation(record)
+    if target is not None or not as_json:
+        write_csv(record, target)
+    if as_json:
+        found = {"tag": record.tag, "samples": len(record), "dt_s": record.dt, "oscillation": rhythm.to_dict()}
+        print_json({**found, "settings": settings, "file": None if target is None else str(target)})
+        return 0
+    if target is not None:
+        say(f"{len(record)} samples every {record.dt:g} s written to {target}.")
+    if target is not None or sys.stdout.isatty():
+        (say if target is not None else note)(rhythm.reason)
+    return 0

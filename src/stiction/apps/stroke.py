@@ -1,0 +1,66 @@
+"""``stiction stroke``: a valve on its own, driven over an input."""
+
+from stiction.apps.options import Json, Out, Report
+
+__all__ = ["stroke"]
+
+
+def stroke(
+    *,
+    valve: str = "kano:S=3,J=1",
+    op: str = "triangle:mean=50,amplitude=10,period=400,duration=800",
+    dt: float = 1.0,
+    position: float | None = None,
+    out: Out = None,
+    report: Report = None,
+    as_json: Json = False,
+) -> int:
+    """Drive a valve over a test signal and see where its stem goes; OP and position come as CSV.
+
+    Parameters
+    ----------
+    valve
+        kano:S=3,J=1 (the default), choudhury:S=..,J=.., stenman:d=.., he:fs=..,fd=.., srinivasan:sb=..,sj=..,r=..,
+        physical:mass=3 lbm,spring_rate=300 lbf/in,..., a published set such as nominal, or ideal. % of span.
+    op
+        ramp:start=..,stop=..,rate=.., triangle:mean=..,amplitude=..,period=..,duration=.., sine:... (the same),
+        staircase:levels=50 51 50,hold=60, random_walk:..., binary_sequence:..., or a CSV file with an OP column.
+    dt
+        Sampling period in seconds; a CSV file brings its own.
+    position
+        Where the stem rests before the start in % of span; at the first OP when not given.
+    out
+        CSV file to write (time_s, OP, MV: the valve position); without it the CSV goes to the output.
+    report
+        HTML page to write: trend and signature of the valve.
+    as_json
+        Print the signals as JSON.
+    """
+    from stiction.apps.files import check_report, check_target, write_csv
+    from stiction.apps.model_text import valve as make_valve
+    from stiction.apps.output import print_json, say
+    from stiction.apps.signal_text import op_signal
+    from stiction.errors import require_positive
+
+    target = None if out is None or out == "-" else check_target(out)
+    page = None if report is None else check_report(report)
+    made = make_valve(valve)
+    series, step = op_signal(op, require_positive("dt", dt, "s"))
+    from stiction.simulation import stroke as run
+
+    record = run(made, series, step, position)
+    if target is not None or not (as_json or page):
+        write_csv(record, target)
+    if page is not None:
+        from stiction.apps.stroke_page import write_stroke_page
+
+        write_stroke_page(record, page, valve=valve, op=op)
+    if as_json:
+        assert record.mv is not None
+        print_json({"valve": valve, "dt_s": record.dt, "op": record.op, "mv": record.mv})
+        return 0
+    if target is not None:
+        say(f"{len(record)} samples every {record.dt:g} s written to {target}.")
+    if page is not None:
+        say(f"Report: {page}")
+    return 0

@@ -1,0 +1,54 @@
+"""The page of ``stiction stroke``: trend and signature of one valve."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from stiction.report import Figure, Table, Text, look, words, write_page
+from stiction.report.thin import thin
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from stiction.records import LoopRecord
+
+__all__ = ["signature", "trend", "write_stroke_page"]
+
+
+def write_stroke_page(record: LoopRecord, path: Path, *, valve: str, op: str) -> Path:
+    """Write OP and valve position over time and against each other."""
+    lead = f"The valve {valve}, driven for {words.span(record.duration)} in steps of {words.span(record.dt)}."
+    settings = Table(["Setting", "Value"], [["Valve", valve], ["OP", op], ["Source", record.provenance.source]])
+    return write_page("Valve stroke", [Text(lead, kind="lead"), trend(record), signature(record), settings], path)
+
+
+def trend(record: LoopRecord) -> Figure:
+    """Return OP and valve position over time."""
+    name, unit = words.time_unit(record.duration)
+    data = [_line(record.time / unit, record.op, "OP (controller output)", look.line(look.OP))]
+    if record.mv is not None:
+        data.append(_line(record.time / unit, record.mv, "Valve position", look.line(look.MV)))
+    layout = {"xaxis": {"title": {"text": f"Time [{name}]"}}, "yaxis": {"title": {"text": "% of span"}}}
+    caption = "Where the dotted line is flat the stem rests while its input moves; where it steps the stem slips."
+    return Figure({"data": data, "layout": layout}, "OP and valve position over time", caption)
+
+
+def signature(record: LoopRecord) -> Figure:
+    """Return the valve position against the OP."""
+    assert record.mv is not None
+    data = [_line(record.op, record.mv, "Valve", look.line(look.MV))]
+    low, high = float(record.op.min()), float(record.op.max())
+    data.append(_line([low, high], [low, high], "Ideal valve", look.line(look.SP, 1.0)))
+    layout = {
+        "xaxis": {"title": {"text": "OP (controller output) [% of span]"}},
+        "yaxis": {"title": {"text": "Valve position [% of span]"}},
+    }
+    caption = "The width of the loop is the deadband plus stickband S; vertical pieces are slip jumps J."
+    return Figure({"data": data, "layout": layout}, "Valve signature", caption, height=420)
+
+
+def _line(x: Any, y: Any, name: str, line: dict[str, Any]) -> dict[str, Any]:
+    if len(x) > 2:
+        keep = thin(y)
+        x, y = x[keep], y[keep]
+    return {"type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": line}
