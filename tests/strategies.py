@@ -39,9 +39,9 @@ VALVES: dict[str, st.SearchStrategy[stiction.models.Valve]] = {
     "Kano": PAIRS.map(lambda p: stiction.Kano(*p)),
     "Choudhury": PAIRS.map(lambda p: stiction.Choudhury(*p)),
     "He": ORDERED.map(lambda p: stiction.He(*p)),
-    "HeWang": st.tuples(ORDERED, dyadic(1.0, 2.0)).map(lambda q: stiction.HeWang(*q[0], K=q[1])),
+    "HeWang": st.tuples(ORDERED, st.sampled_from([1.0, 2.0])).map(lambda q: stiction.HeWang(*q[0], K=q[1])),
     "Srinivasan": st.tuples(BANDS, st.floats(0.0, 2.0), dyadic(0.0, 2.0)).map(
         lambda q: stiction.Srinivasan(q[0], round(q[0] * q[1] / STEP) * STEP if q[0] else 0.0, q[2])
     ),
 }
-"""Class name -> valves with dyadic parameters."""
+"""Class name -> valves with dyadic parameters; a K between 1 and 2 would add bits to the position with every slip."""

@@ -39,6 +39,12 @@ def test_kernel_is_its_twin(name, data, op, dt):
     assert st.stroke(valve, op, dt).mv.tolist() == TWINS[name](valve, op, dt)
 
 
+@pytest.mark.parametrize("K", [1.25, 1.5, 1.99])
+def test_a_rebound_is_its_twin(K):
+    op = np.cumsum(np.random.default_rng(5).normal(0.0, 1.0, 500)).tolist()
+    assert st.stroke(st.HeWang(2.0, 0.75, K), op, 1.0).mv.tolist() == naive.he_wang(op, 2.0, 0.75, K)
+
+
 @settings(max_examples=60)
 @given(valve=VALVES["Srinivasan"], op=inputs())
 def test_printed_equation_is_its_twin(valve, op):
