@@ -47,6 +47,14 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "simulate",
         "stroke",
     ),
+    "stiction.limitcycle": (
+        "LimitCycle",
+        "basin_map",
+        "bifurcation",
+        "describing_function",
+        "exact_limit_cycles",
+        "predict_limit_cycles",
+    ),
     "stiction.diagnosis": ("Diagnosis", "diagnose", "identify"),
     "stiction.diagnosis.valvetests": (
         "ValveTest",

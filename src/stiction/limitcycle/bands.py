@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from stiction.errors import ParameterError
-from stiction.models import Choudhury, He, Kano, Srinivasan, Stenman, Table, Valve
+from stiction.models import Choudhury, He, HeWang, Kano, Srinivasan, Stenman, Table, Valve
 
 __all__ = ["Bands", "bands", "require_bands"]
 
@@ -59,6 +59,8 @@ def bands(valve: Valve) -> Bands | None:
         found = Bands(valve.d, 0.0, math.inf)
     elif isinstance(valve, He):
         found = Bands(valve.fs, valve.fd, math.inf)
+    elif isinstance(valve, HeWang):
+        found = Bands(valve.fs, valve.fs - valve.K * (valve.fs - valve.fd), math.inf)
     elif isinstance(valve, Kano) or (isinstance(valve, Choudhury) and valve.J <= valve.S):
         found = Bands((valve.S + valve.J) / 2.0, (valve.S - valve.J) / 2.0, 0.0)
     elif (
@@ -80,7 +82,7 @@ def require_bands(valve: Valve) -> Bands:
     found = bands(valve)
     if found is None:
         raise ParameterError(
-            f"{valve!r} has no continuous-time form here; give Stenman, Kano, Choudhury (J <= S), He or "
+            f"{valve!r} has no continuous-time form here; give Stenman, Kano, Choudhury (J <= S), He, HeWang or "
             "Srinivasan with constant bands, or search the sampled loop with sampled_limit_cycles."
         )
     return found

@@ -11,7 +11,8 @@ import numpy as np
 from stiction.errors import ParameterError
 from stiction.limitcycle.bands import bands
 from stiction.limitcycle.crossing import frequency_grid
-from stiction.limitcycle.exact.search import exact_limit_cycles
+from stiction.limitcycle.exact.run import machine
+from stiction.limitcycle.exact.search import solve
 from stiction.limitcycle.linear import LinearPart, linear_part
 from stiction.limitcycle.prediction import harmonic_balance
 from stiction.models import Ideal
@@ -98,7 +99,7 @@ def predict_limit_cycles(
         note = f"{type(loop.valve).__name__} has no exact continuous form here; check with sampled_limit_cycles."
         return tuple(replace(cycle, warning=warning or note) for cycle in predicted)
     solved = [replace(cycle, warning=cycle.warning or warning) for cycle in
-              exact_limit_cycles(loop, sp=sp, load=load, families=families)]  # fmt: skip
+              solve(machine(loop, sp=sp, load=load), loop, families, predicted)]  # fmt: skip
     return _beside(predicted, solved)
 
 

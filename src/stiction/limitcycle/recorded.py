@@ -91,7 +91,7 @@ def match_record(loop: Loop, record: LoopRecord, cycles: tuple[LimitCycle, ...] 
     >>> import stiction as st
     >>> from stiction.limitcycle import match_record
     >>> loop = st.Loop(st.PID.parallel(0.5, 1.0, 0.1), st.Stenman(0.5), st.TransferFunction([1], [5, 6, 1]), dt=0.01)
-    >>> record = st.simulate(loop, sp=0.0, duration=300.0, op_start=0.25, pv_start=0.0)
+    >>> record = st.simulate(loop, sp=0.0, duration=300.0, disturbance=0.25, op_start=0.25)
     >>> len(match_record(loop, record).cycle.levels)
     2
     """

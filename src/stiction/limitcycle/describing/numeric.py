@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["numeric_df"]
 
-_FEWEST, _MOST, _PERIODS = 1 << 10, 1 << 22, 200
+_FEWEST, _MOST, _PERIODS = 1 << 10, 1 << 22, 40
 
 
 @kernel
@@ -84,6 +84,9 @@ def numeric_df(valve: Valve, amplitude: float, omega: float | None, start: float
         real, imag, travel, periods = _stroke_sine(
             valve.code, packed, n, amplitude, start or 0.0, lead_in, tolerance / 4.0, _PERIODS
         )
+        if periods < 0 and n < _MOST >> 4:
+            n *= 4
+            continue
         if periods < 0:
             raise ConvergenceError(
                 f"the valve's motion under a sine of {amplitude:g} % did not repeat within {_PERIODS} periods to "

@@ -28,11 +28,6 @@ def two_parameter_df(S: float, J: float, amplitude):
     moves = amplitude > S / 2.0
     x = np.where(moves, amplitude, max(S, 1.0))
     phi = np.arcsin(np.clip((x - S) / x, -1.0, 1.0))
-    a = (
-        x / 2.0 * np.sin(2.0 * phi)
-        - 2.0 * x * np.cos(phi)
-        - x * (math.pi / 2.0 + phi)
-        + 2.0 * (S - J) * np.cos(phi)
-    )
+    a = x / 2.0 * np.sin(2.0 * phi) - 2.0 * x * np.cos(phi) - x * (math.pi / 2.0 + phi) + 2.0 * (S - J) * np.cos(phi)
     b = -1.5 * x + x / 2.0 * np.cos(2.0 * phi) + 2.0 * x * np.sin(phi) - 2.0 * (S - J) * np.sin(phi)
     return np.where(moves, -(a - 1j * b) / (math.pi * x), 0.0)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from stiction.models import Loop
 
-__all__ = ["exact_limit_cycles", "same_cycle", "search"]
+__all__ = ["exact_limit_cycles", "same_cycle", "search", "solve"]
 
 _SIZES = (0.7, 1.05, 1.5, 2.2, 3.3, 5.0, 9.0, 20.0)
 _LOOK, _LOOK_STEPS = 24, 40_000
@@ -73,10 +73,17 @@ def exact_limit_cycles(
     >>> [(c.family, round(c.period, 2)) for c in exact_limit_cycles(loop)]
     [('half', 21.12), ('half', 16.23), ('integer', 17.6), ('integer', 15.66)]
     """
-    m = machine(loop, sp=sp, load=load)
+    return solve(machine(loop, sp=sp, load=load), loop, families)
+
+
+def solve(
+    m: Machine, loop: Loop, families: Iterable[str | float] | None = None, guesses: Iterable[LimitCycle] | None = None
+) -> tuple[LimitCycle, ...]:
+    """`exact_limit_cycles` of a loop made ready to run, from predictions already at hand or made here."""
     found: list[LimitCycle] = []
+    at_hand = None if guesses is None else list(guesses)
     if not m.valve.staircase:
-        found += [cycle for cycle in search(m, loop, None) if cycle.offset is None]
+        found += [cycle for cycle in search(m, loop, None, at_hand) if cycle.offset is None]
     if m.valve.rate == 0.0:
         return tuple(found)
     for family in ("half", "integer") if families is None else families:
@@ -85,15 +92,21 @@ def exact_limit_cycles(
             if isinstance(family, str)
             else (float(family) - m.linear.rest) % m.valve.jump
         )
-        found += [cycle for cycle in search(m, loop, offset) if cycle.offset is not None]
+        name = family if isinstance(family, str) else f"{offset:g}"
+        mine = None if at_hand is None else [guess for guess in at_hand if guess.family in ("", name)]
+        found += [cycle for cycle in search(m, loop, offset, mine) if cycle.offset is not None]
     return tuple(found)
 
 
-def search(m: Machine, loop: Loop, offset: float | None) -> tuple[LimitCycle, ...]:
+def search(
+    m: Machine, loop: Loop, offset: float | None, guesses: Iterable[LimitCycle] | None = None
+) -> tuple[LimitCycle, ...]:
     """All cycles on one lattice offset [% of span] from the point of rest, or of a valve without a lattice (None)."""
     found: list[LimitCycle] = []
     family = "half" if offset is None else offset
-    for guess in harmonic_balance(m.linear, loop.valve, None if offset is None else (offset,)):
+    if guesses is None:
+        guesses = harmonic_balance(m.linear, loop.valve, None if offset is None else (offset,))
+    for guess in guesses:
         if guess.kind == "cycle":
             states, level = _from_prediction(m, loop, guess, family)
             _settle(m, states, level, offset, found, polish_first=True)
