@@ -1,4 +1,4 @@
-"""Seeded populations of simulated loops whose truth is known: sticky ones, and ones that oscillate for other reasons."""
+"""Seeded populations of simulated loops whose truth is known: sticky ones, and ones that move for other reasons."""
 
 from __future__ import annotations
 

@@ -50,7 +50,9 @@ class Surface(NamedTuple):
     """The candidates."""
 
 
-def dense_processes(scale: float, n_samples: int, integrating: bool | None, n_lags: int = 10, n_delays: int = 10):
+def dense_processes(
+    scale: float, n_samples: int, integrating: bool | None, n_lags: int = 10, n_delays: int = 10
+) -> Processes:
     """Process candidates for a first look, from no lag to an integrator.
 
     Parameters
@@ -114,7 +116,9 @@ def near(processes: Processes, best: NDArray[np.float64], closer: float, integra
         return _candidates(pairs, delays)
     lags = max(tau, 0.3) * np.geomspace(1.0 / spread, spread, 5)
     share = second / max(tau, 0.3)
-    shares = np.array([0.0, 0.15, 0.4, 1.0]) if share == 0.0 else np.append(share * np.geomspace(1 / spread, spread, 5), 0.0)
+    shares = np.array([0.0, 0.15, 0.4, 1.0])
+    if share > 0.0:
+        shares = np.append(share * np.geomspace(1.0 / spread, spread, 5), 0.0)
     pairs = [(0.0, 0.0)] if tau < 0.7 else []
     pairs += [(t, t * part) for t in lags for part in shares if part <= 1.01]
     return _candidates(pairs, delays)

@@ -61,7 +61,7 @@ def identify(record: LoopRecord, model: str = "kano", *, period: float | None = 
     processes of one lag, an integrator among them, and 10 dead times; the best region is then searched twice
     again with closer grids and a second lag. The error is that of the simulation, not of a one-step
     prediction. The interval is the profile likelihood's, with as many independent samples as the
-    autocorrelation of the residual leaves.
+    autocorrelation of the residual leaves, and no more than two for each period: a slip each way.
 
     References
     ----------
@@ -156,9 +156,7 @@ def _limit(error: float, samples: float, chi2: float) -> float:
 def _linear(signals: Signals, sign: float, integrating: bool | None) -> Surface:
     """The best linear process behind a good valve, searched as carefully as the sticky one."""
     nothing, one = np.zeros(1), np.zeros(1)
-    found = explore(
-        signals, nothing, one, dense_processes(signals.scale, signals.op.size, integrating, 40, 30), sign
-    )
+    found = explore(signals, nothing, one, dense_processes(signals.scale, signals.op.size, integrating, 40, 30), sign)
     for closer in (0.5, 0.2):
         processes = near(found.processes, found.best[0, 0], closer, integrating)
         finer = explore(signals, nothing, one, processes, sign)
@@ -225,9 +223,13 @@ def _interval(surface: Surface, limit: float, axis: int) -> tuple[float, float]:
     return low, high
 
 
-def _result(
-    model: str, record: LoopRecord, signals: Signals, found: list[Surface], linear: Surface
-) -> Identification:
+def _reach(found: list[Surface], limit: float, axis: int) -> tuple[float, float]:
+    """Lowest and highest end of the intervals of all searches that came below the limit."""
+    ends = np.array([_interval(surface, limit, axis) for surface in found if surface.error.min() <= limit])
+    return float(ends[:, 0].min()), float(ends[:, 1].max())
+
+
+def _result(model: str, record: LoopRecord, signals: Signals, found: list[Surface], linear: Surface) -> Identification:
     dense = found[0]
     closest = min(found, key=lambda surface: float(surface.error.min()))
     i, j = _optimum(closest)
@@ -240,8 +242,8 @@ def _result(
     independent = _independent((signals.target - deviation)[inside])
     independent = min(independent, 2.0 * signals.op.size / signals.scale)
     inner = _limit(error, independent, CHI2_1)
-    S_low, S_high = (f(end) for f, end in zip((min, max), zip(*(_interval(s, inner, 0) for s in found if s.error.min() <= inner))))
-    ratio_low, ratio_high = (f(end) for f, end in zip((min, max), zip(*(_interval(s, inner, 1) for s in found if s.error.min() <= inner))))
+    S_low, S_high = _reach(found, inner, 0)
+    ratio_low, ratio_high = _reach(found, inner, 1)
     lag = int(closest.best[i, j, 0])
     dead_time = max(float(closest.best[i, j, 1] + closest.best[i, j, 2]), 0.0)
     processes: Processes = closest.processes

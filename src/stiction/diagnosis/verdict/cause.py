@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Cause", "amplitude_spread", "other_cause", "sticky_cause"]
 
+PLAY = 0.12
+"""J over S below which a valve has play and does not jump [-]: simulated loops with J = 0 stay below 0.03."""
 STEADY = 0.2
 """Spread of the half periods' peaks over their mean below which an oscillation is steady [-]."""
 
@@ -30,15 +32,13 @@ class Cause(NamedTuple):
     """What to do, in a sentence."""
 
 
-def sticky_cause(found: Identification, jump: float) -> Cause:
+def sticky_cause(found: Identification) -> Cause:
     """Tell a valve that sticks from one that only has play.
 
     Parameters
     ----------
     found : Identification
         The valve and process found.
-    jump : float
-        Probability that the stem jumps [-].
 
     Returns
     -------
@@ -48,7 +48,7 @@ def sticky_cause(found: Identification, jump: float) -> Cause:
     """
     size = f"S = {found.S:.2g} % (95 % {found.S_low:.2g} to {found.S_high:.2g})"
     fits = f"explains {found.fit:.0f} % of the PV's movement, a good valve {found.fit_linear:.0f} %"
-    if found.process.integrating and jump < 0.5:
+    if found.process.integrating and found.J < PLAY * found.S:
         return Cause(
             "deadband",
             f"A valve with {found.S:.2g} % deadband and no slip jump {fits}.",

@@ -1,4 +1,4 @@
-"""The main question: does the valve stick, how much, how sure are we, what should be done?"""
+"""The main question: whether the valve sticks, how much, how sure that is, and what to do."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stiction.diagnosis.identification import identify
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence, Identification
 from stiction.diagnosis.verdict.cause import other_cause, sticky_cause
-from stiction.diagnosis.verdict.probability import UNDECIDED, features, jump_probability, probability
+from stiction.diagnosis.verdict.probability import UNDECIDED, features, probability
 from stiction.errors import RecordError
 from stiction.records.quality import assess, usable_part
 
@@ -72,7 +72,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     says = features(found, swing)
     sure = probability(says, sum(gate.name in DOUBTS for gate in quality.reservations))
     main = found[0] if oscillation.oscillating or len(found) == 1 else max(found, key=lambda one: one.fit)
-    sticky = sticky_cause(main, jump_probability(main, oscillation.cycles if oscillation.oscillating else 1.0))
+    sticky = sticky_cause(main)
     follows = main.fit_linear > 80.0
     if sticky.name == "deadband" and sure > UNDECIDED[0]:
         sure = 0.2 * sure
@@ -123,8 +123,8 @@ def _own_row(found: Identification, band: float, sure: float, swing: float) -> E
         vote=vote,
         valid=True,
         why=(
-            f"S takes {100.0 * found.S / swing:.0f} % of the OP's swing; PV simulated from OP explains {found.fit:.1f} % "
-            f"with a sticky valve, {found.fit_linear:.1f} % with a good one."
+            f"S takes {100.0 * found.S / swing:.0f} % of the OP's swing; the PV simulated from OP is explained to "
+            f"{found.fit:.1f} % with a sticky valve, to {found.fit_linear:.1f} % with a good one."
         ),
         source="srinivasan2005",
     )
