@@ -134,8 +134,7 @@ def _draw(cause: str, rng: np.random.Generator, noise: float, tag: str) -> Case 
     if cause == "sensor":
         valve = Ideal()
     loop = Loop(replace(controller, op_limits=(0.0, 100.0)), valve, process, dt=1.0)
-    start = {"pv_start": 50.0, "op_start": 50.0}
-    period, swing = _settled(loop, start, rng) if valve.code or cause == "tight tuning" else (np.nan, np.nan)
+    period, swing = _settled(loop, rng) if valve.code or cause == "tight tuning" else (np.nan, np.nan)
     if (valve.code or cause == "tight tuning") and not (12.0 <= period <= 200.0 and swing > 1e-3):
         return None
     if not np.isfinite(period):
@@ -152,7 +151,7 @@ def _draw(cause: str, rng: np.random.Generator, noise: float, tag: str) -> Case 
         disturbance = _lag(rng.normal(0.0, 1.0, n), period / 4.0) * float(rng.uniform(2.0, 6.0))
     own = bool(valve.code) or cause == "tight tuning"
     if not own:
-        record = simulate(loop, 50.0, n * loop.dt, disturbance, **start)
+        record = simulate(loop, 50.0, n * loop.dt, disturbance, pv_start=50.0, op_start=50.0)
         assert record.pv is not None
         swing = float(np.percentile(record.pv, 99.0) - np.percentile(record.pv, 1.0))
     level = swing * noise * float(rng.uniform(0.0, 1.0))
@@ -162,10 +161,12 @@ def _draw(cause: str, rng: np.random.Generator, noise: float, tag: str) -> Case 
         kick = np.zeros(n + burn)
         kick[: max(int(period / 3.0), 5)] = 0.7 * (valve.S if isinstance(valve, Kano) else 3.0)
         loop = replace(loop, noise=level)
-        record = simulate(loop, 50.0, (n + burn) * loop.dt, kick, seed, **start).window(burn, n + burn)
+        record = simulate(loop, 50.0, (n + burn) * loop.dt, kick, seed, pv_start=50.0, op_start=50.0).window(
+            burn, n + burn
+        )
     else:
         loop = replace(loop, noise=level)
-        record = simulate(loop, 50.0, n * loop.dt, disturbance, seed, **start)
+        record = simulate(loop, 50.0, n * loop.dt, disturbance, seed, pv_start=50.0, op_start=50.0)
     assert record.pv is not None
     pv = record.pv
     if cause == "sensor":
@@ -175,12 +176,12 @@ def _draw(cause: str, rng: np.random.Generator, noise: float, tag: str) -> Case 
     return Case(record, cause, loop, n / period)
 
 
-def _settled(loop: Loop, start: dict[str, float], rng: np.random.Generator) -> tuple[float, float]:
+def _settled(loop: Loop, rng: np.random.Generator) -> tuple[float, float]:
     """Period [s] and PV swing of the limit cycle that a load pulse starts; NaN where there is none."""
     n = 6000
     kick = np.zeros(n)
     kick[: int(rng.integers(10, 60))] = 0.7 * (loop.valve.S if isinstance(loop.valve, Kano) else 3.0)
-    record = simulate(loop, start["pv_start"], float(n), kick, **start)
+    record = simulate(loop, 50.0, float(n), kick, pv_start=50.0, op_start=50.0)
     assert record.pv is not None
     op, pv = record.op[n // 2 :], record.pv[n // 2 :]
     centred = op - op.mean()
@@ -194,7 +195,7 @@ def _marginal(process: TransferFunction, controller: PID, rng: np.random.Generat
     """Raise the gain to just below the stability limit, so that a disturbance rings for the whole record."""
     omega = np.geomspace(1e-3, 3.0, 4000)
     num, den = controller.transfer_function()
-    s = 1j * omega
+    s = np.asarray(1j * omega, dtype=np.complex128)
     response = np.polyval(num, s) / np.polyval(den, s) * process.at(s)
     response = response * np.exp(-s * 0.5)
     phase = np.unwrap(np.angle(response))

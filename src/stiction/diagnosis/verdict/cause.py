@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.oscillation import about_drift, control_error, half_cycles
+from stiction.diagnosis.oscillation import about_drift, control_error
 
 if TYPE_CHECKING:
     from stiction.diagnosis.result import Identification, Oscillation
@@ -17,8 +17,8 @@ __all__ = ["Cause", "amplitude_spread", "other_cause", "sticky_cause"]
 
 PLAY = 0.12
 """J over S below which a valve has play and does not jump [-]: simulated loops with J = 0 stay below 0.03."""
-STEADY = 0.2
-"""Spread of the half periods' peaks over their mean below which an oscillation is steady [-]."""
+STEADY = 0.055
+"""Spread of the amplitude from period to period over its median below which an oscillation is steady [-]."""
 
 
 class Cause(NamedTuple):
@@ -122,7 +122,7 @@ def other_cause(
 
 
 def amplitude_spread(record: LoopRecord, oscillation: Oscillation) -> float:
-    """Spread of the peaks of the half periods over their mean [-]; infinity with fewer than four.
+    """Spread of the oscillation's amplitude from period to period over its median [-].
 
     Parameters
     ----------
@@ -134,16 +134,17 @@ def amplitude_spread(record: LoopRecord, oscillation: Oscillation) -> float:
     Returns
     -------
     float
-        Half the distance of the 16th and 84th percentile over the median.
+        Half the distance of the 16th and 84th percentile over the median of the fundamental's amplitude, each
+        period's own; infinity with fewer than four periods.
     """
     error = control_error(record)
     samples = oscillation.period / record.dt
-    if error is None or not samples > 0.0:
+    if error is None or not samples > 0.0 or error.size < 4.0 * samples:
         return float("inf")
     wave = about_drift(error, samples)
-    halves = half_cycles(wave, samples)
-    if len(halves) < 4:
-        return float("inf")
-    peaks = np.array([np.abs(wave[first:last]).max() for first, last in halves])
-    low, middle, high = np.percentile(peaks, [16.0, 50.0, 84.0])
+    turning = np.concatenate([[0.0], np.cumsum(wave * np.exp(-2j * np.pi * np.arange(wave.size) / samples))])
+    edges = np.round(np.arange(0.0, wave.size + 1.0, samples)).astype(int)
+    edges = edges[edges <= wave.size]
+    amplitude = np.abs(np.diff(turning[edges])) / np.diff(edges)
+    low, middle, high = np.percentile(amplitude, [16.0, 50.0, 84.0])
     return float((high - low) / (2.0 * middle)) if middle > 0.0 else float("inf")
