@@ -40,6 +40,7 @@ def describing_function(
     as_printed: bool | str = False,
     method: str = "auto",
     tolerance: float = 1e-4,
+    centre: float = 0.0,
 ) -> NDArray[np.complex128]:
     r"""Describing function of a valve: N = (fundamental of the stem) / (its sinusoidal input).
 
@@ -61,6 +62,9 @@ def describing_function(
         compiled valve with a sampled sine until successive periods agree.
     tolerance : float
         Largest error of the numeric method [-].
+    centre : float
+        Input about which the sine swings [% of span]; it matters to valves with end stops, a physical valve among
+        them.
 
     Returns
     -------
@@ -101,11 +105,11 @@ def describing_function(
     if not np.all(np.isfinite(speed)) or np.any(speed <= 0.0):
         raise ParameterError(f"omega = {omega!r} must be positive and finite [rad/s].")
     size, speed = np.broadcast_arrays(size, speed)
-    flat = _values(valve, size.ravel(), speed.ravel(), family, method, tolerance)
+    flat = _values(valve, size.ravel(), speed.ravel(), family, method, tolerance, float(centre))
     return flat.reshape(size.shape)
 
 
-def _values(valve: Any, size, speed, family: str | float, method: str, tolerance: float):
+def _values(valve: Any, size, speed, family: str | float, method: str, tolerance: float, centre: float):
     """N over flat arrays of amplitude and frequency."""
     if hasattr(valve, "describing_function"):
         return valve.describing_function(size)
@@ -124,12 +128,12 @@ def _values(valve: Any, size, speed, family: str | float, method: str, tolerance
     if method == "numeric" or banded is None:
         if method == "events":
             raise ParameterError(f"{valve!r} cannot be taken event by event; use method = 'numeric'.")
-        return numeric_dfs(valve, size, speed if rate_dependent(valve) else None, start, tolerance)
+        return numeric_dfs(valve, size, speed if rate_dependent(valve) else None, start, tolerance, centre)
     if method == "auto" and isinstance(valve, Kano | Choudhury):
         return two_parameter_df(valve.S, valve.J, size)
     if start is None:
         start = banded.lag - size
     value, turns = banded_df(*banded, size, speed, start)
     if np.any(turns >= 64):
-        value[turns >= 64] = numeric_dfs(valve, size[turns >= 64], speed[turns >= 64], None, tolerance)
+        value[turns >= 64] = numeric_dfs(valve, size[turns >= 64], speed[turns >= 64], None, tolerance, centre)
     return value

@@ -1,8 +1,9 @@
 """Describing function of any valve: drive its compiled step with a sampled sine until periods repeat.
 
 A slip that happens between two samples is placed half a sample late at most, so the error is bounded by
-h TV(x) / (2 pi A), with h the phase between samples and TV(x) the stem's travel in a period. The number of samples
-is doubled until that bound and the change by the last doubling both meet the tolerance.
+h TV(x) / (2 pi A), with h the phase between samples and TV(x) the stem's travel in a period; times the periods run,
+as a staircase keeps the overshoot of earlier slips. The number of samples is doubled until that bound and the change
+by the last doubling both meet the tolerance.
 """
 
 from __future__ import annotations
@@ -25,12 +26,12 @@ _FEWEST, _MOST, _PERIODS = 1 << 10, 1 << 22, 40
 
 
 @kernel
-def _stroke_sine(model, p, n, amplitude, start, lead_in, agree, most):
+def _stroke_sine(model, p, n, amplitude, centre, start, lead_in, agree, most):
     """N by sums over one period of n samples, the travel in it, and the periods it took; -1 when it never settled.
 
     The input starts at its lowest point, where the stem of an established staircase rests on its lowest level.
     """
-    s = valve_at_rest(model, -amplitude, start, p)
+    s = valve_at_rest(model, centre - amplitude, start, p)
     real, imag, period = 0.0, 0.0, 0
     step = 2.0 * math.pi / n
     while period < most:
@@ -40,10 +41,10 @@ def _stroke_sine(model, p, n, amplitude, start, lead_in, agree, most):
             if period < lead_in:
                 size *= 1.0 + (lead_in - period - k / n) / lead_in
             wave = -math.cos(k * step)
-            s = valve_step(model, size * wave, s, p)
+            s = valve_step(model, centre + size * wave, s, p)
             x = min(max(s.position, p[0]), p[1])
-            inphase += x * wave
-            quadrature += x * math.sin(k * step)
+            inphase += (x - centre) * wave
+            quadrature += (x - centre) * math.sin(k * step)
             travel += abs(x - before)
             before = x
         old_real, old_imag = real, imag
@@ -54,7 +55,9 @@ def _stroke_sine(model, p, n, amplitude, start, lead_in, agree, most):
     return real, imag, travel, -1
 
 
-def numeric_df(valve: Valve, amplitude: float, omega: float | None, start: float | None, tolerance: float) -> complex:
+def numeric_df(
+    valve: Valve, amplitude: float, omega: float | None, start: float | None, tolerance: float, centre: float = 0.0
+) -> complex:
     """N at one amplitude, to within `tolerance`.
 
     Parameters
@@ -70,6 +73,8 @@ def numeric_df(valve: Valve, amplitude: float, omega: float | None, start: float
         amplitude, so that an established oscillation is found.
     tolerance : float
         Largest error allowed [-].
+    centre : float
+        Input about which the sine swings [% of span].
 
     Raises
     ------
@@ -82,7 +87,7 @@ def numeric_df(valve: Valve, amplitude: float, omega: float | None, start: float
     while n <= _MOST:
         packed = valve.pack(period / n)
         real, imag, travel, periods = _stroke_sine(
-            valve.code, packed, n, amplitude, start or 0.0, lead_in, tolerance / 4.0, _PERIODS
+            valve.code, packed, n, amplitude, centre, centre + (start or 0.0), lead_in, tolerance / 4.0, _PERIODS
         )
         if periods < 0 and n < _MOST >> 4:
             n *= 4
@@ -93,12 +98,12 @@ def numeric_df(valve: Valve, amplitude: float, omega: float | None, start: float
                 f"{tolerance / 4:g}; ask for a larger tolerance."
             )
         value = complex(real, imag)
-        bound = travel / (n * amplitude)
+        bound = periods * travel / (n * amplitude)
         if bound <= tolerance and abs(value - last) <= tolerance:
             return value
         last = value
         n *= 2
-        while n < _MOST and travel / (2 * n * amplitude) > tolerance:
+        while n < _MOST and periods * travel / (2 * n * amplitude) > tolerance:
             n *= 2
     raise ConvergenceError(
         f"N at {amplitude:g} % could not be had to {tolerance:g} with {_MOST} samples in a period; ask for a larger "
@@ -106,7 +111,7 @@ def numeric_df(valve: Valve, amplitude: float, omega: float | None, start: float
     )
 
 
-def numeric_dfs(valve: Valve, amplitude, omega, start, tolerance: float):
+def numeric_dfs(valve: Valve, amplitude, omega, start, tolerance: float, centre: float = 0.0):
     """`numeric_df` over arrays of equal shape (n,); `omega` and `start` may be None."""
     return np.array(
         [
@@ -116,6 +121,7 @@ def numeric_dfs(valve: Valve, amplitude, omega, start, tolerance: float):
                 None if omega is None else float(omega[k]),
                 None if start is None else float(start[k]),
                 tolerance,
+                centre,
             )
             for k, a in enumerate(amplitude)
         ],
