@@ -91,10 +91,10 @@ def _tell(summary: dict[str, Any], results: list[dict[str, Any]], groups: list[d
     missed = [row for row in results if row["verdict"] != row["label"]]
     if missed:
         say("\nRecords called wrongly")
-        keys = ("file", "label", "verdict", "cause", "reason")
-        rows = [[_shown(row["probability"]), *(row[key] for key in keys)] for row in missed]
-        print_table(["Probability", "File", "Label", "Verdict", "Cause", "Reason"], rows, right=["Probability"])
+        keys = ("file", "label", "verdict", "probability", "cause", "reason")
+        rows = [[_shown(row[key]) for key in keys] for row in missed]
+        print_table([key.capitalize() for key in keys], rows, right=["Probability"])
 
 
-def _shown(probability: float | None) -> str:
-    return "" if probability is None else f"{probability:.2f}"
+def _shown(value: Any) -> str:
+    return "" if value is None else f"{value:.2f}" if isinstance(value, float) else str(value)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from cyclopts import Parameter
 
-from stiction.apps.options import Json, Report, refuse_options
+from stiction.apps.options import Json, Report, in_options, refuse_options
 from stiction.errors import ParameterError, RecordError, StictionError
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def judge(files: tuple[str, ...], options: dict[str, Any], target: Path | None, 
 
     records, failures = _read(files, options)
     if records:
-        (note if as_json else say)(receipt(records).summary())
+        (note if as_json else say)(in_options(receipt(records).summary()))
     diagnoses, more = _diagnose(records)
     failures += more
     if as_json:
@@ -154,7 +154,7 @@ def _read(files: tuple[str, ...], options: dict[str, Any]) -> tuple[list["LoopRe
         try:
             records += read(file, **options)
         except RecordError as error:
-            failures.append(Failure(file, None, str(error)))
+            failures.append(Failure(file, None, in_options(str(error))))
     return records, failures
 
 

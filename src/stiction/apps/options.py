@@ -2,6 +2,7 @@
 
 import difflib
 import inspect
+import re
 from collections.abc import Callable, Sequence
 from typing import Annotated
 
@@ -9,11 +10,15 @@ from cyclopts import Parameter
 
 from stiction.errors import ParameterError
 
-__all__ = ["Json", "Out", "Report", "refuse_options"]
+__all__ = ["Json", "Out", "Report", "Text", "in_options", "refuse_options"]
 
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print JSON and nothing else on the output.")]
+Text = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
 Report = Annotated[str | None, Parameter(name="--report", help="HTML file to write; it opens without a network.")]
-Out = Annotated[str | None, Parameter(name="--out", help="CSV file to write; without it the CSV goes to the output.")]
+Out = Annotated[
+    str | None,
+    Parameter(name="--out", allow_leading_hyphen=True, help="CSV file to write instead of the output."),
+]
 
 
 def refuse_options(files: Sequence[str], verb: Callable[..., int]) -> None:
@@ -32,3 +37,26 @@ def refuse_options(files: Sequence[str], verb: Callable[..., int]) -> None:
             raise ParameterError(
                 f"Unknown option: {file}.{hint} Try: stiction {verb.__name__} --help (a file of that name is ./{file})."
             )
+
+
+def in_options(sentence: str) -> str:
+    """Return what the reader says with its arguments in the words of the command line.
+
+    Examples
+    --------
+    >>> in_options("say which is which with columns={'pv': ..., 'op': 2}.")
+    'say which is which with --column pv=NAME --column op=2.'
+    >>> in_options("give op_range=(0, 4095) to convert, or day_first=False.")
+    'give --op-range 0 4095 to convert, or --no-day-first.'
+    """
+
+    def columns(found: re.Match[str]) -> str:
+        pairs = re.findall(r"'(\w+)': ([^,}]+)", found[1])
+        return " ".join(f"--column {signal}={'NAME' if name == '...' else name}" for signal, name in pairs)
+
+    sentence = re.sub(r"columns=\{([^}]*)\}", columns, sentence)
+    sentence = re.sub(r"op_range=\(([^,]+), ([^)]+)\)", r"--op-range \1 \2", sentence)
+    sentence = re.sub(r"decimal='(.)'", r'--decimal "\1"', sentence)
+    sentence = sentence.replace("day_first=True", "--day-first").replace("day_first=False", "--no-day-first")
+    sentence = sentence.replace("columns=", "--column SIGNAL=NAME").replace(" (--columns)", "")
+    return sentence.replace("dt= (--dt)", "--dt")

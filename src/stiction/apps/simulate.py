@@ -3,7 +3,7 @@
 import sys
 from typing import Any
 
-from stiction.apps.options import Json, Out
+from stiction.apps.options import Json, Out, Text
 
 __all__ = ["simulate"]
 
@@ -25,11 +25,11 @@ DEFAULTS: dict[str, Any] = {
 
 def simulate(
     *,
-    process: str | None = None,
-    controller: str | None = None,
-    valve: str | None = None,
-    sp: str | None = None,
-    load: str | None = None,
+    process: Text = None,
+    controller: Text = None,
+    valve: Text = None,
+    sp: Text = None,
+    load: Text = None,
     pv_start: float | None = None,
     op_start: float | None = None,
     noise: float | None = None,

@@ -1,5 +1,9 @@
 """``stiction stroke``: a valve on its own, driven over an input."""
 
+from typing import Annotated
+
+from cyclopts import Parameter
+
 from stiction.apps.options import Json, Out, Report
 
 __all__ = ["stroke"]
@@ -8,7 +12,7 @@ __all__ = ["stroke"]
 def stroke(
     *,
     valve: str = "kano:S=3,J=1",
-    op: str = "triangle:mean=50,amplitude=10,period=400,duration=800",
+    op: Annotated[str, Parameter(allow_leading_hyphen=True)] = "triangle:mean=50,amplitude=10,period=400,duration=800",
     dt: float = 1.0,
     position: float | None = None,
     out: Out = None,

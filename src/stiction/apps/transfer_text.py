@@ -139,7 +139,7 @@ class _Reader:
         if token in ("exp", "e"):
             if token == "e":
                 self.take("^")
-            return self._delay(self.signed())
+            return self._delay(self.atom() if self.peek() == "(" else self.signed())
         try:
             return _Ratio(np.array([float(token)]), np.ones(1))
         except ValueError:

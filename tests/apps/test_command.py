@@ -1,0 +1,158 @@
+"""The command as a whole: verbs, help, wrong usage, what is imported and what becomes of faults."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from stiction.apps.cli import VERBS, main
+
+HEAVY = ("numpy", "numba", "scipy", "polars", "plotly", "jinja2", "pint", "control")
+
+
+@pytest.mark.parametrize("verb", ["", *VERBS])
+def test_help_is_shown_and_loads_nothing_heavy(verb):
+    code = (
+        "import sys\nfrom stiction.apps.cli import main\n"
+        f"code = main({[verb, '--help'] if verb else ['--help']!r})\n"
+        f"print(code, [name for name in {HEAVY!r} if name in sys.modules], file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.stderr.strip() == "0 []"
+    assert f"Usage: stiction {verb}".strip() in done.stdout
+
+
+def test_help_lists_every_verb_with_what_it_does(run):
+    shown = " ".join(run("--help").out.split())
+    for verb, (_, _, does) in VERBS.items():
+        assert verb in shown
+        assert does.split()[0] in shown
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_help_tells_every_option(verb, run):
+    from stiction.apps import cli
+
+    shown = run(verb, "--help").out
+    app = cli._app([verb])[verb]
+    for argument in app.assemble_argument_collection():
+        told = re.search(rf"{argument.name}(?:\.\.\.)?(?: (?:[A-Z]+(?:\.\.\.)?|--[a-z-]+))* {{2,}}\S", shown)
+        assert told, f"{argument.name} is not told"
+
+
+@pytest.mark.parametrize(
+    ("argv", "says"),
+    [
+        (["frob"], "Unknown command"),
+        (["diagnos", "x.csv"], 'Did you mean "diagnose"'),
+        (["diagnose"], "no file was named"),
+        (["diagnose", "--jsn", "x.csv"], "Did you mean --json"),
+        (["diagnose", "x.csv", "--dt", "fast"], "--dt"),
+        (["diagnose", "x.csv", "--column", "op"], "SIGNAL=NAME"),
+        (["diagnose", "x.csv", "--report", "a.html", "--no-report"], "exclude each other"),
+        (["simulate", "--frob"], "Unknown option"),
+        (["simulate", "surplus"], "surplus"),
+        (["simulate", "--valve", "kano:S=-3,J=1"], "negative"),
+        (["stroke", "--valve", "kanno:S=3"], 'Did you mean "kano"'),
+    ],
+)
+def test_wrong_usage_is_2_with_one_sentence(argv, says, run, folder):
+    done = run(*argv)
+    assert done.code == 2
+    assert says in done.err
+    assert done.err.startswith("stiction: ")
+    assert done.err.count("\n") == 1
+    assert done.out == ""
+    assert list(folder.iterdir()) == []
+
+
+def test_interrupt_is_quiet(monkeypatch, capsys):
+    monkeypatch.setattr("stiction.apps.doctor._kernels", lambda: (_ for _ in ()).throw(KeyboardInterrupt))
+    assert main(["doctor"]) == 130
+    assert capsys.readouterr() == ("", "")
+
+
+def test_ctrl_c_ends_a_running_command_quietly():
+    running = subprocess.Popen(
+        [sys.executable, "-m", "stiction.apps.cli", "diagnose", "-", "--no-report"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert running.stdin is not None
+    running.stdin.write(b"time_s,PV,OP\n")
+    running.stdin.flush()
+    time.sleep(2.0)
+    running.send_signal(signal.SIGINT)
+    out, err = running.communicate(timeout=60)
+    assert running.returncode == 130
+    assert b"Traceback" not in err
+    assert out == b""
+
+
+def test_a_closed_pipe_is_quiet():
+    read_end, write_end = os.pipe()
+    os.close(read_end)
+    with os.fdopen(write_end, "wb") as closed:
+        done = subprocess.run(
+            [sys.executable, "-m", "stiction.apps.cli", "simulate", "--duration", "100"],
+            stdout=closed,
+            stderr=subprocess.PIPE,
+            timeout=120,
+        )
+    assert done.returncode == 141
+    assert done.stderr == b""
+
+
+def test_a_fault_of_ours_is_neither_a_finding_nor_silent(monkeypatch, capsys):
+    monkeypatch.setattr("stiction.apps.doctor._package", lambda *_: 1 / 0)
+    assert main(["doctor"]) == 70
+    assert "fault of the program" in capsys.readouterr().err
+
+
+def test_version(run):
+    import stiction
+
+    assert run("--version").out.strip() == stiction.__version__
+
+
+def test_doctor_finds_this_environment_whole(run):
+    done = run("doctor", "--json")
+    checks = {check["name"]: check for check in json.loads(done.out)}
+    assert done.code == 0
+    assert {"Python", "numpy", "numba", "scipy", "polars", "kernel cache", "kernel"} <= checks.keys()
+    assert all(check["ok"] for name, check in checks.items() if name != "control")
+
+
+def test_doctor_names_the_command_that_mends(run, monkeypatch):
+    from importlib import metadata
+
+    real = metadata.version
+
+    def version(name: str) -> str:
+        if name in ("polars", "control"):
+            raise metadata.PackageNotFoundError(name)
+        return real(name)
+
+    monkeypatch.setattr(metadata, "version", version)
+    done = run("doctor")
+    assert done.code == 1
+    lines = {line.split()[1]: line for line in done.out.splitlines()[1:]}
+    assert lines["polars"].startswith("MISSING")
+    assert "pip install polars" in lines["polars"]
+    assert lines["control"].startswith("optional")
+    assert 'pip install "stiction[control]"' in lines["control"]
+
+
+def test_doctor_without_a_writable_cache(run, monkeypatch):
+    monkeypatch.setattr("stiction.models.compiled.cache_folder", lambda: None)
+    done = run("doctor")
+    assert done.code == 1
+    assert "NUMBA_CACHE_DIR" in done.out

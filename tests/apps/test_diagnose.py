@@ -1,0 +1,213 @@
+"""``stiction diagnose``: verdict, JSON contract, report, exit codes, and everything that can be wrong with a file."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+KEYS = {
+    "file", "tag", "verdict", "probability", "cause", "reason", "action",
+    "stiction", "oscillation", "evidence", "quality",
+}  # fmt: skip
+
+
+def rows(op, pv, n=200):
+    return "\n".join(["time_s,PV,OP", *(f"{k},{pv(k)},{op(k)}" for k in range(n))])
+
+
+def wave(k):
+    return f"{50.0 + math.sin(k / 6.1):.4f}"
+
+
+def test_a_sticky_loop_is_found(run, folder, sticky_csv):
+    (folder / "a.csv").write_text(sticky_csv)
+    done = run("diagnose", "a.csv")
+    assert done.code == 1
+    assert done.err == ""
+    assert "1 loop read" in done.out
+    assert "FIC-101: Valve stiction: S = 5" in done.out
+    assert "Report: stiction-report.html" in done.out
+    page = (folder / "stiction-report.html").read_text()
+    assert "FIC-101" in page
+    assert sorted(path.name for path in folder.iterdir()) == ["a.csv", "stiction-report.html"]
+
+
+def test_json_keeps_the_contract_and_stands_alone(run, folder, sticky_csv):
+    (folder / "a.csv").write_text(sticky_csv)
+    done = run("diagnose", "a.csv", "--json")
+    [found] = json.loads(done.out)
+    assert done.code == 1
+    assert found.keys() >= KEYS
+    assert (found["file"], found["tag"], found["verdict"]) == ("a.csv", "FIC-101", "stiction")
+    assert 0.5 < found["probability"] <= 1.0
+    assert found["stiction"].keys() >= {"S", "J", "S_low", "S_high"}
+    assert found["stiction"]["S"] == pytest.approx(5.0, rel=0.15)
+    assert found["oscillation"].keys() >= {"oscillating", "period_s", "regularity"}
+    assert all(row.keys() >= {"method", "index", "threshold", "vote", "valid", "why"} for row in found["evidence"])
+    assert "1 loop read" in done.err
+    assert sorted(path.name for path in folder.iterdir()) == ["a.csv"]
+
+
+def test_json_with_a_report_asked_for(run, folder, sticky_csv):
+    (folder / "a.csv").write_text(sticky_csv)
+    done = run("diagnose", "a.csv", "--json", "--report", "r.html")
+    assert len(json.loads(done.out)) == 1
+    assert (folder / "r.html").exists()
+    assert "Report: r.html" in done.err
+
+
+def test_a_healthy_loop_is_0(run, healthy_csv):
+    done = run("diagnose", "-", "--no-report", stdin=healthy_csv.encode())
+    assert done.code == 0
+    assert "No valve stiction found" in done.out
+
+
+def test_one_bad_file_is_a_row_with_its_reason(run, folder, sticky_csv, healthy_csv):
+    (folder / "sticky.csv").write_text(sticky_csv)
+    (folder / "healthy.csv").write_text(healthy_csv)
+    (folder / "empty.csv").write_text("")
+    files = ("empty.csv", "healthy.csv", "sticky.csv")
+    done = run("diagnose", *files, "--no-report")
+    assert done.code == 1
+    table = [line for line in done.out.splitlines() if line.startswith(("FIC-101 ", "healthy ", "empty.csv "))][-3:]
+    assert [line.split()[0] for line in table] == ["FIC-101", "healthy", "empty.csv"]
+    assert "not diagnosed" in table[2]
+    assert "is empty" in table[2]
+    found = json.loads(run("diagnose", *files, "--json").out)
+    assert [entry["verdict"] for entry in found] == ["no_stiction", "stiction", "undecided"]
+    assert all(entry.keys() >= KEYS for entry in found)
+    assert "is empty" in found[2]["error"]
+
+
+def test_columns_are_named_instead_of_guessed(run, folder, sticky_csv):
+    body = sticky_csv.split("\n", 1)[1]
+    (folder / "a.csv").write_text("time_s,w,x,y\n" + body)
+    assert run("diagnose", "a.csv", "--no-report").code == 3
+    named = ["--column", "sp=w", "--column", "pv=x", "--column", "op=3", "--tag", "FIC-7", "--loop-type", "flow"]
+    [found] = json.loads(run("diagnose", "a.csv", "--json", *named).out)
+    assert (found["tag"], found["verdict"]) == ("FIC-7", "stiction")
+
+
+def test_explain_shows_each_method(run, sticky_csv):
+    done = run("diagnose", "-", "--no-report", "--explain", stdin=sticky_csv.encode())
+    assert "what each method says" in done.out
+    assert "He curve fit" in done.out
+
+
+BAD_FILES = {
+    "empty": (b"", "empty"),
+    "binary": (bytes(range(256)) * 40, "binary"),
+    "workbook": (b"PK\x03\x04" + b"\x00" * 100, "Excel"),
+    "one column": (b"OP\n" + b"50\n" * 100, "--column pv=NAME"),
+    "text in numbers": (rows(lambda _: "fifty", wave).encode(), "fifty"),
+    "three rows": (rows(wave, wave, 3).encode(), "3"),
+    "all NaN": (rows(lambda _: "NaN", lambda _: "NaN").encode(), "no"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_FILES)
+def test_a_file_that_is_no_record(name, run, folder):
+    data, says = BAD_FILES[name]
+    (folder / "bad.csv").write_bytes(data)
+    done = run("diagnose", "bad.csv")
+    if done.code != 3:
+        found = json.loads(run("diagnose", "bad.csv", "--json").out)
+        assert done.code == 0
+        assert [entry["verdict"] for entry in found] == ["undecided"]
+        assert says in found[0]["reason"]
+        return
+    assert done.err.startswith("stiction: bad.csv")
+    assert says in done.err
+    assert "Traceback" not in done.err
+    assert sorted(path.name for path in folder.iterdir()) == ["bad.csv"]
+    same = run("diagnose", "bad.csv", "--json")
+    assert same.code == 3
+    assert json.loads(same.out)[0]["error"] in done.err
+
+
+def test_a_constant_op_is_not_judged(run, folder):
+    (folder / "still.csv").write_text(rows(lambda _: "50", wave, 400))
+    done = run("diagnose", "still.csv", "--json")
+    [found] = json.loads(done.out)
+    assert done.code == 0
+    assert found["verdict"] == "undecided"
+    assert "OP" in found["reason"]
+
+
+def test_zeros_without_end_are_refused_at_once():
+    """Two gigabytes on the standard input are refused by their first bytes; the rest is never read."""
+    feed = subprocess.Popen(["head", "-c", "2000000000", "/dev/zero"], stdout=subprocess.PIPE)
+    done = subprocess.run(
+        [sys.executable, "-m", "stiction.apps.cli", "diagnose", "-", "--no-report"],
+        stdin=feed.stdout,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert feed.stdout is not None
+    feed.stdout.close()
+    assert feed.wait(timeout=60) != 0, "it read all of it"
+    assert done.returncode == 3
+    assert done.stdout == ""
+    assert done.stderr == "stiction: stdin: is binary, not text; export the loop as CSV.\n"
+
+
+@pytest.mark.parametrize("place", ["missing/r.html", ".", "file/r.html"])
+def test_a_report_that_cannot_be_written_is_refused_before_the_work(place, run, folder, monkeypatch):
+    (folder / "a.csv").write_text("never read")
+    (folder / "file").write_text("")
+    monkeypatch.setattr("stiction.apps.diagnose._read", lambda *_: pytest.fail("the work was begun"))
+    done = run("diagnose", "a.csv", "--report", place)
+    assert done.code == 3
+    assert "Cannot write" in done.err
+    assert sorted(path.name for path in folder.iterdir()) == ["a.csv", "file"]
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root may write anywhere")
+def test_a_folder_without_rights(run, folder):
+    closed = folder / "closed"
+    closed.mkdir(mode=0o500)
+    done = run("diagnose", "a.csv", "--report", "closed/r.html")
+    assert done.code == 3
+    assert "Permission denied" in done.err
+
+
+def test_what_is_not_ours_is_not_replaced(run, folder, sticky_csv):
+    (folder / "a.csv").write_text(sticky_csv)
+    (folder / "stiction-report.html").write_text("<html>mine</html>")
+    for argv in (["a.csv"], ["a.csv", "--report", "a.csv"]):
+        done = run("diagnose", *argv)
+        assert done.code == 3
+        assert "was not written by stiction" in done.err
+    assert (folder / "stiction-report.html").read_text() == "<html>mine</html>"
+    assert (folder / "a.csv").read_text() == sticky_csv
+
+
+def test_our_own_report_is_replaced(run, folder, healthy_csv):
+    old = '<html><head>\n<meta name="generator" content="stiction 0.0.1">'
+    (folder / "stiction-report.html").write_text(old)
+    assert run("diagnose", "-", stdin=healthy_csv.encode()).code == 0
+    assert (folder / "stiction-report.html").read_text() != old
+
+
+def test_no_signal_is_called_by_another_name():
+    """`op_range` reaches the reader: OP of 0 to 4095 counts is the same loop in %."""
+    from stiction.apps.diagnose import columns_of
+
+    assert columns_of(()) is None
+    assert columns_of(("op=A", "PV=3")) == {"op": "A", "pv": 3}
+
+
+def test_counts_become_percent(run, folder, sticky_csv):
+    header, *lines = sticky_csv.splitlines()
+    table = np.array([[float(x) for x in line.split(",")] for line in lines])
+    table[:, 3] *= 40.95
+    (folder / "counts.csv").write_text("\n".join([header, *(",".join(map(repr, map(float, row))) for row in table)]))
+    [found] = json.loads(run("diagnose", "counts.csv", "--json", "--op-range", "0", "4095").out)
+    assert found["stiction"]["S"] == pytest.approx(5.0, rel=0.15)

@@ -1,0 +1,137 @@
+"""``stiction simulate`` and ``stiction stroke``: the signals are the library's, and what is written can be read."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+
+import numpy as np
+import pytest
+
+import stiction as st
+
+TOML = """
+process = "3 exp(-10s)/(10s+1)"
+sp = "50,53@20"
+duration = 200
+dt = 0.5
+
+[valve]
+model = "kano"
+S = 2
+J = 1
+
+[controller]
+model = "pi"
+Kc = 0.2
+Ti = 10
+op_limits = [0, 100]
+"""
+
+
+def table(text: str) -> tuple[list[str], np.ndarray]:
+    header, body = text.split("\n", 1)
+    return header.split(","), np.loadtxt(io.StringIO(body), delimiter=",")
+
+
+def test_csv_is_the_library_s_run(run):
+    moves = ["--sp", "51,54@100", "--load", "-1,1@200"]
+    done = run("simulate", "--duration", "300", "--noise", "0.1", "--seed", "7", *moves)
+    assert done.code == 0
+    header, values = table(done.out)
+    loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.1)
+    sp, load = np.repeat([51.0, 54.0], [100, 200]), np.repeat([-1.0, 1.0], [200, 100])
+    same = st.simulate(loop, sp, 300.0, load, seed=7, pv_start=50.0, op_start=50.0)
+    assert header == ["time_s", "SP", "PV", "OP", "MV"]
+    assert same.sp is not None
+    assert same.pv is not None
+    assert same.mv is not None
+    for column, series in zip(values.T, (same.time, same.sp, same.pv, same.op, same.mv), strict=True):
+        np.testing.assert_allclose(column, series, rtol=2e-9)
+
+
+def test_csv_is_read_back(run, folder):
+    assert run("simulate", "--duration", "300", "--out", "a.csv").code == 0
+    [record] = st.read(folder / "a.csv")
+    assert (len(record), record.dt) == (300, 1.0)
+    assert record.sp is not None
+    assert record.mv is not None
+    assert record.mv[0] == 50.0
+
+
+def test_toml_file_with_an_option_before_it(run, folder):
+    (folder / "loop.toml").write_text(TOML)
+    _, values = table(run("simulate", "--loop", "loop.toml", "--sp", "50,51@10").out)
+    loop = st.Loop(st.PID(0.2, 10.0, op_limits=(0, 100)), st.Kano(2.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=0.5)
+    same = st.simulate(loop, np.repeat([50.0, 51.0], [20, 380]), 200.0, pv_start=50.0, op_start=50.0)
+    np.testing.assert_allclose(values[:, 3], same.op, rtol=2e-9)
+
+
+def test_summary_as_json(run, folder):
+    done = run("simulate", "--json")
+    found = json.loads(done.out)
+    assert done.code == 0
+    assert found["oscillation"]["oscillating"]
+    assert found["settings"]["valve"] == "kano:S=3,J=1"
+    assert list(folder.iterdir()) == []
+    loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    op = st.simulate(loop, 51.0, 2000.0, pv_start=50.0, op_start=50.0).op[1000:]
+    rises = np.flatnonzero((op[:-1] < op.mean()) & (op[1:] >= op.mean()))
+    assert found["oscillation"]["period_s"] == pytest.approx(np.diff(rises).mean(), rel=0.02)
+    assert found["oscillation"]["amplitude_op"] == pytest.approx(np.ptp(op) / 2.0, rel=0.06)
+
+
+@pytest.mark.parametrize(
+    ("argv", "code", "says"),
+    [
+        (["--dt", "0"], 2, "dt = 0 s is not positive"),
+        (["--duration", "0.2"], 2, "does not fit"),
+        (["--noise", "-1"], 2, "noise"),
+        (["--process", "3"], 2, "direct path"),
+        (["--loop", "none.toml"], 3, "No such file"),
+        (["--loop", "bad.toml"], 3, "no TOML"),
+        (["--loop", "odd.toml"], 2, '"gain" is not a setting'),
+        (["--loop", "typed.toml"], 2, "noise"),
+        (["--out", "none/a.csv"], 3, "no folder"),
+        (["--out", "."], 3, "is a folder"),
+    ],
+)
+def test_what_cannot_be_simulated_is_said(argv, code, says, run, folder):
+    (folder / "bad.toml").write_text("time_s,PV,OP\n")
+    (folder / "odd.toml").write_text("gain = 3\n")
+    (folder / "typed.toml").write_text('noise = "loud"\n')
+    done = run("simulate", *argv)
+    assert done.code == code
+    assert says in done.err
+    assert done.err.startswith("stiction: ")
+    assert done.out == ""
+
+
+def test_stroke_is_the_library_s(run):
+    _, values = table(run("stroke", "--valve", "stenman:d=2", "--op", "ramp:start=0,stop=10,rate=0.5").out)
+    op = np.arange(0.0, 10.5, 0.5)
+    np.testing.assert_array_equal(values[:, 1], op)
+    np.testing.assert_array_equal(values[:, 2], st.stroke(st.Stenman(2.0), op, dt=1.0).mv)
+
+
+def test_stroke_as_json_and_from_a_rest_position(run):
+    found = json.loads(
+        run("stroke", "--json", "--op", "staircase:levels=50 51,hold=1", "--position", "49", "--valve", "ideal").out
+    )
+    assert found == {"valve": "ideal", "dt_s": 1.0, "op": [50.0, 51.0], "mv": [50.0, 51.0]}
+
+
+def test_stroke_page_shows_trend_and_signature(run, folder):
+    done = run("stroke", "--report", "valve.html", "--valve", "kano:S=4,J=2")
+    assert done.code == 0
+    assert "valve.html" in done.out
+    page = (folder / "valve.html").read_text()
+    assert {"OP and valve position over time", "Valve signature"} <= set(re.findall(r">([^<>]+)<", page))
+
+
+def test_stroke_over_a_piped_record(run):
+    text = "\n".join(["time_s,PV,OP", *(f"{2 * k},1,{50 + k % 7}" for k in range(40))])
+    _, values = table(run("stroke", "--op", "-", "--valve", "ideal", stdin=text.encode()).out)
+    np.testing.assert_array_equal(values[:, 2], values[:, 1])
+    assert values[1, 0] == 2.0
