@@ -14,10 +14,12 @@ if TYPE_CHECKING:
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["Signals", "hold_gaps", "prepare"]
+__all__ = ["Signals", "hold_gaps", "pieces_of", "prepare"]
 
 SAMPLES_PER_PERIOD = 50
 """Samples of an oscillation kept when a long record is thinned."""
+PERIODS_PER_PIECE, MOST_PIECES = 8.0, 8
+"""Periods in a stretch searched by itself, and the largest number of stretches."""
 ENOUGH_SAMPLES = 3000
 """Records up to this length are never thinned."""
 
@@ -39,6 +41,8 @@ class Signals(NamedTuple):
     """Half width of the local mean [samples]; 0 for the mean of the whole record."""
     scale: float
     """Time scale on which processes are looked for [samples]."""
+    first: int = 0
+    """Where a stretch begins in the whole."""
 
 
 def hold_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -85,6 +89,38 @@ def prepare(record: LoopRecord, period: float | None) -> Signals:
     target = np.empty_like(pv)
     remove_local_mean(pv, half, target)
     return Signals(op, pv, target, dt * thinned, thinned, half, span)
+
+
+def pieces_of(signals: Signals) -> list[Signals]:
+    """Cut signals that oscillate into stretches of about eight periods, at most eight, overlapping by one period.
+
+    Parameters
+    ----------
+    signals : Signals
+        The whole record; without a period it stays whole.
+
+    Returns
+    -------
+    list of Signals
+        The stretches, in order.
+    """
+    n = signals.op.size
+    if signals.half == 0:
+        return [signals]
+    periods = n / signals.scale
+    count = max(min(int((periods - 1.0) / (PERIODS_PER_PIECE - 1.0)), MOST_PIECES), 1)
+    overlap = round(signals.scale) if count > 1 else 0
+    length = (n + (count - 1) * overlap + count - 1) // count
+    stretches = []
+    for i in range(count):
+        first = min(i * (length - overlap), n - length)
+        cut = slice(first, first + length)
+        target = np.empty(length)
+        pv = np.ascontiguousarray(signals.pv[cut])
+        remove_local_mean(pv, signals.half, target)
+        op = np.ascontiguousarray(signals.op[cut])
+        stretches.append(signals._replace(op=op, pv=pv, target=target, first=first))
+    return stretches
 
 
 def _average(x: NDArray[np.float64], width: int, n: int) -> NDArray[np.float64]:

@@ -1,0 +1,120 @@
+"""How sure S and J are: the profile likelihood of one stretch, and the spread from stretch to stretch."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from stiction.diagnosis.identification.grid import Surface
+    from stiction.diagnosis.identification.piece import Piece
+
+__all__ = ["CHI2_1", "CHI2_2", "independent_samples", "interval", "limit"]
+
+CHI2_1, CHI2_2 = 3.841, 5.991
+"""95 % points of the chi-square distribution with one and two degrees of freedom."""
+STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36)
+"""97.5 % points of Student's distribution with one to seven degrees of freedom."""
+FLOOR = 0.01
+"""Half width below which no interval goes, as a share of S [-]: the step of the fine search."""
+
+
+def interval(pieces: Sequence[Piece], chosen: int, axis: int) -> tuple[float, float]:
+    """95 % interval of S [% of span] (axis 0) or of J / S [-] (axis 1).
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+        The stretches searched.
+    chosen : int
+        The stretch whose valve is reported.
+    axis : int
+        0 for S, 1 for J / S.
+
+    Returns
+    -------
+    tuple of float
+        Lower and upper end: those of the chosen stretch's profile likelihood or, where that is wider and there
+        are three stretches or more, of Student's interval about the estimates of all.
+    """
+    piece = pieces[chosen]
+    value = piece.valve[axis]
+    inner = limit(piece.error, independent_samples(piece), CHI2_1)
+    low, high = _reach(piece.found, inner, axis)
+    shrink = 1.0 / np.sqrt(len(pieces))
+    below, above = (value - low) * shrink, (high - value) * shrink
+    if len(pieces) > 2:
+        values = np.array([one.valve[axis] for one in pieces])
+        spread = max(1.4826 * float(np.median(np.abs(values - np.median(values)))), 0.25 * float(values.std()))
+        width = STUDENT[min(len(pieces) - 2, len(STUDENT) - 1)] * spread * shrink
+        below, above = max(below, width), max(above, width)
+    least = FLOOR * (value if axis == 0 else 1.0)
+    return max(value - max(below, least), 0.0), value + max(above, least)
+
+
+def limit(error: float, samples: float, chi2: float) -> float:
+    """Error below which a parameter lies in the likelihood region of `samples` independent samples."""
+    return error * float(np.exp(chi2 / max(samples, 1.0)))
+
+
+def independent_samples(piece: Piece) -> float:
+    """Independent samples in what the best valve leaves [-], at most a slip each way for each period.
+
+    Parameters
+    ----------
+    piece : Piece
+        A stretch searched.
+
+    Returns
+    -------
+    float
+        Their number.
+    """
+    signals = piece.signals
+    inside = slice(signals.half, signals.op.size - signals.half)
+    by_residual = _independent((signals.target - piece.simulated()[1])[inside])
+    return min(by_residual, 2.0 * signals.op.size / signals.scale)
+
+
+def _independent(residual: NDArray[np.float64]) -> float:
+    """Number of independent samples in a residual, from its autocorrelation up to the first zero."""
+    n = residual.size
+    x = residual - residual.mean()
+    spectrum = np.fft.rfft(x, 2 * n)
+    acf = np.fft.irfft(spectrum.real**2 + spectrum.imag**2)[:n]
+    if acf[0] <= 0.0:
+        return float(n)
+    acf = acf / acf[0]
+    below = np.flatnonzero(acf <= 0.0)
+    end = int(below[0]) if below.size else n
+    return n / (1.0 + 2.0 * float(acf[1:end].sum()))
+
+
+def _interval(surface: Surface, limit: float, axis: int) -> tuple[float, float]:
+    """Ends of the profile likelihood interval over S (axis 0) or J / S (axis 1), between the grid's points."""
+    knots = surface.S if axis == 0 else surface.ratio
+    profile = surface.error.min(axis=1 - axis)
+    inside = np.flatnonzero(profile <= limit)
+    if inside.size == 0:
+        best = knots[int(profile.argmin())]
+        return float(best), float(best)
+    first, last = int(inside[0]), int(inside[-1])
+    low, high = float(knots[first]), float(knots[last])
+    if first > 0:
+        share = (limit - profile[first]) / (profile[first - 1] - profile[first])
+        low -= float(share * (knots[first] - knots[first - 1]))
+    if last < knots.size - 1:
+        share = (limit - profile[last]) / (profile[last + 1] - profile[last])
+        high += float(share * (knots[last + 1] - knots[last]))
+    return low, high
+
+
+def _reach(found: list[Surface], limit: float, axis: int) -> tuple[float, float]:
+    """Lowest and highest end of the intervals of all searches that came below the limit."""
+    ends = np.array([_interval(surface, limit, axis) for surface in found if surface.error.min() <= limit])
+    return float(ends[:, 0].min()), float(ends[:, 1].max())

@@ -1,0 +1,171 @@
+"""One stretch of a record searched: dense, then fine, then close about several valleys, and the best good valve."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stiction.diagnosis.identification.grid import Processes, Surface, dense_processes, explore, near
+from stiction.diagnosis.identification.search import follow, lag_pair, remove_local_mean
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.diagnosis.identification.signals import Signals
+
+__all__ = ["Piece", "search_piece"]
+
+N_S, N_J = 30, 30
+"""Points of the dense search over S and J / S."""
+FINE_STEP, N_FINE_J = 0.013, 36
+"""Relative step of the fine search over S [-], and its points over J / S."""
+N_VALLEYS = 6
+"""Bands of S from each of which the search goes closer."""
+
+
+class Piece(NamedTuple):
+    """What the searches of one stretch found."""
+
+    signals: Signals
+    """The stretch."""
+    found: list[Surface]
+    """All searches; the dense one is the first."""
+    linear: Surface
+    """The good valve with its best process."""
+
+    @property
+    def closest(self) -> Surface:
+        """The search that came closest."""
+        return min(self.found, key=lambda surface: float(surface.error.min()))
+
+    @property
+    def error(self) -> float:
+        """Share of the PV's energy that the best sticky valve leaves [-]."""
+        return float(self.closest.error.min())
+
+    @property
+    def valve(self) -> tuple[float, float]:
+        """S and J / S of the best valve [% of span, -]."""
+        i, j = _optimum(self.closest)
+        return float(self.closest.S[i]), float(self.closest.ratio[j])
+
+    @property
+    def process(self) -> tuple[float, float, float, float]:
+        """Gain, first and second time constant and dead time of its process, in samples where they are times."""
+        i, j = _optimum(self.closest)
+        lag, whole, part = self.closest.best[i, j]
+        first, second, _ = self.closest.processes
+        return float(self.closest.gain[i, j]), float(first[int(lag)]), float(second[int(lag)]), float(whole + part)
+
+    def simulated(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Stem position and answer of the process about its local mean, shape (n_samples,) each."""
+        signals = self.signals
+        n = signals.op.size
+        mv, raw, out = np.empty(n), np.empty(n), np.empty(n)
+        S, ratio = self.valve
+        follow(signals.op, S, S * ratio, mv)
+        i, j = _optimum(self.closest)
+        lag, whole, part = self.closest.best[i, j]
+        if lag < 0:
+            return mv, np.zeros(n)
+        first, second = self.closest.processes.decays()
+        lag_pair(mv, float(mv.mean()), first[int(lag)], second[int(lag)], raw)
+        raw = (1.0 - part) * _shifted(raw, int(whole) + 1) + part * _shifted(raw, int(whole) + 2)
+        remove_local_mean(raw, signals.half, out)
+        return mv, float(self.closest.gain[i, j]) * out
+
+
+def search_piece(signals: Signals, sign: float, integrating: bool | None, swing: float) -> Piece:
+    """Search one stretch.
+
+    Parameters
+    ----------
+    signals : Signals
+        The stretch.
+    sign : float
+        Sign that the process gain must have; 0 for any.
+    integrating : bool or None
+        Whether the process integrates; None looks at both kinds.
+    swing : float
+        Largest S to look for [% of span].
+
+    Returns
+    -------
+    Piece
+        All searches and the good valve's.
+    """
+    dense = explore(
+        signals,
+        swing * np.arange(1, N_S + 1) / N_S,
+        np.linspace(0.0, 1.0, N_J),
+        dense_processes(signals.scale, signals.op.size, integrating),
+        sign,
+    )
+    return Piece(signals, _closer(signals, dense, sign, integrating, swing), _linear(signals, sign, integrating))
+
+
+def _optimum(surface: Surface) -> tuple[int, int]:
+    i, j = np.unravel_index(int(np.argmin(surface.error)), surface.error.shape)
+    return int(i), int(j)
+
+
+def _closer(signals: Signals, dense: Surface, sign: float, integrating: bool | None, swing: float) -> list[Surface]:
+    """Search the whole (S, J / S) plane again with few processes, then the best region with richer ones.
+
+    A noisy OP makes the error surface rugged: a slip comes when the noise carries the OP over the band, so a
+    band that is wrong by a few per cent slips at other moments. The true valve is a narrow dip, which only
+    steps of about a per cent can find; the process is known well enough from the dense search to try few.
+    """
+    least = 0.25 * swing
+    steps = int(np.ceil(np.log(swing / least) / np.log1p(FINE_STEP)))
+    S = np.geomspace(least, swing, steps)
+    fine = explore(signals, S, np.linspace(0.0, 1.0, N_FINE_J), _few(dense), sign)
+    found = [dense, fine]
+    starts = [(surface, *place) for surface in (dense, fine) for place in _valleys(surface, N_VALLEYS)]
+    for closer, keep in ((1.0, 2 * N_VALLEYS), (0.4, 3)):
+        starts.sort(key=lambda start: float(start[0].error[start[1], start[2]]))
+        finer = []
+        for surface, i, j in starts[:keep]:
+            width = closer * np.linspace(-2.0, 2.0, 9)
+            ratio = np.unique(np.clip(surface.ratio[j] + width / N_FINE_J, 0.0, 1.0))
+            processes = near(surface.processes, surface.best[i, j], closer, integrating)
+            finer.append(explore(signals, surface.S[i] * (1.0 + FINE_STEP * width), ratio, processes, sign))
+        found += finer
+        starts += [(surface, *_optimum(surface)) for surface in finer]
+    return found
+
+
+def _valleys(surface: Surface, n: int) -> list[tuple[int, int]]:
+    """The best valve in each of `n` bands of S: the error has a valley along which S and dead time trade."""
+    places = []
+    for rows in np.array_split(np.arange(surface.S.size), n):
+        i, j = np.unravel_index(int(np.argmin(surface.error[rows])), (rows.size, surface.ratio.size))
+        places.append((int(rows[i]), int(j)))
+    return places
+
+
+def _few(dense: Surface) -> Processes:
+    """The lag pairs of the best valves of the dense search, and all dead times about theirs."""
+    order = np.argsort(dense.error, axis=None)[:12]
+    best = dense.best.reshape(-1, 3)[order]
+    lags = np.unique(best[:, 0].astype(int))[:4]
+    low, high = int(best[:, 1].min()), int(best[:, 1].max())
+    delays = np.unique(np.linspace(max(low - 1, -1), high + 2, 7).astype(np.int64))
+    return Processes(dense.processes.first[lags], dense.processes.second[lags], delays)
+
+
+def _linear(signals: Signals, sign: float, integrating: bool | None) -> Surface:
+    """The best linear process behind a good valve, searched as carefully as the sticky one."""
+    nothing, one = np.zeros(1), np.zeros(1)
+    found = explore(signals, nothing, one, dense_processes(signals.scale, signals.op.size, integrating, 40, 30), sign)
+    for closer in (0.5, 0.2):
+        processes = near(found.processes, found.best[0, 0], closer, integrating)
+        finer = explore(signals, nothing, one, processes, sign)
+        if finer.error[0, 0] < found.error[0, 0]:
+            found = finer
+    return found
+
+
+def _shifted(x: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
+    return x if samples == 0 else np.concatenate([np.full(samples, x[0]), x[:-samples]])
