@@ -81,7 +81,7 @@ def check(loop, rng, starts):
     missing = []
     for period, amplitude, top, follows in ends:
         if not _listed(listed, period, amplitude):
-            if not follows and machine(loop).valve.rate:
+            if not follows and machine(loop).lattices:
                 listed += exact_limit_cycles(loop, families=[top])
             if not _listed(listed, period, amplitude):
                 missing.append((period, amplitude, top, follows))

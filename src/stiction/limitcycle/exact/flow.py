@@ -284,6 +284,13 @@ def flow(
             up = sign
             slips += 1.0
             x = op - up * lag
+            if delay == 0.0:
+                speed = 0.0
+                for i in range(n):
+                    total = B[i] * (x + v)
+                    for j in range(n):
+                        total += A[i, j] * z[j]
+                    speed += C[i] * total
             follows = up * speed >= rate
             if follows:
                 followed += 1.0

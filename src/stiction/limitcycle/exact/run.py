@@ -57,6 +57,18 @@ class Machine:
     """States over balanced states, shape (n,)."""
 
     @property
+    def lattices(self) -> bool:
+        """Whether the stem may only rest and jump, so that cycles come in families over the offset of its levels.
+
+        A valve that follows does so, too, when every slip turns its input at once: the OP has no dead time, and
+        its slope answers a jump of the stem.
+        """
+        if self.valve.jump <= 0.0:
+            return False
+        answers = abs(float(self.linear.C @ self.linear.B)) > 1e-12 * float(np.abs(self.linear.C) @ np.abs(self.linear.B))
+        return self.valve.rate > 0.0 or (self.linear.dead_time == 0.0 and answers)
+
+    @property
     def memory(self) -> int:
         """Series to keep for the dead time."""
         return 64 + 8 * math.ceil(self.linear.dead_time / self.unit)

@@ -45,7 +45,8 @@ def exact_limit_cycles(
     load : float
         Constant load at the process inlet [% of span].
     families : iterable of str or float, optional
-        For a staircase valve (Stenman, He, Srinivasan with r infinite): "half" and "integer" are the two
+        For a stem that only rests and jumps (Stenman, He, Srinivasan when slow, and any valve where each slip turns
+        the OP at once): "half" and "integer" are the two
         families symmetric about the point of rest, a number is the absolute position of one rest level
         [% of span]. By default both symmetric ones.
 
@@ -84,7 +85,7 @@ def solve(
     at_hand = None if guesses is None else list(guesses)
     if not m.valve.staircase:
         found += [cycle for cycle in search(m, loop, None, at_hand) if cycle.offset is None]
-    if m.valve.rate == 0.0:
+    if not m.lattices:
         return tuple(found)
     for family in ("half", "integer") if families is None else families:
         offset = (
@@ -149,7 +150,7 @@ def _settle(m: Machine, states, level: float, offset, found, *, polish_first: bo
         return
     if run.status != SETTLED and run.time.size < _LOOK:
         return
-    if offset is None and m.valve.rate > 0.0 and not run.swing[-2:, 4].any():
+    if offset is None and m.lattices and not run.swing[-2:, 4].any():
         return
     orbit = None
     if run.status == SETTLED and _seen(found, m, run):
