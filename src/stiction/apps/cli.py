@@ -23,10 +23,15 @@ VERBS = {
     ),
     "simulate": ("stiction.apps.simulate:simulate", "", "Simulate a control loop with a sticky valve."),
     "stroke": ("stiction.apps.stroke:stroke", "", "Drive a valve over a test signal."),
+    "valve-test plan": ("stiction.apps.valve_test:plan", "ramp|step", "Plan a ramp or step test of a valve."),
+    "valve-test analyse": ("stiction.apps.valve_test:analyse", "ramp|step FILE", "Read the record of such a test."),
     "benchmark": ("stiction.apps.benchmark:benchmark", "[FOLDER]", "Count verdicts against the labels of a folder."),
     "doctor": ("stiction.apps.doctor:doctor", "", "Say what is installed and what is missing."),
 }
 """Verb -> (its function, what it is given besides options, what it does); its page is imported when it is asked for."""
+
+GROUPS = {"valve-test": "Plan a ramp or step test of a valve, or read its record."}
+"""First word of verbs of two words -> what they do."""
 
 HELP = "From friction physics to a verdict on a recorded control loop: does the valve stick, and how badly?"
 EPILOGUE = "Exit codes: 0 nothing found, 1 findings, 2 wrong usage, 3 a problem with data or files."
@@ -86,9 +91,14 @@ def _app(tokens: list[str]) -> App:
         default_parameter=Parameter(show_default=False, negative_iterable=()),
         suppress_keyboard_interrupt=False,
     )
+    groups = {name: App(name=name, help=does) for name, does in GROUPS.items()}
+    for group in groups.values():
+        app.command(group)
     for verb, (place, given, does) in VERBS.items():
+        *group, name = verb.split()
         usage = " ".join(filter(None, ("Usage: stiction", verb, given, "[OPTIONS]")))
-        app.command(place, name=verb, usage=usage, help=None if tokens[:1] == [verb] else does)
+        asked = tokens[: len(group) + 1] == [*group, name]
+        (groups[group[0]] if group else app).command(place, name=name, usage=usage, help=None if asked else does)
     return app
 
 
@@ -103,8 +113,8 @@ def _told(error: CycloptsError) -> str:
 
 
 def _help_for(tokens: list[str]) -> str:
-    verb = f"{tokens[0]} " if tokens and tokens[0] in VERBS else ""
-    return f"stiction {verb}--help"
+    known = [verb for verb in (*VERBS, *GROUPS) if tokens[: verb.count(" ") + 1] == verb.split()]
+    return " ".join(["stiction", *known[:1], "--help"])
 
 
 if __name__ == "__main__":

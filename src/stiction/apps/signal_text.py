@@ -12,6 +12,8 @@ from stiction.errors import ParameterError, RecordError, require_finite
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stiction.records import LoopRecord
+
 __all__ = ["SIGNALS", "levels", "op_signal"]
 
 SIGNALS = ("ramp", "triangle", "sine", "staircase", "random_walk", "binary_sequence")
@@ -108,7 +110,12 @@ def op_signal(spec: str, dt: float) -> tuple[NDArray[np.float64], float]:
 def _op_of_file(path: str) -> tuple[NDArray[np.float64], float]:
     from stiction.records import read
 
-    records = read(path)
+    try:
+        records = read(path)
+    except RecordError:
+        if path == "-":
+            raise
+        records = _alone(path)
     if len(records) > 1:
         tags = ", ".join(record.tag for record in records)
         raise RecordError(f"{path}: holds {len(records)} loops ({tags}); give a file with one OP column.")
@@ -116,3 +123,13 @@ def _op_of_file(path: str) -> tuple[NDArray[np.float64], float]:
     if not np.all(np.isfinite(op)):
         raise RecordError(f"{path}: {int(np.sum(~np.isfinite(op)))} samples of OP are missing; fill or cut them first.")
     return op, records[0].dt
+
+
+def _alone(path: str) -> list[LoopRecord]:
+    """Read a plan, time and OP alone: the reader asks for a stem too, and is given the OP for it."""
+    from stiction.records import read
+
+    try:
+        return read(path, columns={"op": "OP", "mv": "OP"})
+    except RecordError:
+        return read(path)

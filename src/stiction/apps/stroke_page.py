@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from stiction.records import LoopRecord
 
-__all__ = ["signature", "trend", "write_stroke_page"]
+__all__ = ["line_trace", "signature", "trend", "write_stroke_page"]
 
 
 def write_stroke_page(record: LoopRecord, path: Path, *, valve: str, op: str) -> Path:
@@ -25,9 +25,9 @@ def write_stroke_page(record: LoopRecord, path: Path, *, valve: str, op: str) ->
 def trend(record: LoopRecord) -> Figure:
     """Return OP and valve position over time."""
     name, unit = words.time_unit(record.duration)
-    data = [_line(record.time / unit, record.op, "OP (controller output)", look.line(look.OP))]
+    data = [line_trace(record.time / unit, record.op, "OP (controller output)", look.line(look.OP))]
     if record.mv is not None:
-        data.append(_line(record.time / unit, record.mv, "Valve position", look.line(look.MV)))
+        data.append(line_trace(record.time / unit, record.mv, "Valve position", look.line(look.MV)))
     layout = {"xaxis": {"title": {"text": f"Time [{name}]"}}, "yaxis": {"title": {"text": "% of span"}}}
     caption = "Where the dotted line is flat the stem rests while its input moves; where it steps the stem slips."
     return Figure({"data": data, "layout": layout}, "OP and valve position over time", caption)
@@ -36,9 +36,9 @@ def trend(record: LoopRecord) -> Figure:
 def signature(record: LoopRecord) -> Figure:
     """Return the valve position against the OP."""
     assert record.mv is not None
-    data = [_line(record.op, record.mv, "Valve", look.line(look.MV))]
+    data = [line_trace(record.op, record.mv, "Valve", look.line(look.MV))]
     low, high = float(record.op.min()), float(record.op.max())
-    data.append(_line([low, high], [low, high], "Ideal valve", look.line(look.SP, 1.0)))
+    data.append(line_trace([low, high], [low, high], "Ideal valve", look.line(look.SP, 1.0)))
     layout = {
         "xaxis": {"title": {"text": "OP (controller output) [% of span]"}},
         "yaxis": {"title": {"text": "Valve position [% of span]"}},
@@ -47,7 +47,8 @@ def signature(record: LoopRecord) -> Figure:
     return Figure({"data": data, "layout": layout}, "Valve signature", caption, height=420)
 
 
-def _line(x: Any, y: Any, name: str, line: dict[str, Any]) -> dict[str, Any]:
+def line_trace(x: Any, y: Any, name: str, line: dict[str, Any]) -> dict[str, Any]:
+    """Return one series over another as a line, thinned for the eye."""
     if len(x) > 2:
         keep = thin(y)
         x, y = x[keep], y[keep]

@@ -1,0 +1,165 @@
+"""``stiction valve-test``: plan a ramp or step test of a valve, and read the test's record."""
+
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from stiction.apps.options import Json, Out, Report, in_options
+from stiction.errors import ParameterError
+
+__all__ = ["analyse", "plan"]
+
+Kind = Annotated[Literal["ramp", "step"], Parameter(help="ramp or step.")]
+Numbers = Annotated[tuple[float, ...], Parameter(consume_multiple=True)]
+
+
+def plan(
+    kind: Kind,
+    /,
+    *,
+    low: float | None = None,
+    high: float | None = None,
+    threshold: float | None = None,
+    rates: Numbers = (),
+    repeats: int = 1,
+    start: float | None = None,
+    fine_step: float = 0.1,
+    fine_range: float = 2.0,
+    sizes: Numbers = (0.5, 1.0, 2.0, 5.0),
+    wait: float | None = None,
+    dt: float = 1.0,
+    out: Out = None,
+    as_json: Json = False,
+) -> int:
+    """Plan a test: the OP to give by hand or by the control system, as CSV of time_s and OP.
+
+    Parameters
+    ----------
+    low
+        Ramp: lowest OP in % of span.
+    high
+        Ramp: highest OP in % of span.
+    threshold
+        Ramp: expected rate r in %/s below which the stem goes in stairs; rates are chosen about it.
+    rates
+        Ramp: rates to test in %/s, instead of a threshold; several after one another.
+    repeats
+        Ramp: how often each rate is tested.
+    start
+        OP before the test in % of span; needed for steps.
+    fine_step
+        Step: height of the staircase's steps in % of span (0.1).
+    fine_range
+        Step: reach of the staircase to either side in % of span (2).
+    sizes
+        Step: steps for the response time in % of span (0.5 1 2 5).
+    wait
+        Seconds of rest between ramps (60), or at each step (30).
+    dt
+        Sampling period in seconds (1).
+    out
+        CSV file to write; without it the CSV goes to the output.
+    as_json
+        Print the plan as JSON, and the CSV only where --out says.
+    """
+    from stiction import plan_ramp_test, plan_step_test
+    from stiction.apps.files import check_target, write_csv
+    from stiction.apps.output import note, print_json, say
+    from stiction.records import LoopRecord
+
+    target = None if out is None or out == "-" else check_target(out)
+    if kind == "ramp":
+        if low is None or high is None:
+            raise ParameterError("a ramp test needs --low and --high, the range of the OP in % of span.")
+        made = plan_ramp_test(
+            low, high, threshold=threshold, rates=list(rates) or None, repeats=repeats,
+            wait=60.0 if wait is None else wait, dt=dt, start=start,
+        )  # fmt: skip
+    else:
+        if start is None:
+            raise ParameterError("a step test needs --start, the OP about which it steps in % of span.")
+        hold = 30.0 if wait is None else wait
+        made = plan_step_test(start, fine_step=fine_step, fine_range=fine_range, sizes=list(sizes), hold=hold, dt=dt)
+    if target is not None or not as_json:
+        write_csv(LoopRecord("plan", made.dt, op=made.op), target)
+    if as_json:
+        print_json({**made.to_dict(), "file": None if target is None else str(target)})
+    else:
+        (say if target is not None else note)(made.summary())
+        if target is not None:
+            say(f"Plan: {target}")
+    return 0
+
+
+def analyse(
+    kind: Kind,
+    file: Annotated[str, Parameter(help='CSV file with OP and valve position (or flow); "-" is the standard input.')],
+    /,
+    *,
+    limit: float = 1.0,
+    signal: Literal["mv", "pv"] | None = None,
+    lag: float = 0.0,
+    before: str | None = None,
+    column: Annotated[tuple[str, ...], Parameter(negative="")] = (),
+    tag: str | None = None,
+    dt: float | None = None,
+    report: Report = None,
+    as_json: Json = False,
+) -> int:
+    """Read a test's record: every stick and slip, deadband, stick band, jump, rate threshold, response times.
+
+    Exit code 1 when deadband plus stick band exceeds the limit, 0 when it does not or cannot be told.
+
+    Parameters
+    ----------
+    limit
+        Limit on deadband plus stick band (ramp) or resolution (step) in % of span (1).
+    signal
+        mv (valve position) or pv (flow): what shows the stem; mv where it was recorded.
+    lag
+        Ramp: known lag between OP and stem force in seconds (0).
+    before
+        CSV file of an earlier test of the same kind to compare with.
+    column
+        SIGNAL=NAME, for example mv=ZT101: which column is which. May be repeated.
+    tag
+        Which valve of a file with several.
+    dt
+        Sampling period in seconds, where the file has no time.
+    as_json
+        Print the result as JSON.
+    """
+    from stiction import RecordError, analyse_ramp, analyse_steps, compare_tests, read
+    from stiction.apps.diagnose import columns_of
+    from stiction.apps.files import check_report
+    from stiction.apps.output import print_json, say
+
+    target = None if report is None else check_report(report)
+
+    def result(path: str):
+        try:
+            records = read(path, columns=columns_of(column), tag=tag, dt=dt)
+        except RecordError as error:
+            raise RecordError(in_options(str(error))) from None
+        if len(records) > 1:
+            tags = ", ".join(record.tag for record in records)
+            raise RecordError(f"{path}: holds {len(records)} valves ({tags}); name one with --tag.")
+        if kind == "ramp":
+            return analyse_ramp(records[0], signal=signal, lag=lag, limit=limit)
+        return analyse_steps(records[0], signal=signal, limit=limit)
+
+    found = result(file)
+    changes = None if before is None else compare_tests(result(before), found)
+    if target is not None:
+        from stiction.apps.valve_test_page import write_valve_test_page
+
+        write_valve_test_page(found, target, changes)
+    if as_json:
+        print_json({**found.to_dict(), "comparison": None if changes is None else changes.to_dict()})
+    else:
+        say(found.summary())
+        if changes is not None:
+            say(changes.summary())
+        if target is not None:
+            say(f"Report: {target}")
+    return int(found.verdict == "beyond limit")
