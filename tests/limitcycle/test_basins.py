@@ -133,7 +133,9 @@ def test_figure_6_cycles_with_the_paper_s_band():
     data = figure6()
     late = data.record.mv[-4000:]
     assert np.ptp(late) == pytest.approx(5.1, rel=0.02)
-    assert data.record.op[-4000:].max() - data.record.op[-4000:].min() == pytest.approx(2 * data.cycles[0].amplitude, rel=0.03)
+    assert data.record.op[-4000:].max() - data.record.op[-4000:].min() == pytest.approx(
+        2 * data.cycles[0].amplitude, rel=0.03
+    )
 
 
 def test_figure_8_moves_from_two_levels_to_four():

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as some
+from tests.reference import limitcycle as known
 
 import stiction as st
 from stiction.limitcycle import Deadband, Quantiser, Relay, Saturation, as_control_nonlinearity, describing_function
 from stiction.limitcycle.bands import bands
 from stiction.limitcycle.describing.stenman import lattice_offset, staircase_amplitudes
-from tests.reference import limitcycle as known
 
 
 @pytest.mark.parametrize(("amplitude", "value"), known.STENMAN_HALF.items())

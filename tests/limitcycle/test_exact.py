@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
+from tests.limitcycle.twin import period_of_twin
+from tests.reference import limitcycle as known
 
 import stiction as st
 from stiction.limitcycle import exact_limit_cycles, sampled_limit_cycles
 from stiction.limitcycle.exact.run import machine
 from stiction.paper.fig7 import EXAMPLE_LOOP
-from tests.limitcycle.twin import period_of_twin
-from tests.reference import limitcycle as known
 
 
 @pytest.mark.parametrize(("family", "levels", "amplitude", "period", "pv"), known.PAPER_EXACT)
@@ -95,7 +95,15 @@ def test_period_is_that_of_scipy_s_ode_solver_to_1e_6(name):
     m = machine(loop)
     lin, valve = m.linear, m.valve
     swings = period_of_twin(
-        lin.A, lin.B, lin.C, lin.dead_time, valve.sb, valve.lag, valve.rate == 0.0, x, lead,
+        lin.A,
+        lin.B,
+        lin.C,
+        lin.dead_time,
+        valve.sb,
+        valve.lag,
+        valve.rate == 0.0,
+        x,
+        lead,
         turns=50 if "two lags" in name else 14,
     )
     assert np.ptp(swings[-2:]) < 1e-6 * swings[-1]

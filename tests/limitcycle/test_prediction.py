@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.reference import limitcycle as known
 
 import stiction as st
 from stiction.limitcycle import Deadband, Relay, Saturation, harmonic_balance, predict_limit_cycles
 from stiction.limitcycle.linear import linear_part
 from stiction.limitcycle.predict import frictionless_stable
 from stiction.paper.fig7 import EXAMPLE_LOOP, figure7
-from tests.reference import limitcycle as known
 
 
 def test_paper_loop_linear_part():
@@ -80,7 +80,7 @@ def test_real_dead_time_moves_the_crossings_that_pade_has():
 
 
 def test_python_control_relay():
-    """python-control crosses polylines, so its amplitude 4.00716 is good to four digits; the balance itself is exact."""
+    """python-control crosses polylines: its amplitude 4.00716 is good to four digits. The balance itself is exact."""
     ((a, w),) = _pairs(harmonic_balance(st.TransferFunction([8], [1, 2, 2, 1]), Relay(1.0, 0.5)))
     assert w == pytest.approx(1.327034, abs=1e-5)
     assert a == pytest.approx(4.00716, abs=2e-4)
@@ -115,9 +115,7 @@ def test_unstable_loop_is_said_to_be_unstable():
     assert all("unstable even without friction" in c.warning for c in predict_limit_cycles(loop, exact=False))
 
 
-@pytest.mark.parametrize(
-    ("gain", "stable"), [(0.5, True), (1.5, True), (1.65, False), (3.0, False)]
-)
+@pytest.mark.parametrize(("gain", "stable"), [(0.5, True), (1.5, True), (1.65, False), (3.0, False)])
 def test_nyquist_count_of_the_frictionless_loop(gain, stable):
     """Kc e^{-s} / s is stable up to pi / 2; with an integrator in the controller that lies far off, the same."""
     loop = st.Loop(st.PID(gain, 1e9), st.Ideal(), st.Integrating(1.0, dead_time=1.0), dt=0.1)

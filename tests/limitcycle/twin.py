@@ -20,6 +20,7 @@ def period_of_twin(A, B, C, dead_time, sb, lag, follows, x, op_lead, turns):
     t, up, tops, following = 0.0, 1.0, [], False
     past = []
     while len(tops) < turns:
+
         def rhs(_t, s, x=x, following=following, up=up):
             drive = C @ s - up * lag if following else x
             return A @ s + B * drive

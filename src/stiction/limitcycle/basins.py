@@ -6,7 +6,7 @@ import math
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -74,7 +74,7 @@ class BasinMap:
         """JSON-ready form; NaN becomes None."""
 
         def plain(x: np.ndarray) -> list[Any]:
-            return np.where(np.isfinite(x), x, None).tolist()
+            return np.where(np.isfinite(x), x.astype(object), np.array(None)).tolist()
 
         return {
             "label": self.label.tolist(),
@@ -210,12 +210,12 @@ def basin_map(
 def _share(m: Machine, z, x, times, heights, most_turns, tolerance, out, threads, progress) -> None:
     """Blocks of starts over threads, the results written to `out`."""
     n = x.shape[0]
-    up = np.ones(n)
+    up, block = np.ones(n), cast("Any", _block)
     z = np.ascontiguousarray(z / m.scale)
 
     def work(first: int) -> int:
         cut = slice(first, min(first + _BLOCK, n))
-        _block(
+        block(
             *m.arguments, times[cut], heights[cut], z[cut], x[cut], up[cut], most_turns, 400_000, tolerance, m.memory,
             out[cut],
         )  # fmt: skip
@@ -242,7 +242,7 @@ def _states(m: Machine, op, pv, position) -> NDArray[np.float64]:
     known = np.zeros((n + 2, op.size))
     known[n] = pv
     known[n + 1] = op - linear.D * position
-    return np.linalg.lstsq(rows, known, rcond=1e-12)[0][:n].T
+    return np.asarray(np.linalg.lstsq(rows, known, rcond=1e-12)[0][:n].T, dtype=np.float64)
 
 
 def _label(m: Machine, out: NDArray[np.float64], shape: tuple[int, ...]) -> BasinMap:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -45,7 +46,7 @@ class Family:
         """Amplitudes along each branch, crowded at its ends [% of span]."""
         edges = [*self.jumps, self.largest]
         out = []
-        for k, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+        for k, (low, high) in enumerate(pairwise(edges)):
             enough = points if k < 6 else points // 4
             inner = low + (high - low) * 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, enough)))
             if high > 20.0 * low and high == self.largest:
@@ -96,7 +97,8 @@ def family_of(valve: Any, name: str | float) -> Family:
                 lambda a: (float(lag - a), float(a - lag)), lag, rated=False,
             )  # fmt: skip
         return Family(
-            "", (onset,), 200.0 * onset, lambda a, w: describing_function(valve, a, w), lambda a: (float(lag - a), float(a - lag)),
+            "", (onset,), 200.0 * onset, lambda a, w: describing_function(valve, a, w),
+            lambda a: (float(lag - a), float(a - lag)),
             lag, rated=True,
         )  # fmt: skip
     scale = _scale(valve)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -196,7 +197,7 @@ def _follow(loop: Loop, parameter: str, grid, index: int, family, cycle: LimitCy
 def _walk(loop: Loop, parameter: str, values, family, cycle: LimitCycle) -> tuple[list[LimitCycle], float | None]:
     """Cycles at values[1:], as far as it goes, and the value beyond which it does not."""
     out: list[LimitCycle] = []
-    for here, there in zip(values[:-1], values[1:], strict=True):
+    for here, there in pairwise(values):
         reached, now = float(here), cycle
         step = float(there - here)
         for _ in range(200):

@@ -55,7 +55,7 @@ class LinearPart:
     @cached_property
     def poles(self) -> NDArray[np.complex128]:
         """Poles of L without its dead time [1/s]."""
-        return np.linalg.eigvals(self.A)
+        return np.linalg.eigvals(self.A).astype(np.complex128)
 
     @cached_property
     def _modes(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -63,7 +63,7 @@ class LinearPart:
         den = np.poly(self.A)
         num = np.poly(self.A - np.outer(self.B, self.C)) - den + self.D * den
         num_pv = np.poly(self.A - np.outer(self.B, self.C_pv)) - den + self.D_pv * den
-        return num.real, num_pv.real, den.real
+        return tuple(np.asarray(p.real, dtype=np.float64) for p in (num, num_pv, den))  # type: ignore[return-value]
 
     def at(self, s: ArrayLike) -> NDArray[np.complex128]:
         """L(s) at complex frequencies `s` [rad/s], same shape."""
@@ -78,11 +78,12 @@ class LinearPart:
     def zeros(self) -> NDArray[np.complex128]:
         """Zeros of L [1/s]."""
         num = self._modes[0]
-        return np.roots(np.where(np.abs(num) < 1e-13 * np.max(np.abs(num)), 0.0, num))
+        return np.roots(np.where(np.abs(num) < 1e-13 * np.max(np.abs(num)), 0.0, num)).astype(np.complex128)
 
     def states_at(self, omega: float) -> NDArray[np.complex128]:
         """Phasor of the states for a stem that moves as exp(j omega t), shape (n,)."""
-        return np.linalg.solve(1j * omega * np.eye(self.order) - self.A, self.B.astype(complex))
+        resolvent = 1j * omega * np.eye(self.order) - self.A
+        return np.linalg.solve(resolvent, self.B.astype(complex)).astype(np.complex128)
 
 
 def linear_part(loop: Loop, *, sp: float = 0.0, load: float = 0.0) -> LinearPart:

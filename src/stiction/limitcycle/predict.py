@@ -1,4 +1,4 @@
-"""The question an engineer asks: which limit cycles can this loop fall into?"""
+"""Which limit cycles a loop can fall into, predicted and exact side by side."""
 
 from __future__ import annotations
 

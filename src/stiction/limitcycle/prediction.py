@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -71,7 +72,7 @@ def _unrated(linear: LinearPart, family: Family) -> list[LimitCycle]:
     branches = family.branches()
     cuts = np.cumsum([a.size for a in branches])[:-1]
     values = np.split(family.describe(np.concatenate(branches), None), cuts)
-    ends = [(complex(below[-1]), complex(above[0])) for below, above in zip(values[:-1], values[1:], strict=True)]
+    ends = [(complex(below[-1]), complex(above[0])) for below, above in pairwise(values)]
     share = np.linspace(0.0, 1.0, 17)
     jumps = [
         (share, below + share * (above - below if abs(above - below) > 1e-6 * abs(above) else 0.0))
@@ -134,16 +135,16 @@ def _rated(linear: LinearPart, family: Family, points: int = 120) -> list[LimitC
         miss = np.log(-linear.at(1j * omega)[None, :] * n)
     found: list[LimitCycle] = []
     for i, j in zip(*_cells(miss), strict=True):
-        guess = 0.5 * (a[i] + a[i + 1]), math.sqrt(omega[j] * omega[j + 1])
-        solved = polish(lambda x, w: complex(family.describe(x, w)), linear, *guess, a[0], a[-1])
+        guess = 0.5 * float(a[i] + a[i + 1]), math.sqrt(omega[j] * omega[j + 1])
+        solved = polish(lambda x, w: complex(family.describe(x, w)), linear, *guess, float(a[0]), float(a[-1]))
         if solved is not None and not _known(found, *solved):
             found.append(_cycle(linear, family, *solved))
     return sorted(found, key=lambda cycle: (cycle.amplitude, cycle.period))
 
 
-def _cells(miss: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _cells(miss: Any) -> tuple[Any, ...]:
     """Grid cells at whose corners real and imaginary part both change sign, phase wraps left out."""
-    corners = np.stack([miss[:-1, :-1], miss[1:, :-1], miss[:-1, 1:], miss[1:, 1:]])
+    corners: Any = np.stack([miss[:-1, :-1], miss[1:, :-1], miss[:-1, 1:], miss[1:, 1:]])
     with np.errstate(invalid="ignore"):
         real = (corners.real.min(axis=0) <= 0.05) & (corners.real.max(axis=0) >= -0.05)
         imag = (corners.imag.min(axis=0) <= 0.05) & (corners.imag.max(axis=0) >= -0.05)

@@ -1,9 +1,10 @@
-"""From a record to its cycle: which of a loop's predicted limit cycles is it in, and where could it jump?"""
+"""From a record to its cycle: which predicted limit cycle it is in, and where it could jump."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -151,7 +152,7 @@ def measured_cycle(record: LoopRecord) -> tuple[float, float, float]:
             f"{record.tag} shows {max(len(ups) - 1, 0)} periods in its second half; give a record of at least three."
         )
     edges = np.array(ups)
-    spans = [slice(int(a), int(b) + 1) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    spans = [slice(int(a), int(b) + 1) for a, b in pairwise(edges)]
     period = float((edges[-1] - edges[0]) / (edges.size - 1)) * record.dt
     return (
         period,

@@ -78,7 +78,8 @@ class LimitCycle:
         if self.exact is None:
             return self.warning or "Not checked against an exact cycle."
         worst = max(abs(self.period_error or 0.0), abs(self.amplitude_error or 0.0))
-        off = f"period {100.0 * (self.period_error or 0.0):+.1f} %, OP amplitude {100.0 * (self.amplitude_error or 0.0):+.1f} %"
+        period, height = 100.0 * (self.period_error or 0.0), 100.0 * (self.amplitude_error or 0.0)
+        off = f"period {period:+.1f} %, OP amplitude {height:+.1f} %"
         if worst <= 0.02:
             return f"Good: {off} against the exact cycle."
         if worst <= 0.10:

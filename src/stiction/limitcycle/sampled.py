@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -153,7 +154,7 @@ def _orbit(loop, sp, load, op0, position, periods, longest, tolerance) -> LimitC
     n = 4096
     while True:
         op, pv, mv = np.empty(n), np.empty(n), np.empty(n)
-        _play(*head, start, 0.0, op, pv, mv)
+        cast("Any", _play)(*head, start, 0.0, op, pv, mv)
         ups = _upward(op)
         if ups.size > periods or n >= 1 << 21:
             break
@@ -165,7 +166,7 @@ def _orbit(loop, sp, load, op0, position, periods, longest, tolerance) -> LimitC
     window = min(len(discrete.c) + discrete.delay + 8 + int(one), n // 4)
     size = float(np.ptp(op[n // 2 :])) / 2.0
     lag = int(_returns(op, pv, mv, window, max(n - window - most - 1, 0), tolerance * max(size, float(np.ptp(pv)))))
-    swings = [slice(int(a), int(b) + 1) for a, b in zip(ups[:-1], ups[1:], strict=True)][-200:]
+    swings = [slice(int(a), int(b) + 1) for a, b in pairwise(ups)][-200:]
     turns = max(round(lag / one), 1)
     cut = slice(n - lag, n) if lag else slice(n - int(10 * one) - 1, n)
     moves = mv[cut]

@@ -1,4 +1,4 @@
-"""One question, every valve: what does it do to a sine?"""
+"""The describing function of every valve behind one name."""
 
 from __future__ import annotations
 

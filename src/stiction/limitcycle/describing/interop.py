@@ -72,7 +72,7 @@ def as_control_nonlinearity(valve: Valve, *, family: str | float = "half") -> An
             value = describing_function(valve, np.abs(A), family=family)
             return complex(value) if value.ndim == 0 else value
 
-        def _isstatic(self) -> bool:
+        def _isstatic(self) -> bool:  # pyright: ignore[reportIncompatibleMethodOverride]
             return False
 
         def _f(self, x: float) -> float:

@@ -32,7 +32,7 @@ def _stroke_sine(model, p, n, amplitude, centre, start, lead_in, agree, most):
     The input starts at its lowest point, where the stem of an established staircase rests on its lowest level.
     """
     s = valve_at_rest(model, centre - amplitude, start, p)
-    real, imag, period = 0.0, 0.0, 0
+    real, imag, travel, period = 0.0, 0.0, 0.0, 0
     step = 2.0 * math.pi / n
     while period < most:
         inphase, quadrature, travel, before = 0.0, 0.0, 0.0, s.position

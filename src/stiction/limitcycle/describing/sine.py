@@ -62,6 +62,7 @@ def _half_turn(sb, lag, slow, amplitude, x):
 @kernel
 def _sine_response(sb, lag, slow, amplitude, x):
     """N of one valve from the position x, once two successive turns agree; the number of turns is returned too."""
+    real, imag = 0.0, 0.0
     for turn in range(64):
         top, s_up, c_up = _half_turn(sb, lag, slow, amplitude, x)
         down, s_down, c_down = _half_turn(sb, lag, slow, amplitude, -top)

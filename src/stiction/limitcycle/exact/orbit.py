@@ -121,7 +121,7 @@ def refine(m: Machine, states, level: float, turns: int = 1, *, fixed: bool) -> 
         level = float(m.linear.C @ w) - m.valve.lag
     elif not fixed:
         level = float(w[n])
-    return Orbit(w[:n], level, here[1], turns, kept, stable)
+    return Orbit(np.asarray(w[:n], dtype=np.float64), level, here[1], turns, kept, stable)
 
 
 def _slope(m: Machine, w, size, turns: int, held: float | None):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -51,7 +51,7 @@ class Machine:
     """Its valve."""
     unit: float
     """Longest step of the series [s]."""
-    arguments: tuple
+    arguments: tuple[Any, ...]
     """The leading arguments of `flow`, the states balanced."""
     scale: NDArray[np.float64]
     """States over balanced states, shape (n,)."""
@@ -65,7 +65,8 @@ class Machine:
         """
         if self.valve.jump <= 0.0:
             return False
-        answers = abs(float(self.linear.C @ self.linear.B)) > 1e-12 * float(np.abs(self.linear.C) @ np.abs(self.linear.B))
+        B, C = self.linear.B, self.linear.C
+        answers = abs(float(C @ B)) > 1e-12 * float(np.abs(C) @ np.abs(B))
         return self.valve.rate > 0.0 or (self.linear.dead_time == 0.0 and answers)
 
     @property
@@ -88,8 +89,9 @@ class Machine:
         signals = np.full((3, wanted.size), np.nan)
         times = np.array([time for time, _ in loads]) / self.unit
         size = self.memory
-        status, k, n_ev, _, period = flow(
-            *self.arguments, times, np.array([float(value) for _, value in loads]), np.asarray(z) / self.scale, float(x),
+        status, k, n_ev, _, period = cast("Any", flow)(
+            *self.arguments, times, np.array([float(value) for _, value in loads]),
+            np.asarray(z) / self.scale, float(x),
             up, most_turns, most_steps, tolerance, np.empty(size), np.empty((size, TERMS)), turns, states, events,
             wanted, *signals,
         )  # fmt: skip

@@ -114,7 +114,7 @@ def search(
     for states, level in _starts(m, offset):
         _settle(m, states, level, offset, found)
     if offset is None or min(2.0 * offset % m.valve.jump, -2.0 * offset % m.valve.jump) < 1e-9 * m.valve.jump:
-        for cycle in list(found):
+        for cycle in found:
             if cycle.stable is not False and cycle.section:
                 *states, level = cycle.section
                 _settle(m, -np.array(states), -level, offset, found, up=-1.0)
@@ -166,7 +166,7 @@ def _settle(m: Machine, states, level: float, offset, found, *, polish_first: bo
         _keep(found, m, orbit)
         return
     k = run.turns
-    settled = Orbit(run.states[-1], float(run.level[-1]), float(run.time[-1] - run.time[-1 - k]), k, (), True)  # noqa: FBT003
+    settled = Orbit(run.states[-1], float(run.level[-1]), float(run.time[-1] - run.time[-1 - k]), k, (), True)
     cycle = _described(m, settled, run)
     if not any(same_cycle(cycle, known) for known in found):
         found.append(cycle)
