@@ -4,6 +4,8 @@
    Compiled by physical.py with: cc -O3 -shared -fPIC -ffp-contract=off physical_twin.c -lm */
 
 #include <math.h>
+static inline double lesser(double a, double b) { return a < b ? a : b; }
+static inline double greater(double a, double b) { return a > b ? a : b; }
 #include <stddef.h>
 
 typedef struct {
@@ -18,17 +20,17 @@ static inline double stribeck(double ratio, double coulomb, double static_) {
 }
 
 void stroke(const valve_t *q, const double *op, size_t samples, double position, double *mv) {
-    double last = fmin(fmax(op[0], q->low), q->high), v = 0.0, pressure = q->pressure + q->per_percent * last;
+    double last = lesser(greater(op[0], q->low), q->high), v = 0.0, pressure = q->pressure + q->per_percent * last;
     const double ease = 1.0 / (q->mass + q->h * q->viscous), per_velocity = 1.0 / q->stribeck_velocity;
     for (size_t k = 0; k < samples; k++) {
-        double u = fmin(fmax(op[k], q->low), q->high), begin = q->ramped ? last : u;
+        double u = lesser(greater(op[k], q->low), q->high), begin = q->ramped ? last : u;
         last = u;
         double x = q->scale * position;
         if (v == 0.0) {
-            double one = q->area * (q->pressure + q->per_percent * fmin(begin, u));
-            double other = q->area * (q->pressure + q->per_percent * fmax(begin, u));
+            double one = q->area * (q->pressure + q->per_percent * lesser(begin, u));
+            double other = q->area * (q->pressure + q->per_percent * greater(begin, u));
             double now = q->area * pressure, rest = q->rest_force - q->spring_rate * x;
-            double least = rest + fmin(fmin(one, other), now), most = rest + fmax(fmax(one, other), now);
+            double least = rest + lesser(lesser(one, other), now), most = rest + greater(greater(one, other), now);
             if (!((least < -q->static_ && x > q->bottom) || (most > q->static_ && x < q->top))) {
                 pressure = q->keep_sample * pressure + (1.0 - q->keep_sample) * q->pressure
                          + q->per_percent * ((q->keep_mean - q->keep_sample) * begin + (1.0 - q->keep_mean) * u);
@@ -47,8 +49,8 @@ void stroke(const valve_t *q, const double *op, size_t samples, double position,
             double v_new = (q->mass * v + q->h * (force - friction)) * ease, speed = v_new * direction;
             if (speed <= 0.0 || (speed < q->tolerance && speed <= v * direction && fabs(force) <= q->static_)) v = 0.0;
             else { v = v_new; x += q->h * v; }
-            if (x < q->bottom) { x = q->bottom; v = fmax(v, 0.0); }
-            else if (x > q->top) { x = q->top; v = fmin(v, 0.0); }
+            if (x < q->bottom) { x = q->bottom; v = greater(v, 0.0); }
+            else if (x > q->top) { x = q->top; v = lesser(v, 0.0); }
         }
         position = x / q->scale;
         mv[k] = position;

@@ -7,7 +7,7 @@
 
 static const double TIE = 1e-9; /* a band is crossed by more than this fraction of itself */
 
-static inline double clip(double x, double low, double high) { return fmin(fmax(x, low), high); }
+static inline double clip(double x, double low, double high) { return x < low ? low : x > high ? high : x; }
 
 typedef struct { double x, u, rest, direction, trend; int moving; } kano_t;
 

@@ -141,7 +141,7 @@ def test_energy_is_never_created(law, zeta, coulomb, excess, away):
     s = physical_at_rest(0.0, away, p)
     held = []
     for _ in range(4000):
-        s = physical_step(0.0, s, p)
+        s = physical_step(0.0, s, q)
         bristles = 0.5 * q.stiffness * s.force**2 if law == "lugre" else 0.0
         held.append(event_driven.energy(valve, q.scale * s.position, s.velocity) + bristles)
     start = 0.5 * valve.spring_rate * (q.scale * away) ** 2
@@ -162,7 +162,7 @@ def test_energy_lost_is_friction_and_damping_work():
     lost, start = 0.0, event_driven.energy(valve, q.scale * s.position, 0.0)
     for _ in range(100000):
         before = s
-        s = physical_step(0.0, s, p)
+        s = physical_step(0.0, s, q)
         v = s.velocity
         friction = valve.coulomb + (valve.static - valve.coulomb) * math.exp(-((v / valve.stribeck_velocity) ** 2))
         lost += abs(q.scale * (s.position - before.position)) * (friction + valve.viscous * abs(v))

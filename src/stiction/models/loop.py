@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError, require_not_negative, require_positive
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from stiction.models.component import Valve
     from stiction.models.controllers import PID
     from stiction.models.processes import StateSpace, TransferFunction
+    from stiction.models.processes.discretise import Discrete
 
 __all__ = ["Loop"]
 
@@ -65,9 +67,13 @@ class Loop:
         for name in ("controller", "valve"):
             if not hasattr(getattr(self, name), "pack"):
                 raise ParameterError(f"{name} is a {type(getattr(self, name)).__name__}; give a {name} model.")
-        discrete = self.process.discretise(self.dt)
-        if discrete.d != 0.0 and discrete.direct_delay == 0:
+        if self.discrete.d != 0.0 and self.discrete.direct_delay == 0:
             raise ParameterError(
-                f"process has a direct path ({discrete.d:g}) and no dead time: the PV would depend on the OP it "
+                f"process has a direct path ({self.discrete.d:g}) and no dead time: the PV would depend on the OP it "
                 "causes. Add a lag or a dead time."
             )
+
+    @cached_property
+    def discrete(self) -> Discrete:
+        """The process at the sampling period, for the input held by the stem."""
+        return self.process.discretise(self.dt)

@@ -11,7 +11,7 @@ from stiction.models.friction.karnopp import karnopp_substep
 from stiction.models.friction.lugre import lugre_rest, lugre_substep
 from stiction.models.positioner import positioner_step
 
-__all__ = ["PhysicalParameters", "physical_at_rest", "physical_step"]
+__all__ = ["PhysicalParameters", "physical_at_rest", "physical_parameters", "physical_step"]
 
 QUIET = 1e-9
 """Share of the static friction below which a force is none [-]."""
@@ -81,8 +81,8 @@ class PhysicalParameters(NamedTuple):
 
 
 @inlined
-def _named(p) -> PhysicalParameters:
-    """Packed parameters by name."""
+def physical_parameters(p) -> PhysicalParameters:
+    """Packed parameters by name; read once before the samples, they stay in registers."""
     return PhysicalParameters(
         p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12], p[13], p[14], p[15],
         p[16], p[17], p[18], p[19], p[20], p[21], p[22], p[23], p[24], p[25], p[26], p[27], p[28], p[29], p[30],
@@ -98,7 +98,7 @@ def _signal(op: float, position: float, integral: float, dt: float, q: PhysicalP
 @kernel
 def physical_at_rest(op: float, position: float, p) -> ValveState:
     """Stem without speed at `position`, the actuator's pressure settled at the input `op`."""
-    q = _named(p)
+    q = physical_parameters(p)
     op = min(max(op, q.low), q.high)
     pressure = q.pressure + q.per_percent * op
     bristles = 0.0
@@ -153,9 +153,8 @@ def _is_settled(op: float, s: ValveState, q: PhysicalParameters) -> bool:
 
 
 @inlined
-def physical_step(op: float, s: ValveState, p) -> ValveState:
+def physical_step(op: float, s: ValveState, q: PhysicalParameters) -> ValveState:
     """One sample: at once while the stem is held, in sub-steps while it may move."""
-    q = _named(p)
     op = min(max(op, q.low), q.high)
     begin = s.op if q.ramped != 0.0 else op
     if s.velocity == 0.0:

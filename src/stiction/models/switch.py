@@ -14,7 +14,7 @@ from stiction.models.valves.he import he_step
 from stiction.models.valves.he_wang import he_wang_step
 from stiction.models.valves.ideal import ideal_step
 from stiction.models.valves.kano import kano_at_rest, kano_step
-from stiction.models.valves.physical import physical_at_rest, physical_step
+from stiction.models.valves.physical import physical_at_rest, physical_parameters, physical_step
 from stiction.models.valves.srinivasan import srinivasan_printed_step, srinivasan_step
 from stiction.models.valves.stenman import stenman_step
 
@@ -28,6 +28,8 @@ __all__ = [
     "SRINIVASAN",
     "STENMAN",
     "is_plain",
+    "physical_parameters",
+    "physical_step",
     "plain_parameters",
     "plain_step",
     "valve_at_rest",
@@ -93,7 +95,7 @@ def valve_step(model: int, op: float, s: ValveState, p) -> ValveState:
     if is_plain(model):
         return plain_step(model, op, s, plain_parameters(p))
     if model == PHYSICAL:
-        return physical_step(op, s, p)
+        return physical_step(op, s, physical_parameters(p))
     op = min(max(op, p[0]), p[1])
     rate = abs(op - s.op) / p[3]
     sb = lookup(p, 5, s.position, rate)

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["simulate"]
 
+_NOTHING, _AUTOMATIC = np.zeros(1), np.full(1, np.nan)
+
 
 def simulate(
     loop: Loop,
@@ -82,11 +84,11 @@ def simulate(
     if n < 1:
         raise ParameterError(f"duration = {duration:g} s is shorter than one sample of {loop.dt:g} s; make it longer.")
     set_point = _series("sp", sp, n)
-    load = _series("disturbance", 0.0 if disturbance is None else disturbance, n)
-    pv_load = _series("pv_disturbance", 0.0 if pv_disturbance is None else pv_disturbance, n)
+    load = _NOTHING if disturbance is None else _series("disturbance", disturbance, n)
+    pv_load = _NOTHING if pv_disturbance is None else _series("pv_disturbance", pv_disturbance, n)
     if loop.noise > 0.0:
         pv_load = pv_load + np.random.default_rng(seed).normal(0.0, loop.noise, n)
-    hand = _series("manual", np.nan if manual is None else manual, n, gaps=True)
+    hand = _AUTOMATIC if manual is None else _series("manual", manual, n, gaps=True)
     start = np.array(
         [
             require_finite("pv_start", pv_start, "PV units"),
@@ -94,10 +96,11 @@ def simulate(
             require_finite("mv_start", op_start if mv_start is None else mv_start, "% of span"),
         ]
     )
-    discrete = loop.process.discretise(loop.dt)
-    pv, op, mv = np.empty(n), np.empty(n), np.empty(n)
+    # One block: the pages of a large one come many at a time, those of four smaller ones singly, as they are touched.
+    pv, op, mv, recorded_sp = np.empty((4, n))
+    recorded_sp[:] = set_point
     closed_loop(
-        loop.controller.pack(loop.dt), loop.valve.code, loop.valve.pack(loop.dt), *discrete,
+        loop.controller.pack(loop.dt), loop.valve.code, loop.valve.pack(loop.dt), *loop.discrete,
         set_point, load, pv_load, hand, start, pv, op, mv,
     )  # fmt: skip
     return LoopRecord(
@@ -105,7 +108,7 @@ def simulate(
         loop.dt,
         op=op,
         pv=pv,
-        sp=np.broadcast_to(set_point, n).copy(),
+        sp=recorded_sp,
         mv=mv,
         auto=None if manual is None else np.broadcast_to(np.isnan(hand), n).copy(),
         loop_type=loop_type,
@@ -121,6 +124,6 @@ def _series(name: str, value: ArrayLike, n: int, *, gaps: bool = False) -> NDArr
         raise ParameterError(f"{name} must be a number or a series of numbers, got {value!r}.") from None
     if series.ndim != 1 or series.size not in (1, n):
         raise ParameterError(f"{name} has shape {series.shape}; give one number or {n} (one per sample).")
-    if not gaps and not np.all(np.isfinite(series)):
+    if not gaps and not np.isfinite(series).all():
         raise ParameterError(f"{name} has entries that are not finite; give finite numbers.")
     return series

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from stiction.models.compiled import kernel
 from stiction.models.controllers.pid import pid_at_rest, pid_step
-from stiction.models.switch import is_plain, plain_parameters, plain_step, valve_at_rest, valve_step
+from stiction.models.switch import (
+    PHYSICAL,
+    is_plain,
+    physical_parameters,
+    physical_step,
+    plain_parameters,
+    plain_step,
+    valve_at_rest,
+    valve_step,
+)
 
 __all__ = ["closed_loop", "stroke_many", "stroke_one"]
 
@@ -21,6 +30,12 @@ def stroke_one(model, p, op, position, mv):
         for k in range(op.shape[0]):
             s = plain_step(model, op[k], s, q)
             mv[k] = min(max(s.position, low), high)
+        return
+    if model == PHYSICAL:
+        named = physical_parameters(p)
+        for k in range(op.shape[0]):
+            s = physical_step(op[k], s, named)
+            mv[k] = s.position
         return
     for k in range(op.shape[0]):
         s = valve_step(model, op[k], s, p)

@@ -13,12 +13,12 @@ from stiction.errors import ParameterError, require_positive
 from stiction.models.component import TIE, Valve
 from stiction.models.positioner import Positioner
 from stiction.models.quantities import Quantity, to_si
-from stiction.models.stem import PhysicalParameters, physical_at_rest, physical_step
+from stiction.models.stem import PhysicalParameters, physical_at_rest, physical_parameters, physical_step
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["PhysicalValve", "physical_at_rest", "physical_step"]
+__all__ = ["PhysicalValve", "physical_at_rest", "physical_parameters", "physical_step"]
 
 SUBSTEPS = {"karnopp": 500.0, "lugre": 2500.0}
 """Sub-steps in the longer of 1 / omega and F_v / K [-]: positions good to 0.1 % of travel."""
