@@ -1,7 +1,25 @@
 """The paper's tables and figures, each as one function that returns its data, as printed and corrected."""
 
+from stiction.paper.eq5 import equation5
+from stiction.paper.eqs1to3 import equations1to3
+from stiction.paper.eqs6to7 import equations6and7
+from stiction.paper.errata import errata
+from stiction.paper.fig2 import figure2
 from stiction.paper.fig3 import figure3
 from stiction.paper.fig4 import figure4
 from stiction.paper.fig5 import figure5
+from stiction.paper.section5 import section5
+from stiction.paper.table1 import table1
 
-__all__ = ["figure3", "figure4", "figure5"]
+__all__ = [
+    "equation5",
+    "equations1to3",
+    "equations6and7",
+    "errata",
+    "figure2",
+    "figure3",
+    "figure4",
+    "figure5",
+    "section5",
+    "table1",
+]

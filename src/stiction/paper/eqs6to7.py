@@ -1,0 +1,124 @@
+"""Eqs. 6 and 7, the describing function of eq. 4, as printed, corrected, and as measured on the valve itself."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.limitcycle import describing_function
+from stiction.models import Stenman
+from stiction.simulation.stroke import stroke
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["D", "Equations6and7", "equations6and7", "measured", "one_root_each"]
+
+D = 0.5
+"""Stiction band of the paper's example [% of span]."""
+SAMPLES, PERIODS = 20_000, 3
+
+
+@dataclass(frozen=True)
+class Equations6and7:
+    """N(A) of eq. 4 over the amplitude in bands d; N depends on A / d alone."""
+
+    ratio: NDArray[np.float64] = field(repr=False)
+    """A / d [-], shape (n,)."""
+    n: dict[str, NDArray[np.complex128]] = field(repr=False)
+    """N by form [-], each of shape (n,): `printed` letter by letter, `roots repaired` (E3 mended, E4 not), `corrected`,
+    and `integer`, the other family of rest levels 0, +-d, ...; NaN beyond what the paper prints."""
+    checked: NDArray[np.float64]
+    """A / d at which N was measured [-], shape (n_checked,)."""
+    numeric: dict[str, NDArray[np.complex128]]
+    """N measured on the valve driven by a sine, families `half` and `integer` [-], each of shape (n_checked,)."""
+    worst: dict[str, float]
+    """Largest distance of each form from what was measured on its family [-]."""
+
+    def summary(self) -> str:
+        """Say it in a sentence."""
+        told = ", ".join(f"{form} {apart:.2g}" for form, apart in self.worst.items())
+        return f"Eqs. 6 and 7, largest distance from N measured on the valve: {told}."
+
+    def to_dict(self, *, series: bool = True) -> dict[str, Any]:
+        """JSON-ready form; with or without arrays."""
+        from stiction.paper.plain import plain
+
+        return plain(self, series=series)
+
+
+def equations6and7() -> Equations6and7:
+    """Compare eqs. 6 and 7 with the valve of eq. 4.
+
+    Returns
+    -------
+    Equations6and7
+        Eq. 7 is right. Eq. 6 has its roots misprinted (E3) and misses a factor 2 on the inner root of its second branch
+        (E4). Both hold for rest levels +-d/2, +-3d/2, ... only (E5).
+
+    References
+    ----------
+    srinivasan2008, eqs. 4, 6, 7.
+
+    Examples
+    --------
+    >>> from stiction.paper import equations6and7
+    >>> worst = equations6and7().worst
+    >>> worst["corrected"] < 1e-3, worst["roots repaired"] > 0.3
+    (True, True)
+    """
+    valve = Stenman(D)
+    ratio = np.linspace(0.4, 3.4, 601)
+    n = {
+        "printed": describing_function(valve, ratio * D, as_printed=True),
+        "roots repaired": describing_function(valve, ratio * D, as_printed="roots repaired"),
+        "corrected": describing_function(valve, ratio * D),
+        "integer": describing_function(valve, ratio * D, family="integer"),
+    }
+    checked = np.array([0.6, 0.8, 0.95, 1.1, 1.4, 1.6, 1.8, 1.95, 2.2, 2.4])
+    numeric = {family: measured(checked, family) for family in ("half", "integer")}
+    forms = {
+        "printed": describing_function(valve, checked * D, as_printed=True),
+        "roots repaired": describing_function(valve, checked * D, as_printed="roots repaired"),
+        "corrected": describing_function(valve, checked * D),
+    }
+    worst = {form: float(np.abs(values - numeric["half"]).max()) for form, values in forms.items()}
+    integer = describing_function(valve, checked * D, family="integer")
+    worst["integer"] = float(np.abs(integer - numeric["integer"]).max())
+    return Equations6and7(ratio, n, checked, numeric, worst)
+
+
+def measured(ratio: Any, family: str = "half") -> NDArray[np.complex128]:
+    """N of eq. 4 at A / d = `ratio`, shape (n,): first harmonic of the valve's motion over that of its input.
+
+    Examples
+    --------
+    >>> from stiction.paper.eqs6to7 import measured
+    >>> [f"{n:.2f}" for n in measured([1.0, 2.0])]
+    ['0.55-0.32j', '0.83-0.24j']
+    """
+    level = 0.5 * D if family == "half" else 0.0
+    turn = 2.0 * math.pi * np.arange(PERIODS * SAMPLES) / SAMPLES
+    last = turn[-SAMPLES:]
+    values = []
+    for amplitude in np.atleast_1d(ratio) * D:
+        mv = stroke(Stenman(D), amplitude * np.sin(turn), 1.0, position=level).mv
+        assert mv is not None
+        values.append(2.0 / (SAMPLES * amplitude) * np.sum(mv[-SAMPLES:] * (np.sin(last) + 1j * np.cos(last))))
+    return np.array(values)
+
+
+def one_root_each(ratio: float) -> float:
+    """Real part of N at A / d = `ratio` if every root counted once, as in the printed second branch [-].
+
+    Examples
+    --------
+    >>> from stiction.paper.eqs6to7 import one_root_each
+    >>> round(one_root_each(1000.0), 3)
+    0.5
+    """
+    levels = np.arange(1, math.floor(ratio + 0.5) + 1)
+    return float(2.0 / (math.pi * ratio) * np.sum(np.sqrt(1.0 - ((2 * levels - 1) / (2.0 * ratio)) ** 2)))
