@@ -76,7 +76,9 @@ class Piece(NamedTuple):
         return mv, float(self.closest.gain[i, j]) * out
 
 
-def search_piece(signals: Signals, sign: float, integrating: bool | None, swing: float) -> Piece:
+def search_piece(
+    signals: Signals, sign: float, integrating: bool | None, swing: float, *, closer: bool = True
+) -> Piece:
     """Search one stretch.
 
     Parameters
@@ -89,6 +91,8 @@ def search_piece(signals: Signals, sign: float, integrating: bool | None, swing:
         Whether the process integrates; None looks at both kinds.
     swing : float
         Largest S to look for [% of span].
+    closer : bool
+        Go on from the dense search to the fine ones.
 
     Returns
     -------
@@ -102,7 +106,8 @@ def search_piece(signals: Signals, sign: float, integrating: bool | None, swing:
         dense_processes(signals.scale, signals.op.size, integrating),
         sign,
     )
-    return Piece(signals, _closer(signals, dense, sign, integrating, swing), _linear(signals, sign, integrating))
+    found = _closer(signals, dense, sign, integrating, swing) if closer else [dense]
+    return Piece(signals, found, _linear(signals, sign, integrating))
 
 
 def _optimum(surface: Surface) -> tuple[int, int]:

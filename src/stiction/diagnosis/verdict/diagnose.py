@@ -69,9 +69,9 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     if not found:
         return _cannot_tell(part, oscillation, evidence, quality)
     swing = float(np.ptp(part.op[np.isfinite(part.op)]))
-    says = features(found, swing)
+    says = features(found, swing, oscillating=oscillation.oscillating)
     sure = probability(says, sum(gate.name in DOUBTS for gate in quality.reservations))
-    main = found[0] if oscillation.oscillating or len(found) == 1 else max(found, key=lambda one: one.fit)
+    main = found[0] if oscillation.oscillating else found[-1]
     sticky = sticky_cause(main)
     follows = main.fit_linear > 80.0
     if sticky.name == "deadband" and sure > UNDECIDED[0]:
@@ -103,14 +103,18 @@ def diagnose(record: LoopRecord) -> Diagnosis:
 
 
 def _identify(part: LoopRecord, oscillation: Oscillation) -> tuple[Identification, ...]:
-    """The comparison about the local mean over one period, where there is one, and about the mean of the record."""
-    periods: list[float | None] = []
-    if oscillation.period > SHORTEST_PERIOD * part.dt and oscillation.period < part.duration / 2.0:
-        periods.append(oscillation.period)
+    """Compare about the local mean over one period, where there is one, and about the mean of the record.
+
+    The first is searched closely where the loop oscillates, the second where it does not; the other only weighs in.
+    """
+    cycles = oscillation.oscillating
     try:
-        return tuple(identify(part, period=period) for period in (*periods, None))
+        whole = identify(part, closer=not cycles)
+        if SHORTEST_PERIOD * part.dt < oscillation.period < part.duration / 2.0:
+            return identify(part, period=oscillation.period, closer=cycles), whole
     except RecordError:
         return ()
+    return (whole,)
 
 
 def _own_row(found: Identification, band: float, sure: float, swing: float) -> Evidence:
