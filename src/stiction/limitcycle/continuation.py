@@ -116,8 +116,9 @@ def bifurcation(
     values : array_like, shape (n,)
         Values of the parameter.
     families : iterable of str or float
-        Families of a staircase valve. Over the load the rest levels stay where they are at load 0 and the
-        point of rest moves between them; over other parameters a family stays symmetric.
+        Families of a staircase valve, by name or by a rest level [% of span]. Over the load the rest levels stay
+        where they are at load 0 and the point of rest moves between them; over other parameters a family stays
+        symmetric.
     searches : int
         Number of values at which cycles are searched for afresh; between them they are continued.
 

@@ -48,7 +48,7 @@ def predict_limit_cycles(
     load : float
         Constant load at the process inlet [% of span].
     families : iterable of str or float, optional
-        Families of a staircase valve, see `exact_limit_cycles`.
+        Families of a staircase valve, by name or by a rest level [% of span], see `exact_limit_cycles`.
 
     Returns
     -------

@@ -49,7 +49,7 @@ class LimitCycle:
     exact: LimitCycle | None = None
     """The exact cycle this prediction stands for, when there is one."""
     section: tuple[float, ...] = ()
-    """States of the linear part and the stem position where the stem comes to rest at the top, in deviations."""
+    """States of the linear part and the stem position [% of span] at the rest at the top, in deviations."""
     warning: str = ""
     """What limits the meaning of this cycle; empty when nothing does."""
 

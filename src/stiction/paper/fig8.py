@@ -59,8 +59,8 @@ def figure8(pulse: float = 1.0, begin: float = 200.0, length: float = 5.0, durat
     --------
     >>> import numpy as np
     >>> from stiction.paper.fig8 import figure8
-    >>> mv = figure8().record.mv
-    >>> len(np.unique(mv[10000:19000].round(1))), len(np.unique(mv[30000:36000].round(1)))
+    >>> mv = np.round(figure8().record.mv / 0.5, 1)
+    >>> len(np.unique(mv[10000:19000])), len(np.unique(mv[30000:36000]))
     (2, 4)
     """
     for name, value in (("begin", begin), ("length", length), ("duration", duration)):
