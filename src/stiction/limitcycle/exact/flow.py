@@ -2,7 +2,7 @@
 
 Between events the loop is linear: the stem rests, or it follows its input at a fixed lag. The states of the
 linear part are advanced by their Taylor series, over steps so short (norm of A times step <= 1/2) that twelve
-terms leave nothing above rounding. A dead time is exact: the series of the output are kept and read back later.
+terms leave nothing above rounding, and longer ones where the last terms have died out. A dead time is exact: the series of the output are kept and read back later.
 Events are roots of these polynomials: the input leaves the band (slip), or slows down below the rate (rest).
 
 Times in here are in units of the longest step. Directions are +1 up, -1 down.
@@ -21,6 +21,7 @@ __all__ = ["DIVERGED", "FULL", "REST", "SETTLED", "STOPPED", "TERMS", "flow"]
 TERMS = 13
 SETTLED, STOPPED, REST, DIVERGED, FULL = 0, 1, 2, 3, 4
 _BAND = 1.0 + 1e-11
+_STRETCH = 32.0
 
 
 @kernel
@@ -157,17 +158,18 @@ def flow(
         while k_load + 1 < load_t.shape[0] and load_t[k_load + 1] <= t:
             k_load += 1
         v = load[k_load]
-        h = 1.0
+        cap = _STRETCH
         if delay > 0.0:
-            h = min(h, delay)
+            cap = min(cap, delay)
         if k_load + 1 < load_t.shape[0]:
-            h = min(h, load_t[k_load + 1] - t)
+            cap = min(cap, load_t[k_load + 1] - t)
         past = t - delay
         if delay > 0.0 and past >= 0.0:
             while cur + 1 < head and seg_t[(cur + 1) % size] <= past + 1e-12 * (1.0 + t):
                 cur += 1
         elif delay > 0.0:
-            h = min(h, -past)
+            cap = min(cap, -past)
+        h = min(1.0, cap)
         if follows and delay > 0.0:
             q = seg_q[cur % size]
             _shift(q, past - seg_t[cur % size], xq)
@@ -200,6 +202,11 @@ def flow(
                         total += A[i, j] * Z[k, j]
                     Z[k + 1, i] = total / (k + 1)
             uq[k], yq[k] = u, y
+        if not follows:
+            tail = 1e-32
+            for i in range(n):
+                tail = max(tail, abs(Z[TERMS - 1, i]) / largest[i], abs(Z[TERMS - 2, i]) / largest[i])
+            h = min(max(1.0, (1e-16 / tail) ** (1.0 / (TERMS - 1))), cap)
         if delay > 0.0 and head - cur >= size:
             return FULL, n_turns, n_events, t, 0
         seg_t[head % size] = t

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["exact_limit_cycles", "same_cycle", "search", "solve"]
 
 _SIZES = (0.7, 1.05, 1.5, 2.2, 3.3, 5.0, 9.0, 20.0)
-_LOOK, _LOOK_STEPS = 24, 40_000
+_LOOK, _LOOK_STEPS = 24, 60_000
 _PHASES = (-math.pi, -2.6, -2.1)
 
 
