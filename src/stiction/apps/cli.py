@@ -25,6 +25,11 @@ VERBS = {
     "stroke": ("stiction.apps.stroke:stroke", "", "Drive a valve over a test signal."),
     "valve-test plan": ("stiction.apps.valve_test:plan", "ramp|step", "Plan a ramp or step test of a valve."),
     "valve-test analyse": ("stiction.apps.valve_test:analyse", "ramp|step FILE", "Read the record of such a test."),
+    "limit-cycles": (
+        "stiction.apps.limit_cycles:limit_cycles",
+        "",
+        "List the limit cycles of a sticky loop.",
+    ),
     "benchmark": ("stiction.apps.benchmark:benchmark", "[FOLDER]", "Count verdicts against the labels of a folder."),
     "doctor": ("stiction.apps.doctor:doctor", "", "Say what is installed and what is missing."),
 }

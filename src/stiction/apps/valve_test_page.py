@@ -121,10 +121,10 @@ def _ramps(found: RampTest) -> Table:
 
 
 def _steps(found: StepTest) -> Table:
+    keys = ("dead_time", "t63", "t86", "t98", "overshoot")
     rows = [
-        [s.time, s.op_before, s.op_after, "yes" if s.responded else "no"]
-        + [s.dead_time, s.t63, s.t86, s.t98, s.overshoot]
-        for s in found.steps
+        [step.time, step.op_before, step.op_after, "yes" if step.responded else "no", *(getattr(step, k) for k in keys)]
+        for step in found.steps
     ]
     columns = [
         "Time [s]", "From [%]", "To [%]", "Response", "Dead time [s]", "T63 [s]", "T86 [s]", "T98 [s]", "Overshoot [%]",

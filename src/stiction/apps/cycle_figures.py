@@ -1,0 +1,181 @@
+"""Figures of limit cycles; all numbers come from `stiction.limitcycle`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.limitcycle import basin_map, bifurcation
+from stiction.limitcycle.branches import families_of, family_of
+from stiction.limitcycle.exact.run import machine
+from stiction.limitcycle.linear import linear_part
+from stiction.report import Figure, look, words
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from stiction.limitcycle import LimitCycle
+    from stiction.models import Loop
+
+__all__ = ["basins", "bifurcations", "exact_of", "in_time", "motion", "nyquist", "phase_portrait"]
+
+COLORS = (look.PV, look.OP, look.MV, look.ALERT, "#7A4FA3", look.SP, "#8A6D00", look.MODEL)
+DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
+STARTS = 41
+VALUES = 15
+_KINDS = (("stable cycle", "circle"), ("unstable cycle", "circle-open"), ("boundary", "x"))
+
+
+def exact_of(found: Sequence[LimitCycle]) -> list[LimitCycle]:
+    """Return the exact cycles, each once, by amplitude."""
+    exact = [cycle.exact if cycle.exact is not None else cycle for cycle in found if cycle.kind == "cycle"]
+    return sorted((cycle for cycle in exact if cycle.section), key=lambda cycle: cycle.amplitude)
+
+
+def nyquist(loop: Loop, found: Sequence[LimitCycle], *, sp: float, load: float) -> Figure:
+    """Return L(j omega) with -1/N(A) of each family, the crossings marked by kind."""
+    linear = linear_part(loop, sp=sp, load=load)
+    predicted = [cycle for cycle in found if cycle.method == "describing function"] or list(found)
+    rates = [cycle.omega for cycle in predicted]
+    omega = np.geomspace(min(rates) / 20.0, max(rates) * 20.0, 1200)
+    data = [_curve(linear.at(1j * omega), "L(jω)", look.line(look.PV, 1.8))]
+    for k, name in enumerate(families_of(loop.valve)):
+        family = family_of(loop.valve, name)
+        inverse = np.concatenate([np.append(_inverse(family, a, rates[0]), np.nan) for a in family.branches(80)[:6]])
+        rated = f" at {words.digits(rates[0])} rad/s" if family.rated else ""
+        line = {"color": COLORS[1 + k], "dash": DASHES[1 + k], "width": 1.4}
+        data.append(_curve(inverse, f"-1/N(A){f', family {name}' if name else ''}{rated}", line))
+    for kind, symbol in _KINDS:
+        here = [cycle for cycle in predicted if _kind(cycle) == kind]
+        if here:
+            marker = {"symbol": symbol, "size": 10, "color": look.INK}
+            at = linear.at(1j * np.array([cycle.omega for cycle in here]))
+            data.append({**_curve(at, kind, {}), "mode": "markers", "marker": marker})
+    shown = linear.at(1j * np.array(rates))
+    reach = 2.0 * float(np.abs(shown).max())
+    layout = {
+        "xaxis": {"title": {"text": "Real part"}, "range": [-reach, 0.35 * reach]},
+        "yaxis": {"title": {"text": "Imaginary part"}, "range": [-reach, 0.35 * reach], "scaleanchor": "x"},
+    }
+    caption = (
+        "Where the curves cross, the loop can cycle: filled circles stable, open ones unstable, crosses boundaries."
+    )
+    return Figure({"data": data, "layout": layout}, "Nyquist plot", caption, height=460)
+
+
+def motion(loop: Loop, cycle: LimitCycle, *, sp: float, load: float) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return time [s] and (valve position, OP, PV) over two periods of an exact cycle."""
+    time = np.linspace(0.0, 2.0 * cycle.period, 601)
+    *states, position = cycle.section
+    _, signals = machine(loop, sp=sp, load=load).run(np.array(states), position, grid=time)
+    return time, signals
+
+
+def in_time(exact: Sequence[LimitCycle], runs: Sequence[tuple[NDArray[Any], NDArray[Any]]]) -> Figure:
+    """Return OP and valve position of each cycle over two periods."""
+    data: list[dict[str, Any]] = []
+    for k, (cycle, (time, signals)) in enumerate(zip(exact, runs, strict=True)):
+        color = COLORS[k % len(COLORS)]
+        for signal, dash, what in ((1, "solid", "OP"), (0, "dot", "valve position")):
+            line = {"color": color, "dash": dash, "width": 1.5}
+            data.append(_line(time, signals[signal], f"{_name(cycle)}: {what}", line))
+    layout = {"xaxis": {"title": {"text": "Time [s]"}}, "yaxis": {"title": {"text": "Deviation [% of span]"}}}
+    caption = "Two periods of each exact cycle; the dotted line is the valve position."
+    return Figure({"data": data, "layout": layout}, "Cycles over time", caption, height=420)
+
+
+def phase_portrait(exact: Sequence[LimitCycle], runs: Sequence[tuple[NDArray[Any], NDArray[Any]]]) -> Figure:
+    """Return PV against OP of each cycle; unstable ones thin."""
+    data: list[dict[str, Any]] = []
+    for k, (cycle, (_, signals)) in enumerate(zip(exact, runs, strict=True)):
+        line = {
+            "color": COLORS[k % len(COLORS)],
+            "dash": DASHES[k % len(DASHES)],
+            "width": 2.0 if cycle.stable else 1.0,
+        }
+        data.append(_line(signals[1], signals[2], _name(cycle), line))
+    layout = {
+        "xaxis": {"title": {"text": "OP, deviation [% of span]"}},
+        "yaxis": {"title": {"text": "PV, deviation [PV units]"}},
+    }
+    caption = "PV against OP of every exact cycle; stable ones are drawn thick."
+    return Figure({"data": data, "layout": layout}, "Phase portrait", caption, height=420)
+
+
+def basins(loop: Loop, exact: Sequence[LimitCycle], *, load: float) -> Figure:
+    """Return where starts at rest end, over OP and PV."""
+    op = 2.0 * max(cycle.amplitude for cycle in exact) * np.linspace(-1.0, 1.0, STARTS)
+    pv = 2.0 * max(cycle.pv_amplitude for cycle in exact) * np.linspace(-1.0, 1.0, STARTS)
+    found = basin_map(loop, op=op[None, :], pv=pv[:, None], load=load)
+    names = {-3: "runs away", -2: "not settled", -1: "comes to rest"} | {a.label: a.name for a in found.attractors}
+    there = sorted(int(label) for label in np.unique(found.label))
+    shown = np.searchsorted(np.array(there), found.label).astype(float)
+    steps = len(there)
+    scale = [[edge / steps, COLORS[k % len(COLORS)]] for k in range(steps) for edge in (k, k + 1)]
+    bar = {**look.colorbar("Ends in"), "tickvals": list(range(steps)), "ticktext": [names[label] for label in there]}
+    heat = {
+        "type": "heatmap", "x": op, "y": pv, "z": shown, "zmin": -0.5, "zmax": steps - 0.5, "colorscale": scale,
+        "colorbar": bar, "opacity": 0.75,
+    }  # fmt: skip
+    layout = {
+        "xaxis": {"title": {"text": "OP at the start, deviation [% of span]"}},
+        "yaxis": {"title": {"text": "PV at the start, deviation [PV units]"}},
+    }
+    shares = "; ".join(f"{words.digits(100.0 * a.share, '%', 2)} end in {a.name}" for a in found.attractors)
+    caption = f"{found.label.size} starts from rest with the stem at 0: {shares or 'none of them cycles'}."
+    return Figure({"data": [heat], "layout": layout}, "Basins", caption, height=420)
+
+
+def bifurcations(loop: Loop, over: str) -> Figure:
+    """Return the amplitude of every cycle over one parameter."""
+    nominal = _nominal(loop, over)
+    values = nominal * np.linspace(0.4, 1.6, VALUES) if nominal else np.linspace(-1.0, 1.0, VALUES)
+    diagram = bifurcation(loop, over, values, searches=3)
+    data: list[dict[str, Any]] = []
+    for k, branch in enumerate(diagram.branches):
+        stable = [cycle.stable for cycle in branch.cycles]
+        line = {"color": COLORS[k % len(COLORS)], "dash": "solid" if all(stable) else "dot", "width": 1.8}
+        data.append(_line(branch.values, branch.amplitude, branch.family or f"cycle {k + 1}", line))
+    layout = {"xaxis": {"title": {"text": over}}, "yaxis": {"title": {"text": "OP amplitude [% of span]"}}}
+    ends = sum((b.born is not None) + (b.dies is not None) for b in diagram.branches)
+    caption = (
+        f"{len(diagram.branches)} branches over {over}, {ends} of their ends are births or deaths; "
+        "dotted branches are unstable somewhere."
+    )
+    return Figure({"data": data, "layout": layout}, "Bifurcation diagram", caption, height=420)
+
+
+def _nominal(loop: Loop, over: str) -> float:
+    if over == "gain":
+        return 1.0
+    for part in (loop.controller, loop.valve, loop.process):
+        value = getattr(part, over, None)
+        if isinstance(value, (int, float)) and value:
+            return float(value)
+    return 0.0
+
+
+def _inverse(family: Any, amplitude: NDArray[Any], omega: float) -> NDArray[Any]:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inverse = -1.0 / family.describe(amplitude, omega)
+    return np.where(np.isfinite(inverse), inverse, np.nan)
+
+
+def _kind(cycle: LimitCycle) -> str:
+    return "boundary" if cycle.kind == "boundary" else "stable cycle" if cycle.stable else "unstable cycle"
+
+
+def _name(cycle: LimitCycle) -> str:
+    family = f"{cycle.family}, " if cycle.family else ""
+    return f"{family}{cycle.period:.4g} s, {'stable' if cycle.stable else 'unstable'}"
+
+
+def _curve(z: NDArray[Any], name: str, line: dict[str, Any]) -> dict[str, Any]:
+    return _line(np.real(z), np.imag(z), name, line)
+
+
+def _line(x: Any, y: Any, name: str, line: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": line}

@@ -1,0 +1,50 @@
+"""The page of ``stiction limit-cycles``: table, Nyquist plot, cycles in time, phase portrait, basins, bifurcations."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stiction.apps import cycle_figures as figures
+from stiction.apps.limit_cycles import row
+from stiction.report import Block, Columns, Heading, Table, Text, write_page
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from stiction.limitcycle import LimitCycle
+    from stiction.models import Loop
+
+__all__ = ["write_limit_cycles_page"]
+
+
+def write_limit_cycles_page(
+    loop: Loop,
+    found: Sequence[LimitCycle],
+    path: Path,
+    texts: Mapping[str, str],
+    *,
+    sp: float,
+    load: float,
+    over: str,
+) -> Path:
+    """Write what `predict_limit_cycles` found."""
+    stable = [cycle for cycle in found if cycle.kind == "cycle" and cycle.stable]
+    number = {0: "no stable limit cycle", 1: "one stable limit cycle"}.get(
+        len(stable), f"{len(stable)} stable limit cycles"
+    )
+    blocks: list[Block] = [Text(f"The loop has {number}.", kind="lead")]
+    if found:
+        blocks.append(
+            Table(_COLUMNS, [row(cycle) for cycle in found], "A boundary parts what grows from what shrinks.")
+        )
+        blocks += [Heading("Where they come from"), figures.nyquist(loop, found, sp=sp, load=load)]
+    exact = figures.exact_of(found)
+    if exact:
+        runs = [figures.motion(loop, cycle, sp=sp, load=load) for cycle in exact]
+        blocks += [Heading("The exact cycles"), figures.in_time(exact, runs), figures.phase_portrait(exact, runs)]
+        blocks += [Heading("What moves the loop between them")]
+        blocks.append(Columns([figures.basins(loop, exact, load=load), figures.bifurcations(loop, over)]))
+    settings = [*texts.items(), ("sp", f"{sp:g}"), ("load", f"{load:g}")]
+    blocks += [Heading("Where this comes from"), Table(["Setting", "Value"], [list(pair) for pair in settings])]
+    return write_page("Limit cycles", blocks, path, subtitle=", ".join(texts.values()))
