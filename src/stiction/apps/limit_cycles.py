@@ -89,17 +89,7 @@ def _tell(found: "Sequence[LimitCycle]") -> None:
     if not found:
         say("No limit cycle: the describing function meets the loop nowhere.")
         return
-    columns = [
-        "Kind",
-        "Family",
-        "Stable",
-        "Period [s]",
-        "OP amplitude [%]",
-        "PV amplitude",
-        "Exact period [s]",
-        "Trust",
-    ]
-    print_table(columns, [row(cycle) for cycle in found], right=columns[3:7])
+    print_table(COLUMNS, [row(cycle) for cycle in found], right=COLUMNS[3:7])
 
 
 def row(cycle: "LimitCycle") -> list[Any]:

@@ -35,9 +35,7 @@ def write_limit_cycles_page(
     )
     blocks: list[Block] = [Text(f"The loop has {number}.", kind="lead")]
     if found:
-        blocks.append(
-            Table(_COLUMNS, [row(cycle) for cycle in found], "A boundary parts what grows from what shrinks.")
-        )
+        blocks.append(Table(COLUMNS, [row(cycle) for cycle in found], "A boundary parts what grows from what shrinks."))
         blocks += [Heading("Where they come from"), figures.nyquist(loop, found, sp=sp, load=load)]
     exact = figures.exact_of(found)
     if exact:
