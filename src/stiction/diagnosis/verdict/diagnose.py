@@ -65,13 +65,13 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     oscillation = find_oscillation(part)
     quality = assess(record, oscillation.period if oscillation.oscillating else None)
     evidence = detect_all(part, oscillation)
-    found = _identify(part, oscillation) if quality.usable else ()
+    found, speaks = _identify(part, oscillation) if quality.usable else ((), 0)
     if not found:
         return _cannot_tell(part, oscillation, evidence, quality)
     swing = float(np.ptp(part.op[np.isfinite(part.op)]))
     says = features(found, swing, oscillating=oscillation.oscillating)
     sure = probability(says, sum(gate.name in DOUBTS for gate in quality.reservations))
-    main = found[0] if oscillation.oscillating else found[-1]
+    main = found[speaks]
     sticky = sticky_cause(main)
     follows = main.fit_linear > 80.0
     if sticky.name == "deadband" and sure > UNDECIDED[0]:
@@ -102,19 +102,22 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     )
 
 
-def _identify(part: LoopRecord, oscillation: Oscillation) -> tuple[Identification, ...]:
+def _identify(part: LoopRecord, oscillation: Oscillation) -> tuple[tuple[Identification, ...], int]:
     """Compare about the local mean over one period, where there is one, and about the mean of the record.
 
-    The first is searched closely where the loop oscillates, the second where it does not; the other only weighs in.
+    Returns both and which of them speaks: the one about the period where the loop oscillates, else the one that
+    explains more. Only that one is searched closely.
     """
-    cycles = oscillation.oscillating
+    periods: list[float | None] = [None]
+    if SHORTEST_PERIOD * part.dt < oscillation.period < part.duration / 2.0:
+        periods.insert(0, oscillation.period)
     try:
-        whole = identify(part, closer=not cycles)
-        if SHORTEST_PERIOD * part.dt < oscillation.period < part.duration / 2.0:
-            return identify(part, period=oscillation.period, closer=cycles), whole
+        found = [identify(part, period=period, closer=False) for period in periods]
+        main = 0 if oscillation.oscillating else max(range(len(found)), key=lambda i: found[i].fit)
+        found[main] = identify(part, period=periods[main])
     except RecordError:
-        return ()
-    return (whole,)
+        return (), 0
+    return tuple(found), main
 
 
 def _own_row(found: Identification, band: float, sure: float, swing: float) -> Evidence:
