@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import naive
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as some
 
+import naive
 from stiction.diagnosis.identification import search as page
 
 from .twin import about_local_mean, candidates, lag, least_squares, response, shifted

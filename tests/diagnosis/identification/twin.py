@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import naive
 import numpy as np
+
+import naive
 
 
 def about_local_mean(x, half):

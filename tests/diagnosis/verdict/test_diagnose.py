@@ -1,0 +1,243 @@
+"""Every record gets a verdict with a reason, whatever is wrong with it and whatever its units."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as some
+
+import stiction as st
+from stiction.errors import RecordError
+
+N = 600
+REQUIRED = {
+    "": {"file", "tag", "verdict", "probability", "reason", "action", "stiction", "oscillation", "evidence", "quality"},
+    "stiction": {"S", "J", "S_low", "S_high"},
+    "oscillation": {"oscillating", "period_s", "regularity"},
+    "evidence": {"method", "index", "threshold", "vote", "valid", "why"},
+}
+"""Keys that scripts outside the project rely on."""
+VERDICTS = ("stiction", "no_stiction", "undecided")
+
+
+@cache
+def sticky():
+    """A sticky flow loop with noise."""
+    loop = st.Loop(st.PID(0.4, 5.0), st.Kano(5.0, 3.0), st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=0.1)
+    run = st.simulate(
+        loop, 70.0, float(N), np.full(N, 6.0), seed=1, pv_start=70.0, op_start=50.0, tag="FC1", loop_type="flow"
+    )
+    return replace(run, mv=None)
+
+
+@cache
+def disturbed():
+    """A good valve in a loop that something outside drives."""
+    loop = st.Loop(st.PID(0.35, 6.0), st.Ideal(), st.FOPDT(1.5, 4.0, 2.0), dt=1.0, noise=0.1)
+    load = 3.0 * np.sin(2.0 * np.pi * np.arange(N) / 60.0)
+    run = st.simulate(loop, 70.0, float(N), load, seed=1, pv_start=70.0, op_start=50.0, tag="FC2", loop_type="flow")
+    return replace(run, mv=None)
+
+
+def changed(**signals):
+    return replace(sticky(), **signals)
+
+
+def some_missing(x, share, seed):
+    x = x.copy()
+    x[np.random.default_rng(seed).random(x.size) < share] = np.nan
+    return x
+
+
+def kinds():
+    """Name -> record: healthy, sticky, and everything that can be wrong with a record."""
+    run = sticky()
+    op, pv, sp = run.op, run.pv, run.sp
+    rng = np.random.default_rng(0)
+    gap = pv.copy()
+    gap[200:330] = np.nan
+    half_saturated = np.where(np.arange(N) < 400, 100.0, op)
+    return {
+        "sticky": run,
+        "disturbed": disturbed(),
+        "no set point": changed(sp=None),
+        "set point missing": changed(sp=np.full(N, np.nan)),
+        "unknown kind": changed(loop_type="other", integrating=None),
+        "level": changed(loop_type="level", integrating=True),
+        "noise only": changed(op=50.0 + rng.normal(size=N), pv=rng.normal(size=N)),
+        "some missing": changed(op=some_missing(op, 0.05, 1), pv=some_missing(pv, 0.05, 2)),
+        "mostly missing": changed(op=some_missing(op, 0.8, 1), pv=some_missing(pv, 0.8, 2)),
+        "a gap": changed(pv=gap),
+        "op all missing": changed(op=np.full(N, np.nan)),
+        "pv all missing": changed(pv=np.full(N, np.nan)),
+        "everything missing": changed(op=np.full(N, np.nan), pv=np.full(N, np.nan), sp=np.full(N, np.nan)),
+        "infinite values": changed(pv=np.where(np.arange(N) % 97 == 5, np.inf, pv)),
+        "saturated": changed(op=np.full(N, 100.0)),
+        "half saturated": changed(op=half_saturated),
+        "manual by its mode": changed(auto=np.zeros(N, dtype=bool)),
+        "part manual": changed(auto=np.arange(N) > 250),
+        "op constant": changed(op=np.full(N, 42.0)),
+        "pv constant": changed(pv=np.full(N, 0.1)),
+        "both constant": changed(op=np.full(N, 42.0), pv=np.full(N, 0.1)),
+        "pv quantised": changed(pv=np.round(pv / 2.0) * 2.0),
+        "pv two values": changed(pv=np.where(pv > 70.0, 71.0, 69.0)),
+        "op quantised": changed(op=np.round(op)),
+        "interpolated": changed(op=np.interp(np.arange(N), np.arange(N)[::12], op[::12])),
+        "held": changed(op=np.repeat(op[::6], 6), pv=np.repeat(pv[::6], 6)),
+        "a spike": changed(pv=np.where(np.arange(N) == 300, 1e9, pv)),
+        "a ramp": changed(op=np.linspace(10.0, 90.0, N), pv=np.linspace(0.0, 5.0, N)),
+        "huge": changed(pv=1e15 * pv, sp=1e15 * sp),
+        "tiny": changed(pv=1e-15 * pv, sp=1e-15 * sp),
+        "offset": changed(pv=1e7 + pv, sp=1e7 + sp),
+        "op in milliampere": changed(op=4.0 + 0.16 * op),
+        "short": run.window(0, 40),
+        "very short": run.window(0, 3),
+        "one sample": run.window(0, 1),
+        "empty": run.window(0, 0),
+        "slow sampling": replace(run.window(0, N), op=op[::25], pv=pv[::25], sp=None, dt=25.0),
+    }
+
+
+REFUSED = {
+    "op all missing": "missing|length|samples|OP",
+    "pv all missing": "missing|samples|PV",
+    "everything missing": "missing|samples",
+    "mostly missing": "missing|samples",
+    "saturated": "limit|OP",
+    "manual by its mode": "manual",
+    "op constant": "OP is constant",
+    "pv constant": "PV is constant",
+    "both constant": "OP is constant",
+    "pv two values": "PV swings over 2 steps",
+    "short": "40 of 40 samples|record some hundred",
+    "very short": "3 of 3 samples",
+    "one sample": "1 of 1 samples",
+    "empty": "0 of 0 samples",
+    "interpolated": "straight lines",
+}
+
+
+@cache
+def diagnosed(name):
+    return st.diagnose(kinds()[name])
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", kinds())
+def test_every_record_gets_a_verdict_that_json_can_hold(name):
+    found = diagnosed(name)
+    told = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+    assert set(told) == REQUIRED[""] | {"cause"}
+    assert set(told["oscillation"]) >= REQUIRED["oscillation"]
+    assert all(set(row) >= REQUIRED["evidence"] for row in told["evidence"])
+    assert told["stiction"] is None or set(told["stiction"]) >= REQUIRED["stiction"]
+    assert told["verdict"] in VERDICTS
+    assert 0.0 <= told["probability"] <= 1.0
+    assert {row["vote"] for row in told["evidence"]} <= set(VERDICTS)
+    assert told["reason"].endswith(".")
+    assert told["action"].endswith(".")
+    assert found.summary().startswith(found.record.tag)
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_cannot_be_judged_is_undecided_and_says_why(name):
+    found = diagnosed(name)
+    assert (found.verdict, found.cause) == ("undecided", "unknown")
+    assert found.identification is None
+    assert re.search(REFUSED[name], found.reason), found.reason
+
+
+@pytest.mark.parametrize(
+    "name", ["sticky", "no set point", "set point missing", "unknown kind", "some missing", "op in milliampere", "tiny"]
+)
+def test_a_sticky_valve_is_called_so(name):
+    found = diagnosed(name)
+    assert (found.verdict, found.cause) == ("stiction", "stiction")
+    assert found.probability > 0.6
+    assert found.identification is not None
+    unit = 0.16 if name == "op in milliampere" else 1.0
+    assert pytest.approx(5.0 * unit, rel=0.15) == found.identification.S
+
+
+def test_a_driven_loop_is_called_so():
+    found = diagnosed("disturbed")
+    assert (found.verdict, found.cause) == ("no_stiction", "external disturbance")
+    assert found.probability < 0.4
+
+
+def test_the_first_row_of_the_evidence_is_the_verdicts_own():
+    found = diagnosed("sticky")
+    assert found.evidence[0].vote == found.verdict
+    assert len({row.method for row in found.evidence}) == len(found.evidence)
+    assert all(row.source for row in found.evidence)
+
+
+def test_without_a_pv_there_is_nothing_to_say():
+    with pytest.raises(RecordError, match="FC1 has no PV"):
+        st.diagnose(changed(pv=None))
+
+
+@pytest.mark.parametrize("make", [sticky, disturbed])
+def test_a_stem_position_in_the_record_is_not_peeked_at(make):
+    # A method of the evidence table may look at a stem position; the verdict and its own row may not.
+    plain = st.diagnose(make()).to_dict()
+    plain["evidence"] = plain["evidence"][0]
+    for mv in (make().op, np.full(N, 50.0)):
+        told = st.diagnose(replace(make(), mv=mv)).to_dict()
+        assert told | {"evidence": told["evidence"][0]} == plain
+
+
+def test_the_record_is_left_as_it_was():
+    run = sticky()
+    before = run.op.copy(), run.pv.copy()
+    st.diagnose(run)
+    np.testing.assert_array_equal(run.op, before[0])
+    np.testing.assert_array_equal(run.pv, before[1])
+
+
+@settings(max_examples=4)
+@given(
+    exponent=some.floats(-3.0, 3.0),
+    shift=some.floats(-50.0, 50.0),
+    slower=some.sampled_from([0.001, 0.1, 60.0]),
+    sticks=some.booleans(),
+    upside_down=some.booleans(),
+)
+def test_units_do_not_change_the_verdict(exponent, shift, slower, sticks, upside_down):
+    run = sticky() if sticks else disturbed()
+    scale = 10.0**exponent * (-1.0 if upside_down else 1.0)
+    other = replace(run, dt=slower, pv=scale * (run.pv + shift), sp=scale * (run.sp + shift))
+    found, truth = st.diagnose(other), diagnosed("sticky" if sticks else "disturbed")
+    assert (found.verdict, found.cause) == (truth.verdict, truth.cause)
+    assert found.probability == pytest.approx(truth.probability, abs=1e-3)
+    assert found.identification is not None
+    assert truth.identification is not None
+    assert pytest.approx(truth.identification.S, rel=1e-4) == found.identification.S
+    assert found.oscillation.period == pytest.approx(truth.oscillation.period * slower, rel=1e-6)
+
+
+@pytest.mark.parametrize(("name", "scale", "shift"), [("0..1", 0.01, 0.0), ("mA", 0.16, 4.0), ("counts", 40.95, 0.0)])
+@pytest.mark.parametrize("kind", ["sticky", "disturbed"])
+def test_the_unit_of_op_does_not_change_the_verdict(kind, name, scale, shift):
+    run = kinds()[kind]
+    found, truth = st.diagnose(replace(run, op=shift + scale * run.op)), diagnosed(kind)
+    assert (found.verdict, found.cause) == (truth.verdict, truth.cause)
+    assert found.identification is not None
+    assert truth.identification is not None
+    assert pytest.approx(scale * truth.identification.S, rel=1e-4) == found.identification.S
+
+
+def test_play_on_a_level_is_not_called_stiction():
+    loop = st.Loop(st.PID(3.0, 60.0), st.Kano(3.0, 0.0), st.Integrating(0.02, 6.0), dt=1.0, noise=0.02)
+    load = np.where(np.arange(900) < 20, 2.0, 0.0)
+    run = st.simulate(loop, 50.0, 900.0, load, 2, pv_start=50.0, op_start=50.0, tag="LC1", loop_type="level")
+    found = st.diagnose(replace(run, mv=None))
+    assert found.oscillation.oscillating
+    assert found.verdict != "stiction"
+    assert found.cause == "deadband"
