@@ -1,27 +1,22 @@
-"""The physical valve beside its C twin, and the paper's ramp beside scipy's stiff solvers.
-
-Run alone (`python benchmarks/physical.py`) or through run.py, which calls `section()`.
-"""
+"""The physical valve beside its C twin, and the paper's ramp beside scipy's stiff solvers."""
 
 from __future__ import annotations
 
 import ctypes
 import math
-import shutil
-import statistics
-import subprocess
-import tempfile
 import time
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+from bench import REPEATS, Row, Section, median_time
+from twin import build
 
 import stiction as st
 from stiction.models.stem import PhysicalParameters
 from stiction.parameter_sets import nominal, table1_reading_a, table1_reading_b
+from stiction.simulation.drivers import stroke_one
 
-REPEATS = 7
+INCH = 0.0254
 FIELDS = [
     *("h", "keep", "keep_sample", "keep_mean", "mass", "spring_rate", "viscous", "coulomb", "static"),
     *("stribeck_velocity", "tolerance", "scale", "bottom", "top", "rest_force", "area", "pressure", "per_percent"),
@@ -33,31 +28,27 @@ class Parameters(ctypes.Structure):
     _fields_ = [*((name, ctypes.c_double) for name in FIELDS), ("n", ctypes.c_long), ("ramped", ctypes.c_long)]
 
 
-def twin() -> Any | None:
-    """The C twin as a function (parameters, op, samples, position, mv), or None without a compiler."""
-    compiler = shutil.which("cc")
-    if compiler is None:
-        return None
-    folder = Path(tempfile.mkdtemp(prefix="stiction-twin-"))
-    source, library = Path(__file__).with_name("physical_twin.c"), folder / "physical_twin.so"
-    command = [compiler, "-O3", "-shared", "-fPIC", "-ffp-contract=off", "-o", library, source, "-lm"]
-    subprocess.run([str(part) for part in command], check=True)
-    function = ctypes.CDLL(str(library)).stroke
+def physical() -> Section:
+    """Four signals beside the twin, then the 450 s ramp of the paper beside three ways of scipy."""
+    t = np.arange(200_000) * 1e-3
+    slow = 50.0 + 40.0 * np.sin(2.0 * np.pi * t / 50.0)
+    rows = [
+        against_twin("sine, 10 sub-steps of 0.1 ms", nominal(hold="linear", substep=1e-4), slow, 1e-3),
+        against_twin("sine, samples of 0.1 s", nominal(), slow[::100].copy(), 0.1),
+        against_twin("Table I (A), sine, samples of 1 ms", table1_reading_a(), slow, 1e-3),
+        against_twin("Table I (B), held by friction", table1_reading_b(), 50.0 + 0.5 * (slow - 50.0), 1e-3),
+    ]
+    ramp, notes = paper_ramp()
+    return Section("Physical valve", rows + ramp, ("kernel and C twin give the same bits", *notes))
+
+
+def stroke_in_c() -> Any:
+    """The C twin as a function (parameters, op, samples, position, mv)."""
+    function = build("physical_twin.c").stroke
     pointer = ctypes.POINTER(ctypes.c_double)
     function.argtypes = [ctypes.POINTER(Parameters), pointer, ctypes.c_size_t, ctypes.c_double, pointer]
     function.restype = None
     return function
-
-
-def seconds(work) -> float:
-    """Median time of a call that has been made before [s]."""
-    work()
-    times = []
-    for _ in range(REPEATS):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return statistics.median(times)
 
 
 def in_turn(first, second) -> tuple[float, float]:
@@ -71,30 +62,21 @@ def in_turn(first, second) -> tuple[float, float]:
     return min(times[2::2]), min(times[3::2])
 
 
-def against_twin(name: str, valve, op, dt: float, stroke_in_c) -> dict[str, Any]:
-    """Sub-steps per second of kernel and twin, and how far their positions are apart."""
-    from stiction.simulation.drivers import stroke_one
-
+def against_twin(name: str, valve, op, dt: float) -> Row:
+    """Sub-steps per second of kernel and twin."""
     q = PhysicalParameters(*valve.pack(dt)[2:])
     known = q._asdict() | {"stribeck_velocity": valve.stribeck_velocity}
     given = Parameters(*(known[field] for field in FIELDS), int(q.n), int(q.ramped))
-    p, ours, theirs = valve.pack(dt), np.empty(op.size), np.empty(op.size)
-    start = float(op[0])
+    p, ours, theirs, in_c = valve.pack(dt), np.empty(op.size), np.empty(op.size), stroke_in_c()
+    start, pointer = float(op[0]), ctypes.POINTER(ctypes.c_double)
 
-    def run_c() -> None:
-        pointer = ctypes.POINTER(ctypes.c_double)
-        stroke_in_c(ctypes.byref(given), op.ctypes.data_as(pointer), op.size, start, theirs.ctypes.data_as(pointer))
+    def c_twin() -> None:
+        in_c(ctypes.byref(given), op.ctypes.data_as(pointer), op.size, start, theirs.ctypes.data_as(pointer))
 
-    kernel, in_c = in_turn(lambda: stroke_one(valve.code, p, op, start, ours), run_c)
-    return {
-        "case": name,
-        "unit": "Mstep/s",
-        "ours": op.size * q.n / kernel / 1e6,
-        "theirs": op.size * q.n / in_c / 1e6,
-        "ratio": in_c / kernel,
-        "wanted": 0.8,
-        "difference": float(np.abs(ours - theirs).max()),
-    }
+    kernel_time, c_time = in_turn(lambda: stroke_one(valve.code, p, op, start, ours), c_twin)
+    assert np.array_equal(ours, theirs), f"{name}: kernel and C twin differ"
+    substeps = op.size * q.n
+    return Row(name, substeps / kernel_time, "steps/s", "C twin", substeps / c_time, c_time / kernel_time, 0.8)
 
 
 def smoothed(valve, rate: float, duration: float, method: str, width: float) -> tuple[float, float]:
@@ -140,53 +122,24 @@ def events(valve, rate: float, duration: float) -> tuple[float, float]:
     return time.perf_counter() - start, x
 
 
-def paper_ramp() -> list[dict[str, Any]]:
-    """The 450 s ramp at 4 lbf/s, Table I in reading B, beside solve_ivp."""
+def paper_ramp() -> tuple[list[Row], list[str]]:
+    """The 450 s ramp at 4 lbf/s, Table I in reading B, beside solve_ivp; a note each on where the stem ends."""
     rate, duration, dt = 100.0 / 450.0, 450.0, 0.01
     valve = table1_reading_b(hold="linear")
     op = rate * dt * np.arange(round(duration / dt) + 1)
-    ours = seconds(lambda: st.stroke(valve, op, dt))
+    ours = median_time(lambda: st.stroke(valve, op, dt))
     last = 0.01 * valve.stroke * float(st.stroke(valve, op, dt).mv[-1])
     slow, truth = events(valve, rate, duration)
-    rows = [_ramp_row("events, LSODA", ours, last, slow, truth, truth, None)]
-    for method in ("Radau", "BDF"):
-        time_, end = smoothed(valve, rate, duration, method, 1e-3 * 0.0254)
-        rows.append(
-            _ramp_row(f"solve_ivp {method}", ours, last, time_, end, truth, 100.0 if method == "Radau" else None)
-        )
-    return rows
+    rows, ends = [_ramp_row("events, LSODA", ours, slow, None)], []
+    for method, target in (("Radau", 100.0), ("BDF", None)):
+        slow, end = smoothed(valve, rate, duration, method, 1e-3 * INCH)
+        rows.append(_ramp_row(f"solve_ivp {method}", ours, slow, target))
+        ends.append(f"{method} {abs(end - truth) / INCH:.2g} in")
+        assert abs(last - truth) <= abs(end - truth), f"{method} ends nearer to the truth"
+    return rows, [
+        f"end of the ramp off the one by events: stiction {abs(last - truth) / INCH:.2g} in, {', '.join(ends)}"
+    ]
 
 
-def _ramp_row(name: str, ours: float, last: float, theirs: float, end: float, truth: float, wanted) -> dict[str, Any]:
-    return {
-        "case": f"450 s ramp beside {name}",
-        "unit": "s",
-        "ours": ours,
-        "theirs": theirs,
-        "ratio": theirs / ours,
-        "wanted": wanted,
-        "end_error_ours": abs(last - truth) / 0.0254,
-        "end_error_theirs": abs(end - truth) / 0.0254,
-    }
-
-
-def section() -> list[dict[str, Any]]:
-    """Rows {case, unit, ours, theirs, ratio, wanted, ...}: ratio above 1 means ours is faster; errors in inches."""
-    rows = []
-    stroke_in_c = twin()
-    if stroke_in_c is not None:
-        t = np.arange(200_000) * 1e-3
-        slow = 50.0 + 40.0 * np.sin(2.0 * np.pi * t / 50.0)
-        cases = (
-            ("nominal, sine, 1 ms samples of 10 sub-steps", nominal(hold="linear", substep=1e-4), slow, 1e-3),
-            ("nominal, sine, 0.1 s samples", nominal(), slow[::100].copy(), 0.1),
-            ("Table I (A), sine, 1 ms samples", table1_reading_a(), slow, 1e-3),
-            ("Table I (B), held by friction, 1 ms samples", table1_reading_b(), 50.0 + 0.5 * (slow - 50.0), 1e-3),
-        )
-        rows += [against_twin(name, valve, op, dt, stroke_in_c) for name, valve, op, dt in cases]
-    return rows + paper_ramp()
-
-
-if __name__ == "__main__":
-    for row in section():
-        print({name: f"{value:.4g}" if isinstance(value, float) else value for name, value in row.items()})
+def _ramp_row(name: str, ours: float, theirs: float, target: float | None) -> Row:
+    return Row("450 s ramp, samples of 10 ms", 1e3 * ours, "ms", name, 1e3 * theirs, theirs / ours, target)

@@ -17,15 +17,18 @@ _STROKES = {"kano": 2, "stenman": 2, "he": 2, "srinivasan": 3}
 COMMAND = ("cc", "-O3", "-shared", "-fPIC", "-ffp-contract=off")
 
 
+def build(source: str) -> ctypes.CDLL:
+    """Compile a page of C beside this one and load it."""
+    with tempfile.TemporaryDirectory() as folder:
+        library = Path(folder) / "twin.so"
+        subprocess.run([*COMMAND, "-o", str(library), str(Path(__file__).with_name(source)), "-lm"], check=True)
+        return ctypes.CDLL(str(library))
+
+
 @cache
 def twin() -> ctypes.CDLL:
-    """Compile twin.c and declare its functions."""
-    folder = tempfile.TemporaryDirectory()
-    library = Path(folder.name) / "twin.so"
-    source = Path(__file__).with_name("twin.c")
-    subprocess.run([*COMMAND, "-o", str(library), str(source), "-lm"], check=True)
-    loaded = ctypes.CDLL(str(library))
-    folder.cleanup()
+    """The functions of twin.c, declared."""
+    loaded = build("twin.c")
     for name, parameters in _STROKES.items():
         stroke = getattr(loaded, f"stroke_{name}")
         stroke.restype, stroke.argtypes = None, [_N, _SERIES, *[_D] * parameters, _D, _D, _SERIES]
