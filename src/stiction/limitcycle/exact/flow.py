@@ -2,8 +2,9 @@
 
 Between events the loop is linear: the stem rests, or it follows its input at a fixed lag. The states of the
 linear part are advanced by their Taylor series, over steps so short (norm of A times step <= 1/2) that twelve
-terms leave nothing above rounding, and longer ones where the last terms have died out. A dead time is exact: the series of the output are kept and read back later.
-Events are roots of these polynomials: the input leaves the band (slip), or slows down below the rate (rest).
+terms leave nothing above rounding, and longer ones where the last terms have died out. A dead time is exact: the
+series of the output are kept and read back later. Events are roots of these polynomials: the input leaves the band
+(slip), or slows down below the rate (rest).
 
 Times in here are in units of the longest step. Directions are +1 up, -1 down.
 """
