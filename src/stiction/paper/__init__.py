@@ -8,6 +8,9 @@ from stiction.paper.fig2 import figure2
 from stiction.paper.fig3 import figure3
 from stiction.paper.fig4 import figure4
 from stiction.paper.fig5 import figure5
+from stiction.paper.fig6 import figure6
+from stiction.paper.fig7 import figure7
+from stiction.paper.fig8 import figure8
 from stiction.paper.section5 import section5
 from stiction.paper.table1 import table1
 
@@ -20,6 +23,9 @@ __all__ = [
     "figure3",
     "figure4",
     "figure5",
+    "figure6",
+    "figure7",
+    "figure8",
     "section5",
     "table1",
 ]

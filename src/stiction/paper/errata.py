@@ -88,13 +88,14 @@ def errata() -> tuple[Erratum, ...]:
 
 def _e1() -> Erratum:
     speeds = (0.05, 0.1, 1.0)
-    proofs = tuple(
-        Proof(f"friction at {speed:g} in/s [lbf]", form, stribeck_friction(speed, as_printed=form == "printed"))
-        for speed in speeds
-        for form in ("printed", "corrected")
-    )
+    proofs: list[Proof] = []
+    for speed in speeds:
+        for form in ("printed", "corrected"):
+            friction = stribeck_friction(speed, as_printed=form == "printed")
+            value = friction if math.isfinite(friction) else "overflows"
+            proofs.append(Proof(f"friction at {speed:g} in/s [lbf]", form, value))
     why = "The text says that this term decreases as the stem moves; as printed it grows without bound."
-    return Erratum("E1", "eq. 3", "exp((v/vs)²)", "exp(-(v/vs)²)", why, proofs)
+    return Erratum("E1", "eq. 3", "exp((v/vs)²)", "exp(-(v/vs)²)", why, tuple(proofs))
 
 
 def _e2() -> Erratum:

@@ -116,9 +116,11 @@ def figure2() -> Figure2:
     return Figure2(tuple(_panel(*panel, reading) for reading in READINGS for panel in PANELS))
 
 
-def pressure_ramp(valve: PhysicalValve, slope: float) -> tuple[NDArray[np.float64], ...]:
+def pressure_ramp(
+    valve: PhysicalValve, slope: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Time [s], pressure [psi] and stem [in], each of shape (n_samples,), of a ramp to 18 psi at `slope` [psi/s]."""
-    pressure = STEP * np.arange(round(TOP / STEP) + 1)
+    pressure = STEP * np.arange(round(TOP / STEP) + 1, dtype=np.float64)
     mv = stroke(valve, pressure / PSI_PER_PERCENT, STEP / slope).mv
     assert mv is not None
     return pressure / slope, pressure, 0.01 * STROKE * mv
@@ -164,5 +166,6 @@ def _panel(name: str, slope: float, friction: bool, reading: str) -> Panel:
     none = {} if friction else {"coulomb": 0.0, "static": 0.0}
     # The stop at 100 % would end a slip that overshoots there, and the paper has none.
     valve = READINGS[reading](hold="linear", travel=(-math.inf, math.inf), **none)
-    ramp = pressure_ramp(valve, slope / seconds)
-    return Panel(name, reading, slope, unit, *ramp, **read_ramp(*ramp))
+    time, pressure, position = pressure_ramp(valve, slope / seconds)
+    read = read_ramp(time, pressure, position)
+    return Panel(name, reading, slope, unit, time, pressure, position, **read)
