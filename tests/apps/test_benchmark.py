@@ -52,9 +52,9 @@ def test_a_folder_is_judged(run, folder, sticky_csv, healthy_csv):
         "b.csv,AIC-2,V2,no_stiction,concentration,false,1.0,simulated",
     ]
     (place / "labels.csv").write_text("\n".join(lines))
-    done = run("benchmark", "set")
+    done = run("benchmark", "set", "--json")
     assert done.code == 0
-    assert "100 %" in done.out
+    assert json.loads(done.out)["groups"]["right"] == 2
     (place / "labels.csv").write_text("\n".join([*lines, "c.csv,FIC-3,V1,stiction,flow,,,empty"]))
     done = run("benchmark", "set", "--json")
     found = json.loads(done.out)
@@ -63,7 +63,6 @@ def test_a_folder_is_judged(run, folder, sticky_csv, healthy_csv):
     assert found["groups"]["right"] == 1
     assert [row["verdict"] for row in found["results"]] == ["stiction", "no_stiction", "undecided"]
     assert "is empty" in found["results"][2]["reason"]
-    assert "c.csv" in run("benchmark", "set").out.split("Records called wrongly")[1]
 
 
 @pytest.mark.parametrize(

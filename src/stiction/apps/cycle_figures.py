@@ -55,10 +55,11 @@ def nyquist(loop: Loop, found: Sequence[LimitCycle], *, sp: float, load: float) 
             at = linear.at(1j * np.array([cycle.omega for cycle in here]))
             data.append({**_curve(at, kind, {}), "mode": "markers", "marker": marker})
     shown = linear.at(1j * np.array(rates))
-    reach = 2.0 * float(np.abs(shown).max())
+    far, deep = float(np.abs(shown.real).max()), float(np.abs(shown.imag).max())
+    far, deep = max(far, 0.3 * deep), max(deep, 0.3 * far)
     layout = {
-        "xaxis": {"title": {"text": "Real part"}, "range": [-reach, 0.35 * reach]},
-        "yaxis": {"title": {"text": "Imaginary part"}, "range": [-reach, 0.35 * reach], "scaleanchor": "x"},
+        "xaxis": {"title": {"text": "Real part"}, "range": [-1.4 * far, 0.3 * far]},
+        "yaxis": {"title": {"text": "Imaginary part"}, "range": [-1.5 * deep, 0.4 * deep]},
     }
     caption = (
         "Where the curves cross, the loop can cycle: filled circles stable, open ones unstable, crosses boundaries."

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiction.apps import cycle_figures as figures
-from stiction.apps.limit_cycles import row
+from stiction.apps.limit_cycles import COLUMNS, row
 from stiction.report import Block, Columns, Heading, Table, Text, write_page
 
 if TYPE_CHECKING:

@@ -139,7 +139,9 @@ def _origin(found: ValveTest) -> Table:
         ["SHA-256", record.provenance.sha256],
         ["Read from", found.signal.upper()],
     ]
-    return Table(["What", "Value"], [*rows, *([name, str(value)] for name, value in found.settings.items())])
+    return Table(
+        ["What", "Value"], [*rows, *([name, str(value)] for name, value in found.settings.items() if value is not None)]
+    )
 
 
 def _marks(x: list[float], y: list[float], name: str, symbol: str, color: str = look.ALERT) -> dict[str, Any]:

@@ -1,0 +1,78 @@
+"""``stiction valve-test``: a plan, its stroke and its analysis fit together, and find the valve that was stroked."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import stiction as st
+
+
+@pytest.fixture
+def ramp_csv(run):
+    """A ramp test of a valve with sb = 3, sj = 1, r = 0.05."""
+    span = ["--low", "10", "--high", "30"]
+    assert run("valve-test", "plan", "ramp", *span, "--threshold", "0.05", "--out", "p.csv").code == 0
+    assert run("stroke", "--valve", "srinivasan:sb=3,sj=1,r=0.05", "--op", "p.csv", "--out", "t.csv").code == 0
+    return "t.csv"
+
+
+def test_plan_is_the_library_s(run):
+    done = run("valve-test", "plan", "ramp", "--low", "10", "--high", "14", "--rates", "0.1", "0.2", "--wait", "20")
+    plan = st.plan_ramp_test(10.0, 14.0, rates=[0.1, 0.2], wait=20.0)
+    op = np.loadtxt(done.out.splitlines()[1:], delimiter=",")[:, 1]
+    np.testing.assert_allclose(op, plan.op, rtol=1e-8)
+    assert "Ramp test" in done.err
+    steps = st.plan_step_test(50.0, sizes=[1.0], hold=10.0)
+    found = json.loads(run("valve-test", "plan", "step", "--start", "50", "--sizes", "1", "--wait", "10", "--json").out)
+    assert found["duration_s"] == steps.duration
+
+
+def test_ramp_test_finds_the_valve(run, folder, ramp_csv):
+    done = run("valve-test", "analyse", "ramp", ramp_csv, "--json")
+    found = json.loads(done.out)
+    assert done.code == 1
+    assert found["sb"]["value"] == pytest.approx(3.0, rel=0.05)
+    assert found["sj"]["value"] == pytest.approx(1.0, rel=0.1)
+    assert found["r_low"] <= 0.05 <= found["r_high"]
+    done = run("valve-test", "analyse", "ramp", ramp_csv, "--limit", "8", "--report", "v.html", "--before", ramp_csv)
+    assert done.code == 0
+    assert "sb: " in done.out
+    page = (folder / "v.html").read_text()
+    assert all(title in page for title in ("OP and stem over time", "Valve signature", "sb and sj over the travel"))
+
+
+def test_step_test_judges_by_the_limit(run, folder):
+    run("valve-test", "plan", "step", "--start", "50", "--out", "p.csv")
+    run("stroke", "--valve", "kano:S=1.2,J=0.4", "--op", "p.csv", "--out", "s.csv")
+    done = run("valve-test", "analyse", "step", "s.csv", "--report", "v.html")
+    assert done.code == 1
+    assert "beyond limit" in done.out
+    assert "Every step" in (folder / "v.html").read_text()
+    assert run("valve-test", "analyse", "step", "s.csv", "--limit", "3").code == 0
+
+
+@pytest.mark.parametrize(
+    ("argv", "code", "says"),
+    [
+        (["plan", "ramp", "--threshold", "0.1"], 2, "--low and --high"),
+        (["plan", "step"], 2, "--start"),
+        (["plan", "rmp"], 2, 'Did you mean "ramp"'),
+        (["plan", "ramp", "--low", "10", "--high", "20"], 2, "threshold"),
+        (["analyse", "ramp", "none.csv"], 3, "no such file"),
+        (["analyse", "ramp", "alone.csv"], 3, "--column"),
+        (["analyse", "step", "still.csv"], 3, "OP"),
+        (["analyse", "ramp", "still.csv", "--report", "none/v.html"], 3, "Cannot write"),
+        (["frob"], 2, "Unknown command"),
+    ],
+)
+def test_what_cannot_be_tested_is_said(argv, code, says, run, folder):
+    (folder / "alone.csv").write_text("\n".join(["time_s,OP", *(f"{k},50" for k in range(100))]))
+    (folder / "still.csv").write_text("\n".join(["time_s,OP,MV", *(f"{k},50,50" for k in range(100))]))
+    done = run("valve-test", *argv)
+    assert done.code == code
+    assert says in done.err
+    assert done.err.count("\n") == 1
+    assert done.out == ""
