@@ -13,9 +13,9 @@ from tests.models import event_driven
 from tests.reference import physical as reference
 
 import stiction as st
+from stiction.models.parameter_sets import SETS, published_valve, table1_reading_a, table1_reading_b
 from stiction.models.positioner import Positioner
 from stiction.models.stem import PhysicalParameters, physical_at_rest, physical_step
-from stiction.parameter_sets import SETS, published_valve, table1_reading_a, table1_reading_b
 
 INCH = 0.0254
 

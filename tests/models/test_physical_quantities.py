@@ -9,8 +9,8 @@ from dataclasses import FrozenInstanceError, replace
 import pytest
 
 import stiction as st
+from stiction.models.parameter_sets import SETS, published_valve, table1_reading_a, table1_reading_b
 from stiction.models.quantities import to_si
-from stiction.parameter_sets import SETS, published_valve, table1_reading_a, table1_reading_b
 
 GOOD = {
     "mass": 2.0, "spring_rate": 1e5, "viscous": 100.0, "coulomb": 300.0, "static": 400.0,

@@ -11,7 +11,7 @@ import pytest
 from tests.reference import physical as reference
 
 import stiction as st
-from stiction.parameter_sets import nominal, published_valve, table1_reading_a, table1_reading_b
+from stiction.models.parameter_sets import nominal, published_valve, table1_reading_a, table1_reading_b
 from stiction.simulation.rate import inertial_rate, ramp_behaviour, stribeck_rates
 
 

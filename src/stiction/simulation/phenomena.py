@@ -109,7 +109,7 @@ def phenomena_table(valve: PhysicalValve) -> tuple[Phenomena, ...]:
     Examples
     --------
     >>> import stiction as st
-    >>> from stiction.parameter_sets import table1_reading_a
+    >>> from stiction.models.parameter_sets import table1_reading_a
     >>> [row.model for row in st.phenomena_table(table1_reading_a()) if row.rate_dependent]
     ['Srinivasan', 'Srinivasan with tables', 'PhysicalValve']
     """

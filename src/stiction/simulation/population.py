@@ -73,7 +73,7 @@ def population(n: int, causes: tuple[str, ...] = CAUSES, seed: int = 0, *, noise
 
     Examples
     --------
-    >>> from stiction.simulation import population
+    >>> from stiction.simulation.population import population
     >>> [case.cause for case in population(2, ("stiction", "none"), seed=1)]
     ['stiction', 'none']
     """

@@ -126,7 +126,7 @@ def stribeck_rates(valve: PhysicalValve) -> tuple[float, float]:
 
     Examples
     --------
-    >>> from stiction.parameter_sets import table1_reading_b
+    >>> from stiction.models.parameter_sets import table1_reading_b
     >>> from stiction.simulation.rate import stribeck_rates
     >>> round(0.18 * stribeck_rates(table1_reading_b())[1], 4)
     0.0916
@@ -167,7 +167,7 @@ def inertial_rate(valve: PhysicalValve) -> float:
 
     Examples
     --------
-    >>> from stiction.parameter_sets import table1_reading_a
+    >>> from stiction.models.parameter_sets import table1_reading_a
     >>> from stiction.simulation.rate import inertial_rate
     >>> round(0.18 * inertial_rate(table1_reading_a()), 2)
     6.36
@@ -225,7 +225,7 @@ def ramp_behaviour(valve: PhysicalValve, rate: float, slips: float = 8.0) -> Ram
 
     Examples
     --------
-    >>> from stiction.parameter_sets import table1_reading_a
+    >>> from stiction.models.parameter_sets import table1_reading_a
     >>> from stiction.simulation.rate import ramp_behaviour
     >>> ramp_behaviour(table1_reading_a(), rate=4.0 / 0.18).kind
     'staircase'
@@ -301,7 +301,7 @@ def critical_rate(valve: PhysicalValve, *, simulate: bool = True, tolerance: flo
     Examples
     --------
     >>> import stiction as st
-    >>> from stiction.parameter_sets import table1_reading_a
+    >>> from stiction.models.parameter_sets import table1_reading_a
     >>> found = st.critical_rate(table1_reading_a())
     >>> round(0.18 * found.rate, 1), found.mechanism
     (6.8, 'inertial')
@@ -364,7 +364,7 @@ def behaviour_map(valve: PhysicalValve, rates: ArrayLike, damping: ArrayLike) ->
     Examples
     --------
     >>> import stiction as st
-    >>> from stiction.parameter_sets import table1_reading_a
+    >>> from stiction.models.parameter_sets import table1_reading_a
     >>> st.behaviour_map(table1_reading_a(), rates=[20.0, 60.0], damping=[0.058]).staircase.tolist()
     [[True, False]]
     """

@@ -137,7 +137,7 @@ def reduce_valve(valve: PhysicalValve, *, samples: int = 4000, amplitude: float 
     Examples
     --------
     >>> import stiction as st
-    >>> from stiction.parameter_sets import nominal
+    >>> from stiction.models.parameter_sets import nominal
     >>> found = st.reduce_valve(nominal())
     >>> round(found.S, 2), round(found.J, 4)
     (23.99, 1.2968)

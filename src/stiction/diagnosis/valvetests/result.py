@@ -22,13 +22,13 @@ class Estimate:
     """A quantity with its 95 % interval and its spread; NaN where it cannot be known."""
 
     value: float = math.nan
-    """Best value."""
+    """Best value [unit of the quantity]."""
     low: float = math.nan
-    """Lower end of the 95 % interval of the value; NaN with fewer than three readings."""
+    """Lower end of the 95 % interval of the value [unit of the quantity]; NaN with fewer than three readings."""
     high: float = math.nan
-    """Upper end of the 95 % interval of the value; NaN with fewer than three readings."""
+    """Upper end of the 95 % interval of the value [unit of the quantity]; NaN with fewer than three readings."""
     spread: float = math.nan
-    """Standard deviation of the single readings; NaN with fewer than two."""
+    """Standard deviation of the single readings [unit of the quantity]; NaN with fewer than two."""
     n: int = 0
     """Number of readings [-]."""
 

@@ -42,7 +42,8 @@ class He(Valve):
     -----
     The stem follows its input only where that moves by more than fs - fd in one sample: a hidden rate
     threshold (fs - fd) / dt that changes with the sampling period. It equals Srinivasan's valve with
-    sb = fs, sj = fs - fd, r = sj / dt, and differs from Kano's by at most J at any instant.
+    sb = fs, sj = fs - fd and r just above sj / dt (at r itself that one follows, He's does not), and differs from
+    Kano's by at most J at any instant.
 
     References
     ----------

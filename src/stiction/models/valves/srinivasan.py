@@ -80,8 +80,8 @@ class Srinivasan(Valve):
 
     Notes
     -----
-    One model covers four: r = 0 is Kano's and Choudhury's valve with S = 2 sb - sj, J = sj; r = sj / dt is
-    He's; r infinite with sj = sb is Stenman's. Held steps do not tell them apart, only ramps do.
+    One model covers four: r = 0 is Kano's and Choudhury's valve with S = 2 sb - sj, J = sj; r just above
+    sj / dt is He's; r infinite with sj = sb is Stenman's. Held steps do not tell them apart, only ramps do.
 
     References
     ----------
