@@ -172,8 +172,8 @@ def fig7(figure: Figure7, *, printed: bool) -> Figure:
         place = {"mode": "markers+text", "text": [text], "textposition": "middle left", "showlegend": False}
         data.append({**_line([at[0]], [at[1]], cycle.kind, {}), "marker": marker, **place})
     layout = _plot(data, "Real part", "Imaginary part")
-    layout["layout"]["xaxis"]["range"] = [-1.0, 0.15]
-    layout["layout"]["yaxis"]["range"] = [-1.0, 0.15]
+    layout["layout"]["xaxis"]["range"] = [-2.4, 0.2]
+    layout["layout"]["yaxis"]["range"] = [-1.2, 0.1]
     if printed:
         title = "Fig. 7, as printed"
         seen = "with its roots mended the printed eq. 6 gives three crossings, of which C is off by a missing factor 2"
@@ -233,4 +233,4 @@ def _line(x: Any, y: Any, name: str, line: dict[str, Any]) -> dict[str, Any]:
     if len(x) > 2000:
         keep = thin(y)
         x, y = x[keep], y[keep]
-    return {"type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": line}
+    return {"type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": {**line, "simplify": False}}

@@ -65,8 +65,8 @@ def _table1(data: Any) -> list[Block]:
 
 def _figure2(data: Any) -> list[Block]:
     rows = [
-        [p.name, p.reading, f"{p.slope:g} {p.slope_unit}", p.behaviour, _number(p.first_break), p.slips,
-         _number(p.slip), _number(p.spacing)]
+        [p.name, p.reading, f"{p.slope:g} {p.slope_unit}", p.behaviour, p.first_break, p.slips,
+         p.slip, p.spacing]
         for p in data.panels
     ]  # fmt: skip
     columns = ["Panel", "Reading", "Slope", "Behaviour", "First break [psi]", "Slips", "Slip [in]", "Spacing [psi]"]
@@ -166,7 +166,7 @@ def _equations6and7(data: Any) -> list[Block]:
         Heading("Eqs. 6 and 7: the describing function of eq. 4"),
         Text(
             "Eq. 6 is misprinted twice: its roots, and a factor 2 on the inner root of its second branch. Eq. 7 is "
-            "right. Both hold for rest levels ±d/2, ±3d/2, ...; with levels 0, ±d, ... the same valve is another."
+            "right. Both hold for rest levels ±d/2, ±3d/2, ...; with levels 0, ±d, ... the same valve has another N."
         ),
         Columns([figures.part_of_n(data, "real"), figures.part_of_n(data, "imaginary")]),
         Table(["Form", "Largest distance from N measured on the valve [-]"], rows, "Both parts together."),
@@ -174,19 +174,19 @@ def _equations6and7(data: Any) -> list[Block]:
 
 
 def _figure7(data: Any) -> list[Block]:
-    rows = [["as printed, roots mended", c.kind, c.family, *_cycle(c), "", ""] for c in data.printed]
+    rows = [["as printed, roots mended", "half", *_cycle(c), "", ""] for c in data.printed]
     for c in data.corrected:
         exact = (f"{c.exact.period:.5g}", f"{c.exact.amplitude:.3g}") if c.exact is not None else ("", "")
         form = "corrected" if c.method == "describing function" else "exact only"
-        rows.append([form, c.kind, c.family, *_cycle(c), *exact])
-    columns = ["Form", "Kind", "Rest levels", "Stable", "Period [s]", "OP amplitude [%]", "PV amplitude",
+        rows.append([form, c.family, *_cycle(c), *exact])
+    columns = ["Form", "Rest levels", "Stable", "Period [s]", "OP amplitude [%]", "PV amplitude",
                "Exact period [s]", "Exact OP amplitude [%]"]  # fmt: skip
     return [
         Heading("Fig. 7: the limit cycles of the example loop"),
         Text(
             "Gp = 1 / (5s² + 6s + 1), Gc = (0.1s² + 0.5s + 1) / s, d = 0.5. The paper finds A and C stable and B "
-            "unstable. B is where N jumps: it parts A from C and is no oscillation. The factor that eq. 6 misses puts C "
-            "off."
+            "unstable. B is where N jumps: it parts A from C and is no oscillation. The factor that eq. 6 misses puts "
+            "C off."
         ),
         Columns([figures.fig7(data, printed=True), figures.fig7(data, printed=False)]),
         Table(columns, rows, "Every crossing, beside the exact cycle of the loop where it has one."),

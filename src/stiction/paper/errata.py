@@ -101,12 +101,12 @@ def _e1() -> Erratum:
 def _e2() -> Erratum:
     found = equations1to3()
     proofs = [Proof("force on the stem at its first rest after a slip [lbf]", "P A - K x", found.held)]
-    for form in ("printed", "corrected"):
-        proofs += [
-            Proof("friction that answers it [lbf]", form, found.friction[form]),
-            Proof("starts from rest on the ramp of slope 4 [-]", form, float(found.starts[form])),
-            Proof("longest rest after the first start [s]", form, found.longest_rest[form]),
-        ]
+    for quantity, values in (
+        ("friction that answers it [lbf]", found.friction),
+        ("starts from rest on the ramp of slope 4 [-]", found.starts),
+        ("longest rest after the first start [s]", found.longest_rest),
+    ):
+        proofs += [Proof(quantity, form, float(values[form])) for form in ("printed", "corrected")]
     why = (
         "Friction at rest must balance the force on the stem, spring included. As printed it exceeds that force and "
         "drives the stem, which chatters instead of resting (steps of 0.1 ms; the count depends on the step)."
