@@ -69,6 +69,11 @@ class Machine:
         answers = abs(float(C @ B)) > 1e-12 * float(np.abs(C) @ np.abs(B))
         return self.valve.rate > 0.0 or (self.linear.dead_time == 0.0 and answers)
 
+    def still(self) -> Machine:
+        """The same loop with a stem that never follows: it stays on its lattice while it settles."""
+        valve = self.valve._replace(rate=math.inf)
+        return Machine(self.linear, valve, self.unit, (*self.arguments[:-1], math.inf), self.scale)
+
     @property
     def memory(self) -> int:
         """Series to keep for the dead time."""

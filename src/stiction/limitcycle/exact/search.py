@@ -140,12 +140,13 @@ def same_cycle(one: LimitCycle, other: LimitCycle, tolerance: float = 1e-6) -> b
 def _settle(m: Machine, states, level: float, offset, found, *, polish_first: bool = False, up: float = 1.0) -> None:
     """Follow the loop from a start to where it settles, refine that, and keep it when it is new."""
     fixed = offset is not None
+    look = m if not fixed or math.isinf(m.valve.rate) else m.still()
     if polish_first:
         orbit = refine(m, states, level, fixed=fixed)
         if orbit is not None:
             _keep(found, m, orbit)
             return
-    run, _ = m.run(states, level, most_turns=_LOOK, tolerance=1e-6, up=up, most_steps=_LOOK_STEPS)
+    run, _ = look.run(states, level, most_turns=_LOOK, tolerance=1e-6, up=up, most_steps=_LOOK_STEPS)
     if run.time.size < 2 or run.status in (REST, DIVERGED):
         return
     if run.status != SETTLED and run.time.size < _LOOK:
@@ -158,12 +159,14 @@ def _settle(m: Machine, states, level: float, offset, found, *, polish_first: bo
     if run.status == SETTLED:
         orbit = _refined(m, run, fixed)
     if orbit is None:
-        run, _ = m.run(states, level, most_turns=600, tolerance=1e-10, up=up, most_steps=400_000, n_events=8192)
+        run, _ = look.run(states, level, most_turns=600, tolerance=1e-10, up=up, most_steps=400_000, n_events=8192)
         if run.status != SETTLED:
             return
         orbit = _refined(m, run, fixed)
     if orbit is not None:
         _keep(found, m, orbit)
+        return
+    if look is not m:
         return
     k = run.turns
     settled = Orbit(run.states[-1], float(run.level[-1]), float(run.time[-1] - run.time[-1 - k]), k, (), True)
