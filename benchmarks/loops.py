@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import control
 import numpy as np
-from bench import Row, Section, median_time
+from bench import Row, Section, in_turn, median_time
 from twin import twin
 
 import stiction as st
@@ -53,7 +53,7 @@ def loops() -> Section:
     # Later a slip on the edge of its band may fall a sample earlier by the last bit of another order of sums.
     pv = in_control()[:N_COMPARED]
     assert np.abs(pv - ours[0, :N_COMPARED]).max() < 1e-9, "kernel and python-control differ"
-    speed, c_speed = N / median_time(kernel), N / median_time(c_twin)
+    speed, c_speed = (N / seconds for seconds in in_turn(kernel, c_twin))
     slow = N_CONTROL / median_time(in_control, repeats=5)
     with ThreadPoolExecutor(2) as pool:
         both = 2 * N / median_time(lambda: two(kernel, (ours, second)))

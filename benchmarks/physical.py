@@ -8,7 +8,7 @@ import time
 from typing import Any
 
 import numpy as np
-from bench import REPEATS, Row, Section, median_time
+from bench import Row, Section, in_turn, median_time
 from twin import build
 
 import stiction as st
@@ -49,17 +49,6 @@ def stroke_in_c() -> Any:
     function.argtypes = [ctypes.POINTER(Parameters), pointer, ctypes.c_size_t, ctypes.c_double, pointer]
     function.restype = None
     return function
-
-
-def in_turn(first, second) -> tuple[float, float]:
-    """Shortest times of two calls made in turn, so that both see the same moods of the machine [s]."""
-    times = []
-    for _ in range(4 * REPEATS):
-        for work in (first, second):
-            start = time.perf_counter()
-            work()
-            times.append(time.perf_counter() - start)
-    return min(times[2::2]), min(times[3::2])
 
 
 def against_twin(name: str, valve, op, dt: float) -> Row:

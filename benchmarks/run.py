@@ -42,7 +42,8 @@ def machine() -> str:
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
     return (
         f"{cpu}, {os.cpu_count()} cores, load {load:.1f}; Python {platform.python_version()}, {packages}\n"
-        f"{compiler[0] if compiler else 'no cc'}; medians of {REPEATS} runs (5 for programs and python-control)"
+        f"{compiler[0] if compiler else 'no cc'}; medians of {REPEATS} runs (5 for programs and python-control);\n"
+        f"beside C on one core the shortest of {4 * REPEATS - 1} each, taken in turn"
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from bench import Row, Section, median_time
+from bench import Row, Section, in_turn, median_time
 from twin import twin
 
 import stiction as st
@@ -44,7 +44,7 @@ def valves() -> Section:
             kernel()
             c_twin()
             assert np.array_equal(ours, theirs), f"{name}: kernel and C twin differ"
-            speed, c_speed = N / median_time(kernel), N / median_time(c_twin)
+            speed, c_speed = (N / seconds for seconds in in_turn(kernel, c_twin))
             rows.append(Row(f"{name}, one core", speed, "steps/s", "C twin", c_speed, speed / c_speed, 0.8))
             both = 2 * N / median_time(lambda: two(kernel, (ours, second)))
             c_both = 2 * N / median_time(lambda: two(c_twin, (theirs, second)))
