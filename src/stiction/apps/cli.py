@@ -30,6 +30,7 @@ VERBS = {
         "",
         "List the limit cycles of a sticky loop.",
     ),
+    "paper": ("stiction.apps.paper:paper", "", "Walk through the paper, printed beside corrected."),
     "benchmark": ("stiction.apps.benchmark:benchmark", "[FOLDER]", "Count verdicts against the labels of a folder."),
     "doctor": ("stiction.apps.doctor:doctor", "", "Say what is installed and what is missing."),
 }

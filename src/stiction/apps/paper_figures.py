@@ -169,7 +169,7 @@ def fig7(figure: Figure7, *, printed: bool) -> Figure:
         symbol = "circle" if cycle.kind == "cycle" else "x"
         text = f"{cycle.period:.4g} s" if cycle.kind == "cycle" else ""
         marker = {"symbol": symbol, "size": 9, "color": look.INK}
-        place = {"mode": "markers+text", "text": [text], "textposition": "middle left", "showlegend": False}
+        place = {"mode": "markers+text", "text": [text], "textposition": "bottom right", "showlegend": False}
         data.append({**_line([at[0]], [at[1]], cycle.kind, {}), "marker": marker, **place})
     layout = _plot(data, "Real part", "Imaginary part")
     layout["layout"]["xaxis"]["range"] = [-2.4, 0.2]
