@@ -6,7 +6,7 @@ from bench import Row, Section, median_time
 
 import stiction as st
 from stiction.diagnosis.identification.grid import dense_processes, explore
-from stiction.diagnosis.identification.identify import N_J, N_S
+from stiction.diagnosis.identification.piece import N_J, N_S
 from stiction.diagnosis.identification.signals import prepare
 
 PERIOD = 162.0

@@ -97,7 +97,7 @@ def test_table_over_the_travel(spec):
 
 
 def test_units_and_published_sets():
-    from stiction.parameter_sets import SETS, nominal
+    from stiction.models.parameter_sets import SETS, nominal
 
     assert model_text.valve("nominal") == nominal()
     assert model_text.valve("nominal:lag=0 s,positioner.gain=5") == nominal(lag=0.0, positioner=st.Positioner(5.0))

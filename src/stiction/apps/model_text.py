@@ -48,8 +48,8 @@ def valve(spec: str | Mapping[str, Any]) -> Valve:
     (3.0, 1.0)
     """
     from stiction import models
+    from stiction.models.parameter_sets import SETS
     from stiction.models.positioner import Positioner
-    from stiction.parameter_sets import SETS
 
     classes = ("Ideal", "Stenman", "Kano", "Choudhury", "He", "HeWang", "Srinivasan")
     makers: dict[str, Callable[..., Any]] = {name.lower(): getattr(models, name) for name in classes}

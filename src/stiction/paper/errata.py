@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from stiction.limitcycle import describing_function
 from stiction.models import Stenman
+from stiction.models.parameter_sets import table1_reading_a, table1_reading_b
 from stiction.paper.eq5 import equation5
 from stiction.paper.eqs1to3 import equations1to3, stribeck_friction
 from stiction.paper.eqs6to7 import D, measured, one_root_each
 from stiction.paper.fig2 import pressure_ramp, read_ramp
-from stiction.parameter_sets import table1_reading_a, table1_reading_b
 
 if TYPE_CHECKING:
     from stiction.models import PhysicalValve

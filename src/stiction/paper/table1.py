@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from stiction.parameter_sets import table1_reading_a, table1_reading_b
+from stiction.models.parameter_sets import table1_reading_a, table1_reading_b
 from stiction.simulation.rate import CriticalRate, critical_rate
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ def run(op, target, half, S, J, first, second, delays, begin, sign):
     n, m = op.size, len(S)
     error, gain, best = np.empty(m), np.full(m, float(sign)), np.empty((m, 3))
     page.search(
-        op, target, half, np.asarray(S, float), np.asarray(J, float), np.asarray(first, float),
+        op, target, half, 0, 0.0, np.asarray(S, float), np.asarray(J, float), np.asarray(first, float),
         np.asarray(second, float), np.asarray(delays, np.int64), begin, error, gain, best,
         np.empty(n), np.empty((n, 4)), np.empty((n, 4)), np.empty((len(delays), 4)),
     )  # fmt: skip
@@ -68,8 +68,26 @@ def test_a_ramp_vanishes_and_a_wave_of_one_period_stays():
 def test_the_stem_is_kanos(S, ratio, seed):
     op = walk(seed)
     mv = np.empty(N)
-    page.follow(op, S, ratio * S, mv)
+    page.follow(op, S, ratio * S, 0, 0.0, mv)
     np.testing.assert_allclose(mv, naive.kano(op.tolist(), S, ratio * S), atol=1e-12)
+
+
+@settings(max_examples=25)
+@given(S=some.floats(0.1, 8.0), ratio=some.floats(0.0, 1.0), seed=some.integers(0, 99), up=some.booleans())
+def test_a_stem_known_at_a_turn_goes_on_from_there(S, ratio, seed, up):
+    """It stands half the play behind the turn, turns back after S and goes on after J."""
+    op = walk(seed)
+    start, direction, J = 20, 1.0 if up else -1.0, ratio * S
+    mv = np.empty(N)
+    page.follow(op, S, J, start, direction, mv)
+    stands = op[start] - direction * (S - J) / 2.0
+    np.testing.assert_allclose(mv[: start + 1], stands, atol=1e-12)
+    away = direction * (op[start:] - op[start])
+    leaves = np.flatnonzero((away > J * (1.0 + 1e-9)) | (away < -S * (1.0 + 1e-9)))
+    end = start + leaves[0] if leaves.size else N
+    np.testing.assert_allclose(mv[start:end], stands, atol=1e-12)
+    if leaves.size:
+        assert mv[end] == pytest.approx(op[end] - np.sign(op[end] - op[start]) * (S - J) / 2.0)
 
 
 @pytest.mark.parametrize("n_pairs", [1, 4, 5, 6, 7])

@@ -48,6 +48,8 @@ class Surface(NamedTuple):
     """Index of its lag pair, whole and fractional dead time [samples], shape (n_S, n_J, 3)."""
     processes: Processes
     """The candidates."""
+    start: tuple[int, float]
+    """Sample at which the stem's state was supposed, and the direction it moved in until then (see `follow`)."""
 
 
 def dense_processes(
@@ -129,7 +131,12 @@ def _candidates(pairs: list[tuple[float, float]], delays: NDArray[np.int64]) -> 
 
 
 def explore(
-    signals: Signals, S: NDArray[np.float64], ratio: NDArray[np.float64], processes: Processes, sign: float
+    signals: Signals,
+    S: NDArray[np.float64],
+    ratio: NDArray[np.float64],
+    processes: Processes,
+    sign: float,
+    start: tuple[int, float] = (0, 0.0),
 ) -> Surface:
     """Try every (S, J / S) with every process candidate, on two threads.
 
@@ -143,6 +150,8 @@ def explore(
         The process candidates.
     sign : float
         Sign that the process gain must have; 0 for any.
+    start : tuple
+        Sample at which the stem stopped moving, and the direction it had; (0, 0.0) supposes mid-band.
 
     Returns
     -------
@@ -164,7 +173,7 @@ def explore(
     def rows(part: slice) -> None:
         mv, raw, y, cross = np.empty(n), np.empty((n, 4)), np.empty((n, 4)), np.empty((delays.size, 4))
         search(
-            signals.op, signals.target, signals.half, band[part], jump[part], first, second, delays, begin,
+            signals.op, signals.target, signals.half, *start, band[part], jump[part], first, second, delays, begin,
             error[part], gain[part], best[part], mv, raw, y, cross,
         )  # fmt: skip
 
@@ -177,4 +186,4 @@ def explore(
     energy = float(np.sum(signals.target[begin : n - signals.half] ** 2))
     shape = (S.size, ratio.size)
     share = error.reshape(shape) / energy if energy > 0.0 else np.ones(shape)
-    return Surface(S, ratio, share, gain.reshape(shape), best.reshape(*shape, 3), processes)
+    return Surface(S, ratio, share, gain.reshape(shape), best.reshape(*shape, 3), processes, start)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING
 
@@ -79,14 +80,13 @@ def identify(
     """
     if model != "kano":
         raise ParameterError(f"model = {model!r} is not identified yet; use 'kano'.")
-    if period is not None and not period > 0.0:
-        raise ParameterError(f"period = {period} s is not positive; give the oscillation's period or leave it out.")
+    if period is not None and not 0.0 < period < math.inf:
+        raise ParameterError(f"period = {period} s is not a period; give the oscillation's or leave it out.")
     signals = prepare(record, period)
-    if signals.op.size < 30:
-        raise RecordError(f"{record.tag} has {signals.op.size} samples; an identification needs at least 30.")
     swing = float(np.ptp(signals.op))
-    if swing <= 0.0 or not np.any(signals.target):
-        raise RecordError(f"{record.tag}: {'OP' if swing <= 0.0 else 'PV'} does not vary; nothing can be identified.")
+    for name, x in (("OP", signals.op), ("PV", signals.pv)):
+        if not np.ptp(x) > 1e-9 * np.abs(x).max():
+            raise RecordError(f"{record.tag}: {name} does not vary; nothing can be identified.")
     sign = fit_controller(record).action
     stretches = pieces_of(signals)
 
@@ -154,11 +154,10 @@ def _stitched(signals: Signals, pieces: list[Piece]) -> tuple[NDArray[np.float64
     starts = np.array([piece.signals.first for piece in pieces])
     ends = np.array([piece.signals.first + piece.signals.op.size for piece in pieces])
     cuts = np.concatenate([[0], (starts[1:] + ends[:-1]) // 2, [n]])
-    half = signals.half
     for piece, low, high in zip(pieces, cuts[:-1], cuts[1:], strict=True):
+        first, size = piece.signals.first, piece.signals.op.size
         stem, answer = piece.simulated()
-        first = piece.signals.first
         mv[low:high] = stem[low - first : high - first]
-        a, b = max(low, first + half), min(high, first + piece.signals.op.size - half)
+        a, b = max(low, first + signals.half), min(high, first + size - signals.half)
         pv[a:b] = (piece.signals.pv - piece.signals.target + answer)[a - first : b - first]
     return mv, pv

@@ -64,7 +64,7 @@ class Piece(NamedTuple):
         n = signals.op.size
         mv, raw, out = np.empty(n), np.empty(n), np.empty(n)
         S, ratio = self.valve
-        follow(signals.op, S, S * ratio, mv)
+        follow(signals.op, S, S * ratio, *self.closest.start, mv)
         i, j = _optimum(self.closest)
         lag, whole, part = self.closest.best[i, j]
         if lag < 0:
@@ -120,14 +120,17 @@ def _closer(signals: Signals, dense: Surface, sign: float, integrating: bool | N
 
     A noisy OP makes the error surface rugged: a slip comes when the noise carries the OP over the band, so a
     band that is wrong by a few per cent slips at other moments. The true valve is a narrow dip, which only
-    steps of about a per cent can find; the process is known well enough from the dense search to try few.
+    steps of about a per cent can find; the process is known well enough from the dense search to try few. Where
+    the stem stands when the record begins is not known either: the middle of its band is tried, and what it
+    would be had the stem moved until OP turned.
     """
     least = 0.25 * swing
     steps = int(np.ceil(np.log(swing / least) / np.log1p(FINE_STEP)))
     S = np.geomspace(least, swing, steps)
-    fine = explore(signals, S, np.linspace(0.0, 1.0, N_FINE_J), _few(dense), sign)
-    found = [dense, fine]
-    starts = [(surface, *place) for surface in (dense, fine) for place in _valleys(surface, N_VALLEYS)]
+    ratio, few = np.linspace(0.0, 1.0, N_FINE_J), _few(dense)
+    found = [dense]
+    found += [explore(signals, S, ratio, few, sign, start) for start in dict.fromkeys([(0, 0.0), signals.turn])]
+    starts = [(surface, *place) for surface in found for place in _valleys(surface, N_VALLEYS)]
     for closer, keep in ((1.0, 2 * N_VALLEYS), (0.4, 3)):
         starts.sort(key=lambda start: float(start[0].error[start[1], start[2]]))
         finer = []
@@ -135,7 +138,9 @@ def _closer(signals: Signals, dense: Surface, sign: float, integrating: bool | N
             width = closer * np.linspace(-2.0, 2.0, 9)
             ratio = np.unique(np.clip(surface.ratio[j] + width / N_FINE_J, 0.0, 1.0))
             processes = near(surface.processes, surface.best[i, j], closer, integrating)
-            finer.append(explore(signals, surface.S[i] * (1.0 + FINE_STEP * width), ratio, processes, sign))
+            finer.append(
+                explore(signals, surface.S[i] * (1.0 + FINE_STEP * width), ratio, processes, sign, surface.start)
+            )
         found += finer
         starts += [(surface, *_optimum(surface)) for surface in finer]
     return found

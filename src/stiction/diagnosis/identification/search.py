@@ -9,6 +9,7 @@ unchanged, constants and ramps vanish, so that neither the process's start nor a
 from __future__ import annotations
 
 from stiction.models.compiled import kernel
+from stiction.models.component import ValveState
 from stiction.models.valves.kano import kano_at_rest, kano_step
 
 __all__ = ["follow", "four_lags", "four_local_means", "lag_pair", "remove_local_mean", "search"]
@@ -46,12 +47,19 @@ def remove_local_mean(x, half, out):
 
 
 @kernel
-def follow(op, S, J, mv):
-    """Stroke Kano's valve over `op` from rest in the middle of its band."""
+def follow(op, S, J, start, direction, mv):
+    """Stroke Kano's valve over `op`, from sample `start` on, where the stem has just stopped moving in `direction`.
+
+    A `direction` of 0 knows nothing of it: the stem then rests in the middle of its band.
+    """
     tie = 1.0 + 1e-9
     lag = 0.5 * (S - J)
-    s = kano_at_rest(op[0], op[0], lag)
-    for k in range(op.shape[0]):
+    s = kano_at_rest(op[start], op[start] - direction * lag, lag)
+    if direction != 0.0:
+        s = ValveState(s.position, s.op, op[start], direction, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    for k in range(start):
+        mv[k] = s.position
+    for k in range(start, op.shape[0]):
         s = kano_step(op[k], s, S * tie, J * tie, lag)
         mv[k] = s.position
 
@@ -183,9 +191,12 @@ def four_products(y, target, shift, begin, end, out):
 
 
 @kernel
-def search(op, target, half, S, J, first, second, delays, begin, error, gain, best, mv, raw, y, cross):
+def search(
+    op, target, half, start, direction, S, J, first, second, delays, begin, error, gain, best, mv, raw, y, cross
+):
     """Fill `error`, `gain` (n,) and `best` (n, 3) for each valve (S, J) (n,).
 
+    The stem is known at sample `start`, where it stopped moving in `direction` (see `follow`).
     `target` (n_samples,) is the PV without its local mean; `first`, `second` (n_lags,) are decays per sample,
     `delays` (n_delays,) increasing whole samples, -1 meaning that the PV sees the stem within the sample.
     Between neighbouring whole delays the best fraction is found in closed form: the answer is then a weighted
@@ -201,7 +212,7 @@ def search(op, target, half, S, J, first, second, delays, begin, error, gain, be
     for k in range(begin, end):
         energy += target[k] * target[k]
     for i in range(S.shape[0]):
-        follow(op, S[i], J[i], mv)
+        follow(op, S[i], J[i], start, direction, mv)
         centre = 0.0
         for k in range(n):
             centre += mv[k]

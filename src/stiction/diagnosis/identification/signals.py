@@ -20,8 +20,8 @@ SAMPLES_PER_PERIOD = 50
 """Samples of an oscillation kept when a long record is thinned."""
 PERIODS_PER_PIECE, MOST_PIECES = 8.0, 8
 """Periods in a stretch searched by itself, and the largest number of stretches."""
-ENOUGH_SAMPLES = 3000
-"""Records up to this length are never thinned."""
+FEWEST_SAMPLES, ENOUGH_SAMPLES = 30, 3000
+"""Records below the first are refused, up to the second never thinned."""
 
 
 class Signals(NamedTuple):
@@ -43,6 +43,8 @@ class Signals(NamedTuple):
     """Time scale on which processes are looked for [samples]."""
     first: int = 0
     """Where a stretch begins in the whole."""
+    turn: tuple[int, float] = (0, 0.0)
+    """First sample at which OP turns for good, and the direction it had; (0, 0.0) where none is seen."""
 
 
 def hold_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -74,10 +76,12 @@ def prepare(record: LoopRecord, period: float | None) -> Signals:
     Raises
     ------
     RecordError
-        When the record has no PV, or OP or PV has no valid sample.
+        When the record has no PV, is too short, or OP or PV has no valid sample.
     """
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; an identification needs OP and PV.")
+    if len(record) < FEWEST_SAMPLES:
+        raise RecordError(f"{record.tag} has {len(record)} samples; an identification needs at least {FEWEST_SAMPLES}.")
     op, pv, dt = hold_gaps(record.op), hold_gaps(record.pv), record.dt
     span = period / dt if period is not None else op.size / 5.0
     thinned = 1
@@ -109,7 +113,7 @@ def pieces_of(signals: Signals) -> list[Signals]:
         return [signals]
     periods = n / signals.scale
     count = max(min(int((periods - 1.0) / (PERIODS_PER_PIECE - 1.0)), MOST_PIECES), 1)
-    overlap = round(signals.scale) if count > 1 else 0
+    overlap = 2 * signals.half + 1 if count > 1 else 0
     length = (n + (count - 1) * overlap + count - 1) // count
     stretches = []
     for i in range(count):
@@ -119,8 +123,21 @@ def pieces_of(signals: Signals) -> list[Signals]:
         pv = np.ascontiguousarray(signals.pv[cut])
         remove_local_mean(pv, signals.half, target)
         op = np.ascontiguousarray(signals.op[cut])
-        stretches.append(signals._replace(op=op, pv=pv, target=target, first=first))
+        turn = _turn(op, round(1.25 * signals.scale))
+        stretches.append(signals._replace(op=op, pv=pv, target=target, first=first, turn=turn))
     return stretches
+
+
+def _turn(op: NDArray[np.float64], window: int) -> tuple[int, float]:
+    """First sample at which OP turns for good, and the direction it had.
+
+    A valve that makes its loop cycle moves until OP turns. The largest and the smallest OP of a bit more than a
+    period are such turns, unless they lie at the edge of that stretch.
+    """
+    part = op[:window]
+    turns = [(int(np.argmax(part)), 1.0), (int(np.argmin(part)), -1.0)]
+    inside = [turn for turn in turns if 2 < turn[0] < part.size - 3]
+    return min(inside) if inside else (0, 0.0)
 
 
 def _average(x: NDArray[np.float64], width: int, n: int) -> NDArray[np.float64]:

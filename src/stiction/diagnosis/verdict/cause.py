@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -17,8 +18,9 @@ __all__ = ["Cause", "amplitude_spread", "other_cause", "sticky_cause"]
 
 PLAY = 0.12
 """J over S below which a valve has play and does not jump [-]: simulated loops with J = 0 stay below 0.03."""
-STEADY = 0.055
-"""Spread of the amplitude from period to period over its median below which an oscillation is steady [-]."""
+STEADY, NOISE_WIDTHS = 0.025, 2.0
+"""Spread of the amplitude from period to period over its median below which an oscillation is steady [-], and how
+many standard deviations of what the noise alone makes of it come on top."""
 
 
 class Cause(NamedTuple):
@@ -46,7 +48,9 @@ def sticky_cause(found: Identification) -> Cause:
         Deadband where the stem does not jump and the process integrates (a self-regulating loop under PI cannot
         cycle on deadband alone), else stiction.
     """
-    size = f"S = {found.S:.2g} % (95 % {found.S_low:.2g} to {found.S_high:.2g})"
+    width = found.S_high - found.S_low
+    places = min(max(1 - math.floor(math.log10(width)), 0), 3) if width > 0.0 else 3
+    size = f"S = {found.S:.{places}f} % (95 % {found.S_low:.{places}f} to {found.S_high:.{places}f})"
     fits = f"explains {found.fit:.0f} % of the PV's movement, a good valve {found.fit_linear:.0f} %"
     if found.process.integrating and found.J < PLAY * found.S:
         return Cause(
@@ -104,9 +108,9 @@ def other_cause(
     if not oscillation.oscillating:
         text = f"No regular oscillation; a good valve explains {found.fit_linear:.0f} % of the PV's movement"
         return Cause("none", text + ("." if follows else ", the rest is disturbance."), "No action on the valve.")
-    spread = amplitude_spread(record, oscillation)
+    spread, by_noise = amplitude_spread(record, oscillation)
     linear = f"a good valve explains {found.fit_linear:.0f} % of the PV, a sticky one no more than {found.fit:.0f} %"
-    if spread < STEADY:
+    if spread < STEADY + NOISE_WIDTHS * by_noise:
         return Cause(
             "external disturbance",
             f"The loop cycles every {oscillation.period:.4g} s with a steady amplitude, and {linear}: "
@@ -121,8 +125,8 @@ def other_cause(
     )
 
 
-def amplitude_spread(record: LoopRecord, oscillation: Oscillation) -> float:
-    """Spread of the oscillation's amplitude from period to period over its median [-].
+def amplitude_spread(record: LoopRecord, oscillation: Oscillation) -> tuple[float, float]:
+    """Spread of the oscillation's amplitude from period to period, and the part that noise explains.
 
     Parameters
     ----------
@@ -133,18 +137,24 @@ def amplitude_spread(record: LoopRecord, oscillation: Oscillation) -> float:
 
     Returns
     -------
-    float
+    tuple of float
         Half the distance of the 16th and 84th percentile over the median of the fundamental's amplitude, each
-        period's own; infinity with fewer than four periods.
+        period's own [-], infinity with fewer than four periods; and the standard deviation that white noise of
+        the size seen from sample to sample gives it [-].
     """
     error = control_error(record)
     samples = oscillation.period / record.dt
     if error is None or not samples > 0.0 or error.size < 4.0 * samples:
-        return float("inf")
+        return float("inf"), 0.0
     wave = about_drift(error, samples)
     turning = np.concatenate([[0.0], np.cumsum(wave * np.exp(-2j * np.pi * np.arange(wave.size) / samples))])
     edges = np.round(np.arange(0.0, wave.size + 1.0, samples)).astype(int)
     edges = edges[edges <= wave.size]
     amplitude = np.abs(np.diff(turning[edges])) / np.diff(edges)
+    if amplitude.size > 5:
+        amplitude = amplitude[1:-1]  # a record may begin or end within a transient
     low, middle, high = np.percentile(amplitude, [16.0, 50.0, 84.0])
-    return float((high - low) / (2.0 * middle)) if middle > 0.0 else float("inf")
+    if middle <= 0.0:
+        return float("inf"), 0.0
+    noise = float(np.std(np.diff(wave, 2))) / np.sqrt(6.0)
+    return float((high - low) / (2.0 * middle)), float(noise / np.sqrt(2.0 * samples) / middle)

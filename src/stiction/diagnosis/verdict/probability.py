@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = ["UNDECIDED", "Features", "features", "probability"]
 
-WEIGHTS = (-5.61, 6.21, 3.01, 2.96, 4.31)
+WEIGHTS = (-5.61, 5.61, 3.18, 2.84, 5.07)
 """Constant, band, advantage, grip, floor."""
 BAND_CAP, ADVANTAGE_CAP, FLOOR_CAP = 0.7, 0.7, 0.5
 LEAST_FIT = 0.02
