@@ -109,6 +109,7 @@ def test_closed_forms_equal_the_event_by_event_integral(valve, ratio, family):
 @settings(deadline=None, max_examples=40)
 @given(VALVES, some.floats(1.05, 6.0), some.floats(0.1, 10.0))
 def test_describing_function_does_not_depend_on_the_scale(valve, ratio, scale):
+    assume(abs(2.0 * ratio - round(2.0 * ratio)) > 1e-6)  # at a tie of a level with the amplitude rounding decides
     bigger = type(valve)(*(scale * value for name, value in vars(valve).items() if name != "travel"))
     a = ratio * max(value for name, value in vars(valve).items() if name != "travel")
     assert describing_function(bigger, scale * a) == pytest.approx(describing_function(valve, a), abs=1e-9)

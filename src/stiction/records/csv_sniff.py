@@ -123,5 +123,5 @@ def _header(rows: list[list[str]], width: int, data: list[str]) -> tuple[list[li
         row = rest.pop()
         if len(row) < width and len(data) > 1 and is_date(data[0]) and is_clock(data[1]):
             row = ["Date", *row]  # "2026-02-01 10:00:00 1.5" between spaces under one heading
-        header.insert(0, [cell.strip() for cell in [*row, ""][:width]])
+        header.insert(0, [" ".join(cell.split()) for cell in [*row, ""][:width]])
     return header, len(rest)
