@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as strategy
 
 from stiction.diagnosis.valvetests.hidden_stairs import hidden_stairs
@@ -39,6 +39,7 @@ def best_price(time, signal, sigma) -> float:
 
 @settings(deadline=None, max_examples=15)
 @given(seed=strategy.integers(0, 10_000), n=strategy.integers(4, 22), sigma=strategy.sampled_from([0.02, 0.1, 0.5]))
+@example(seed=6877, n=17, sigma=0.5)
 def test_the_cut_is_the_best_of_all(seed, n, sigma):
     chance = np.random.default_rng(seed)
     time = np.cumsum(chance.uniform(1.0, 1.0 + 0.0, n))

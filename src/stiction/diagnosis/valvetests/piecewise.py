@@ -26,14 +26,16 @@ __all__ = ["Piece", "cut", "noise", "piece_price", "resolution"]
 
 
 @kernel
-def _best_cut(sums, variance, rest_price, line_price, best, origin, line, open_starts):
+def _best_cut(sums, variance, rest_price, line_price, best, origin, line, open_starts, beaten):
     """Fill `best`, `origin` and `line` (n + 1,) from `sums` (5, n + 1): running sums of t, x, tt, tx and xx.
 
-    A rest has three samples or more, a line two.
+    A rest has three samples or more, a line two. A start that is beaten by a cut at j can still be best until a
+    rest fits behind j, and is dropped then. `open_starts` and `beaten` (n + 2,) are work space.
     """
     n = best.shape[0] - 1
     count = 1
     open_starts[0] = 0
+    beaten[0] = n
     best[0] = 0.0
     for j in range(1, n + 1):
         best[j] = math.inf
@@ -65,10 +67,15 @@ def _best_cut(sums, variance, rest_price, line_price, best, origin, line, open_s
             tx = sums[3, j] - sums[3, i] - t * x / m
             xx = max(sums[4, j] - sums[4, i] - x * x / m, 0.0)
             bent = max(xx - tx * tx / tt, 0.0) if j - i >= 2 else 0.0
-            if j - i < 3 or best[i] + bent / variance <= best[j]:
+            at = beaten[c]
+            if j - i >= 3 and at == n and best[i] + bent / variance > best[j]:
+                at = j
+            if j < at + 2:
                 open_starts[kept] = i
+                beaten[kept] = at
                 kept += 1
         open_starts[kept] = j
+        beaten[kept] = n
         count = kept + 1
 
 
@@ -137,7 +144,7 @@ def cut(time: NDArray[np.float64], signal: NDArray[np.float64], sigma: float) ->
         np.cumsum(term, out=row[1:])
     best, origin, line = np.empty(n + 1), np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
     price = piece_price(n)
-    _best_cut(sums, sigma * sigma, price, price * 4.0 / 3.0, best, origin, line, np.empty(n + 2, np.int64))
+    _best_cut(sums, sigma * sigma, price, price * 4.0 / 3.0, best, origin, line, *np.empty((2, n + 2), np.int64))
     pieces: list[Piece] = []
     last = n
     while last > 0:
