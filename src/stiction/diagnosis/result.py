@@ -142,9 +142,9 @@ class Identification:
     surface: ErrorSurface = field(repr=False, compare=False)
     """The whole error surface."""
     mv: NDArray[np.float64] = field(repr=False, compare=False)
-    """Estimated valve position [% of span], shape (n_samples,)."""
+    """Estimated valve position [% of span], shape (n_samples,) of the stretch analysed."""
     pv: NDArray[np.float64] = field(repr=False, compare=False)
-    """PV simulated from the OP with the fitted valve and process [engineering units], shape (n_samples,)."""
+    """PV simulated from the OP with the fitted valve and process [engineering units], same shape."""
     reason: str = ""
     """What limits the estimate, in a sentence; empty when nothing does."""
 
@@ -182,7 +182,7 @@ class Diagnosis:
     """The answer to the main question about one loop."""
 
     record: LoopRecord = field(repr=False)
-    """The record as analysed."""
+    """The record; `quality.first` and `quality.last` bound the stretch that was analysed."""
     verdict: Verdict
     """`stiction`, `no_stiction` or `undecided`."""
     probability: float

@@ -27,6 +27,8 @@ SHORTEST_PERIOD = 8
 """Samples per period below which a local mean over one period says nothing about the valve."""
 DOUBTS = ("cycles", "sampling", "compression", "held", "replay", "length")
 """Gates whose reservation draws the odds towards even."""
+PLAIN_REASONS = ("missing", "op moves", "pv moves", "manual", "saturation")
+"""Refusals that others follow from; that of a record which is too short as a whole comes before them."""
 
 
 def diagnose(record: LoopRecord) -> Diagnosis:
@@ -70,7 +72,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     evidence = detect_all(part, oscillation)
     found, speaks = _identify(part, oscillation) if quality.usable else ((), 0)
     if not found:
-        return _cannot_tell(part, oscillation, evidence, quality)
+        return _cannot_tell(record, oscillation, evidence, quality)
     swing = float(np.ptp(part.op[np.isfinite(part.op)]))
     says = features(found, swing, oscillating=oscillation.oscillating)
     sure = probability(says, sum(gate.name in DOUBTS for gate in quality.reservations))
@@ -91,7 +93,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
         reason = f"The data do not decide: {reason[0].lower()}{reason[1:]}"
         action = "Record more cycles at a faster sampling, or stroke the valve with a ramp in manual."
     return Diagnosis(
-        record=part,
+        record=record,
         verdict=verdict,
         probability=sure,
         cause=name,
@@ -141,12 +143,14 @@ def _own_row(found: Identification, band: float, sure: float, swing: float) -> E
 
 
 def _cannot_tell(
-    part: LoopRecord, oscillation: Oscillation, evidence: tuple[Evidence, ...], quality: Quality
+    record: LoopRecord, oscillation: Oscillation, evidence: tuple[Evidence, ...], quality: Quality
 ) -> Diagnosis:
     """A record that no search can judge."""
-    why = " ".join(gate.why for gate in quality.refusals) or "OP or PV does not vary enough for a search."
+    first = ("length",) if any(g.name == "length" and quality.rows < g.limit for g in quality.gates) else PLAIN_REASONS
+    refusals = sorted(quality.refusals, key=lambda gate: first.index(gate.name) if gate.name in first else len(first))
+    why = " ".join(gate.why for gate in refusals[:2]) or "OP or PV does not vary enough for a search."
     return Diagnosis(
-        record=part,
+        record=record,
         verdict="undecided",
         probability=0.5,
         cause="unknown",

@@ -1,0 +1,46 @@
+"""Records that cannot be judged, or only in part, still have a page."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import stiction as st
+
+
+def sticky(n=1500):
+    loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    run = st.simulate(loop, 70.0, float(n), seed=1, pv_start=60.0, op_start=50.0, loop_type="flow", tag="FC1")
+    return replace(run, mv=None)
+
+
+CHANGES = {
+    "op rests": lambda run: {"op": np.full(len(run), 50.0)},
+    "pv rests": lambda run: {"pv": np.full(len(run), 60.0)},
+    "nothing but gaps": lambda run: {"pv": np.full(len(run), np.nan)},
+    "all in manual": lambda run: {"auto": np.zeros(len(run), dtype=bool)},
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_refused_record_has_a_page_with_the_reason(change, tmp_path):
+    run = sticky()
+    found = st.diagnose(replace(run, **CHANGES[change](run)))
+    assert found.verdict == "undecided"
+    assert len(found.record) == len(run)
+    page = st.write_report([found], tmp_path / "page.html").read_text()
+    assert "cannot be judged" in page
+
+
+def test_what_was_fitted_lies_on_the_stretch_that_was_analysed(tmp_path):
+    run = sticky()
+    auto = np.ones(len(run), dtype=bool)
+    auto[:400] = False
+    found = st.diagnose(replace(run, auto=auto))
+    assert found.verdict == "stiction"
+    assert (found.quality.first, found.quality.last) == (400, len(run))
+    assert found.identification is not None
+    assert found.identification.pv.shape == (len(run) - 400,)
+    assert st.write_report([found], tmp_path / "page.html").stat().st_size > 1000
