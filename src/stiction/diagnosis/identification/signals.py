@@ -83,7 +83,8 @@ def prepare(record: LoopRecord, period: float | None) -> Signals:
     if len(record) < FEWEST_SAMPLES:
         raise RecordError(f"{record.tag} has {len(record)} samples; an identification needs at least {FEWEST_SAMPLES}.")
     op, pv, dt = hold_gaps(record.op), hold_gaps(record.pv), record.dt
-    span = period / dt if period is not None else op.size / 5.0
+    # Rounded, lest the unit of time decide how a tie on the grids of the search falls.
+    span = round(period / dt, 6) if period is not None else op.size / 5.0
     thinned = 1
     if op.size > ENOUGH_SAMPLES:
         thinned = max(int(min(span / SAMPLES_PER_PERIOD, op.size / ENOUGH_SAMPLES)), 1)
