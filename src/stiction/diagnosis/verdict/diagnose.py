@@ -117,8 +117,10 @@ def _identify(part: LoopRecord, oscillation: Oscillation) -> tuple[tuple[Identif
     if SHORTEST_PERIOD * part.dt < oscillation.period < part.duration / 2.0:
         periods.insert(0, oscillation.period)
     try:
+        if oscillation.oscillating or len(periods) == 1:
+            return tuple(identify(part, period=period, closer=i == 0) for i, period in enumerate(periods)), 0
         found = [identify(part, period=period, closer=False) for period in periods]
-        main = 0 if oscillation.oscillating else max(range(len(found)), key=lambda i: found[i].fit)
+        main = max(range(len(found)), key=lambda i: found[i].fit)
         found[main] = identify(part, period=periods[main])
     except RecordError:
         return (), 0
