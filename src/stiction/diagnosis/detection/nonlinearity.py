@@ -1,7 +1,7 @@
 """Thornhill 2005: is the error easier to predict than what a linear loop would have made of it? (`thornhill2005`).
 
 Each series is predicted from its own nearest neighbours, stretches one period long, half a period ahead; the record is
-compared with its `surrogates`, whose harmonics and noise have forgotten their tie to the fundamental.
+compared with its `surrogates`, whose harmonics and noise slide past the fundamental.
 
     N = (mean error of the surrogates - error of the record) / (3 deviations of the surrogates' errors)
 
@@ -10,9 +10,8 @@ linear loop and 12 surrogates, N is sqrt(13/12) / 3 times Student's t with 11 de
 probability of 0.8 %. The tests measure it on linear loops, oscillating ones among them.
 
 Settings, after the spirit of the paper: 10 to 19 samples to a period, 320 in all, ends matched, 8 neighbours, a fixed
-seed. What the harmonics do is all that counts: a nearly pure sine says nothing, and a second oscillation, faster than
-the fundamental, is a harmonic out of tune for which N does not hold. The bicoherence (NGI, NLI) asks the same question;
-it is left out for the patent application US2007/0288103, whose status was not read.
+seed. What the harmonics do is all that counts: a nearly pure sine says nothing. The bicoherence (NGI,
+NLI) asks the same question; it is left out for the patent application US2007/0288103, whose status was not read.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ def nonlinearity(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     Parameters
     ----------
     record : LoopRecord
-        The control error is used; valid for any process, with 8 periods or more and one oscillation.
+        The control error is used; valid for any process, with 8 periods or more.
     oscillation : Oscillation
         What `find_oscillation` says of the record.
 
@@ -61,9 +60,6 @@ def nonlinearity(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         if per_period < 2 * PER_PERIOD:
             x = coarse(record, oscillation, error, PER_PERIOD)[: LONGEST + 3 * per_period]
             index = nonlinearity_index(x, per_period)
-    faster = [other.period for other in oscillation.others if other.period < oscillation.period]
-    if faster:
-        against.append(f"a second oscillation every {faster[0]:.4g} s is no harmonic")
     why = (
         f"The control error is {'easier' if index > 1.0 else 'no easier'} to predict than linear signals of its "
         f"spectrum: N {index:.2f}, above 1 something in the loop is nonlinear, not only a valve."

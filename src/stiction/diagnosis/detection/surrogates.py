@@ -1,14 +1,17 @@
 """Surrogates and prediction: what the nonlinearity test compares, and with what.
 
-A surrogate is what a linear process could have made instead of the record: the same power spectrum, phases drawn anew
-(`theiler1992`). Here it also keeps the record's values, by turns with the spectrum (`schreiber1996`), so that noise
-which is merely not Gaussian is not taken for a nonlinearity.
+A surrogate is what a linear loop could have made instead of the record. In a linear loop harmonics and noise know
+nothing of the fundamental: what is above it may slide past it, and nothing changes. With a sticking valve they are one
+shape, and sliding breaks it. So a surrogate is the record with the part above its fundamental moved in frequency by two
+to four cycles over the record, its phase drawn at random.
 
-A regular oscillation is a line between the frequencies of a finite record, and phases drawn anew break it up: with
-plain surrogates a sine in noise is nearly always called nonlinear. After `nakamura2006` only the part above the
-fundamental gets new phases. Filters cut it out beforehand, because the line leaks into every frequency of a finite
-transform. Between both parts lies an empty band: what both held would be in step in the record and not in its
-surrogates, which is no nonlinearity either.
+Surrogates with phases drawn anew (`theiler1992`), also with the values kept by turns (`schreiber1996`), serve noise
+but not loops that oscillate: a line falls between the frequencies of a finite record, new phases break it up, and a
+sine in noise is nearly always called nonlinear. New phases above the fundamental alone (after `nakamura2006`) do so
+to any second line, and spare the harmonics of a regular cycle. Moved in frequency a line stays a line.
+
+Fundamental and the rest are parted by filters with an empty band between: what both held would be in step in the
+record and not in its surrogates, which is no nonlinearity either.
 """
 
 from __future__ import annotations
@@ -27,7 +30,7 @@ __all__ = ["end_matched", "prediction_error", "split", "surrogates"]
 
 LOW, HIGH = 1.2, 1.8  # edges of the empty band over the fundamental's frequency
 REACH = 1.5  # half length of the filters [periods]: a transition as wide as the fundamental's frequency
-TURNS = 5  # spectrum and values set by turns
+SLIDE = 2.0, 4.0  # cycles
 
 
 def split(x: NDArray[np.float64], per_period: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -44,10 +47,9 @@ def split(x: NDArray[np.float64], per_period: int) -> tuple[NDArray[np.float64],
     reach = round(REACH * per_period)
     t = np.arange(-reach, reach + 1) / per_period
     low, wide = (np.sinc(2.0 * edge * t) * np.hamming(t.size) for edge in (LOW, HIGH))
-    return (
-        np.convolve(x, low / low.sum(), "valid"),
-        x[reach : x.size - reach] - np.convolve(x, wide / wide.sum(), "valid"),
-    )
+    below = np.convolve(x, np.asarray(low / low.sum(), dtype=np.float64), "valid")
+    above = x[reach : x.size - reach] - np.convolve(x, np.asarray(wide / wide.sum(), dtype=np.float64), "valid")
+    return below, above
 
 
 def end_matched(x: NDArray[np.float64], reach: int) -> slice:
@@ -60,28 +62,24 @@ def end_matched(x: NDArray[np.float64], reach: int) -> slice:
 
 
 def surrogates(x: NDArray[np.float64], count: int, seed: int) -> NDArray[np.float64]:
-    """Series with the values of `x`, reordered, and nearly its power spectrum, shape (count, n_samples).
+    """The series moved up and down in frequency by two to four cycles over its length, shape (count, n_samples).
 
     Examples
     --------
     >>> import numpy as np
-    >>> x = np.random.default_rng(1).standard_normal(64)
-    >>> bool(np.array_equal(np.sort(surrogates(x, 1, seed=0)[0]), np.sort(x)))
-    True
+    >>> x = np.sin(2 * np.pi * 20 * np.arange(200) / 200)
+    >>> spectrum = np.abs(np.fft.rfft(surrogates(x, 8, seed=0)))
+    >>> sorted({abs(int(peak) - 20) for peak in spectrum.argmax(axis=1)} - {2, 3, 4})
+    []
     """
     n = x.size
-    values, spectrum = np.sort(x), np.fft.rfft(x)
-    power = np.abs(spectrum)
-    turn = np.exp(2j * np.pi * np.random.default_rng(seed).random((count, spectrum.size)))
-    made = np.fft.irfft(spectrum * turn, n, axis=1)
-    rows = np.arange(count)[:, None]
-    for again in range(TURNS):
-        if again:
-            found = np.fft.rfft(made, axis=1)
-            found *= power / np.maximum(np.abs(found), 1e-300)
-            made = np.fft.irfft(found, n, axis=1)
-        made[rows, np.argsort(made, axis=1)] = values
-    return made
+    spectrum = np.fft.fft(x)
+    spectrum[1 : (n + 1) // 2] *= 2.0
+    spectrum[n // 2 + 1 :] = 0.0
+    rng = np.random.default_rng(seed)
+    cycles = rng.uniform(*SLIDE, count) * np.where(np.arange(count) % 2, 1.0, -1.0)
+    turn = cycles[:, None] * np.arange(n) / n + rng.random((count, 1))
+    return (np.fft.ifft(spectrum) * np.exp(2j * np.pi * turn)).real
 
 
 @kernel
