@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.detection.evidence import coarse, judge, objections, swing
-from stiction.diagnosis.detection.surrogates import end_matched, prediction_error, split, surrogates
+from stiction.diagnosis.detection.surrogate_data import end_matched, prediction_error, split, surrogates
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
