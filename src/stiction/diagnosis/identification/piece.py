@@ -24,7 +24,7 @@ PROMISING = 1200
 """Valves of the fine search that are tried [-]."""
 N_VALLEYS, N_J_VALLEYS = 8, 3
 """Bands of S and of J / S from each of which the search may go closer."""
-STAGES = ((1.0, 9), (0.4, 4), (0.15, 2))
+STAGES = ((1.0, 8), (0.4, 4), (0.15, 4))
 """Width of each closer search, in steps of the fine one, and how many valleys it follows."""
 
 
