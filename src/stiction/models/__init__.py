@@ -1,5 +1,15 @@
 """What stands in a loop: one page per model."""
 
+from stiction.models.compensators import (
+    Compensator,
+    ConstantReinforcement,
+    Cuadros,
+    FourMove,
+    IntegralDeadband,
+    Knocker,
+    TwoMove,
+    VariablePulses,
+)
 from stiction.models.component import Valve
 from stiction.models.controllers import PID
 from stiction.models.loop import Loop
@@ -13,11 +23,17 @@ __all__ = [
     "PID",
     "SOPDT",
     "Choudhury",
+    "Compensator",
+    "ConstantReinforcement",
+    "Cuadros",
+    "FourMove",
     "He",
     "HeWang",
     "Ideal",
+    "IntegralDeadband",
     "Integrating",
     "Kano",
+    "Knocker",
     "Loop",
     "PhysicalValve",
     "Positioner",
@@ -26,5 +42,7 @@ __all__ = [
     "Stenman",
     "Table",
     "TransferFunction",
+    "TwoMove",
     "Valve",
+    "VariablePulses",
 ]

@@ -1,0 +1,92 @@
+"""Watch a cycle, open the loop, move, settle, rest; and close the loop again: what two-move and four-move share."""
+
+from __future__ import annotations
+
+from stiction.models.compensators.component import CompensatorState
+from stiction.models.compiled import inlined
+
+__all__ = ["sent", "watch_and_move"]
+
+
+@inlined
+def watch_and_move(
+    op: float,
+    sp: float,
+    pv: float,
+    position: float,
+    s: CompensatorState,
+    moves: float,
+    band: float,
+    move: float,
+    cycles: float,
+    tries: float,
+) -> CompensatorState:
+    """Advance the phase by a sample and pass `op` on; the page says what is sent in the phases above 0.
+
+    0 watch: a cycle begins where the error rises above the band after it lay below it. The first cycle shows the swing
+    of the OP, the next `cycles`, of lengths that differ by less than half, the mean position. 1, 2, ... `moves`: each
+    holds for `move` samples, the last for one cycle, while the process settles. Then rest, until the error leaves the
+    band. A change of set point ends every phase. After `tries` moves in a row that did not bring the error into the
+    band, only such a change ends the watch.
+    """
+    error = sp - pv
+    elapsed = s.elapsed + 1.0
+    phase = s.phase
+    side = s.side
+    begun = s.begun
+    samples = s.samples
+    total = s.total
+    low = s.low
+    high = s.high
+    failed = s.failed
+    if sp != s.sp:
+        phase, side, begun, failed = 0.0, 0.0, 0.0, 0.0
+    elif phase > moves:
+        if abs(error) > band:
+            phase, side, begun = 0.0, 0.0, 0.0
+    elif phase == moves:
+        if elapsed >= samples / cycles:
+            phase = moves + 1.0
+            failed = failed + 1.0 if abs(error) > band else 0.0
+    elif phase > 0.0:
+        if elapsed >= move:
+            phase += 1.0
+            elapsed = 0.0
+    elif error > band:
+        if side < 0.0:
+            if begun > 2.0:
+                usual = (samples - elapsed) / (begun - 2.0)
+                if elapsed > 1.5 * usual or usual > 1.5 * elapsed:
+                    begun = 0.0
+            begun += 1.0
+            elapsed = 0.0
+        side = 1.0
+    elif error < -band:
+        side = -1.0
+    if phase == 0.0:
+        if begun > cycles + 1.0 and failed < tries:
+            phase = 1.0
+        else:
+            if begun <= 1.0 and elapsed == 0.0:
+                low, high = op, op
+            if begun <= 2.0 and elapsed == 0.0:
+                samples, total = 0.0, 0.0
+            samples += 1.0
+            total += position
+            low = min(low, op)
+            high = max(high, op)
+    track = 0.0
+    if phase > 0.0:
+        track = 1.0
+    return CompensatorState(
+        op, 0.0, track, op, sp, op, op, elapsed, phase, side, position, begun, samples, total, low, high, failed
+    )
+
+
+@inlined
+def sent(signal: float, position: float, s: CompensatorState) -> CompensatorState:
+    """State `s` with the `signal` that is sent instead of the controller's, and where the stem is thought to go."""
+    return CompensatorState(
+        signal, 0.0, 1.0, s.op, s.sp, s.reference, s.latest, s.elapsed, s.phase, s.side, position, s.begun, s.samples,
+        s.total, s.low, s.high, s.failed,
+    )  # fmt: skip
