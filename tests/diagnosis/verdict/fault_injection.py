@@ -25,16 +25,17 @@ from stiction.simulation.population import CAUSES, population
 
 SURE = 0.9
 """Probability beyond which a verdict is confident [-]."""
+SEEN_AS_HELD = {"exception", "held", "compression", "manual", "frozen pv", "op moves", "pv moves"}
 GATES = {
     "sampling": {"sampling", "cycles", "length"},
     "averaging": {"averaging", "sampling", "cycles", "length"},
     "interpolation": {"compression", "sampling"},
-    "exception": {"exception", "held", "compression", "manual", "op moves", "pv moves", "op resolution", "pv resolution"},
+    "exception": SEEN_AS_HELD | {"op resolution", "pv resolution"},
     "swinging door": {"compression", "op moves", "pv moves"},
     "quantisation": {"op resolution", "pv resolution", "op moves", "pv moves"},
     "gaps": {"missing", "length", "cycles"},
     "missing": {"missing", "length", "cycles"},
-    "held": {"held", "manual", "exception", "length", "cycles", "frozen pv"},
+    "held": SEEN_AS_HELD | {"length", "cycles"},
     "clock": {"clock", "length", "cycles"},
     "replay": {"replay"},
     "manual": {"manual", "length", "cycles"},
