@@ -1,0 +1,178 @@
+"""Put sticky and not sticky loops through every effect of a historian, alone and in pairs, and diagnose them again.
+
+A flip is a confident verdict turned into the confident opposite: none is allowed. A refusal is right when a gate that
+the reason shows belongs to an effect put in.
+
+Run as a script: python tests/diagnosis/verdict/fault_injection.py --loops 200 --pairs 91 --jobs 2
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections import Counter
+from dataclasses import asdict, dataclass
+from itertools import combinations
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+
+import stiction as st
+from stiction.simulation.historian import EFFECTS, spoil
+from stiction.simulation.population import CAUSES, population
+
+SURE = 0.9
+"""Probability beyond which a verdict is confident [-]."""
+SEEN_AS_HELD = {"exception", "held", "compression", "manual", "frozen pv", "op moves", "pv moves"}
+GATES = {
+    "sampling": {"sampling", "cycles", "length"},
+    "averaging": {"averaging", "sampling", "cycles", "length"},
+    "interpolation": {"compression", "sampling"},
+    "exception": SEEN_AS_HELD | {"op resolution", "pv resolution"},
+    "swinging door": {"compression", "op moves", "pv moves"},
+    "quantisation": {"op resolution", "pv resolution", "op moves", "pv moves"},
+    "gaps": {"missing", "length", "cycles"},
+    "missing": {"missing", "length", "cycles"},
+    "held": SEEN_AS_HELD | {"length", "cycles"},
+    "clock": {"clock", "length", "cycles"},
+    "replay": {"replay"},
+    "manual": {"manual", "length", "cycles"},
+    "saturation": {"saturation", "length", "cycles"},
+    "units": {"op scale"},
+}  # fmt: skip
+"""Effect -> gates that may refuse for it. A stretch that is lost or left out leaves a shorter one: too few samples or
+cycles are its reason too."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One loop, spoiled and diagnosed again."""
+
+    tag: str
+    truth: str
+    effects: tuple[str, ...]
+    strengths: tuple[float, ...]
+    before: float
+    after: float
+    refused: bool
+    gates: tuple[str, ...]
+    """Gates that the reason of the refusal shows."""
+
+    @property
+    def flipped(self) -> bool:
+        """A confident verdict turned into the confident opposite."""
+        low, high = sorted((self.before, self.after))
+        return low < 1.0 - SURE and high > SURE
+
+    @property
+    def wrong(self) -> bool:
+        """Confident, and not the truth."""
+        return self.after < 1.0 - SURE if self.truth == "stiction" else self.after > SURE
+
+    @property
+    def right_reason(self) -> bool:
+        return any(set(self.gates) & GATES[effect] for effect in self.effects)
+
+
+def spoiled(record, effects, strengths, seed):
+    """The record after the effects, one after the other."""
+    for effect, strength in zip(effects, strengths, strict=True):
+        record = spoil(record, effect, strength, seed)
+    return record
+
+
+def trials(task) -> list[Trial]:
+    """Diagnose a loop as it is, then with each effect and with `pairs` of the pairs; refused as it is: none."""
+    case, seed, pairs = task
+    plain = st.diagnose(case.record)
+    if plain.identification is None:
+        return []
+    rng = np.random.default_rng(seed)
+    both = list(combinations(EFFECTS, 2))
+    chosen = [both[k] for k in np.sort(rng.permutation(len(both))[:pairs])]
+    out = []
+    for effects in [*((name,) for name in EFFECTS), *chosen]:
+        strengths = tuple(float(s) for s in rng.random(len(effects)))
+        found = st.diagnose(spoiled(case.record, effects, strengths, int(rng.integers(2**31))))
+        refused = found.verdict == "undecided" and not found.quality.usable
+        gates = tuple(gate.name for gate in found.quality.refusals if gate.why in found.reason) if refused else ()
+        out.append(
+            Trial(case.record.tag, case.cause, effects, strengths, plain.probability, found.probability, refused, gates)
+        )
+    return out
+
+
+def counted(rows) -> dict[str, float]:
+    """Flips, confident errors, refusals and refusals for the right reason of some trials."""
+    refused = [row for row in rows if row.refused]
+    sure = [row for row in rows if abs(row.before - 0.5) > SURE - 0.5]
+    return {
+        "trials": len(rows),
+        "confident_before": len(sure),
+        "flips": sum(row.flipped for row in rows),
+        "confident_errors": sum(row.wrong for row in rows),
+        "still_confident": sum(abs(row.after - 0.5) > SURE - 0.5 for row in sure),
+        "refused": len(refused),
+        "right_reason": sum(row.right_reason for row in refused),
+    }
+
+
+def table(rows) -> str:
+    """Counts by effect, alone and in pairs."""
+    names = list(counted([]))
+    out = [f"{'effect':16}" + "".join(f"{name.replace('_', ' '):>18}" for name in names)]
+    for head, size in (("alone", 1), ("in pairs", 2)):
+        own = [row for row in rows if len(row.effects) == size]
+        if own:
+            by = {name: [row for row in own if name in row.effects] for name in EFFECTS}
+            for name, some in {f"{head}, all": own, **by}.items():
+                out.append(f"{name:16}" + "".join(f"{n:>18}" for n in counted(some).values()))
+    wrong = Counter((row.effects, row.gates) for row in rows if row.refused and not row.right_reason)
+    out += [f"refused for another reason: {' + '.join(e)} by {', '.join(g)} {n}" for (e, g), n in wrong.most_common(20)]
+    for row in rows:
+        if row.flipped:
+            how = ", ".join(f"{name} {s:.2f}" for name, s in zip(row.effects, row.strengths, strict=True))
+            out.append(f"flipped: {row.tag} {row.truth} {row.before:.2f} to {row.after:.2f} by {how}")
+    return "\n".join(out)
+
+
+def run(loops: int, seed: int, pairs: int, jobs: int) -> list[Trial]:
+    """Trials of `loops` loops, half of them sticky."""
+    half = loops // 2
+    others = tuple(cause for cause in CAUSES if cause != "stiction")
+    cases = [
+        *population(half, ("stiction",), seed, historian=False),
+        *population(loops - half, others, seed + 1, historian=False),
+    ]
+    tasks = [(case, [seed, k], pairs) for k, case in enumerate(cases)]
+    rows: list[Trial] = []
+    pool = get_context("fork").Pool(jobs) if jobs > 1 else None
+    for k, own in enumerate(pool.imap(trials, tasks) if pool else map(trials, tasks)):
+        rows += own
+        if sys.stderr.isatty():
+            print(f"\r{k + 1} of {loops}", end="", file=sys.stderr)
+    if pool:
+        pool.close()
+    return rows
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Spoil loops and see whether a confident verdict flips.")
+    parser.add_argument("--loops", type=int, default=200, help="loops, half of them sticky")
+    parser.add_argument("--seed", type=int, default=55)
+    parser.add_argument("--pairs", type=int, default=91, help="pairs of effects for each loop, out of 91")
+    parser.add_argument("--jobs", type=int, default=2, help="processes")
+    parser.add_argument("--json", type=Path, help="write counts and trials to this file")
+    chosen = parser.parse_args()
+    rows = run(chosen.loops, chosen.seed, chosen.pairs, chosen.jobs)
+    print(table(rows))
+    if chosen.json:
+        alone, pairs = ([row for row in rows if len(row.effects) == size] for size in (1, 2))
+        told = {"alone": counted(alone), "pairs": counted(pairs), "trials": [asdict(row) for row in rows]}
+        chosen.json.write_text(json.dumps(told, indent=1))
+
+
+if __name__ == "__main__":
+    main()
