@@ -1,0 +1,98 @@
+"""What a gate is, what it looks at, and how a value is held against its limits."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from stiction.records.storage import lattice
+from stiction.records.stretches import filled
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.records.record import LoopRecord
+
+__all__ = ["LEAST_CYCLES", "LEAST_SAMPLES", "Gate", "Severity", "View", "at_least", "at_most"]
+
+Severity = Literal["ok", "lowers", "refuses"]
+
+LEAST_SAMPLES = 60
+"""Samples below which nothing is said about a valve."""
+LEAST_CYCLES = 3
+"""Cycles below which nothing is said about a valve."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gate:
+    """One check of a record."""
+
+    name: str
+    """What is checked."""
+    severity: Severity
+    """"ok", "lowers" the confidence, or "refuses" the record."""
+    value: float
+    """What was found."""
+    limit: float
+    """The limit that counts: the one passed, or the next one to be passed."""
+    why: str
+    """A sentence on what was found and what to do."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the gate, ready for JSON."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class View:
+    """What a gate looks at; what several gates need is found once."""
+
+    record: LoopRecord
+    """The whole record."""
+    part: LoopRecord
+    """Its longest usable stretch."""
+    period: float | None
+    """Period of the oscillation [s], when known."""
+
+    @cached_property
+    def op(self) -> NDArray[np.float64]:
+        """OP of the stretch, small gaps bridged [unit of the record], shape (n_samples,)."""
+        return filled(self.part.op)
+
+    @cached_property
+    def pv(self) -> NDArray[np.float64] | None:
+        """PV of the stretch, small gaps bridged [engineering units], shape (n_samples,)."""
+        return None if self.part.pv is None else filled(self.part.pv)
+
+    @cached_property
+    def op_step(self) -> float:
+        """Lattice of OP [unit of the record]."""
+        return lattice(self.op)
+
+    @cached_property
+    def pv_step(self) -> float:
+        """Lattice of PV [engineering units]."""
+        return 0.0 if self.pv is None else lattice(self.pv)
+
+    @cached_property
+    def too_little(self) -> bool:
+        """Whether the stretch is too short to judge while the whole record would not be."""
+        least = LEAST_SAMPLES * self.record.dt
+        if self.period is not None:
+            least = max(least, LEAST_CYCLES * self.period)
+        return self.part.duration < least <= self.record.duration
+
+
+def at_least(name: str, value: float, lowers: float, refuses: float, why: str) -> Gate:
+    """Ask for a value of `lowers`, refuse below `refuses`."""
+    severity: Severity = "refuses" if value < refuses else "lowers" if value < lowers else "ok"
+    return Gate(name, severity, float(value), refuses if value < refuses else lowers, why)
+
+
+def at_most(name: str, value: float, lowers: float, refuses: float, why: str) -> Gate:
+    """Allow a value of `lowers`, refuse above `refuses`."""
+    severity: Severity = "refuses" if value > refuses else "lowers" if value > lowers else "ok"
+    return Gate(name, severity, float(value), refuses if value > refuses else lowers, why)
