@@ -58,31 +58,41 @@ class View:
     """Period of the oscillation [s], when known."""
 
     @cached_property
+    def whole(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """OP and PV of the record, gaps bridged [units of the record]; PV is empty where it was not recorded."""
+        pv = self.record.pv
+        return filled(self.record.op), np.empty(0) if pv is None else filled(pv)
+
+    @cached_property
+    def steps(self) -> tuple[float, float]:
+        """Lattices of OP and PV [units of the record]."""
+        return lattice(self.whole[0]), lattice(self.whole[1])
+
+    @cached_property
     def op(self) -> NDArray[np.float64]:
         """OP of the stretch, small gaps bridged [unit of the record], shape (n_samples,)."""
-        return filled(self.part.op)
+        return self.whole[0] if len(self.part) == len(self.record) else filled(self.part.op)
 
     @cached_property
     def pv(self) -> NDArray[np.float64] | None:
         """PV of the stretch, small gaps bridged [engineering units], shape (n_samples,)."""
-        return None if self.part.pv is None else filled(self.part.pv)
+        if self.part.pv is None or len(self.part) == len(self.record):
+            return None if self.part.pv is None else self.whole[1]
+        return filled(self.part.pv)
 
     @cached_property
-    def op_step(self) -> float:
-        """Lattice of OP [unit of the record]."""
-        return lattice(self.op)
-
-    @cached_property
-    def pv_step(self) -> float:
-        """Lattice of PV [engineering units]."""
-        return 0.0 if self.pv is None else lattice(self.pv)
+    def cycle(self) -> float | None:
+        """Time of a cycle [s]: the period, else from one upward crossing of OP's mean to the next, None below six."""
+        if self.period is not None:
+            return self.period
+        above = self.whole[0] > np.nanmean(self.whole[0]) if np.isfinite(self.whole[0]).any() else np.zeros(2, bool)
+        crossings = int(np.sum(above[1:] & ~above[:-1]))
+        return self.record.duration / crossings if crossings >= 6 else None
 
     @cached_property
     def too_little(self) -> bool:
         """Whether the stretch is too short to judge while the whole record would not be."""
-        least = LEAST_SAMPLES * self.record.dt
-        if self.period is not None:
-            least = max(least, LEAST_CYCLES * self.period)
+        least = max(LEAST_SAMPLES * self.record.dt, LEAST_CYCLES * (self.cycle or 0.0))
         return self.part.duration < least <= self.record.duration
 
 

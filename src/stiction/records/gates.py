@@ -23,9 +23,11 @@ if TYPE_CHECKING:
 __all__ = ["GATES", "Gate", "Severity", "View"]
 
 FEW_SAMPLES, FEW_CYCLES = 200, 8
+MANY_SAMPLES, FEW_PER_CYCLE = 12, 4
+"""Samples per cycle below which confidence is lowered, and below which the record is refused [-]."""
 MEMORY = 0.1
 """Likeness of a signal to its last value below which its movement is not resolved [-]."""
-BRIDGED = 20.0
+BRIDGED = 40.0
 """Samples of the usable stretch that may be bridged [%]."""
 
 
@@ -49,11 +51,11 @@ def cycles(view: View) -> Gate | None:
 
 
 def sampling(view: View) -> Gate | None:
-    """Ask for samples per cycle, a jump between samples is not seen; without a cycle, for likeness to the last value."""
+    """Ask for samples per cycle: what lies between two is not seen; without a cycle, that values resemble the last."""
     if view.period is not None:
         count = view.period / view.record.dt
-        hint = f"; record every {view.period / 40:.2g} s or faster" if count < 10 else ""
-        return at_least("sampling", count, 10, 4, f"{count:.1f} samples per cycle{hint}.")
+        hint = f"; record every {view.period / 40:.2g} s or faster" if count < MANY_SAMPLES else ""
+        return at_least("sampling", count, MANY_SAMPLES, FEW_PER_CYCLE, f"{count:.1f} samples per cycle{hint}.")
     if view.pv is None or len(view.part) < LEAST_SAMPLES:
         return None
     memory = max(_memory(view.op), _memory(view.pv))
@@ -154,15 +156,15 @@ def op_scale(view: View) -> Gate | None:
 
 def op_resolution(view: View) -> Gate | None:
     """Find a coarse OP."""
-    return _resolution("OP", view.op, view.op_step)
+    return _resolution("OP", view.op, view.steps[0], 6)
 
 
 def pv_resolution(view: View) -> Gate | None:
     """Find a coarse PV: its stairs look like stick and slip."""
-    return None if view.pv is None else _resolution("PV", view.pv, view.pv_step)
+    return None if view.pv is None else _resolution("PV", view.pv, view.steps[1], 3)
 
 
-def _resolution(name: str, x: NDArray[np.float64], step: float) -> Gate | None:
+def _resolution(name: str, x: NDArray[np.float64], step: float, refuses: float) -> Gate | None:
     values = np.unique(x)
     if len(values) < 2:
         return None
@@ -175,7 +177,7 @@ def _resolution(name: str, x: NDArray[np.float64], step: float) -> Gate | None:
             step = float(np.percentile(gaps[gaps > 1e-9 * usual], 5))
         levels = usual / step + 1.0
     hint = "; record it finer, and without rounding" if levels < 20 else ""
-    return at_least(f"{name.lower()} resolution", levels, 20, 3, f"{name} swings over {levels:.0f} steps{hint}.")
+    return at_least(f"{name.lower()} resolution", levels, 20, refuses, f"{name} swings over {levels:.0f} steps{hint}.")
 
 
 def _share(mask: NDArray[np.bool_]) -> float:

@@ -12,8 +12,10 @@ __all__ = ["averaging", "clock", "compression", "exception", "held", "replay", "
 
 STRAIGHT = 10.0
 """Samples that may lie on straight lines between two others [%]."""
-POINTS_PER_CYCLE = 6
-"""Stored points per cycle below which the shape of a signal is the historian's."""
+POINTS_PER_CYCLE = 10
+"""Stored points per cycle below which the shape of a signal is the historian's [-]."""
+LEVELS = 8
+"""Exception deviations in the swing below which the historian's rests pass for the valve's, or hide them [-]."""
 HELD = 20.0
 """Samples in which OP and PV may both repeat their last value [%]."""
 
@@ -24,44 +26,43 @@ def compression(view: View) -> Gate | None:
     if n < 10 or view.pv is None:
         return None
     drawn = {
-        "OP": straight(view.op, view.pv, view.op_step, view.pv_step),
-        "PV": straight(view.pv, view.op, view.pv_step, view.op_step),
+        "OP": straight(view.op, view.pv, *view.steps),
+        "PV": straight(view.pv, view.op, *view.steps[::-1]),
     }
     name = max(drawn, key=lambda signal: drawn[signal])
-    share, stored = 100.0 * drawn[name] / n, n - drawn[name]
+    share = 100.0 * drawn[name] / n
     why = f"{name} lies on exactly straight lines in {share:.3g} % of the samples"
     if share <= STRAIGHT:
         return Gate("compression", "ok", share, STRAIGHT, f"{why}.")
-    why += ": interpolated by the historian"
-    if view.period is not None:
-        points = stored * view.period / view.part.duration
-        lost = points < POINTS_PER_CYCLE
-        value, limit, why = points, POINTS_PER_CYCLE, f"{why}, {points:.1f} points per cycle were stored"
-    else:
-        lost = stored < LEAST_SAMPLES
-        value, limit, why = stored, LEAST_SAMPLES, f"{why}, {stored} points were stored"
+    cycle = (view.cycle or view.part.duration) / view.record.dt
+    points = (1.0 - drawn[name] / n) * cycle
+    why += f": interpolated by the historian, {points:.1f} points per cycle were stored, {n - drawn[name]} in all"
     remedy = "export raw values, or switch compression off and record again."
-    if lost:
-        return Gate("compression", "refuses", float(value), limit, f"{why}: shapes are lost; {remedy}")
+    if points < POINTS_PER_CYCLE or n - drawn[name] < LEAST_SAMPLES:
+        return Gate("compression", "refuses", points, POINTS_PER_CYCLE, f"{why}: shapes are lost; {remedy}")
     return Gate("compression", "lowers", share, STRAIGHT, f"{why}; {remedy}")
 
 
 def exception(view: View) -> Gate | None:
     """Find OP or PV stored only after it had moved by a deviation: small movements are lost, and it seems to stick."""
-    if len(view.part) < 10 or view.pv is None:
+    if len(view.record) < 10 or view.record.pv is None:
         return None
-    op, pv = exception_deviation(view.op, view.op_step), exception_deviation(view.pv, view.pv_step)
-    if pv and controller_saw(view.op, view.pv, view.op_step):
+    # The whole record: a long rest of OP would else be cut out as time in manual.
+    op, pv = (exception_deviation(x, step) for x, step in zip(view.whole, view.steps, strict=True))
+    if pv and controller_saw(*view.whole, view.steps[0]):
         pv = 0.0
-    found = [(swing(x) / size, name, size) for x, name, size in ((view.op, "OP", op), (view.pv, "PV", pv)) if size]
+    both = zip(("OP", "PV"), view.whole, (op, pv), strict=True)
+    found = [(swing(x) / size, name, size) for name, x, size in both if size]
     if not found:
-        return Gate("exception", "ok", 0.0, 0.0, "OP and PV also change by small steps: no exception deviation is seen.")
+        return Gate(
+            "exception", "ok", 0.0, 0.0, "OP and PV also change by small steps: no exception deviation is seen."
+        )
     levels, name, size = min(found)
     why = (
         f"{name} rests and then changes by {size:.3g} or more, its swing over {levels:.1f}: stored by exception; "
         "set the exception deviation to 0 and record again."
     )
-    return at_least("exception", levels, 20, 3.5, why)
+    return at_least("exception", levels, 20, LEVELS, why)
 
 
 def held(view: View) -> Gate | None:
@@ -99,9 +100,9 @@ def replay(view: View) -> Gate | None:
     """Find stretches that occur twice, value for value."""
     if view.pv is None or len(view.part) < 2:
         return None
-    share, periodic = replayed(view.op, view.pv)
+    share, periodic = replayed(view.op, view.pv, *view.steps)
     if periodic:
-        why = "The record repeats itself value for value over and over: simulated without noise, or coarse."
+        why = "The record comes back to itself value for value: simulated without noise, or coarse."
         return Gate("replay", "ok", 100.0 * share, 2.0, why)
     hint = ": data were copied; ask for the raw record" if share > 0.02 else ""
     why = f"{100 * share:.3g} % of the samples repeat an earlier stretch value for value{hint}."
@@ -122,9 +123,14 @@ def clock(view: View) -> Gate:
 def resampled(view: View) -> Gate | None:
     """Count the values that the reader held to fill an even grid."""
     made_up = view.record.provenance.made_up
-    if not made_up or not len(view.record):
+    if not made_up or len(view.record) < made_up:
         return None
     share = 100.0 * made_up / len(view.record)
-    why = f"{share:.3g} % of the samples are held values that fill an even grid"
-    hint = "; export at an even rate, or give a longer dt" if share > 25 else ""
-    return at_most("resampled", share, 25, 75, f"{why}{hint}.")
+    why = f"{share:.3g} % of the samples are held from earlier time stamps to fill an even grid"
+    if view.period is not None:
+        points = (1.0 - share / 100.0) * view.period / view.record.dt
+        why += f", {points:.1f} recorded values per cycle"
+        if points < 4:
+            return Gate("resampled", "refuses", points, 4, f"{why}; export at an even and faster rate.")
+    hint = "; export at an even rate" if share > 25 else ""
+    return at_most("resampled", share, 25, np.inf, f"{why}{hint}.")

@@ -41,7 +41,8 @@ def lattice(x: NDArray[np.float64]) -> float:
     >>> lattice(np.array([57.0, 57.3, 58.8, 57.6, 60.0])), lattice(np.array([0.0, 1.0, 2.617, 3.141]))
     (0.3, 0.0)
     """
-    gaps = np.diff(np.unique(x[np.isfinite(x)]))
+    x = x[np.isfinite(x)]
+    gaps = np.diff(np.unique(x))
     gaps = gaps[gaps > ROUNDING * gaps.sum()] if gaps.size else gaps
     if gaps.size == 0:
         return 0.0
@@ -50,7 +51,9 @@ def lattice(x: NDArray[np.float64]) -> float:
         ratio = gaps * (part / smallest)
         whole = np.round(ratio)
         if np.mean(np.abs(ratio - whole) < 0.02) >= 0.98:
-            return float(f"{gaps.sum() / whole.sum():.9g}")
+            # A straight line visits level after level, and none twice: its slope is no lattice.
+            line = gaps.size > 0.95 * x.size > 9.0 and np.mean(whole == 1.0) > 0.95
+            return 0.0 if line else float(f"{gaps.sum() / whole.sum():.9g}")
     return 0.0
 
 
@@ -164,8 +167,8 @@ def _sums(x: NDArray, first: NDArray[np.int64], last: NDArray[np.int64]) -> NDAr
 def averaging_window(op: NDArray[np.float64], pv: NDArray[np.float64]) -> int:
     """Samples of the moving average through which both signals went; 0 when the noise does not tell.
 
-    The difference of a moving average of W samples is (x_k - x_{k-W}) / W: whatever is white in x is repeated after W
-    samples with the opposite sign, and not after 2 W, as an oscillation would.
+    The difference of a moving average of W samples is (x_k - x_{k-W}) / W: its autocorrelation about the lag W is that
+    about 0, halved and negative, and there is none about 2 W, as there would be of an oscillation.
 
     Parameters
     ----------
@@ -189,5 +192,9 @@ def averaging_window(op: NDArray[np.float64], pv: NDArray[np.float64]) -> int:
         spectrum = np.fft.rfft(z - z.mean(), 1 << (2 * n - 1).bit_length())
         acf = np.fft.irfft(np.abs(spectrum) ** 2)[: echo.size]
         echo += 0.5 * acf / acf[0]
-    window = 4 + int(np.argmin(echo[4 : echo.size // 2])) if echo.size > 12 else 0
-    return window if window and echo[window] < -0.35 and abs(echo[2 * window]) < 0.2 else 0
+    if echo.size < 13:
+        return 0
+    window = 4 + int(np.argmin(echo[4 : echo.size // 2]))
+    about = np.arange(-2, 3)
+    alike = np.abs(echo[window + about] + 0.5 * echo[np.abs(about)]).max() < 0.15
+    return window if alike and np.abs(echo[2 * window + about]).max() < 0.15 else 0

@@ -21,6 +21,7 @@ __all__ = [
     "missing",
     "runs",
     "saturated",
+    "torn",
     "usable_part",
 ]
 
@@ -34,6 +35,12 @@ SCALES = ((0.0, 100.0), (0.0, 1.0), (4.0, 20.0))
 """OP at its limits in %, as a fraction and in mA: OP that lies within one of them and rests at its end is there."""
 MANUAL = 60
 """Samples for which OP must rest, PV moving, to count as in manual when the mode was not recorded; PV, to be frozen."""
+FROZEN = 20
+"""Samples for which PV must rest to be frozen where it hardly ever repeats a value."""
+TEARS = 20
+"""Clock jumps above which no more are looked for."""
+FEW = 5
+"""Rests above which PV rests as a habit."""
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -101,26 +108,48 @@ def in_manual(record: LoopRecord) -> NDArray[np.bool_]:
 
 
 def frozen(record: LoopRecord) -> NDArray[np.bool_]:
-    """Mark where PV stands still for long as it does only once or twice in the record, shape (n_samples,).
+    """Mark where PV stands still for long as it does only a few times in the record, shape (n_samples,).
 
     A valve that sticks without noise, or a coarse transmitter, lets PV rest again and again, and is not meant.
     """
     mask = np.zeros(len(record), dtype=bool)
-    if record.pv is None or not np.isfinite(record.pv).any():
+    if record.pv is None:
         return mask
     rests = runs(np.concatenate([[False], np.diff(record.pv) == 0.0]))
-    lengths = np.array([last - first for first, last in rests])
+    lengths = np.array([last - first for first, last in rests], dtype=np.int64)
     long = lengths >= max(MANUAL, len(record) // 20)
+    if lengths[lengths < FROZEN].sum() < 0.02 * len(record):
+        long = lengths >= FROZEN
     others = lengths[~long]
-    if not long.any() or long.sum() > 2 or (others.size and 4 * others.max() > lengths[long].min()):
+    if not 1 <= long.sum() <= FEW or (others.size and 4 * others.max() > lengths[long].min()):
         return mask
     for (first, last), is_long in zip(rests, long, strict=True):
         mask[first - 1 : last] |= is_long
     return mask
 
 
+def torn(record: LoopRecord) -> NDArray[np.bool_]:
+    """Mark where OP and PV break off together, as often as the clock jumped at most, shape (n_samples,)."""
+    mask = np.zeros(len(record), dtype=bool)
+    jumps = record.provenance.clock_jumps
+    if not jumps or record.pv is None or len(record) < MANUAL:
+        return mask
+    size = np.full(len(record), np.inf)
+    for x in (record.op, record.pv):
+        bend = np.abs(np.diff(x, 2, prepend=(x[0], x[0])))
+        usual = float(np.nanpercentile(bend, 95.0)) if np.isfinite(bend).any() else 0.0
+        size = np.fmin(size, bend / usual if usual > 0.0 else 0.0)
+    for _ in range(min(jumps, TEARS)):
+        k = int(np.argmax(size))
+        if not size[k] > 1.0:
+            break
+        mask[k] = True
+        size[max(k - 2, 0) : k + 3] = 0.0
+    return mask
+
+
 def analysis_window(record: LoopRecord) -> tuple[int, int]:
-    """Find the longest stretch in automatic, not saturated, PV not frozen, without a gap above `BRIDGE` samples.
+    """Find the longest stretch in automatic, not saturated, PV not frozen, no clock jump or gap above `BRIDGE` samples.
 
     Returns
     -------
@@ -135,7 +164,7 @@ def analysis_window(record: LoopRecord) -> tuple[int, int]:
     (0, 4)
     """
     gone = missing(record)
-    blocked = saturated(record) | in_manual(record) | frozen(record)
+    blocked = saturated(record) | in_manual(record) | frozen(record) | torn(record)
     good = ~(gone | blocked)
     for first, last in runs(gone):
         inside = first > 0 and last < len(gone) and good[first - 1] and good[last]
