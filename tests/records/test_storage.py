@@ -88,7 +88,7 @@ def test_straight_lines_between_samples_of_a_slow_historian_are_counted(every):
     x, y = (np.interp(K, knots, noisy(seed)[knots]) for seed in (6, 7))
     drawn = N - len(knots)
     assert straight(x, y, 0.0, 0.0) == pytest.approx(drawn, rel=0.02)
-    assert straight(x, noisy(7), 0.0, 0.0) == pytest.approx(drawn, rel=0.02)
+    assert straight(x, noisy(7), 0.0, 0.0) == pytest.approx(drawn, rel=0.1)  # a short piece of noise may look smooth
     assert straight(np.round(x, 4), np.round(y, 4), 1e-4, 1e-4) == pytest.approx(drawn, rel=0.1)
 
 
@@ -104,8 +104,8 @@ def test_straight_lines_that_a_loop_makes_by_itself_are_not_counted():
     assert straight(parabola, level, 0.0, lattice(level)) == 0
     # The lag of the process equals the integral time: OP is straight while PV dies out.
     dying = np.exp(-(K % 300) / 400.0) * np.where(K // 300 % 2, 1.0, -1.0)
-    ramp = np.abs((K + 150) % 600 - 300) * 0.01
-    assert straight(ramp, dying, lattice(ramp), 0.0) == 0
+    ramp = np.abs((K % 600) - 300) * 0.01
+    assert straight(ramp, dying, 0.0, 0.0) == 0
     assert straight(np.round(ramp, 3), np.round(dying, 3), 1e-3, 1e-3) == 0
     # Proportional action alone: OP is the mirror of a level that is a triangle.
     assert straight(50 - 2 * level, level, 0.0, 0.0) == 0

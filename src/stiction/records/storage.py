@@ -137,7 +137,7 @@ def straight(x: NDArray[np.float64], y: NDArray[np.float64], x_step: float, y_st
     >>> straight(np.interp(k, k[::10], noise[::10]), noise, 0.0, 0.0)
     351
     """
-    if len(x) < 10:
+    if len(x) < 10 or _mirrors(x, y):
         return 0
     tolerance = max(EXACT * swing(x), 2.01 * x_step)
     slope, y_slope = np.diff(x), np.diff(y)
@@ -157,6 +157,13 @@ def straight(x: NDArray[np.float64], y: NDArray[np.float64], x_step: float, y_st
     third = _sums(np.abs(np.diff(np.diff(y_slope), append=np.nan)), first, last - 1)
     rough = (third > second) & (second > 3.0 * max(y_tolerance, y_step) * (last - first))
     return int(np.sum((last - first)[both | rough]))
+
+
+def _mirrors(x: NDArray[np.float64], y: NDArray[np.float64]) -> bool:
+    """Whether one signal is the other in another scale: proportional action alone."""
+    a, b = x - x.mean(), y - y.mean()
+    size = float(a @ a) * float(b @ b)
+    return size == 0.0 or 1.0 - float(a @ b) ** 2 / size < 1e-10
 
 
 def _sums(x: NDArray, first: NDArray[np.int64], last: NDArray[np.int64]) -> NDArray[np.float64]:
