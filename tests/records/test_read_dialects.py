@@ -209,11 +209,17 @@ def test_op_in_fraction_by_its_unit_is_converted(signals, table, read_text):
     np.testing.assert_allclose(record.op, op, rtol=1e-14)
 
 
-def test_op_in_milliamperes(signals, table, read_text):
+def test_op_in_milliamperes_by_its_unit_is_converted_and_said(signals, table, read_text):
     t, pv, op, _ = signals
     text = table("time_s,PV,OP [mA]", t, pv, 4 + 0.16 * op)
-    assert any("mA" in guess for guess in read_text(text)[0].provenance.guesses)
+    [record] = read_text(text)
+    np.testing.assert_allclose(record.op, op, rtol=1e-12)
+    assert any("4 mA are taken as 0 %" in guess for guess in record.provenance.guesses)
     np.testing.assert_allclose(read_text(text, op_range=(4, 20))[0].op, op, rtol=1e-12)
+    # 0 to 20 mA, or an OP in % under a wrong unit, is left alone.
+    [record] = read_text(table("time_s,PV,OP [mA]", t, pv, op))
+    np.testing.assert_array_equal(record.op, op)
+    assert any("like no current of 4 to 20 mA" in guess for guess in record.provenance.guesses)
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "utf-32", "latin-1"])

@@ -70,6 +70,24 @@ def test_times_as_numbers(name, per_second, zero, kind, signals, table, read_tex
     np.testing.assert_array_equal(record.pv, pv)
 
 
+@pytest.mark.parametrize(
+    ("name", "step", "dt", "said"),
+    [
+        ("time", 1000, 1.0, "milliseconds"),
+        ("time", 5000, 5.0, "milliseconds"),
+        ("time", 60, 60.0, "seconds"),
+        ("time", 900, 900.0, "seconds"),
+        ("time_s", 1000, 1000.0, None),
+    ],
+)
+def test_milliseconds_without_a_unit_are_told_by_their_size(name, step, dt, said, signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table(f"{name},PV,OP", [str(int(step * k)) for k in t], pv, op))
+    assert record.dt == pytest.approx(dt)
+    told = [guess for guess in record.provenance.guesses if "time column" in guess]
+    assert told == [] if said is None else f"taken as {said}" in told[0]
+
+
 def test_ambiguous_dates_follow_the_data(signals, table, read_text):
     _, pv, op, _ = signals
     # Two hours over midnight: 01/02 -> 02/02 is the next day only when the day comes first.

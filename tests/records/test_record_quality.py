@@ -39,7 +39,7 @@ def test_a_good_record_passes_every_gate(good):
     assert quality.usable
     assert faults(good, PERIOD) == {}
     assert (quality.first, quality.last, quality.rows, quality.duration, quality.bad_percent) == (0, N, N, N, 0.0)
-    assert len(quality.gates) == 15
+    assert len(quality.gates) == 17
     assert all(g.why.endswith(".") for g in quality.gates)
     assert quality.summary().startswith("usable")
     assert json.loads(json.dumps(quality.to_dict(), allow_nan=False))["gates"][0]["name"] == "length"
@@ -51,7 +51,7 @@ def test_cycles(good, period, severity):
     assert (found.severity, found.value) == (severity, N / period)
 
 
-@pytest.mark.parametrize(("period", "severity"), [(10.0, "ok"), (6.0, "lowers"), (3.0, "refuses")])
+@pytest.mark.parametrize(("period", "severity"), [(12.0, "ok"), (6.0, "lowers"), (3.0, "refuses")])
 def test_samples_per_cycle(good, period, severity):
     found = gate(good, "sampling", period)
     assert (found.severity, found.value) == (severity, period)
@@ -126,12 +126,25 @@ def test_manual_without_a_mode(good):
     assert analysis_window(record) == (0, 900)
 
 
-def test_a_frozen_pair_is_held_not_manual(good):
+@pytest.mark.parametrize("also_op", [True, False])
+def test_a_frozen_stretch_is_left_out_and_is_not_manual(good, also_op):
     op, pv = good.op.copy(), good.pv.copy()
-    op[600:1000], pv[600:1000] = 50.0, 200.0
+    pv[700:1000] = 200.0
+    if also_op:
+        op[700:1000] = 50.0
     record = replace(good, op=op, pv=pv)
-    assert faults(record) == {"held": "lowers"}
-    assert gate(record, "held").value == pytest.approx(100 * 399 / 1199)
+    assert faults(record) == {"frozen": "lowers"}
+    assert gate(record, "frozen").value == pytest.approx(100 * 300 / N)
+    assert analysis_window(record) == (0, 700)
+
+
+def test_rests_that_come_back_are_not_frozen():
+    # A coarse transmitter on a slow cycle: PV rests for 60 samples and more, again and again.
+    k = np.arange(N)
+    pv = np.round(2.0 * np.sin(2 * np.pi * k / 400))
+    op = 50 + 6 * np.cos(2 * np.pi * k / 400) + np.random.default_rng(1).normal(0, 0.1, N)
+    assert max(np.diff(np.flatnonzero(np.diff(pv)))) > 60
+    assert gate(LoopRecord("LIC-1", 1.0, op=op, pv=pv), "frozen").value == 0.0
 
 
 def test_slow_historian_repeats_both(good):
@@ -144,8 +157,12 @@ def test_interpolated_by_the_historian(good):
     k = np.arange(N)
     knots = k[::12]
     record = replace(good, op=np.interp(k, knots, good.op[knots]), pv=np.interp(k, knots, good.pv[knots]))
-    assert faults(record) == {"compression": "refuses"}
-    assert gate(record, "compression").value > 60
+    assert faults(record, PERIOD) == {"compression": "refuses"}
+    assert gate(record, "compression", PERIOD).value == pytest.approx(PERIOD / 12, rel=0.2)  # points per cycle
+    knots = k[::5]
+    record = replace(good, op=np.interp(k, knots, good.op[knots]), pv=np.interp(k, knots, good.pv[knots]))
+    assert faults(record, PERIOD) == {"compression": "lowers"}
+    assert gate(record, "compression", PERIOD).value == pytest.approx(80, abs=3)  # four of five samples are drawn
 
 
 def test_straight_op_over_a_still_pv_is_integral_action_not_compression():
@@ -157,7 +174,11 @@ def test_straight_op_over_a_still_pv_is_integral_action_not_compression():
 
 
 @pytest.mark.parametrize(
-    ("signal", "step", "severity"), [("pv", 0.5, "ok"), ("pv", 2.0, "lowers"), ("pv", 30.0, "refuses")]
+    ("signal", "step", "severity"),
+    [
+        *(("pv", 0.5, "ok"), ("pv", 2.0, "lowers"), ("pv", 30.0, "refuses")),
+        *(("op", 0.5, "ok"), ("op", 1.0, "lowers"), ("op", 4.0, "refuses")),
+    ],
 )
 def test_resolution(good, signal, step, severity):
     record = replace(good, **{signal: np.round(getattr(good, signal) / step) * step})
@@ -184,11 +205,34 @@ def test_missing_values_and_bridged_gaps(good):
     assert any("3 missing samples were bridged" in guess for guess in part.provenance.guesses)
 
 
-def test_mostly_missing_is_refused(good):
+def test_mostly_bridged_is_refused(good):
     pv = good.pv.copy()
     pv[::2] = np.nan
     pv[:200] = np.nan
     assert faults(replace(good, pv=pv))["missing"] == "refuses"
+
+
+def test_a_long_gap_does_not_spoil_a_long_stretch_but_gaps_in_every_cycle_do(good):
+    pv = good.pv.copy()
+    pv[:700] = np.nan
+    assert faults(replace(good, pv=pv), PERIOD) == {"missing": "lowers"}
+    pv = good.pv.copy()
+    pv[np.arange(N) % 100 < 30] = np.nan  # thirty per cent in gaps of half a cycle
+    assert faults(replace(good, pv=pv), PERIOD)["missing"] == "refuses"
+
+
+def test_op_at_its_limit_in_every_cycle_is_refused_as_saturation(good):
+    record = replace(good, op=np.minimum(good.op, 53.0))
+    found = assess(record, PERIOD).refusals
+    assert "saturation" in {g.name for g in found}
+    assert "record longer" in next(g for g in found if g.name == "saturation").why
+
+
+def test_a_record_without_memory_is_doubted(good):
+    rng = np.random.default_rng(2)
+    record = replace(good, op=50 + rng.normal(0, 1, N), pv=rng.normal(0, 1, N))
+    assert faults(record) == {"sampling": "lowers"}
+    assert gate(record, "sampling").value < 0.1
 
 
 @pytest.mark.parametrize("change", [lambda op: op / 100, lambda op: (op - 50) / 6, lambda op: 8 * op])
@@ -212,6 +256,28 @@ def test_an_exactly_periodic_simulation_is_no_copy():
     found = gate(LoopRecord("FIC-1", 1.0, op=50 + wave, pv=wave[::-1]), "replay")
     assert found.severity == "ok"
     assert "simulated" in found.why
+
+
+def test_a_coarse_cycle_comes_back_to_itself_and_is_no_copy(good):
+    # Without noise, 200 levels: whole stretches recur by chance at some multiple of the period of 60.3 samples.
+    k = np.arange(3000)
+    wave = 2 * np.pi * k / 60.3
+    record = LoopRecord("FIC-1", 1.0, op=50 + np.round(np.sin(wave), 2), pv=np.round(np.cos(wave), 2))
+    found = gate(record, "replay")
+    assert found.value > 2.0  # it does recur
+    assert found.severity == "ok"
+
+
+def test_a_clock_jump_is_cut_where_the_signals_break_off(good):
+    keep = np.r_[0:500, 530:N]  # half a cycle is left out
+    record = replace(
+        good, op=good.op[keep], pv=good.pv[keep], provenance=replace(good.provenance, clock_jumps=1)
+    )
+    first, last = analysis_window(record)
+    assert first in (501, 502)
+    assert last == len(record)
+    assert faults(record) == {"clock": "lowers"}
+    assert analysis_window(replace(record, provenance=good.provenance)) == (0, len(record))
 
 
 def test_clock_jumps_of_the_reader(good):

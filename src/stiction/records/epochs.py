@@ -37,6 +37,10 @@ _EPOCHS = (
     _Epoch("nanoseconds since 1970 (UTC)", 3.15e17, 4.11e18, 1e-9, 0.0, np.inf, "utc"),
 )
 
+_LONG_STEP = 500.0
+"""Median step from which numbers are milliseconds, whole multiples of five minutes excepted: nobody records a loop so
+slowly [s]."""
+
 
 def parse_numbers(values: NDArray[np.float64], unit: float | None) -> Stamps:
     """Seconds of a time column of numbers.
@@ -69,6 +73,9 @@ def parse_numbers(values: NDArray[np.float64], unit: float | None) -> Stamps:
             if epoch.scale == 86400.0:  # a serial day carries about a microsecond of rounding
                 seconds = np.round(seconds, 3)
             return Stamps(seconds, epoch.kind, [f"The time column is taken as {epoch.name}."])
+    if unit is None and step >= _LONG_STEP and step % 300.0:
+        told = f"The time column steps by {step:.6g} and is taken as milliseconds; if these are seconds name it time_s."
+        return Stamps(values * 1e-3, "relative", [told])
     if unit is None:
         return Stamps(values, "relative", ["The time column is taken as seconds."])
     return Stamps(values * unit, "relative")

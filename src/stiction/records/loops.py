@@ -12,10 +12,12 @@ from stiction.errors import RecordError
 from stiction.records.columns import Assignment, assign, choose_names, time_unit
 from stiction.records.dialects import loop_type_of
 from stiction.records.epochs import parse_numbers
+from stiction.records.long_table import LongTable, long_columns, widened
+from stiction.records.numbers import to_numbers
 from stiction.records.record import LoopRecord, Provenance
 from stiction.records.resample import Grid, regular_grid
 from stiction.records.signals import automatic, flagged_rows, in_percent
-from stiction.records.timestamps import is_clock, is_date, is_stamp, parse_texts
+from stiction.records.timestamps import Stamps, is_clock, is_date, is_stamp, parse_texts
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -53,6 +55,9 @@ def loops_of(table: Table, options: Options) -> list[LoopRecord]:
     """
     name = table.source.name
     names, units = choose_names(table.header)
+    if not options.columns and (columns := long_columns(names)):
+        table = _widened(table, columns, names, units, options)
+        names, units = choose_names(table.header)
     width = len(table.sample[0]) if not names else len(names)
     if not names and not options.columns:
         raise RecordError(
@@ -65,6 +70,8 @@ def loops_of(table: Table, options: Options) -> list[LoopRecord]:
     roles = list(given.loops.values())
     text = {*given.time, *(s[role] for s in roles for role in ("mode", "bad", "quality") if role in s)}
     numeric_time = len(given.time) == 1 and table.is_numeric(given.time[0]) and options.time_format is None
+    if isinstance(table, LongTable):
+        text, numeric_time = text - set(given.time), False
     if numeric_time:
         text -= set(given.time)
     numbers = {s[role] for s in roles for role in _NUMBERS if role in s} | set(given.time if numeric_time else [])
@@ -113,9 +120,6 @@ def _keep_loops(given: Assignment, names: list[str], table: Table, options: Opti
     usable = {tag: s for tag, s in given.loops.items() if "op" in s and ("pv" in s or "mv" in s)}
     if not usable:
         seen = ", ".join(f"{names[i]} = {role.upper()}" for s in given.loops.values() for role, i in s.items() if names)
-        lower = {text.lower() for text in names}
-        if {"tag", "value"} <= lower or {"tagname", "value"} <= lower:
-            raise RecordError(f"{name}: is a long table (a row per tag and time); export one column per signal.")
         raise RecordError(
             f"{name}, line {max(1, table.first_line - 1)}: no loop with PV and OP was found among the columns "
             f"{', '.join(names[:20]) or '(no header)'}{f' (recognised: {seen})' if seen else ''}; "
@@ -147,8 +151,10 @@ def _grid(
     if not given.time:
         assert options.dt is not None
         return Grid(np.arange(taken.rows), float(options.dt), guesses=["There is no time column: dt is as given."])
-    first = given.time[0]
-    if numeric:
+    first, hold, dt = given.time[0], None, options.dt
+    if isinstance(table, LongTable):
+        stamps, hold, dt = table.stamps, table.hold, options.dt or table.dt or None
+    elif numeric:
         unit = time_unit(names[first] if names else "", units[first] if units else "")
         stamps = parse_numbers(taken.numbers[first], unit)
     else:
@@ -156,9 +162,34 @@ def _grid(
         if len(given.time) == 2:
             cells = [f"{day} {clock}" for day, clock in zip(cells, taken.text[given.time[1]], strict=True)]
         stamps = parse_texts(cells, day_first=options.day_first, time_format=options.time_format)
-    grid = regular_grid(stamps, options.dt, name, table.first_line)
+    grid = regular_grid(stamps, dt, name, table.first_line, hold)
     grid.guesses[:0] = stamps.guesses
     return grid
+
+
+def _widened(table: Table, columns: dict[str, int], names: list[str], units: list[str], options: Options) -> LongTable:
+    """Lay a long table out wide, by its first time column."""
+    time = next((i for i in assign(names, len(names), None, table.source.name).time), None)
+    if time is None:
+        raise RecordError(f"{table.source.name}: is a long table without a time column; export the time stamps too.")
+    unit = time_unit(names[time], units[time])
+    numeric = table.is_numeric(time) and options.time_format is None
+
+    def parse(cells: list[str]) -> Stamps:
+        if numeric:
+            return parse_numbers(to_numbers(cells, table.decimal)[0], unit)
+        return parse_texts(cells, day_first=options.day_first, time_format=options.time_format)
+
+    return widened(table, columns, time, parse)
+
+
+def _made_up(table: Table, grid: Grid, columns: list[int]) -> int:
+    """Samples at which a signal stands as it was stored for an earlier one, of the signal that has most of them."""
+    most = 0
+    for column in columns:
+        stored = table.stored_at(column)[grid.pick] if isinstance(table, LongTable) else grid.pick
+        most = max(most, int(np.sum((np.diff(stored) == 0) & (grid.pick[1:] >= 0))))
+    return most
 
 
 def _loop(
@@ -223,5 +254,6 @@ def _loop(
             bad=int(missing.sum()),
             bad_texts=dict(texts),
             clock_jumps=grid.clock_jumps,
+            made_up=_made_up(table, grid, [signals[role] for role in ("op", "pv") if role in signals]),
         ),
     )

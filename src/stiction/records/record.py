@@ -39,6 +39,8 @@ class Provenance:
     """Text found in the place of a number ("Bad Input") -> how often."""
     clock_jumps: int = 0
     """Times that the clock ran backwards or changed to or from summer time."""
+    made_up: int = 0
+    """Samples for which the reader held an earlier value, as the time stamps were uneven."""
 
 
 @dataclass(frozen=True)

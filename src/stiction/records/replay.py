@@ -13,24 +13,32 @@ __all__ = ["replayed"]
 
 _LENGTH = 30
 _CHANGES = 15
+_NEAR = 0.002
+"""Share of the swing within which a cycle comes back to itself [-]."""
 
 
-def replayed(op: NDArray[np.float64], pv: NDArray[np.float64]) -> tuple[float, bool]:
-    """Share of samples that repeat an earlier stretch, and whether the whole record is exactly periodic.
+def replayed(
+    op: NDArray[np.float64], pv: NDArray[np.float64], op_step: float = 0.0, pv_step: float = 0.0
+) -> tuple[float, bool]:
+    """Share of samples that repeat an earlier stretch, and whether the record comes back so closely by itself.
 
     Every stretch of 30 samples, at least half of them changes of both signals, gets a number by a rolling hash (after
-    Karp and Rabin); equal numbers are equal stretches.
+    Karp and Rabin); equal numbers are equal stretches. A cycle without noise, or one that noise hardly lifts over the
+    lattice, also comes back where it was not copied: there the rest of the record is near itself at the same lag.
 
     Parameters
     ----------
     op, pv : ndarray, shape (n_samples,)
         Signals in any unit.
+    op_step, pv_step : float
+        Their lattices, 0 where there is none.
 
     Examples
     --------
     >>> x = np.random.default_rng(1).normal(size=200)
-    >>> replayed(x, x)[0], replayed(np.tile(x, 2), np.tile(x, 2))
-    (0.0, (0.5, True))
+    >>> copied = np.concatenate([x, x[20:120]])
+    >>> replayed(x, x)[0], replayed(copied, copied), replayed(np.tile(x, 4), np.tile(x, 4))[1]
+    (0.0, (0.3333333333333333, False), True)
     """
     n = len(op) - _LENGTH + 1
     if n < 2:
@@ -52,8 +60,15 @@ def replayed(op: NDArray[np.float64], pv: NDArray[np.float64]) -> tuple[float, b
     np.add.at(covered, starts, 1)
     np.add.at(covered, starts + _LENGTH, -1)
     share = float(np.mean(np.cumsum(covered)[:-1] > 0))
-    # A loop simulated without noise repeats at one lag from some sample to the end.
-    lag = int(np.median(lags))
-    tail = int(starts.min())
-    periodic = bool(np.mean(lags == lag) > 0.9) and share > 0.9 * (len(op) - tail) / len(op) and share >= 0.3
-    return share, periodic
+    again_at = np.cumsum(covered)[:-1] > 0
+    values, counts = np.unique(lags, return_counts=True)
+    lag = int(values[np.argmax(counts)])
+    first = int(starts.min())
+    if len(op) - first > 1.5 * lag and again_at[first:].mean() > 0.9:
+        return share, True
+    near = np.ones(len(op) - lag, dtype=bool)
+    for x, step in ((op, op_step), (pv, pv_step)):
+        tolerance = max(2.01 * step, _NEAR * float(x.max() - x.min()))
+        near &= np.abs(x[lag:] - x[:-lag]) <= tolerance
+    rest = near[~again_at[lag:]]
+    return share, bool(rest.size and rest.mean() > 0.5)

@@ -39,7 +39,7 @@ class Grid:
     guesses: list[str] = field(default_factory=list)
 
 
-def regular_grid(stamps: Stamps, dt: float | None, name: str, line: int) -> Grid:
+def regular_grid(stamps: Stamps, dt: float | None, name: str, line: int, hold: float | None = None) -> Grid:
     """Lay an even grid over the stamps.
 
     Parameters
@@ -52,6 +52,8 @@ def regular_grid(stamps: Stamps, dt: float | None, name: str, line: int) -> Grid
         File name, for messages.
     line : int
         Line of the first row, for messages.
+    hold : float, optional
+        Longest time over which an unevenly recorded value is held [s]; `HOLD_LIMIT` periods when not given.
 
     Raises
     ------
@@ -75,7 +77,7 @@ def regular_grid(stamps: Stamps, dt: float | None, name: str, line: int) -> Grid
         raise RecordError(f"{name}, line {line}: all time stamps are equal; give dt if the rows are evenly sampled.")
     if stamps.kind != "relative":
         grid.start = _moment(float(t[0]), stamps.kind)
-    _lay(t, rows, dt, grid, name)
+    _lay(t, rows, dt, grid, name, hold)
     return grid
 
 
@@ -139,7 +141,7 @@ def _without_repeats(t: NDArray, rows: NDArray, grid: Grid) -> tuple[NDArray, ND
     return t[keep], rows[keep]
 
 
-def _lay(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: str) -> None:
+def _lay(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: str, hold: float | None) -> None:
     steps = np.diff(t)
     grid.dt = float(dt) if dt else float(np.median(steps))
     whole = np.maximum(np.round(steps / grid.dt), 1.0)
@@ -164,11 +166,11 @@ def _lay(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: str) -> 
     grid.dt = float(dt) if dt else _plain(float(np.median(steps)))
     moments = t[0] + grid.dt * np.arange(int(np.floor((t[-1] - t[0]) / grid.dt + 1e-6)) + 1)
     last = np.searchsorted(t, moments + 1e-6 * grid.dt, side="right") - 1
-    fresh = moments - t[last] <= HOLD_LIMIT * grid.dt
-    grid.pick = np.where(fresh, rows[last], -1)
+    longest = max(HOLD_LIMIT * grid.dt, hold or 0.0)
+    grid.pick = np.where(moments - t[last] <= longest, rows[last], -1)
     grid.guesses.append(
         f"The stamps are uneven ({steps.min():.4g} to {steps.max():.4g} s): each value is held until the next, every "
-        f"{grid.dt:.6g} s, for at most {HOLD_LIMIT} samples."
+        f"{grid.dt:.6g} s, for at most {longest:.4g} s."
     )
 
 

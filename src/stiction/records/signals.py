@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from stiction.records.resample import Grid
     from stiction.records.table import Columns
 
-__all__ = ["automatic", "flagged_rows", "in_percent", "not_a_percentage"]
+__all__ = ["automatic", "flagged_rows", "in_percent", "is_good", "not_a_percentage"]
 
 
 def flagged_rows(signals: dict[str, int], taken: Columns) -> NDArray[np.bool_]:
@@ -26,12 +26,12 @@ def flagged_rows(signals: dict[str, int], taken: Columns) -> NDArray[np.bool_]:
         flagged |= np.array([cell.strip().upper() not in ("0", "0.0", "FALSE", *MISSING_WORDS) for cell in cells])
     if "quality" in signals:
         cells = taken.text[signals["quality"]]
-        flagged |= np.array([not _is_good(cell.strip().upper()) for cell in cells])
+        flagged |= np.array([not is_good(cell.strip().upper()) for cell in cells])
     return flagged
 
 
-def _is_good(quality: str) -> bool:
-    """OPC codes from 192 are good; an empty cell says nothing."""
+def is_good(quality: str) -> bool:
+    """Whether a status in capitals is good: OPC codes from 192 are, an empty cell says nothing."""
     return int(quality) >= 192 if quality.isdigit() else quality.startswith("GOOD") or quality in MISSING_WORDS
 
 
@@ -44,9 +44,12 @@ def in_percent(op: NDArray, unit: str, op_range: tuple[float, float] | None, gue
     if unit in FRACTION_UNITS and low >= -0.1 and high <= 1.1:
         guesses.append(f"OP is given in {unit.lower()} and was multiplied by 100.")
         return op * 100.0
+    if unit == "MA" and low >= 3.6 and high <= 21.0:  # the range in which NAMUR NE 43 lets a signal live
+        guesses.append("OP is given in mA: 4 mA are taken as 0 % and 20 mA as 100 %; give op_range if that is wrong.")
+        return (op - 4.0) * 6.25
     suspicion = not_a_percentage(low, high)
     if unit == "MA":
-        suspicion = "like a current in mA"
+        suspicion = "like no current of 4 to 20 mA"
     if suspicion:
         hint = {"MA": "(4, 20)"}.get(unit, "(0, 1)" if low >= 0.0 and high <= 1.0 else "(low, high)")
         guesses.append(

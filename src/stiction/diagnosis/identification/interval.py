@@ -46,8 +46,13 @@ def interval(pieces: Sequence[Piece], chosen: int, axis: int) -> tuple[float, fl
     """
     piece = pieces[chosen]
     value = piece.valve[axis]
-    inner = limit(piece.error, independent_samples(piece), CHI2_1)
-    low, high = _reach(piece.found, inner, axis)
+    samples = independent_samples(piece)
+    low, high = _reach(piece.found, limit(piece.error, samples, CHI2_1), axis)
+    if axis == 1:
+        # J trades with the gain along valleys that the closer searches do not leave: the wide ones speak for it,
+        # each measured by its own best process.
+        wide = [_interval(one, limit(float(one.error.min()), samples, CHI2_1), axis) for one in piece.found[1:4]]
+        low, high = min([low, *(ends[0] for ends in wide)]), max([high, *(ends[1] for ends in wide)])
     shrink = 1.0 / np.sqrt(len(pieces))
     below, above = (value - low) * shrink, (high - value) * shrink
     if len(pieces) > 2:

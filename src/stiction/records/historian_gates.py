@@ -1,0 +1,136 @@
+"""Gates on what a historian or a reader did to a record between the controller and here."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiction.records.gate import LEAST_SAMPLES, Gate, View, at_least, at_most
+from stiction.records.replay import replayed
+from stiction.records.storage import averaging_window, controller_saw, exception_deviation, straight, swing
+
+__all__ = ["averaging", "clock", "compression", "exception", "held", "replay", "resampled"]
+
+STRAIGHT = 10.0
+"""Samples that may lie on straight lines between two others [%]."""
+POINTS_PER_CYCLE = 10
+"""Stored points per cycle below which the shape of a signal is the historian's [-]."""
+LEVELS = 8
+"""Exception deviations in the swing below which the historian's rests pass for the valve's, or hide them [-]."""
+HELD = 20.0
+"""Samples in which OP and PV may both repeat their last value [%]."""
+
+
+def compression(view: View) -> Gate | None:
+    """Find OP or PV on exactly straight lines that no controller makes: swinging door or interpolation."""
+    n = len(view.part)
+    if n < 10 or view.pv is None:
+        return None
+    drawn = {
+        "OP": straight(view.op, view.pv, *view.steps),
+        "PV": straight(view.pv, view.op, *view.steps[::-1]),
+    }
+    name = max(drawn, key=lambda signal: drawn[signal])
+    share = 100.0 * drawn[name] / n
+    why = f"{name} lies on exactly straight lines in {share:.3g} % of the samples"
+    if share <= STRAIGHT:
+        return Gate("compression", "ok", share, STRAIGHT, f"{why}.")
+    cycle = (view.cycle or view.part.duration) / view.record.dt
+    points = (1.0 - drawn[name] / n) * cycle
+    why += f": interpolated by the historian, {points:.1f} points per cycle were stored, {n - drawn[name]} in all"
+    remedy = "export raw values, or switch compression off and record again."
+    if points < POINTS_PER_CYCLE or n - drawn[name] < LEAST_SAMPLES:
+        return Gate("compression", "refuses", points, POINTS_PER_CYCLE, f"{why}: shapes are lost; {remedy}")
+    return Gate("compression", "lowers", share, STRAIGHT, f"{why}; {remedy}")
+
+
+def exception(view: View) -> Gate | None:
+    """Find OP or PV stored only after it had moved by a deviation: small movements are lost, and it seems to stick."""
+    if len(view.record) < 10 or view.record.pv is None:
+        return None
+    # The whole record: a long rest of OP would else be cut out as time in manual.
+    op, pv = (exception_deviation(x, step) for x, step in zip(view.whole, view.steps, strict=True))
+    if pv and controller_saw(*view.whole, view.steps[0]):
+        pv = 0.0
+    both = zip(("OP", "PV"), view.whole, (op, pv), strict=True)
+    found = [(swing(x) / size, name, size) for name, x, size in both if size]
+    if not found:
+        return Gate(
+            "exception", "ok", 0.0, 0.0, "OP and PV also change by small steps: no exception deviation is seen."
+        )
+    levels, name, size = min(found)
+    why = (
+        f"{name} rests and then changes by {size:.3g} or more, its swing over {levels:.1f}: stored by exception; "
+        "set the exception deviation to 0 and record again."
+    )
+    return at_least("exception", levels, 20, LEVELS, why)
+
+
+def held(view: View) -> Gate | None:
+    """Find OP and PV both repeated: the historian stored less often than it was asked."""
+    if len(view.part) < 2 or view.pv is None:
+        return None
+    fresh = (np.diff(view.op) != 0.0) | (np.diff(view.pv) != 0.0)
+    share = 100.0 * (1.0 - float(np.mean(fresh)))
+    why = f"OP and PV both repeat their last value in {share:.3g} % of the samples"
+    remedy = "; export raw values at the rate of the controller."
+    if share > HELD and view.period is not None:
+        points = float(np.mean(fresh)) * view.period / view.record.dt
+        why = f"{why}, {points:.1f} new values per cycle"
+        if points < 4:
+            return Gate("held", "refuses", points, 4, why + remedy)
+    return at_most("held", share, HELD, np.inf, why + (remedy if share > HELD else "."))
+
+
+def averaging(view: View) -> Gate | None:
+    """Find OP and PV smoothed by a moving average; one over the sampling interval alone leaves no trace."""
+    if view.pv is None:
+        return None
+    window = averaging_window(view.op, view.pv)
+    if not window:
+        return None
+    why = f"OP and PV are moving averages over {window * view.record.dt:.4g} s"
+    remedy = "; export raw values."
+    if view.period is None:
+        return Gate("averaging", "lowers", window, 1, why + remedy)
+    share = window * view.record.dt / view.period
+    return at_most("averaging", share, 0.1, 1 / 3, f"{why}, {100 * share:.3g} % of a cycle{remedy}")
+
+
+def replay(view: View) -> Gate | None:
+    """Find stretches that occur twice, value for value."""
+    if view.pv is None or len(view.part) < 2:
+        return None
+    share, periodic = replayed(view.op, view.pv, *view.steps)
+    if periodic:
+        why = "The record comes back to itself value for value: simulated without noise, or coarse."
+        return Gate("replay", "ok", 100.0 * share, 2.0, why)
+    hint = ": data were copied; ask for the raw record" if share > 0.02 else ""
+    why = f"{100 * share:.3g} % of the samples repeat an earlier stretch value for value{hint}."
+    return at_most("replay", 100.0 * share, 2, np.inf, why)
+
+
+def clock(view: View) -> Gate:
+    """Count clock changes that the reader met."""
+    jumps = view.record.provenance.clock_jumps
+    why = (
+        f"The clock jumped {jumps} times; see what the reader guessed, or cut the record there."
+        if jumps
+        else "The clock runs evenly."
+    )
+    return at_most("clock", jumps, 0, np.inf, why)
+
+
+def resampled(view: View) -> Gate | None:
+    """Count the values that the reader held to fill an even grid."""
+    made_up = view.record.provenance.made_up
+    if not made_up or len(view.record) < made_up:
+        return None
+    share = 100.0 * made_up / len(view.record)
+    why = f"{share:.3g} % of the samples are held from earlier time stamps to fill an even grid"
+    if view.period is not None:
+        points = (1.0 - share / 100.0) * view.period / view.record.dt
+        why += f", {points:.1f} recorded values per cycle"
+        if points < 4:
+            return Gate("resampled", "refuses", points, 4, f"{why}; export at an even and faster rate.")
+    hint = "; export at an even rate" if share > 25 else ""
+    return at_most("resampled", share, 25, np.inf, f"{why}{hint}.")

@@ -1,0 +1,207 @@
+"""How a historian stored a signal, read back from its numbers: lattice, exception, straight lines, moving average.
+
+Every number here keeps its meaning under shift and scale of the signals; tolerances are shares of the swing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.records.stretches import runs
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["averaging_window", "controller_saw", "exception_deviation", "lattice", "straight", "swing"]
+
+ROUNDING = 1e-9
+"""Share of the swing below which a difference is rounding of the arithmetic [-]."""
+EXACT = 1e-7
+"""Share of the swing within which points lie on a straight line [-]."""
+
+
+def swing(x: NDArray[np.float64]) -> float:
+    """Largest less smallest value, in the signal's unit; 0 when there is none."""
+    x = x[np.isfinite(x)]
+    return float(x.max() - x.min()) if x.size else 0.0
+
+
+def lattice(x: NDArray[np.float64]) -> float:
+    """Step of which all differences of a signal are multiples, in its unit; 0 when there is none.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        Signal in any unit; NaN are passed over.
+
+    Examples
+    --------
+    >>> lattice(np.array([57.0, 57.3, 58.8, 57.6, 60.0])), lattice(np.array([0.0, 1.0, 2.617, 3.141]))
+    (0.3, 0.0)
+    """
+    x = x[np.isfinite(x)]
+    gaps = np.diff(np.unique(x))
+    gaps = gaps[gaps > ROUNDING * gaps.sum()] if gaps.size else gaps
+    if gaps.size == 0:
+        return 0.0
+    smallest = float(gaps.min())
+    for part in (1, 2, 3):
+        ratio = gaps * (part / smallest)
+        whole = np.round(ratio)
+        if np.mean(np.abs(ratio - whole) < 0.02) >= 0.98:
+            # A straight line visits level after level, and none twice: its slope is no lattice.
+            line = gaps.size > 0.95 * x.size > 9.0 and np.mean(whole == 1.0) > 0.95
+            return 0.0 if line else float(f"{gaps.sum() / whole.sum():.9g}")
+    return 0.0
+
+
+def exception_deviation(x: NDArray[np.float64], step: float) -> float:
+    """Exception deviation with which a signal was stored, in its unit; 0 when nothing points to one.
+
+    A value that is stored when it has left the last one by more than a deviation rests, and then changes by at least
+    that deviation. Other signals that rest have small changes too: those of a lattice go by one step, those of a
+    historian that looks at the clock come at even distances.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        Signal in any unit, without NaN.
+    step : float
+        Its `lattice`.
+
+    Examples
+    --------
+    >>> x, kept = np.random.default_rng(1).normal(size=400).cumsum(), [0.0]
+    >>> for value in x:
+    ...     kept.append(value if abs(value - kept[-1]) > 2.0 else kept[-1])
+    >>> 2.0 < exception_deviation(np.array(kept), 0.0) < 2.2, exception_deviation(x, 0.0)
+    (True, 0.0)
+    """
+    moved = np.abs(np.diff(x))
+    places = np.flatnonzero(moved > ROUNDING * swing(x))
+    changes = moved[places]
+    if changes.size < 12 or changes.size > 0.75 * moved.size:
+        return 0.0
+    smallest, usual = np.percentile(changes, (5, 50))
+    rests = np.diff(places)
+    by_the_clock = np.mean(rests == np.median(rests)) > 0.9
+    return 0.0 if smallest < max(1.5 * step, 0.3 * usual) or by_the_clock else float(smallest)
+
+
+def controller_saw(op: NDArray[np.float64], pv: NDArray[np.float64], op_step: float) -> bool:
+    """Whether OP runs straight while PV rests: then the controller saw PV rest, and no historian made it so.
+
+    Integral action of a constant error is a ramp; had PV moved unseen, OP would bend.
+
+    Parameters
+    ----------
+    op, pv : ndarray, shape (n_samples,)
+        Signals in any unit, without NaN.
+    op_step : float
+        Lattice of OP, in its unit.
+    """
+    still = np.diff(pv) == 0.0
+    rests = sorted((run for run in runs(still) if run[1] - run[0] >= 6), key=lambda run: run[0] - run[1])[:30]
+    tolerance = max(op_step, 1e-6 * swing(op))
+    straight_ones = bent = 0
+    for first, last in rests:
+        # The first sample of a rest still answers the change before it.
+        part = op[first + 1 : last + 1]
+        k = np.arange(part.size) - 0.5 * (part.size - 1)
+        slope = float(k @ part) / float(k @ k)
+        if abs(slope) * part.size > 3.0 * tolerance:
+            off = np.abs(part - part.mean() - slope * k).max()
+            straight_ones, bent = (straight_ones + 1, bent) if off <= tolerance else (straight_ones, bent + 1)
+    return straight_ones >= 3 and straight_ones >= 4 * bent
+
+
+def straight(x: NDArray[np.float64], y: NDArray[np.float64], x_step: float, y_step: float) -> int:
+    """Count the samples of `x` that a straight line between two others gives, while `y` shows that it should bend.
+
+    A line is five points or more, steep beside the lattice, with a kink at each end. OP and PV of a controller with
+    integral action are never straight together, and a signal is not exactly straight while the other is rough; a
+    stuck valve without noise gives one straight signal beside a smooth or resting one, which is not counted.
+
+    Parameters
+    ----------
+    x, y : ndarray, shape (n_samples,)
+        The signal and its companion, in any unit, without NaN.
+    x_step, y_step : float
+        Their lattices.
+
+    Examples
+    --------
+    >>> k, noise = np.arange(400), np.random.default_rng(1).normal(size=400)
+    >>> straight(np.interp(k, k[::10], noise[::10]), noise, 0.0, 0.0)
+    351
+    """
+    if len(x) < 10 or _mirrors(x, y):
+        return 0
+    tolerance = max(EXACT * swing(x), 2.01 * x_step)
+    slope, y_slope = np.diff(x), np.diff(y)
+    bend, y_bend = np.abs(np.diff(slope)), np.abs(np.diff(y_slope))
+    steep = np.abs(slope) > max(1e-6 * swing(x), 5.0 * x_step)
+    found = np.array(runs((bend <= tolerance) & steep[1:] & steep[:-1]), dtype=np.int64).reshape(-1, 2)
+    found = found[found[:, 1] - found[:, 0] >= 3]
+    kink = np.concatenate([bend > 3.0 * tolerance, [True]])
+    found = found[kink[found[:, 0] - 1] & kink[found[:, 1]]]
+    if not found.size:
+        return 0
+    first, last = found.T
+    y_tolerance = max(EXACT * swing(y), 2.01 * y_step)
+    y_steep = np.abs(y_slope) > max(1e-6 * swing(y), 5.0 * y_step)
+    both = _sums((y_bend <= y_tolerance) & y_steep[1:] & y_steep[:-1], first, last) >= last - first
+    second = _sums(y_bend, first, last)
+    third = _sums(np.abs(np.diff(np.diff(y_slope), append=np.nan)), first, last - 1)
+    rough = (third > second) & (second > 3.0 * max(y_tolerance, y_step) * (last - first))
+    return int(np.sum((last - first)[both | rough]))
+
+
+def _mirrors(x: NDArray[np.float64], y: NDArray[np.float64]) -> bool:
+    """Whether one signal is the other in another scale: proportional action alone."""
+    a, b = x - x.mean(), y - y.mean()
+    size = float(a @ a) * float(b @ b)
+    return size == 0.0 or 1.0 - float(a @ b) ** 2 / size < 1e-10
+
+
+def _sums(x: NDArray, first: NDArray[np.int64], last: NDArray[np.int64]) -> NDArray[np.float64]:
+    total = np.concatenate([[0.0], np.cumsum(np.nan_to_num(x))])
+    return total[last] - total[first]
+
+
+def averaging_window(op: NDArray[np.float64], pv: NDArray[np.float64]) -> int:
+    """Samples of the moving average through which both signals went; 0 when the noise does not tell.
+
+    The difference of a moving average of W samples is (x_k - x_{k-W}) / W: its autocorrelation about the lag W is that
+    about 0, halved and negative, and there is none about 2 W, as there would be of an oscillation.
+
+    Parameters
+    ----------
+    op, pv : ndarray, shape (n_samples,)
+        Signals in any unit, without NaN.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(1).normal(size=(2, 900))
+    >>> averaging_window(*(np.convolve(x, np.ones(12) / 12, "valid") for x in noise)), averaging_window(*noise)
+    (12, 0)
+    """
+    n = len(op) - 3
+    if n < 100:
+        return 0
+    echo = np.zeros(n // 4 + 1)
+    for x in (op, pv):
+        z = np.diff(x, 3)
+        if swing(z) == 0.0 or np.median(np.abs(z)) < 0.3 * z.std():
+            return 0
+        spectrum = np.fft.rfft(z - z.mean(), 1 << (2 * n - 1).bit_length())
+        acf = np.fft.irfft(np.abs(spectrum) ** 2)[: echo.size]
+        echo += 0.5 * acf / acf[0]
+    if echo.size < 13:
+        return 0
+    window = 4 + int(np.argmin(echo[4 : echo.size // 2]))
+    about = np.arange(-2, 3)
+    alike = np.abs(echo[window + about] + 0.5 * echo[np.abs(about)]).max() < 0.15
+    return window if alike and np.abs(echo[2 * window + about]).max() < 0.15 else 0
