@@ -191,7 +191,8 @@ def exception_reported(record: LoopRecord, deviation: float, *, interpolate: boo
 def swinging_door(record: LoopRecord, deviation: float) -> LoopRecord:
     """Compress by the swinging door and give back straight lines between the values stored.
 
-    A value is stored where no straight line from the last one stored stays within the deviation of all since.
+    A value is stored where no straight line from the last one stored stays within the deviation of all since. The line
+    that is given back ends on a true value, and so is off by less than twice the deviation.
 
     Parameters
     ----------
