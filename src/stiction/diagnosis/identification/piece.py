@@ -143,9 +143,7 @@ def _closer(signals: Signals, dense: Surface, sign: float, integrating: bool | N
             width = closer * np.linspace(-2.0, 2.0, 9)
             ratio = np.unique(np.clip(surface.ratio[j] + width / N_FINE_J, 0.0, 1.0))
             processes = near(surface.processes, surface.best[i, j], closer, integrating)
-            finer = explore(
-                signals, surface.S[i] * (1.0 + FINE_STEP * width), ratio, processes, sign, surface.start
-            )
+            finer = explore(signals, surface.S[i] * (1.0 + FINE_STEP * width), ratio, processes, sign, surface.start)
             found.append(finer)
             place = _optimum(finer)
             if finer.error[place] < surface.error[i, j]:
@@ -197,7 +195,9 @@ def _few(dense: Surface) -> Processes:
 def _linear(signals: Signals, sign: float, integrating: bool | None) -> Surface:
     """The best linear process behind a good valve, searched as carefully as the sticky one."""
     nothing, one = np.zeros(1), np.zeros(1)
-    found = explore(signals, nothing, one, dense_processes(signals.scale, signals.target.size, integrating, 20, 20), sign)
+    found = explore(
+        signals, nothing, one, dense_processes(signals.scale, signals.target.size, integrating, 20, 20), sign
+    )
     for closer in (1.0, 0.5, 0.2):
         processes = near(found.processes, found.best[0, 0], closer, integrating)
         finer = explore(signals, nothing, one, processes, sign)
