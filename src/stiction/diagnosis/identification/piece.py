@@ -57,10 +57,12 @@ class Piece(NamedTuple):
     @property
     def process(self) -> tuple[float, float, float, float]:
         """Gain, first and second time constant and dead time of its process, in samples where they are times."""
-        i, j = _optimum(self.closest)
-        lag, whole, part = self.closest.best[i, j]
-        first, second, _ = self.closest.processes
-        return float(self.closest.gain[i, j]), float(first[int(lag)]), float(second[int(lag)]), float(whole + part)
+        return _process(self.closest)
+
+    @property
+    def good(self) -> tuple[float, float, float, float]:
+        """The same of the best process behind a good valve."""
+        return _process(self.linear)
 
     def simulated(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Stem position, shape of `op`, and answer of the process about its local mean, shape of `target`."""
@@ -118,6 +120,13 @@ def search_piece(
 def _optimum(surface: Surface) -> tuple[int, int]:
     i, j = np.unravel_index(int(np.argmin(surface.error)), surface.error.shape)
     return int(i), int(j)
+
+
+def _process(surface: Surface) -> tuple[float, float, float, float]:
+    i, j = _optimum(surface)
+    lag, whole, part = surface.best[i, j]
+    first, second, _ = surface.processes
+    return float(surface.gain[i, j]), float(first[int(lag)]), float(second[int(lag)]), float(whole + part)
 
 
 def _closer(signals: Signals, dense: Surface, sign: float, integrating: bool | None, swing: float) -> list[Surface]:
