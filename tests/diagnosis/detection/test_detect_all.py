@@ -156,6 +156,13 @@ def test_facts_rules_are_the_thresholds():
             assert row.threshold == pytest.approx(numbers[0], abs=1e-3), method
 
 
+def test_the_page_of_the_docs_says_what_the_facts_say(root):
+    page = (root / "docs" / "evidence.md").read_text()
+    for method, facts in FACTS.items():
+        row = next(line for line in page.splitlines() if line.startswith(f"| `{method}` |"))
+        assert row.endswith(f"| {facts.holds_for} | {facts.rule} | `{facts.source}` |")
+
+
 @given(
     st.lists(st.floats(-1e6, 1e6) | st.just(math.nan), max_size=60),
     st.sampled_from(["flow", "level", "temperature", "other"]),
