@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stiction import FOPDT, PID, Integrating, Kano, Loop, simulate
 from stiction.diagnosis.detection import FACTS, detect_all
+from stiction.diagnosis.detection.evidence import action, swing
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.records.record import LoopRecord
 
@@ -94,19 +97,70 @@ def test_a_late_peak_raises_singhals_ratio():
 @settings(max_examples=25)
 @given(
     shift=st.floats(-50, 50),
-    gain=st.floats(0.05, 20),
+    gain=st.floats(0.05, 20) | st.floats(-20, -0.05),
+    op_shift=st.floats(-50, 50),
     op_gain=st.floats(0.05, 20),
     dt=st.sampled_from([0.1, 1.0, 30.0]),
     make=st.sampled_from([sticky, swinging]),
     loop_type=st.sampled_from(["flow", "level", "other"]),
 )
-def test_units_do_not_matter(shift, gain, op_gain, dt, make, loop_type):
+def test_neither_units_nor_the_way_the_loop_acts_matter(shift, gain, op_shift, op_gain, dt, make, loop_type):
+    """Every method: PV in any unit, rising or falling with OP; OP in any unit; time in any unit."""
     record = make(loop_type=loop_type)
     assert record.pv is not None
-    other = replace(record, dt=dt, pv=shift + gain * record.pv, op=op_gain * record.op)
+    other = replace(record, dt=dt, pv=shift + gain * record.pv, op=op_shift + op_gain * record.op)
     for one, two in zip(ask(record).values(), ask(other).values(), strict=True):
         assert two.index == pytest.approx(one.index, rel=1e-3, abs=2e-3, nan_ok=True), one.method
         assert (two.vote, two.valid) == (one.vote, one.valid), one.method
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("process", "Kc", "Ti"),
+    [
+        (lambda way: FOPDT(3.0 * way, 10.0, 10.0), 0.2, 10.0),
+        (lambda way: FOPDT(1.0 * way, 2.0, 3.0), 0.4, 2.0),
+        (lambda way: Integrating(0.02 * way, 4.0), 4.0, 30.0),
+    ],
+    ids=["lag", "fast", "integrating"],
+)
+def test_the_record_betrays_which_way_the_loop_acts(process, Kc, Ti, way):
+    loop = Loop(PID(Kc * way, Ti), Kano(3.0, 1.0), process(way), dt=1.0, noise=0.02)
+    record = replace(simulate(loop, 10.0 * way, 1500.0, seed=1), mv=None)
+    found = find_oscillation(record)
+    op, error = swing(record, found, "op"), swing(record, found, "error")
+    assert op is not None
+    assert error is not None
+    assert action(op, error) == way
+
+
+def test_yamashita_turns_the_symbols_of_a_reverse_acting_valve_round():
+    """Flow stands and slips; as it falls where OP rises, the slips would else count as impossible."""
+    rng = np.random.default_rng(0)
+    loop = Loop(PID(0.4, 2.0), Kano(3.0, 2.0), FOPDT(1.0, 0.5, 1.0), dt=0.5, noise=0.002)
+    up = replace(simulate(loop, 50.0, 800.0, 0.02 * rng.standard_normal(1600), seed=1), mv=None, loop_type="flow")
+    assert up.pv is not None
+    assert up.sp is not None
+    down = replace(up, pv=100.0 - up.pv, sp=100.0 - up.sp)
+    one, two = ask(up)["yamashita"], ask(down)["yamashita"]
+    assert one.vote == "stiction"
+    assert two.index == pytest.approx(one.index, abs=1e-12)
+
+
+def test_facts_rules_are_the_thresholds():
+    """The number in a method's rule is the one it votes by."""
+    rows = ask(sticky())
+    for method, row in rows.items():
+        numbers = [float(x) for x in re.findall(r"from (\d\.?\d*)", FACTS[method].rule.replace("2/3", "0.6667"))]
+        if numbers and "delta" not in FACTS[method].rule:
+            assert row.threshold == pytest.approx(numbers[0], abs=1e-3), method
+
+
+def test_the_page_of_the_docs_says_what_the_facts_say(root):
+    page = (root / "docs" / "evidence.md").read_text()
+    for method, facts in FACTS.items():
+        row = next(line for line in page.splitlines() if line.startswith(f"| `{method}` |"))
+        assert row.endswith(f"| {facts.holds_for} | {facts.rule} | `{facts.source}` |")
 
 
 @given(

@@ -47,9 +47,8 @@ def half_periods(
 def action(op: NDArray[np.float64], error: NDArray[np.float64]) -> float:
     """Say which way the loop acts: 1 where PV rises with OP, -1 where it falls.
 
-    A stable loop's gain has the sign of the controller's, and a controller's integral part moves OP by the error:
-    the sum of OP's steps times the error between them is Kc / Ti times the error's square. Of the proportional part,
-    noise included, the sum takes the ends alone.
+    A stable loop's gain has the sign of the controller's, and a PI controller moves OP by Kc times the error's step and
+    Kc dt / Ti times the error between two samples. Least squares of OP's steps on both gives the sign of the latter.
 
     Parameters
     ----------
@@ -67,7 +66,9 @@ def action(op: NDArray[np.float64], error: NDArray[np.float64]) -> float:
     >>> action(2.0 * error + np.cumsum(error) / 10, error), action(-2.0 * error - np.cumsum(error) / 10, error)
     (1.0, -1.0)
     """
-    return -1.0 if float((np.diff(op) * (error[1:] + error[:-1])).sum()) < 0.0 else 1.0
+    step, by, mean = np.diff(op), np.diff(error), error[1:] + error[:-1]
+    integral = (step * mean).sum() * (by * by).sum() - (step * by).sum() * (by * mean).sum()
+    return -1.0 if float(integral) < 0.0 else 1.0
 
 
 def coarse(

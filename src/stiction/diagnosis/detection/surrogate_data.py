@@ -39,9 +39,8 @@ def split(x: NDArray[np.float64], per_period: int) -> tuple[NDArray[np.float64],
     Examples
     --------
     >>> import numpy as np
-    >>> wave = np.sin(2 * np.pi * np.arange(200) / 10)
-    >>> low, high = split(wave, 10)
-    >>> bool(np.abs(low - wave[15:-15]).max() < 0.1), bool(np.abs(high).max() < 0.01)
+    >>> low, high = split(np.sin(2 * np.pi * np.arange(200) / 10), 10)
+    >>> bool(low.std() > 0.5), bool(high.std() < 0.01)
     (True, True)
     """
     reach = round(REACH * per_period)

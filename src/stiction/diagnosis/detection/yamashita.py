@@ -68,6 +68,8 @@ def yamashita(record: LoopRecord, oscillation: Oscillation) -> Evidence:
 def symbols(x: NDArray[np.float64]) -> NDArray[np.intp]:
     """Name the steps of a signal 1 (increasing), 0 (steady) or -1 (decreasing), shape (n_samples - 1,)."""
     step = np.diff(x)
+    if not step.size:
+        return np.zeros(0, dtype=np.intp)
     limit = TERCILE * float(step.std())
     return (step > limit).astype(np.intp) - (step < -limit)
 
