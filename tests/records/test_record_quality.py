@@ -270,9 +270,7 @@ def test_a_coarse_cycle_comes_back_to_itself_and_is_no_copy(good):
 
 def test_a_clock_jump_is_cut_where_the_signals_break_off(good):
     keep = np.r_[0:500, 530:N]  # half a cycle is left out
-    record = replace(
-        good, op=good.op[keep], pv=good.pv[keep], provenance=replace(good.provenance, clock_jumps=1)
-    )
+    record = replace(good, op=good.op[keep], pv=good.pv[keep], provenance=replace(good.provenance, clock_jumps=1))
     first, last = analysis_window(record)
     assert first in (501, 502)
     assert last == len(record)

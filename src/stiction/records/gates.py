@@ -30,6 +30,9 @@ MEMORY = 0.1
 BRIDGED = 40.0
 """Samples of the usable stretch that may be bridged [%]."""
 
+ALTERNATING = -0.6
+"""Likeness that a cycle of less than three samples leaves, cos(2 pi / 3) = -0.5 and a margin [-]."""
+
 
 def length(view: View) -> Gate:
     """Ask for samples in the longest usable stretch."""
@@ -61,10 +64,11 @@ def sampling(view: View) -> Gate | None:
     memory = max(_memory(view.op), _memory(view.pv))
     if memory >= MEMORY:
         return None
-    why = (
-        f"OP and PV hardly resemble their last values (correlation {memory:.2f}): noise alone, or movement faster than "
-        f"{4 * view.record.dt:.4g} s per cycle; record faster."
-    )
+    why = f"OP and PV hardly resemble their last values (correlation {memory:.2f}): "
+    if memory < ALTERNATING:
+        why += f"they alternate, a cycle takes less than {3 * view.record.dt:.4g} s; record ten times as fast."
+        return Gate("sampling", "refuses", memory, ALTERNATING, why)
+    why += f"noise alone, or movement faster than {4 * view.record.dt:.4g} s per cycle; record faster."
     return Gate("sampling", "lowers", memory, MEMORY, why)
 
 
