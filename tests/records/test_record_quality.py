@@ -57,6 +57,11 @@ def test_samples_per_cycle(good, period, severity):
     assert (found.severity, found.value) == (severity, period)
 
 
+def test_a_short_record_needs_more_samples_per_cycle(good):
+    assert gate(good, "sampling", 5.0).severity == "lowers"
+    assert gate(good.window(0, 150), "sampling", 5.0).severity == "refuses"
+
+
 def test_period_must_be_positive(good):
     with pytest.raises(ParameterError, match="period"):
         assess(good, 0.0)

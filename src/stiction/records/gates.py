@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 __all__ = ["GATES", "Gate", "Severity", "View"]
 
 FEW_SAMPLES, FEW_CYCLES = 200, 8
-MANY_SAMPLES, FEW_PER_CYCLE = 12, 4
-"""Samples per cycle below which confidence is lowered, and below which the record is refused [-]."""
+MANY_SAMPLES, FEW_IF_SHORT, FEW_PER_CYCLE = 12, 6, 4
+"""Samples per cycle below which confidence is lowered, and below which a short and a long record are refused [-]."""
 MEMORY = 0.1
 """Likeness of a signal to its last value below which its movement is not resolved [-]."""
 BRIDGED = 40.0
@@ -58,7 +58,10 @@ def sampling(view: View) -> Gate | None:
     if view.period is not None:
         count = view.period / view.record.dt
         hint = f"; record every {view.period / 40:.2g} s or faster" if count < MANY_SAMPLES else ""
-        return at_least("sampling", count, MANY_SAMPLES, FEW_PER_CYCLE, f"{count:.1f} samples per cycle{hint}.")
+        short = len(view.part) < FEW_SAMPLES
+        refuses = FEW_IF_SHORT if short else FEW_PER_CYCLE
+        why = f"{count:.1f} samples per cycle{' in a short record' if short and count < refuses else ''}{hint}."
+        return at_least("sampling", count, MANY_SAMPLES, refuses, why)
     if view.pv is None or len(view.part) < LEAST_SAMPLES:
         return None
     memory = max(_memory(view.op), _memory(view.pv))
