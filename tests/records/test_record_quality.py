@@ -57,6 +57,11 @@ def test_samples_per_cycle(good, period, severity):
     assert (found.severity, found.value) == (severity, period)
 
 
+def test_a_short_record_needs_more_samples_per_cycle(good):
+    assert gate(good, "sampling", 5.0).severity == "lowers"
+    assert gate(good.window(0, 150), "sampling", 5.0).severity == "refuses"
+
+
 def test_period_must_be_positive(good):
     with pytest.raises(ParameterError, match="period"):
         assess(good, 0.0)
@@ -270,9 +275,7 @@ def test_a_coarse_cycle_comes_back_to_itself_and_is_no_copy(good):
 
 def test_a_clock_jump_is_cut_where_the_signals_break_off(good):
     keep = np.r_[0:500, 530:N]  # half a cycle is left out
-    record = replace(
-        good, op=good.op[keep], pv=good.pv[keep], provenance=replace(good.provenance, clock_jumps=1)
-    )
+    record = replace(good, op=good.op[keep], pv=good.pv[keep], provenance=replace(good.provenance, clock_jumps=1))
     first, last = analysis_window(record)
     assert first in (501, 502)
     assert last == len(record)

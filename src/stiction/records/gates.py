@@ -23,12 +23,15 @@ if TYPE_CHECKING:
 __all__ = ["GATES", "Gate", "Severity", "View"]
 
 FEW_SAMPLES, FEW_CYCLES = 200, 8
-MANY_SAMPLES, FEW_PER_CYCLE = 12, 4
-"""Samples per cycle below which confidence is lowered, and below which the record is refused [-]."""
+MANY_SAMPLES, FEW_IF_SHORT, FEW_PER_CYCLE = 12, 6, 4
+"""Samples per cycle below which confidence is lowered, and below which a short and a long record are refused [-]."""
 MEMORY = 0.1
 """Likeness of a signal to its last value below which its movement is not resolved [-]."""
 BRIDGED = 40.0
 """Samples of the usable stretch that may be bridged [%]."""
+
+ALTERNATING = -0.6
+"""Likeness that a cycle of less than three samples leaves, cos(2 pi / 3) = -0.5 and a margin [-]."""
 
 
 def length(view: View) -> Gate:
@@ -55,16 +58,20 @@ def sampling(view: View) -> Gate | None:
     if view.period is not None:
         count = view.period / view.record.dt
         hint = f"; record every {view.period / 40:.2g} s or faster" if count < MANY_SAMPLES else ""
-        return at_least("sampling", count, MANY_SAMPLES, FEW_PER_CYCLE, f"{count:.1f} samples per cycle{hint}.")
+        short = len(view.part) < FEW_SAMPLES
+        refuses = FEW_IF_SHORT if short else FEW_PER_CYCLE
+        why = f"{count:.1f} samples per cycle{' in a short record' if short and count < refuses else ''}{hint}."
+        return at_least("sampling", count, MANY_SAMPLES, refuses, why)
     if view.pv is None or len(view.part) < LEAST_SAMPLES:
         return None
     memory = max(_memory(view.op), _memory(view.pv))
     if memory >= MEMORY:
         return None
-    why = (
-        f"OP and PV hardly resemble their last values (correlation {memory:.2f}): noise alone, or movement faster than "
-        f"{4 * view.record.dt:.4g} s per cycle; record faster."
-    )
+    why = f"OP and PV hardly resemble their last values (correlation {memory:.2f}): "
+    if memory < ALTERNATING:
+        why += f"they alternate, a cycle takes less than {3 * view.record.dt:.4g} s; record ten times as fast."
+        return Gate("sampling", "refuses", memory, ALTERNATING, why)
+    why += f"noise alone, or movement faster than {4 * view.record.dt:.4g} s per cycle; record faster."
     return Gate("sampling", "lowers", memory, MEMORY, why)
 
 

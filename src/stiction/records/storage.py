@@ -103,12 +103,12 @@ def controller_saw(op: NDArray[np.float64], pv: NDArray[np.float64], op_step: fl
         Lattice of OP, in its unit.
     """
     still = np.diff(pv) == 0.0
-    rests = sorted((run for run in runs(still) if run[1] - run[0] >= 6), key=lambda run: run[0] - run[1])[:30]
-    tolerance = max(op_step, 1e-6 * swing(op))
+    rests = sorted((run for run in runs(still) if run[1] - run[0] >= 8), key=lambda run: run[0] - run[1])[:30]
+    tolerance = max(op_step, 1e-5 * swing(op))
     straight_ones = bent = 0
     for first, last in rests:
-        # The first sample of a rest still answers the change before it.
-        part = op[first + 1 : last + 1]
+        # Early in a rest the derivative still answers the change before it.
+        part = op[(first + last) // 2 : last + 1]
         k = np.arange(part.size) - 0.5 * (part.size - 1)
         slope = float(k @ part) / float(k @ k)
         if abs(slope) * part.size > 3.0 * tolerance:
@@ -137,7 +137,7 @@ def straight(x: NDArray[np.float64], y: NDArray[np.float64], x_step: float, y_st
     >>> straight(np.interp(k, k[::10], noise[::10]), noise, 0.0, 0.0)
     351
     """
-    if len(x) < 10 or _mirrors(x, y):
+    if len(x) < 10 or _mirrors(x, y, x_step, y_step):
         return 0
     tolerance = max(EXACT * swing(x), 2.01 * x_step)
     slope, y_slope = np.diff(x), np.diff(y)
@@ -159,11 +159,15 @@ def straight(x: NDArray[np.float64], y: NDArray[np.float64], x_step: float, y_st
     return int(np.sum((last - first)[both | rough]))
 
 
-def _mirrors(x: NDArray[np.float64], y: NDArray[np.float64]) -> bool:
-    """Whether one signal is the other in another scale: proportional action alone."""
+def _mirrors(x: NDArray[np.float64], y: NDArray[np.float64], x_step: float, y_step: float) -> bool:
+    """Whether one signal is the other in another scale, and both bend: proportional action alone."""
+    if np.abs(np.diff(x, 2)).max() <= EXACT * swing(x):
+        return False
     a, b = x - x.mean(), y - y.mean()
-    size = float(a @ a) * float(b @ b)
-    return size == 0.0 or 1.0 - float(a @ b) ** 2 / size < 1e-10
+    power, other = float(np.mean(a * a)), float(np.mean(b * b))
+    slope = float(np.mean(a * b)) / other if other > 0.0 else 0.0
+    # Rounding to a step leaves a variance of a twelfth of its square; twice that is allowed.
+    return power - slope**2 * other <= 1e-10 * power + (x_step**2 + (slope * y_step) ** 2) / 6.0
 
 
 def _sums(x: NDArray, first: NDArray[np.int64], last: NDArray[np.int64]) -> NDArray[np.float64]:

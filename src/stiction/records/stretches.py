@@ -35,7 +35,7 @@ SCALES = ((0.0, 100.0), (0.0, 1.0), (4.0, 20.0))
 """OP at its limits in %, as a fraction and in mA: OP that lies within one of them and rests at its end is there."""
 MANUAL = 60
 """Samples for which OP must rest, PV moving, to count as in manual when the mode was not recorded; PV, to be frozen."""
-FROZEN = 20
+FROZEN = 12
 """Samples for which PV must rest to be frozen where it hardly ever repeats a value."""
 TEARS = 20
 """Clock jumps above which no more are looked for."""

@@ -1,0 +1,193 @@
+"""Historian effects on simulated loops: found under their own name, and good loops left in peace."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as some
+
+from stiction.diagnosis.oscillation import find_oscillation
+from stiction.models import FOPDT, PID, Ideal, Integrating, Kano, Loop
+from stiction.records import LoopRecord, assess, usable_part
+from stiction.simulation import simulate
+from stiction.simulation.historian import (
+    averaged,
+    clipped,
+    exception_reported,
+    frozen,
+    gaps,
+    interpolated,
+    replayed,
+    sampled,
+    swinging_door,
+)
+
+
+def _loop(valve, process, controller, seed, noise, n=1600, load=0.0):
+    kick = np.zeros(n + 300)
+    kick[: n // 80] = 4.0
+    k = np.arange(n + 300)
+    kick += load * np.sin(2 * np.pi * k / 47.0)
+    record = simulate(
+        Loop(controller, valve, process, dt=1.0, noise=noise),
+        50.0,
+        float(n + 300),
+        kick,
+        seed,
+        pv_start=50.0,
+        op_start=50.0,
+        loop_type="flow",
+    ).window(300, n + 300)
+    return replace(record, mv=None)
+
+
+@pytest.fixture(scope="module")
+def noisy():
+    """Sixteen loops that swing with a little noise, half of them for a sticky valve."""
+    out = []
+    for seed in range(8):
+        tau, delay = 5.0 + 2 * seed, 2.0 + seed
+        pi = PID(tau / (2 * delay + 1.0), 0.7 * tau)
+        out.append(_loop(Kano(6.0 - 0.3 * seed, 3.0), FOPDT(1.0, tau, delay), pi, seed, 0.05))
+        out.append(_loop(Ideal(), FOPDT(1.0, tau, delay), pi, seed, 0.05, load=4.0))
+    assert all(find_oscillation(record).oscillating for record in out)
+    return out
+
+
+@pytest.fixture(scope="module")
+def silent():
+    """Loops without any noise, whose signals are straight, flat and periodic by themselves."""
+    pi = PID(2.6, 20.0)
+    loops = {
+        "integral time equals lag": _loop(Kano(5.0, 2.0), FOPDT(1.0, 20.0, 5.0), pi, 0, 0.0),
+        "slow": _loop(Kano(5.0, 2.0), FOPDT(1.0, 400.0, 100.0), PID(2.6, 400.0), 0, 0.0, 12000),
+        "fast": _loop(Kano(5.0, 4.0), FOPDT(1.0, 0.5, 1.0), PID(0.3, 1.0), 0, 0.0),
+        "level": _loop(Kano(5.0, 0.0), Integrating(0.02, 3.0), PID(2.0, 60.0), 0, 0.0),
+        "level, proportional": _loop(Kano(5.0, 2.0), Integrating(0.02, 3.0), PID(12.0, 1e9), 0, 0.0),
+        "load": _loop(Ideal(), FOPDT(1.0, 20.0, 5.0), PID(1.0, 20.0), 0, 0.0, load=5.0),
+    }
+    assert all(np.ptp(record.op[-400:]) > 1.0 for record in loops.values())  # none has come to rest
+    return loops
+
+
+def judged(record):
+    found = find_oscillation(usable_part(record))
+    return assess(record, found.period if found.oscillating else None)
+
+
+def test_good_loops_with_noise_are_not_even_lowered(noisy):
+    assert [judged(record).reservations for record in noisy] == [()] * len(noisy)
+    assert all(judged(record).usable for record in noisy)
+
+
+@pytest.mark.parametrize("decimals", [None, 3, 2])
+def test_loops_without_noise_are_never_refused_for_their_history(silent, decimals):
+    for name, record in silent.items():
+        if decimals is not None:
+            record = replace(record, op=np.round(record.op, decimals), pv=np.round(record.pv, decimals))
+        at_fault = {g.name for g in judged(record).gates if g.severity != "ok"}
+        assert not at_fault & {"compression", "exception", "averaging", "replay", "frozen", "manual"}, name
+
+
+DESTROYED = {
+    "sampling": (lambda r, p: sampled(r, float(round(p / 2.3))), {"sampling", "length"}),
+    "averaging": (lambda r, p: averaged(r, float(round(p / 2.5))), {"sampling", "length"}),
+    "interpolation": (lambda r, p: interpolated(r, p / 4.0), {"compression"}),
+    "exception": (lambda r, _: exception_reported(r, 1.0), {"exception"}),
+    "exception 2": (lambda r, _: exception_reported(r, 2.0), {"exception", "held", "op moves"}),
+    "swinging door": (lambda r, _: swinging_door(r, 1.0), {"compression"}),
+    "swinging door 2": (lambda r, _: swinging_door(r, 2.0), {"compression"}),
+    "saturation": (lambda r, _: clipped(r, 0.3), {"saturation"}),
+}
+
+
+@pytest.mark.parametrize("effect", DESTROYED)
+def test_what_destroys_the_record_is_refused_for_that_reason(noisy, effect):
+    spoil, reasons = DESTROYED[effect]
+    right = [
+        bool(reasons & {g.name for g in judged(spoil(record, find_oscillation(record).period)).refusals})
+        for record in noisy
+    ]
+    assert np.mean(right) >= 0.9
+
+
+LOWERED = {
+    "exception": (lambda r, _: exception_reported(r, 0.2), "exception"),
+    "swinging door": (lambda r, _: swinging_door(r, 0.15), "compression"),
+    "sampled": (lambda r, _: sampled(r, 15.0), "sampling"),
+    "gaps": (lambda r, seed: gaps(r, 0.3, seed), "missing"),
+    "frozen": (lambda r, seed: frozen(r, 0.2, seed), "frozen"),
+    "replayed": (lambda r, seed: replayed(r, 0.1, seed), "replay"),
+    "saturated": (lambda r, _: clipped(r, 0.4), "saturation"),
+}
+
+
+@pytest.mark.parametrize("effect", LOWERED)
+def test_milder_effects_are_named(noisy, effect):
+    spoil, name = LOWERED[effect]
+    named = [
+        name in {g.name for g in judged(spoil(record, seed)).gates if g.severity != "ok"}
+        for seed, record in enumerate(noisy)
+    ]
+    assert np.mean(named) >= 0.9
+
+
+def severities(record, period):
+    return {g.name: g.severity for g in assess(record, period).gates if g.name != "op scale"}
+
+
+SPOILED = (
+    lambda r: r,
+    lambda r: exception_reported(r, 0.4),
+    lambda r: swinging_door(r, 0.4),
+    lambda r: interpolated(r, 7.0),
+    lambda r: clipped(r, 0.2),
+    lambda r: frozen(r, 0.2, 3),
+    lambda r: replayed(r, 0.2, 3),
+    lambda r: replace(r, op=np.clip(8.0 * (r.op - 50.0) + 50.0, 0.0, 100.0)),
+    lambda r: replace(r, pv=np.round(r.pv, 1), op=np.round(r.op, 1)),
+)
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    which=some.integers(0, 15),
+    spoil=some.sampled_from(SPOILED),
+    op=some.sampled_from([(1.0, 0.0), (0.01, 0.0), (0.16, 4.0)]),
+    gain=some.floats(1e-4, 1e4),
+    shift=some.floats(-100.0, 100.0),
+    second=some.floats(1e-3, 1e3),
+)
+def test_no_gate_depends_on_units(noisy, which, spoil, op, gain, shift, second):
+    record = spoil(noisy[which])
+    other = replace(record, dt=second * record.dt, op=op[0] * record.op + op[1], pv=gain * (record.pv + shift), sp=None)
+    assert severities(other, 50.0 * second) == severities(replace(record, sp=None), 50.0)
+
+
+def test_the_order_of_columns_and_the_unit_of_time_do_not_matter(noisy, table, read_text):
+    record = noisy[0]
+    t = record.time
+    [a] = read_text(table("time_s,PV,OP", t, record.pv, record.op))
+    [b] = read_text(table("OP,PV,time_ms", record.op, record.pv, 1e3 * t))
+    assert a.dt == b.dt
+    assert assess(a, 50.0) == assess(b, 50.0)
+
+
+def test_gates_are_fast():
+    # The aim is 2 ms and 20 ms; the limits allow for a busy machine.
+    rng = np.random.default_rng(0)
+    for n, limit in ((2000, 0.02), (30_000, 0.2)):
+        wave = 2 * np.pi * np.arange(n) / 57.0
+        record = LoopRecord(
+            "FIC-1", 1.0, op=50 + np.sin(wave) + rng.normal(0, 0.1, n), pv=np.cos(wave) + rng.normal(0, 0.1, n)
+        )
+        taken = []
+        for _ in range(5):
+            start = time.process_time()
+            assess(record, 57.0)
+            taken.append(time.process_time() - start)
+        assert min(taken) < limit

@@ -1,0 +1,90 @@
+"""Tables with a row for each tag and time, against the values written into them, found the slow way."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+
+import numpy as np
+import pytest
+
+from stiction.records import assess
+
+START = datetime(2026, 2, 1, 13)
+N = 900
+
+
+@pytest.fixture(scope="module")
+def events():
+    """OP and PV of a made-up loop, each stored when it had moved by a deviation: tag -> list of (second, value)."""
+    rng = np.random.default_rng(5)
+    k = np.arange(N)
+    signals = {
+        "FIC-1.OP": np.round(50 + 6 * np.sin(2 * np.pi * k / 60) + rng.normal(0, 0.1, N), 3),
+        "FIC-1.PV": np.round(200 + 9 * np.cos(2 * np.pi * k / 60) + rng.normal(0, 0.2, N), 3),
+    }
+    stored = {}
+    for (tag, x), deviation in zip(signals.items(), (0.4, 0.7), strict=True):
+        last = np.inf
+        stored[tag] = []
+        for second, value in enumerate(x):
+            if abs(value - last) > deviation:
+                last = float(value)
+                stored[tag].append((second, last))
+    return stored
+
+
+def text(events, header="Tag,Timestamp,Value", more=""):
+    rows = sorted((second, tag, value) for tag, list_ in events.items() for second, value in list_)
+    lines = [f"{tag},{START + timedelta(seconds=second)},{value!r}{more}" for second, tag, value in rows]
+    return "\n".join([header, *lines])
+
+
+def test_each_tag_stands_until_its_next_value(events, read_text):
+    [record] = read_text(text(events))
+    assert (record.tag, record.dt, record.start) == ("FIC-1", 1.0, START)
+    assert any("a value stands until the next" in guess for guess in record.provenance.guesses)
+    for second in range(5, len(record), 7):
+        if np.isfinite(record.op[second] + record.pv[second]):
+            op = [value for when, value in events["FIC-1.OP"] if when <= second][-1]
+            pv = [value for when, value in events["FIC-1.PV"] if when <= second][-1]
+            assert (record.op[second], record.pv[second]) == (op, pv)
+
+
+def test_what_was_made_up_is_counted_and_exception_storage_is_found(events, read_text):
+    [record] = read_text(text(events))
+    seconds = {tag: {second for second, _ in list_} for tag, list_ in events.items()}
+    fresh = min(len(on) for on in seconds.values())
+    made_up = record.provenance.made_up + int(np.isnan(record.op).sum())
+    assert made_up == pytest.approx(len(record) - fresh, abs=0.03 * len(record))
+    found = {gate.name: gate for gate in assess(record, 60.0).gates}
+    assert found["resampled"].severity == "lowers"
+    assert "held from earlier time stamps" in found["resampled"].why
+    assert 12 / 0.4 > found["exception"].value > 12 / 0.7  # OP swings by 12 and a little, PV by 18
+
+
+def test_an_even_long_table_is_as_good_as_a_wide_one(signals, table, read_text):
+    t, pv, op, sp = signals
+    events = {
+        f"FIC-1.{name}": list(zip((10 * t).tolist(), x.tolist(), strict=True))
+        for name, x in (("PV", pv), ("OP", op), ("SP", sp))
+    }
+    [record] = read_text(text(events))
+    assert (record.dt, len(record), record.provenance.made_up) == (10.0, len(t), 0)
+    for name, x in (("op", op), ("pv", pv), ("sp", sp)):
+        np.testing.assert_array_equal(getattr(record, name), x)
+
+
+def test_several_loops_bad_values_and_any_order_of_columns(signals, read_text):
+    t, pv, op, _ = signals
+    lines = ["Value;Quality;TagName;Time"]
+    for loop in ("FIC-1", "LIC-2"):
+        for k in range(len(t)):
+            moment = START + timedelta(seconds=k)
+            status = "Bad" if (k, loop) == (7, "LIC-2") else "Good"
+            lines += [f"{pv[k]};{status};{loop}.PV;{moment}", f"{op[k]};Good;{loop}.OP;{moment}"]
+    flow, level = read_text("\n".join(lines))
+    assert (flow.loop_type, level.loop_type) == ("flow", "level")
+    np.testing.assert_array_equal(flow.pv, pv)
+    assert np.isnan(level.pv[7])
+    assert np.isnan(level.pv).sum() == 1
+    assert level.provenance.bad_texts == {"BAD": 1}
