@@ -1,9 +1,9 @@
 """The tests that go with a repair: before, to confirm what was found; after, to accept the valve.
 
 Before: ramps over three times S, so that the stem slips in both directions, and a staircase whose steps are about a
-tenth of S over twice S up and down, with two larger steps, one that the stem should ignore and one that it should follow.
-After: a staircase fine enough to read 1 %, whatever S was. The sizes follow from S; the times are those of the field
-(0.01 to 0.07 %/s for a span of 10 %), the step sizes those of ISA-75.25.01, after recollection of both.
+tenth of S over twice S up and down, with two larger steps, one that the stem should ignore and one that it should
+follow. After: a staircase fine enough to read 1 %, whatever S was. The sizes follow from S; the times are those of the
+field (0.01 to 0.07 %/s for a span of 10 %), the step sizes those of ISA-75.25.01, after recollection of both.
 """
 
 from __future__ import annotations
@@ -66,9 +66,9 @@ def tests_before(op: float, S: float) -> tuple[TestPlan, ...]:
     op, S = require_finite("op", op, "% of span"), require_positive("S", S, "% of span")
     if S > LARGEST:
         return (plan_ramp_test(0.0, 100.0, rates=[100.0 / time for time in RAMP_TIMES], start=_room(op, 0.0)),)
-    half = max(1.5 * S, 2.0)
+    half = max(math.ceil(15.0 * S) / 10.0, 2.0)
     centre = _room(op, half)
-    low, high = centre - half, centre + half
+    low, high = round(centre - half, 1), round(centre + half, 1)
     rates = [round((high - low) / time, 9) for time in RAMP_TIMES]
     ramp = plan_ramp_test(low, high, rates=rates, start=centre, S=S)
     fine = max(size for size in SIZES[:3] if size <= max(0.1 * S, SIZES[0]))

@@ -183,20 +183,22 @@ def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
     lines = [f"Verdict: {verdict}; probability of stiction {diagnosis.probability:.2f}.", diagnosis.reason]
     if found is not None and found.S > 0.0:
         lines += [
-            f"On each reversal the OP travels S = {found.S:.2g} % of span ({_interval(found.S_low, found.S_high)}) "
+            f"On each reversal the OP travels S = {found.S:.2f} % of span ({_interval(found.S_low, found.S_high)}) "
             "before the stem moves.",
-            f"When it breaks loose it jumps by J = {found.J:.2g} % of span ({_interval(found.J_low, found.J_high)}).",
+            f"When it breaks loose it jumps by J = {found.J:.2f} % of span ({_interval(found.J_low, found.J_high)}).",
         ]
         lines += [f"Reservation: {found.reason}"] if found.reason else []
     if cycle.oscillating and math.isfinite(cycle.period):
         day = 2.0 * 86400.0 / cycle.period
-        lines.append(f"The loop cycles every {cycle.period:.3g} s: about {day:.2g} reversals of the stem a day.")
+        lines.append(
+            f"The loop cycles every {cycle.period:.3g} s: about {float(f'{day:.2g}'):.0f} reversals of the stem a day."
+        )
     lines.append(f"Usual OP (controller output): {op:.0f} %.")
     return tuple(lines)
 
 
 def _interval(low: float, high: float) -> str:
-    return f"95 % {low:.2g} to {high:.2g}" if math.isfinite(low) and math.isfinite(high) else "interval unknown"
+    return f"95 % {low:.2f} to {high:.2f}" if math.isfinite(low) and math.isfinite(high) else "interval unknown"
 
 
 def _to_fill_in(diagnosis: Diagnosis, sized: bool) -> tuple[str, ...]:
