@@ -1,6 +1,6 @@
 """The tests that go with a repair: before, to confirm what was found; after, to accept the valve.
 
-Before: ramps over three times S, so that the stem slips in both directions, and a staircase whose steps are about a
+Before: ramps over four times S, so that the stem slips in both directions, and a staircase whose steps are about a
 tenth of S over twice S up and down, with two larger steps, one that the stem should ignore and one that it should
 follow. After: a staircase fine enough to read 1 %, whatever S was. The sizes follow from S; the times are those of the
 field (0.01 to 0.07 %/s for a span of 10 %), the step sizes those of ISA-75.25.01, after recollection of both.
@@ -17,13 +17,13 @@ from stiction.errors import require_finite, require_positive
 if TYPE_CHECKING:
     from stiction.diagnosis.valvetests.plan import TestPlan
 
-__all__ = ["ACCEPTANCE", "acceptance_test", "tests_before"]
+__all__ = ["ACCEPTANCE", "plan_acceptance", "plan_before"]
 
 SIZES = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 """Steps of a valve test [% of span]."""
 RAMP_TIMES = (200.0, 800.0)
 """Time of one ramp, fast and slow [s]."""
-LARGEST = 20.0
+LARGEST = 16.0
 """S beyond which no staircase of twice S is planned [% of span]."""
 ACCEPTANCE = (
     "deadband plus resolution at most 1 % of span (the customary limit of EnTech 1998, after recollection)",
@@ -33,7 +33,7 @@ ACCEPTANCE = (
 """What an accepted valve keeps."""
 
 
-def tests_before(op: float, S: float) -> tuple[TestPlan, ...]:
+def plan_before(op: float, S: float) -> tuple[TestPlan, ...]:
     """Plan the tests that confirm a deadband plus stickband `S` about the OP `op`.
 
     Parameters
@@ -46,7 +46,7 @@ def tests_before(op: float, S: float) -> tuple[TestPlan, ...]:
     Returns
     -------
     tuple of TestPlan
-        Ramp test and step test; above an S of 20 % the ramp test over the whole span only.
+        Ramp test and step test; above an S of 16 % the ramp test over the whole span only.
 
     Raises
     ------
@@ -59,14 +59,14 @@ def tests_before(op: float, S: float) -> tuple[TestPlan, ...]:
 
     Examples
     --------
-    >>> ramp, steps = tests_before(50.0, 4.0)
+    >>> ramp, steps = plan_before(50.0, 4.0)
     >>> ramp.settings["rates"], steps.settings["fine_step"], steps.settings["sizes"]
-    ([0.06, 0.015], 0.2, [2.0, 5.0])
+    ([0.08, 0.02], 0.2, [2.0, 5.0])
     """
     op, S = require_finite("op", op, "% of span"), require_positive("S", S, "% of span")
     if S > LARGEST:
         return (plan_ramp_test(0.0, 100.0, rates=[100.0 / time for time in RAMP_TIMES], start=_room(op, 0.0)),)
-    half = max(math.ceil(15.0 * S) / 10.0, 2.0)
+    half = max(math.ceil(20.0 * S) / 10.0, 2.0)
     centre = _room(op, half)
     low, high = round(centre - half, 1), round(centre + half, 1)
     rates = [round((high - low) / time, 9) for time in RAMP_TIMES]
@@ -79,12 +79,12 @@ def tests_before(op: float, S: float) -> tuple[TestPlan, ...]:
     return ramp, steps
 
 
-def acceptance_test(op: float) -> TestPlan:
+def plan_acceptance(op: float) -> TestPlan:
     """Plan the step test of a repaired valve about the OP `op` [% of span]: 0.1 % steps, then up to 5 %.
 
     Examples
     --------
-    >>> plan = acceptance_test(50.0)
+    >>> plan = plan_acceptance(50.0)
     >>> plan.settings["fine_step"], plan.settings["sizes"]
     (0.1, [0.5, 1.0, 2.0, 5.0])
     """

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.compensation.shop_tests import ACCEPTANCE, acceptance_test, tests_before
+from stiction.compensation.shop_tests import ACCEPTANCE, plan_acceptance, plan_before
 from stiction.compensation.suspects import Suspect, suspects
 from stiction.errors import ParameterError
 from stiction.records.quality import usable_part
@@ -140,7 +140,7 @@ def work_order(diagnosis: Diagnosis, trial: Any = None) -> WorkOrder:
         )
     sized = found is not None and found.S > 0.0
     op = _usual_op(diagnosis)
-    before = tests_before(op, max(found.S, min(found.S_high, 2.0 * found.S)) if sized else ASSUMED)
+    before = plan_before(op, max(found.S, min(found.S_high, 2.0 * found.S)) if sized else ASSUMED)
     parts, why = suspects(found)
     nan = math.nan
     size = (found.S, found.S_low, found.S_high, found.J, found.J_low, found.J_high) if sized else (nan,) * 6
@@ -156,7 +156,7 @@ def work_order(diagnosis: Diagnosis, trial: Any = None) -> WorkOrder:
         suspects=parts,
         order_of_suspects=why,
         before=before,
-        after=(acceptance_test(op), before[0]),
+        after=(plan_acceptance(op), before[0]),
         acceptance=(
             *ACCEPTANCE,
             "the loop, back in automatic for 20 of its former periods, is diagnosed `no_stiction`",
