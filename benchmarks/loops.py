@@ -27,7 +27,8 @@ def loops() -> Section:
     ours, second, theirs = (np.empty((3, N)) for _ in range(3))
 
     def kernel(out=ours):
-        closed_loop(pid, code, p, *discrete, sp, nothing, nothing, automatic, start, *out)
+        pv, op, mv = out
+        closed_loop(pid, 0, nothing, code, p, *discrete, sp, nothing, nothing, automatic, start, pv, op, nothing, mv)
 
     def c_twin(out=theirs):
         twin().loop_kano(

@@ -1,5 +1,15 @@
 """What stands in a loop: one page per model."""
 
+from stiction.models.compensators import (
+    Compensator,
+    ConstantReinforcement,
+    Cuadros,
+    FourMove,
+    IntegralDeadband,
+    Knocker,
+    TwoMove,
+    VariablePulses,
+)
 from stiction.models.component import Valve
 from stiction.models.controllers import PID
 from stiction.models.loop import Loop
@@ -9,22 +19,30 @@ from stiction.models.table import Table
 from stiction.models.valves import Choudhury, He, HeWang, Ideal, Kano, PhysicalValve, Srinivasan, Stenman
 
 __all__ = [
-    "FOPDT",
-    "PID",
-    "SOPDT",
     "Choudhury",
+    "Compensator",
+    "ConstantReinforcement",
+    "Cuadros",
+    "FOPDT",
+    "FourMove",
     "He",
     "HeWang",
     "Ideal",
+    "IntegralDeadband",
     "Integrating",
     "Kano",
+    "Knocker",
     "Loop",
+    "PID",
     "PhysicalValve",
     "Positioner",
+    "SOPDT",
     "Srinivasan",
     "StateSpace",
     "Stenman",
     "Table",
     "TransferFunction",
+    "TwoMove",
     "Valve",
+    "VariablePulses",
 ]

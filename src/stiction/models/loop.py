@@ -1,15 +1,16 @@
-"""A control loop: controller, valve and process, sampled."""
+"""A control loop: controller, valve and process, sampled, and a compensator of stiction where there is one."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stiction.errors import ParameterError, require_not_negative, require_positive
 from stiction.models.processes import as_process
 
 if TYPE_CHECKING:
+    from stiction.models.compensators import Compensator
     from stiction.models.component import Valve
     from stiction.models.controllers import PID
     from stiction.models.processes import StateSpace, TransferFunction
@@ -35,14 +36,15 @@ class Loop:
         there until the next sample.
     noise : float
         Standard deviation of the white measurement noise on the PV [PV units].
-    compensator : object, optional
-        What stands between controller and valve.
+    compensator : Compensator, optional
+        What stands between controller and valve. It acts while the controller is in automatic; in manual the
+        OP passes.
 
     Raises
     ------
     ParameterError
-        When `dt` is not positive, `noise` negative, or the process passes its input on at once (an algebraic
-        loop).
+        When `dt` is not positive, `noise` negative, a part is not of its kind, or the process passes its input
+        on at once (an algebraic loop).
 
     Examples
     --------
@@ -57,7 +59,7 @@ class Loop:
     process: TransferFunction | StateSpace
     dt: float
     noise: float = 0.0
-    compensator: Any = None
+    compensator: Compensator | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -67,6 +69,12 @@ class Loop:
         for name in ("controller", "valve"):
             if not hasattr(getattr(self, name), "pack"):
                 raise ParameterError(f"{name} is a {type(getattr(self, name)).__name__}; give a {name} model.")
+        if self.compensator is not None:
+            if not hasattr(self.compensator, "for_stiction"):
+                raise ParameterError(
+                    f"compensator is a {type(self.compensator).__name__}; give a compensator such as Knocker, or None."
+                )
+            self.compensator.pack(self.dt)
         if self.discrete.d != 0.0 and self.discrete.direct_delay == 0:
             raise ParameterError(
                 f"process has a direct path ({self.discrete.d:g}) and no dead time: the PV would depend on the OP it "

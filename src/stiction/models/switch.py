@@ -1,4 +1,4 @@
-"""The one file that knows all valve pages: from a model's code to its step.
+"""The one file that knows all valve and compensator pages: from a model's code to its step.
 
 Plain models carry at most three numbers. Their steps are compiled into the drivers, which then keep the whole
 state in registers; the others (tables, physics) are called, which costs a plain model several times its own work.
@@ -6,6 +6,14 @@ state in registers; the others (tables, physics) are called, which costs a plain
 
 from __future__ import annotations
 
+from stiction.models.compensators.component import CompensatorState
+from stiction.models.compensators.constant_reinforcement import constant_reinforcement_step
+from stiction.models.compensators.cuadros import cuadros_step
+from stiction.models.compensators.four_move import four_move_step
+from stiction.models.compensators.integral_deadband import integral_deadband_step
+from stiction.models.compensators.knocker import knocker_step
+from stiction.models.compensators.two_move import two_move_step
+from stiction.models.compensators.variable_pulses import variable_pulses_step
 from stiction.models.compiled import inlined, kernel
 from stiction.models.component import TIE, ValveState, at_rest
 from stiction.models.table import lookup
@@ -20,13 +28,22 @@ from stiction.models.valves.stenman import stenman_step
 
 __all__ = [
     "CHOUDHURY",
+    "CONSTANT_REINFORCEMENT",
+    "CUADROS",
+    "FOUR_MOVE",
     "HE",
     "HE_WANG",
     "IDEAL",
+    "INTEGRAL_DEADBAND",
     "KANO",
+    "KNOCKER",
+    "NO_COMPENSATOR",
     "PHYSICAL",
     "SRINIVASAN",
     "STENMAN",
+    "TWO_MOVE",
+    "VARIABLE_PULSES",
+    "compensator_step",
     "is_plain",
     "physical_parameters",
     "physical_step",
@@ -39,6 +56,9 @@ __all__ = [
 IDEAL, STENMAN, KANO, CHOUDHURY, HE, SRINIVASAN, SRINIVASAN_PRINTED = 0, 1, 2, 3, 4, 5, 6
 SRINIVASAN_TABLED, SRINIVASAN_TABLED_PRINTED = 7, 8
 PHYSICAL, HE_WANG = 10, 11
+
+NO_COMPENSATOR, KNOCKER, CONSTANT_REINFORCEMENT, VARIABLE_PULSES = 0, 1, 2, 3
+INTEGRAL_DEADBAND, CUADROS, TWO_MOVE, FOUR_MOVE = 4, 5, 6, 7
 
 _at_rest = inlined(at_rest)
 
@@ -103,3 +123,21 @@ def valve_step(model: int, op: float, s: ValveState, p) -> ValveState:
     if model == SRINIVASAN_TABLED:
         return srinivasan_step(op, s, sb * (1.0 + TIE), sb - sj, p[2])
     return srinivasan_printed_step(op, s, sb * (1.0 + TIE), sj, p[2])
+
+
+@kernel
+def compensator_step(kind: int, op: float, sp: float, pv: float, s: CompensatorState, p) -> CompensatorState:
+    """One sample of compensator `kind` with packed parameters `p`."""
+    if kind == KNOCKER:
+        return knocker_step(op, s, p[0], p[1], p[2])
+    if kind == VARIABLE_PULSES:
+        return variable_pulses_step(op, sp, pv, s, p[0], p[1], p[2], p[3])
+    if kind == INTEGRAL_DEADBAND:
+        return integral_deadband_step(op, sp, pv, p[0])
+    if kind == CUADROS:
+        return cuadros_step(op, sp, pv, s, p[0], p[1], p[2], p[3])
+    if kind == TWO_MOVE:
+        return two_move_step(op, sp, pv, s, p[0], p[1], p[2], p[3], p[4], p[5], p[6])
+    if kind == FOUR_MOVE:
+        return four_move_step(op, sp, pv, s, p[0], p[1], p[2], p[3], p[4])
+    return constant_reinforcement_step(op, s, p[0])

@@ -59,6 +59,8 @@ class LoopRecord:
         Set point [engineering units of the PV].
     mv : array_like, shape (n_samples,), optional
         Valve position really reached [% of span].
+    valve_signal : array_like, shape (n_samples,), optional
+        What a compensator between controller and valve sent [% of span]; None where the valve was given the OP.
     auto : array_like of bool, shape (n_samples,), optional
         True where the controller was in automatic; None when not recorded.
     loop_type : str
@@ -96,6 +98,7 @@ class LoopRecord:
     integrating: bool | None = None
     start: datetime | None = None
     provenance: Provenance = field(default_factory=Provenance)
+    valve_signal: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -106,7 +109,7 @@ class LoopRecord:
             put(self, "integrating", None if self.loop_type == "other" else self.loop_type == "level")
         put(self, "op", _signal("op", self.op, None))
         n = self.op.shape[0]
-        for name in ("pv", "sp", "mv"):
+        for name in ("pv", "sp", "mv", "valve_signal"):
             value = getattr(self, name)
             if value is not None:
                 put(self, name, _signal(name, value, n))
@@ -131,7 +134,7 @@ class LoopRecord:
         cut = slice(first, last)
         parts: dict[str, Any] = {
             name: None if getattr(self, name) is None else getattr(self, name)[cut]
-            for name in ("op", "pv", "sp", "mv", "auto")
+            for name in ("op", "pv", "sp", "mv", "valve_signal", "auto")
         }
         return replace(self, **parts)
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError, require_finite, require_positive
+from stiction.models.switch import NO_COMPENSATOR
 from stiction.records.record import LoopRecord, Provenance
 from stiction.simulation.drivers import closed_loop
 
@@ -64,7 +65,8 @@ def simulate(
     Returns
     -------
     LoopRecord
-        `op`, `pv`, `sp` and the valve position `mv`.
+        `op`, `pv`, `sp` and the valve position `mv`; with a compensator also `valve_signal`, what it sent to the
+        valve, within the output limits of the controller.
 
     Raises
     ------
@@ -96,12 +98,14 @@ def simulate(
             require_finite("mv_start", op_start if mv_start is None else mv_start, "% of span"),
         ]
     )
-    # One block: the pages of a large one come many at a time, those of four smaller ones singly, as they are touched.
-    pv, op, mv, recorded_sp = np.empty((4, n))
+    compensator = loop.compensator
+    kind, settings = (NO_COMPENSATOR, _NOTHING) if compensator is None else (compensator.code, compensator.pack(loop.dt))
+    # One block: the pages of a large one come many at a time, those of several smaller ones singly, as they are touched.
+    pv, op, mv, recorded_sp, *sent = np.empty((4 if compensator is None else 5, n))
     recorded_sp[:] = set_point
     closed_loop(
-        loop.controller.pack(loop.dt), loop.valve.code, loop.valve.pack(loop.dt), *loop.discrete,
-        set_point, load, pv_load, hand, start, pv, op, mv,
+        loop.controller.pack(loop.dt), kind, settings, loop.valve.code, loop.valve.pack(loop.dt), *loop.discrete,
+        set_point, load, pv_load, hand, start, pv, op, sent[0] if sent else _NOTHING, mv,
     )  # fmt: skip
     return LoopRecord(
         tag,
@@ -110,6 +114,7 @@ def simulate(
         pv=pv,
         sp=recorded_sp,
         mv=mv,
+        valve_signal=sent[0] if sent else None,
         auto=None if manual is None else np.broadcast_to(np.isnan(hand), n).copy(),
         loop_type=loop_type,
         provenance=Provenance(source="simulation", rows=n),

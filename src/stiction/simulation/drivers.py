@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from stiction.models.compensators.component import compensator_at_rest
 from stiction.models.compiled import kernel
 from stiction.models.controllers.pid import pid_at_rest, pid_step
 from stiction.models.switch import (
+    NO_COMPENSATOR,
     PHYSICAL,
+    compensator_step,
     is_plain,
     physical_parameters,
     physical_step,
@@ -50,13 +53,16 @@ def stroke_many(model, p, op, position, mv):
 
 
 @kernel
-def closed_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv_load, manual, start, pv, op, mv):
-    """Run one loop over `pv` (n_samples,).
+def closed_loop(
+    pid, kind, h, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv_load, manual, start, pv, op, sent, mv
+):
+    """Run one loop over `pv` (n_samples,), with the compensator `kind` of parameters `h` where there is one.
 
     `sp`, `load`, `pv_load` and `manual` hold one value per sample, or one value for all of them. `load` is added
     to the stem position at the process inlet [% of span], `pv_load` to the process output (measurement noise
-    included). `start` is (pv, op, position) at rest before the first sample. The commonest loop, a plain valve
-    before a first-order process, runs on scalars; the order of operations is that of the general one.
+    included). `start` is (pv, op, position) at rest before the first sample. What the compensator sends goes to
+    `sent`, which is not touched without one. The commonest loop, a plain valve before a first-order process, runs on
+    scalars; the order of operations is that of the general one.
     """
     n = pv.shape[0]
     order = c.shape[0]
@@ -70,7 +76,7 @@ def closed_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, p
     controller = pid_at_rest(op0, pv0, settings)
     valve = valve_at_rest(model, op0, mv0, p)
     older = 0.0
-    if order == 1 and d == 0.0 and is_plain(model):
+    if order == 1 and d == 0.0 and is_plain(model) and kind == NO_COMPENSATOR:
         q = plain_parameters(p)
         x = 0.0
         a, bn, bo, gain = A[0, 0], b_new[0], b_old[0], c[0]
@@ -87,6 +93,9 @@ def closed_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, p
             x = a * x + bn * newer + bo * older
             older = newer
         return
+    holding = (pid[0], 0.0, pid[2], pid[3], pid[4], pid[5], pid[6], pid[7], pid[8], pid[9])
+    compensator = compensator_at_rest(op0, sp[0])
+    signal = op0
     state = A[:, 0] * 0.0 if order else c
     work = state.copy()
     for k in range(n):
@@ -97,9 +106,19 @@ def closed_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, p
         if d != 0.0 and k >= direct:
             y += d * (mv[k - direct] - mv0 + load[(k - direct) * load_step])
         pv[k] = y
-        controller = pid_step(sp[k * sp_step], y, controller, manual[k * manual_step], settings)
+        target, hand = sp[k * sp_step], manual[k * manual_step]
+        followed = signal if compensator.track != 0.0 and hand != hand else hand
+        controller = pid_step(target, y, controller, followed, holding if compensator.hold != 0.0 else settings)
+        signal = controller.op
+        if kind != NO_COMPENSATOR:
+            if hand == hand:
+                compensator = compensator_at_rest(controller.op, target)
+            else:
+                compensator = compensator_step(kind, controller.op, target, y, compensator, h)
+            signal = min(max(compensator.valve_signal, pid[6]), pid[7])
+            sent[k] = signal
         op[k] = controller.op
-        valve = valve_step(model, controller.op, valve, p)
+        valve = valve_step(model, signal, valve, p)
         mv[k] = min(max(valve.position, low), high)
         newer = 0.0
         if k >= delay:

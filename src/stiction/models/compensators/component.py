@@ -1,0 +1,187 @@
+"""What stands between controller and valve: the state that its steps pass on, and what all compensators share.
+
+A compensator sees the controller's output, set point and PV, and gives the signal that is sent to the valve. It may
+also ask two things of the controller for the next sample: to hold its integral, or to track the signal sent (as a
+controller in manual does), which opens the loop. ``X_step(op, ..., state, parameters...) -> state`` as for valves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+
+import numpy as np
+
+from stiction.errors import ParameterError, require_finite, require_not_negative, require_positive
+from stiction.models.compiled import inlined
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["Compensator", "CompensatorState", "Stiction", "compensator_at_rest", "pulsed", "rhythm", "sign"]
+
+
+class CompensatorState(NamedTuple):
+    """What a compensator gives and remembers from one sample to the next; each uses the fields it needs."""
+
+    valve_signal: float
+    """Signal sent to the valve, before the output limits of the controller [% of span]."""
+    hold: float
+    """1 while the controller is to hold its integral [-]."""
+    track: float
+    """1 while the controller is to track the valve signal: the loop is open [-]."""
+    op: float
+    """Controller output of the last sample [% of span]."""
+    sp: float
+    """Set point of the last sample [PV units]."""
+    reference: float
+    """Controller output at the onset of the previous pulse [% of span]."""
+    latest: float
+    """Controller output at the onset of the latest pulse [% of span]."""
+    count: float
+    """Samples since the latest pulse, the last cycle or the last move began [-]."""
+    phase: float
+    """0 before the first pulse or while watching; then 1, 2, ... [-]."""
+    side: float
+    """Side of the band on which the error was last outside: -1, 0 or 1 [-]."""
+    position: float
+    """Where the stem is thought to be [% of span]."""
+    begun: float
+    """Cycles begun since the watch began [-]."""
+    samples: float
+    """Samples in the cycles watched [-]."""
+    total: float
+    """Sum of `position` over them [% of span]."""
+    low: float
+    """Lowest controller output in them [% of span]."""
+    high: float
+    """Highest controller output in them [% of span]."""
+
+
+@inlined
+def sign(x: float) -> float:
+    """Sign of x: -1, 0 or 1; 0 for NaN."""
+    if x > 0.0:
+        return 1.0
+    if x < 0.0:
+        return -1.0
+    return 0.0
+
+
+@inlined
+def compensator_at_rest(op: float, sp: float) -> CompensatorState:
+    """State of a compensator that passes `op` on and has seen nothing yet."""
+    return CompensatorState(op, 0.0, 0.0, op, sp, op, op, 0.0, 0.0, 0.0, op, 0.0, 0.0, 0.0, op, op)
+
+
+@inlined
+def pulsed(
+    op: float, pulse: float, hold: float, reference: float, latest: float, count: float, phase: float
+) -> CompensatorState:
+    """State of a compensator that adds `pulse` to the controller output."""
+    return CompensatorState(
+        op + pulse, hold, 0.0, op, 0.0, reference, latest, count, phase, 0.0, op, 0.0, 0.0, 0.0, op, op
+    )
+
+
+@inlined
+def rhythm(op: float, s: CompensatorState, interval: float) -> tuple[float, float, float, float]:
+    """Advance a train of pulses by a sample: `reference`, `latest`, `count`, `phase`."""
+    count = s.count + 1.0
+    if count >= interval:
+        return s.latest, op, 0.0, 1.0
+    return s.reference, s.latest, count, s.phase
+
+
+class Stiction(NamedTuple):
+    """What settings are made from."""
+
+    S: float
+    """Deadband plus stickband [% of span]."""
+    J: float
+    """Slip jump [% of span]."""
+    dt: float
+    """Sampling period of the controller [s]."""
+    gain: float
+    """Static gain of the process, its size [PV units per % of span]."""
+    noise: float
+    """Standard deviation of the measurement noise [PV units]."""
+
+
+@dataclass(frozen=True)
+class Compensator:
+    """What every compensator has in common."""
+
+    code: ClassVar[int]
+
+    @classmethod
+    def for_stiction(cls, S: float, J: float, dt: float, *, gain: float = 1.0, noise: float = 0.0) -> Self:
+        """Settings from identified stiction.
+
+        Parameters
+        ----------
+        S : float
+            Deadband plus stickband, above 0 [% of span].
+        J : float
+            Slip jump [% of span].
+        dt : float
+            Sampling period of the controller [s].
+        gain : float
+            Static gain of the process, not 0 [PV units per % of span]; used where a setting is in PV units.
+        noise : float
+            Standard deviation of the measurement noise [PV units]; used where a band must stand above it.
+
+        Raises
+        ------
+        ParameterError
+            When a value is outside its limits.
+        """
+        gain = abs(require_finite("gain", gain, "PV units per % of span"))
+        return cls._settings(
+            Stiction(
+                require_positive("S", S, "% of span"),
+                require_not_negative("J", J, "% of span"),
+                require_positive("dt", dt, "s"),
+                require_positive("gain", gain, "PV units per % of span"),
+                require_not_negative("noise", noise, "PV units"),
+            )
+        )
+
+    @classmethod
+    def _settings(cls, given: Stiction) -> Self:
+        raise NotImplementedError
+
+    def parameters(self, dt: float) -> tuple[float, ...]:
+        """Parameters of the step for the sampling period `dt` [s], in the order of its arguments."""
+        raise NotImplementedError
+
+    def pack(self, dt: float) -> NDArray[np.float64]:
+        """Parameters as the kernels take them for the sampling period `dt` [s], shape (n_parameters,)."""
+        return np.array(self.parameters(dt), dtype=np.float64)
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form: the name of the compensator and its settings."""
+        return {"compensator": type(self).__name__, **asdict(self)}
+
+    def _require(self, *, positive: dict[str, str], not_negative: dict[str, str]) -> None:
+        """Turn the settings named (-> unit) into floats, or say what is wrong with one."""
+        for name, unit in positive.items():
+            object.__setattr__(self, name, require_positive(name, getattr(self, name), unit))
+        for name, unit in not_negative.items():
+            object.__setattr__(self, name, require_not_negative(name, getattr(self, name), unit))
+
+    def _at_least(self, name: str, lowest: float) -> None:
+        """Turn the setting into a number of the kind of `lowest`, or say that it lies below it or is none."""
+        value = require_finite(name, getattr(self, name), "-")
+        if value < lowest or (isinstance(lowest, int) and value % 1.0 != 0.0):
+            kind = "a whole number" if isinstance(lowest, int) else "a number"
+            raise ParameterError(f"{name} = {value:g} cannot be; give {kind} of {lowest:g} or more.")
+        object.__setattr__(self, name, type(lowest)(value))
+
+    def _samples(self, name: str, dt: float) -> float:
+        """Whole samples in the time called `name`."""
+        time = getattr(self, name)
+        samples = round(time / dt)
+        if samples < 1:
+            raise ParameterError(f"{name} = {time:g} s is shorter than one sample of {dt:g} s; make it longer.")
+        return float(samples)

@@ -1,0 +1,89 @@
+"""The knocker that stops (after Cuadros, Munaro and Munareto): no pulses and no integration while the error is small."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+from stiction.errors import ParameterError
+from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, pulsed, rhythm, sign
+from stiction.models.compiled import inlined
+
+__all__ = ["Cuadros", "cuadros_step"]
+
+
+@inlined
+def cuadros_step(
+    op: float, sp: float, pv: float, s: CompensatorState, amplitude: float, width: float, interval: float, band: float
+) -> CompensatorState:
+    """One sample; `width` and `interval` in samples."""
+    reference, latest, count, phase = rhythm(op, s, interval)
+    pulse = 0.0
+    hold = 0.0
+    if abs(sp - pv) < band:
+        hold = 1.0
+    elif phase > 0.0 and count < width:
+        pulse = amplitude * sign(op - reference)
+    return pulsed(op, pulse, hold, reference, latest, count, phase)
+
+
+@dataclass(frozen=True)
+class Cuadros(Compensator):
+    """Haegglund's knocker with a stop: pulses and integration pause while the error lies within a band.
+
+    Parameters
+    ----------
+    amplitude : float
+        Height of a pulse [% of span].
+    width : float
+        Length of a pulse [s], rounded to whole samples.
+    interval : float
+        Time from the onset of one pulse to that of the next [s], rounded to whole samples; above `width`.
+    band : float
+        Half width of the band about the set point [PV units].
+
+    Raises
+    ------
+    ParameterError
+        When a value is outside its limits.
+
+    Notes
+    -----
+    The pulses bring the PV nearer to the set point than the bare cycle does, so that a narrower band than that of an
+    integral deadband is enough; then the valve stands still. An offset of up to `band` stays. That the method stops on a
+    small error is recalled from the paper; that the integral is held meanwhile, and the settings, are this page's.
+
+    References
+    ----------
+    After cuadros2012.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> st.Cuadros.for_stiction(S=3.0, J=1.0, dt=1.0, gain=3.0)
+    Cuadros(amplitude=1.5, width=2.0, interval=5.0, band=2.25)
+    """
+
+    code: ClassVar[int] = 5
+
+    amplitude: float
+    width: float
+    interval: float
+    band: float
+
+    def __post_init__(self) -> None:
+        self._require(
+            positive={"width": "s", "interval": "s"}, not_negative={"amplitude": "% of span", "band": "PV units"}
+        )
+        if self.width >= self.interval:
+            raise ParameterError(
+                f"width = {self.width:g} s leaves no pause in interval = {self.interval:g} s; give width < interval."
+            )
+
+    @classmethod
+    def _settings(cls, given: Stiction) -> Self:
+        return cls(given.S / 2.0, 2.0 * given.dt, 5.0 * given.dt, given.gain * given.S / 4.0 + 3.0 * given.noise)
+
+    def parameters(self, dt: float) -> tuple[float, ...]:
+        """Amplitude [% of span], width and interval [samples], band [PV units]."""
+        return (self.amplitude, self._samples("width", dt), self._samples("interval", dt), self.band)

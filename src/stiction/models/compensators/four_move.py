@@ -1,0 +1,110 @@
+"""Four moves without a model (after Cuadros, Munaro and Munareto): sizes from the cycle seen, not from S and J."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+from stiction.models.compensators.component import Compensator, CompensatorState, Stiction
+from stiction.models.compensators.watch import sent, watch_and_move
+from stiction.models.compiled import inlined
+
+__all__ = ["FourMove", "four_move_step"]
+
+
+@inlined
+def four_move_step(
+    op: float,
+    sp: float,
+    pv: float,
+    s: CompensatorState,
+    band: float,
+    reach: float,
+    share: float,
+    move: float,
+    cycles: float,
+) -> CompensatorState:
+    """One sample; `move` in samples."""
+    s = watch_and_move(op, sp, pv, op, s, 4.0, band, cycles, move)
+    if s.phase == 0.0:
+        return s
+    mean = s.total / s.samples
+    swing = s.high - s.low
+    signal = mean
+    if s.phase == 1.0:
+        signal = mean + reach * swing
+    elif s.phase == 2.0:
+        signal = mean - reach * swing
+    elif s.phase == 3.0:
+        signal = mean + share * swing
+    return sent(signal, mean, s)
+
+
+@dataclass(frozen=True)
+class FourMove(Compensator):
+    """Open the loop and centre the stem by four moves, sized by the swing A of the OP in the cycle.
+
+    With m the mean of the OP over whole cycles, the signal goes to ``m + reach A``, ``m - reach A``, ``m + share A``
+    and ``m``. A sticky valve cycles only if the OP swings by S or more, so that A >= S: the first two moves break the
+    stem away whatever its state, the third carries it up to m + share A - fd with fd = (S - J) / 2, the fourth is too
+    small to move it, and leaves the signal in the middle. As 0 <= fd <= A / 2, share = 1/4 leaves the stem within A / 4
+    of m.
+
+    Parameters
+    ----------
+    band : float
+        The controller takes over when the error leaves this band, and a cycle counts when it does [PV units].
+    reach : float
+        Height of the first two moves, in swings of the OP, 1 or more [-].
+    share : float
+        Height of the third move, in swings of the OP, at most 1/2 [-].
+    move : float, optional
+        How long each of the first three moves holds [s], rounded to whole samples; one sample by default.
+    cycles : int
+        Cycles to be watched before the moves, 2 or more [-].
+
+    Raises
+    ------
+    ParameterError
+        When a value is outside its limits.
+
+    Notes
+    -----
+    That there are four moves and no model is recalled from the paper; how large they are is derived above. Needs a
+    symmetric cycle: where the stem rests longer on one side than on the other, the mean of the OP is not where the PV
+    meets the set point. Watches, takes over and limits as `TwoMove` does.
+
+    References
+    ----------
+    After cuadros2012b.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> st.FourMove.for_stiction(S=3.0, J=1.0, dt=1.0, gain=3.0)
+    FourMove(band=1.5, reach=1.0, share=0.25, move=None, cycles=2)
+    """
+
+    code: ClassVar[int] = 7
+
+    band: float
+    reach: float = 1.0
+    share: float = 0.25
+    move: float | None = None
+    cycles: int = 2
+
+    def __post_init__(self) -> None:
+        self._require(positive={"band": "PV units"}, not_negative={"share": "-"})
+        if self.move is not None:
+            self._require(positive={"move": "s"}, not_negative={})
+        self._at_least("reach", 1.0)
+        self._at_least("cycles", 2)
+
+    @classmethod
+    def _settings(cls, given: Stiction) -> Self:
+        return cls(given.gain * given.S / 6.0 + 5.0 * given.noise)
+
+    def parameters(self, dt: float) -> tuple[float, ...]:
+        """Band [PV units], reach and share [-], move [samples], cycles [-]."""
+        move = 1.0 if self.move is None else self._samples("move", dt)
+        return (self.band, self.reach, self.share, move, float(self.cycles))

@@ -1,0 +1,68 @@
+"""Integral deadband: the integral of the controller is held while the error is small."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, pulsed
+from stiction.models.compiled import inlined
+
+__all__ = ["IntegralDeadband", "integral_deadband_step"]
+
+
+@inlined
+def integral_deadband_step(op: float, sp: float, pv: float, band: float) -> CompensatorState:
+    """One sample; what it says of the integral holds for the next."""
+    hold = 0.0
+    if abs(sp - pv) < band:
+        hold = 1.0
+    return pulsed(op, 0.0, hold, op, op, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class IntegralDeadband(Compensator):
+    """Integration stops while the error lies within a band; the signal to the valve is the controller's own.
+
+    Parameters
+    ----------
+    band : float
+        Half width of the band about the set point [PV units].
+
+    Raises
+    ------
+    ParameterError
+        When `band` is negative or not a finite number.
+
+    Notes
+    -----
+    The cheapest remedy in the field, built into many controllers: where the band is wider than the error that the
+    stiction causes, the cycle ends, no travel is added, and an offset of up to `band` stays. Too narrow a band slows the
+    cycle and does not end it. The integral is held from the sample after the error is seen inside the band.
+
+    References
+    ----------
+    After kuphaldt2019.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> st.IntegralDeadband.for_stiction(S=3.0, J=1.0, dt=1.0, gain=3.0)
+    IntegralDeadband(band=4.5)
+    """
+
+    code: ClassVar[int] = 4
+
+    band: float
+
+    def __post_init__(self) -> None:
+        self._require(positive={}, not_negative={"band": "PV units"})
+
+    @classmethod
+    def _settings(cls, given: Stiction) -> Self:
+        return cls(given.gain * given.S / 2.0 + 3.0 * given.noise)
+
+    def parameters(self, dt: float) -> tuple[float, ...]:
+        """Band [PV units]."""
+        del dt
+        return (self.band,)

@@ -1,0 +1,90 @@
+"""Haegglund's knocker: short pulses on the controller's output, in the direction in which it is going."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+from stiction.errors import ParameterError
+from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, pulsed, rhythm, sign
+from stiction.models.compiled import inlined
+
+__all__ = ["Knocker", "knocker_step"]
+
+
+@inlined
+def knocker_step(
+    op: float, s: CompensatorState, amplitude: float, width: float, interval: float
+) -> CompensatorState:
+    """One sample; `width` and `interval` in samples."""
+    reference, latest, count, phase = rhythm(op, s, interval)
+    pulse = 0.0
+    if phase > 0.0 and count < width:
+        pulse = amplitude * sign(op - reference)
+    return pulsed(op, pulse, 0.0, reference, latest, count, phase)
+
+
+@dataclass(frozen=True)
+class Knocker(Compensator):
+    r"""Pulses of constant amplitude.
+
+    .. math:: u(t) = u_c(t) + a\,\mathrm{sgn}(u_c(t) - u_c(t_p)) \quad\text{in the pulse},
+              \qquad u(t) = u_c(t) \quad\text{between pulses},
+
+    where :math:`t_p` is the onset of the previous pulse. The first pulse comes one interval after the start.
+
+    Parameters
+    ----------
+    amplitude : float
+        Height of a pulse [% of span].
+    width : float
+        Length of a pulse [s], rounded to whole samples.
+    interval : float
+        Time from the onset of one pulse to that of the next [s], rounded to whole samples; above `width`.
+
+    Raises
+    ------
+    ParameterError
+        When a value is outside its limits.
+
+    Notes
+    -----
+    Needs integral action: the pulses follow the direction of the OP. Limits: stem travel and reversals rise. Pulses as
+    high as S are worse than none for J < S, in PV and in travel (simulated, see the tests). The loop may lock to the
+    train of pulses in more than one way, with a PV deviation that differs by some 10 % from one to the other.
+
+    `for_stiction` gives amplitude S / 2 (after Srinivasan and Rengaswamy, 2005: half the stiction band), a width of 2
+    samples and an interval of 5, the long end of what Haegglund is recalled to recommend (amplitude 1 to 4 %, width 1 to
+    2 samples, interval 2 to 5). These settings were simulated here.
+
+    References
+    ----------
+    After haegglund2002 and srinivasan2005c.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> st.Knocker.for_stiction(S=3.0, J=1.0, dt=1.0)
+    Knocker(amplitude=1.5, width=2.0, interval=5.0)
+    """
+
+    code: ClassVar[int] = 1
+
+    amplitude: float
+    width: float
+    interval: float
+
+    def __post_init__(self) -> None:
+        self._require(positive={"width": "s", "interval": "s"}, not_negative={"amplitude": "% of span"})
+        if self.width >= self.interval:
+            raise ParameterError(
+                f"width = {self.width:g} s leaves no pause in interval = {self.interval:g} s; give width < interval."
+            )
+
+    @classmethod
+    def _settings(cls, given: Stiction) -> Self:
+        return cls(given.S / 2.0, 2.0 * given.dt, 5.0 * given.dt)
+
+    def parameters(self, dt: float) -> tuple[float, ...]:
+        """Amplitude [% of span], width and interval [samples]."""
+        return (self.amplitude, self._samples("width", dt), self._samples("interval", dt))

@@ -1,0 +1,125 @@
+"""Two moves (after Srinivasan and Rengaswamy, 2008): push the stem away, bring it back to where it belongs, and stop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+from stiction.errors import ParameterError
+from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, sign
+from stiction.models.compensators.watch import sent, watch_and_move
+from stiction.models.compiled import inlined
+
+__all__ = ["TwoMove", "two_move_step"]
+
+
+@inlined
+def two_move_step(
+    op: float,
+    sp: float,
+    pv: float,
+    s: CompensatorState,
+    S: float,
+    fs: float,
+    fd: float,
+    band: float,
+    reach: float,
+    move: float,
+    cycles: float,
+) -> CompensatorState:
+    """One sample; `move` in samples."""
+    position = s.position
+    if abs(op - position) > fs:
+        position = op - fd * sign(op - position)
+    s = watch_and_move(op, sp, pv, position, s, 2.0, band, cycles, move)
+    if s.phase == 0.0:
+        return s
+    position = s.total / s.samples
+    signal = position - fd
+    if s.phase == 1.0:
+        signal = signal + reach * S
+    return sent(signal, position, s)
+
+
+@dataclass(frozen=True)
+class TwoMove(Compensator):
+    """Open the loop and put the stem where the cycle was about: two moves, then rest.
+
+    While the loop cycles, the stem is followed by He's rule with the bands of S and J. Over whole cycles its mean is the
+    position that holds the PV at the set point. Then the controller tracks, and the signal goes
+
+    1. up to ``x - fd + reach S``, which breaks the stem away whatever its state,
+    2. down to ``x - fd``: after more than S of travel the stem follows, fd above its input, and stops at x,
+
+    with x the mean and fd = (S - J) / 2. After one more cycle's time for the process to settle the valve stands still.
+
+    Parameters
+    ----------
+    S : float
+        Deadband plus stickband, identified [% of span].
+    J : float
+        Slip jump, identified, at most S [% of span].
+    band : float
+        The controller takes over when the error leaves this band, and a cycle counts when it does [PV units].
+    reach : float
+        Height of the first move over the second, in bands S, above 1 [-].
+    move : float, optional
+        How long the first move holds [s], rounded to whole samples; one sample by default.
+    cycles : int
+        Cycles to be watched before the moves, 2 or more [-].
+
+    Raises
+    ------
+    ParameterError
+        When a value is outside its limits.
+
+    Notes
+    -----
+    The published method opens the loop for good, and is blind to load and set point from then on. Here the controller
+    takes over, bumpless, at once when the set point changes and when the error leaves `band`, except in the first cycle's
+    time after the moves. It watches, and moves again. It never acts while the set point keeps changing (a cascade's
+    slave), while the error stays within the band, or on an integrating process for long.
+
+    Simulated here with the Kano valve of the tests: see the table of `stiction.models.compensators.facts`.
+
+    References
+    ----------
+    After srinivasan2008b; stem by he2007.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> st.TwoMove.for_stiction(S=3.0, J=1.0, dt=1.0, gain=3.0)
+    TwoMove(S=3.0, J=1.0, band=1.5, reach=1.5, move=None, cycles=2)
+    """
+
+    code: ClassVar[int] = 6
+
+    S: float
+    J: float
+    band: float
+    reach: float = 1.5
+    move: float | None = None
+    cycles: int = 2
+
+    def __post_init__(self) -> None:
+        self._require(positive={"S": "% of span", "band": "PV units"}, not_negative={"J": "% of span"})
+        if self.J > self.S:
+            raise ParameterError(
+                f"J = {self.J:g} % exceeds S = {self.S:g} %: where such a stem comes to rest cannot be told from its "
+                "input; give J <= S."
+            )
+        if self.move is not None:
+            self._require(positive={"move": "s"}, not_negative={})
+        self._at_least("reach", 1.0)
+        self._at_least("cycles", 2)
+
+    @classmethod
+    def _settings(cls, given: Stiction) -> Self:
+        return cls(given.S, min(given.J, given.S), given.gain * given.S / 6.0 + 5.0 * given.noise)
+
+    def parameters(self, dt: float) -> tuple[float, ...]:
+        """S, fs, fd [% of span], band [PV units], reach [-], move [samples], cycles [-]."""
+        move = 1.0 if self.move is None else self._samples("move", dt)
+        fs, fd = (self.S + self.J) / 2.0, (self.S - self.J) / 2.0
+        return (self.S, fs, fd, self.band, self.reach, move, float(self.cycles))

@@ -1,0 +1,85 @@
+"""Pulses whose height grows with the error, up to a limit: the knocker that is gentle near the set point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+from stiction.errors import ParameterError
+from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, pulsed, rhythm, sign
+from stiction.models.compiled import inlined
+
+__all__ = ["VariablePulses", "variable_pulses_step"]
+
+
+@inlined
+def variable_pulses_step(
+    op: float, sp: float, pv: float, s: CompensatorState, amplitude: float, width: float, interval: float, full: float
+) -> CompensatorState:
+    """One sample; `width` and `interval` in samples."""
+    reference, latest, count, phase = rhythm(op, s, interval)
+    pulse = 0.0
+    if phase > 0.0 and count < width:
+        pulse = min(amplitude, amplitude * abs(sp - pv) / full) * sign(op - reference)
+    return pulsed(op, pulse, 0.0, reference, latest, count, phase)
+
+
+@dataclass(frozen=True)
+class VariablePulses(Compensator):
+    r"""Pulses of height :math:`a \min(1, |e| / e_{full})`, otherwise Haegglund's knocker.
+
+    Parameters
+    ----------
+    amplitude : float
+        Greatest height of a pulse [% of span].
+    width : float
+        Length of a pulse [s], rounded to whole samples.
+    interval : float
+        Time from the onset of one pulse to that of the next [s], rounded to whole samples; above `width`.
+    full : float
+        Error from which on pulses have their greatest height [PV units].
+
+    Raises
+    ------
+    ParameterError
+        When a value is outside its limits.
+
+    Notes
+    -----
+    Of the source only the title is known here: pulses of variable amplitude, to reduce wear. The law, proportional to
+    the error, is this page's.
+
+    References
+    ----------
+    After munaro2016.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> st.VariablePulses.for_stiction(S=3.0, J=1.0, dt=1.0, gain=3.0)
+    VariablePulses(amplitude=1.5, width=2.0, interval=5.0, full=2.25)
+    """
+
+    code: ClassVar[int] = 3
+
+    amplitude: float
+    width: float
+    interval: float
+    full: float
+
+    def __post_init__(self) -> None:
+        self._require(
+            positive={"width": "s", "interval": "s", "full": "PV units"}, not_negative={"amplitude": "% of span"}
+        )
+        if self.width >= self.interval:
+            raise ParameterError(
+                f"width = {self.width:g} s leaves no pause in interval = {self.interval:g} s; give width < interval."
+            )
+
+    @classmethod
+    def _settings(cls, given: Stiction) -> Self:
+        return cls(given.S / 2.0, 2.0 * given.dt, 5.0 * given.dt, given.gain * given.S / 4.0)
+
+    def parameters(self, dt: float) -> tuple[float, ...]:
+        """Amplitude [% of span], width and interval [samples], error of full height [PV units]."""
+        return (self.amplitude, self._samples("width", dt), self._samples("interval", dt), self.full)
