@@ -125,7 +125,9 @@ def _trial(
     picks = [(remedy, Job(remedy, 1.0, 1.0, few)) for options in variants.values() for remedy in options]
     n_remedies = len(fixed) + len(variants)
     done = _counter(progress, len(picks) + n_remedies * (1 + len(ERRORS)))
-    found = dict(zip([id(r) for r, _ in picks], run_all(twin, plan, [job for _, job in picks], S, J, done), strict=True))
+    found = dict(
+        zip([id(r) for r, _ in picks], run_all(twin, plan, [job for _, job in picks], S, J, done), strict=True)
+    )
     nothing = run_all(twin, plan, [Job(fixed[0], 1.0, 1.0, few)], S, J)[0].mean(axis=0)
     remedies = [*fixed, *(_cheapest(options, found, nothing, weights) for options in variants.values())]
     jobs = [Job(remedy, 1.0, 1.0, seeds) for remedy in remedies]
@@ -154,7 +156,10 @@ def _trial(
 
 
 def _cheapest(
-    options: tuple[Remedy, ...], found: dict[int, NDArray[np.float64]], nothing: NDArray[np.float64], weights: dict[str, float]
+    options: tuple[Remedy, ...],
+    found: dict[int, NDArray[np.float64]],
+    nothing: NDArray[np.float64],
+    weights: dict[str, float],
 ) -> Remedy:
     def price(remedy: Remedy) -> float:
         row = found[id(remedy)].mean(axis=0)
@@ -197,6 +202,11 @@ def _counter(progress: Callable[[int, int], Any] | None, total: int) -> Callable
 
 
 def _no_advice(
-    tag: str, reason: str, weights: dict[str, float], twin: Twin | None = None, S: float = float("nan"), J: float = float("nan")
+    tag: str,
+    reason: str,
+    weights: dict[str, float],
+    twin: Twin | None = None,
+    S: float = float("nan"),
+    J: float = float("nan"),
 ) -> CompensationTrial:
     return CompensationTrial(tag, (), None, reason, "", S, J, twin, None, weights)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from stiction.compensation.exchange import exchange
 from stiction.compensation.repair import DEADBAND, RESOLUTION, repair
 from stiction.models import (
     ConstantReinforcement,
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stiction.compensation.retune import Retuning
     from stiction.models import PID, Loop
 
-__all__ = ["FIX", "NOTHING", "Remedy", "remedies_for", "vary"]
+__all__ = ["FIX", "NOTHING", "Remedy", "remedies_for"]
 
 NOTHING, FIX, RETUNE = "do nothing", "fix the valve", "retune"
 
@@ -50,7 +50,7 @@ class Remedy:
         """Put the remedy into a loop, the twin's or another one."""
         if self.good_valve:
             return repair(loop)
-        return vary(loop, controller=self.controller or loop.controller, compensator=self.compensator)
+        return exchange(loop, controller=self.controller or loop.controller, compensator=self.compensator)
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -60,17 +60,6 @@ class Remedy:
         if self.controller is not None:
             return {"Kc": self.controller.Kc, "Ti": self.controller.Ti, "Td": self.controller.Td}
         return {"deadband": DEADBAND, "resolution": RESOLUTION} if self.good_valve else {}
-
-
-def vary(loop: Loop, **parts: Any) -> Loop:
-    """Exchange controller, valve, noise or compensator, and keep the process as it was discretised.
-
-    `dataclasses.replace` would discretise it again, which costs more than the simulation.
-    """
-    other = copy.copy(loop)
-    for name, part in parts.items():
-        object.__setattr__(other, name, part)
-    return other
 
 
 def remedies_for(
@@ -115,7 +104,11 @@ def remedies_for(
     }
     variants = {
         name: tuple(
-            Remedy(name, _words(name, base.amplitude * height), compensator=replace(base, amplitude=base.amplitude * height))
+            Remedy(
+                name,
+                _words(name, base.amplitude * height),
+                compensator=replace(base, amplitude=base.amplitude * height),
+            )
             for height in HEIGHTS
         )
         for name, base in pulses.items()

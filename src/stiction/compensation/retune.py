@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.compensation.exchange import exchange
 from stiction.limitcycle import describing_function, predict_limit_cycles
 from stiction.models import PID, Ideal
 from stiction.simulation import simulate
@@ -126,7 +127,7 @@ def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: floa
     >>> retune(loop, period=100.0).cycle_left
     False
     """
-    quiet = vary(loop, noise=0.0, compensator=None)
+    quiet = exchange(loop, noise=0.0, compensator=None)
     now = loop.controller
     base_iae, base_Ms = _load_iae(quiet, now, period), sensitivity(quiet, now)
     pv_now, _ = _cycle(quiet, now, period)
@@ -144,13 +145,15 @@ def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: floa
     fine = [one for one in curve if one.allowed]
     mild = fine[0].pv_std if fine else pv_now
     # Among settings that are about as mild, the one that controls best.
-    best = min((one for one in fine if one.pv_std <= 1.05 * mild + GONE * pv_now), key=lambda one: one.load_iae, default=None)
+    best = min(
+        (one for one in fine if one.pv_std <= 1.05 * mild + GONE * pv_now), key=lambda one: one.load_iae, default=None
+    )
     pid = now if best is None else replace(now, Kc=best.Kc, Ti=best.Ti)
     left = pv_now if best is None else best.pv_std
     scale = max(pv_now, _jump(loop))
     gone = left <= GONE * scale
     better = 1.0 - left / pv_now if pv_now > GONE * scale else 0.0
-    with_it = vary(quiet, controller=pid)
+    with_it = exchange(quiet, controller=pid)
     stable = sum(1 for c in predict_limit_cycles(with_it, exact=False) if c.kind == "cycle" and c.stable is not False)
     if gone:
         reason = f"With Kc = {pid.Kc:.3g} and Ti = {pid.Ti:.3g} s no limit cycle is left."
@@ -215,7 +218,7 @@ def _open_loop(loop: Loop, pid: PID) -> tuple[NDArray[np.float64], NDArray[np.co
 
 def _load_iae(loop: Loop, pid: PID, period: float) -> float:
     n = max(round(10.0 * period / loop.dt), 200)
-    run = simulate(vary(loop, controller=_free(pid), valve=Ideal()), 0.0, n * loop.dt, np.ones(n))
+    run = simulate(exchange(loop, controller=_free(pid), valve=Ideal()), 0.0, n * loop.dt, np.ones(n))
     assert run.pv is not None
     return float(np.abs(run.pv).mean())
 
@@ -225,7 +228,7 @@ def _cycle(loop: Loop, pid: PID, period: float) -> tuple[float, float]:
     n = max(round(40.0 * period / loop.dt), 400)
     kick = np.full(n, 0.23 * getattr(loop.valve, "S", 1.0))
     kick[: max(round(period / 3.0 / loop.dt), 3)] *= 4.0
-    run = simulate(vary(loop, controller=_free(pid)), 0.0, n * loop.dt, kick)
+    run = simulate(exchange(loop, controller=_free(pid)), 0.0, n * loop.dt, kick)
     assert run.pv is not None
     assert run.mv is not None
     late = slice(n // 2, n)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stiction.compensation.remedies import vary
+from stiction.compensation.exchange import exchange
 from stiction.models import Kano
 from stiction.simulation import simulate
 
@@ -139,7 +139,7 @@ def run_all(
     def one(job: Job) -> NDArray[np.float64]:
         loop = twin.loop
         if (job.S, job.J) != (1.0, 1.0):
-            loop = vary(loop, valve=Kano(S * job.S, min(J * job.J, S * job.S), travel=loop.valve.travel))
+            loop = exchange(loop, valve=Kano(S * job.S, min(J * job.J, S * job.S), travel=loop.valve.travel))
         loop = job.remedy.apply(loop)
         table = np.array([measure(run(loop, plan, seed), plan) for seed in range(job.seeds)])
         if tick is not None:

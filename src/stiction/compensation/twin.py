@@ -164,7 +164,9 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     """
     found, seen = diagnosis.identification, diagnosis.oscillation
     if found is None:
-        raise RecordError(f"{diagnosis.record.tag}: no valve and process were identified; there is nothing to build on.")
+        raise RecordError(
+            f"{diagnosis.record.tag}: no valve and process were identified; there is nothing to build on."
+        )
     if not seen.period > 0.0:
         raise RecordError(f"{diagnosis.record.tag} has no period; a twin is judged by the cycle it repeats.")
     record = usable_part(diagnosis.record)
@@ -338,7 +340,9 @@ def _closer(
     return None if best is None else (best, told)
 
 
-def _overlay(record: LoopRecord, pv: NDArray[np.float64], run: LoopRecord, period: float) -> dict[str, NDArray[np.float64]]:
+def _overlay(
+    record: LoopRecord, pv: NDArray[np.float64], run: LoopRecord, period: float
+) -> dict[str, NDArray[np.float64]]:
     """Three periods of the record's middle, and those of the twin that agree best with them."""
     assert run.pv is not None
     op = hold_gaps(record.op)
