@@ -71,6 +71,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "plan_ramp_test",
         "plan_step_test",
     ),
+    "stiction.compensation": ("CompensationTrial", "compensate", "retune"),
     "stiction.report": ("write_report",),
     "stiction.errors": ("ConvergenceError", "MissingExtraError", "ParameterError", "RecordError", "StictionError"),
 }
