@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from datetime import date
 from functools import cache
 
@@ -13,7 +14,8 @@ from hypothesis import strategies as some
 from tests.compensation.iec_interpreter import FunctionBlock
 
 import stiction as st
-from stiction.compensation.structured_text import lreal, structured_text
+from stiction.compensation.iec_text import lreal
+from stiction.compensation.structured_text import recommended_text, structured_text
 from stiction.errors import ParameterError
 from stiction.models import compensators
 from stiction.models.compensators.component import compensator_at_rest
@@ -221,6 +223,29 @@ def test_any_tag_makes_a_text_that_compiles(tag, name):
     text = structured_text(st.Knocker(1.5, 2.0, 5.0), 1.0, tag=tag)
     assert FunctionBlock(text).name == name
     assert text.isascii()
+
+
+@pytest.fixture(scope="module")
+def trial():
+    loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    return st.compensate(loop, seeds=2)
+
+
+def test_a_recommended_compensator_goes_out_with_its_prediction(trial):
+    trial = replace(trial, recommended="knocker", tag="FIC-101")
+    text = recommended_text(trial, (5.0, 95.0), date=DAY)
+    compensator = trial["knocker"].remedy.compensator
+    assert text[text.index("FUNCTION_BLOCK") :] in structured_text(compensator, 1.0, (5.0, 95.0), tag="FIC-101")
+    ratio = trial["knocker"].behaviour.pv_std / trial["do nothing"].behaviour.pv_std
+    assert f"PV deviation x {ratio:.2f}" in text
+    assert "may not hold" not in text
+    assert "sampled every 1 s, not every 0.5 s" in recommended_text(trial, dt=0.5)
+
+
+@pytest.mark.parametrize("recommended", ["retune", "do nothing", None])
+def test_what_is_no_compensator_has_no_text(trial, recommended):
+    with pytest.raises(ParameterError, match="no structured text"):
+        recommended_text(replace(trial, recommended=recommended))
 
 
 @given(some.floats(allow_nan=False, allow_infinity=False))

@@ -138,6 +138,35 @@ def test_a_good_valve_gets_no_order(run):
         work_order(diagnosis(run=run, verdict="no_stiction"))
 
 
+@pytest.fixture(scope="module")
+def trial():
+    loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    return st.compensate(loop, seeds=2)
+
+
+def test_what_runs_meanwhile_is_named_with_its_settings(run, trial):
+    page = work_order(diagnosis(run=run), replace(trial, recommended="knocker")).to_text()
+    chosen = trial["knocker"]
+    assert f"Recommended until the repair: knocker. {chosen.remedy.words}" in page
+    assert f"Settings: amplitude {chosen.remedy.compensator.amplitude:.3g} %, width 2 s, interval 5 s." in page
+    assert f"stem travel x {chosen.behaviour.travel / trial['do nothing'].behaviour.travel:.2f}" in page
+    assert "ENABLE to FALSE" in page
+    assert len(page.splitlines()) < 70
+
+
+def test_without_a_remedy_nothing_is_switched_off(run, trial):
+    nothing = work_order(
+        diagnosis(run=run), replace(trial, recommended="do nothing", reason="It costs more.")
+    ).to_text()
+    refused = work_order(diagnosis(run=run), replace(trial, recommended=None, reason="No twin.")).to_text()
+    untried = work_order(diagnosis(run=run)).to_text()
+    assert "do nothing. Leave the loop as it is." in nothing
+    assert "It costs more." in nothing
+    assert "No remedy is recommended. No twin." in refused
+    assert "No remedy was tried" in untried
+    assert not any("ENABLE to FALSE" in page for page in (nothing, refused, untried))
+
+
 def test_json_holds_the_whole_order(run):
     told = json.loads(json.dumps(work_order(diagnosis(run=run)).to_dict(), allow_nan=False))
     assert told["S"] == 3.0

@@ -9,25 +9,22 @@ from __future__ import annotations
 
 import inspect
 import math
-import re
 import sys
 from datetime import date as Date
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from stiction.errors import ParameterError, require_finite, require_positive
+from stiction.compensation.iec_text import block_name, comment, pages
+from stiction.compensation.predicted import predicted
+from stiction.errors import ParameterError, require_positive
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import jinja2
-
+    from stiction.compensation.result import CompensationTrial
     from stiction.models.compensators import Compensator
 
-__all__ = ["structured_text"]
+__all__ = ["recommended_text", "structured_text"]
 
-MOST_SCANS = 2**31 - 1
-"""Largest DINT."""
 SETUP = (
     "Scan time: call the block once in every scan, after the controller; give the scan time as above.",
     "Off: with ENABLE FALSE, move OP in manual; VALVE_SIGNAL equals OP.",
@@ -108,7 +105,7 @@ def structured_text(
             f"compensator {type(compensator).__name__} has no page in structured text; give one of stiction's own."
         )
     template = pages().get_template(f"{page}.st")
-    given = {**_settings(compensator, page, dt), "op_low": low, "op_high": high, "name": _name(tag, page)}
+    given = {**_settings(compensator, page, dt), "op_low": low, "op_high": high, "name": block_name(tag, page)}
     declared = template.render(header=(), **given)
     wires = [line for output, line in WIRES.items() if f"{output} : BOOL" in declared]
     sized = [f"{name} = {value:.2f} % of span" for name, value in (("S", S), ("J", J)) if value is not None]
@@ -120,54 +117,63 @@ def structured_text(
         "Before ENABLE:",
         *(f"{i}. {line}" for i, line in enumerate((*SETUP, *wires, *TRIAL), 1)),
         "",
-        "Checked: the rules of this text, run on 1 000 random signals in the tests of stiction, gave in each scan what",
+        "Checked: the rules of this text, run on 1 000 random signals in the tests of stiction, gave in each scan what "
         "the simulated compensator gives. Not checked: compiler, scan time and wiring of this plant.",
         *(["", *notes] if notes else []),
     ]
-    return template.render(header=[_comment(line) for line in header], **given) + "\n"
+    return template.render(header=[line for told in header for line in comment(told)], **given) + "\n"
 
 
-@cache
-def pages() -> jinja2.Environment:
-    """The pages of structured text, with the literals they use."""
-    import jinja2
+def recommended_text(
+    trial: CompensationTrial,
+    op_limits: tuple[float, float] = (0.0, 100.0),
+    *,
+    dt: float | None = None,
+    date: Date | None = None,
+) -> str:
+    """Write the compensator that a trial recommends, with what the trial predicts in the header.
 
-    found = jinja2.Environment(
-        loader=jinja2.PackageLoader("stiction.compensation", "iec"),
-        autoescape=False,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
+    Parameters
+    ----------
+    trial : CompensationTrial
+        What `compensate` found.
+    op_limits : tuple of float
+        Lowest and highest signal to the valve [% of span].
+    dt : float, optional
+        Scan time of the control system [s]; by default the sampling period of the trial.
+    date : datetime.date, optional
+        Date for the header; today by default.
+
+    Returns
+    -------
+    str
+        The text.
+
+    Raises
+    ------
+    ParameterError
+        When the trial recommends no compensator.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    >>> "Predicted on the loop's twin" in recommended_text(st.compensate(loop, seeds=2))
+    True
+    """
+    compensator = trial[trial.recommended].remedy.compensator if trial.recommended else None
+    if compensator is None or trial.twin is None:
+        raise ParameterError(
+            f"{trial.tag}: the trial recommends {trial.recommended or 'nothing'}, which is no compensator; "
+            f"there is no structured text to write. {trial.reason}"
+        )
+    tried = trial.twin.loop.dt
+    notes = [f"Predicted on the loop's twin: {predicted(trial)}."]
+    if dt is not None and abs(dt - tried) > 1e-9 * tried:
+        notes.append(f"The trial sampled every {tried:g} s, not every {dt:g} s: the prediction may not hold.")
+    return structured_text(
+        compensator, dt or tried, op_limits, tag=trial.tag, S=trial.S, J=trial.J, date=date, notes=notes
     )
-    found.filters.update(lreal=lreal, dint=dint)
-    return found
-
-
-def lreal(value: float) -> str:
-    """A number as LREAL literal that reads back as the same double.
-
-    Examples
-    --------
-    >>> lreal(0.1), lreal(3), lreal(-2e-9), lreal(1e22)
-    ('0.1', '3.0', '-2.0E-9', '1.0E+22')
-    """
-    digits, _, power = repr(require_finite("setting", value)).partition("e")
-    if not power:
-        return digits
-    return f"{digits}{'' if '.' in digits else '.0'}E{power[0]}{power[1:].lstrip('0')}"
-
-
-def dint(value: float) -> str:
-    """A whole number of scans as DINT literal.
-
-    Examples
-    --------
-    >>> dint(5.0)
-    '5'
-    """
-    if value != math.floor(value) or not 1 <= value <= MOST_SCANS:
-        raise ParameterError(f"{value:g} scans do not fit a counter; give a time of 1 to {MOST_SCANS} whole scans.")
-    return str(int(value))
 
 
 def _limits(op_limits: tuple[float, float]) -> tuple[float, float]:
@@ -188,18 +194,6 @@ def _settings(compensator: Compensator, page: str, dt: float) -> dict[str, Any]:
     values = compensator.parameters(dt)
     names = list(inspect.signature(step).parameters)[-len(values) :]
     return dict(zip(names, values, strict=True))
-
-
-def _name(tag: str, page: str) -> str:
-    """Name of the block: letters, digits and single underscores, a letter first."""
-    words = re.sub(r"[^A-Z0-9]+", "_", f"{tag}_{page}".upper()).strip("_")
-    return words if words[0].isalpha() else f"LOOP_{words}"
-
-
-def _comment(line: str) -> str:
-    """A line, indented, that can stand in a comment of any compiler: ASCII, without the marks of comments."""
-    plain = " ".join(line.split()).encode("ascii", "replace").decode()
-    return f"  {plain.replace('(*', '( *').replace('*)', '* )')}".rstrip()
 
 
 def _version() -> str:

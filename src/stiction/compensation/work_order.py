@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.compensation.predicted import in_words, predicted
 from stiction.compensation.shop_tests import ACCEPTANCE, plan_acceptance, plan_before
 from stiction.compensation.suspects import Suspect, suspects
 from stiction.errors import ParameterError
 from stiction.records.quality import usable_part
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.result import Diagnosis
+    from stiction.compensation.result import CompensationTrial
+    from stiction.diagnosis.result import Diagnosis, Identification
     from stiction.diagnosis.valvetests.plan import TestPlan
 
 __all__ = ["WorkOrder", "work_order"]
@@ -103,7 +105,7 @@ class WorkOrder:
         return "\n".join([*head, *body]) + "\n"
 
 
-def work_order(diagnosis: Diagnosis, trial: Any = None) -> WorkOrder:
+def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> WorkOrder:
     """Write the work order for a valve that sticks, has play, or may.
 
     Parameters
@@ -132,18 +134,17 @@ def work_order(diagnosis: Diagnosis, trial: Any = None) -> WorkOrder:
     >>> work_order(st.diagnose(record)).title
     'Work order: control valve of FIC-101, repair'
     """
-    verdict, found = diagnosis.verdict, diagnosis.identification
+    verdict, found = diagnosis.verdict, _sized(diagnosis)
     if verdict == "no_stiction" and diagnosis.cause != "deadband":
         raise ParameterError(
             f"{diagnosis.record.tag}: the verdict is no stiction (probability {diagnosis.probability:.2f}, cause: "
             f"{diagnosis.cause}), so there is nothing for the valve shop; see to the cause named."
         )
-    sized = found is not None and found.S > 0.0
     op = _usual_op(diagnosis)
-    before = plan_before(op, max(found.S, min(found.S_high, 2.0 * found.S)) if sized else ASSUMED)
+    before = plan_before(op, max(found.S, min(found.S_high, 2.0 * found.S)) if found else ASSUMED)
     parts, why = suspects(found)
     nan = math.nan
-    size = (found.S, found.S_low, found.S_high, found.J, found.J_low, found.J_high) if sized else (nan,) * 6
+    size = (found.S, found.S_low, found.S_high, found.J, found.J_low, found.J_high) if found else (nan,) * 6
     ask = "test before any repair" if verdict == "undecided" else "repair"
     return WorkOrder(
         diagnosis.record.tag,
@@ -162,8 +163,14 @@ def work_order(diagnosis: Diagnosis, trial: Any = None) -> WorkOrder:
             "the loop, back in automatic for 20 of its former periods, is diagnosed `no_stiction`",
         ),
         meanwhile=_meanwhile(trial),
-        to_fill_in=_to_fill_in(diagnosis, sized),
+        to_fill_in=_to_fill_in(diagnosis),
     )
+
+
+def _sized(diagnosis: Diagnosis) -> Identification | None:
+    """The valve found, where it has an S."""
+    found = diagnosis.identification
+    return found if found is not None and found.S > 0.0 else None
 
 
 def _usual_op(diagnosis: Diagnosis) -> float:
@@ -178,10 +185,10 @@ def _record(diagnosis: Diagnosis) -> str:
 
 
 def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
-    found, cycle = diagnosis.identification, diagnosis.oscillation
+    found, cycle = _sized(diagnosis), diagnosis.oscillation
     verdict = {"stiction": "the valve sticks", "undecided": "cannot tell"}.get(diagnosis.verdict, "the valve has play")
     lines = [f"Verdict: {verdict}; probability of stiction {diagnosis.probability:.2f}.", diagnosis.reason]
-    if found is not None and found.S > 0.0:
+    if found:
         lines += [
             f"On each reversal the OP travels S = {found.S:.2f} % of span ({_interval(found.S_low, found.S_high)}) "
             "before the stem moves.",
@@ -201,11 +208,11 @@ def _interval(low: float, high: float) -> str:
     return f"95 % {low:.2f} to {high:.2f}" if math.isfinite(low) and math.isfinite(high) else "interval unknown"
 
 
-def _to_fill_in(diagnosis: Diagnosis, sized: bool) -> tuple[str, ...]:
+def _to_fill_in(diagnosis: Diagnosis) -> tuple[str, ...]:
     lines = ["Make, type and size of valve, actuator, positioner", "Last service and what was done"]
-    if sized and diagnosis.identification is not None:
-        S, J = diagnosis.identification.S, diagnosis.identification.J
-        lines.append(f"Stroke in mm (S is {S / 100.0:.3g}, J {J / 100.0:.3g} of the stroke)")
+    found = _sized(diagnosis)
+    if found:
+        lines.append(f"Stroke in mm (S is {found.S / 100.0:.3g}, J {found.J / 100.0:.3g} of the stroke)")
     else:
         lines.append(f"S and J in % of span (not found; the tests are planned for S up to {ASSUMED:g} %)")
     if diagnosis.record.mv is None:
@@ -214,16 +221,22 @@ def _to_fill_in(diagnosis: Diagnosis, sized: bool) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def _meanwhile(trial: Any) -> tuple[str, ...]:
-    chosen = getattr(trial, "recommended", None)
-    if chosen is None:
-        reason = getattr(trial, "reason", "")
-        return (f"No compensation is recommended{': ' + reason if reason else ''}.", f"In service now: {BLANK}")
-    return (
-        f"Recommended until the repair: {chosen}",
-        f"In service now, since: {BLANK}",
-        "Before the tests and for good after the repair: compensation off (ENABLE to FALSE), former tuning back.",
-    )
+def _meanwhile(trial: CompensationTrial | None) -> tuple[str, ...]:
+    service = f"In service now, since: {BLANK}"
+    if trial is None:
+        return ("No remedy was tried on the loop's twin.", service)
+    if trial.recommended is None:
+        return (f"No remedy is recommended. {trial.reason}", service)
+    chosen = trial[trial.recommended]
+    lines = [f"Recommended until the repair: {chosen.name}. {chosen.remedy.words}"]
+    if not chosen.remedy.settings:
+        return (*lines, trial.reason, service)
+    lines += [
+        f"Settings: {in_words(chosen.remedy.settings)}.",
+        f"Predicted on the loop's twin: {predicted(trial)}.",
+        f"Off before the tests, and for good after the repair: ENABLE to FALSE, or back to Kc {BLANK} Ti {BLANK}.",
+    ]
+    return (*lines, service)
 
 
 def _told(plans: tuple[TestPlan, ...]) -> list[str]:
