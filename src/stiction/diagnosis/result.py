@@ -12,9 +12,29 @@ if TYPE_CHECKING:
 
     from stiction.records import LoopRecord, Quality
 
-__all__ = ["Diagnosis", "ErrorSurface", "Evidence", "Identification", "Oscillation", "ProcessFit"]
+__all__ = ["Diagnosis", "ErrorSurface", "Evidence", "FurtherOscillation", "Identification", "Oscillation", "ProcessFit"]
 
 Verdict = Literal["stiction", "no_stiction", "undecided"]
+
+
+@dataclass(frozen=True, slots=True)
+class FurtherOscillation:
+    """An oscillation beside the main one, and no harmonic of it."""
+
+    period: float
+    """Period [s]."""
+    regularity: float
+    """Thornhill's regularity r of what is left without the main oscillation [-]."""
+    share: float
+    """Share of the control error's variance that it carries, harmonics included [-]."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {
+            "period_s": _number(self.period),
+            "regularity": _number(self.regularity),
+            "share": _number(self.share),
+        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +46,8 @@ class Oscillation:
     period: float
     """Period [s]; NaN when there is none."""
     regularity: float
-    """Thornhill's regularity r of the autocorrelation's zero crossings [-]; above 1 is regular."""
+    """Thornhill's regularity r = T / (3 sigma_T) of the autocorrelation's zero crossings [-]; above 1 is regular, and
+    10, where a perfect wave stands, the most reported."""
     amplitude_pv: float
     """Half peak to peak of the PV over a period, median [engineering units]."""
     amplitude_op: float
@@ -41,6 +62,10 @@ class Oscillation:
     """Autocorrelation of the control error, lags 0, dt, 2 dt ... [-]."""
     reason: str = ""
     """The finding in a sentence."""
+    share: float = float("nan")
+    """Share of the control error's variance that the oscillation carries, harmonics included [-]; NaN when unknown."""
+    others: tuple[FurtherOscillation, ...] = ()
+    """Further oscillations, which are no harmonics of this one, the larger first."""
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
@@ -52,6 +77,8 @@ class Oscillation:
             "amplitude_op": _number(self.amplitude_op),
             "cycles": _number(self.cycles),
             "load_events": self.load_events,
+            "share": _number(self.share),
+            "others": [other.to_dict() for other in self.others],
         }
 
 
