@@ -1,7 +1,7 @@
-"""Trials: the twin with a remedy, over seeds, through one programme of undisturbed running, a set point and a load step.
+"""Trials: the twin with a remedy, over seeds, through one programme: undisturbed, a set point step, a load step.
 
-Every remedy sees the same seeds: the same noise, the same slowly varying load, the same constant load (which decides where
-the stem would have to rest), the same pulse that starts the cycle, and steps of the same size and sign.
+Every remedy sees the same seeds: the same noise, the same slowly varying load, the same constant load (which decides
+where the stem would have to rest), the same pulse that starts the cycle, and steps of the same size and sign.
 """
 
 from __future__ import annotations
