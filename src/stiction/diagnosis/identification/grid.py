@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.search import search
+from stiction.diagnosis.identification.search import search, work_space
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -137,6 +137,7 @@ def explore(
     processes: Processes,
     sign: float,
     start: tuple[int, float] = (0, 0.0),
+    only: NDArray[np.bool_] | None = None,
 ) -> Surface:
     """Try every (S, J / S) with every process candidate, on two threads.
 
@@ -151,39 +152,44 @@ def explore(
     sign : float
         Sign that the process gain must have; 0 for any.
     start : tuple
-        Sample at which the stem stopped moving, and the direction it had; (0, 0.0) supposes mid-band.
+        Sample of OP at which the stem stopped moving, and the direction it had; (0, 0.0) supposes mid-band.
+    only : ndarray, shape (n_S, n_J), optional
+        Valves to try; the others are left with an error of 1.
 
     Returns
     -------
     Surface
         The error left by the best process for each valve.
     """
-    n = signals.op.size
-    band = np.repeat(S, ratio.size)
-    jump = band * np.tile(ratio, S.size)
+    n = signals.target.size
     first, second = processes.decays()
     delays = processes.delays
     begin = signals.half + int(delays[-1]) + 2
     if n > 6.0 * signals.scale:
         begin += round(signals.scale)
     begin = min(begin, max(n // 3, int(delays[-1]) + 2))
-    error, gain = np.empty(band.size), np.full(band.size, float(sign))
-    best = np.empty((band.size, 3))
+    shape = (S.size, ratio.size)
+    places = np.arange(S.size * ratio.size) if only is None else np.flatnonzero(only)
+    band = S[places // ratio.size]
+    jump = band * ratio[places % ratio.size]
+    left, k, which = np.empty(places.size), np.empty(places.size), np.empty((places.size, 3))
 
     def rows(part: slice) -> None:
-        mv, raw, y, cross = np.empty(n), np.empty((n, 4)), np.empty((n, 4)), np.empty((delays.size, 4))
+        work = work_space(n, signals.half, first.size, delays, begin, band[part].size)
         search(
-            signals.op, signals.target, signals.half, *start, band[part], jump[part], first, second, delays, begin,
-            error[part], gain[part], best[part], mv, raw, y, cross,
+            signals.op, signals.thinned, signals.target, signals.half, *start, band[part], jump[part], first, second,
+            delays, begin, float(sign), left[part], k[part], which[part], work,
         )  # fmt: skip
 
-    middle = band.size // 2
-    if band.size * first.size * delays.size * n > 4e6:
+    middle = places.size // 2
+    if places.size * n * (first.size + 0.1 * first.size * delays.size) > 4e6:
         with ThreadPoolExecutor(2) as pool:
-            list(pool.map(rows, (slice(0, middle), slice(middle, band.size))))
+            list(pool.map(rows, (slice(0, middle), slice(middle, places.size))))
     else:
-        rows(slice(0, band.size))
+        rows(slice(0, places.size))
     energy = float(np.sum(signals.target[begin : n - signals.half] ** 2))
-    shape = (S.size, ratio.size)
-    share = error.reshape(shape) / energy if energy > 0.0 else np.ones(shape)
-    return Surface(S, ratio, share, gain.reshape(shape), best.reshape(*shape, 3), processes, start)
+    error, gain, best = np.ones(S.size * ratio.size), np.zeros(S.size * ratio.size), np.full((S.size * ratio.size, 3), -1.0)
+    if energy > 0.0:
+        error[places] = left / energy
+    gain[places], best[places] = k, which
+    return Surface(S, ratio, error.reshape(shape), gain.reshape(shape), best.reshape(*shape, 3), processes, start)

@@ -117,10 +117,12 @@ def _result(model: str, record: LoopRecord, signals: Signals, pieces: list[Piece
     ratio_high = min(ratio_high, 1.0)
     gain, first, second, delay = piece.process
     integrating = bool(np.isinf(first))
+    # A mean over `thinned` samples speaks of their middle, the lags' answer to it of their end.
+    late = 0.5 * (1.0 - 1.0 / signals.thinned)
     process = ProcessFit(
         gain=gain / (signals.dt if integrating else 1.0),
         time_constant=(second if integrating else first + second) * signals.dt,
-        dead_time=max(delay, 0.0) * signals.dt,
+        dead_time=max(delay + late, 0.0) * signals.dt,
         integrating=integrating,
     )
     energy = np.array([float(np.sum(one.signals.target**2)) for one in pieces])
@@ -128,7 +130,7 @@ def _result(model: str, record: LoopRecord, signals: Signals, pieces: list[Piece
     dense = np.tensordot(weight, np.array([one.found[0].error for one in pieces]), 1)
     samples = sum(independent_samples(one) for one in pieces)
     mv, pv = _stitched(signals, pieces)
-    at = np.minimum(np.arange(len(record)) // signals.thinned, signals.op.size - 1)
+    at = np.minimum(np.arange(len(record)), signals.op.size - 1)
     return Identification(
         model=model,
         S=S,
@@ -142,22 +144,22 @@ def _result(model: str, record: LoopRecord, signals: Signals, pieces: list[Piece
         fit_linear=100.0 * (1.0 - float(weight @ np.array([one.linear.error[0, 0] for one in pieces]))),
         surface=ErrorSurface(piece.found[0].S, piece.found[0].ratio, dense, limit(float(dense.min()), samples, CHI2_2)),
         mv=mv[at],
-        pv=pv[at],
+        pv=pv[at // signals.thinned],
         reason="J cannot be told from this record." if ratio_high - ratio_low > 0.6 else "",
     )
 
 
 def _stitched(signals: Signals, pieces: list[Piece]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Stem and PV of each stretch's own valve and process, cut where two stretches meet half way."""
-    n = signals.op.size
-    mv, pv = np.empty(n), np.full(n, np.nan)
+    """Stem, sample by sample of OP, and PV of each stretch's own valve and process, cut half way where two meet."""
+    n, every = signals.target.size, signals.thinned
+    mv, pv = np.empty(n * every), np.full(n, np.nan)
     starts = np.array([piece.signals.first for piece in pieces])
-    ends = np.array([piece.signals.first + piece.signals.op.size for piece in pieces])
+    ends = np.array([piece.signals.first + piece.signals.target.size for piece in pieces])
     cuts = np.concatenate([[0], (starts[1:] + ends[:-1]) // 2, [n]])
     for piece, low, high in zip(pieces, cuts[:-1], cuts[1:], strict=True):
-        first, size = piece.signals.first, piece.signals.op.size
+        first, size = piece.signals.first, piece.signals.target.size
         stem, answer = piece.simulated()
-        mv[low:high] = stem[low - first : high - first]
+        mv[low * every : high * every] = stem[(low - first) * every : (high - first) * every]
         a, b = max(low, first + signals.half), min(high, first + size - signals.half)
         pv[a:b] = (piece.signals.pv - piece.signals.target + answer)[a - first : b - first]
     return mv, pv

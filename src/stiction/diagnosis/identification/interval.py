@@ -20,6 +20,8 @@ CHI2_1, CHI2_2 = 3.841, 5.991
 """95 % points of the chi-square distribution with one and two degrees of freedom."""
 STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36)
 """97.5 % points of Student's distribution with one to seven degrees of freedom."""
+MODEL_ERROR = 0.002
+"""Share of the PV's energy that a process of two lags and a sampled stem may leave however good the data are [-]."""
 FLOOR = 0.01
 """Half width below which no interval goes, as a share of S [-]: the step of the fine search."""
 
@@ -59,7 +61,7 @@ def interval(pieces: Sequence[Piece], chosen: int, axis: int) -> tuple[float, fl
 
 def limit(error: float, samples: float, chi2: float) -> float:
     """Error below which a parameter lies in the likelihood region of `samples` independent samples."""
-    return error * float(np.exp(chi2 / max(samples, 1.0)))
+    return max(error * float(np.exp(chi2 / max(samples, 1.0))), error + MODEL_ERROR)
 
 
 def independent_samples(piece: Piece) -> float:
@@ -76,9 +78,9 @@ def independent_samples(piece: Piece) -> float:
         Their number.
     """
     signals = piece.signals
-    inside = slice(signals.half, signals.op.size - signals.half)
+    inside = slice(signals.half, signals.target.size - signals.half)
     by_residual = _independent((signals.target - piece.simulated()[1])[inside])
-    return min(by_residual, 2.0 * signals.op.size / signals.scale)
+    return min(by_residual, 2.0 * signals.target.size / signals.scale)
 
 
 def _independent(residual: NDArray[np.float64]) -> float:

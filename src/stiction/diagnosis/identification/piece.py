@@ -20,8 +20,12 @@ N_S, N_J = 30, 30
 """Points of the dense search over S and J / S."""
 FINE_STEP, N_FINE_J = 0.013, 36
 """Relative step of the fine search over S [-], and its points over J / S."""
-N_VALLEYS = 6
-"""Bands of S from each of which the search goes closer."""
+PROMISING = 1200
+"""Valves of the fine search that are tried [-]."""
+N_VALLEYS, N_J_VALLEYS = 8, 3
+"""Bands of S and of J / S from each of which the search may go closer."""
+STAGES = ((1.0, 8), (0.4, 4), (0.15, 4))
+"""Width of each closer search, in steps of the fine one, and how many valleys it follows."""
 
 
 class Piece(NamedTuple):
@@ -59,21 +63,22 @@ class Piece(NamedTuple):
         return float(self.closest.gain[i, j]), float(first[int(lag)]), float(second[int(lag)]), float(whole + part)
 
     def simulated(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Stem position and answer of the process about its local mean, shape (n_samples,) each."""
+        """Stem position, shape of `op`, and answer of the process about its local mean, shape of `target`."""
         signals = self.signals
-        n = signals.op.size
-        mv, raw, out = np.empty(n), np.empty(n), np.empty(n)
+        n = signals.target.size
+        stem, raw, out = np.empty(signals.op.size), np.empty(n), np.empty(n)
         S, ratio = self.valve
-        follow(signals.op, S, S * ratio, *self.closest.start, mv)
+        follow(signals.op, S, S * ratio, *self.closest.start, stem)
+        mv = stem.reshape(n, signals.thinned).mean(axis=1)
         i, j = _optimum(self.closest)
         lag, whole, part = self.closest.best[i, j]
         if lag < 0:
-            return mv, np.zeros(n)
+            return stem, np.zeros(n)
         first, second = self.closest.processes.decays()
         lag_pair(mv, float(mv.mean()), first[int(lag)], second[int(lag)], raw)
         raw = (1.0 - part) * _shifted(raw, int(whole) + 1) + part * _shifted(raw, int(whole) + 2)
         remove_local_mean(raw, signals.half, out)
-        return mv, float(self.closest.gain[i, j]) * out
+        return stem, float(self.closest.gain[i, j]) * out
 
 
 def search_piece(
@@ -103,7 +108,7 @@ def search_piece(
         signals,
         swing * np.arange(1, N_S + 1) / N_S,
         np.linspace(0.0, 1.0, N_J),
-        dense_processes(signals.scale, signals.op.size, integrating),
+        dense_processes(signals.scale, signals.target.size, integrating),
         sign,
     )
     found = _closer(signals, dense, sign, integrating, swing) if closer else [dense]
@@ -122,37 +127,61 @@ def _closer(signals: Signals, dense: Surface, sign: float, integrating: bool | N
     band that is wrong by a few per cent slips at other moments. The true valve is a narrow dip, which only
     steps of about a per cent can find; the process is known well enough from the dense search to try few. Where
     the stem stands when the record begins is not known either: the middle of its band is tried, and what it
-    would be had the stem moved until OP turned.
+    would be had the stem moved until OP turned, up or down.
     """
     least = 0.25 * swing
     steps = int(np.ceil(np.log(swing / least) / np.log1p(FINE_STEP)))
     S = np.geomspace(least, swing, steps)
     ratio, few = np.linspace(0.0, 1.0, N_FINE_J), _few(dense)
+    only = _promising(dense, S, ratio)
     found = [dense]
-    found += [explore(signals, S, ratio, few, sign, start) for start in dict.fromkeys([(0, 0.0), signals.turn])]
-    starts = [(surface, *place) for surface in found for place in _valleys(surface, N_VALLEYS)]
-    for closer, keep in ((1.0, 2 * N_VALLEYS), (0.4, 3)):
-        starts.sort(key=lambda start: float(start[0].error[start[1], start[2]]))
-        finer = []
-        for surface, i, j in starts[:keep]:
+    found += [explore(signals, S, ratio, few, sign, start, only) for start in ((0, 0.0), *signals.turns)]
+    valleys = _valleys(found, np.geomspace(least, swing, N_VALLEYS + 1)[1:])
+    for closer, keep in STAGES:
+        valleys = sorted(valleys, key=lambda valley: float(valley[0].error[valley[1:]]))[:keep]
+        for n, (surface, i, j) in enumerate(valleys):
             width = closer * np.linspace(-2.0, 2.0, 9)
             ratio = np.unique(np.clip(surface.ratio[j] + width / N_FINE_J, 0.0, 1.0))
             processes = near(surface.processes, surface.best[i, j], closer, integrating)
-            finer.append(
-                explore(signals, surface.S[i] * (1.0 + FINE_STEP * width), ratio, processes, sign, surface.start)
+            finer = explore(
+                signals, surface.S[i] * (1.0 + FINE_STEP * width), ratio, processes, sign, surface.start
             )
-        found += finer
-        starts += [(surface, *_optimum(surface)) for surface in finer]
+            found.append(finer)
+            place = _optimum(finer)
+            if finer.error[place] < surface.error[i, j]:
+                valleys[n] = (finer, *place)
     return found
 
 
-def _valleys(surface: Surface, n: int) -> list[tuple[int, int]]:
-    """The best valve in each of `n` bands of S: the error has a valley along which S and dead time trade."""
-    places = []
-    for rows in np.array_split(np.arange(surface.S.size), n):
-        i, j = np.unravel_index(int(np.argmin(surface.error[rows])), (rows.size, surface.ratio.size))
-        places.append((int(rows[i]), int(j)))
-    return places
+def _promising(dense: Surface, S: NDArray[np.float64], ratio: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether a valve (S, J / S) lies in one of the best cells of the dense search or beside one."""
+    error = np.pad(dense.error, 1, mode="edge")
+    n_S, n_J = dense.error.shape
+    about = np.min([error[i : i + n_S, j : j + n_J] for i in range(3) for j in range(3)], axis=0)
+    rows = np.abs(S[:, np.newaxis] - dense.S).argmin(axis=1)
+    columns = np.abs(ratio[:, np.newaxis] - dense.ratio).argmin(axis=1)
+    there = about[np.ix_(rows, columns)]
+    return there <= np.partition(there, min(PROMISING, there.size) - 1, axis=None)[min(PROMISING, there.size) - 1]
+
+
+def _valleys(found: list[Surface], ends: NDArray[np.float64]) -> list[tuple[Surface, int, int]]:
+    """The best valve in each band of S up to `ends` and of J / S, in whichever search.
+
+    The error has valleys along which S and dead time trade, and others along which J and the gain do.
+    """
+    best: dict[tuple[int, int], tuple[Surface, int, int]] = {}
+    for surface in found:
+        rows = np.minimum(np.searchsorted(ends, surface.S * (1.0 - 1e-9)), ends.size - 1)
+        columns = np.minimum((surface.ratio * N_J_VALLEYS).astype(int), N_J_VALLEYS - 1)
+        for band in np.unique(rows):
+            for part in range(N_J_VALLEYS):
+                i_, j_ = np.flatnonzero(rows == band), np.flatnonzero(columns == part)
+                error = surface.error[i_[0] : i_[-1] + 1, j_[0] : j_[-1] + 1]
+                i, j = np.unravel_index(int(np.argmin(error)), error.shape)
+                known = best.get((int(band), part))
+                if known is None or error[i, j] < known[0].error[known[1:]]:
+                    best[int(band), part] = (surface, int(i_[i]), int(j_[j]))
+    return list(best.values())
 
 
 def _few(dense: Surface) -> Processes:
@@ -168,8 +197,8 @@ def _few(dense: Surface) -> Processes:
 def _linear(signals: Signals, sign: float, integrating: bool | None) -> Surface:
     """The best linear process behind a good valve, searched as carefully as the sticky one."""
     nothing, one = np.zeros(1), np.zeros(1)
-    found = explore(signals, nothing, one, dense_processes(signals.scale, signals.op.size, integrating, 40, 30), sign)
-    for closer in (0.5, 0.2):
+    found = explore(signals, nothing, one, dense_processes(signals.scale, signals.target.size, integrating, 20, 20), sign)
+    for closer in (1.0, 0.5, 0.2):
         processes = near(found.processes, found.best[0, 0], closer, integrating)
         finer = explore(signals, nothing, one, processes, sign)
         if finer.error[0, 0] < found.error[0, 0]:

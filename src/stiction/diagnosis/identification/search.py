@@ -1,18 +1,96 @@
-"""The dense search: every (S, J) with every process candidate, by simulation error, in one kernel.
+"""The search: every (S, J) with every process candidate, by simulation error, in one kernel.
 
-For each (S, J) the valve is stroked once over the recorded OP; each pair of lags then filters the stem
-position once; every dead time is a shift of the result. Slow disturbances are kept out by comparing deviations
+Each valve is stroked over the recorded OP; the products of the target with all processes' answers, and the answers'
+own squares, then give each process's least-squares gain and what it leaves (see `lanes`). Slow disturbances are kept out by comparing deviations
 from the moving average over one period, of the record and of the simulation alike: the oscillation passes
 unchanged, constants and ramps vanish, so that neither the process's start nor a slowly varying load matters.
 """
 
 from __future__ import annotations
 
-from stiction.models.compiled import kernel
-from stiction.models.component import ValveState
-from stiction.models.valves.kano import kano_at_rest, kano_step
+from typing import TYPE_CHECKING, NamedTuple
 
-__all__ = ["follow", "four_lags", "four_local_means", "lag_pair", "remove_local_mean", "search"]
+import numpy as np
+
+from stiction.diagnosis.identification.lanes import backwards, follow_lanes, products, squares
+from stiction.models.compiled import kernel
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["Work", "follow", "lag_pair", "remove_local_mean", "search", "work_space"]
+
+LANES = 32
+"""Valves handled side by side."""
+
+
+class Work(NamedTuple):
+    """Work space of the search, one for each thread."""
+
+    mv: NDArray[np.float64]
+    """Stem positions, shape (n_samples, n_lanes)."""
+    Z: NDArray[np.float64]
+    """The target filtered backwards, shape (n_samples, n_lags * n_delays)."""
+    cross: NDArray[np.float64]
+    """Products of target and answers, shape (n_lanes, n_lags * n_delays)."""
+    square: NDArray[np.float64]
+    """Squares and neighbours' products of the answers up to the marks, shape (n_marks, 2, n_lanes)."""
+    ring: NDArray[np.float64]
+    """The last answers, shape (2 half + 1, n_lanes)."""
+    lane: NDArray[np.float64]
+    """Vectors, shape (8, n_lanes)."""
+    column: NDArray[np.float64]
+    """A signal, shape (n_samples,)."""
+    process: NDArray[np.float64]
+    """Vectors, shape (5, n_lags * n_delays)."""
+    marks: NDArray[np.int64]
+    """Ends of the windows as the answers see them, increasing, shape (n_marks,)."""
+    opens: NDArray[np.int64]
+    """Which mark opens the window of each dead time, shape (n_delays,)."""
+    closes: NDArray[np.int64]
+    """Which mark closes it, shape (n_delays,)."""
+
+
+def work_space(n_samples: int, half: int, n_lags: int, delays: NDArray[np.int64], begin: int, n_valves: int) -> Work:
+    """Allocate what `search` works in.
+
+    Parameters
+    ----------
+    n_samples : int
+        Length of the target [samples].
+    half : int
+        Half width of the local mean [samples].
+    n_lags : int
+        Number of lag pairs.
+    delays : ndarray, shape (n_delays,)
+        Dead times [samples].
+    begin : int
+        First sample compared.
+    n_valves : int
+        Number of valves.
+
+    Returns
+    -------
+    Work
+        Arrays without content, and the marks of the windows.
+    """
+    lanes = min(LANES, -(-n_valves // 8) * 8)
+    ends = np.concatenate([begin - 1 - delays, n_samples - half - 1 - delays])
+    marks, which = np.unique(ends, return_inverse=True)
+    processes = n_lags * delays.size
+    return Work(
+        mv=np.empty((n_samples, lanes)),
+        Z=np.empty((n_samples, processes)),
+        cross=np.empty((lanes, processes)),
+        square=np.empty((marks.size, 2, lanes)),
+        ring=np.empty((2 * half + 1, lanes)),
+        lane=np.empty((8, lanes)),
+        column=np.empty(n_samples),
+        process=np.empty((5, processes)),
+        marks=marks,
+        opens=which[: delays.size],
+        closes=which[delays.size :],
+    )
 
 
 @kernel
@@ -52,16 +130,23 @@ def follow(op, S, J, start, direction, mv):
 
     A `direction` of 0 knows nothing of it: the stem then rests in the middle of its band.
     """
-    tie = 1.0 + 1e-9
-    lag = 0.5 * (S - J)
-    s = kano_at_rest(op[start], op[start] - direction * lag, lag)
-    if direction != 0.0:
-        s = ValveState(s.position, s.op, op[start], direction, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    for k in range(start):
-        mv[k] = s.position
-    for k in range(start, op.shape[0]):
-        s = kano_step(op[k], s, S * tie, J * tie, lag)
-        mv[k] = s.position
+    behind = 0.5 * (S - J)
+    reach = 0.5 * (S + J) * (1.0 + 1e-9)
+    before = op[start]
+    x = before - direction * behind
+    moving = 0.0
+    for k in range(start + 1):
+        mv[k] = x
+    for k in range(start + 1, op.shape[0]):
+        u = op[k]
+        if not (u - before) * moving > 0.0:
+            moving = 0.0
+            if abs(u - x) > reach:
+                moving = 1.0 if u > x else -1.0
+        if moving != 0.0:
+            x = u - moving * behind
+        before = u
+        mv[k] = x
 
 
 @kernel
@@ -78,203 +163,102 @@ def lag_pair(mv, centre, first, second, y):
 
 
 @kernel
-def four_lags(mv, centre, first, second, q, y):
-    """Fill `y` (n_samples, 4) with the answers of lag pairs q..q+3 to mv - centre.
-
-    Four at a time, since each recursion waits for itself; the lags past the last repeat it.
-    """
-    n = mv.shape[0]
-    last = first.shape[0] - 1
-    q1, q2, q3 = min(q + 1, last), min(q + 2, last), min(q + 3, last)
-    a0, a1, a2, a3 = first[q], first[q1], first[q2], first[q3]
-    b0, b1, b2, b3 = second[q], second[q1], second[q2], second[q3]
-    g0 = 1.0 - a0 if a0 < 1.0 else 1.0
-    g1 = 1.0 - a1 if a1 < 1.0 else 1.0
-    g2 = 1.0 - a2 if a2 < 1.0 else 1.0
-    g3 = 1.0 - a3 if a3 < 1.0 else 1.0
-    h0, h1, h2, h3 = 1.0 - b0, 1.0 - b1, 1.0 - b2, 1.0 - b3
-    u0 = u1 = u2 = u3 = 0.0
-    v0 = v1 = v2 = v3 = 0.0
-    for k in range(n):
-        m = mv[k] - centre
-        u0 = a0 * u0 + g0 * m
-        u1 = a1 * u1 + g1 * m
-        u2 = a2 * u2 + g2 * m
-        u3 = a3 * u3 + g3 * m
-        v0 = b0 * v0 + h0 * u0
-        v1 = b1 * v1 + h1 * u1
-        v2 = b2 * v2 + h2 * u2
-        v3 = b3 * v3 + h3 * u3
-        y[k, 0] = v0
-        y[k, 1] = v1
-        y[k, 2] = v2
-        y[k, 3] = v3
-
-
-@kernel
-def four_local_means(raw, half, y):
-    """`remove_local_mean` for the four columns of `raw` (n_samples, 4)."""
-    n = raw.shape[0]
-    t0 = t1 = t2 = t3 = 0.0
-    if half == 0:
-        for k in range(n):
-            t0 += raw[k, 0]
-            t1 += raw[k, 1]
-            t2 += raw[k, 2]
-            t3 += raw[k, 3]
-        for k in range(n):
-            y[k, 0] = raw[k, 0] - t0 / n
-            y[k, 1] = raw[k, 1] - t1 / n
-            y[k, 2] = raw[k, 2] - t2 / n
-            y[k, 3] = raw[k, 3] - t3 / n
-        return
-    width = 2 * half + 1
-    for k in range(min(half, n)):
-        for i in range(4):
-            y[k, i] = 0.0
-            y[n - 1 - k, i] = 0.0
-    if n < width:
-        return
-    for k in range(width - 1):
-        t0 += raw[k, 0]
-        t1 += raw[k, 1]
-        t2 += raw[k, 2]
-        t3 += raw[k, 3]
-    scale = 1.0 / width
-    for k in range(half, n - half):
-        new = k + half
-        old = k - half
-        t0 += raw[new, 0]
-        t1 += raw[new, 1]
-        t2 += raw[new, 2]
-        t3 += raw[new, 3]
-        y[k, 0] = raw[k, 0] - t0 * scale
-        y[k, 1] = raw[k, 1] - t1 * scale
-        y[k, 2] = raw[k, 2] - t2 * scale
-        y[k, 3] = raw[k, 3] - t3 * scale
-        t0 -= raw[old, 0]
-        t1 -= raw[old, 1]
-        t2 -= raw[old, 2]
-        t3 -= raw[old, 3]
-
-
-@kernel
-def four_products(y, target, shift, begin, end, out):
-    """Sums of y[k - 1 - shift] target[k] over begin <= k < end, for four columns."""
-    a0 = a1 = a2 = a3 = 0.0
-    b0 = b1 = b2 = b3 = 0.0
-    k = begin
-    while k + 1 < end:
-        p = target[k]
-        q = target[k + 1]
-        i = k - 1 - shift
-        a0 += y[i, 0] * p
-        a1 += y[i, 1] * p
-        a2 += y[i, 2] * p
-        a3 += y[i, 3] * p
-        b0 += y[i + 1, 0] * q
-        b1 += y[i + 1, 1] * q
-        b2 += y[i + 1, 2] * q
-        b3 += y[i + 1, 3] * q
-        k += 2
-    if k < end:
-        p = target[k]
-        i = k - 1 - shift
-        a0 += y[i, 0] * p
-        a1 += y[i, 1] * p
-        a2 += y[i, 2] * p
-        a3 += y[i, 3] * p
-    out[0] = a0 + b0
-    out[1] = a1 + b1
-    out[2] = a2 + b2
-    out[3] = a3 + b3
-
-
-@kernel
-def search(
-    op, target, half, start, direction, S, J, first, second, delays, begin, error, gain, best, mv, raw, y, cross
-):
+def search(op, width, target, half, start, direction, S, J, first, second, delays, begin, sign, error, gain, best, work):
     """Fill `error`, `gain` (n,) and `best` (n, 3) for each valve (S, J) (n,).
 
-    The stem is known at sample `start`, where it stopped moving in `direction` (see `follow`).
-    `target` (n_samples,) is the PV without its local mean; `first`, `second` (n_lags,) are decays per sample,
-    `delays` (n_delays,) increasing whole samples, -1 meaning that the PV sees the stem within the sample.
-    Between neighbouring whole delays the best fraction is found in closed form: the answer is then a weighted
-    mean of two shifts, and the two weights a least-squares problem of two unknowns.
-    `error` is the sum of squares left by the best process, `gain` its least-squares gain, constrained to the
-    sign of `gain[i]` on entry where that is not 0; `best` its lag pair, its delay and the fraction of a sample
-    to add. `mv` (n_samples,), `raw` and `y` (n_samples, 4) and `cross` (n_delays, 4) are work space.
+    `op` holds `width` samples for each one of `target` (n_samples,), the PV without its local mean; the stem is
+    averaged alike. It is known at sample `start` of `op`, where it stopped moving in `direction` (see `follow`).
+    `first`, `second` (n_lags,) are decays per sample, `delays` (n_delays,) increasing whole samples, -1 meaning
+    that the PV sees the stem within the sample. Between neighbouring whole delays the best fraction is found in
+    closed form: the answer is then a weighted mean of two shifts, and the two weights a least-squares problem of
+    two unknowns. `error` is the sum of squares left by the best process, `gain` its least-squares gain,
+    constrained to the sign of `sign` where that is not 0; `best` its lag pair, its delay and the
+    fraction of a sample to add. `work` is work space.
     """
-    n = op.shape[0]
+    n, lanes = work.mv.shape
     end = n - half
     n_delays = delays.shape[0]
     energy = 0.0
     for k in range(begin, end):
         energy += target[k] * target[k]
-    for i in range(S.shape[0]):
-        follow(op, S[i], J[i], start, direction, mv)
-        centre = 0.0
+    backwards(target, half, first, second, delays, begin, end, work.column, work.process, work.Z)
+    band, jump, u, y, total, last, power, mixed = (
+        work.lane[0], work.lane[1], work.lane[2], work.lane[3], work.lane[4], work.lane[5], work.lane[6], work.lane[7],
+    )  # fmt: skip
+    for base in range(0, S.shape[0], lanes):
+        filled = min(lanes, S.shape[0] - base)
+        for v in range(lanes):
+            i = base + min(v, filled - 1)
+            band[v] = S[i]
+            jump[v] = J[i]
+        follow_lanes(op, band, jump, start, direction, width, u, y, work.mv)
+        for v in range(lanes):
+            total[v] = 0.0
         for k in range(n):
-            centre += mv[k]
-        centre /= n
-        sign = gain[i]
-        error[i] = energy
-        gain[i] = 0.0
-        best[i, 0] = -1.0
-        best[i, 1] = 0.0
-        best[i, 2] = 0.0
-        for q in range(0, first.shape[0], 4):
-            four_lags(mv, centre, first, second, q, raw)
-            four_local_means(raw, half, y)
-            for d in range(n_delays):
-                four_products(y, target, delays[d], begin, end, cross[d])
-            for column in range(min(4, first.shape[0] - q)):
-                top = begin - 1 - delays[0]
-                stop = end - 1 - delays[0]
-                power = 0.0
-                for k in range(top, stop):
-                    power += y[k, column] * y[k, column]
-                # A stem that rests throughout the window leaves rounding, not a response.
-                least = max(1e-8 * power, 1e-12 * S[i] * S[i] * (end - begin))
-                for d in range(n_delays):
-                    while top > begin - 1 - delays[d]:
-                        top -= 1
-                        stop -= 1
-                        power += y[top, column] * y[top, column] - y[stop, column] * y[stop, column]
-                    c = cross[d, column]
-                    least = max(least, 1e-8 * power)
-                    if power <= least:
-                        continue
-                    if c * sign >= 0.0:
-                        left = energy - c * c / power
-                        if left < error[i]:
-                            error[i] = left
-                            gain[i] = c / power
-                            best[i, 0] = q + column
-                            best[i, 1] = delays[d]
-                            best[i, 2] = 0.0
-                    if d + 1 == n_delays or delays[d + 1] != delays[d] + 1:
-                        continue
-                    next_c = cross[d + 1, column]
-                    e0 = y[top - 1, column]
-                    e1 = y[stop - 1, column]
-                    next_power = power + e0 * e0 - e1 * e1
-                    if (c * c / power < 0.98 * (energy - error[i])) or next_power <= least:
-                        continue
-                    mixed = 0.0
-                    for k in range(top, stop):
-                        mixed += y[k, column] * y[k - 1, column]
-                    determinant = power * next_power - mixed * mixed
-                    if determinant <= 1e-12 * power * next_power:
-                        continue
-                    w0 = (c * next_power - next_c * mixed) / determinant
-                    w1 = (next_c * power - c * mixed) / determinant
-                    if w0 * w1 <= 0.0 or w0 * sign < 0.0:
-                        continue
-                    left = energy - w0 * c - w1 * next_c
-                    if left < error[i]:
-                        error[i] = left
-                        gain[i] = w0 + w1
-                        best[i, 0] = q + column
-                        best[i, 1] = delays[d]
-                        best[i, 2] = w1 / (w0 + w1)
+            row = work.mv[k]
+            for v in range(lanes):
+                total[v] += row[v]
+        for k in range(n):
+            row = work.mv[k]
+            for v in range(lanes):
+                row[v] -= total[v] / n
+        products(work.mv, work.Z, work.cross)
+        for v in range(filled):
+            i = base + v
+            error[i] = energy
+            gain[i] = 0.0
+            best[i, 0] = -1.0
+            best[i, 1] = 0.0
+            best[i, 2] = 0.0
+        for q in range(first.shape[0]):
+            squares(
+                work.mv, first[q], second[q], half, work.marks, u, y, total, last, power, mixed, work.ring, work.square
+            )
+            for v in range(filled):
+                _choose(
+                    v, base + v, q, delays, sign, energy, (end - begin) * S[base + v] ** 2, error, gain, best,
+                    work.cross, work.square, work.opens, work.closes,
+                )  # fmt: skip
+
+
+@kernel
+def _choose(v, i, q, delays, sign, energy, moved, error, gain, best, cross, square, opens, closes):
+    """Keep the best dead time of lag pair `q` for valve `i` in lane `v`, if it beats what was found before."""
+    n_delays = delays.shape[0]
+    # A stem that rests throughout the window leaves rounding, not a response.
+    least = max(1e-8 * (square[closes[0], 0, v] - square[opens[0], 0, v]), 1e-12 * moved)
+    for d in range(n_delays):
+        power = square[closes[d], 0, v] - square[opens[d], 0, v]
+        c = cross[v, q * n_delays + d]
+        least = max(least, 1e-8 * power)
+        if power <= least:
+            continue
+        if c * sign >= 0.0:
+            left = energy - c * c / power
+            if left < error[i]:
+                error[i] = left
+                gain[i] = c / power
+                best[i, 0] = q
+                best[i, 1] = delays[d]
+                best[i, 2] = 0.0
+        if d + 1 == n_delays or delays[d + 1] != delays[d] + 1:
+            continue
+        next_c = cross[v, q * n_delays + d + 1]
+        next_power = square[closes[d + 1], 0, v] - square[opens[d + 1], 0, v]
+        if (c * c / power < 0.98 * (energy - error[i])) or next_power <= least:
+            continue
+        mixed = square[closes[d], 1, v] - square[opens[d], 1, v]
+        determinant = power * next_power - mixed * mixed
+        if determinant <= 1e-12 * power * next_power:
+            continue
+        w0 = (c * next_power - next_c * mixed) / determinant
+        w1 = (next_c * power - c * mixed) / determinant
+        if w0 * w1 <= 0.0 or w0 * sign < 0.0:
+            continue
+        left = energy - w0 * c - w1 * next_c
+        if left < error[i]:
+            error[i] = left
+            gain[i] = w0 + w1
+            best[i, 0] = q
+            best[i, 1] = delays[d]
+            best[i, 2] = w1 / (w0 + w1)

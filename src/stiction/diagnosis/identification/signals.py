@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Signals", "hold_gaps", "pieces_of", "prepare"]
 
-SAMPLES_PER_PERIOD = 50
-"""Samples of an oscillation kept when a long record is thinned."""
+SAMPLES_PER_PERIOD = 36
+"""Samples of an oscillation that are kept."""
 PERIODS_PER_PIECE, MOST_PIECES = 8.0, 8
 """Periods in a stretch searched by itself, and the largest number of stretches."""
-FEWEST_SAMPLES, ENOUGH_SAMPLES = 30, 3000
+FEWEST_SAMPLES, ENOUGH_SAMPLES = 30, 400
 """Records below the first are refused, up to the second never thinned."""
 
 
@@ -28,7 +28,7 @@ class Signals(NamedTuple):
     """What the search compares."""
 
     op: NDArray[np.float64]
-    """Controller output without gaps [% of span], shape (n_samples,)."""
+    """Controller output without gaps, never thinned [% of span], shape (n_samples * thinned,)."""
     pv: NDArray[np.float64]
     """Process variable without gaps [engineering units], shape (n_samples,)."""
     target: NDArray[np.float64]
@@ -36,15 +36,15 @@ class Signals(NamedTuple):
     dt: float
     """Sampling period after thinning [s]."""
     thinned: int
-    """Every how many samples of the record one was kept."""
+    """How many samples of the record each sample of the PV is the mean of."""
     half: int
     """Half width of the local mean [samples]; 0 for the mean of the whole record."""
     scale: float
     """Time scale on which processes are looked for [samples]."""
     first: int = 0
     """Where a stretch begins in the whole."""
-    turn: tuple[int, float] = (0, 0.0)
-    """First sample at which OP turns for good, and the direction it had; (0, 0.0) where none is seen."""
+    turns: tuple[tuple[int, float], ...] = ()
+    """Samples of `op` at which it turns for good in the first period or so, each with the direction it had."""
 
 
 def hold_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -88,9 +88,10 @@ def prepare(record: LoopRecord, period: float | None) -> Signals:
     thinned = 1
     if op.size > ENOUGH_SAMPLES:
         thinned = max(int(min(span / SAMPLES_PER_PERIOD, op.size / ENOUGH_SAMPLES)), 1)
-        op, pv = np.ascontiguousarray(op[::thinned]), _average(pv, thinned, op[::thinned].size)
+        n = op.size // thinned
+        op, pv = op[: n * thinned], pv[: n * thinned].reshape(n, thinned).mean(axis=1)
     span /= thinned
-    half = 0 if period is None else min(max(round(span / 2.0), 2), max((op.size - 1) // 4, 1))
+    half = 0 if period is None else min(max(round(span / 2.0), 2), max((pv.size - 1) // 4, 1))
     target = np.empty_like(pv)
     remove_local_mean(pv, half, target)
     return Signals(op, pv, target, dt * thinned, thinned, half, span)
@@ -109,7 +110,7 @@ def pieces_of(signals: Signals) -> list[Signals]:
     list of Signals
         The stretches, in order.
     """
-    n = signals.op.size
+    n = signals.target.size
     if signals.half == 0:
         return [signals]
     periods = n / signals.scale
@@ -123,30 +124,18 @@ def pieces_of(signals: Signals) -> list[Signals]:
         target = np.empty(length)
         pv = np.ascontiguousarray(signals.pv[cut])
         remove_local_mean(pv, signals.half, target)
-        op = np.ascontiguousarray(signals.op[cut])
-        turn = _turn(op, round(1.25 * signals.scale))
-        stretches.append(signals._replace(op=op, pv=pv, target=target, first=first, turn=turn))
+        op = signals.op[first * signals.thinned : (first + length) * signals.thinned]
+        turns = _turns(op, round(1.25 * signals.scale * signals.thinned))
+        stretches.append(signals._replace(op=op, pv=pv, target=target, first=first, turns=turns))
     return stretches
 
 
-def _turn(op: NDArray[np.float64], window: int) -> tuple[int, float]:
-    """First sample at which OP turns for good, and the direction it had.
+def _turns(op: NDArray[np.float64], window: int) -> tuple[tuple[int, float], ...]:
+    """Samples at which OP turns for good in its first period or so, each with the direction it had.
 
     A valve that makes its loop cycle moves until OP turns. The largest and the smallest OP of a bit more than a
     period are such turns, unless they lie at the edge of that stretch.
     """
     part = op[:window]
-    turns = [(int(np.argmax(part)), 1.0), (int(np.argmin(part)), -1.0)]
-    inside = [turn for turn in turns if 2 < turn[0] < part.size - 3]
-    return min(inside) if inside else (0, 0.0)
-
-
-def _average(x: NDArray[np.float64], width: int, n: int) -> NDArray[np.float64]:
-    """Mean of `width` samples about every `width`-th one, so that thinning does not fold noise in."""
-    if width == 1:
-        return x
-    sums = np.concatenate([[0.0], np.cumsum(x - x[0])])
-    centre = np.arange(n) * width
-    first = np.maximum(centre - width // 2, 0)
-    last = np.minimum(first + width, x.size)
-    return (sums[last] - sums[first]) / (last - first) + x[0]
+    turns = ((int(np.argmax(part)), 1.0), (int(np.argmin(part)), -1.0))
+    return tuple(turn for turn in turns if 2 < turn[0] < part.size - 3)

@@ -1,0 +1,314 @@
+"""What a historian keeps of the signals and gives back: slower, held, straightened or rounded.
+
+Deviations are in standard deviations of each signal, so that one number fits OP, PV and SP.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.errors import ParameterError, require_not_negative, require_positive
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from stiction.records.record import LoopRecord
+
+__all__ = ["averaged", "each_signal", "exception_reported", "interpolated", "quantised", "sampled", "swinging_door"]
+
+SIGNALS = ("op", "pv", "sp", "mv")
+
+
+def each_signal(record: LoopRecord, change: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> LoopRecord:
+    """Apply `change` to every signal that was recorded.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        What was recorded.
+    change : callable
+        From a signal, shape (n_samples,), to its new form of the same shape.
+
+    Returns
+    -------
+    LoopRecord
+        The record with changed signals.
+    """
+    signals: dict[str, Any] = {name: getattr(record, name) for name in SIGNALS}
+    return replace(record, **{name: change(x) for name, x in signals.items() if x is not None})
+
+
+def sampled(record: LoopRecord, dt: float) -> LoopRecord:
+    """Sample slower: the last value at each tick.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        What was recorded.
+    dt : float
+        New sampling period [s], at least the record's own.
+
+    Returns
+    -------
+    LoopRecord
+        A shorter record.
+
+    Raises
+    ------
+    ParameterError
+        When `dt` is shorter than the record's sampling period.
+
+    Examples
+    --------
+    >>> from stiction.records import LoopRecord
+    >>> from stiction.simulation.historian import sampled
+    >>> sampled(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0, 4.0, 5.0]), dt=2.0).op.tolist()
+    [1.0, 3.0, 5.0]
+    """
+    kept = _ticks(record, dt)
+    signals: dict[str, Any] = {name: getattr(record, name) for name in (*SIGNALS, "auto")}
+    return replace(record, dt=dt, **{name: x[kept] for name, x in signals.items() if x is not None})
+
+
+def averaged(record: LoopRecord, dt: float) -> LoopRecord:
+    """Store the mean of each interval.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        What was recorded.
+    dt : float
+        Interval [s]; rounded to whole samples of the record.
+
+    Returns
+    -------
+    LoopRecord
+        A shorter record; an interval in which the mode changed counts as in manual.
+
+    Raises
+    ------
+    ParameterError
+        When `dt` is shorter than the record's sampling period.
+
+    Examples
+    --------
+    >>> from stiction.records import LoopRecord
+    >>> from stiction.simulation.historian import averaged
+    >>> averaged(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0, 4.0, 5.0]), dt=2.0).op.tolist()
+    [1.5, 3.5]
+    """
+    _longer(record, dt)
+    m = round(dt / record.dt)
+    n = len(record) // m
+    signals: dict[str, Any] = {name: getattr(record, name) for name in SIGNALS}
+    parts: dict[str, Any] = {
+        name: x[: n * m].reshape(n, m).mean(axis=1) for name, x in signals.items() if x is not None
+    }
+    if record.auto is not None:
+        parts["auto"] = record.auto[: n * m].reshape(n, m).all(axis=1)
+    return replace(record, dt=m * record.dt, **parts)
+
+
+def interpolated(record: LoopRecord, dt: float) -> LoopRecord:
+    """Ask a historian that samples every `dt` for the record's own rate: straight lines between its samples.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        What was recorded.
+    dt : float
+        Sampling period of the historian [s].
+
+    Returns
+    -------
+    LoopRecord
+        A record of the same length.
+
+    Raises
+    ------
+    ParameterError
+        When `dt` is shorter than the record's sampling period.
+
+    Examples
+    --------
+    >>> from stiction.records import LoopRecord
+    >>> from stiction.simulation.historian import interpolated
+    >>> interpolated(LoopRecord("FC1", 1.0, op=[1.0, 9.0, 3.0, 9.0, 5.0]), dt=2.0).op.tolist()
+    [1.0, 2.0, 3.0, 4.0, 5.0]
+    """
+    kept, k = _ticks(record, dt), np.arange(len(record))
+    return each_signal(record, lambda x: np.interp(k, kept, x[kept]))
+
+
+def exception_reported(record: LoopRecord, deviation: float, *, interpolate: bool = False) -> LoopRecord:
+    """Report by exception: a value is stored when it has left the last one stored by more than the deviation.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        What was recorded.
+    deviation : float
+        Exception deviation, in standard deviations of each signal [-].
+    interpolate : bool
+        Give back straight lines between the values stored, in place of the last one held.
+
+    Returns
+    -------
+    LoopRecord
+        A record of the same length.
+
+    Raises
+    ------
+    ParameterError
+        When `deviation` is negative.
+
+    References
+    ----------
+    After thornhill2004, on what compression does to such records.
+
+    Examples
+    --------
+    >>> from stiction.records import LoopRecord
+    >>> from stiction.simulation.historian import exception_reported
+    >>> record = LoopRecord("FC1", 1.0, op=[0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
+    >>> exception_reported(record, deviation=1.0).op.tolist()
+    [0.0, 0.0, 2.0, 2.0, 4.0, 4.0]
+    """
+    deviation = require_not_negative("deviation", deviation, "-")
+
+    def change(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        stored = _exceptions(x, deviation * float(np.nanstd(x)))
+        return np.interp(np.arange(x.size), stored, x[stored]) if interpolate else _hold(x, stored)
+
+    return each_signal(record, change)
+
+
+def swinging_door(record: LoopRecord, deviation: float) -> LoopRecord:
+    """Compress by the swinging door and give back straight lines between the values stored.
+
+    A value is stored where no straight line from the last one stored stays within the deviation of all since.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        What was recorded.
+    deviation : float
+        Half opening of the door, in standard deviations of each signal [-].
+
+    Returns
+    -------
+    LoopRecord
+        A record of the same length.
+
+    Raises
+    ------
+    ParameterError
+        When `deviation` is negative.
+
+    References
+    ----------
+    After bristol1990 and thornhill2004.
+
+    Examples
+    --------
+    >>> from stiction.records import LoopRecord
+    >>> from stiction.simulation.historian import swinging_door
+    >>> record = LoopRecord("FC1", 1.0, op=[0.0, 1.1, 1.9, 3.0, 2.1, 0.9, 0.0])
+    >>> swinging_door(record, deviation=0.2).op.tolist()
+    [0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0]
+    """
+    deviation = require_not_negative("deviation", deviation, "-")
+
+    def change(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        stored = _door(x, deviation * float(np.nanstd(x)))
+        return np.interp(np.arange(x.size), stored, x[stored])
+
+    return each_signal(record, change)
+
+
+def quantised(record: LoopRecord, *, op: float = 0.0, pv: float = 0.0) -> LoopRecord:
+    """Round OP, and PV with its SP, to whole steps.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        What was recorded.
+    op, pv : float
+        Step [% of span, PV units]; 0 leaves the signal.
+
+    Returns
+    -------
+    LoopRecord
+        A record of the same length.
+
+    Raises
+    ------
+    ParameterError
+        When a step is negative.
+
+    Examples
+    --------
+    >>> from stiction.records import LoopRecord
+    >>> from stiction.simulation.historian import quantised
+    >>> quantised(LoopRecord("FC1", 1.0, op=[50.2, 50.4, 50.6]), op=0.5).op.tolist()
+    [50.0, 50.5, 50.5]
+    """
+    steps = {"op": op, "mv": op, "pv": pv, "sp": pv}
+    changed: dict[str, Any] = {}
+    for name, step in steps.items():
+        x = getattr(record, name)
+        if require_not_negative(f"step of {name}", step) > 0.0 and x is not None:
+            changed[name] = np.round(x / step) * step
+    return replace(record, **changed)
+
+
+def _longer(record: LoopRecord, dt: float) -> None:
+    if require_positive("dt", dt, "s") < record.dt * (1.0 - 1e-9):
+        raise ParameterError(f"dt = {dt:g} s is shorter than the record's {record.dt:g} s; give at least that.")
+
+
+def _ticks(record: LoopRecord, dt: float) -> NDArray[np.intp]:
+    """Last sample at or before each tick of a slower clock, shape (n_ticks,)."""
+    _longer(record, dt)
+    if not len(record):
+        return np.empty(0, dtype=np.intp)
+    n = int((len(record) - 1) * record.dt / dt * (1.0 + 1e-12)) + 1
+    return np.floor(np.arange(n) * (dt / record.dt) * (1.0 + 1e-12)).astype(np.intp)
+
+
+def _hold(x: NDArray[np.float64], stored: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Give each sample the value last stored."""
+    return x[stored][np.searchsorted(stored, np.arange(x.size), side="right") - 1]
+
+
+def _exceptions(x: NDArray[np.float64], deviation: float) -> NDArray[np.intp]:
+    """Samples that are stored by exception; a value that goes missing or comes back is one."""
+    stored, last = [], np.inf
+    for k, value in enumerate(x.tolist()):
+        if not abs(value - last) <= deviation and (value == value or last == last):
+            stored.append(k)
+            last = value
+    return np.array(stored, dtype=np.intp)
+
+
+def _door(x: NDArray[np.float64], deviation: float) -> NDArray[np.intp]:
+    """Samples that the swinging door stores; the first and the last always."""
+    values = x.tolist()
+    stored = [0] if values else []
+    at, low, high = 0, -np.inf, np.inf
+    for k in range(1, len(values)):
+        span = k - at
+        low = max(low, (values[k] - deviation - values[at]) / span)
+        high = min(high, (values[k] + deviation - values[at]) / span)
+        if low > high:
+            at = k - 1
+            stored.append(at)
+            low, high = values[k] - deviation - values[at], values[k] + deviation - values[at]
+    if len(values) > 1:
+        stored.append(len(values) - 1)
+    return np.array(stored, dtype=np.intp)

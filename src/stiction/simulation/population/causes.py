@@ -1,0 +1,242 @@
+"""One function for each cause: a loop and what moves it, or None where the loop drawn does not show the cause."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.models import Kano, PhysicalValve
+from stiction.simulation.population.loads import SHAPES, lagged, steps, wave
+from stiction.simulation.population.plan import Plan, settled, with_series
+from stiction.simulation.population.processes import draw_loop, margin, scaled
+from stiction.simulation.population.valves import deadband_valve, sticky_valve
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from stiction.models import Loop, Valve
+
+__all__ = ["PLANS"]
+
+DT = (0.5, 1.0, 1.0, 2.0, 5.0, 10.0, 30.0)
+"""Sampling periods of the controllers [s]."""
+PER_PERIOD = (8.0, 200.0)
+"""Fewest and most samples of the record to a period [-]."""
+SAMPLES = (500, 4000)
+"""Shortest and longest record [samples]."""
+CYCLES = (6.0, 60.0)
+"""Fewest and most periods of a record [-]."""
+
+
+def stiction(rng: np.random.Generator) -> Plan | None:
+    """A valve that sticks: always or at times only, alone or with an oscillation from outside."""
+    dt = float(rng.choice(DT))
+    valve, S, J = sticky_valve(rng, dt)
+    if isinstance(valve, PhysicalValve):
+        dt = min(dt, 2.0)
+    plan = _limit_cycle(rng, dt, valve, S, J)
+    if plan is None:
+        return None
+    chance = rng.random()
+    if chance < 0.15:
+        ratio = float(rng.choice([rng.uniform(0.2, 0.45), rng.uniform(2.5, 8.0)]))
+        outside = wave(rng, "sine", plan.n, plan.period * ratio) * S * float(rng.uniform(0.1, 0.4))
+        return replace(with_series(plan, load=outside), kind=f"{plan.kind} and sine")
+    if chance < 0.4 and isinstance(valve, Kano):
+        share = float(rng.uniform(0.4, 0.7))
+        first = plan.burn + int((plan.n - plan.burn) * (1.0 - share) * rng.random())
+        sticks = np.zeros(plan.n, dtype=bool)
+        sticks[first : first + int(share * (plan.n - plan.burn))] = True
+        return replace(plan, kind="intermittent", sticks=sticks)
+    return _set_point_moves(rng, plan) if chance < 0.5 else plan
+
+
+def deadband(rng: np.random.Generator) -> Plan | None:
+    """Play in the valve of an integrating process: the one place where it makes a cycle of its own."""
+    dt = float(rng.choice(DT))
+    return _limit_cycle(rng, dt, *deadband_valve(rng), kind="integrating")
+
+
+def tight_tuning(rng: np.random.Generator) -> Plan | None:
+    """A gain just below the stability limit: rings for long after a kick, or is kept ringing by a random load."""
+    loop = _loop(rng)
+    found = margin(loop)
+    if found is None:
+        return None
+    kicked = bool(rng.random() < 0.5)
+    loop = scaled(loop, found[0] * float(rng.uniform(0.97, 0.995) if kicked else rng.uniform(0.9, 0.98)))
+    period = found[1] / loop.dt
+    size = _recording(rng, period)
+    if size is None:
+        return None
+    every, n = size
+    plan = _plan(loop, n, "ringing" if kicked else "excited", every=every, period=period)
+    if not kicked:
+        load = float(rng.uniform(0.3, 1.5))
+        return replace(plan, load=load * lagged(rng, n, period / 4.0), random_load=load)
+    plan.load[: max(int(period / 3.0), 5)] = float(rng.uniform(1.0, 4.0))
+    pv = plan.run().pv
+    assert pv is not None
+    return plan if np.ptp(pv[-n // 3 :]) < np.ptp(pv[: n // 3]) else None
+
+
+def external_disturbance(rng: np.random.Generator) -> Plan | None:
+    """An oscillation from outside: a load, a disturbance of the PV, or the set point of a cascade."""
+    loop = _loop(rng)
+    period = float(np.exp(rng.uniform(np.log(10.0), np.log(150.0))))
+    every, n = _recording(rng, period) or (1, SAMPLES[0])
+    shape = str(rng.choice(list(SHAPES), p=list(SHAPES.values())))
+    series = wave(rng, shape, n, period, jitter=float(rng.choice([0.0, rng.uniform(0.0, 0.03)])))
+    size = float(rng.uniform(1.0, 5.0))
+    plan = _plan(loop, n, shape, every=every, period=period)
+    where = rng.random()
+    if where < 0.7:
+        return _background(rng, with_series(plan, load=size * series))
+    size *= abs(complex(loop.process.at(2j * np.pi / (period * loop.dt))))
+    if where < 0.85:
+        return with_series(plan, pv_load=size * series)
+    return replace(with_series(plan, sp=size * series), kind=f"{shape} of the set point")
+
+
+def sensor(rng: np.random.Generator) -> Plan | None:
+    """A transmitter that is coarse, sticks, or has spikes, in a loop that a random load moves."""
+    plan = _random_load(rng)
+    pv = plan.run().pv
+    assert pv is not None
+    swing = float(np.subtract(*np.percentile(pv, (99, 1))))
+    kind = str(rng.choice(["coarse", "sticking", "spikes"], p=[0.45, 0.3, 0.25]))
+    if kind == "spikes":
+        hit = rng.random(plan.n) < rng.uniform(0.003, 0.02)
+        size = swing * rng.uniform(1.0, 4.0) * rng.uniform(0.5, 1.0, plan.n) * rng.choice([-1.0, 1.0])
+        return replace(with_series(plan, pv_load=np.where(hit, size, 0.0)), kind=kind)
+    step = swing * float(rng.uniform(0.15, 0.5))
+    return replace(plan, kind=kind, sensor=(step, 0.0) if kind == "coarse" else (0.0, step))
+
+
+def saturation(rng: np.random.Generator) -> Plan | None:
+    """A valve at a limit for part of the time, under an oscillating or a random load, with or without windup."""
+    loop = _loop(rng)
+    loop = replace(loop, controller=replace(loop.controller, anti_windup=bool(rng.random() < 0.5)))
+    if rng.random() < 0.7:
+        period = float(np.exp(rng.uniform(np.log(20.0), np.log(150.0))))
+        every, n = _recording(rng, period) or (1, SAMPLES[0])
+        shape = str(rng.choice(["sine", "triangle", "sawtooth"]))
+        size = float(rng.uniform(5.0, 25.0))
+        plan = _plan(loop, n, "undersized", every=every, period=period, load=size * wave(rng, shape, n, period, 0.02))
+    else:
+        plan = replace(_random_load(rng, loop, largest=12.0), kind="at the limit")
+    unlimited = replace(loop.controller, op_limits=(-np.inf, np.inf))
+    op = replace(plan, loop=replace(loop, controller=unlimited)).run().op
+    share = float(rng.uniform(0.15, 0.45))
+    high = bool(rng.random() < 0.5)
+    limit = float(np.quantile(op, 1.0 - share if high else share))
+    plan = replace(plan, op_start=50.0 - limit + (100.0 if high else 0.0))
+    op = plan.run().op
+    at_limit = (op >= 99.95) | (op <= 0.05)
+    fits = 2.0 < plan.op_start < 98.0 and 0.08 < at_limit.mean() < 0.7 and np.ptp(op) > 2.0
+    return replace(plan, kind=plan.kind if loop.controller.anti_windup else f"{plan.kind}, windup") if fits else None
+
+
+def none(rng: np.random.Generator) -> Plan | None:
+    """Nothing wrong: a random load, set-point steps, a slow controller, a quiet loop, the slave of a cascade."""
+    kind = str(rng.choice(["load", "steps", "sluggish", "quiet", "cascade"], p=[0.35, 0.2, 0.2, 0.1, 0.15]))
+    if kind == "load":
+        return _random_load(rng)
+    if kind == "quiet":
+        return replace(_random_load(rng, largest=0.3), kind=kind)
+    loop = _loop(rng)
+    if kind == "sluggish":
+        loop = scaled(loop, float(rng.uniform(0.05, 0.3)))
+        return replace(_random_load(rng, loop), kind=kind)
+    plan = _random_load(rng, loop, largest=1.0)
+    size = float(rng.uniform(2.0, 8.0)) * abs(complex(loop.process.at(2j * np.pi / (100.0 * loop.dt))))
+    if kind == "steps":
+        series = steps(rng, plan.n, float(rng.uniform(100.0, 400.0)) * plan.every)
+    else:
+        series = lagged(rng, plan.n, float(rng.uniform(20.0, 100.0)) * plan.every) / 2.0
+    return replace(with_series(plan, sp=size * series), kind=kind)
+
+
+PLANS: dict[str, Callable[[np.random.Generator], Plan | None]] = {
+    "stiction": stiction,
+    "deadband": deadband,
+    "tight tuning": tight_tuning,
+    "external disturbance": external_disturbance,
+    "sensor": sensor,
+    "saturation": saturation,
+    "none": none,
+}
+"""Cause -> how it is drawn."""
+
+
+def _loop(rng: np.random.Generator, dt: float | None = None, kind: str | None = None) -> Loop:
+    """Draw until there is a loop with a gain margin."""
+    dt = float(rng.choice(DT)) if dt is None else dt
+    while True:
+        if (drawn := draw_loop(rng, dt, kind)) is not None:
+            return drawn[0]
+
+
+def _plan(loop: Loop, n: int, kind: str, **more: object) -> Plan:
+    return Plan(loop, **{"sp": np.zeros(n), "load": np.zeros(n), "pv_load": np.zeros(n), "kind": kind, **more})  # type: ignore[arg-type]
+
+
+def _limit_cycle(
+    rng: np.random.Generator, dt: float, valve: Valve, S: float, J: float, kind: str | None = None
+) -> Plan | None:
+    """A loop that the valve keeps oscillating; a load pulse starts it, and a background may move it."""
+    loop = replace(_loop(rng, dt, kind), valve=valve)
+    found = settled(loop, rng, 0.7 * S)
+    size = None if found is None else _recording(rng, found[0])
+    if found is None or size is None:
+        return None
+    every, n = size
+    burn = int(rng.choice([0, 1]) * 5 * found[0])
+    plan = _plan(loop, n + burn, type(valve).__name__, every=every, period=found[0], burn=burn, S=S, J=J)
+    plan.load[: max(int(found[0] / 3.0), 5)] = 0.7 * S
+    return replace(_background(rng, plan, 0.15 * S, 2.0 * S), op_start=float(rng.uniform(35.0, 65.0)))
+
+
+def _recording(rng: np.random.Generator, period: float) -> tuple[int, int] | None:
+    """Controller samples to one of the record, and in all of it; None where no record can show the period well."""
+    few, many = PER_PERIOD
+    fits = [m for m in range(1, 11) if few <= period / m <= many]
+    if not fits:
+        return None
+    every = 1 if 1 in fits and rng.random() < 0.75 else int(rng.choice(fits))
+    shortest, longest = (np.clip(cycles * period / every, *SAMPLES) for cycles in CYCLES)
+    return every, every * int(np.exp(rng.uniform(np.log(shortest), np.log(longest))))
+
+
+def _random_load(rng: np.random.Generator, loop: Loop | None = None, largest: float = 4.0) -> Plan:
+    """A loop that only a random load of up to `largest` [% of span] moves, at times with steps or a ramp."""
+    loop = _loop(rng) if loop is None else loop
+    every = int(rng.choice([1, 1, 1, 2, 5]))
+    n = every * int(np.exp(rng.uniform(*np.log(SAMPLES))))
+    load = largest * float(rng.uniform(0.3, 1.0))
+    lag = float(np.exp(rng.uniform(np.log(2.0), np.log(60.0)))) * every
+    plan = _plan(loop, n, "load", every=every, load=load * lagged(rng, n, lag), random_load=load)
+    if rng.random() < 0.3:
+        return with_series(plan, load=load * steps(rng, n, 200.0 * every))
+    return with_series(plan, load=load * np.linspace(0.0, rng.normal(), n)) if rng.random() < 0.3 else plan
+
+
+def _background(rng: np.random.Generator, plan: Plan, largest: float = 0.5, drift: float = 2.0) -> Plan:
+    """The plan with a random load, in one of two, and a ramp, in one of three [% of span]."""
+    if rng.random() < 0.5:
+        load = largest * float(rng.random())
+        lag = plan.period * float(rng.uniform(0.05, 0.5))
+        plan = replace(with_series(plan, load=load * lagged(rng, plan.n, lag)), random_load=load)
+    if rng.random() < 0.33:
+        plan = with_series(plan, load=np.linspace(0.0, drift * float(rng.uniform(-1.0, 1.0)), plan.n))
+    return plan
+
+
+def _set_point_moves(rng: np.random.Generator, plan: Plan) -> Plan:
+    """The plan as slave of a slow cascade: the set point asks for OP moves of up to S."""
+    slow = 2j * np.pi / (8.0 * plan.period * plan.loop.dt)
+    size = plan.S * float(rng.uniform(0.2, 1.0)) * abs(complex(plan.loop.process.at(slow)))
+    series = lagged(rng, plan.n, 2.0 * plan.period)
+    return replace(with_series(plan, sp=size / 2.0 * series), kind=f"{plan.kind}, moving set point")

@@ -1,0 +1,142 @@
+"""Draw a population: a plan for each cause, its run, its noise, and what the historian makes of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.errors import ParameterError
+from stiction.simulation.historian import EFFECTS, SLOWER, sampled, spoil
+from stiction.simulation.historian.effects import SLOWEST
+from stiction.simulation.population.case import CAUSES, OWN, Case
+from stiction.simulation.population.causes import PER_PERIOD, PLANS
+from stiction.simulation.population.loads import lagged
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from stiction.records.record import LoopRecord
+    from stiction.simulation.population.plan import Plan
+
+__all__ = ["population"]
+
+MILD = 0.3
+"""Largest strength of what the historian does to a case [-]."""
+SPOILED = 1.0 / 3.0
+"""Share of the cases that a historian has spoiled [-]."""
+
+SHAKEN = 0.05
+"""Largest standard deviation that noise gives OP, as a share of its swing: beyond, a plant filters the PV [-]."""
+
+
+def population(
+    n: int, causes: tuple[str, ...] = CAUSES, seed: int = 0, *, noise: float = 0.2, historian: bool = True
+) -> Iterator[Case]:
+    """Draw `n` loops, their causes taken in turn.
+
+    Parameters
+    ----------
+    n : int
+        Number of loops.
+    causes : tuple of str
+        Causes to draw, out of `CAUSES`.
+    seed : int
+        Seed of everything that is random; each loop has its own, so that a longer population begins with a
+        shorter one.
+    noise : float
+        Largest standard deviation of the measurement noise, as a share of the PV's swing [-].
+    historian : bool
+        Whether one case in three went through a historian that did something to it, mildly.
+
+    Yields
+    ------
+    Case
+        One loop after the other.
+
+    Raises
+    ------
+    ParameterError
+        When a cause is unknown.
+
+    Notes
+    -----
+    Processes are flow, first and second order, some with a zero, and integrating; controllers PI or PID of several
+    forms, tuned by SIMC, lambda tuning, or badly; valves of every model. Records hold 500 to 4000 samples, 6 to 60
+    periods of 8 to 200 samples, before the historian: where 60 periods are fewer than 500 samples there are more.
+
+    Examples
+    --------
+    >>> from stiction.simulation.population import population
+    >>> [case.cause for case in population(2, ("stiction", "none"), seed=1)]
+    ['stiction', 'none']
+    """
+    unknown = [cause for cause in causes if cause not in CAUSES]
+    if unknown:
+        raise ParameterError(f"cause {unknown[0]!r} is unknown; use {', '.join(CAUSES)}.")
+    for i in range(n):
+        rng = np.random.default_rng([seed, i])
+        case = None
+        while case is None:
+            case = _draw(causes[i % len(causes)], rng, noise, f"loop-{i:04d}")
+        yield _stored(case, rng) if historian and rng.random() < SPOILED else case
+
+
+def _draw(cause: str, rng: np.random.Generator, noise: float, tag: str) -> Case | None:
+    """Draw a case, or None where the loop does not show the cause."""
+    plan = PLANS[cause](rng)
+    if plan is None:
+        return None
+    clean = plan.run()
+    if not _sound(clean, cause):
+        return None
+    assert clean.pv is not None
+    swing, op_swing = (float(np.subtract(*np.percentile(x, (99, 1)))) for x in (clean.pv, clean.op))
+    controller = plan.loop.controller
+    amplified = abs(controller.Kc) * (1.0 + (controller.N if controller.Td else 0.0))
+    level = min(noise * swing * float(rng.random()) ** 2, SHAKEN * op_swing / amplified)
+    colour = float(rng.choice([0.0, 0.0, rng.uniform(1.0, 5.0)]))
+    record = plan.run(level * lagged(rng, plan.n, colour))
+    if not _sound(record, cause):
+        return None
+    shown = sampled(record, plan.every * record.dt)
+    integrating = plan.loop.process.den[-1] == 0.0  # type: ignore[union-attr]
+    kinds = ["level", "level", "pressure"] if integrating else ["flow", "flow", "pressure", "temperature"]
+    shown = replace(
+        shown, tag=tag, mv=None, loop_type=str(rng.choice(kinds)), integrating=bool(integrating),
+        sp=None if rng.random() < 0.15 else shown.sp,
+    )  # fmt: skip
+    period = plan.period * plan.loop.dt
+    return Case(
+        shown, cause, replace(plan.loop, noise=level), shown.duration / period, plan.kind, period, plan.S, plan.J,
+        level, plan.random_load, _windows(plan),
+    )  # fmt: skip
+
+
+def _sound(record: LoopRecord, cause: str) -> bool:
+    """Whether the loop moves, and keeps off the limits of OP unless that is what is wrong with it."""
+    assert record.pv is not None
+    if not (np.isfinite(record.pv).all() and np.ptp(record.pv) > 0.0 and np.ptp(record.op) > 0.01):
+        return False
+    return cause == "saturation" or float(np.mean((record.op <= 0.1) | (record.op >= 99.9))) < 0.02
+
+
+def _windows(plan: Plan) -> tuple[tuple[int, int], ...]:
+    """Where the valve sticks, in samples of the record."""
+    if plan.sticks is None:
+        return ()
+    inside = np.flatnonzero(plan.sticks[plan.burn :])
+    return ((int(inside[0]) // plan.every, int(inside[-1]) // plan.every + 1),)
+
+
+def _stored(case: Case, rng: np.random.Generator) -> Case:
+    """The case as a historian gives it back that does one thing to it, mildly."""
+    strength = MILD * float(rng.random())
+    per_period = case.period / case.record.dt if case.cause in OWN or case.cycles > 0.0 else 2.0 * PER_PERIOD[0]
+    room = float(np.log(max(per_period / PER_PERIOD[0], 1.0)) / np.log(SLOWEST))
+    usual = [name for name in EFFECTS if name not in SLOWER or round(SLOWEST ** min(strength, room)) > 1]
+    effect = str(rng.choice(usual))
+    strength = min(strength, room) if effect in SLOWER else strength
+    record = spoil(case.record, effect, strength, int(rng.integers(2**31)))
+    return replace(case, record=record, cycles=record.duration / case.period, effects=(effect,))
