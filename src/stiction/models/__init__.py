@@ -19,11 +19,13 @@ from stiction.models.table import Table
 from stiction.models.valves import Choudhury, He, HeWang, Ideal, Kano, PhysicalValve, Srinivasan, Stenman
 
 __all__ = [
+    "FOPDT",
+    "PID",
+    "SOPDT",
     "Choudhury",
     "Compensator",
     "ConstantReinforcement",
     "Cuadros",
-    "FOPDT",
     "FourMove",
     "He",
     "HeWang",
@@ -33,10 +35,8 @@ __all__ = [
     "Kano",
     "Knocker",
     "Loop",
-    "PID",
     "PhysicalValve",
     "Positioner",
-    "SOPDT",
     "Srinivasan",
     "StateSpace",
     "Stenman",
