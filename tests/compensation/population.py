@@ -26,7 +26,6 @@ from stiction.simulation.population import population
 if TYPE_CHECKING:
     from stiction.compensation import CompensationTrial
     from stiction.diagnosis import Diagnosis
-    from stiction.models import Loop
     from stiction.simulation.population import Case
 
 SEEDS = range(1000, 1010)
@@ -59,10 +58,12 @@ class Outcome(NamedTuple):
         return self.remedy is not None and self.true < -0.05 and not self.warned
 
 
-def true_gain(loop: Loop, trial: CompensationTrial, name: str) -> float:
-    """Share by which the PV deviation of the true loop falls with the remedy called `name`."""
+def true_gain(case: Case, trial: CompensationTrial, name: str) -> float:
+    """Share by which the PV deviation of the true loop falls with the remedy called `name`, under its own load."""
     assert trial.twin is not None
-    plan = programme_for(trial.twin, trial.S, None)
+    loop = case.loop
+    plan = programme_for(trial.twin, case.S, None, loop.dt)
+    plan = plan._replace(op=50.0, sp=50.0, load=case.load, load_samples=max(case.period / loop.dt, 1.0))
     before = np.mean([measure(run(loop, plan, seed), plan)[0] for seed in SEEDS])
     other = trial[name].remedy.apply(loop)
     after = np.mean([measure(run(other, plan, seed), plan)[0] for seed in SEEDS])
@@ -74,7 +75,7 @@ def outcome(case: Case, found: Diagnosis) -> Outcome:
     if trial.recommended is None:
         return Outcome(case.record.tag, None, np.nan, np.nan, False, trial.reason)
     chosen = trial[trial.recommended]
-    gain = 0.0 if chosen.name == NOTHING else true_gain(case.loop, trial, chosen.name)
+    gain = 0.0 if chosen.name == NOTHING else true_gain(case, trial, chosen.name)
     return Outcome(case.record.tag, chosen.name, chosen.gain, gain, chosen.hurts, trial.reason)
 
 

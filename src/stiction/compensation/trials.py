@@ -64,9 +64,12 @@ class Programme(NamedTuple):
         return self.settle + self.steady + 2 * self.step
 
 
-def programme_for(twin: Twin, S: float, duration: float | None) -> Programme:
-    """Programme for a twin: steps of the size of its cycle; `duration` [s] is that of the undisturbed part."""
-    dt = twin.loop.dt
+def programme_for(twin: Twin, S: float, duration: float | None, dt: float | None = None) -> Programme:
+    """Programme for a twin: steps of the size of its cycle; `duration` [s] is that of the undisturbed part.
+
+    `dt` is the sampling period [s] of another loop that is to go through the same.
+    """
+    dt = twin.loop.dt if dt is None else dt
     period = twin.measured.period if twin.measured.period > 0.0 else 100.0 * dt
     samples = max(period / dt, 4.0)
     steady = round(STEADY * samples) if duration is None else max(round(duration / dt), 20)
