@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import dataclasses
 import importlib
 import inspect
 import re
@@ -92,6 +93,36 @@ def test_valve_names_its_source(valve):
     keys = set(re.findall(r"\b[a-z][a-z_]+\d{4}[a-z]?\b", told[-1].split("\n\n")[0])) if len(told) > 1 else set()
     assert keys
     assert keys <= KEYS
+
+
+def compensators() -> dict[str, str]:
+    """Compensator -> its page."""
+    from stiction.models.compensators import Compensator
+
+    found = {}
+    for page in pages("models/compensators"):
+        module = importlib.import_module(f"stiction.models.compensators.{page}")
+        classes = [t for _, t in inspect.getmembers(module, inspect.isclass) if t.__module__ == module.__name__]
+        found |= {t.__name__: page for t in classes if issubclass(t, Compensator) and t is not Compensator}
+    return found
+
+
+@pytest.mark.parametrize("name", compensators())
+def test_compensator_is_complete(name):
+    """A page with its step, a code of its own, a branch, a facts row with a source, and rows of numbers."""
+    from stiction.models import compensators as room
+    from stiction.models.compensators.facts import FACTS
+
+    page = compensators()[name]
+    facts = FACTS[name]
+    assert f"{page}_step(" in inspect.getsource(switch.compensator_step)
+    assert [other for other in compensators() if getattr(room, other).code == getattr(room, name).code] == [name]
+    assert set(facts.parameters) == {f.name for f in dataclasses.fields(getattr(room, name))}
+    assert facts.source in KEYS
+    assert facts.source in (inspect.getdoc(getattr(room, name)) or "").split("References")[-1]
+    assert getattr(stiction, name) is getattr(room, name)
+    assert re.search(rf"\b{name}\b", PUBLISHED), "no row in tests/reference/"
+    assert set(FACTS) == set(compensators())
 
 
 DETECTORS = [

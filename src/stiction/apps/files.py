@@ -84,7 +84,7 @@ def _head(path: Path) -> bytes:
 
 
 def csv_text(record: LoopRecord) -> str:
-    r"""Return the signals as CSV: ``time_s,SP,PV,OP,MV``, those that are there; MV is the valve position.
+    r"""Return the signals as CSV: ``time_s,SP,PV,OP,MV,VALVE_SIGNAL``, those that are there; MV is the valve position.
 
     Examples
     --------
@@ -92,7 +92,7 @@ def csv_text(record: LoopRecord) -> str:
     >>> csv_text(LoopRecord("FIC-101", 2.0, op=[50.0, 51.0], pv=[3.0, 3.1]))
     'time_s,PV,OP\n0,3,50\n2,3.1,51\n'
     """
-    there = [name for name in ("sp", "pv", "op", "mv") if getattr(record, name) is not None]
+    there = [name for name in ("sp", "pv", "op", "mv", "valve_signal") if getattr(record, name) is not None]
     series = [record.time, *(getattr(record, name) for name in there)]
     lines = [",".join(["time_s", *(name.upper() for name in there)])]
     lines += [",".join("" if x != x else f"{x:.9g}" for x in row) for row in zip(*series, strict=True)]

@@ -1,4 +1,4 @@
-"""A control loop from options or a TOML file: the process, the controller and the valve in text."""
+"""A control loop from options or a TOML file: the process, the controller, the valve and the compensator in text."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def settings_of(path: str | None, typed: Mapping[str, Any], defaults: Mapping[st
 
 
 def make_loop(settings: Mapping[str, Any]) -> Loop:
-    """Make the loop of ``process``, ``controller``, ``valve``, ``dt`` and ``noise``.
+    """Make the loop of ``process``, ``controller``, ``valve``, ``dt``, and if given ``noise`` and ``compensator``.
 
     Examples
     --------
@@ -52,12 +52,14 @@ def make_loop(settings: Mapping[str, Any]) -> Loop:
     """
     from stiction.models import Loop
 
+    compensator = settings.get("compensator")
     return Loop(
         model_text.controller(settings["controller"]),
         model_text.valve(settings["valve"]),
         model_text.process(settings["process"]),
         dt=require_finite("dt", settings["dt"], "s"),
         noise=settings.get("noise", 0.0),
+        compensator=None if compensator in (None, "none") else model_text.compensator(compensator),
     )
 
 

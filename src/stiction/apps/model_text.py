@@ -1,4 +1,4 @@
-"""Models from text: ``kano:S=3,J=1``, ``pi:Kc=0.2,Ti=10``, ``fopdt:K=3,tau=10``, or the same as a table of a TOML file.
+"""Models from text: ``kano:S=3,J=1``, ``pi:Kc=0.2,Ti=10``, ``two-move:S=3,J=1,band=1``, or a table of a TOML file.
 
 A text is a name, then parameters. Values are numbers, ``yes`` or ``no``, ``LOW..HIGH``, several numbers with
 spaces between, ``POSITION:VALUE POSITION:VALUE`` for what varies over the travel, or text with a unit ("3 lbm").
@@ -18,9 +18,9 @@ from stiction.errors import ParameterError, StictionError
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from stiction.models import PID, TransferFunction, Valve
+    from stiction.models import PID, Compensator, TransferFunction, Valve
 
-__all__ = ["build", "controller", "process", "split", "valve"]
+__all__ = ["build", "compensator", "controller", "process", "split", "valve"]
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _PAIRS = re.compile(rf"{_NUMBER}:{_NUMBER}(?:\s+{_NUMBER}:{_NUMBER})+")
@@ -93,6 +93,31 @@ def controller(spec: str | Mapping[str, Any]) -> PID:
 
     name, given = split("controller", spec)
     return build("controller", name, {"pi": PID, "pid": PID, "p": p, "parallel": parallel}, given)
+
+
+def compensator(spec: str | Mapping[str, Any]) -> Compensator:
+    """Make a compensator by its name; hyphens do not count.
+
+    Parameters
+    ----------
+    spec : str or mapping
+        Text, or a mapping with the key "model".
+
+    Raises
+    ------
+    ParameterError
+        When the name or a parameter is unknown, missing or outside its limits.
+
+    Examples
+    --------
+    >>> compensator("constant-reinforcement:amplitude=1.5")
+    ConstantReinforcement(amplitude=1.5)
+    """
+    from stiction.models import compensators
+
+    names = [name for name in compensators.__all__ if name != "Compensator"]
+    name, given = split("compensator", spec)
+    return build("compensator", name, {name.lower(): getattr(compensators, name) for name in names}, given)
 
 
 def process(spec: str | Mapping[str, Any]) -> TransferFunction:

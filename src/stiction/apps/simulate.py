@@ -11,6 +11,7 @@ DEFAULTS: dict[str, Any] = {
     "process": "3 exp(-10s)/(10s+1)",
     "controller": "pi:Kc=0.2,Ti=10",
     "valve": "kano:S=3,J=1",
+    "compensator": "none",
     "sp": "51",
     "load": "0",
     "pv_start": 50.0,
@@ -28,6 +29,7 @@ def simulate(
     process: Text = None,
     controller: Text = None,
     valve: Text = None,
+    compensator: Text = None,
     sp: Text = None,
     load: Text = None,
     pv_start: float | None = None,
@@ -54,6 +56,9 @@ def simulate(
     valve
         kano:S=3,J=1 (the default), choudhury:S=..,J=.., stenman:d=.., he:fs=..,fd=.., srinivasan:sb=..,sj=..,r=..,
         physical:mass=..., a published set such as nominal, or ideal. % of span.
+    compensator
+        none (the default), knocker:amplitude=1.5,width=2,interval=5, constant-reinforcement:amplitude=..,
+        integral-deadband:band=.., cuadros:.., variable-pulses:.., two-move:S=..,J=..,band=.. or four-move:band=...
     sp
         Set point, or set points with times: 51 (the default) or 50,55@600.
     load
@@ -75,7 +80,8 @@ def simulate(
     loop
         TOML file with any of these settings under the same names; options come before it.
     out
-        CSV file to write (time_s, SP, PV, OP, MV: the valve position); without it the CSV goes to the output.
+        CSV file to write (time_s, SP, PV, OP, MV: the valve position, and VALVE_SIGNAL, what a compensator sent);
+        without it the CSV goes to the output.
     as_json
         Print period and amplitudes as JSON, and the CSV only where --out says.
     """
@@ -85,7 +91,8 @@ def simulate(
     from stiction.apps.signal_text import levels
 
     typed = {
-        "process": process, "controller": controller, "valve": valve, "sp": sp, "load": load, "pv_start": pv_start,
+        "process": process, "controller": controller, "valve": valve,
+        "compensator": compensator, "sp": sp, "load": load, "pv_start": pv_start,
         "op_start": op_start, "noise": noise, "dt": dt, "duration": duration, "seed": seed, "tag": tag,
     }  # fmt: skip
     settings = settings_of(loop, typed, DEFAULTS)

@@ -77,9 +77,9 @@ def compensate(
 
     Notes
     -----
-    A remedy is recommended only if it lowers the PV's standard deviation by 10 % or more, costs less than doing nothing,
-    and does not raise the deviation by more than 5 % where S and J are off by 30 % either way. Fixing the valve is always
-    shown beside it; it is not at hand until the shutdown.
+    A remedy is recommended only if it lowers the PV's standard deviation by 10 % or more, costs less than doing
+    nothing, and does not raise the deviation by more than 5 % where S and J are off by 30 % either way. Fixing the
+    valve is always shown beside it; it is not at hand until the shutdown.
 
     Examples
     --------
@@ -183,8 +183,8 @@ def _stiction(loop: Loop) -> tuple[float, float]:
     banded = bands(loop.valve)
     if banded is None or not banded.sb > 0.0:
         raise ParameterError(
-            f"{type(loop.valve).__name__} has no S and J; give a sticky (S, J) valve, from `reduce_valve` where it is a "
-            "physical one."
+            f"{type(loop.valve).__name__} has no S and J; give a sticky (S, J) valve, from `reduce_valve` where it is "
+            "a physical one."
         )
     return float(banded.sb + banded.lag), float(banded.sb - banded.lag)
 

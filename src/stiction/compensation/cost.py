@@ -27,7 +27,7 @@ WEIGHTS = {
     "load_step": 0.25,
     "errors": 0.5,
 }
-"""Default weights [-]: the PV first, the wear bill at a twentieth, since a remedy may drive the stem ten times as far."""
+"""Default weights [-]: the PV first, the wear bill at a twentieth, as a remedy may drive the stem ten times as far."""
 
 
 def checked(weights: Mapping[str, float] | None) -> dict[str, float]:
@@ -76,7 +76,7 @@ def cost(row: NDArray[np.float64], nothing: NDArray[np.float64], worst: float, w
         The cost [-]; 1 for doing nothing.
     """
     scale = nothing.copy()
-    # The offset of a loop that cycles is nearly nothing: it is measured by the PV's deviation, and doing nothing has none.
+    # The offset of a loop that cycles is next to nothing: it is measured by the PV's deviation instead.
     at = METRICS.index("offset")
     ratios = row / np.maximum(scale, 1e-12)
     ratios[at] = 1.0 + (row[at] - nothing[at]) / max(nothing[METRICS.index("pv_std")], 1e-12)

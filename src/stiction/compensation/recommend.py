@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
 __all__ = ["choose", "refusal"]
 
+OPEN_LOOP = ("two-move", "four-move")
+"""Remedies that open the loop."""
 LEAST_GAIN = 0.10
 """Share by which a remedy must lower the PV's deviation to be recommended [-]."""
 
@@ -42,10 +44,8 @@ def refusal(diagnosis: Diagnosis) -> str:
         )
     if diagnosis.identification is None:
         return "No valve and process were identified, so that there is no twin to try a remedy on."
-    if not diagnosis.oscillation.oscillating:
-        return (
-            f"The loop does not cycle steadily, so that there is no cycle to compensate. {diagnosis.oscillation.reason}"
-        )
+    if not diagnosis.oscillation.period > 0.0:
+        return f"The loop has no period, so that there is no cycle to compensate. {diagnosis.oscillation.reason}"
     return ""
 
 
@@ -68,9 +68,9 @@ def choose(ranked: tuple[RemedyTrial, ...]) -> tuple[str, str, str]:
     safe = [one for one in helping if not one.hurts]
     repair = f"Fixing the valve lowers the PV's deviation by {100.0 * fix.gain:.0f} %"
     if fix.gain < LEAST_GAIN:
-        repair = f"Even a good valve would change the PV's deviation by {-100.0 * fix.gain:+.0f} % only"
+        repair = f"Even a good valve changes the PV's deviation by {-100.0 * fix.gain:+.0f} % only"
     if not safe:
-        why = f"{repair}; until the shutdown no remedy lowers it by {100.0 * LEAST_GAIN:.0f} % or more at a price worth paying"
+        why = f"{repair}; until then no remedy lowers it by {100.0 * LEAST_GAIN:.0f} % at a price worth paying"
         if helping:
             one = helping[0]
             why = (
@@ -79,7 +79,8 @@ def choose(ranked: tuple[RemedyTrial, ...]) -> tuple[str, str, str]:
             )
         return NOTHING, f"{why}: leave the loop as it is.", "The valve goes on wearing at the present rate."
     best = safe[0]
-    reason = f"{repair}; until the shutdown: {best.name}. {best.remedy.words} It lowers the PV's deviation by {100.0 * best.gain:.0f} %."
+    advice = f"until the shutdown: {best.name}. {best.remedy.words}"
+    reason = f"{repair}; {advice} It lowers the PV's deviation by {100.0 * best.gain:.0f} %."
     return best.name, reason, _risk(best, nothing)
 
 
@@ -96,5 +97,7 @@ def _risk(best: RemedyTrial, nothing: RemedyTrial) -> str:
         told.append(f"a load step costs {b.load_step / now.load_step:.1f} times the IAE")
     if b.sp_step > 1.2 * now.sp_step:
         told.append(f"a set point step costs {b.sp_step / now.sp_step:.1f} times the IAE")
+    if best.name in OPEN_LOOP:
+        told.append("the loop is open while the stem rests, blind to a load until the error leaves the band")
     told.append(f"with S and J off by 30 % the PV deviates by up to {best.worst:.2f} times that of doing nothing")
     return f"The price: {'; '.join(told)}."

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Refined", "refine"]
 
-RUNS = 200
-"""Simulations for each start of the search."""
+RUNS, ENOUGH = 200, 4000
+"""Simulations for each start of the search, and samples to which a long record is cut (six periods at least)."""
 CLEAR = 0.02
 """Share left unexplained below which noise no longer pins S, and S is tried apart from the point found [-]."""
 STARTS = ((1.0, 0.0, 0.0), (1.0, 0.0, 0.4), (1.0, -0.25, 0.2), (1.0, 0.25, 0.2), (0.85, 0.1, 0.2), (1.2, 0.1, 0.2))
@@ -56,7 +56,7 @@ class Refined(NamedTuple):
     error_found: float
     """The same at the point identified [-]."""
     mv: NDArray[np.float64]
-    """Stem position [% of span], shape (n_samples,)."""
+    """Stem position [% of span], shape (n_searched,); a long record is searched in its first part only."""
     left: NDArray[np.float64]
     """PV about its moving average minus the simulated one [PV units], shape (n_inside,)."""
 
@@ -91,7 +91,7 @@ def refine(record: LoopRecord, found: Identification, period: float) -> Refined:
             break
     if least > 1.5 * view.floor:
         # Noise makes small stairs of the slips: the stem as it was followed stretch by stretch is the better one then.
-        view.stem = hold_gaps(found.mv)
+        view.stem = hold_gaps(found.mv)[view.cut]
         best, least = centre, view.error(centre)
         before = least
         for second in (0.0, 0.4):
@@ -100,9 +100,14 @@ def refine(record: LoopRecord, found: Identification, period: float) -> Refined:
     gain, mv, left = view.closely(best)
     S, lag = float(np.exp(best[0])), float(np.exp(best[2])) * record.dt
     return Refined(
-        S, S * float(best[1]), view.process(gain, lag, lag * float(best[3]), float(best[4]) * record.dt),
-        least, before, mv, left,
-    )  # fmt: skip
+        S=S,
+        J=S * float(best[1]),
+        process=view.process(gain, lag, lag * float(best[3]), float(best[4]) * record.dt),
+        error=least,
+        error_found=before,
+        mv=mv,
+        left=left,
+    )
 
 
 def _search(view: _View, guess: NDArray[np.float64], first: int) -> tuple[NDArray[np.float64], float]:
@@ -110,11 +115,14 @@ def _search(view: _View, guess: NDArray[np.float64], first: int) -> tuple[NDArra
     from scipy.optimize import minimize
 
     guess[4] = max(guess[4], 0.0)
-    steps = STEPS * np.where(np.arange(5) == 1, -1.0 if guess[1] > 0.5 else 1.0, 1.0)
+    steps = np.diag(STEPS * np.where(np.arange(5) == 1, -1.0 if guess[1] > 0.5 else 1.0, 1.0))
+    simplex = np.vstack([guess, guess + steps[first:]])[:, first:]
     done = minimize(
-        lambda x: view.error(np.concatenate([guess[:first], x])), guess[first:], method="Nelder-Mead",
-        options={"maxfev": RUNS, "initial_simplex": guess[first:] + np.vstack([0.0 * steps, np.diag(steps)])[:, first:][[0, *range(first + 1, 6)]]},
-    )  # fmt: skip
+        lambda x: view.error(np.concatenate([guess[:first], x])),
+        guess[first:],
+        method="Nelder-Mead",
+        options={"maxfev": RUNS, "initial_simplex": simplex},
+    )
     return np.concatenate([guess[:first], done.x]), float(done.fun)
 
 
@@ -124,7 +132,9 @@ class _View:
     def __init__(self, record: LoopRecord, integrating: bool, period: float) -> None:
         assert record.pv is not None
         self.dt, self.integrating, self.samples = record.dt, integrating, period / record.dt
-        self.op, pv = hold_gaps(record.op), hold_gaps(record.pv)
+        size = max(ENOUGH, round(6.0 * self.samples))
+        self.cut = slice(0, size)
+        self.op, pv = hold_gaps(record.op)[self.cut], hold_gaps(record.pv)[self.cut]
         # Half a window at the ends, and the first period: what the stem did before the record is not known.
         first = round(1.5 * self.samples) if self.op.size > 5.0 * self.samples else round(0.5 * self.samples)
         self.inside = slice(first, max(self.op.size - round(0.5 * self.samples), first + 10))

@@ -126,11 +126,12 @@ def remedies_for(
         base = kind.for_stiction(S, J, dt, **given)
         variants[name] = tuple(
             Remedy(
-                name, f"Open the loop and place the stem, close it when the error leaves {base.band * wide:.3g} PV units.",
+                name,
+                f"Place the stem with the loop open; close it when the error leaves {base.band * wide:.3g} PV units.",
                 compensator=replace(base, band=base.band * wide),
             )
             for wide in BANDS
-        )  # fmt: skip
+        )
     return tuple(fixed), variants
 
 

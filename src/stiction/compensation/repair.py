@@ -1,15 +1,14 @@
-"""Fix the valve: what the loop would do with a good one, at the limits of a standard.
+"""Fix the valve: what the loop would do with a good one, at the limits of a specification.
 
-A repaired valve is not an ideal one. Specifications of control valves bound what is left together: about 1 % of span of
-deadband and resolution (the nominal limit that is recalled of EnTech's Control Valve Dynamic Specification 3.0, 1998; its
-text was opened only in part, which says that a response to steps of "1 % and less" is expected: take the number as "after"
-`entech1998`, not as a quotation). Deadband and resolution are measured by step tests in the terms of ISA-75.25.01
-(2000); in (S, J) they are
+A repaired valve is not an ideal one. Specifications of control valves bound what is left together: about 1 % of span
+of deadband and resolution (the nominal limit that is recalled of EnTech's Control Valve Dynamic Specification 3.0,
+1998; the part of it that was opened says that a response to steps of "1 % and less" is expected: take the number as
+"after" `entech1998`, not as a quotation). Both are measured by step tests; in (S, J) they are
 
     deadband = S - J,   resolution = J,   so that   S = deadband + resolution.
 
-The default splits 1 % in two halves. The repaired loop may still cycle by itself, a hundredth of span wide; that is what the
-standard allows.
+The default splits 1 % in two halves. The repaired loop may still cycle by itself, a hundredth of span wide; that is
+what such a limit allows.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ DEADBAND, RESOLUTION = 0.5, 0.5
 
 
 def repair(loop: Loop, deadband: float = DEADBAND, resolution: float = RESOLUTION) -> Loop:
-    """Put a good valve, at the limits of the standard, in the place of the sticky one.
+    """Put a good valve, at the limits of the specification, in the place of the sticky one.
 
     Parameters
     ----------

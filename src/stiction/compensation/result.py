@@ -112,7 +112,7 @@ class CompensationTrial:
     seeds: int = 0
     """Runs of each remedy [-]."""
     trends: dict[str, dict[str, NDArray[np.float64]]] = field(default_factory=dict, repr=False, compare=False)
-    """Remedy -> time [s], sp, pv, op, mv of its first run, shape (n_samples,) each: nothing, the recommended, the repair."""
+    """Remedy -> time [s], sp, pv, op, mv of its first run, shape (n_samples,) each: nothing, recommended, repair."""
 
     @property
     def refused(self) -> bool:
@@ -145,9 +145,15 @@ class CompensationTrial:
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
         return {
-            "tag": self.tag, "recommended": self.recommended, "refused": self.refused, "reason": self.reason,
-            "risk": self.risk, "S": self.S if np.isfinite(self.S) else None, "J": self.J if np.isfinite(self.J) else None,
-            "weights": dict(self.weights), "seeds": self.seeds,
+            "tag": self.tag,
+            "recommended": self.recommended,
+            "refused": self.refused,
+            "reason": self.reason,
+            "risk": self.risk,
+            "S": self.S if np.isfinite(self.S) else None,
+            "J": self.J if np.isfinite(self.J) else None,
+            "weights": dict(self.weights),
+            "seeds": self.seeds,
             "remedies": [one.to_dict() for one in self.remedies],
             "twin": None if self.twin is None else self.twin.to_dict(),
             "retuning": None if self.retuning is None else self.retuning.to_dict(),

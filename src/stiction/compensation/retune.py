@@ -4,11 +4,11 @@ A limit cycle needs 1 + N(A) L(j omega) = 0 at some amplitude A. Lowering Kc or 
 smallest |1 + N L| over amplitudes and frequencies is the margin. With J = 0 and a self-regulating process under PI no
 cycle exists, since -1/N tends to infinity along the negative imaginary axis; with a slip jump and integral action
 there is always one, as the stem can seldom rest where the PV meets its set point, and retuning only makes it slower
-or smaller (after `mohammad2012`; J = 0 derived, see docs/repair-retune-compensate.md). The describing function
-is only the first look: it is up to half off in period for a PI on first order with dead time. Every setting is simulated.
+or smaller (after `mohammad2012`; J = 0 derived, see docs/repair-retune-compensate.md). The describing function is
+only the first look: it is up to half off in period for a PI on first order with dead time. Every setting is simulated.
 
-Detuning costs control. A setting may take no more than `load_limit` times the IAE of the present one after a step of load
-with a good valve, and its maximum sensitivity Ms = max |1 / (1 + L)| stays below `Ms_limit`. Both, and the cycle
+Detuning costs control. A setting may take no more than `load_limit` times the IAE of the present one after a step of
+load with a good valve, and its maximum sensitivity Ms = max |1 / (1 + L)| stays below `Ms_limit`. Both, and the cycle
 that is left, are the trade-off that is reported.
 """
 
@@ -36,6 +36,8 @@ GAINS = (0.1, 0.15, 0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0)
 """Factors on Kc that are tried."""
 TIMES = (0.5, 0.7, 1.0, 1.5, 2.5, 4.0, 8.0)
 """Factors on Ti that are tried."""
+CYCLES, LOADS = 20.0, (0.23, -0.41, 0.08)
+"""Present periods over which the cycle left is judged, after as many to settle, and the constant loads over S [-]."""
 GONE = 0.02
 """Share of the present PV deviation below which no cycle is left [-]."""
 
@@ -151,16 +153,21 @@ def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: floa
     pid = now if best is None else replace(now, Kc=best.Kc, Ti=best.Ti)
     left = pv_now if best is None else best.pv_std
     scale = max(pv_now, _jump(loop))
-    gone = left <= GONE * scale
     better = 1.0 - left / pv_now if pv_now > GONE * scale else 0.0
     with_it = exchange(quiet, controller=pid)
     stable = sum(1 for c in predict_limit_cycles(with_it, exact=False) if c.kind == "cycle" and c.stable is not False)
+    setting = f"Kc = {pid.Kc:.3g} and Ti = {pid.Ti:.3g} s"
+    gone = left <= GONE * scale and stable == 0
     if gone:
-        reason = f"With Kc = {pid.Kc:.3g} and Ti = {pid.Ti:.3g} s no limit cycle is left."
+        reason = f"With {setting} no limit cycle is left, neither predicted nor simulated."
+    elif left <= GONE * scale:
+        reason = f"With {setting} none shows within {2.0 * CYCLES:.0f} periods, but a slow one is predicted."
+    elif best is None or better <= 0.0:
+        reason = "A limit cycle is left with every setting within the limits; none is milder than the present one."
     else:
         reason = (
-            f"A limit cycle is left with every setting within the limits; the mildest, Kc = {pid.Kc:.3g} and "
-            f"Ti = {pid.Ti:.3g} s, lowers the PV's deviation by {100.0 * better:.0f} %."
+            f"A limit cycle is left with every setting within the limits; the mildest, {setting}, lowers the PV's "
+            f"deviation by {100.0 * better:.0f} %."
         )
     return Retuning(pid, not gone, df_margin(with_it), stable, better, tuple(curve), reason)
 
@@ -180,7 +187,7 @@ def sensitivity(loop: Loop, controller: PID | None = None) -> float:
     float
         Ms [-].
     """
-    omega, L = _open_loop(loop, controller or loop.controller)
+    _, L = _open_loop(loop, controller or loop.controller)
     crossing = np.unwrap(np.angle(L))
     below = np.flatnonzero((crossing[:-1] > -np.pi) & (crossing[1:] <= -np.pi))
     if below.size and np.abs(L[below[0]]) >= 1.0:
@@ -211,7 +218,7 @@ def df_margin(loop: Loop) -> float:
 
 def _open_loop(loop: Loop, pid: PID) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
     omega = np.geomspace(1e-4, np.pi, 600) / loop.dt
-    s = 1j * omega
+    s = np.asarray(1j * omega, dtype=np.complex128)
     num, den = pid.transfer_function()
     return omega, np.polyval(num, s) / np.polyval(den, s) * loop.process.at(s) * np.exp(-0.5 * s * loop.dt)
 
@@ -224,15 +231,22 @@ def _load_iae(loop: Loop, pid: PID, period: float) -> float:
 
 
 def _cycle(loop: Loop, pid: PID, period: float) -> tuple[float, float]:
-    """PV deviation [PV units] and stem travel [% of span per h] once the loop has settled after a pulse of load."""
-    n = max(round(40.0 * period / loop.dt), 400)
-    kick = np.full(n, 0.23 * getattr(loop.valve, "S", 1.0))
-    kick[: max(round(period / 3.0 / loop.dt), 3)] *= 4.0
-    run = simulate(exchange(loop, controller=_free(pid)), 0.0, n * loop.dt, kick)
-    assert run.pv is not None
-    assert run.mv is not None
-    late = slice(n // 2, n)
-    return float(run.pv[late].std()), float(np.abs(np.diff(run.mv[late])).sum()) * 3600.0 / (0.5 * n * loop.dt)
+    """PV deviation [PV units] and stem travel [% of span per h] once the loop has settled after a pulse of load.
+
+    Means over constant loads: where the load puts the stem's place decides between a cycle and a lucky rest.
+    """
+    n = max(round(2.0 * CYCLES * period / loop.dt), 400)
+    S, late, tuned = getattr(loop.valve, "S", 1.0), slice(n // 2, n), exchange(loop, controller=_free(pid))
+    rows = []
+    for share in LOADS:
+        load = np.full(n, share * S)
+        load[: max(round(period / 3.0 / loop.dt), 3)] += 0.7 * S
+        run = simulate(tuned, 0.0, n * loop.dt, load)
+        assert run.pv is not None
+        assert run.mv is not None
+        rows.append((float(run.pv[late].std()), float(np.abs(np.diff(run.mv[late])).sum())))
+    pv_std, travel = np.mean(rows, axis=0)
+    return float(pv_std), float(travel) * 3600.0 / ((n - n // 2) * loop.dt)
 
 
 def _free(pid: PID) -> PID:
@@ -240,9 +254,6 @@ def _free(pid: PID) -> PID:
 
 
 def _jump(loop: Loop) -> float:
-    """PV deviation that a slip of S through the process' gain would make [PV units]."""
-    process, S = loop.process, getattr(loop.valve, "S", 1.0)
-    den = getattr(process, "den", None)
-    if den is None or den[-1] == 0.0:
-        return 0.0
-    return abs(float(process.num[-1] / den[-1])) * S
+    """PV deviation that a slip of S through the process's steady gain would make [PV units]; 0 where it integrates."""
+    slow = abs(complex(loop.process.at(np.array([1e-9j / loop.dt]))[0]))
+    return slow * getattr(loop.valve, "S", 1.0) if slow < 1e6 else 0.0

@@ -1,7 +1,7 @@
-"""Trials: the twin with a remedy, over seeds, through one programme of undisturbed running, a set point and a load step.
+"""Trials: the twin with a remedy, over seeds, through one programme: undisturbed, a set point step, a load step.
 
-Every remedy sees the same seeds: the same noise, the same slowly varying load, the same constant load (which decides where
-the stem would have to rest), the same pulse that starts the cycle, and steps of the same size and sign.
+Every remedy sees the same seeds: the same noise, the same slowly varying load, the same constant load (which decides
+where the stem would have to rest), the same pulse that starts the cycle, and steps of the same size and sign.
 """
 
 from __future__ import annotations
@@ -64,9 +64,12 @@ class Programme(NamedTuple):
         return self.settle + self.steady + 2 * self.step
 
 
-def programme_for(twin: Twin, S: float, duration: float | None) -> Programme:
-    """Programme for a twin: steps of the size of its cycle; `duration` [s] is that of the undisturbed part."""
-    dt = twin.loop.dt
+def programme_for(twin: Twin, S: float, duration: float | None, dt: float | None = None) -> Programme:
+    """Programme for a twin: steps of the size of its cycle; `duration` [s] is that of the undisturbed part.
+
+    `dt` is the sampling period [s] of another loop that is to go through the same.
+    """
+    dt = twin.loop.dt if dt is None else dt
     period = twin.measured.period if twin.measured.period > 0.0 else 100.0 * dt
     samples = max(period / dt, 4.0)
     steady = round(STEADY * samples) if duration is None else max(round(duration / dt), 20)

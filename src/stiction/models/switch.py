@@ -6,7 +6,8 @@ state in registers; the others (tables, physics) are called, which costs a plain
 
 from __future__ import annotations
 
-from stiction.models.compensators.component import CompensatorState
+from typing import TYPE_CHECKING
+
 from stiction.models.compensators.constant_reinforcement import constant_reinforcement_step
 from stiction.models.compensators.cuadros import cuadros_step
 from stiction.models.compensators.four_move import four_move_step
@@ -25,6 +26,9 @@ from stiction.models.valves.kano import kano_at_rest, kano_step
 from stiction.models.valves.physical import physical_at_rest, physical_parameters, physical_step
 from stiction.models.valves.srinivasan import srinivasan_printed_step, srinivasan_step
 from stiction.models.valves.stenman import stenman_step
+
+if TYPE_CHECKING:
+    from stiction.models.compensators.component import CompensatorState
 
 __all__ = [
     "CHOUDHURY",
@@ -139,5 +143,5 @@ def compensator_step(kind: int, op: float, sp: float, pv: float, s: CompensatorS
     if kind == TWO_MOVE:
         return two_move_step(op, sp, pv, s, p[0], p[1], p[2], p[3], p[4], p[5], p[6])
     if kind == FOUR_MOVE:
-        return four_move_step(op, sp, pv, s, p[0], p[1], p[2], p[3], p[4])
+        return four_move_step(op, sp, pv, s, p[0], p[1], p[2], p[3], p[4], p[5])
     return constant_reinforcement_step(op, s, p[0])

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Assignment", "assign", "choose_names", "unit_of"]
 
-SIGNALS = ("pv", "sp", "op", "mv", "mode", "bad", "quality")
+SIGNALS = ("pv", "sp", "op", "mv", "valve_signal", "mode", "bad", "quality")
 _WORD_TO_SIGNAL = {word: signal for signal, words in SIGNAL_WORDS.items() for word in words}
 _BY_LENGTH = sorted(_WORD_TO_SIGNAL, key=len, reverse=True)
 _WORDS = "|".join(re.escape(word) for word in _BY_LENGTH)

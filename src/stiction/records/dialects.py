@@ -39,6 +39,7 @@ SIGNAL_WORDS: dict[str, tuple[str, ...]] = {
         *("MV", "VALVE POSITION", "VALVE_POSITION", "POSITION", "STEM POSITION", "STEM", "TRAVEL", "VALVE TRAVEL"),
         *("POS", "ZT", "READBACK", "POSITION FEEDBACK"),
     ),
+    "valve_signal": ("VALVE_SIGNAL", "VALVE SIGNAL"),
     "mode": ("MODE", "MODE.ACTUAL", "MODE.ACT", "MODE_ACTUAL", "MODE ACTUAL", "MD", "AUTO", "AUTO/MAN", "A/M", "MA"),
     "bad": ("BAD", "IS BAD", "BAD FLAG"),
     "quality": ("QUALITY", "QUAL", "OPC QUALITY"),

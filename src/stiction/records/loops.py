@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["MIN_ROWS", "Options", "loops_of"]
 
 MIN_ROWS = 10
-_NUMBERS = ("pv", "sp", "op", "mv")
+_NUMBERS = ("pv", "sp", "op", "mv", "valve_signal")
 
 
 @dataclass(frozen=True)
@@ -210,6 +210,7 @@ def _loop(
         pv=values["pv"],
         sp=values["sp"],
         mv=values["mv"],
+        valve_signal=values["valve_signal"],
         auto=automatic(signals, taken, grid, guesses),
         loop_type=options.loop_type or loop_type_of(tag),
         start=grid.start,

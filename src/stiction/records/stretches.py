@@ -113,7 +113,7 @@ def analysis_window(record: LoopRecord) -> tuple[int, int]:
 def usable_part(record: LoopRecord) -> LoopRecord:
     """Cut the analysis window as a record of its own, its small gaps bridged by holding the last value, and said so."""
     part = record.window(*analysis_window(record))
-    signals = {name: getattr(part, name) for name in ("op", "pv", "sp", "mv")}
+    signals = {name: getattr(part, name) for name in ("op", "pv", "sp", "mv", "valve_signal")}
     held = {name: _hold(x) for name, x in signals.items() if x is not None and len(x)}
     count = int(missing(part).sum())
     if not count:

@@ -99,8 +99,10 @@ def simulate(
         ]
     )
     compensator = loop.compensator
-    kind, settings = (NO_COMPENSATOR, _NOTHING) if compensator is None else (compensator.code, compensator.pack(loop.dt))
-    # One block: the pages of a large one come many at a time, those of several smaller ones singly, as they are touched.
+    kind, settings = (
+        (NO_COMPENSATOR, _NOTHING) if compensator is None else (compensator.code, compensator.pack(loop.dt))
+    )
+    # One block: the pages of a large one come many at a time, those of smaller ones singly, as they are touched.
     pv, op, mv, recorded_sp, *sent = np.empty((4 if compensator is None else 5, n))
     recorded_sp[:] = set_point
     closed_loop(

@@ -95,7 +95,6 @@ def closed_loop(
         return
     holding = (pid[0], 0.0, pid[2], pid[3], pid[4], pid[5], pid[6], pid[7], pid[8], pid[9])
     compensator = compensator_at_rest(op0, sp[0])
-    signal = op0
     state = A[:, 0] * 0.0 if order else c
     work = state.copy()
     for k in range(n):
@@ -107,10 +106,12 @@ def closed_loop(
             y += d * (mv[k - direct] - mv0 + load[(k - direct) * load_step])
         pv[k] = y
         target, hand = sp[k * sp_step], manual[k * manual_step]
-        followed = signal if compensator.track != 0.0 and hand != hand else hand
-        controller = pid_step(target, y, controller, followed, holding if compensator.hold != 0.0 else settings)
-        signal = controller.op
-        if kind != NO_COMPENSATOR:
+        if kind == NO_COMPENSATOR:
+            controller = pid_step(target, y, controller, hand, settings)
+            signal = controller.op
+        else:
+            followed = sent[k - 1] if compensator.track != 0.0 and hand != hand else hand
+            controller = pid_step(target, y, controller, followed, holding if compensator.hold != 0.0 else settings)
             if hand == hand:
                 compensator = compensator_at_rest(controller.op, target)
             else:

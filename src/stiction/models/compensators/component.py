@@ -38,7 +38,7 @@ class CompensatorState(NamedTuple):
     """Controller output at the onset of the previous pulse [% of span]."""
     latest: float
     """Controller output at the onset of the latest pulse [% of span]."""
-    count: float
+    elapsed: float
     """Samples since the latest pulse, the last cycle or the last move began [-]."""
     phase: float
     """0 before the first pulse or while watching; then 1, 2, ... [-]."""
@@ -49,13 +49,15 @@ class CompensatorState(NamedTuple):
     begun: float
     """Cycles begun since the watch began [-]."""
     samples: float
-    """Samples in the cycles watched [-]."""
+    """Samples in the cycles watched, the first left out [-]."""
     total: float
     """Sum of `position` over them [% of span]."""
     low: float
-    """Lowest controller output in them [% of span]."""
+    """Lowest controller output in the cycles watched [% of span]."""
     high: float
-    """Highest controller output in them [% of span]."""
+    """Highest controller output in the cycles watched [% of span]."""
+    failed: float
+    """Moves in a row after which the error did not settle within the band [-]."""
 
 
 @inlined
@@ -71,26 +73,26 @@ def sign(x: float) -> float:
 @inlined
 def compensator_at_rest(op: float, sp: float) -> CompensatorState:
     """State of a compensator that passes `op` on and has seen nothing yet."""
-    return CompensatorState(op, 0.0, 0.0, op, sp, op, op, 0.0, 0.0, 0.0, op, 0.0, 0.0, 0.0, op, op)
+    return CompensatorState(op, 0.0, 0.0, op, sp, op, op, 0.0, 0.0, 0.0, op, 0.0, 0.0, 0.0, op, op, 0.0)
 
 
 @inlined
 def pulsed(
-    op: float, pulse: float, hold: float, reference: float, latest: float, count: float, phase: float
+    op: float, pulse: float, hold: float, reference: float, latest: float, elapsed: float, phase: float
 ) -> CompensatorState:
     """State of a compensator that adds `pulse` to the controller output."""
     return CompensatorState(
-        op + pulse, hold, 0.0, op, 0.0, reference, latest, count, phase, 0.0, op, 0.0, 0.0, 0.0, op, op
+        op + pulse, hold, 0.0, op, 0.0, reference, latest, elapsed, phase, 0.0, op, 0.0, 0.0, 0.0, op, op, 0.0
     )
 
 
 @inlined
 def rhythm(op: float, s: CompensatorState, interval: float) -> tuple[float, float, float, float]:
-    """Advance a train of pulses by a sample: `reference`, `latest`, `count`, `phase`."""
-    count = s.count + 1.0
-    if count >= interval:
+    """Advance a train of pulses by a sample: `reference`, `latest`, `elapsed`, `phase`."""
+    elapsed = s.elapsed + 1.0
+    if elapsed >= interval:
         return s.latest, op, 0.0, 1.0
-    return s.reference, s.latest, count, s.phase
+    return s.reference, s.latest, elapsed, s.phase
 
 
 class Stiction(NamedTuple):

@@ -1,4 +1,4 @@
-"""The knocker that stops (after Cuadros, Munaro and Munareto): no pulses and no integration while the error is small."""
+"""The knocker that stops (after Cuadros, Munaro, Munareto): no pulses and no integration while the error is small."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ def cuadros_step(
     op: float, sp: float, pv: float, s: CompensatorState, amplitude: float, width: float, interval: float, band: float
 ) -> CompensatorState:
     """One sample; `width` and `interval` in samples."""
-    reference, latest, count, phase = rhythm(op, s, interval)
+    reference, latest, elapsed, phase = rhythm(op, s, interval)
     pulse = 0.0
     hold = 0.0
     if abs(sp - pv) < band:
         hold = 1.0
-    elif phase > 0.0 and count < width:
+    elif phase > 0.0 and elapsed < width:
         pulse = amplitude * sign(op - reference)
-    return pulsed(op, pulse, hold, reference, latest, count, phase)
+    return pulsed(op, pulse, hold, reference, latest, elapsed, phase)
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,9 @@ class Cuadros(Compensator):
     Notes
     -----
     The pulses bring the PV nearer to the set point than the bare cycle does, so that a narrower band than that of an
-    integral deadband is enough; then the valve stands still. An offset of up to `band` stays. That the method stops on a
-    small error is recalled from the paper; that the integral is held meanwhile, and the settings, are this page's.
+    integral deadband is enough; then the valve stands still. An offset of up to `band` stays. That the method stops
+    on a small error is recalled from the paper; that the integral is held meanwhile, and the settings, are this
+    page's: the knocker's, and a band of 0.75 J in PV units.
 
     References
     ----------
@@ -82,7 +83,8 @@ class Cuadros(Compensator):
 
     @classmethod
     def _settings(cls, given: Stiction) -> Self:
-        return cls(given.S / 2.0, 2.0 * given.dt, 5.0 * given.dt, given.gain * given.S / 4.0 + 3.0 * given.noise)
+        band = 0.75 * given.gain * max(given.J, given.S / 20.0) + 3.0 * given.noise
+        return cls(given.S / 2.0, 2.0 * given.dt, 5.0 * given.dt, band)
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Amplitude [% of span], width and interval [samples], band [PV units]."""

@@ -23,9 +23,10 @@ def four_move_step(
     share: float,
     move: float,
     cycles: float,
+    tries: float,
 ) -> CompensatorState:
     """One sample; `move` in samples."""
-    s = watch_and_move(op, sp, pv, op, s, 4.0, band, cycles, move)
+    s = watch_and_move(op, sp, pv, op, s, 4.0, band, move, cycles, tries)
     if s.phase == 0.0:
         return s
     mean = s.total / s.samples
@@ -61,7 +62,9 @@ class FourMove(Compensator):
     move : float, optional
         How long each of the first three moves holds [s], rounded to whole samples; one sample by default.
     cycles : int
-        Cycles to be watched before the moves, 2 or more [-].
+        Cycles over which the mean is taken, after a first that shows the swing of the OP [-].
+    tries : int
+        Moves in a row without success after which the controller is left alone until the set point changes [-].
 
     Raises
     ------
@@ -74,6 +77,10 @@ class FourMove(Compensator):
     symmetric cycle: where the stem rests longer on one side than on the other, the mean of the OP is not where the PV
     meets the set point. Watches, takes over and limits as `TwoMove` does.
 
+    `for_stiction` uses S and J for the band alone: J / 2 in PV units (S / 40 at least) and five standard deviations of
+    the noise. Too wide a band, and no cycle is seen: nothing happens. Simulated on the loop of the tests: an error of
+    0.01 to 0.21 of the bare cycle's for J < S, but 0.77 for J = S.
+
     References
     ----------
     After cuadros2012b.
@@ -82,7 +89,7 @@ class FourMove(Compensator):
     --------
     >>> import stiction as st
     >>> st.FourMove.for_stiction(S=3.0, J=1.0, dt=1.0, gain=3.0)
-    FourMove(band=1.5, reach=1.0, share=0.25, move=None, cycles=2)
+    FourMove(band=1.5, reach=1.0, share=0.25, move=None, cycles=2, tries=3)
     """
 
     code: ClassVar[int] = 7
@@ -92,19 +99,21 @@ class FourMove(Compensator):
     share: float = 0.25
     move: float | None = None
     cycles: int = 2
+    tries: int = 3
 
     def __post_init__(self) -> None:
         self._require(positive={"band": "PV units"}, not_negative={"share": "-"})
         if self.move is not None:
             self._require(positive={"move": "s"}, not_negative={})
         self._at_least("reach", 1.0)
-        self._at_least("cycles", 2)
+        self._at_least("cycles", 1)
+        self._at_least("tries", 1)
 
     @classmethod
     def _settings(cls, given: Stiction) -> Self:
-        return cls(given.gain * given.S / 6.0 + 5.0 * given.noise)
+        return cls(given.gain * max(given.J, given.S / 20.0) / 2.0 + 5.0 * given.noise)
 
     def parameters(self, dt: float) -> tuple[float, ...]:
-        """Band [PV units], reach and share [-], move [samples], cycles [-]."""
+        """Band [PV units], reach and share [-], move [samples], cycles and tries [-]."""
         move = 1.0 if self.move is None else self._samples("move", dt)
-        return (self.band, self.reach, self.share, move, float(self.cycles))
+        return (self.band, self.reach, self.share, move, float(self.cycles), float(self.tries))

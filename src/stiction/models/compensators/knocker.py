@@ -13,15 +13,13 @@ __all__ = ["Knocker", "knocker_step"]
 
 
 @inlined
-def knocker_step(
-    op: float, s: CompensatorState, amplitude: float, width: float, interval: float
-) -> CompensatorState:
+def knocker_step(op: float, s: CompensatorState, amplitude: float, width: float, interval: float) -> CompensatorState:
     """One sample; `width` and `interval` in samples."""
-    reference, latest, count, phase = rhythm(op, s, interval)
+    reference, latest, elapsed, phase = rhythm(op, s, interval)
     pulse = 0.0
-    if phase > 0.0 and count < width:
+    if phase > 0.0 and elapsed < width:
         pulse = amplitude * sign(op - reference)
-    return pulsed(op, pulse, 0.0, reference, latest, count, phase)
+    return pulsed(op, pulse, 0.0, reference, latest, elapsed, phase)
 
 
 @dataclass(frozen=True)
@@ -54,8 +52,8 @@ class Knocker(Compensator):
     train of pulses in more than one way, with a PV deviation that differs by some 10 % from one to the other.
 
     `for_stiction` gives amplitude S / 2 (after Srinivasan and Rengaswamy, 2005: half the stiction band), a width of 2
-    samples and an interval of 5, the long end of what Haegglund is recalled to recommend (amplitude 1 to 4 %, width 1 to
-    2 samples, interval 2 to 5). These settings were simulated here.
+    samples and an interval of 5, the long end of what Haegglund is recalled to recommend (amplitude 1 to 4 %, width 1
+    to 2 samples, interval 2 to 5). These settings were simulated here.
 
     References
     ----------

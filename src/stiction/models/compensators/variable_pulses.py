@@ -17,11 +17,11 @@ def variable_pulses_step(
     op: float, sp: float, pv: float, s: CompensatorState, amplitude: float, width: float, interval: float, full: float
 ) -> CompensatorState:
     """One sample; `width` and `interval` in samples."""
-    reference, latest, count, phase = rhythm(op, s, interval)
+    reference, latest, elapsed, phase = rhythm(op, s, interval)
     pulse = 0.0
-    if phase > 0.0 and count < width:
+    if phase > 0.0 and elapsed < width:
         pulse = min(amplitude, amplitude * abs(sp - pv) / full) * sign(op - reference)
-    return pulsed(op, pulse, 0.0, reference, latest, count, phase)
+    return pulsed(op, pulse, 0.0, reference, latest, elapsed, phase)
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,8 @@ class VariablePulses(Compensator):
     Notes
     -----
     Of the source only the title is known here: pulses of variable amplitude, to reduce wear. The law, proportional to
-    the error, is this page's.
+    the error, is this page's. `for_stiction` gives the knocker's settings, and full pulses from S / 4 in PV units on.
+    Simulated on the loop of the tests: less travel than the knocker where J < S, and more PV deviation.
 
     References
     ----------

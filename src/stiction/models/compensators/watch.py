@@ -17,17 +17,20 @@ def watch_and_move(
     s: CompensatorState,
     moves: float,
     band: float,
-    cycles: float,
     move: float,
+    cycles: float,
+    tries: float,
 ) -> CompensatorState:
     """Advance the phase by a sample and pass `op` on; the page says what is sent in the phases above 0.
 
-    0 watch: a cycle begins where the error rises above the band after it lay below it. After `cycles` cycles of
-    lengths that differ by less than half, 1, 2, ... `moves`: each holds for `move` samples, the last for one cycle,
-    while the process settles. Then rest, until the error leaves the band. A change of set point ends every phase.
+    0 watch: a cycle begins where the error rises above the band after it lay below it. The first cycle shows the swing
+    of the OP, the next `cycles`, of lengths that differ by less than half, the mean position. 1, 2, ... `moves`: each
+    holds for `move` samples, the last for one cycle, while the process settles. Then rest, until the error leaves the
+    band. A change of set point ends every phase. After `tries` moves in a row that did not bring the error into the
+    band, only such a change ends the watch.
     """
     error = sp - pv
-    count = s.count + 1.0
+    elapsed = s.elapsed + 1.0
     phase = s.phase
     side = s.side
     begun = s.begun
@@ -35,34 +38,39 @@ def watch_and_move(
     total = s.total
     low = s.low
     high = s.high
-    if sp != s.sp or (phase > moves and abs(error) > band):
-        phase = 0.0
-        side = 0.0
-        begun = 0.0
+    failed = s.failed
+    if sp != s.sp:
+        phase, side, begun, failed = 0.0, 0.0, 0.0, 0.0
+    elif phase > moves:
+        if abs(error) > band:
+            phase, side, begun = 0.0, 0.0, 0.0
+    elif phase == moves:
+        if elapsed >= samples / cycles:
+            phase = moves + 1.0
+            failed = failed + 1.0 if abs(error) > band else 0.0
     elif phase > 0.0:
-        wait = move
-        if phase == moves:
-            wait = samples / cycles
-        if phase <= moves and count >= wait:
+        if elapsed >= move:
             phase += 1.0
-            count = 0.0
+            elapsed = 0.0
     elif error > band:
         if side < 0.0:
-            if begun > 1.0:
-                usual = (samples - count) / (begun - 1.0)
-                if count > 1.5 * usual or usual > 1.5 * count:
+            if begun > 2.0:
+                usual = (samples - elapsed) / (begun - 2.0)
+                if elapsed > 1.5 * usual or usual > 1.5 * elapsed:
                     begun = 0.0
             begun += 1.0
-            count = 0.0
+            elapsed = 0.0
         side = 1.0
     elif error < -band:
         side = -1.0
     if phase == 0.0:
-        if begun > cycles:
+        if begun > cycles + 1.0 and failed < tries:
             phase = 1.0
-        elif begun == 1.0 and count == 0.0:
-            samples, total, low, high = 0.0, 0.0, op, op
-        if begun > 0.0 and phase == 0.0:
+        else:
+            if begun <= 1.0 and elapsed == 0.0:
+                low, high = op, op
+            if begun <= 2.0 and elapsed == 0.0:
+                samples, total = 0.0, 0.0
             samples += 1.0
             total += position
             low = min(low, op)
@@ -71,7 +79,7 @@ def watch_and_move(
     if phase > 0.0:
         track = 1.0
     return CompensatorState(
-        op, 0.0, track, op, sp, op, op, count, phase, side, position, begun, samples, total, low, high
+        op, 0.0, track, op, sp, op, op, elapsed, phase, side, position, begun, samples, total, low, high, failed
     )
 
 
@@ -79,6 +87,6 @@ def watch_and_move(
 def sent(signal: float, position: float, s: CompensatorState) -> CompensatorState:
     """State `s` with the `signal` that is sent instead of the controller's, and where the stem is thought to go."""
     return CompensatorState(
-        signal, 0.0, 1.0, s.op, s.sp, s.reference, s.latest, s.count, s.phase, s.side, position, s.begun, s.samples,
-        s.total, s.low, s.high,
+        signal, 0.0, 1.0, s.op, s.sp, s.reference, s.latest, s.elapsed, s.phase, s.side, position, s.begun, s.samples,
+        s.total, s.low, s.high, s.failed,
     )  # fmt: skip
