@@ -137,7 +137,7 @@ def test_text_equals_the_step_on_a_thousand_signals(kind):
 
 
 MUTANTS = {
-    "Knocker": ("COUNT >= PULSE_INTERVAL", "COUNT > PULSE_INTERVAL"),
+    "Knocker": ("ELAPSED >= PULSE_INTERVAL", "ELAPSED > PULSE_INTERVAL"),
     "ConstantReinforcement": ("OP < LAST_OP", "OP <= LAST_OP"),
     "VariablePulses": ("MIN(AMPLITUDE,", "MAX(AMPLITUDE,"),
     "Cuadros": ("AND NOT HOLD_INTEGRAL", "AND TRUE"),
