@@ -126,6 +126,8 @@ class ProcessFit:
     """Dead time [s]."""
     integrating: bool
     """True when the process integrates."""
+    lag: float = 0.0
+    """The smaller of two lags in series, part of `time_constant` [s]; 0 where one was enough."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +142,28 @@ class ErrorSurface:
     """Sum of squared simulation error over that of the PV about its drift [-], shape (n_S, n_J)."""
     limit: float
     """Error below which (S, J) lies in the 95 % region [-]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """What one stretch of the record says by itself: drift of S, and stiction that comes and goes."""
+
+    first: int
+    """First sample of the stretch in the record as analysed."""
+    last: int
+    """One past its last sample."""
+    S: float
+    """Deadband plus stickband [% of span]."""
+    J: float
+    """Slip jump [% of span]."""
+    fit: float
+    """Share of the PV's variation that the sticky valve explains in it [%]."""
+    fit_linear: float
+    """The same for a good valve [%]."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {name: _number(getattr(self, name)) for name in ("first", "last", "S", "J", "fit", "fit_linear")}
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,6 +198,10 @@ class Identification:
     """PV simulated from the OP with the fitted valve and process [engineering units], same shape."""
     reason: str = ""
     """What limits the estimate, in a sentence; empty when nothing does."""
+    linear: ProcessFit | None = None
+    """The process found with a good valve."""
+    stretches: tuple[Stretch, ...] = ()
+    """What each stretch of the record says by itself, in order."""
 
     def summary(self) -> str:
         """The finding in a line."""
@@ -200,7 +228,9 @@ class Identification:
                 "time_constant": _number(self.process.time_constant),
                 "dead_time": _number(self.process.dead_time),
                 "integrating": self.process.integrating,
+                "lag": _number(self.process.lag),
             },
+            "stretches": [stretch.to_dict() for stretch in self.stretches],
         }
 
 
