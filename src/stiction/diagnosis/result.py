@@ -12,9 +12,29 @@ if TYPE_CHECKING:
 
     from stiction.records import LoopRecord, Quality
 
-__all__ = ["Diagnosis", "ErrorSurface", "Evidence", "Identification", "Oscillation", "ProcessFit"]
+__all__ = ["Diagnosis", "ErrorSurface", "Evidence", "FurtherOscillation", "Identification", "Oscillation", "ProcessFit"]
 
 Verdict = Literal["stiction", "no_stiction", "undecided"]
+
+
+@dataclass(frozen=True, slots=True)
+class FurtherOscillation:
+    """An oscillation beside the main one, and no harmonic of it."""
+
+    period: float
+    """Period [s]."""
+    regularity: float
+    """Thornhill's regularity r of what is left without the main oscillation [-]."""
+    share: float
+    """Share of the control error's variance that it carries, harmonics included [-]."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {
+            "period_s": _number(self.period),
+            "regularity": _number(self.regularity),
+            "share": _number(self.share),
+        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +46,8 @@ class Oscillation:
     period: float
     """Period [s]; NaN when there is none."""
     regularity: float
-    """Thornhill's regularity r of the autocorrelation's zero crossings [-]; above 1 is regular."""
+    """Thornhill's regularity r = T / (3 sigma_T) of the autocorrelation's zero crossings [-]; above 1 is regular, and
+    10, where a perfect wave stands, the most reported."""
     amplitude_pv: float
     """Half peak to peak of the PV over a period, median [engineering units]."""
     amplitude_op: float
@@ -41,6 +62,10 @@ class Oscillation:
     """Autocorrelation of the control error, lags 0, dt, 2 dt ... [-]."""
     reason: str = ""
     """The finding in a sentence."""
+    share: float = float("nan")
+    """Share of the control error's variance that the oscillation carries, harmonics included [-]; NaN when unknown."""
+    others: tuple[FurtherOscillation, ...] = ()
+    """Further oscillations, which are no harmonics of this one, the larger first."""
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
@@ -52,6 +77,8 @@ class Oscillation:
             "amplitude_op": _number(self.amplitude_op),
             "cycles": _number(self.cycles),
             "load_events": self.load_events,
+            "share": _number(self.share),
+            "others": [other.to_dict() for other in self.others],
         }
 
 
@@ -99,6 +126,8 @@ class ProcessFit:
     """Dead time [s]."""
     integrating: bool
     """True when the process integrates."""
+    lag: float = 0.0
+    """The smaller of two lags in series, part of `time_constant` [s]; 0 where one was enough."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +142,28 @@ class ErrorSurface:
     """Sum of squared simulation error over that of the PV about its drift [-], shape (n_S, n_J)."""
     limit: float
     """Error below which (S, J) lies in the 95 % region [-]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """What one stretch of the record says by itself: drift of S, and stiction that comes and goes."""
+
+    first: int
+    """First sample of the stretch in the record as analysed."""
+    last: int
+    """One past its last sample."""
+    S: float
+    """Deadband plus stickband [% of span]."""
+    J: float
+    """Slip jump [% of span]."""
+    fit: float
+    """Share of the PV's variation that the sticky valve explains in it [%]."""
+    fit_linear: float
+    """The same for a good valve [%]."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {name: _number(getattr(self, name)) for name in ("first", "last", "S", "J", "fit", "fit_linear")}
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,6 +198,10 @@ class Identification:
     """PV simulated from the OP with the fitted valve and process [engineering units], same shape."""
     reason: str = ""
     """What limits the estimate, in a sentence; empty when nothing does."""
+    linear: ProcessFit | None = None
+    """The process found with a good valve."""
+    stretches: tuple[Stretch, ...] = ()
+    """What each stretch of the record says by itself, in order."""
 
     def summary(self) -> str:
         """The finding in a line."""
@@ -173,7 +228,9 @@ class Identification:
                 "time_constant": _number(self.process.time_constant),
                 "dead_time": _number(self.process.dead_time),
                 "integrating": self.process.integrating,
+                "lag": _number(self.process.lag),
             },
+            "stretches": [stretch.to_dict() for stretch in self.stretches],
         }
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.result import Oscillation
     from stiction.records.record import LoopRecord
 
-__all__ = ["coarse", "half_periods", "judge", "objections", "swing"]
+__all__ = ["action", "coarse", "half_periods", "judge", "objections", "swing"]
 
 FEWEST_CYCLES = 4.0
 FEWEST_SAMPLES = 8.0
@@ -42,6 +42,32 @@ def half_periods(
         return np.zeros(1), np.empty((0, 2), dtype=np.intp)
     period = oscillation.period / record.dt
     return smooth(x, period / 16.0), half_cycles(x, period)
+
+
+def action(op: NDArray[np.float64], error: NDArray[np.float64]) -> float:
+    """Say which way the loop acts: 1 where PV rises with OP, -1 where it falls.
+
+    A stable loop's gain has the sign of the controller's, and a controller's integral part moves OP by the error:
+    the sum of OP's steps times the error between them is Kc / Ti times the error's square. Of the proportional part,
+    noise included, the sum takes the ends alone.
+
+    Parameters
+    ----------
+    op, error : ndarray, shape (n_samples,)
+        OP and SP - PV about their drift.
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> error = np.sin(np.arange(100) / 5)
+    >>> action(2.0 * error + np.cumsum(error) / 10, error), action(-2.0 * error - np.cumsum(error) / 10, error)
+    (1.0, -1.0)
+    """
+    return -1.0 if float((np.diff(op) * (error[1:] + error[:-1])).sum()) < 0.0 else 1.0
 
 
 def coarse(

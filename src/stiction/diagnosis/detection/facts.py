@@ -37,6 +37,8 @@ class MethodFacts:
     """Processes or loops for which it is valid, in words."""
     asks: str
     """The question it answers, in words."""
+    rule: str
+    """Index and the limits from which it votes."""
     source: str
     """Key of the source in references.bib."""
 
@@ -45,46 +47,84 @@ _SELF_REGULATING = "self-regulating process"
 
 FACTS: dict[str, MethodFacts] = {
     "he_curve_fit": MethodFacts(
-        he_curve_fit, ("op", "pv"), "any process of known type", "Is OP (integrating: PV) a triangle?", source="he2007"
+        he_curve_fit,
+        signals=("op", "pv"),
+        holds_for="any process of known type",
+        asks="Is OP (integrating: PV) a triangle?",
+        rule="SI: stiction from 0.6, none to 0.4",
+        source="he2007",
     ),
     "haegglund_shape": MethodFacts(
-        haegglund_shape, ("pv",), _SELF_REGULATING, "Is the error a square?", source="haegglund2011"
+        haegglund_shape,
+        signals=("pv",),
+        holds_for=_SELF_REGULATING,
+        asks="Is the error a square?",
+        rule="I: stiction from 0, none below",
+        source="haegglund2011",
     ),
     "horch_correlation": MethodFacts(
         horch_correlation,
-        ("op", "pv"),
-        f"PI control, {_SELF_REGULATING}",
-        "Are OP and PV in quadrature?",
+        signals=("op", "pv"),
+        holds_for=f"PI control, {_SELF_REGULATING}",
+        asks="Are OP and PV in quadrature?",
+        rule="smaller phase offset over 90 degrees: stiction from 2/3, none where both are to 1/3",
         source="horch1999",
     ),
     "yamashita": MethodFacts(
-        yamashita, ("op", "pv"), "flow, pressure", "Does OP move while the flow is still?", source="yamashita2006"
+        yamashita,
+        signals=("op", "pv"),
+        holds_for="flow, pressure",
+        asks="Does OP move while the flow is still?",
+        rule="rho_3: stiction from 0.25, none below",
+        source="yamashita2006",
     ),
     "rossi_scali": MethodFacts(
-        rossi_scali, ("pv",), _SELF_REGULATING, "Is the error a relay's response?", source="rossi2005"
+        rossi_scali,
+        signals=("pv",),
+        holds_for=_SELF_REGULATING,
+        asks="Is the error a relay's response?",
+        rule="S_I: stiction from 0.21, none to -0.21",
+        source="rossi2005",
     ),
     "singhal_salsbury": MethodFacts(
         singhal_salsbury,
-        ("pv",),
-        _SELF_REGULATING,
-        "Does the error build up slowly and fall at once?",
+        signals=("pv",),
+        holds_for=_SELF_REGULATING,
+        asks="Does the error build up slowly and fall at once?",
+        rule="R: stiction from 1 + delta, none to 1 + delta / 2, delta from the noise",
         source="singhal2005",
     ),
     "kano_patterns": MethodFacts(
         kano_patterns,
-        ("op", "pv"),
-        "flow, pressure, level",
-        "How long is the valve still while OP moves?",
+        signals=("op", "pv"),
+        holds_for="flow, pressure, level",
+        asks="How long is the valve still while OP moves?",
+        rule="rho: stiction from 0.5, none to 0.41",
         source="kano2004",
     ),
     "damarla_regression": MethodFacts(
-        damarla_regression, ("op", "pv"), _SELF_REGULATING, "How often does OP slope and PV not?", source="damarla2022"
+        damarla_regression,
+        signals=("op", "pv"),
+        holds_for=_SELF_REGULATING,
+        asks="How often does OP slope and PV not?",
+        rule="share of windows: stiction three standard errors above chance (0.126), none to chance",
+        source="damarla2022",
     ),
     "horch_histogram": MethodFacts(
-        horch_histogram, ("pv",), "integrating process", "Has PV's second derivative one hump?", source="horch2006"
+        horch_histogram,
+        signals=("pv",),
+        holds_for="integrating process",
+        asks="Has PV's second derivative one hump?",
+        rule="misfit of two humps over both: stiction from 0.55, none to 0.45",
+        source="horch2006",
     ),
     "nonlinearity": MethodFacts(
-        nonlinearity, ("pv",), "any process", "Is anything in the loop nonlinear?", source="thornhill2005"
+        nonlinearity,
+        signals=("pv",),
+        holds_for="any process",
+        asks="Is anything in the loop nonlinear?",
+        rule="N: nonlinear from 1, not to 0.5",
+        source="thornhill2005",
     ),
 }
 """Method -> facts, in the order of the evidence table."""

@@ -6,7 +6,8 @@ the valve sticks (the valve must slip the way OP went). Stiction from 0.25 (afte
 for independent, equally likely symbols rho_1 is 2/8 = 0.25, so that the limit is chance level.
 
 A step counts as steady below 0.43 of its deviation, which makes the three symbols equally likely for noise; samples
-are averaged until at most 20 make a period, or noise between samples would be all there is to see.
+are averaged until at most 20 make a period, or noise between samples would be all there is to see. Where PV stands for
+the valve and falls as OP rises, which the controller's integral part betrays, its symbols are turned round.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.detection.evidence import coarse, judge, objections
+from stiction.diagnosis.detection.evidence import action, coarse, judge, objections, swing
 from stiction.diagnosis.oscillation import filled
 
 if TYPE_CHECKING:
@@ -50,7 +51,11 @@ def yamashita(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     op, moved = filled(record.op), filled(record.mv if record.mv is not None else record.pv)
     rho_1 = rho_3 = float("nan")
     if op is not None and moved is not None:
-        rho_1, rho_3 = still_shares(*(symbols(coarse(record, oscillation, x, 20)) for x in (op, moved)))
+        by_op, by_valve = (symbols(coarse(record, oscillation, x, 20)) for x in (op, moved))
+        about, error = swing(record, oscillation, "op"), swing(record, oscillation, "error")
+        if record.mv is None and about is not None and error is not None and action(about, error) < 0.0:
+            by_valve = -by_valve
+        rho_1, rho_3 = still_shares(by_op, by_valve)
     name = "valve position" if record.mv is not None else "PV"
     why = (
         f"OP moves while the {name} stands still in {rho_1:.0%} of the steps, {rho_3:.0%} without those a sticking "

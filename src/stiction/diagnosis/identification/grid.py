@@ -188,7 +188,11 @@ def explore(
     else:
         rows(slice(0, places.size))
     energy = float(np.sum(signals.target[begin : n - signals.half] ** 2))
-    error, gain, best = np.ones(S.size * ratio.size), np.zeros(S.size * ratio.size), np.full((S.size * ratio.size, 3), -1.0)
+    error, gain, best = (
+        np.ones(S.size * ratio.size),
+        np.zeros(S.size * ratio.size),
+        np.full((S.size * ratio.size, 3), -1.0),
+    )
     if energy > 0.0:
         error[places] = left / energy
     gain[places], best[places] = k, which

@@ -12,7 +12,7 @@ from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, interval, limit
 from stiction.diagnosis.identification.piece import Piece, search_piece
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
-from stiction.diagnosis.result import ErrorSurface, Identification, ProcessFit
+from stiction.diagnosis.result import ErrorSurface, Identification, ProcessFit, Stretch
 from stiction.errors import ParameterError, RecordError
 
 if TYPE_CHECKING:
@@ -115,16 +115,6 @@ def _result(model: str, record: LoopRecord, signals: Signals, pieces: list[Piece
     S_low, S_high = interval(pieces, chosen, 0)
     ratio_low, ratio_high = interval(pieces, chosen, 1)
     ratio_high = min(ratio_high, 1.0)
-    gain, first, second, delay = piece.process
-    integrating = bool(np.isinf(first))
-    # A mean over `thinned` samples speaks of their middle, the lags' answer to it of their end.
-    late = 0.5 * (1.0 - 1.0 / signals.thinned)
-    process = ProcessFit(
-        gain=gain / (signals.dt if integrating else 1.0),
-        time_constant=(second if integrating else first + second) * signals.dt,
-        dead_time=max(delay + late, 0.0) * signals.dt,
-        integrating=integrating,
-    )
     energy = np.array([float(np.sum(one.signals.target**2)) for one in pieces])
     weight = energy / energy.sum()
     dense = np.tensordot(weight, np.array([one.found[0].error for one in pieces]), 1)
@@ -139,13 +129,45 @@ def _result(model: str, record: LoopRecord, signals: Signals, pieces: list[Piece
         S_high=S_high,
         J_low=S * ratio_low,
         J_high=S * ratio_high,
-        process=process,
+        process=_process(piece.process, signals),
         fit=100.0 * (1.0 - float(weight @ np.array([one.error for one in pieces]))),
         fit_linear=100.0 * (1.0 - float(weight @ np.array([one.linear.error[0, 0] for one in pieces]))),
         surface=ErrorSurface(piece.found[0].S, piece.found[0].ratio, dense, limit(float(dense.min()), samples, CHI2_2)),
         mv=mv[at],
         pv=pv[at // signals.thinned],
+        linear=_process(piece.good, signals),
+        stretches=tuple(_stretch(one, len(record)) for one in pieces),
         reason="J cannot be told from this record." if ratio_high - ratio_low > 0.6 else "",
+    )
+
+
+def _process(found: tuple[float, float, float, float], signals: Signals) -> ProcessFit:
+    """Gain, two lags and dead time in samples, as a process in seconds."""
+    gain, first, second, delay = found
+    integrating = bool(np.isinf(first))
+    # A mean over `thinned` samples speaks of their middle, the lags' answer to it of their end.
+    late = 0.5 * (1.0 - 1.0 / signals.thinned)
+    return ProcessFit(
+        gain=gain / (signals.dt if integrating else 1.0),
+        time_constant=(second if integrating else first + second) * signals.dt,
+        dead_time=max(delay + late, 0.0) * signals.dt,
+        integrating=integrating,
+        lag=0.0 if integrating else min(first, second) * signals.dt,
+    )
+
+
+def _stretch(piece: Piece, samples: int) -> Stretch:
+    """One stretch in the record's samples."""
+    signals = piece.signals
+    S, ratio = piece.valve
+    first, last = signals.first, signals.first + signals.target.size
+    return Stretch(
+        first=first * signals.thinned,
+        last=min(last * signals.thinned, samples),
+        S=S,
+        J=S * ratio,
+        fit=100.0 * (1.0 - piece.error),
+        fit_linear=100.0 * (1.0 - float(piece.linear.error[0, 0])),
     )
 
 

@@ -57,10 +57,12 @@ class Piece(NamedTuple):
     @property
     def process(self) -> tuple[float, float, float, float]:
         """Gain, first and second time constant and dead time of its process, in samples where they are times."""
-        i, j = _optimum(self.closest)
-        lag, whole, part = self.closest.best[i, j]
-        first, second, _ = self.closest.processes
-        return float(self.closest.gain[i, j]), float(first[int(lag)]), float(second[int(lag)]), float(whole + part)
+        return _process(self.closest)
+
+    @property
+    def good(self) -> tuple[float, float, float, float]:
+        """The same of the best process behind a good valve."""
+        return _process(self.linear)
 
     def simulated(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Stem position, shape of `op`, and answer of the process about its local mean, shape of `target`."""
@@ -120,6 +122,13 @@ def _optimum(surface: Surface) -> tuple[int, int]:
     return int(i), int(j)
 
 
+def _process(surface: Surface) -> tuple[float, float, float, float]:
+    i, j = _optimum(surface)
+    lag, whole, part = surface.best[i, j]
+    first, second, _ = surface.processes
+    return float(surface.gain[i, j]), float(first[int(lag)]), float(second[int(lag)]), float(whole + part)
+
+
 def _closer(signals: Signals, dense: Surface, sign: float, integrating: bool | None, swing: float) -> list[Surface]:
     """Search the whole (S, J / S) plane again with few processes, then the best region with richer ones.
 
@@ -143,9 +152,7 @@ def _closer(signals: Signals, dense: Surface, sign: float, integrating: bool | N
             width = closer * np.linspace(-2.0, 2.0, 9)
             ratio = np.unique(np.clip(surface.ratio[j] + width / N_FINE_J, 0.0, 1.0))
             processes = near(surface.processes, surface.best[i, j], closer, integrating)
-            finer = explore(
-                signals, surface.S[i] * (1.0 + FINE_STEP * width), ratio, processes, sign, surface.start
-            )
+            finer = explore(signals, surface.S[i] * (1.0 + FINE_STEP * width), ratio, processes, sign, surface.start)
             found.append(finer)
             place = _optimum(finer)
             if finer.error[place] < surface.error[i, j]:
@@ -197,7 +204,9 @@ def _few(dense: Surface) -> Processes:
 def _linear(signals: Signals, sign: float, integrating: bool | None) -> Surface:
     """The best linear process behind a good valve, searched as carefully as the sticky one."""
     nothing, one = np.zeros(1), np.zeros(1)
-    found = explore(signals, nothing, one, dense_processes(signals.scale, signals.target.size, integrating, 20, 20), sign)
+    found = explore(
+        signals, nothing, one, dense_processes(signals.scale, signals.target.size, integrating, 20, 20), sign
+    )
     for closer in (1.0, 0.5, 0.2):
         processes = near(found.processes, found.best[0, 0], closer, integrating)
         finer = explore(signals, nothing, one, processes, sign)

@@ -163,7 +163,9 @@ def lag_pair(mv, centre, first, second, y):
 
 
 @kernel
-def search(op, width, target, half, start, direction, S, J, first, second, delays, begin, sign, error, gain, best, work):
+def search(
+    op, width, target, half, start, direction, S, J, first, second, delays, begin, sign, error, gain, best, work
+):
     """Fill `error`, `gain` (n,) and `best` (n, 3) for each valve (S, J) (n,).
 
     `op` holds `width` samples for each one of `target` (n_samples,), the PV without its local mean; the stem is

@@ -1,0 +1,132 @@
+"""Does the loop identified cycle by itself as the record does, and how far is it from its limit of stability?"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stiction.errors import ParameterError
+from stiction.models import FOPDT, PID, SOPDT, Integrating, Kano, Loop
+from stiction.simulation.closed_loop import simulate
+
+if TYPE_CHECKING:
+    from stiction.diagnosis.identification.controller import ControllerFit
+    from stiction.diagnosis.result import Identification, ProcessFit
+    from stiction.models import TransferFunction
+
+__all__ = ["OwnCycle", "own_cycle", "process_of", "ultimate"]
+
+PERIODS, PER_PERIOD = 16, 60
+"""Periods simulated, and samples of each at most."""
+LEAST_FIT = 0.5
+"""Share of the OP that the controller found must explain [-]."""
+
+
+class OwnCycle(NamedTuple):
+    """The cycle that valve, process and controller fall into by themselves."""
+
+    period: float
+    """Period [s]; NaN where there is none."""
+    amplitude_op: float
+    """Half peak to peak of OP [% of span]; 0 where it dies out."""
+
+
+def process_of(found: ProcessFit) -> TransferFunction:
+    """The process found, as a model.
+
+    Parameters
+    ----------
+    found : ProcessFit
+        Gain, lags and dead time.
+
+    Returns
+    -------
+    TransferFunction
+        One lag, two lags, or an integrator, with dead time.
+    """
+    if found.integrating:
+        return Integrating(found.gain, found.dead_time)
+    slow = found.time_constant - found.lag
+    if found.lag > 1e-3 * slow:
+        return SOPDT(found.gain, slow, found.lag, found.dead_time)
+    return FOPDT(found.gain, max(slow, 1e-6), found.dead_time)
+
+
+def own_cycle(found: Identification, controller: ControllerFit, period: float, dt: float) -> OwnCycle | None:
+    """Let the loop identified run by itself from a load pulse.
+
+    Parameters
+    ----------
+    found : Identification
+        Valve and process.
+    controller : ControllerFit
+        The controller found.
+    period : float
+        Period of the record's oscillation, which sets the length of the run [s].
+    dt : float
+        Sampling period of the record [s].
+
+    Returns
+    -------
+    OwnCycle or None
+        Its cycle; None where the controller or the process is not known well enough to run it.
+    """
+    if not (controller.fit > LEAST_FIT and controller.Ti > 0.0 and math.isfinite(controller.Kc) and period > 4.0 * dt):
+        return None
+    step = dt * max(round(period / dt / PER_PERIOD), 1)
+    try:
+        loop = Loop(
+            PID(controller.Kc, controller.Ti, op_limits=(-1e4, 1e4)),
+            Kano(max(found.S, 1e-6), min(found.J, found.S)),
+            process_of(found.process),
+            dt=step,
+        )
+        n = int(PERIODS * period / step)
+        load = np.zeros(n)
+        load[: max(int(period / (3.0 * step)), 2)] = 0.7 * found.S
+        op = simulate(loop, 0.0, n * step, load, op_start=50.0).op[n // 2 :]
+    except ParameterError:
+        return None
+    if not np.isfinite(op).all():
+        return OwnCycle(math.nan, math.inf)
+    swing = 0.5 * float(np.ptp(op))
+    wave = op - op.mean()
+    rises = np.flatnonzero((wave[:-1] < 0.0) & (wave[1:] >= 0.0))
+    if rises.size < 3 or swing < 1e-3 * found.S:
+        return OwnCycle(math.nan, 0.0)
+    return OwnCycle(float(np.median(np.diff(rises))) * step, swing)
+
+
+def ultimate(process: ProcessFit, controller: ControllerFit, dt: float) -> tuple[float, float] | None:
+    """Gain margin [-] of the loop with a good valve, and the period at its limit of stability [s].
+
+    Parameters
+    ----------
+    process : ProcessFit
+        The process found behind a good valve.
+    controller : ControllerFit
+        The controller found.
+    dt : float
+        Sampling period [s]; holding the OP delays by half of it, computing it by as much.
+
+    Returns
+    -------
+    tuple of float, or None
+        None where the phase never reaches -180 degrees or the controller is not known.
+    """
+    if not (controller.fit > LEAST_FIT and controller.Ti > 0.0 and process.gain * controller.Kc > 0.0):
+        return None
+    omega = np.geomspace(1e-3, 1.0, 600) * np.pi / dt
+    s = 1j * omega
+    slow = max(process.time_constant - process.lag, 0.0)
+    lags = s * (1.0 + s * process.time_constant) if process.integrating else (1.0 + s * slow) * (1.0 + s * process.lag)
+    gain = process.gain * controller.Kc
+    response = gain * (1.0 + 1.0 / (s * controller.Ti)) / lags * np.exp(-s * (process.dead_time + dt))
+    phase = np.unwrap(np.angle(response))
+    crossing = np.flatnonzero((phase[:-1] > -np.pi) & (phase[1:] <= -np.pi))
+    if crossing.size == 0:
+        return None
+    k = int(crossing[-1]) if phase[0] < -np.pi else int(crossing[0])
+    return float(1.0 / abs(response[k])), float(2.0 * np.pi / omega[k])

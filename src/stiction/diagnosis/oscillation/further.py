@@ -1,0 +1,130 @@
+"""Further oscillations beside the main one: what is left when the main one is taken off with all its harmonics.
+
+A limit cycle is no sine: its harmonics are regular too, and a search for further peaks of the spectrum would report
+them. Here the wave is averaged over its own cycles (time-synchronous averaging): the zero crossings of its fundamental
+say when each cycle began, every sample takes its place in the cycle, and the mean over the cycles, place by place, is
+the wave. What follows the cycle, harmonics included, is in it, however the period wanders; the rest averages out and
+is searched by the same rules.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.diagnosis.oscillation.rhythm import octaves
+from stiction.diagnosis.oscillation.signals import about_drift, smooth
+from stiction.diagnosis.result import FurtherOscillation
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.diagnosis.oscillation.rhythm import Rhythm
+
+__all__ = ["cycle_average", "further_oscillations"]
+
+LEAST_SHARE = 0.05  # of the error's variance
+MOST = 2
+PLACES = 48  # in a cycle; fewer where it has fewer samples
+APART = 0.15  # periods closer than this to the main one are the same wave, coming and going
+IN_TUNE = 0.04  # periods that meet a simple ratio this closely are what a wandering cycle leaves of its harmonics
+MAJORITY = 0.5  # autocorrelation one period later: the part of its octave that a sine in noise carries
+LASTS = 0.3  # the smaller of its amplitudes in both halves of the record over the larger
+HARMONICS = (1.0 / 3.0, 1.0 / 2.0, 2.0, 3.0, 4.0, 5.0)
+
+
+def further_oscillations(
+    error: NDArray[np.float64], samples_per_period: float, dt: float
+) -> tuple[float, tuple[FurtherOscillation, ...]]:
+    """Share of the main oscillation, and the others.
+
+    Parameters
+    ----------
+    error : ndarray, shape (n_samples,)
+        Control error.
+    samples_per_period : float
+        Period of the main oscillation over sampling period [-].
+    dt : float
+        Sampling period [s].
+
+    Returns
+    -------
+    share : float
+        Share of the error's variance that the main oscillation carries, harmonics included [-].
+    others : tuple of FurtherOscillation
+        At most two, the larger first.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> t = np.arange(2000)
+    >>> share, others = further_oscillations(np.sin(t * 2 * np.pi / 100) + 0.5 * np.sin(t * 2 * np.pi / 23), 100.0, 1.0)
+    >>> round(share, 1), [round(other.period) for other in others]
+    (0.8, [23])
+    """
+    total = float(error.var())
+    rest = error - cycle_average(error, samples_per_period)
+    share = max(0.0, 1.0 - float(rest.var()) / total)
+    known, found = [samples_per_period], []
+    while len(found) < MOST and float(rest.var()) > LEAST_SHARE * total:
+        candidates = [
+            one for one in octaves(rest) if one.regular and one.height > MAJORITY and not _belongs(one, known)
+        ]
+        if not candidates:
+            break
+        best = max(candidates, key=lambda one: one.power)
+        wave = cycle_average(rest, best.period)
+        carried = float(rest.var() - (rest - wave).var()) / total
+        if carried < LEAST_SHARE or not _lasts(wave, rest):
+            break
+        found.append(FurtherOscillation(best.period * dt, best.regularity, carried))
+        known.append(best.period)
+        rest = rest - wave
+    found.sort(key=lambda one: -one.share)
+    return share, tuple(found)
+
+
+def cycle_average(x: NDArray[np.float64], samples_per_period: float) -> NDArray[np.float64]:
+    """Mean of `x` over its cycles, laid out again along the cycles found, shape (n_samples,); 0 outside of them."""
+    band = about_drift(smooth(x, samples_per_period / 2.0), samples_per_period)
+    positive = band > 0.0
+    at = np.flatnonzero(~positive[:-1] & positive[1:])
+    begins = at + band[at] / (band[at] - band[at + 1])
+    length = np.diff(begins)
+    wave = np.zeros(x.shape[0])
+    if not np.any(length > 0.5 * samples_per_period):
+        return wave
+    t = np.arange(x.shape[0])
+    cycle = np.searchsorted(begins, t, side="right") - 1
+    inside = (cycle >= 0) & (cycle < length.size)
+    cycle = np.clip(cycle, 0, length.size - 1)
+    inside &= np.abs(length[cycle] / samples_per_period - 1.0) < 0.5
+    places = max(4, min(PLACES, int(samples_per_period)))
+    phase = ((t - begins[cycle]) / length[cycle])[inside]
+    place = np.minimum((phase * places).astype(np.intp), places - 1)
+    swing = about_drift(x, samples_per_period)[inside]
+    count = np.bincount(place, minlength=places)
+    mean = np.bincount(place, swing, places) / np.maximum(count, 1)
+    mean -= mean.mean()
+    middles = (np.arange(-1, places + 1) + 0.5) / places
+    wave[inside] = np.interp(phase, middles, np.concatenate((mean[-1:], mean, mean[:1])))
+    return wave
+
+
+def _lasts(wave: NDArray[np.float64], rest: NDArray[np.float64]) -> bool:
+    """Whether the wave is there in both halves of the record: a period that drifts is met at each but once."""
+    middle = wave.size // 2
+    halves = slice(None, middle), slice(middle, None)
+    gains = [float((wave[half] * rest[half]).sum()) / max(float((wave[half] ** 2).sum()), 1e-300) for half in halves]
+    return min(gains) > LASTS * max(gains)
+
+
+def _belongs(found: Rhythm, known: list[float]) -> bool:
+    """Whether a period is that of a known oscillation, or in tune with it."""
+    for period in known:
+        if abs(found.period / period - 1.0) < APART:
+            return True
+        if any(abs(period / found.period / ratio - 1.0) < IN_TUNE for ratio in HARMONICS):
+            return True
+    return False

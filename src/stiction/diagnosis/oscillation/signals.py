@@ -1,0 +1,107 @@
+"""The loop's error, freed of gaps, drift and noise, and cut into half periods."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.records.record import LoopRecord
+
+__all__ = ["about_drift", "control_error", "filled", "half_cycles", "smooth"]
+
+
+def control_error(record: LoopRecord) -> NDArray[np.float64] | None:
+    """SP - PV, or -PV without a set point [engineering units], shape (n_samples,); None where PV does not move."""
+    if record.pv is None:
+        return None
+    return filled(-record.pv if record.sp is None else record.sp - record.pv)
+
+
+def filled(x: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
+    """Bridge missing values by straight lines; None when under half of the signal is there or it never moves."""
+    if x is None:
+        return None
+    good = np.isfinite(x)
+    count = int(np.count_nonzero(good))
+    if count < max(8, x.shape[0] // 2):
+        return None
+    at = np.arange(x.shape[0])
+    whole = x if count == x.shape[0] else np.interp(at, at[good], x[good])
+    low, high = float(whole.min()), float(whole.max())
+    return whole if high - low > 1e-12 * max(abs(low), abs(high)) else None
+
+
+def smooth(x: NDArray[np.float64], width: float) -> NDArray[np.float64]:
+    """Centred moving average over `width` samples, a fractional number, with straight lines beyond the ends."""
+    n = x.shape[0]
+    half = (min(width, n - 1.0) - 1.0) / 2.0
+    if half <= 0.0:
+        return x
+    whole = int(half)
+    pad = whole + 1
+    reach = min(n - 1, 2 * pad)
+    (first, rise), (last, fall) = _end(x[: reach + 1]), _end(x[n - reach - 1 :])
+    beyond = reach / 2.0 + np.arange(1.0, pad + 1.0)
+    long = np.concatenate((first - rise * beyond[::-1], x, last + fall * beyond))
+    total = np.concatenate(((0.0,), np.cumsum(long)))
+    inner = total[pad + whole + 1 : pad + whole + 1 + n] - total[pad - whole : pad - whole + n]
+    ends = long[pad - whole - 1 : pad - whole - 1 + n] + long[pad + whole + 1 : pad + whole + 1 + n]
+    return (inner + (half - whole) * ends) / (2.0 * half + 1.0)
+
+
+def _end(x: NDArray[np.float64]) -> tuple[float, float]:
+    """Mean and slope of the least-squares line through `x`."""
+    m = x.shape[0]
+    t = np.arange(m) - (m - 1) / 2.0
+    return float(x.mean()), float((t * x).sum()) / (m * (m * m - 1.0) / 12.0)
+
+
+def about_drift(x: NDArray[np.float64], samples_per_period: float) -> NDArray[np.float64]:
+    """Take off the moving average over one period: the wave stays as it is, slower drift goes."""
+    return x - smooth(x, samples_per_period)
+
+
+def half_cycles(x: NDArray[np.float64], samples_per_period: float) -> NDArray[np.intp]:
+    """Cut a signal that swings about zero into half periods.
+
+    A half period ends where the signal, smoothed over a tenth of a period, crosses zero on its way through a band of
+    a quarter of its deviation on either side; smaller crossings are noise.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        Signal about its drift.
+    samples_per_period : float
+        Period over sampling period [-].
+
+    Returns
+    -------
+    ndarray, shape (n_half_periods, 2)
+        First sample and the one past the last of each half period; the cut ones at the ends are left out.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> half_cycles(np.sin(2 * np.pi * (np.arange(100) + 0.5) / 20), 20.0)[:3].tolist()
+    [[10, 20], [20, 30], [30, 40]]
+    """
+    none = np.empty((0, 2), dtype=np.intp)
+    if not samples_per_period > 0.0:
+        return none
+    calm = smooth(x, samples_per_period / 10.0)
+    outside = np.flatnonzero(np.abs(calm) > 0.25 * float(calm.std()))
+    if outside.size < 3:
+        return none
+    side = calm[outside] > 0.0
+    turns = np.flatnonzero(side[1:] != side[:-1])
+    positive = calm > 0.0
+    crossings = np.flatnonzero(positive[1:] != positive[:-1]) + 1
+    first = np.searchsorted(crossings, outside[turns], side="right")
+    last = np.searchsorted(crossings, outside[turns + 1], side="right") - 1
+    cuts = (crossings[first] + crossings[last] + 1) // 2
+    segments = np.column_stack((cuts[:-1], cuts[1:]))
+    return segments[segments[:, 1] - segments[:, 0] > max(2.0, 0.1 * samples_per_period)]
