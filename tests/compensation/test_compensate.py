@@ -1,4 +1,4 @@
-"""The trial of remedies: what is always there, what may be recommended, when no advice is given, and on unseen loops."""
+"""The trial of remedies: what is always there, what may be recommended, when none is, and on loops not seen before."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from compensation.population import outcome
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
 import stiction as st
+from compensation.population import outcome
 from stiction.compensation import Behaviour, RemedyTrial
 from stiction.compensation.cost import WEIGHTS, cost
 from stiction.compensation.exchange import exchange

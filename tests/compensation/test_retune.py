@@ -51,8 +51,8 @@ def test_deadband_on_an_integrating_process_under_pi_cycles_whatever_the_setting
 
 @pytest.mark.parametrize(("Kc", "Ti", "K", "d", "load"), [(0.5, 10.0, 1.0, 2.0, 0.7), (0.2, 10.0, 3.0, 5.0, 1.67)])
 def test_law_of_the_fast_process(Kc, Ti, K, d, load):
-    """science.md F, derived: T = Ti (1 - Kc K) / (Kc K) / (theta (1 - theta)), PV swings K d, OP d; theta is the share of
-    the jump that lies between the lower level and the set point."""
+    """science.md F, derived: T = Ti (1 - Kc K) / (Kc K) / (theta (1 - theta)), PV swings K d, OP d; theta is the
+    share of the jump that lies between the lower level and the set point."""
     loop = st.Loop(st.PID(Kc, Ti), st.Stenman(d), st.FOPDT(K, 0.02), dt=0.005)
     seen, pv, op, theta = late_cycle(loop, 400.0, load)
     assert seen == pytest.approx(Ti * (1.0 - Kc * K) / (Kc * K) / (theta * (1.0 - theta)), rel=0.01)

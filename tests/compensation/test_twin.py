@@ -40,8 +40,8 @@ def twin(diagnosis) -> Twin:
 def test_twin_is_the_loop(twin):
     assert twin.fits
     assert twin.score > 0.9
-    assert twin.loop.valve.S == pytest.approx(3.0, rel=0.05)
-    assert twin.loop.valve.J == pytest.approx(1.0, rel=0.3)
+    valve = twin.loop.valve
+    assert (pytest.approx(3.0, rel=0.05), pytest.approx(1.0, rel=0.3)) == (valve.S, valve.J)
     assert twin.loop.controller.Kc == pytest.approx(0.2, rel=0.01)
     assert twin.loop.controller.Ti == pytest.approx(10.0, rel=0.02)
     assert twin.loop.noise == pytest.approx(0.05, rel=0.15)

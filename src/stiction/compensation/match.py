@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.compensation.cycle import cycle_of, distance
+from stiction.compensation.exchange import exchange
 from stiction.models import Kano, TransferFunction
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ DEAD_TIMES, RATIOS, GAINS = (1.0, 0.85, 1.15, 0.7, 1.3), (1.0, 0.75, 1.25), (1.0
 """Factors tried on the dead time, on J / S and on the gain [-]."""
 PERIOD_OFF, SCALES = 0.15, (0.75, 1.35)
 """Relative error of the period up to which the amplitudes are scaled, and how far S may be scaled [-]."""
-SEEDS, PRICE = 3, 0.2
+SEEDS, PRICE = 2, 0.2
 """Runs for each trial, and what a change costs against a better match, per unit of logarithm [-]."""
 
 
@@ -70,7 +71,7 @@ def bring_nearer(
         scale = float(np.sqrt(by_op * by_pv))
         if not SCALES[0] <= scale <= SCALES[1]:
             continue
-        trial = replace(trial, valve=Kano(valve.S * scale, J * scale))
+        trial = exchange(trial, valve=Kano(valve.S * scale, J * scale))
         seen, _, _ = cycle_of(trial, sp, op, measured.period, moves, SEEDS)
         off = distance(measured, seen) + PRICE * float(np.abs(np.log([longer, ratio, gain, scale])).sum())
         if off < least:

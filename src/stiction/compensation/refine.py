@@ -121,7 +121,7 @@ def _search(view: _View, guess: NDArray[np.float64], first: int) -> tuple[NDArra
         lambda x: view.error(np.concatenate([guess[:first], x])),
         guess[first:],
         method="Nelder-Mead",
-        options={"maxfev": RUNS, "initial_simplex": simplex},
+        options={"maxfev": RUNS if first == 0 else 2 * RUNS, "initial_simplex": simplex},
     )
     return np.concatenate([guess[:first], done.x]), float(done.fun)
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stiction.compensation.exchange import exchange
+from stiction.compensation.load import first_order
 from stiction.models import Kano
 from stiction.simulation import simulate
 
@@ -88,7 +89,7 @@ def run(loop: Loop, plan: Programme, seed: int) -> LoopRecord:
     load[: max(plan.settle // 24, 3)] += 0.7 * plan.offset * side
     load[plan.n - plan.step :] += plan.load_step * side
     if plan.load > 0.0:
-        load += _slow(rng, plan)
+        load += plan.load * first_order(rng, plan.n, plan.load_samples)
     sp = np.full(plan.n, plan.sp)
     sp[plan.settle + plan.steady :] += plan.sp_step * side
     return simulate(loop, sp, plan.n * loop.dt, load, seed, pv_start=plan.sp, op_start=plan.op)
@@ -151,12 +152,3 @@ def run_all(
 
     with ThreadPoolExecutor(2) as pool:
         return list(pool.map(one, jobs))
-
-
-def _slow(rng: np.random.Generator, plan: Programme) -> NDArray[np.float64]:
-    """First-order noise with the deviation and the time scale of the load."""
-    from scipy.signal import lfilter
-
-    keep = float(np.exp(-1.0 / plan.load_samples))
-    white = rng.normal(0.0, plan.load * np.sqrt(1.0 - keep * keep), plan.n)
-    return np.asarray(lfilter([1.0], [1.0, -keep], white))

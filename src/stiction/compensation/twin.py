@@ -1,28 +1,31 @@
 """The loop's twin: a simulated loop that cycles as the record does.
 
 Valve and process come from the identification, polished in open loop (`refine`); the controller from OP and error, or
-given; the noise from what the simulated PV leaves; a slowly varying load from what the averages of stem and PV over a
-period do not explain of each other. The twin is then let run on its own, closed, with the recorded set point, and
-compared with the record: period, amplitude of OP, amplitude of PV. Only a twin that cycles as the loop does may advise;
-where it does not, `match` looks for one within the uncertainty that does.
+given; noise and a random load from what the simulated PV leaves, its white part and the rest. The twin is then let run
+on its own, closed, with the recorded set point, and compared with the record: period, amplitude of OP, amplitude of PV.
+Only a twin that cycles as the loop does may advise; where it does not, `match` looks for one within the uncertainty
+that does.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.compensation.cycle import Cycle, cycle_of, distance, own_period
+from stiction.compensation.cycle import NO_CYCLE, Cycle, cycle_of, distance, own_period
+from stiction.compensation.load import first_order
 from stiction.compensation.match import bring_nearer
 from stiction.compensation.refine import refine
 from stiction.diagnosis.identification import fit_controller
 from stiction.diagnosis.identification.signals import hold_gaps
-from stiction.diagnosis.oscillation import smooth
+from stiction.diagnosis.oscillation import about_drift
 from stiction.errors import RecordError
-from stiction.models import PID, Kano, Loop
+from stiction.models import PID, Ideal, Kano, Loop
 from stiction.records.quality import usable_part
+from stiction.simulation import simulate
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,8 +41,10 @@ PERIOD_LIMIT, AMPLITUDE_LIMIT, MOST_SPREAD = 0.15, 0.25, 0.25
 widen them [-]."""
 CONTROLLER_LIMIT = 0.9
 """Share of the OP that a controller found from the record must explain [-]."""
-SLOW_LOAD = 0.05
-"""Standard deviation of the slow load over S below which it is left out [-]."""
+MOST_LEFT = 0.25
+"""Share of the PV's movement, about its average over a period, that valve and process may leave unexplained [-]."""
+LEAST_LOAD = 0.05
+"""Standard deviation of the random load over S below which it is left out [-]."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +58,9 @@ class Twin:
     op: float
     """OP about which the loop works [% of span]."""
     load: float
-    """Standard deviation of the slowly varying load at the process inlet [% of span]."""
+    """Standard deviation of the random load at the process inlet [% of span]."""
     load_time: float
-    """Time over which that load changes [s]."""
+    """Time constant of that load [s]."""
     measured: Cycle
     """How the record oscillates."""
     simulated: Cycle
@@ -163,8 +168,14 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     moves = None if record.sp is None or np.ptp(sp) == 0.0 else sp - level
     loop = Loop(pid, Kano(better.S, better.J), better.process, record.dt, noise=_noise(better.left))
     measured = Cycle(seen.period, seen.amplitude_op, seen.amplitude_pv)
-    cycle, spread, run = cycle_of(loop, level, op, seen.period, moves)
     changes = _changes(found, better)
+    if better.error > MOST_LEFT:
+        reason = (
+            f"Valve and process leave {100.0 * better.error:.0f} % of the PV's movement unexplained (at most "
+            f"{100.0 * MOST_LEFT:.0f} %): too much for a twin."
+        )
+        return Twin(loop, level, op, 0.0, 0.0, measured, NO_CYCLE, -math.inf, False, reason, changes)
+    cycle, spread, run = cycle_of(loop, level, op, seen.period, moves)
     fits, reason = _judge(measured, cycle, spread)
     if not fits:
         nearer = bring_nearer(loop, level, op, moves, measured)
@@ -173,8 +184,8 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
             cycle, spread, run = cycle_of(loop, level, op, seen.period, moves)
             fits, reason = _judge(measured, cycle, spread)
             changes += tuple(told)
-    load, load_time = _slow_load(better, pv[: better.mv.size], seen.period / record.dt, record.dt)
-    if load < SLOW_LOAD * better.S:
+    load, load_time = _load(better, loop.noise, seen.period / record.dt, record.dt)
+    if load < LEAST_LOAD * better.S:
         load = 0.0
     overlay = _overlay(record, pv, run, seen.period) if cycle.period > 0.0 else {}
     score = 1.0 - distance(measured, cycle)
@@ -197,19 +208,23 @@ def _noise(left: NDArray[np.float64]) -> float:
     return min(float(np.std(np.diff(left, 2))) / float(np.sqrt(6.0)), float(left.std()))
 
 
-def _slow_load(better: Refined, pv: NDArray[np.float64], samples: float, dt: float) -> tuple[float, float]:
-    """Standard deviation [% of span] and time scale [s] of the load that the averages over a period leave."""
-    slow_mv, slow_pv = smooth(better.mv, samples), smooth(pv, samples)
-    edge = round(samples)
-    inside = slice(edge, max(slow_mv.size - edge, edge + 3))
-    process = better.process
-    if process.den[-1] == 0.0:
-        needed = np.gradient(slow_pv, dt) * process.den[-2] / process.num[-1]
-    else:
-        needed = (slow_pv - slow_pv.mean()) * process.den[-1] / process.num[-1]
-    load = (needed - slow_mv)[inside]
-    size, speed = float(load.std()), float(np.std(np.diff(load))) / dt
-    return size, max(size / speed if speed > 0.0 else 0.0, samples * dt)
+def _load(better: Refined, noise: float, samples: float, dt: float) -> tuple[float, float]:
+    """Standard deviation [% of span] and time scale [s] of a random load that leaves what the noise does not explain.
+
+    A first-order load of a quarter of a period is sent through the process, and scaled so that its answer about the
+    moving average has the variance of what is left of the PV, the noise taken off.
+    """
+    lag = max(samples / 4.0, 1.0)
+    spare = float(np.var(better.left)) - noise * noise
+    if spare <= 0.0:
+        return 0.0, lag * dt
+    n = round(200.0 * samples)
+    load = first_order(np.random.default_rng(0), n, lag)
+    still = Loop(PID(1e-12, 1e12), Ideal(), better.process, dt)
+    answer = simulate(still, 0.0, n * dt, load).pv
+    assert answer is not None
+    unit = float(np.std(about_drift(answer, samples)[round(samples) : -round(samples)]))
+    return float(np.sqrt(spare)) / unit if unit > 0.0 else 0.0, lag * dt
 
 
 def _judge(a: Cycle, b: Cycle, spread: float) -> tuple[bool, str]:
