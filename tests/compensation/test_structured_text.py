@@ -72,11 +72,17 @@ def random_settings(kind, rng):
     del values["compensator"]
     for name in {"amplitude", "band", "full"} & values.keys():
         values[name] *= float(rng.uniform(0.4, 1.6))
+        if rng.random() < 0.3:
+            values[name] = math.ceil(2.0 * values[name]) / 2.0
     if "interval" in values:
         width, pause = rng.integers(1, 4), rng.integers(1, 6)
         values |= {"width": 0.5 * float(width), "interval": 0.5 * float(width + pause)}
     if "move" in values:
-        values |= {"move": 0.5 * float(rng.integers(1, 5)), "cycles": int(rng.integers(2, 4))}
+        values |= {
+            "move": 0.5 * float(rng.integers(1, 5)),
+            "cycles": int(rng.integers(2, 4)),
+            "tries": int(rng.integers(1, 4)),
+        }
     return kind(**values)
 
 
@@ -97,11 +103,21 @@ def wave(rng, n):
     return np.round(2.0 * x) / 2.0 if rng.random() < 0.3 else x
 
 
+def stubborn_signal(rng):
+    """A cycle that goes on whatever is sent, and a change of set point in it: moves fail, and are tried again."""
+    n = 250
+    turn = 2.0 * math.pi * np.arange(n) / rng.uniform(6.0, 9.0)
+    sp = np.where(np.arange(n) < rng.integers(130, 170), 20.0, 21.0)
+    return 50.0 + 5.0 * np.cos(turn), sp, sp - 9.0 * np.sin(turn), np.ones(n, dtype=bool)
+
+
 def random_signal(rng):
     """Controller output, set point, PV and the off switch."""
+    if rng.random() < 0.1:
+        return stubborn_signal(rng)
     n = int(rng.integers(40, 130))
     op = wave(rng, n) + rng.choice([50.0, 50.0, 50.0, 2.0, 97.0])
-    sp = np.full(n, float(rng.normal(20.0, 5.0)))
+    sp = np.full(n, float(np.round(rng.normal(20.0, 5.0))))
     enable = np.ones(n, dtype=bool)
     if rng.random() < 0.5:
         for k in rng.integers(0, n, rng.integers(1, 5)):
