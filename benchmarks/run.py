@@ -15,7 +15,7 @@ from pathlib import Path
 
 from bench import REPEATS, show
 
-SECTIONS = ("valves", "physical", "loops", "limitcycle", "identification", "evidence", "start")
+SECTIONS = ("valves", "physical", "loops", "limitcycle", "identification", "evidence", "compensation", "start")
 
 
 def main(asked: list[str]) -> int:

@@ -71,6 +71,14 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "plan_ramp_test",
         "plan_step_test",
     ),
+    "stiction.compensation": (
+        "CompensationTrial",
+        "WorkOrder",
+        "compensate",
+        "retune",
+        "structured_text",
+        "work_order",
+    ),
     "stiction.report": ("write_report",),
     "stiction.errors": ("ConvergenceError", "MissingExtraError", "ParameterError", "RecordError", "StictionError"),
 }

@@ -1,0 +1,84 @@
+"""What a remedy costs: a weighted sum of ratios to doing nothing, so that doing nothing costs 1."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.compensation.trials import METRICS
+from stiction.errors import ParameterError, require_not_negative
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+__all__ = ["WEIGHTS", "checked", "cost"]
+
+WEIGHTS = {
+    "pv_std": 1.0,
+    "iae": 0.5,
+    "offset": 0.25,
+    "travel": 0.05,
+    "reversals": 0.05,
+    "op_travel": 0.02,
+    "sp_step": 0.25,
+    "load_step": 0.25,
+    "errors": 0.5,
+}
+"""Default weights [-]: the PV first, the wear bill at a twentieth, as a remedy may drive the stem ten times as far."""
+
+
+def checked(weights: Mapping[str, float] | None) -> dict[str, float]:
+    """Fill weights up with the defaults.
+
+    Parameters
+    ----------
+    weights : mapping or None
+        Name -> weight [-]; names left out keep their default.
+
+    Returns
+    -------
+    dict
+        All weights.
+
+    Raises
+    ------
+    ParameterError
+        When a name is unknown, a weight negative, or all are 0.
+    """
+    given = dict(weights or {})
+    unknown = [name for name in given if name not in WEIGHTS]
+    if unknown:
+        raise ParameterError(f"weight {unknown[0]!r} is unknown; use {', '.join(WEIGHTS)}.")
+    whole = WEIGHTS | {name: require_not_negative(f"weight {name}", value) for name, value in given.items()}
+    if not sum(whole.values()) > 0.0:
+        raise ParameterError("all weights are 0; give at least one above 0.")
+    return whole
+
+
+def cost(row: NDArray[np.float64], nothing: NDArray[np.float64], worst: float, weights: Mapping[str, float]) -> float:
+    """Cost of a remedy.
+
+    Parameters
+    ----------
+    row, nothing : ndarray, shape (8,)
+        `METRICS` of the remedy and of doing nothing.
+    worst : float
+        Largest PV deviation over that of doing nothing with S and J off by 30 % [-].
+    weights : mapping
+        Weights, all of them [-].
+
+    Returns
+    -------
+    float
+        The cost [-]; 1 for doing nothing.
+    """
+    scale = nothing.copy()
+    # The offset of a loop that cycles is next to nothing: it is measured by the PV's deviation instead.
+    at = METRICS.index("offset")
+    ratios = row / np.maximum(scale, 1e-12)
+    ratios[at] = 1.0 + (row[at] - nothing[at]) / max(nothing[METRICS.index("pv_std")], 1e-12)
+    total = sum(weights[name] * ratio for name, ratio in zip(METRICS, ratios, strict=True))
+    return float((total + weights["errors"] * worst) / sum(weights.values()))

@@ -1,0 +1,122 @@
+"""How a loop oscillates when it is let run, and how far two oscillations are apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.compensation.exchange import exchange
+from stiction.diagnosis.oscillation import find_oscillation
+from stiction.simulation import simulate
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.models import Loop
+    from stiction.records.record import LoopRecord
+
+__all__ = ["NO_CYCLE", "Cycle", "cycle_of", "distance", "own_period"]
+
+SEEDS = 5
+"""Runs over which the cycle of a noisy loop is taken [-]."""
+SETTLE, RUN = 6, 12
+"""Periods for settling, and those that are measured [-]."""
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """How a loop oscillates."""
+
+    period: float
+    """Period [s]; NaN when there is none."""
+    amplitude_op: float
+    """Half peak to peak of the OP [% of span]."""
+    amplitude_pv: float
+    """Half peak to peak of the PV [PV units]."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        names = ("period_s", "amplitude_op", "amplitude_pv")
+        values = (self.period, self.amplitude_op, self.amplitude_pv)
+        return {name: float(x) if np.isfinite(x) else None for name, x in zip(names, values, strict=True)}
+
+
+NO_CYCLE = Cycle(float("nan"), 0.0, 0.0)
+
+
+def cycle_of(
+    loop: Loop, sp: float, op: float, period: float, moves: NDArray[np.float64] | None = None, seeds: int = SEEDS
+) -> tuple[Cycle, float, LoopRecord]:
+    """Let a loop run from rest after a pulse of load, and see how it oscillates once it has settled.
+
+    Parameters
+    ----------
+    loop : Loop
+        The loop.
+    sp, op : float
+        Operating point [PV units, % of span].
+    period : float
+        Period that is expected [s].
+    moves : ndarray, shape (n_samples,), optional
+        Moves of the set point about `sp` once it has settled [PV units].
+    seeds : int
+        Runs of a noisy loop [-].
+
+    Returns
+    -------
+    tuple
+        Medians over the runs; how much the runs differ, as the root mean square of the logarithms of their ratios to
+        the medians [-]; and the run nearest to the medians.
+    """
+    runs = [_run(loop, sp, op, period, moves, seed) for seed in range(seeds if loop.noise > 0.0 else 1)]
+    cycles = [(one, record) for one, record in runs if one.period > 0.0]
+    if 2 * len(cycles) < len(runs) or not cycles:
+        return NO_CYCLE, 0.0, runs[0][1]
+    table = np.array([[one.period, one.amplitude_op, one.amplitude_pv] for one, _ in cycles])
+    middle = np.median(table, axis=0)
+    apart = np.log(np.maximum(table, 1e-12) / np.maximum(middle, 1e-12))
+    nearest = int(np.argmin(np.sum(apart**2, axis=1)))
+    return Cycle(*(float(x) for x in middle)), float(np.sqrt(np.mean(apart**2))), cycles[nearest][1]
+
+
+def distance(a: Cycle, b: Cycle) -> float:
+    """Root mean square of the logarithms of the ratios of period and amplitudes [-]; infinite where `b` is no cycle."""
+    if not (b.period > 0.0 and b.amplitude_op > 0.0 and b.amplitude_pv > 0.0):
+        return float("inf")
+    ratios = (b.period / a.period, b.amplitude_op / a.amplitude_op, b.amplitude_pv / a.amplitude_pv)
+    return float(np.sqrt(np.mean(np.log(ratios) ** 2)))
+
+
+def own_period(loop: Loop, sp: float, op: float) -> float:
+    """Period of a loop of which nothing is known, looked for in longer and longer runs without noise [s]."""
+    slowest = max(x for x in (loop.controller.Ti, loop.process.dead_time, 5.0 * loop.dt) if np.isfinite(x))
+    quiet = exchange(loop, noise=0.0)
+    for length in (60.0, 250.0, 1000.0):
+        n = min(max(round(length * slowest / loop.dt), 400), 200_000)
+        kick = np.zeros(n)
+        kick[: max(round(slowest / loop.dt), 3)] = 0.7 * getattr(loop.valve, "S", 3.0)
+        seen = find_oscillation(simulate(quiet, sp, n * loop.dt, kick, 0, pv_start=sp, op_start=op).window(n // 3, n))
+        if seen.oscillating:
+            return seen.period
+    return 10.0 * slowest
+
+
+def _run(
+    loop: Loop, sp: float, op: float, period: float, moves: NDArray[np.float64] | None, seed: int
+) -> tuple[Cycle, LoopRecord]:
+    samples = max(round(period / loop.dt), 4)
+    settle, n = SETTLE * samples, RUN * samples
+    target: Any = sp
+    if moves is not None:
+        n = max(moves.size, n)
+        target = sp + np.concatenate([np.zeros(settle), moves, np.zeros(n - moves.size)])
+    kick = np.zeros(settle + n)
+    kick[: max(samples // 3, 3)] = 0.7 * getattr(loop.valve, "S", 3.0)
+    record = simulate(loop, target, (settle + n) * loop.dt, kick, seed, pv_start=sp, op_start=op)
+    record = record.window(settle, settle + n)
+    seen = find_oscillation(record)
+    if not seen.period > 0.0 or np.ptp(record.op) < 1e-9:
+        return NO_CYCLE, record
+    return Cycle(seen.period, seen.amplitude_op, seen.amplitude_pv), record

@@ -1,0 +1,103 @@
+"""The recommendation in words: when to give none, which remedy to take until the shutdown, and what can go wrong."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stiction.compensation.remedies import FIX, NOTHING
+
+if TYPE_CHECKING:
+    from stiction.compensation.result import RemedyTrial
+    from stiction.diagnosis.result import Diagnosis
+
+__all__ = ["choose", "refusal"]
+
+OPEN_LOOP = ("two-move", "four-move")
+"""Remedies that open the loop."""
+LEAST_GAIN = 0.10
+"""Share by which a remedy must lower the PV's deviation to be recommended [-]."""
+
+
+def refusal(diagnosis: Diagnosis) -> str:
+    """Say why a diagnosis gives nothing to advise on; empty where it does.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        The diagnosis.
+
+    Returns
+    -------
+    str
+        The reason, or "".
+    """
+    doubts = {gate.name: gate for gate in (*diagnosis.quality.refusals, *diagnosis.quality.reservations)}
+    if "manual" in doubts:
+        return f"The controller was in manual: {doubts['manual'].why}"
+    if "saturation" in doubts:
+        return f"OP is at its limits, where no compensator has room: {doubts['saturation'].why}"
+    if diagnosis.verdict == "undecided":
+        return f"Undecided whether the valve sticks, and a remedy for the wrong fault can hurt. {diagnosis.reason}"
+    if diagnosis.verdict == "no_stiction" and diagnosis.cause != "deadband":
+        return (
+            f"The valve does not stick ({diagnosis.cause}), so that there is nothing to compensate. {diagnosis.action}"
+        )
+    if diagnosis.identification is None:
+        return "No valve and process were identified, so that there is no twin to try a remedy on."
+    if not diagnosis.oscillation.period > 0.0:
+        return f"The loop has no period, so that there is no cycle to compensate. {diagnosis.oscillation.reason}"
+    return ""
+
+
+def choose(ranked: tuple[RemedyTrial, ...]) -> tuple[str, str, str]:
+    """Choose the remedy until the shutdown.
+
+    Parameters
+    ----------
+    ranked : tuple of RemedyTrial
+        The trials, the cheapest first.
+
+    Returns
+    -------
+    tuple of str
+        Its name, the reason and the risk.
+    """
+    fix = next(one for one in ranked if one.name == FIX)
+    nothing = next(one for one in ranked if one.name == NOTHING)
+    helping = [one for one in ranked if one.at_hand and one.gain >= LEAST_GAIN and one.cost < nothing.cost]
+    safe = [one for one in helping if not one.hurts]
+    repair = f"Fixing the valve lowers the PV's deviation by {100.0 * fix.gain:.0f} %"
+    if fix.gain < LEAST_GAIN:
+        repair = f"Even a good valve changes the PV's deviation by {-100.0 * fix.gain:+.0f} % only"
+    if not safe:
+        why = f"{repair}; until then no remedy lowers it by {100.0 * LEAST_GAIN:.0f} % at a price worth paying"
+        if helping:
+            one = helping[0]
+            why = (
+                f"{repair}; until then the {one.name} would lower it by {100.0 * one.gain:.0f} %, but raises it to "
+                f"{one.worst:.2f} times that of doing nothing where S and J are off by 30 %"
+            )
+        return NOTHING, f"{why}: leave the loop as it is.", "The valve goes on wearing at the present rate."
+    best = safe[0]
+    advice = f"until the shutdown: {best.name}. {best.remedy.words}"
+    reason = f"{repair}; {advice} It lowers the PV's deviation by {100.0 * best.gain:.0f} %."
+    return best.name, reason, _risk(best, nothing)
+
+
+def _risk(best: RemedyTrial, nothing: RemedyTrial) -> str:
+    """What the remedy costs and where it may fail."""
+    b, now = best.behaviour, nothing.behaviour
+    told = [
+        f"stem travel {b.travel / max(now.travel, 1e-300):.1f} times and reversals "
+        f"{b.reversals / max(now.reversals, 1e-300):.1f} times those of doing nothing"
+    ]
+    if b.offset > now.offset + 0.1 * now.pv_std:
+        told.append(f"an offset of about {b.offset:.3g} PV units stays")
+    if b.load_step > 1.2 * now.load_step:
+        told.append(f"a load step costs {b.load_step / now.load_step:.1f} times the IAE")
+    if b.sp_step > 1.2 * now.sp_step:
+        told.append(f"a set point step costs {b.sp_step / now.sp_step:.1f} times the IAE")
+    if best.name in OPEN_LOOP:
+        told.append("the loop is open while the stem rests, blind to a load until the error leaves the band")
+    told.append(f"with S and J off by 30 % the PV deviates by up to {best.worst:.2f} times that of doing nothing")
+    return f"The price: {'; '.join(told)}."

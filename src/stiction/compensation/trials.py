@@ -1,0 +1,154 @@
+"""Trials: the twin with a remedy, over seeds, through one programme: undisturbed, a set point step, a load step.
+
+Every remedy sees the same seeds: the same noise, the same slowly varying load, the same constant load (which decides
+where the stem would have to rest), the same pulse that starts the cycle, and steps of the same size and sign.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stiction.compensation.exchange import exchange
+from stiction.compensation.load import first_order
+from stiction.models import Kano
+from stiction.simulation import simulate
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    from stiction.compensation.remedies import Remedy
+    from stiction.compensation.twin import Twin
+    from stiction.models import Loop
+    from stiction.records.record import LoopRecord
+
+__all__ = ["METRICS", "Programme", "measure", "programme_for", "run", "run_all"]
+
+METRICS = ("pv_std", "iae", "offset", "travel", "reversals", "op_travel", "sp_step", "load_step")
+"""What is measured of a run, in the order of its row."""
+SETTLE, STEADY, STEP = 8.0, 14.0, 6.0
+"""Periods for settling, for what is undisturbed, and after each step [-]."""
+
+
+class Programme(NamedTuple):
+    """What every run goes through."""
+
+    sp: float
+    """Set point [PV units]."""
+    op: float
+    """Operating point of the OP [% of span]."""
+    settle: int
+    """Samples left out at the beginning."""
+    steady: int
+    """Samples without a disturbance but the slow load and noise."""
+    step: int
+    """Samples after each step."""
+    sp_step: float
+    """Height of the set point step [PV units]."""
+    load_step: float
+    """Height of the load step [% of span]."""
+    load: float
+    """Standard deviation of the slowly varying load [% of span]."""
+    load_samples: float
+    """Samples over which it changes."""
+    offset: float
+    """Largest constant load, drawn for each seed [% of span]."""
+
+    @property
+    def n(self) -> int:
+        """Samples of a run."""
+        return self.settle + self.steady + 2 * self.step
+
+
+def programme_for(twin: Twin, S: float, duration: float | None, dt: float | None = None) -> Programme:
+    """Programme for a twin: steps of the size of its cycle; `duration` [s] is that of the undisturbed part.
+
+    `dt` is the sampling period [s] of another loop that is to go through the same.
+    """
+    dt = twin.loop.dt if dt is None else dt
+    period = twin.measured.period if twin.measured.period > 0.0 else 100.0 * dt
+    samples = max(period / dt, 4.0)
+    steady = round(STEADY * samples) if duration is None else max(round(duration / dt), 20)
+    return Programme(
+        sp=twin.sp, op=twin.op, settle=round(SETTLE * samples), steady=steady, step=round(STEP * samples),
+        sp_step=2.0 * twin.simulated.amplitude_pv, load_step=S, load=twin.load,
+        load_samples=max(twin.load_time / dt, 1.0), offset=S,
+    )  # fmt: skip
+
+
+def run(loop: Loop, plan: Programme, seed: int) -> LoopRecord:
+    """Run a loop through the programme."""
+    rng = np.random.default_rng([seed, 7])
+    side = 1.0 if seed % 2 else -1.0
+    load = np.full(plan.n, float(rng.uniform(-plan.offset, plan.offset)))
+    load[: max(plan.settle // 24, 3)] += 0.7 * plan.offset * side
+    load[plan.n - plan.step :] += plan.load_step * side
+    if plan.load > 0.0:
+        load += plan.load * first_order(rng, plan.n, plan.load_samples)
+    sp = np.full(plan.n, plan.sp)
+    sp[plan.settle + plan.steady :] += plan.sp_step * side
+    return simulate(loop, sp, plan.n * loop.dt, load, seed, pv_start=plan.sp, op_start=plan.op)
+
+
+def measure(record: LoopRecord, plan: Programme) -> NDArray[np.float64]:
+    """Row of `METRICS` of a run, shape (8,)."""
+    assert record.pv is not None
+    assert record.mv is not None
+    assert record.sp is not None
+    first, last = plan.settle, plan.settle + plan.steady
+    error = np.abs(record.sp - record.pv)
+    steady = slice(first, last)
+    hours = plan.steady * record.dt / 3600.0
+    moves = np.diff(record.mv[steady])
+    size = np.abs(moves)
+    going = moves[size > 1e-9]
+    return np.array(
+        [
+            float(record.pv[steady].std()),
+            float(error[steady].mean()),
+            abs(float((record.sp[steady] - record.pv[steady]).mean())),
+            float(size.sum()) / hours,
+            float(np.count_nonzero(going[1:] * going[:-1] < 0.0)) / hours,
+            float(np.abs(np.diff(record.op[steady])).sum()) / hours,
+            float(error[last : last + plan.step].mean()),
+            float(error[last + plan.step :].mean()),
+        ]
+    )
+
+
+@dataclass(frozen=True)
+class Job:
+    """One remedy, on the twin's valve or one that is off by a factor, over some seeds."""
+
+    remedy: Remedy
+    """What is tried."""
+    S: float
+    """Deadband plus stickband over the identified one [-]."""
+    J: float
+    """Slip jump over the identified one [-]."""
+    seeds: int
+    """Number of seeds [-]."""
+
+
+def run_all(
+    twin: Twin, plan: Programme, jobs: Sequence[Job], S: float, J: float, tick: Callable[[], Any] | None = None
+) -> list[NDArray[np.float64]]:
+    """Run the jobs on two threads; give each a table of shape (n_seeds, 8)."""
+
+    def one(job: Job) -> NDArray[np.float64]:
+        loop = twin.loop
+        if (job.S, job.J) != (1.0, 1.0):
+            loop = exchange(loop, valve=Kano(S * job.S, min(J * job.J, S * job.S), travel=loop.valve.travel))
+        loop = job.remedy.apply(loop)
+        table = np.array([measure(run(loop, plan, seed), plan) for seed in range(job.seeds)])
+        if tick is not None:
+            tick()
+        return table
+
+    with ThreadPoolExecutor(2) as pool:
+        return list(pool.map(one, jobs))

@@ -1,0 +1,247 @@
+"""One page for the valve shop: what was found, where to look, what to test, what runs meanwhile, who signed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.compensation.predicted import in_words, predicted
+from stiction.compensation.shop_tests import ACCEPTANCE, plan_acceptance, plan_before
+from stiction.compensation.suspects import Suspect, suspects
+from stiction.errors import ParameterError
+from stiction.records.quality import usable_part
+
+if TYPE_CHECKING:
+    from stiction.compensation.result import CompensationTrial
+    from stiction.diagnosis.result import Diagnosis, Identification
+    from stiction.diagnosis.valvetests.plan import TestPlan
+
+__all__ = ["WorkOrder", "work_order"]
+
+BLANK = "________"
+ASSUMED = 5.0
+"""S that the tests are planned for where none was found [% of span]."""
+SIGN_OFF = ("Tests before, by / date", "Work done, by / date", "Tests after, by / date", "Compensation off, by / date")
+
+
+@dataclass(frozen=True)
+class WorkOrder:
+    """A work order; what nobody knows yet is a line to fill in."""
+
+    tag: str
+    """Name of the loop."""
+    title: str
+    """What is asked: to repair, or first to find out."""
+    record: str
+    """The record that the findings rest on."""
+    verdict: str
+    """`stiction`, `no_stiction` (a valve with play only) or `undecided`."""
+    probability: float
+    """Probability that the valve sticks [-]."""
+    S: float
+    """Deadband plus stickband [% of span]; NaN when not found."""
+    S_low: float
+    """Lower end of the 95 % interval of S [% of span]."""
+    S_high: float
+    """Upper end of the 95 % interval of S [% of span]."""
+    J: float
+    """Slip jump [% of span]; NaN when not found."""
+    J_low: float
+    """Lower end of the 95 % interval of J [% of span]."""
+    J_high: float
+    """Upper end of the 95 % interval of J [% of span]."""
+    findings: tuple[str, ...]
+    """What was found, a sentence each."""
+    suspects: tuple[Suspect, ...]
+    """Parts to look at, likeliest first."""
+    order_of_suspects: str
+    """What their order rests on."""
+    before: tuple[TestPlan, ...]
+    """Tests that confirm the finding."""
+    after: tuple[TestPlan, ...]
+    """Tests that accept the repaired valve, the ones from before among them."""
+    acceptance: tuple[str, ...]
+    """What the repaired valve must keep."""
+    meanwhile: tuple[str, ...]
+    """What runs until then and must be taken out afterwards."""
+    to_fill_in: tuple[str, ...]
+    """What is not known from the record."""
+    sign_off: tuple[str, ...] = SIGN_OFF
+    """Who signs for what."""
+
+    def summary(self) -> str:
+        """The order in two lines."""
+        return f"{self.title}\n{' '.join(self.findings[:2])}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        plain = {f.name: getattr(self, f.name) for f in fields(self)}
+        for name, value in plain.items():
+            if isinstance(value, float):
+                plain[name] = value if math.isfinite(value) else None
+            elif isinstance(value, tuple):
+                plain[name] = list(value)
+        parts = [{"part": s.part, "sign": s.sign, "check": s.check} for s in self.suspects]
+        tests = {name: [plan.to_dict() for plan in getattr(self, name)] for name in ("before", "after")}
+        return {**plain, "suspects": parts, **tests}
+
+    def to_text(self) -> str:
+        """The page as Markdown, which also reads as plain text."""
+        parts = [f"{i}. {s.part}. {s.sign} Check: {s.check} Found: {BLANK}" for i, s in enumerate(self.suspects, 1)]
+        sections = {
+            "Findings": _bullets(self.findings),
+            "Where to look": [self.order_of_suspects, "", *parts],
+            "Test before the repair": _bullets(_told(self.before)),
+            "Test after the repair": _bullets([*_told(self.after), *(f"Pass: {line}." for line in self.acceptance)]),
+            "Until then": _bullets(self.meanwhile),
+            "To fill in": _bullets(f"{line}: {BLANK}" for line in self.to_fill_in),
+            "Signed": _bullets(f"{line}: {BLANK}" for line in self.sign_off),
+        }
+        head = [f"# {self.title}", "", f"Record: {self.record}.", f"Order no. {BLANK}  issued {BLANK}"]
+        body = [line for name, lines in sections.items() for line in ("", f"## {name}", "", *lines)]
+        return "\n".join([*head, *body]) + "\n"
+
+
+def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> WorkOrder:
+    """Write the work order for a valve that sticks, has play, or may.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        The verdict on its loop.
+    trial : CompensationTrial, optional
+        What `compensate` recommends until the repair.
+
+    Returns
+    -------
+    WorkOrder
+        Findings, parts to look at, tests before and after, what runs meanwhile; `to_text()` is the page. An
+        undecided verdict makes an order to test, not to repair.
+
+    Raises
+    ------
+    ParameterError
+        When the verdict is that the valve is good.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    >>> record = st.simulate(loop, sp=10.0, duration=2000.0, op_start=50.0, tag="FIC-101", loop_type="flow")
+    >>> work_order(st.diagnose(record)).title
+    'Work order: control valve of FIC-101, repair'
+    """
+    verdict, found = diagnosis.verdict, _sized(diagnosis)
+    if verdict == "no_stiction" and diagnosis.cause != "deadband":
+        raise ParameterError(
+            f"{diagnosis.record.tag}: the verdict is no stiction (probability {diagnosis.probability:.2f}, cause: "
+            f"{diagnosis.cause}), so there is nothing for the valve shop; see to the cause named."
+        )
+    op = _usual_op(diagnosis)
+    before = plan_before(op, max(found.S, min(found.S_high, 2.0 * found.S)) if found else ASSUMED)
+    parts, why = suspects(found)
+    nan = math.nan
+    size = (found.S, found.S_low, found.S_high, found.J, found.J_low, found.J_high) if found else (nan,) * 6
+    ask = "test before any repair" if verdict == "undecided" else "repair"
+    return WorkOrder(
+        diagnosis.record.tag,
+        f"Work order: control valve of {diagnosis.record.tag}, {ask}",
+        _record(diagnosis),
+        verdict,
+        diagnosis.probability,
+        *size,
+        findings=_findings(diagnosis, op),
+        suspects=parts,
+        order_of_suspects=why,
+        before=before,
+        after=(plan_acceptance(op), before[0]),
+        acceptance=(
+            *ACCEPTANCE,
+            "the loop, back in automatic for 20 of its former periods, is diagnosed `no_stiction`",
+        ),
+        meanwhile=_meanwhile(trial),
+        to_fill_in=_to_fill_in(diagnosis),
+    )
+
+
+def _sized(diagnosis: Diagnosis) -> Identification | None:
+    """The valve found, where it has an S."""
+    found = diagnosis.identification
+    return found if found is not None and found.S > 0.0 else None
+
+
+def _usual_op(diagnosis: Diagnosis) -> float:
+    op = usable_part(diagnosis.record).op
+    return float(np.clip(np.nanmedian(op), 0.0, 100.0))
+
+
+def _record(diagnosis: Diagnosis) -> str:
+    record = diagnosis.record
+    start = f"from {record.start:%Y-%m-%d %H:%M}" if record.start else f"date {BLANK}"
+    return f"{record.provenance.source}, {start}, {record.duration / 60.0:.3g} min, sampled every {record.dt:g} s"
+
+
+def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
+    found, cycle = _sized(diagnosis), diagnosis.oscillation
+    verdict = {"stiction": "the valve sticks", "undecided": "cannot tell"}.get(diagnosis.verdict, "the valve has play")
+    lines = [f"Verdict: {verdict}; probability of stiction {diagnosis.probability:.2f}.", diagnosis.reason]
+    if found:
+        lines += [
+            f"On each reversal the OP travels S = {found.S:.2f} % of span ({_interval(found.S_low, found.S_high)}) "
+            "before the stem moves.",
+            f"When it breaks loose it jumps by J = {found.J:.2f} % of span ({_interval(found.J_low, found.J_high)}).",
+        ]
+        lines += [f"Reservation: {found.reason}"] if found.reason else []
+    if cycle.oscillating and math.isfinite(cycle.period):
+        day = 2.0 * 86400.0 / cycle.period
+        lines.append(
+            f"The loop cycles every {cycle.period:.3g} s: about {float(f'{day:.2g}'):.0f} reversals of the stem a day."
+        )
+    lines.append(f"Usual OP (controller output): {op:.0f} %.")
+    return tuple(lines)
+
+
+def _interval(low: float, high: float) -> str:
+    return f"95 % {low:.2f} to {high:.2f}" if math.isfinite(low) and math.isfinite(high) else "interval unknown"
+
+
+def _to_fill_in(diagnosis: Diagnosis) -> tuple[str, ...]:
+    lines = ["Make, type and size of valve, actuator, positioner", "Last service and what was done"]
+    found = _sized(diagnosis)
+    if found:
+        lines.append(f"Stroke in mm (S is {found.S / 100.0:.3g}, J {found.J / 100.0:.3g} of the stroke)")
+    else:
+        lines.append(f"S and J in % of span (not found; the tests are planned for S up to {ASSUMED:g} %)")
+    if diagnosis.record.mv is None:
+        lines.append("Where the valve position is read in the tests (none in the record)")
+    lines.append("OP range that operations allow for the tests, and when")
+    return tuple(lines)
+
+
+def _meanwhile(trial: CompensationTrial | None) -> tuple[str, ...]:
+    service = f"In service now, since: {BLANK}"
+    if trial is None:
+        return ("No remedy was tried on the loop's twin.", service)
+    if trial.recommended is None:
+        return (f"No remedy is recommended. {trial.reason}", service)
+    chosen = trial[trial.recommended]
+    lines = [f"Recommended until the repair: {chosen.name}. {chosen.remedy.words}"]
+    if not chosen.remedy.settings:
+        return (*lines, trial.reason, service)
+    lines += [
+        f"Settings: {in_words(chosen.remedy.settings)}.",
+        f"Predicted on the loop's twin: {predicted(trial)}.",
+        f"Off before the tests, and for good after the repair: ENABLE to FALSE, or back to Kc {BLANK} Ti {BLANK}.",
+    ]
+    return (*lines, service)
+
+
+def _told(plans: tuple[TestPlan, ...]) -> list[str]:
+    return [" ".join(plan.summary().split("\n")[:2]) for plan in plans]
+
+
+def _bullets(lines: Any) -> list[str]:
+    return [f"- {line}" for line in lines]

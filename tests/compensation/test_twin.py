@@ -1,0 +1,131 @@
+"""The twin: found from a record, against the loop that made the record; and refused where it does not cycle alike."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import stiction as st
+from stiction.compensation import Twin, build_twin
+from stiction.compensation.cycle import Cycle, cycle_of, distance
+from stiction.compensation.match import bring_nearer
+from stiction.compensation.refine import refine
+from stiction.compensation.twin import twin_of_loop
+from stiction.models import SOPDT
+
+PID = st.PID(0.2, 10.0, op_limits=(0.0, 100.0))
+LOOP = st.Loop(PID, st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
+SECOND = st.Loop(st.PID(2.0, 43.0), st.Kano(2.3, 1.8), SOPDT(1.0, 34.0, 16.0, 3.0), dt=1.0, noise=0.02)
+
+
+def recorded(loop: st.Loop, n: int, sp=50.0) -> st.LoopRecord:
+    kick = np.zeros(n)
+    kick[:40] = 2.0
+    record = st.simulate(loop, sp, float(n), kick, 3, pv_start=50.0, op_start=50.0)
+    return st.LoopRecord("FIC-1", 1.0, op=record.op, pv=record.pv, sp=record.sp, loop_type="flow")
+
+
+@pytest.fixture(scope="module")
+def diagnosis() -> st.Diagnosis:
+    return st.diagnose(recorded(LOOP, 2500))
+
+
+@pytest.fixture(scope="module")
+def twin(diagnosis) -> Twin:
+    return build_twin(diagnosis)
+
+
+def test_twin_is_the_loop(twin):
+    assert twin.fits
+    assert twin.score > 0.9
+    valve = twin.loop.valve
+    assert (pytest.approx(3.0, rel=0.05), pytest.approx(1.0, rel=0.3)) == (valve.S, valve.J)
+    assert twin.loop.controller.Kc == pytest.approx(0.2, rel=0.01)
+    assert twin.loop.controller.Ti == pytest.approx(10.0, rel=0.02)
+    assert twin.loop.noise == pytest.approx(0.05, rel=0.15)
+    assert twin.load == 0.0
+
+
+def test_twin_cycles_as_the_benchmark_does():
+    """science.md N16: this loop in steps of 1 s has T = 162.8 s and OP_pp = 3.499 %."""
+    quiet = st.Loop(st.PID(0.2, 10.0), LOOP.valve, LOOP.process, dt=1.0)
+    cycle, spread, run = cycle_of(quiet, 10.0, 0.0, 162.8)
+    assert cycle.period == pytest.approx(162.8, rel=0.01)
+    assert np.ptp(run.op) == pytest.approx(3.499, rel=0.01)
+    assert spread == 0.0
+
+
+def test_overlay_is_in_phase(twin):
+    shown = twin.overlay
+    assert {len(series) for series in shown.values()} == {len(shown["time"])}
+    for name in ("op", "pv"):
+        assert np.corrcoef(shown[name], shown[f"{name}_twin"])[0, 1] > 0.85
+
+
+def test_twin_is_json(twin):
+    assert json.loads(json.dumps(twin.to_dict(), allow_nan=False))["fits"] is True
+    assert "repeats" in twin.summary()
+
+
+def test_second_lag_is_found():
+    """The identification reports one time constant; the twin's process answers a step as the true one does."""
+    found = st.diagnose(recorded(SECOND, 2500))
+    better = refine(found.record, found.identification, found.oscillation.period)
+    t = np.arange(150)
+    true = np.interp(t - 3.0, t, 1.0 - (34.0 * np.exp(-t / 34.0) - 16.0 * np.exp(-t / 16.0)) / 18.0, left=0.0)
+    run = st.simulate(st.Loop(st.PID(0.0, 1e9), st.Ideal(), better.process, dt=1.0), 0.0, 150.0, np.ones(150))
+    assert better.process.order == 2
+    assert better.error < better.error_found
+    assert np.abs(run.pv - true).max() < 0.06
+
+
+def test_wrong_controller_gives_no_twin(diagnosis):
+    """With four times the gain the loop has another cycle: the twin must say that it does not fit."""
+    wrong = build_twin(diagnosis, st.PID(0.8, 3.0))
+    assert not wrong.fits
+    assert "does not" in wrong.reason
+
+
+def test_no_controller_is_said(diagnosis):
+    """An OP that no PI explains."""
+    from dataclasses import replace
+
+    rng = np.random.default_rng(0)
+    record = replace(diagnosis.record, op=50.0 + np.cumsum(rng.normal(size=len(diagnosis.record))) * 0.1)
+    with pytest.raises(st.RecordError, match="give controller=PID"):
+        build_twin(replace(diagnosis, record=record))
+
+
+def test_moving_set_point_is_followed(diagnosis):
+    """A cascade's slave: the twin is compared under the same moves of the set point."""
+    n = 2500
+    sp = 50.0 + np.repeat(np.random.default_rng(4).normal(0.0, 0.5, n // 500), 500)
+    found = st.diagnose(recorded(LOOP, n, sp))
+    assert build_twin(found).fits
+
+
+def test_nearer_twin_is_found():
+    """A dead time and a band that are off are brought back by period and amplitudes alone."""
+    quiet = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    target, _, _ = cycle_of(quiet, 0.0, 0.0, 142.0)
+    off = st.Loop(quiet.controller, st.Kano(4.2, 2.1), st.FOPDT(3.0, 10.0, 8.0), dt=1.0)
+    before, _, _ = cycle_of(off, 0.0, 0.0, 142.0)
+    nearer = bring_nearer(off, 0.0, 0.0, None, target)
+    assert nearer is not None
+    after, _, _ = cycle_of(nearer[0], 0.0, 0.0, 142.0)
+    assert distance(target, after) < 0.5 * distance(target, before)
+    assert nearer[1]
+
+
+def test_distance_of_a_loop_without_a_cycle():
+    assert distance(Cycle(10.0, 1.0, 1.0), Cycle(float("nan"), 0.0, 0.0)) == np.inf
+    assert distance(Cycle(10.0, 1.0, 1.0), Cycle(11.0, 1.1, 1.1)) == pytest.approx(np.log(1.1))
+
+
+def test_given_parameters_are_their_own_twin():
+    own = twin_of_loop(LOOP)
+    assert own.fits
+    assert own.loop == LOOP
+    assert own.simulated.period == pytest.approx(155.0, rel=0.1)
