@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Twin", "build_twin", "twin_of_loop"]
 
-PERIOD_LIMIT, AMPLITUDE_LIMIT, MOST_SPREAD = 0.15, 0.25, 0.25
+PERIOD_LIMIT, AMPLITUDE_LIMIT, MOST_SPREAD = 0.15, 0.25, 0.15
 """Largest relative error of period and amplitudes of a twin that fits, and how much the spread from run to run may
 widen them [-]."""
 CONTROLLER_LIMIT = 0.9
