@@ -60,6 +60,24 @@ def test_csv_is_read_back(run, folder):
     assert record.mv[0] == 50.0
 
 
+def test_a_compensator_in_the_loop_and_back_from_its_file(run, folder):
+    knocker = "knocker:amplitude=1.5,width=2,interval=5"
+    done = run("simulate", "--duration", "300", "--compensator", knocker, "--out", "a.csv")
+    assert done.code == 0
+    [record] = st.read(folder / "a.csv")
+    parts = (st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), 1.0)
+    loop = st.Loop(*parts, compensator=st.Knocker(1.5, 2.0, 5.0))
+    same = st.simulate(loop, 51.0, 300.0, pv_start=50.0, op_start=50.0)
+    assert record.valve_signal is not None
+    assert same.valve_signal is not None
+    np.testing.assert_allclose(record.valve_signal, same.valve_signal, rtol=2e-9)
+    np.testing.assert_allclose(record.op, same.op, rtol=2e-9)
+    wrong = run("simulate", "--compensator", "two-moves:S=3")
+    assert wrong.code == 2
+    assert 'no compensator "twomoves"' in wrong.err
+    assert 'Did you mean "twomove"?' in wrong.err
+
+
 def test_toml_file_with_an_option_before_it(run, folder):
     (folder / "loop.toml").write_text(TOML)
     _, values = table(run("simulate", "--loop", "loop.toml", "--sp", "50,51@10").out)

@@ -7,6 +7,7 @@ import hashlib
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 
@@ -48,9 +49,9 @@ def at_rest(record, last=2000):
     return np.ptp(record.mv[-last:]) == 0.0
 
 
-def drive(compensator, op, sp, pv):
-    """What is sent and asked for, by the compiled step: rows of valve signal, hold, track."""
-    state = compensator_at_rest(float(op[0]), float(sp[0]))
+def drive(compensator, op, sp, pv, start=None):
+    """What is sent and asked for, by the compiled step: rows of valve signal, hold, track; `start` is the OP before."""
+    state = compensator_at_rest(float(op[0] if start is None else start), float(sp[0]))
     p, rows = compensator.pack(1.0), []
     for values in zip(op, sp, pv, strict=True):
         state = switch.compensator_step(compensator.code, *map(float, values), state, p)
@@ -133,7 +134,7 @@ def test_what_the_row_says_is_what_the_steps_ask(name):
     facts = FACTS[name]
     compensator = CLASSES[name].for_stiction(5.0, 2.0, 1.0, gain=GAIN)
     record = run(st.Kano(5.0, 2.0), compensator, sp=10.0)
-    sent, hold, track = drive(compensator, record.op, record.sp, record.pv)
+    sent, hold, track = drive(compensator, record.op, record.sp, record.pv, start=0.0)
     assert np.array_equal(sent, record.valve_signal)
     assert np.any(sent[track == 0.0] != record.op[track == 0.0]) == facts.pulses
     assert np.any(hold != 0.0) == facts.holds
@@ -214,9 +215,8 @@ def test_two_moves_do_what_the_page_says(row):
             assert abs(record.pv[-1] - record.sp[-1]) <= made.band
         else:
             assert rms(record, 6000) < 1.05 * bare
-    doc = (st.TwoMove.__doc__ or "").split("\n")
-    cells = next(line.split("   ") for line in doc if line.strip().startswith(f"{S:g}, {J:g} "))
-    assert f"{rest} of 12, {ratio}" in [cell.strip() for cell in cells]
+    line = next(line for line in (st.TwoMove.__doc__ or "").split("\n") if line.strip().startswith(f"{S:g}, {J:g} "))
+    assert re.findall(r"\d+ of 12, [\d.]+", line)[[0.7, 1.0, 1.3].index(factor)] == f"{rest} of 12, {ratio}"
 
 
 @pytest.mark.parametrize("row", FOUR_MOVES, ids=lambda row: str(row.given))
@@ -225,8 +225,10 @@ def test_four_moves_do_what_the_page_says(row):
     made = st.FourMove.for_stiction(**row.given, dt=1.0, gain=GAIN)
     records = [run(valve, made, sp, 8000.0) for sp in SET_POINTS]
     assert all(at_rest(record) for record in records)
-    ratio = np.mean([rms(record) / rms(run(valve, None, sp, 8000.0)) for sp, record in zip(SET_POINTS, records)])
-    assert ratio == pytest.approx(row.expected, rel=row.tolerance)
+    bare = [rms(run(valve, None, sp, 8000.0)) for sp in SET_POINTS]
+    assert np.mean(np.array([rms(record) for record in records]) / bare) == pytest.approx(
+        row.expected, rel=row.tolerance
+    )
 
 
 @settings(max_examples=30)
@@ -255,7 +257,7 @@ def test_controller_takes_over_without_a_bump(name):
     sp, load = np.where(np.arange(n) < 3000, 10.0, 16.0), np.where(np.arange(n) < 7000, 0.0, 3.0)
     record = run(st.Kano(5.0, 2.0), made, sp, float(n), disturbance=load)
     bare = run(st.Kano(5.0, 2.0), None, sp, float(n), disturbance=load)
-    track = drive(made, record.op, sp, record.pv)[2]
+    track = drive(made, record.op, sp, record.pv, start=0.0)[2]
     assert track[2999] == track[6999] == track[-1] == 1.0
     assert track[3000] == 0.0
     left = np.flatnonzero(np.abs(sp - record.pv)[7000:] > made.band)[0] + 7000
@@ -271,10 +273,11 @@ def test_controller_takes_over_without_a_bump(name):
 
 
 def test_two_moves_stop_trying_and_leave_the_cycle_as_it_was():
-    """S five times too small: the first move does not break the stem away."""
-    record = run(st.Kano(5.0, 0.5), st.TwoMove(3.5, 0.35, 0.35, tries=2), 10.0, 20_000.0)
+    """S and J identified 30 % too small where J is a tenth of S: the moves end outside the band."""
+    made = st.TwoMove(3.5, 0.35, 0.35, tries=2)
+    record = run(st.Kano(5.0, 0.5), made, 10.0, 20_000.0)
     bare = run(st.Kano(5.0, 0.5), None, 10.0, 20_000.0)
-    tracked = drive(st.TwoMove(3.5, 0.35, 0.35, tries=2), record.op, record.sp, record.pv)[2]
+    tracked = drive(made, record.op, record.sp, record.pv, start=0.0)[2]
     assert np.count_nonzero(np.diff(tracked) > 0.0) == 2
     assert not tracked[-10_000:].any()
     assert rms(record, 12_000) == pytest.approx(rms(bare, 12_000), rel=0.05)
@@ -340,7 +343,7 @@ def test_settings_that_contradict_each_other():
         st.Knocker(1.0, 5.0, 5.0)
     with pytest.raises(st.ParameterError, match="J = 4 % exceeds S = 3 %"):
         st.TwoMove(3.0, 4.0, 1.0)
-    with pytest.raises(st.ParameterError, match="cycles = 1.5 cannot be; give a whole number of 1 or more"):
+    with pytest.raises(st.ParameterError, match=r"cycles = 1\.5 cannot be; give a whole number of 1 or more"):
         st.FourMove(1.0, cycles=1.5)  # type: ignore[arg-type]
     with pytest.raises(st.ParameterError, match=r"width = 0\.2 s is shorter than one sample of 1 s"):
         run(st.Kano(3.0, 1.0), st.Knocker(1.0, 0.2, 5.0))

@@ -77,7 +77,7 @@ TWO_MOVES = (
     Row("TwoMove", {"S": 5.0, "J": 2.0, "factor": 1.0}, (12, 0.19), 0.05, "docstring of TwoMove"),
     Row("TwoMove", {"S": 3.0, "J": 1.0, "factor": 1.0}, (12, 0.15), 0.05, "docstring of TwoMove"),
     Row("TwoMove", {"S": 3.0, "J": 3.0, "factor": 0.7}, (12, 0.15), 0.05, "docstring of TwoMove"),
-    Row("TwoMove", {"S": 5.0, "J": 2.0, "factor": 0.7}, (8, 0.54), 0.05, "docstring of TwoMove"),
+    Row("TwoMove", {"S": 5.0, "J": 2.0, "factor": 0.7}, (9, 0.49), 0.05, "docstring of TwoMove"),
     Row("TwoMove", {"S": 3.0, "J": 1.0, "factor": 0.7}, (3, 0.81), 0.05, "docstring of TwoMove"),
     Row("TwoMove", {"S": 3.0, "J": 3.0, "factor": 1.3}, (10, 0.49), 0.05, "docstring of TwoMove"),
     Row("TwoMove", {"S": 5.0, "J": 2.0, "factor": 1.3}, (12, 0.28), 0.05, "docstring of TwoMove"),

@@ -36,7 +36,8 @@ class ConstantReinforcement(Compensator):
     Notes
     -----
     Lowest PV deviation of the pulse compensators, highest price: the valve is driven in every sample, and the direction
-    is that of the noise where there is any. Simulated here, stem travel rises 3 to 7 times without noise, and 14 to 40 times with it.
+    is that of the noise where there is any. Simulated here, stem travel rises 3 to 7 times without noise, and 14 to 40
+    times with it.
 
     `for_stiction` gives amplitude S / 2; half to all of the stiction band is recalled as the authors' advice.
 
