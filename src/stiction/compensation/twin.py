@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Twin", "build_twin", "twin_of_loop"]
 
-PERIOD_LIMIT, AMPLITUDE_LIMIT, MOST_SPREAD = 0.15, 0.25, 0.25
+PERIOD_LIMIT, AMPLITUDE_LIMIT, MOST_SPREAD = 0.15, 0.25, 0.15
 """Largest relative error of period and amplitudes of a twin that fits, and how much the spread from run to run may
 widen them [-]."""
 CONTROLLER_LIMIT = 0.9
@@ -212,10 +212,14 @@ def _load(better: Refined, noise: float, samples: float, dt: float) -> tuple[flo
     """Standard deviation [% of span] and time scale [s] of a random load that leaves what the noise does not explain.
 
     A first-order load of a quarter of a period is sent through the process, and scaled so that its answer about the
-    moving average has the variance of what is left of the PV, the noise taken off.
+    moving average has the variance of what is left of the PV, the noise taken off. What is left alike in period after
+    period is the model's error and no load.
     """
-    lag = max(samples / 4.0, 1.0)
-    spare = float(np.var(better.left)) - noise * noise
+    lag, wide = max(samples / 4.0, 1.0), round(samples)
+    left = better.left
+    if left.size > 2 * wide:
+        left = (left[wide:] - left[:-wide]) / np.sqrt(2.0)
+    spare = float(np.var(left)) - noise * noise
     if spare <= 0.0:
         return 0.0, lag * dt
     n = round(200.0 * samples)
