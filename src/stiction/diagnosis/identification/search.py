@@ -1,9 +1,10 @@
 """The search: every (S, J) with every process candidate, by simulation error, in one kernel.
 
 Each valve is stroked over the recorded OP; the products of the target with all processes' answers, and the answers'
-own squares, then give each process's least-squares gain and what it leaves (see `lanes`). Slow disturbances are kept out by comparing deviations
-from the moving average over one period, of the record and of the simulation alike: the oscillation passes
-unchanged, constants and ramps vanish, so that neither the process's start nor a slowly varying load matters.
+own squares, then give each process's least-squares gain and what it leaves (see `lanes`). Slow disturbances are
+kept out by comparing deviations from the moving average over one period, of the record and of the simulation
+alike: the oscillation passes unchanged, constants and ramps vanish, so that neither the process's start nor a
+slowly varying load matters.
 """
 
 from __future__ import annotations
@@ -179,7 +180,6 @@ def search(
     """
     n, lanes = work.mv.shape
     end = n - half
-    n_delays = delays.shape[0]
     energy = 0.0
     for k in range(begin, end):
         energy += target[k] * target[k]

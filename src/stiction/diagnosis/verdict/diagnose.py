@@ -25,7 +25,10 @@ __all__ = ["diagnose"]
 
 SHORTEST_PERIOD = 8
 """Samples per period below which a local mean over one period says nothing about the valve."""
-DOUBTS = ("cycles", "sampling", "compression", "held", "replay", "length")
+DOUBTS = (
+    *("cycles", "sampling", "compression", "held", "replay", "length", "exception", "averaging", "frozen"),
+    *("clock", "missing", "resampled"),
+)
 """Gates whose reservation draws the odds towards even."""
 PLAIN_REASONS = ("missing", "op moves", "pv moves", "manual", "saturation")
 """Refusals that others follow from; that of a record which is too short as a whole comes before them."""

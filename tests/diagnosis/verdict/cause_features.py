@@ -1,4 +1,8 @@
-"""What the verdict weighs: one row of numbers for each record, most of them between 0 and 1."""
+"""Candidates for what the verdict weighs when it names causes: one row of numbers for each record.
+
+Not used by `diagnose` yet: a multinomial logistic regression on these rows names 0.83 of the simulated causes (fivefold,
+1 120 loops, seed 11), but 19 or 20 of the 23 real loops only.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +12,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.controller import fit_controller
-from stiction.diagnosis.identification.own_cycle import own_cycle, ultimate
 from stiction.diagnosis.oscillation import control_error
 from stiction.diagnosis.verdict.steadiness import amplitude_spread
+
+from own_cycle import own_cycle, ultimate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -184,7 +189,7 @@ def _compared(found: Sequence[Identification], swing: float, *, oscillating: boo
 
 
 def _better(fit: float, fit_linear: float) -> float:
-    """ln of what a good valve leaves over what the sticky one does, over 3, between 0 and 1."""
+    """Log of what a good valve leaves over what the sticky one does, over 3, between 0 and 1."""
     left, left_linear = (max(1.0 - share / 100.0, 1e-3) for share in (fit, fit_linear))
     return min(max(math.log(left_linear / left), 0.0) / 3.0, 1.0)
 

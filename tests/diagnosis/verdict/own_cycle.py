@@ -1,4 +1,4 @@
-"""Does the loop identified cycle by itself as the record does, and how far is it from its limit of stability?"""
+"""The cycle of the loop identified, by itself, and how far is its limit of stability."""
 
 from __future__ import annotations
 
