@@ -1,7 +1,7 @@
 """Candidates for what the verdict weighs when it names causes: one row of numbers for each record.
 
-Not used by `diagnose` yet: a multinomial logistic regression on these rows names 0.83 of the simulated causes (fivefold,
-1 120 loops, seed 11), but 19 or 20 of the 23 real loops only.
+Not used by `diagnose` yet: a multinomial logistic regression on these rows names 0.83 of the simulated causes
+(fivefold, 1 120 loops, seed 11), but 19 or 20 of the 23 real loops only.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.oscillation import control_error
 from stiction.diagnosis.verdict.steadiness import amplitude_spread
 
-from own_cycle import own_cycle, ultimate
+from .own_cycle import own_cycle, ultimate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
