@@ -220,7 +220,7 @@ def test_exchanged_loop_runs_as_a_new_one():
 
 
 @pytest.mark.xfail(
-    reason="all four advised loops get better, but the gain of two of them is predicted beyond 25 %; issue asks 80 of 100"
+    reason="all four advised loops get better, but the gain of two of them is predicted beyond 25 %; asked: 80 of 100"
 )
 def test_advice_holds_on_loops_it_has_not_seen():
     """Five loops of the population, identified from their records; all hundred: population.py."""
