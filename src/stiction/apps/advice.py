@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stiction.apps.options import in_options
@@ -94,9 +95,7 @@ def on_file(
 
 def on_loop(loop: Loop, tag: str, settings: Mapping[str, Any]) -> Advice:
     """Advise on a loop whose parameters are given."""
-    from dataclasses import replace
-
-    return _advice(None, None, replace(_tried(loop, None, settings, tag), tag=tag))
+    return _advice(None, None, _tried(loop, None, settings, tag))
 
 
 def _tried(
@@ -106,8 +105,11 @@ def _tried(
     from stiction.apps.output import gauge
     from stiction.diagnosis import Diagnosis
 
-    with gauge(source.record.tag if isinstance(source, Diagnosis) else tag) as progress:
-        return compensate(source, controller=controller, progress=progress, **settings)
+    tag = source.record.tag if isinstance(source, Diagnosis) else tag
+    with gauge(tag) as progress:
+        trial = compensate(source, controller=controller, progress=progress, **settings)
+    reason = in_options(trial.reason.removeprefix(f"{tag}: "))
+    return replace(trial, tag=tag, reason=reason[:1].upper() + reason[1:])
 
 
 def _advice(file: str | None, found: Diagnosis | None, trial: CompensationTrial) -> Advice:

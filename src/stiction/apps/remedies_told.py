@@ -17,10 +17,23 @@ if TYPE_CHECKING:
     from stiction.apps.advice import Advice
     from stiction.compensation import CompensationTrial, RemedyTrial
 
-__all__ = ["as_object", "failed", "headline", "not_written", "note_on", "settings_told", "tell", "twin_told", "valve_told"]
+__all__ = [
+    "as_object",
+    "change",
+    "failed",
+    "headline",
+    "not_written",
+    "note_on",
+    "settings_told",
+    "tell",
+    "twin_told",
+    "valve_told",
+]
 
+WORSE = 0.05
+"""Share by which a remedy must raise the PV deviation to be said to make it worse [-]."""
 COLUMNS = (
-    "Remedy", "PV std", "IAE", "Offset [PV]", "Travel", "Reversals/h", "OP movement", "PV std, S and J off", "Cost", "",
+    "Remedy", "PV std", "IAE", "Offset [PV]", "Travel", "Reversals/h", "OP movement", "S and J off", "Cost", "",
 )  # fmt: skip
 
 
@@ -40,6 +53,17 @@ def headline(trial: CompensationTrial) -> str:
     return "Until the shutdown: leave it as it is" if trial.recommended == NOTHING else (
         f"Until the shutdown: {trial.recommended}"
     )  # fmt: skip
+
+
+def change(ratio: float) -> str:
+    """Return a ratio as a change.
+
+    Examples
+    --------
+    >>> change(0.43), change(1.05), change(float("nan"))
+    ('-57 %', '+5 %', '–')
+    """
+    return f"{100.0 * (ratio - 1.0):+.0f} %" if math.isfinite(ratio) else "–"
 
 
 def twin_told(trial: CompensationTrial) -> str:
@@ -77,10 +101,10 @@ def note_on(one: RemedyTrial, trial: CompensationTrial) -> str:
     if one.name == trial.recommended:
         return "recommended"
     if not one.at_hand:
-        return "not before the shutdown"
-    if one.name != NOTHING and one.gain < 0.0:
+        return "at the shutdown"
+    if one.gain < -WORSE:
         return "makes it worse"
-    return "worse if S and J are off" if one.hurts else ""
+    return "hurts if S, J are off" if one.hurts else ""
 
 
 def not_written(key: str, target: Path, advice: Advice) -> str:
@@ -138,8 +162,8 @@ def _tell(advice: Advice) -> None:
         print_table(COLUMNS, [_row(one, now, trial) for one in trial.remedies], right=COLUMNS[1:9])
         b = now.behaviour
         say(
-            f"Against doing nothing: PV std {words.digits(b.pv_std)}, stem travel {words.digits(b.travel)} % of span/h, "
-            f"OP movement {words.digits(b.op_travel)} % of span/h; S and J off: by 30 % either way, the worst."
+            f"Against doing nothing (PV std {words.digits(b.pv_std)}, stem travel {words.digits(b.travel)} %/h, OP "
+            f'movement {words.digits(b.op_travel)} %/h); "S and J off" is the worst of 30 % either way.'
         )
     if trial.retuning is not None:
         say(f"Retuning: {trial.retuning.reason}")
@@ -151,23 +175,22 @@ def _row(one: RemedyTrial, now: RemedyTrial, trial: CompensationTrial) -> list[s
     b, base = one.behaviour, now.behaviour
     return [
         one.name,
-        _change(b.pv_std, base.pv_std),
-        _change(b.iae, base.iae),
+        change(_over(b.pv_std, base.pv_std)),
+        change(_over(b.iae, base.iae)),
         words.digits(b.offset),
         _times(b.travel, base.travel),
         words.digits(b.reversals),
         _times(b.op_travel, base.op_travel),
-        _change(one.worst, 1.0),
+        change(one.worst),
         f"{one.cost:.2f}",
         note_on(one, trial),
     ]
 
 
-def _change(value: float, base: float) -> str:
-    if not (base > 0.0 and math.isfinite(value)):
-        return "–"
-    return f"{100.0 * (value / base - 1.0):+.0f} %"
-
-
 def _times(value: float, base: float) -> str:
-    return f"x {value / base:.2f}" if base > 0.0 else "–"
+    ratio = _over(value, base)
+    return f"x {ratio:.2f}" if math.isfinite(ratio) else "–"
+
+
+def _over(value: float, base: float) -> float:
+    return value / base if base > 0.0 else math.nan
