@@ -47,6 +47,7 @@ def remedy_tradeoff(trial: CompensationTrial) -> Figure | None:
             "hovertemplate": f"{one.name}<br>PV std %{{y:.3~g}} %<br>travel × %{{x:.3~g}}<extra></extra>",
         })  # fmt: skip
     ticks = [t for t in (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200) if low <= math.log10(t) <= high]
+    data.sort(key=lambda trace: trace["name"] == trial.recommended)
     layout = {
         "xaxis": {
             "type": "log", "range": [low, high], "title": {"text": "Stem travel, times that of doing nothing"},
