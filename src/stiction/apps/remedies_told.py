@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from stiction.apps.advice import Advice
-    from stiction.compensation import CompensationTrial, RemedyTrial
+    from stiction.compensation import Behaviour, CompensationTrial, RemedyTrial
 
 __all__ = [
     "as_object",
@@ -32,9 +32,8 @@ __all__ = [
 
 WORSE = 0.05
 """Share by which a remedy must raise the PV deviation to be said to make it worse [-]."""
-COLUMNS = (
-    "Remedy", "PV std", "IAE", "Offset [PV]", "Travel", "Reversals/h", "OP movement", "S and J off", "Cost", "",
-)  # fmt: skip
+COLUMNS = ("Remedy", "PV std", "IAE", "Offset", "Travel", "Rev/h", "OP", "\u00b130 %", "Cost")
+"""Headings that fit into 80 columns; `_legend` says what they mean."""
 
 
 def tell(advices: Sequence[Advice], failures: Sequence[tuple[str, str]]) -> None:
@@ -63,7 +62,7 @@ def change(ratio: float) -> str:
     >>> change(0.43), change(1.05), change(float("nan"))
     ('-57 %', '+5 %', '–')
     """
-    return f"{100.0 * (ratio - 1.0):+.0f} %" if math.isfinite(ratio) else "–"
+    return f"{round(100.0 * (ratio - 1.0)):+d} %" if math.isfinite(ratio) else "–"
 
 
 def twin_told(trial: CompensationTrial) -> str:
@@ -157,39 +156,43 @@ def _tell(advice: Advice) -> None:
     if told := twin_told(trial):
         say(f"Twin: {told}")
     if trial.remedies:
-        now = trial[NOTHING]
+        now = trial[NOTHING].behaviour
         say("")
-        print_table(COLUMNS, [_row(one, now, trial) for one in trial.remedies], right=COLUMNS[1:9])
-        b = now.behaviour
-        say(
-            f"Against doing nothing (PV std {words.digits(b.pv_std)}, stem travel {words.digits(b.travel)} %/h, OP "
-            f'movement {words.digits(b.op_travel)} %/h); "S and J off" is the worst of 30 % either way.'
-        )
+        print_table(COLUMNS, [_row(one, now) for one in trial.remedies], right=COLUMNS[1:])
+        say(_legend(now))
+        for note in ("makes it worse", "hurts if S, J are off"):
+            names = [one.name for one in trial.remedies if note_on(one, trial) == note]
+            if names:
+                say(f"{note[0].upper()}{note[1:]}: {', '.join(names)}.")
+        say("")
     if trial.retuning is not None:
         say(f"Retuning: {trial.retuning.reason}")
     if action := valve_told(advice):
         say(f"Valve: {action}")
 
 
-def _row(one: RemedyTrial, now: RemedyTrial, trial: CompensationTrial) -> list[str]:
-    b, base = one.behaviour, now.behaviour
+def _legend(now: Behaviour) -> str:
+    pv, travel, op = (words.digits(x) for x in (now.pv_std, now.travel, now.op_travel))
+    return (
+        "PV std, IAE: their change. Offset: mean error in PV units. Travel, OP: movement of stem and OP, times that of "
+        "doing nothing. Rev/h: reversals of the stem. \u00b130 %: change of the PV std at worst with S and J off by "
+        f"30 %. Doing nothing has PV std {pv}, stem travel {travel} %/h, OP movement {op} %/h and cost 1."
+    )
+
+
+def _row(one: RemedyTrial, now: Behaviour) -> list[str]:
+    b = one.behaviour
     return [
         one.name,
-        change(_over(b.pv_std, base.pv_std)),
-        change(_over(b.iae, base.iae)),
-        words.digits(b.offset),
-        _times(b.travel, base.travel),
+        change(_over(b.pv_std, now.pv_std)),
+        change(_over(b.iae, now.iae)),
+        words.digits(b.offset, significant=2),
+        words.digits(_over(b.travel, now.travel), significant=2),
         words.digits(b.reversals),
-        _times(b.op_travel, base.op_travel),
+        words.digits(_over(b.op_travel, now.op_travel), significant=2),
         change(one.worst),
         f"{one.cost:.2f}",
-        note_on(one, trial),
     ]
-
-
-def _times(value: float, base: float) -> str:
-    ratio = _over(value, base)
-    return f"x {ratio:.2f}" if math.isfinite(ratio) else "–"
 
 
 def _over(value: float, base: float) -> float:
