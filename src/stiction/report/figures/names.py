@@ -41,7 +41,7 @@ def place_names(names: Sequence[str], at: Sequence[tuple[float, float]]) -> list
 
     Examples
     --------
-    >>> place_names(["a", "b", "far"], [(100.0, 100.0), (101.0, 100.0), (300.0, 300.0)])
+    >>> place_names(["a", "b", "far"], [(100.0, 100.0), (101.0, 100.0), (200.0, 300.0)])
     [('a<br>b', 'middle right'), ('', 'middle right'), ('far', 'middle right')]
     """
     groups: list[list[int]] = []
