@@ -222,3 +222,12 @@ def test_progress_is_kept_from_a_pipe_and_shown_on_a_terminal(monkeypatch, capsy
     with output.gauge("FIC-1") as show:
         show(1, 2)
     assert "FIC-1" in capsys.readouterr().err
+
+
+def test_a_twin_that_does_not_fit_is_told_once_with_its_reason(run, sticky_file):
+    """A controller that is not the loop's makes another cycle, or none: no advice, and what the twin does instead."""
+    done = run("compensate", sticky_file, "--seeds", "1", "--controller", "pi:Kc=0.02,Ti=100", "--report", "r.html")
+    assert done.code == 0
+    assert "No advice." in done.out
+    assert done.out.count("The twin does not") == 1
+    assert "Twin: Record: period" in done.out

@@ -51,7 +51,8 @@ def advice_blocks(advice: Advice) -> list[Block]:
         blocks += [_weights(trial), _beside(figures.remedy_tradeoff(trial), figures.remedy_sensitivity(trial))]
         blocks += [_done(trial)]
     if trial.twin is not None:
-        blocks += [Heading("The twin"), Text(told.twin_told(trial)), figures.twin_overlay(trial.twin), _twin(trial)]
+        said = told.twin_told(trial)
+        blocks += [Heading("The twin"), Text(said) if said else None, figures.twin_overlay(trial.twin), _twin(trial)]
     if trial.retuning is not None:
         blocks += [Heading("Retuning"), Text(trial.retuning.reason), figures.retuning(trial.retuning)]
     if advice.work_order is not None:
@@ -70,8 +71,8 @@ def _headline(advice: Advice) -> Html:
     facts = [("S", words.digits(trial.S, "% of span")), ("J", words.digits(trial.J, "% of span"))]
     if found is not None:
         facts = [("Verdict", f"{words.VERDICTS[verdict]}, probability {found.probability:.2f}"), *facts]
-    if trial.twin is not None and trial.twin.simulated.period > 0.0:
-        facts.append(("Period", words.span(trial.twin.simulated.period)))
+    if trial.twin is not None and trial.twin.measured.period > 0.0:
+        facts.append(("Period", words.span(trial.twin.measured.period)))
     if trial.recommended and trial[trial.recommended].remedy.settings:
         facts.append(("Settings", told.settings_told(trial[trial.recommended])))
     if trial.remedies:

@@ -66,7 +66,7 @@ def change(ratio: float) -> str:
 
 
 def twin_told(trial: CompensationTrial) -> str:
-    """Say how well the twin repeats the record, and what was changed for it."""
+    """Say how well the twin repeats the record, and what was changed for it; not again why there is no advice."""
     twin = trial.twin
     if twin is None:
         return ""
@@ -78,8 +78,9 @@ def twin_told(trial: CompensationTrial) -> str:
                 f" It cycles every {words.span(cycle.period)}, OP by {words.digits(cycle.amplitude_op)} % and PV by "
                 f"{words.digits(cycle.amplitude_pv)} to either side."
             )
-        return told
-    return twin.summary() + (f" Changed for it: {', '.join(twin.changes)}." if twin.changes else "")
+        return told.removeprefix(trial.reason).strip()
+    told = twin.summary().removeprefix(trial.reason).strip()
+    return told + (f" Changed for it: {', '.join(twin.changes)}." if twin.changes else "")
 
 
 def settings_told(one: RemedyTrial) -> str:
