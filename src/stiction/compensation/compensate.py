@@ -120,7 +120,7 @@ def _trial(
 ) -> CompensationTrial:  # fmt: skip
     retuning = retune(twin.loop, twin.measured.period)
     plan = programme_for(twin, S, duration)
-    fixed, variants = remedies_for(S, J, 2.0 * twin.simulated.amplitude_pv / S, twin.loop, retuning)
+    fixed, variants = remedies_for(S, J, 2.0 * twin.simulated.amplitude_pv / S, twin.dt, twin.loop, retuning)
     few, some = min(FEW, seeds), max(seeds // len(ERRORS), 1)
     picks = [(remedy, Job(remedy, 1.0, 1.0, few)) for options in variants.values() for remedy in options]
     n_remedies = len(fixed) + len(variants)
@@ -140,12 +140,12 @@ def _trial(
     for i, remedy in enumerate(remedies):
         row = plain[i].mean(axis=0)
         off = errors[i * len(ERRORS) : (i + 1) * len(ERRORS)]
-        worst = max(float(a[:, 0].mean() / b[:, 0].mean()) for a, b in zip(off, base_errors, strict=True))
+        with_errors = tuple(float(a[:, 0].mean() / b[:, 0].mean()) for a, b in zip(off, base_errors, strict=True))
         gains = 1.0 - plain[i][:, 0] / plain[0][:, 0]
         trials.append(
             RemedyTrial(
                 remedy, Behaviour(*(float(x) for x in row)), float(1.0 - row[0] / base[0]),
-                float(np.percentile(gains, 5.0)), worst, cost(row, base, worst, weights), remedy.name != FIX,
+                float(np.percentile(gains, 5.0)), with_errors, cost(row, base, max(with_errors), weights), remedy.name != FIX,
             )
         )  # fmt: skip
     ranked = tuple(sorted(trials, key=lambda one: one.cost))

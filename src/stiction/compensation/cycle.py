@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.compensation.exchange import exchange
-from stiction.diagnosis.oscillation import find_oscillation
+from stiction.compensation.surroundings import run_in
+from stiction.diagnosis.oscillation import about_drift, control_error, filled, find_oscillation, half_cycles, smooth
 from stiction.simulation import simulate
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stiction.compensation.surroundings import Surroundings
     from stiction.models import Loop
     from stiction.records.record import LoopRecord
 
-__all__ = ["NO_CYCLE", "Cycle", "cycle_of", "distance", "own_period"]
+__all__ = ["NO_CYCLE", "Cycle", "cycle_in", "cycle_of", "distance", "own_period", "pace"]
 
 SEEDS = 5
 """Runs over which the cycle of a noisy loop is taken [-]."""
@@ -47,7 +49,7 @@ NO_CYCLE = Cycle(float("nan"), 0.0, 0.0)
 
 
 def cycle_of(
-    loop: Loop, sp: float, op: float, period: float, moves: NDArray[np.float64] | None = None, seeds: int = SEEDS
+    loop: Loop, sp: float, op: float, period: float, around: Surroundings | None = None, seeds: int = SEEDS
 ) -> tuple[Cycle, float, LoopRecord]:
     """Let a loop run from rest after a pulse of load, and see how it oscillates once it has settled.
 
@@ -59,8 +61,8 @@ def cycle_of(
         Operating point [PV units, % of span].
     period : float
         Period that is expected [s].
-    moves : ndarray, shape (n_samples,), optional
-        Moves of the set point about `sp` once it has settled [PV units].
+    around : Surroundings, optional
+        What moves the loop from outside; by default its own noise alone.
     seeds : int
         Runs of a noisy loop [-].
 
@@ -70,7 +72,8 @@ def cycle_of(
         Medians over the runs; how much the runs differ, as the root mean square of the logarithms of their ratios to
         the medians [-]; and the run nearest to the medians.
     """
-    runs = [_run(loop, sp, op, period, moves, seed) for seed in range(seeds if loop.noise > 0.0 else 1)]
+    alike = around is None and loop.noise == 0.0
+    runs = [_run(loop, sp, op, period, around, seed) for seed in range(1 if alike else seeds)]
     cycles = [(one, record) for one, record in runs if one.period > 0.0]
     if 2 * len(cycles) < len(runs) or not cycles:
         return NO_CYCLE, 0.0, runs[0][1]
@@ -79,6 +82,30 @@ def cycle_of(
     apart = np.log(np.maximum(table, 1e-12) / np.maximum(middle, 1e-12))
     nearest = int(np.argmin(np.sum(apart**2, axis=1)))
     return Cycle(*(float(x) for x in middle)), float(np.sqrt(np.mean(apart**2))), cycles[nearest][1]
+
+
+def cycle_in(record: LoopRecord, period: float) -> Cycle:
+    """Pace of a record's OP, and its amplitudes over the `period` [s] expected, whether it is regular or not."""
+    error, op = control_error(record), filled(record.op)
+    if error is None or op is None:
+        return NO_CYCLE
+    samples = period / record.dt
+    return Cycle(pace(about_drift(op, samples), samples) * record.dt, _swing(op, samples), _swing(error, samples))
+
+
+def pace(x: NDArray[np.float64], samples: float) -> float:
+    """Twice the mean half period of a signal that swings about zero; NaN where it does not [samples]."""
+    halves = half_cycles(x, samples)
+    return 2.0 * float(np.mean(halves[:, 1] - halves[:, 0])) if len(halves) > 3 else float("nan")
+
+
+def _swing(x: NDArray[np.float64], samples: float) -> float:
+    """Half peak to peak in each period about the drift, median over the periods."""
+    calm = about_drift(smooth(x, samples / 24.0), samples)
+    length = min(max(2, round(samples)), x.size)
+    starts = np.arange(0.0, x.size - length + 1.0, samples).astype(np.intp)
+    cycles = np.lib.stride_tricks.sliding_window_view(calm, length)[starts]
+    return float(np.median(np.ptp(cycles, axis=1))) / 2.0
 
 
 def distance(a: Cycle, b: Cycle) -> float:
@@ -104,19 +131,14 @@ def own_period(loop: Loop, sp: float, op: float) -> float:
 
 
 def _run(
-    loop: Loop, sp: float, op: float, period: float, moves: NDArray[np.float64] | None, seed: int
+    loop: Loop, sp: float, op: float, period: float, around: Surroundings | None, seed: int
 ) -> tuple[Cycle, LoopRecord]:
     samples = max(round(period / loop.dt), 4)
-    settle, n = SETTLE * samples, RUN * samples
-    target: Any = sp
-    if moves is not None:
-        n = max(moves.size, n)
-        target = sp + np.concatenate([np.zeros(settle), moves, np.zeros(n - moves.size)])
-    kick = np.zeros(settle + n)
+    settle, n = SETTLE * samples, (SETTLE + RUN) * samples
+    kick = np.zeros(n)
     kick[: max(samples // 3, 3)] = 0.7 * getattr(loop.valve, "S", 3.0)
-    record = simulate(loop, target, (settle + n) * loop.dt, kick, seed, pv_start=sp, op_start=op)
-    record = record.window(settle, settle + n)
-    seen = find_oscillation(record)
-    if not seen.period > 0.0 or np.ptp(record.op) < 1e-9:
+    record = run_in(around, loop, np.full(n, sp), kick, seed, sp, op).window(settle, n)
+    # Alone, a loop may come to rest; in its surroundings it always moves.
+    if np.ptp(record.op) < 1e-9 or (around is None and not find_oscillation(record).period > 0.0):
         return NO_CYCLE, record
-    return Cycle(seen.period, seen.amplitude_op, seen.amplitude_pv), record
+    return cycle_in(record, period), record

@@ -17,9 +17,8 @@ from stiction.compensation.exchange import exchange
 from stiction.models import Kano, TransferFunction
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stiction.compensation.cycle import Cycle
+    from stiction.compensation.surroundings import Surroundings
     from stiction.models import Loop
 
 __all__ = ["bring_nearer"]
@@ -33,7 +32,7 @@ SEEDS, PRICE = 2, 0.2
 
 
 def bring_nearer(
-    loop: Loop, sp: float, op: float, moves: NDArray[np.float64] | None, measured: Cycle
+    loop: Loop, sp: float, op: float, around: Surroundings | None, measured: Cycle
 ) -> tuple[Loop, list[str]] | None:
     """Change dead time, J / S and gain until the period matches, and S until the amplitudes do.
 
@@ -43,8 +42,8 @@ def bring_nearer(
         The twin as identified, a Kano valve before a transfer function.
     sp, op : float
         Operating point [PV units, % of span].
-    moves : ndarray, shape (n_samples,), optional
-        Moves of the set point [PV units].
+    around : Surroundings, optional
+        What moves the loop from outside.
     measured : Cycle
         The record's.
 
@@ -64,7 +63,7 @@ def bring_nearer(
             process=replace(process, num=process.num * gain, dead_time=process.dead_time * longer),
             valve=Kano(valve.S, J),
         )
-        seen, _, _ = cycle_of(trial, sp, op, measured.period, moves, SEEDS)
+        seen, _, _ = cycle_of(trial, sp, op, measured.period, around, SEEDS)
         if not abs(seen.period / measured.period - 1.0) < PERIOD_OFF:
             continue
         by_op, by_pv = measured.amplitude_op / seen.amplitude_op, measured.amplitude_pv / seen.amplitude_pv
@@ -72,7 +71,7 @@ def bring_nearer(
         if not SCALES[0] <= scale <= SCALES[1]:
             continue
         trial = exchange(trial, valve=Kano(valve.S * scale, J * scale))
-        seen, _, _ = cycle_of(trial, sp, op, measured.period, moves, SEEDS)
+        seen, _, _ = cycle_of(trial, sp, op, measured.period, around, SEEDS)
         off = distance(measured, seen) + PRICE * float(np.abs(np.log([longer, ratio, gain, scale])).sum())
         if off < least:
             changed = {"dead time": longer, "J / S": J / valve.J if valve.J else 1.0, "gain": gain, "S": scale}

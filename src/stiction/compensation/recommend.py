@@ -44,8 +44,6 @@ def refusal(diagnosis: Diagnosis) -> str:
         )
     if diagnosis.identification is None:
         return "No valve and process were identified, so that there is no twin to try a remedy on."
-    if not diagnosis.oscillation.period > 0.0:
-        return f"The loop has no period, so that there is no cycle to compensate. {diagnosis.oscillation.reason}"
     return ""
 
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stiction.compensation.locked import locked_to
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.oscillation import about_drift
 from stiction.models import FOPDT, SOPDT, Integrating, Kano
@@ -36,6 +37,8 @@ CLEAR = 0.02
 """Share left unexplained below which noise no longer pins S, and S is tried apart from the point found [-]."""
 STARTS = ((1.0, 0.0, 0.0), (1.0, 0.0, 0.4), (1.0, -0.25, 0.2), (1.0, 0.25, 0.2), (0.85, 0.1, 0.2), (1.2, 0.1, 0.2))
 """Where the search starts: S over the one found, J / S beside it, tau2 over tau1 [-]."""
+SLOW = 4.0
+"""Periods over which the PV is averaged before what is left of it counts as moved from outside [-]."""
 PERIODS = 6
 """Periods after which the stem's simulation starts afresh [-]."""
 STEPS = np.array([0.01, 0.1, 0.2, 0.3, 0.5])
@@ -58,7 +61,9 @@ class Refined(NamedTuple):
     mv: NDArray[np.float64]
     """Stem position [% of span], shape (n_searched,); a long record is searched in its first part only."""
     left: NDArray[np.float64]
-    """PV about its moving average minus the simulated one [PV units], shape (n_inside,)."""
+    """Recorded PV minus the simulated one, about its moving average over `SLOW` periods [PV units], shape (n_inside,)."""
+    noise: float
+    """Standard deviation of the white part of what is left [PV units]."""
 
 
 def refine(record: LoopRecord, found: Identification, period: float) -> Refined:
@@ -98,6 +103,8 @@ def refine(record: LoopRecord, found: Identification, period: float) -> Refined:
             guess = np.array([*centre[:3], second, centre[4]])
             best, least = min((best, least), _search(view, guess, 2), key=lambda one: one[1])
     gain, mv, left = view.closely(best)
+    left = left - locked_to(view.op[view.inside], left, view.samples)
+    close = about_drift(left, view.samples)
     S, lag = float(np.exp(best[0])), float(np.exp(best[2])) * record.dt
     return Refined(
         S=S,
@@ -107,6 +114,7 @@ def refine(record: LoopRecord, found: Identification, period: float) -> Refined:
         error_found=before,
         mv=mv,
         left=left,
+        noise=min(float(np.std(np.diff(close, 2))) / float(np.sqrt(6.0)), float(close.std())),
     )
 
 
@@ -134,11 +142,11 @@ class _View:
         self.dt, self.integrating, self.samples = record.dt, integrating, period / record.dt
         size = max(ENOUGH, round(6.0 * self.samples))
         self.cut = slice(0, size)
-        self.op, pv = hold_gaps(record.op)[self.cut], hold_gaps(record.pv)[self.cut]
+        self.op, self.pv = hold_gaps(record.op)[self.cut], hold_gaps(record.pv)[self.cut]
         # Half a window at the ends, and the first period: what the stem did before the record is not known.
         first = round(1.5 * self.samples) if self.op.size > 5.0 * self.samples else round(0.5 * self.samples)
         self.inside = slice(first, max(self.op.size - round(0.5 * self.samples), first + 10))
-        self.target = about_drift(pv, self.samples)[self.inside]
+        self.target = about_drift(self.pv, self.samples)[self.inside]
         self.energy = float(self.target @ self.target)
         noise = float(np.std(np.diff(self.target, 2))) / np.sqrt(6.0)
         self.floor = noise * noise * self.target.size / self.energy
@@ -168,9 +176,12 @@ class _View:
 
     def answer(self, mv: NDArray[np.float64], place: NDArray[np.float64]) -> NDArray[np.float64]:
         """Process of gain 1 driven by the stem, about its moving average, shape (n_inside,)."""
+        return about_drift(self.through(mv, place), self.samples)[self.inside]
+
+    def through(self, mv: NDArray[np.float64], place: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Process of gain 1 driven by the stem, shape (n_searched,)."""
         lag = float(np.exp(place[2]))
-        y = _lags(mv - mv.mean(), lag, lag * float(place[3]), float(place[4]), self.integrating)
-        return about_drift(y, self.samples)[self.inside]
+        return _lags(mv - mv.mean(), lag, lag * float(place[3]), float(place[4]), self.integrating)
 
     def error(self, place: NDArray[np.float64]) -> float:
         """Share of the target's energy that the best gain leaves; above 1 outside the limits."""
@@ -186,7 +197,8 @@ class _View:
         mv = self.follow(place)
         y = self.answer(mv, place)
         gain = float(self.target @ y) / max(float(y @ y), 1e-300)
-        return gain / (self.dt if self.integrating else 1.0), mv, self.target - gain * y
+        left = self.pv - gain * self.through(mv, place)
+        return gain / (self.dt if self.integrating else 1.0), mv, about_drift(left, SLOW * self.samples)[self.inside]
 
     def process(self, gain: float, first: float, second: float, dead_time: float) -> TransferFunction:
         """The process with its time constants and dead time [s]."""

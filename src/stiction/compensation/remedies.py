@@ -63,7 +63,7 @@ class Remedy:
 
 
 def remedies_for(
-    S: float, J: float, gain: float, loop: Loop, retuning: Retuning
+    S: float, J: float, gain: float, dt: float, loop: Loop, retuning: Retuning
 ) -> tuple[tuple[Remedy, ...], dict[str, tuple[Remedy, ...]]]:
     """List the remedies without a choice, and the variants of those that have one.
 
@@ -73,6 +73,8 @@ def remedies_for(
         Identified stiction [% of span].
     gain : float
         PV deviation that S makes, over S [PV units per % of span].
+    dt : float
+        Sampling period of the record [s], in which pulses are counted.
     loop : Loop
         The twin.
     retuning : Retuning
@@ -95,7 +97,6 @@ def remedies_for(
         pid = retuning.controller
         fixed.append(Remedy(RETUNE, f"Set Kc = {pid.Kc:.3g}, Ti = {pid.Ti:.3g} s.", controller=pid))
     given = {"gain": gain, "noise": loop.noise}
-    dt = loop.dt
     pulses = {
         "knocker": Knocker.for_stiction(S, J, dt, **given),
         "constant reinforcement": ConstantReinforcement.for_stiction(S, J, dt, **given),

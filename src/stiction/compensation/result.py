@@ -59,8 +59,9 @@ class RemedyTrial:
     """Share by which the PV's standard deviation falls against doing nothing [-]; negative where it rises."""
     gain_low: float
     """The same for the seed at the 5 % point [-]."""
-    worst: float
-    """Largest PV deviation over that of doing nothing with S and J off by 30 % either way [-]."""
+    with_errors: tuple[float, ...]
+    """PV deviation over that of doing nothing with S and J off by 30 %: both larger, both smaller, S larger and J
+    smaller, S smaller and J larger [-]."""
     cost: float
     """Weighted sum of what it costs; doing nothing costs 1 [-]."""
     at_hand: bool
@@ -72,6 +73,11 @@ class RemedyTrial:
         return self.remedy.name
 
     @property
+    def worst(self) -> float:
+        """Largest PV deviation over that of doing nothing with S and J off by 30 % either way [-]."""
+        return max(self.with_errors)
+
+    @property
     def hurts(self) -> bool:
         """Whether it makes the PV worse by more than 5 % where S and J are off by 30 %."""
         return self.worst > 1.05
@@ -81,7 +87,7 @@ class RemedyTrial:
         return {
             "name": self.name, "words": self.remedy.words, "settings": self.remedy.settings,
             "behaviour": self.behaviour.to_dict(), "gain": self.gain, "gain_low": self.gain_low,
-            "worst_with_30_percent_error": self.worst, "cost": self.cost, "at_hand": self.at_hand,
+            "with_30_percent_error": list(self.with_errors), "worst_with_30_percent_error": self.worst, "cost": self.cost, "at_hand": self.at_hand,
         }  # fmt: skip
 
 

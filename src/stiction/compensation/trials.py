@@ -1,7 +1,8 @@
 """Trials: the twin with a remedy, over seeds, through one programme: undisturbed, a set point step, a load step.
 
-Every remedy sees the same seeds: the same noise, the same slowly varying load, the same constant load (which decides
-where the stem would have to rest), the same pulse that starts the cycle, and steps of the same size and sign.
+Every remedy sees the same seeds: the same surroundings (noise, load, moves of the set point), the same constant load
+(which decides where the stem would have to rest), the same pulse that starts the cycle, and steps of the same size and
+sign. The PV's deviation is that from the set point.
 """
 
 from __future__ import annotations
@@ -13,9 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stiction.compensation.exchange import exchange
-from stiction.compensation.load import first_order
+from stiction.compensation.surroundings import run_in
 from stiction.models import Kano
-from stiction.simulation import simulate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.compensation.remedies import Remedy
+    from stiction.compensation.surroundings import Surroundings
     from stiction.compensation.twin import Twin
     from stiction.models import Loop
     from stiction.records.record import LoopRecord
@@ -45,19 +46,17 @@ class Programme(NamedTuple):
     settle: int
     """Samples left out at the beginning."""
     steady: int
-    """Samples without a disturbance but the slow load and noise."""
+    """Samples without a disturbance but those from the loop's surroundings."""
     step: int
     """Samples after each step."""
     sp_step: float
     """Height of the set point step [PV units]."""
     load_step: float
     """Height of the load step [% of span]."""
-    load: float
-    """Standard deviation of the slowly varying load [% of span]."""
-    load_samples: float
-    """Samples over which it changes."""
     offset: float
     """Largest constant load, drawn for each seed [% of span]."""
+    around: Surroundings | None = None
+    """What moves the loop from outside; None for its own noise alone."""
 
     @property
     def n(self) -> int:
@@ -76,8 +75,7 @@ def programme_for(twin: Twin, S: float, duration: float | None, dt: float | None
     steady = round(STEADY * samples) if duration is None else max(round(duration / dt), 20)
     return Programme(
         sp=twin.sp, op=twin.op, settle=round(SETTLE * samples), steady=steady, step=round(STEP * samples),
-        sp_step=2.0 * twin.simulated.amplitude_pv, load_step=S, load=twin.load,
-        load_samples=max(twin.load_time / dt, 1.0), offset=S,
+        sp_step=2.0 * twin.simulated.amplitude_pv, load_step=S, offset=S, around=twin.around,
     )  # fmt: skip
 
 
@@ -88,11 +86,9 @@ def run(loop: Loop, plan: Programme, seed: int) -> LoopRecord:
     load = np.full(plan.n, float(rng.uniform(-plan.offset, plan.offset)))
     load[: max(plan.settle // 24, 3)] += 0.7 * plan.offset * side
     load[plan.n - plan.step :] += plan.load_step * side
-    if plan.load > 0.0:
-        load += plan.load * first_order(rng, plan.n, plan.load_samples)
     sp = np.full(plan.n, plan.sp)
     sp[plan.settle + plan.steady :] += plan.sp_step * side
-    return simulate(loop, sp, plan.n * loop.dt, load, seed, pv_start=plan.sp, op_start=plan.op)
+    return run_in(plan.around, loop, sp, load, seed, plan.sp, plan.op)
 
 
 def measure(record: LoopRecord, plan: Programme) -> NDArray[np.float64]:
@@ -101,7 +97,8 @@ def measure(record: LoopRecord, plan: Programme) -> NDArray[np.float64]:
     assert record.mv is not None
     assert record.sp is not None
     first, last = plan.settle, plan.settle + plan.steady
-    error = np.abs(record.sp - record.pv)
+    deviation = record.pv - record.sp
+    error = np.abs(deviation)
     steady = slice(first, last)
     hours = plan.steady * record.dt / 3600.0
     moves = np.diff(record.mv[steady])
@@ -109,9 +106,9 @@ def measure(record: LoopRecord, plan: Programme) -> NDArray[np.float64]:
     going = moves[size > 1e-9]
     return np.array(
         [
-            float(record.pv[steady].std()),
+            float(deviation[steady].std()),
             float(error[steady].mean()),
-            abs(float((record.sp[steady] - record.pv[steady]).mean())),
+            abs(float(deviation[steady].mean())),
             float(size.sum()) / hours,
             float(np.count_nonzero(going[1:] * going[:-1] < 0.0)) / hours,
             float(np.abs(np.diff(record.op[steady])).sum()) / hours,

@@ -9,29 +9,27 @@ that does.
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.compensation.cycle import NO_CYCLE, Cycle, cycle_of, distance, own_period
-from stiction.compensation.load import first_order
+from stiction.compensation.cycle import Cycle, cycle_in, cycle_of, distance, own_period, pace
 from stiction.compensation.match import bring_nearer
+from stiction.compensation.recorded_controller import recorded_controller
 from stiction.compensation.refine import refine
-from stiction.diagnosis.identification import fit_controller
+from stiction.compensation.surroundings import Surroundings
 from stiction.diagnosis.identification.signals import hold_gaps
-from stiction.diagnosis.oscillation import about_drift
 from stiction.errors import RecordError
-from stiction.models import PID, Ideal, Kano, Loop
+from stiction.models import Kano, Loop
 from stiction.records.quality import usable_part
-from stiction.simulation import simulate
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.compensation.refine import Refined
     from stiction.diagnosis.result import Diagnosis, Identification
+    from stiction.models import PID
     from stiction.records.record import LoopRecord
 
 __all__ = ["Twin", "build_twin", "twin_of_loop"]
@@ -39,12 +37,10 @@ __all__ = ["Twin", "build_twin", "twin_of_loop"]
 PERIOD_LIMIT, AMPLITUDE_LIMIT, MOST_SPREAD = 0.15, 0.25, 0.15
 """Largest relative error of period and amplitudes of a twin that fits, and how much the spread from run to run may
 widen them [-]."""
-CONTROLLER_LIMIT = 0.9
-"""Share of the OP that a controller found from the record must explain [-]."""
-MOST_LEFT = 0.25
-"""Share of the PV's movement, about its average over a period, that valve and process may leave unexplained [-]."""
-LEAST_LOAD = 0.05
-"""Standard deviation of the random load over S below which it is left out [-]."""
+SHORTEST = 8.0
+"""Samples to a period below which an oscillation is no time scale of the valve's [-]."""
+FINER = 5
+"""Samples of the twin to one of a record that does not show the controller's own [-]."""
 
 
 @dataclass(frozen=True)
@@ -57,10 +53,6 @@ class Twin:
     """Set point about which remedies are tried [PV units]."""
     op: float
     """OP about which the loop works [% of span]."""
-    load: float
-    """Standard deviation of the random load at the process inlet [% of span]."""
-    load_time: float
-    """Time constant of that load [s]."""
     measured: Cycle
     """How the record oscillates."""
     simulated: Cycle
@@ -71,10 +63,19 @@ class Twin:
     """Whether the twin may advise."""
     reason: str
     """Why it may, or may not."""
+    unexplained: float = 0.0
+    """Share of the PV's movement about its average over a period that valve and process leave [-]."""
     changes: tuple[str, ...] = ()
     """What was changed of the point identified, and by how much."""
+    around: Surroundings | None = field(default=None, repr=False, compare=False)
+    """What moves the loop from outside; None for its own noise alone."""
     overlay: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False, compare=False)
     """Three periods aligned in phase: time [s], op, op_twin, pv, pv_twin, shape (n_samples,) each."""
+
+    @property
+    def dt(self) -> float:
+        """Sampling period of the record [s]; the twin's own may be finer."""
+        return self.loop.dt if self.around is None else self.around.dt
 
     def summary(self) -> str:
         """The comparison in a sentence or two."""
@@ -98,8 +99,7 @@ class Twin:
             },
             "dt_s": self.loop.dt,
             "noise": self.loop.noise,
-            "load": self.load,
-            "load_time_s": self.load_time,
+            "unexplained": self.unexplained,
             "sp": self.sp,
             "op": self.op,
             "measured": self.measured.to_dict(),
@@ -129,7 +129,7 @@ def twin_of_loop(loop: Loop, *, sp: float = 50.0, op: float = 50.0) -> Twin:
     """
     cycle, _, _ = cycle_of(loop, sp, op, own_period(loop, sp, op))
     reason = "Parameters were given, so that there is no record to compare with."
-    return Twin(loop, sp, op, 0.0, 0.0, cycle, cycle, 1.0, True, reason)
+    return Twin(loop, sp, op, cycle, cycle, 1.0, True, reason)
 
 
 def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
@@ -152,83 +152,52 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     RecordError
         When nothing was identified, the loop has no period, or no controller is found.
     """
-    found, seen = diagnosis.identification, diagnosis.oscillation
-    tag = diagnosis.record.tag
+    found, tag = diagnosis.identification, diagnosis.record.tag
     if found is None:
         raise RecordError(f"{tag}: no valve and process were identified; there is nothing to build a twin on.")
-    if not seen.period > 0.0:
-        raise RecordError(f"{tag} has no period; a twin is judged by the cycle it repeats.")
     record = usable_part(diagnosis.record)
     assert record.pv is not None
-    pid = controller if controller is not None else _controller(record)
-    better = refine(record, found, seen.period)
+    scale = _scale(record, diagnosis)
+    pid, finer = (controller, 1) if controller is not None else _controller(record)
+    better = refine(record, found, scale)
     pv = hold_gaps(record.pv)
     sp = pv if record.sp is None else hold_gaps(record.sp)
     level, op = float(np.mean(sp)), float(np.mean(better.mv))
-    moves = None if record.sp is None or np.ptp(sp) == 0.0 else sp - level
-    loop = Loop(pid, Kano(better.S, better.J), better.process, record.dt, noise=_noise(better.left))
-    measured = Cycle(seen.period, seen.amplitude_op, seen.amplitude_pv)
+    moves = np.zeros(1) if record.sp is None else sp - level
+    loop = Loop(pid, Kano(better.S, better.J), better.process, record.dt / finer, noise=better.noise)
+    around = Surroundings(moves, better.left, record.dt)
+    measured = cycle_in(replace(record, pv=pv, sp=None if record.sp is None else sp), scale)
     changes = _changes(found, better)
-    if better.error > MOST_LEFT:
-        reason = (
-            f"Valve and process leave {100.0 * better.error:.0f} % of the PV's movement unexplained (at most "
-            f"{100.0 * MOST_LEFT:.0f} %): too much for a twin."
-        )
-        return Twin(loop, level, op, 0.0, 0.0, measured, NO_CYCLE, -math.inf, False, reason, changes)
-    cycle, spread, run = cycle_of(loop, level, op, seen.period, moves)
+    if not measured.period > 0.0:
+        raise RecordError(f"{tag}: OP does not swing, so that there is nothing to judge a twin by.")
+    cycle, spread, run = cycle_of(loop, level, op, scale, around)
     fits, reason = _judge(measured, cycle, spread)
     if not fits:
-        nearer = bring_nearer(loop, level, op, moves, measured)
+        nearer = bring_nearer(loop, level, op, around, measured)
         if nearer is not None:
             loop, told = nearer
-            cycle, spread, run = cycle_of(loop, level, op, seen.period, moves)
+            cycle, spread, run = cycle_of(loop, level, op, scale, around)
             fits, reason = _judge(measured, cycle, spread)
             changes += tuple(told)
-    load, load_time = _load(better, loop.noise, seen.period / record.dt, record.dt)
-    if load < LEAST_LOAD * better.S:
-        load = 0.0
-    overlay = _overlay(record, pv, run, seen.period) if cycle.period > 0.0 else {}
+    overlay = _overlay(record, pv, run, scale) if cycle.period > 0.0 else {}
     score = 1.0 - distance(measured, cycle)
-    return Twin(loop, level, op, load, load_time, measured, cycle, score, fits, reason, changes, overlay)
+    return Twin(loop, level, op, measured, cycle, score, fits, reason, better.error, changes, around, overlay)
 
 
-def _controller(record: LoopRecord) -> PID:
-    """The PI controller behind the record."""
-    found = fit_controller(record)
-    if found.fit < CONTROLLER_LIMIT or not (found.Ti > 0.0 and found.Kc != 0.0):
-        raise RecordError(
-            f"{record.tag}: no PI controller explains the OP ({100.0 * found.fit:.0f} % of its movement, "
-            f"{100.0 * CONTROLLER_LIMIT:.0f} % needed); give controller=PID(Kc, Ti), or check that it is in automatic."
-        )
-    return PID(found.Kc, found.Ti, op_limits=(0.0, 100.0))
+def _scale(record: LoopRecord, diagnosis: Diagnosis) -> float:
+    """Period of the oscillation [s]; where there is none, the pace at which OP swings about its mean."""
+    seen = diagnosis.oscillation
+    if seen.oscillating and seen.period >= SHORTEST * record.dt:
+        return seen.period
+    op = hold_gaps(record.op)
+    found = pace(op - op.mean(), SHORTEST)
+    return (found if found > 0.0 else op.size / 5.0) * record.dt
 
 
-def _noise(left: NDArray[np.float64]) -> float:
-    """Standard deviation of the white part of what is left [PV units]: second differences see little else."""
-    return min(float(np.std(np.diff(left, 2))) / float(np.sqrt(6.0)), float(left.std()))
-
-
-def _load(better: Refined, noise: float, samples: float, dt: float) -> tuple[float, float]:
-    """Standard deviation [% of span] and time scale [s] of a random load that leaves what the noise does not explain.
-
-    A first-order load of a quarter of a period is sent through the process, and scaled so that its answer about the
-    moving average has the variance of what is left of the PV, the noise taken off. What is left alike in period after
-    period is the model's error and no load.
-    """
-    lag, wide = max(samples / 4.0, 1.0), round(samples)
-    left = better.left
-    if left.size > 2 * wide:
-        left = (left[wide:] - left[:-wide]) / np.sqrt(2.0)
-    spare = float(np.var(left)) - noise * noise
-    if spare <= 0.0:
-        return 0.0, lag * dt
-    n = round(200.0 * samples)
-    load = first_order(np.random.default_rng(0), n, lag)
-    still = Loop(PID(1e-12, 1e12), Ideal(), better.process, dt)
-    answer = simulate(still, 0.0, n * dt, load).pv
-    assert answer is not None
-    unit = float(np.std(about_drift(answer, samples)[round(samples) : -round(samples)]))
-    return float(np.sqrt(spare)) / unit if unit > 0.0 else 0.0, lag * dt
+def _controller(record: LoopRecord) -> tuple[PID, int]:
+    """The record's controller, and how many of its samples there are to one of the record: 1, or `FINER`."""
+    pid, exact = recorded_controller(record)
+    return pid, 1 if exact else FINER
 
 
 def _judge(a: Cycle, b: Cycle, spread: float) -> tuple[bool, str]:
