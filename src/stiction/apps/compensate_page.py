@@ -103,11 +103,11 @@ def _expected(trial: CompensationTrial) -> str:
 def _remedies(trial: CompensationTrial) -> Table:
     """Every number of every remedy, the cheapest first."""
     columns = [
-        "Remedy", "PV std", "of now [%]", "at worst [%]", "IAE", "Offset", "SP step", "Load step", "Travel [%/h]",
+        "Remedy", "PV std", "of now [%]", "S, J off by 30 % [%]", "IAE", "Offset", "SP step", "Load step", "Travel [%/h]",
         "Reversals [1/h]", "OP moves [%/h]", "Cost [-]", "Note",
     ]  # fmt: skip
     caption = (
-        "PV std, also in % of doing nothing, as identified and at worst with S and J off by 30 %; IAE undisturbed and "
+        "PV std, also in % of doing nothing, as identified and with S and J off by 30 % (both up, both down, S up and J down, S down and J up); IAE undisturbed and "
         "after a step, each over its time, and offset in PV units; travel of the stem; the cost of doing nothing is 1."
     )
     return Table(columns, [_row(one, trial) for one in trial.remedies], caption, sortable=True)
@@ -139,14 +139,17 @@ def _twin(trial: CompensationTrial) -> Table:
     assert trial.twin is not None
     twin, loop = trial.twin, trial.twin.loop
     pid = loop.controller
-    load = f"{words.digits(twin.load)} % of span, over {words.span(twin.load_time)}" if twin.load else "none"
+    around = "its own noise alone"
+    if twin.around is not None:
+        left = words.digits(float(twin.around.left.std()))
+        around = f"the record's: noise and load of std {left}, set point of std {words.digits(float(twin.around.moves.std()))}"
     rows = [
         ["Valve", f"{type(loop.valve).__name__}, S = {words.digits(trial.S)} %, J = {words.digits(trial.J)} %"],
         ["Controller", f"Kc = {words.digits(pid.Kc)}, Ti = {words.digits(pid.Ti)} s, Td = {words.digits(pid.Td)} s"],
         ["Process", _process(twin.to_dict()["process"])],
         ["Sampling", f"every {words.span(loop.dt)}"],
         ["Noise of the PV", f"{words.digits(loop.noise)} PV units"],
-        ["Random load", load],
+        ["Moved from outside by [PV units]", around],
     ]
     return Table(["Part of the twin", "As simulated"], rows)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.compensation.cost import checked, cost
-from stiction.compensation.recommend import choose, refusal
+from stiction.compensation.recommend import choose, pointless, refusal
 from stiction.compensation.remedies import FIX, NOTHING, Remedy, remedies_for
 from stiction.compensation.result import Behaviour, CompensationTrial, RemedyTrial
 from stiction.compensation.retune import retune
@@ -77,9 +77,11 @@ def compensate(
 
     Notes
     -----
-    A remedy is recommended only if it lowers the PV's standard deviation by 10 % or more, costs less than doing
-    nothing, and does not raise the deviation by more than 5 % where S and J are off by 30 % either way. Fixing the
-    valve is always shown beside it; it is not at hand until the shutdown.
+    A remedy is recommended only if it lowers the PV's standard deviation about the set point by 10 % or more (20 % on
+    the twin of a record), costs less than doing nothing, and does not raise the deviation by more than 5 % where S and
+    J are off by 30 % either way. On the twin of a record only remedies are recommended whose gain such a twin foretells,
+    knocker and constant reinforcement; and none where even a good valve would change the deviation by less than 10 %.
+    Fixing the valve is always shown beside it; it is not at hand until the shutdown.
 
     Examples
     --------
@@ -149,10 +151,13 @@ def _trial(
             )
         )  # fmt: skip
     ranked = tuple(sorted(trials, key=lambda one: one.cost))
-    recommended, reason, risk = choose(ranked)
+    found = twin.around is not None
+    recommended, reason, risk, expected = choose(ranked, found=found)
+    if found and (none := pointless(next(one for one in ranked if one.name == FIX))):
+        recommended, reason, risk, expected = None, none, "", float("nan")
     shown = {NOTHING, FIX, recommended}
     trends = {one.name: _trend(twin, plan, one.remedy) for one in ranked if one.name in shown}
-    return CompensationTrial(tag, ranked, recommended, reason, risk, S, J, twin, retuning, weights, seeds, trends)
+    return CompensationTrial(tag, ranked, recommended, reason, risk, S, J, twin, retuning, weights, seeds, trends, expected)
 
 
 def _cheapest(

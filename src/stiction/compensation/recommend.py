@@ -10,12 +10,21 @@ if TYPE_CHECKING:
     from stiction.compensation.result import RemedyTrial
     from stiction.diagnosis.result import Diagnosis
 
-__all__ = ["choose", "refusal"]
+__all__ = ["choose", "pointless", "refusal"]
 
 OPEN_LOOP = ("two-move", "four-move")
 """Remedies that open the loop."""
-LEAST_GAIN = 0.10
-"""Share by which a remedy must lower the PV's deviation to be recommended [-]."""
+LEAST_GAIN, LEAST_FOUND = 0.10, 0.20
+"""Share by which a remedy must lower the PV's deviation to be recommended, on a loop that is given and on the twin of a
+record [-]."""
+LEAST_REPAIR = 0.10
+"""Share by which a good valve must lower it for the valve to be worth compensating [-]."""
+FORESEEN = ("knocker", "constant reinforcement")
+"""Remedies whose gain the twin of a record foretells: whether those that rest in a band rest at all, and what other
+settings do, hangs on more of valve and process than a record shows (docs/repair-retune-compensate.md)."""
+OPTIMISM = 0.9
+"""Gain of the true loop over that of its twin, the median of 300 simulated loops: a remedy set on a twin fits the twin
+best [-]."""
 
 
 def refusal(diagnosis: Diagnosis) -> str:
@@ -47,39 +56,61 @@ def refusal(diagnosis: Diagnosis) -> str:
     return ""
 
 
-def choose(ranked: tuple[RemedyTrial, ...]) -> tuple[str, str, str]:
+def pointless(fix: RemedyTrial) -> str:
+    """Say that a good valve would change nothing; empty where it would."""
+    if fix.gain >= LEAST_REPAIR:
+        return ""
+    return (
+        f"Even a good valve would change the PV's deviation by {_percent(-fix.gain)} only: what moves the PV is not the "
+        "valve, and there is nothing to compensate. Repair it at the shutdown if it sticks."
+    )
+
+
+def choose(ranked: tuple[RemedyTrial, ...], *, found: bool = False) -> tuple[str, str, str, float]:
     """Choose the remedy until the shutdown.
 
     Parameters
     ----------
     ranked : tuple of RemedyTrial
         The trials, the cheapest first.
+    found : bool
+        Whether they were made on the twin of a record and not on a loop that was given.
 
     Returns
     -------
-    tuple of str
-        Its name, the reason and the risk.
+    tuple
+        Its name, the reason, the risk, and the share by which it is expected to lower the PV's deviation [-].
     """
     fix = next(one for one in ranked if one.name == FIX)
     nothing = next(one for one in ranked if one.name == NOTHING)
-    helping = [one for one in ranked if one.at_hand and one.gain >= LEAST_GAIN and one.cost < nothing.cost]
-    safe = [one for one in helping if not one.hurts]
+    least = LEAST_FOUND if found else LEAST_GAIN
+    helping = [one for one in ranked if one.at_hand and one.gain >= least and one.cost < nothing.cost]
+    safe = [one for one in helping if not one.hurts and (one.name in FORESEEN or not found)]
     repair = f"Fixing the valve lowers the PV's deviation by {100.0 * fix.gain:.0f} %"
-    if fix.gain < LEAST_GAIN:
-        repair = f"Even a good valve changes the PV's deviation by {-100.0 * fix.gain:+.0f} % only"
+    if fix.gain < LEAST_REPAIR:
+        repair = f"Fixing the valve changes the PV's deviation by {_percent(-fix.gain)} only"
     if not safe:
-        why = f"{repair}; until then no remedy lowers it by {100.0 * LEAST_GAIN:.0f} % at a price worth paying"
+        why = f"{repair}; until then no remedy lowers it by {100.0 * least:.0f} % at a price worth paying"
         if helping:
             one = helping[0]
-            why = (
-                f"{repair}; until then the {one.name} would lower it by {100.0 * one.gain:.0f} %, but raises it to "
-                f"{one.worst:.2f} times that of doing nothing where S and J are off by 30 %"
+            why = f"{repair}; until then the {one.name} would lower it by {100.0 * one.gain:.0f} %, but "
+            why += (
+                f"raises it to {one.worst:.2f} times that of doing nothing where S and J are off by 30 %"
+                if one.hurts
+                else "a record does not show enough of valve and process to count on that"
             )
-        return NOTHING, f"{why}: leave the loop as it is.", "The valve goes on wearing at the present rate."
+        return NOTHING, f"{why}: leave the loop as it is.", "The valve goes on wearing at the present rate.", 0.0
     best = safe[0]
+    expected = OPTIMISM * best.gain if found else best.gain
     advice = f"until the shutdown: {best.name}. {best.remedy.words}"
-    reason = f"{repair}; {advice} It lowers the PV's deviation by {100.0 * best.gain:.0f} %."
-    return best.name, reason, _risk(best, nothing)
+    reason = f"{repair}; {advice} It lowers the PV's deviation by {100.0 * best.gain:.0f} %"
+    reason += f" on the twin; expect {100.0 * expected:.0f} % on the plant." if found else "."
+    return best.name, reason, _risk(best, nothing), expected
+
+
+def _percent(x: float) -> str:
+    """A signed change in percent, without a sign where it rounds to nothing."""
+    return f"{round(100.0 * x):+d} %" if round(100.0 * x) else "0 %"
 
 
 def _risk(best: RemedyTrial, nothing: RemedyTrial) -> str:

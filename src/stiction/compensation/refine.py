@@ -66,7 +66,7 @@ class Refined(NamedTuple):
     """Standard deviation of the white part of what is left [PV units]."""
 
 
-def refine(record: LoopRecord, found: Identification, period: float) -> Refined:
+def refine(record: LoopRecord, found: Identification, period: float, *, cycles: bool = True) -> Refined:
     """Look about the identified point for a valve and a process that explain more.
 
     Parameters
@@ -77,6 +77,8 @@ def refine(record: LoopRecord, found: Identification, period: float) -> Refined:
         Valve and process found in it.
     period : float
         Period of the oscillation [s].
+    cycles : bool
+        Whether that is regular: then what of the rest keeps step with it is the model's error, and left out of `left`.
 
     Returns
     -------
@@ -103,7 +105,8 @@ def refine(record: LoopRecord, found: Identification, period: float) -> Refined:
             guess = np.array([*centre[:3], second, centre[4]])
             best, least = min((best, least), _search(view, guess, 2), key=lambda one: one[1])
     gain, mv, left = view.closely(best)
-    left = left - locked_to(view.op[view.inside], left, view.samples)
+    if cycles:
+        left = left - locked_to(view.op[view.inside], left, view.samples)
     close = about_drift(left, view.samples)
     S, lag = float(np.exp(best[0])), float(np.exp(best[2])) * record.dt
     return Refined(
@@ -159,7 +162,7 @@ class _View:
 
     def delay_of(self, width: float) -> float:
         """Samples by which a band wider by `width` [% of span] holds the stem longer."""
-        return width / max(float(np.median(np.abs(np.diff(self.op)))), 1e-9)
+        return width / max(float(np.mean(np.abs(np.diff(self.op)))), 1e-9)
 
     def follow(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
         """Stem position over the recorded OP."""
@@ -185,7 +188,7 @@ class _View:
 
     def error(self, place: NDArray[np.float64]) -> float:
         """Share of the target's energy that the best gain leaves; above 1 outside the limits."""
-        outside = max(-place[1], place[1] - 1.0, -place[3], place[3] - 1.0, -place[4])
+        outside = max(-place[1], place[1] - 1.0, -place[3], place[3] - 1.0, -place[4], place[4] - 0.5 * self.op.size)
         if outside > 0.0:
             return 1.0 + float(outside)
         y = self.answer(self.follow(place), place)

@@ -120,6 +120,10 @@ class CompensationTrial:
     trends: dict[str, dict[str, NDArray[np.float64]]] = field(default_factory=dict, repr=False, compare=False)
     """Remedy -> time [s], sp, pv, op, mv of its first run, shape (n_samples,) each: nothing, recommended, repair."""
 
+    expected: float = float("nan")
+    """Share by which the remedy recommended is expected to lower the PV's deviation on the plant, a little less than on
+    the twin of a record [-]; NaN where no advice is given."""
+
     @property
     def refused(self) -> bool:
         """Whether no advice is given; `reason` says why."""
@@ -154,6 +158,7 @@ class CompensationTrial:
             "tag": self.tag,
             "recommended": self.recommended,
             "refused": self.refused,
+            "expected_gain": self.expected if np.isfinite(self.expected) else None,
             "reason": self.reason,
             "risk": self.risk,
             "S": self.S if np.isfinite(self.S) else None,

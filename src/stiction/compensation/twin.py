@@ -37,6 +37,8 @@ __all__ = ["Twin", "build_twin", "twin_of_loop"]
 PERIOD_LIMIT, AMPLITUDE_LIMIT, MOST_SPREAD = 0.15, 0.25, 0.15
 """Largest relative error of period and amplitudes of a twin that fits, and how much the spread from run to run may
 widen them [-]."""
+MOST_LEFT = 0.4
+"""Share of the PV's movement, about its average over a period, that valve and process may leave unexplained [-]."""
 SHORTEST = 8.0
 """Samples to a period below which an oscillation is no time scale of the valve's [-]."""
 FINER = 5
@@ -159,7 +161,7 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     assert record.pv is not None
     scale = _scale(record, diagnosis)
     pid, finer = (controller, 1) if controller is not None else _controller(record)
-    better = refine(record, found, scale)
+    better = refine(record, found, scale, cycles=diagnosis.oscillation.oscillating)
     pv = hold_gaps(record.pv)
     sp = pv if record.sp is None else hold_gaps(record.sp)
     level, op = float(np.mean(sp)), float(np.mean(better.mv))
@@ -172,7 +174,12 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
         raise RecordError(f"{tag}: OP does not swing, so that there is nothing to judge a twin by.")
     cycle, spread, run = cycle_of(loop, level, op, scale, around)
     fits, reason = _judge(measured, cycle, spread)
-    if not fits:
+    if better.error > MOST_LEFT:
+        fits, reason = False, (
+            f"Valve and process leave {100.0 * better.error:.0f} % of the PV's movement unexplained (at most "
+            f"{100.0 * MOST_LEFT:.0f} %): too much for a twin."
+        )
+    elif not fits:
         nearer = bring_nearer(loop, level, op, around, measured)
         if nearer is not None:
             loop, told = nearer
@@ -227,7 +234,10 @@ def _changes(found: Identification, better: Refined) -> tuple[str, ...]:
         ("J", found.J, better.J),
         ("dead time", found.process.dead_time, better.process.dead_time),
     )
-    told = [f"{name} {a:.3g} to {b:.3g}" for name, a, b in compared if abs(b - a) > 0.02 * abs(a) + 1e-9]
+    least = {"dead time": 0.01 * found.process.time_constant}
+    told = [
+        f"{name} {a:.3g} to {b:.3g}" for name, a, b in compared if abs(b - a) > 0.02 * abs(a) + least.get(name, 1e-9)
+    ]
     return (*told, *(["a second lag"] if better.process.den.size > 2 else []))
 
 

@@ -15,6 +15,8 @@ from stiction.errors import ParameterError
 from stiction.records.quality import usable_part
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from stiction.compensation.result import CompensationTrial
     from stiction.diagnosis.result import Diagnosis, Identification
     from stiction.diagnosis.valvetests.plan import TestPlan
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 __all__ = ["WorkOrder", "work_order"]
 
 BLANK = "________"
+MIDDLE = 50.0
+"""OP about which the tests are planned where it is not recorded in % of span [% of span]."""
 ASSUMED = 5.0
 """S that the tests are planned for where none was found [% of span]."""
 SIGN_OFF = ("Tests before, by / date", "Work done, by / date", "Tests after, by / date", "Compensation off, by / date")
@@ -160,7 +164,7 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
         after=(plan_acceptance(op), before[0]),
         acceptance=(
             *ACCEPTANCE,
-            "the loop, back in automatic for 20 of its former periods, is diagnosed `no_stiction`",
+            "the loop, back in automatic for 20 of its former periods, is diagnosed as not sticking",
         ),
         meanwhile=_meanwhile(trial),
         to_fill_in=_to_fill_in(diagnosis),
@@ -174,10 +178,15 @@ def _sized(diagnosis: Diagnosis) -> Identification | None:
 
 
 def _usual_op(diagnosis: Diagnosis) -> float:
-    """Median of the OP [% of span], of the whole record where no part of it can be judged."""
+    """Median of the OP [% of span], of the whole record where no part of it can be judged; else mid span."""
     op = usable_part(diagnosis.record).op
     op = op if np.isfinite(op).any() else diagnosis.record.op
-    return float(np.clip(np.nanmedian(op), 0.0, 100.0))
+    return float(np.nanmedian(op)) if _in_span(op) else MIDDLE
+
+
+def _in_span(op: NDArray[np.float64]) -> bool:
+    """Whether OP is written in % of span, and not in deviations or another unit."""
+    return bool(np.nanmin(op) >= 0.0 and np.nanmax(op) <= 100.0)
 
 
 def _record(diagnosis: Diagnosis) -> str:
@@ -202,7 +211,14 @@ def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
         lines.append(
             f"The loop cycles every {cycle.period:.3g} s: about {float(f'{day:.2g}'):.0f} reversals of the stem a day."
         )
-    lines.append(f"Usual OP (controller output): {op:.0f} %.")
+    if _in_span(diagnosis.record.op):
+        lines.append(f"Usual OP (controller output): {op:.0f} %.")
+    else:
+        low, high = np.nanmin(diagnosis.record.op), np.nanmax(diagnosis.record.op)
+        lines.append(
+            f"OP is recorded from {low:.3g} to {high:.3g}, not in % of span: S and J are in its unit, and the tests are "
+            f"planned about {op:.0f} %."
+        )
     return tuple(lines)
 
 
