@@ -11,6 +11,7 @@ import stiction as st
 from compensation.iec_interpreter import FunctionBlock
 
 KEYS = {
+    "expected_gain",
     "file", "tag", "verdict", "probability", "cause", "action", "recommended", "refused", "reason", "risk", "S", "J",
     "weights", "seeds", "remedies", "twin", "retuning", "structured_text", "work_order", "error",
 }  # fmt: skip
@@ -202,7 +203,7 @@ def test_a_file_that_is_no_record(run, folder):
 
 def test_a_missing_controller_is_asked_for_in_the_words_of_the_command(run, sticky_file, monkeypatch):
     """Found no controller: the remedy is an option here, not an argument of Python; given one, there is advice."""
-    monkeypatch.setattr("stiction.compensation.twin.CONTROLLER_LIMIT", 1.1)
+    monkeypatch.setattr("stiction.compensation.recorded_controller.LEAST", 1.1)
     done = run("compensate", sticky_file)
     assert done.code == 0
     assert "--controller pi:Kc=..,Ti=.." in done.out

@@ -15,7 +15,7 @@ from compensation.population import drawn, outcome
 from stiction.compensation import Behaviour, RemedyTrial
 from stiction.compensation.cost import WEIGHTS, cost
 from stiction.compensation.exchange import exchange
-from stiction.compensation.recommend import choose
+from stiction.compensation.recommend import choose, pointless
 from stiction.compensation.remedies import FIX, NOTHING, Remedy
 from stiction.compensation.trials import METRICS, Programme, measure
 from stiction.records.gates import Gate
@@ -185,6 +185,24 @@ def test_what_hurts_or_hardly_helps_is_never_recommended(rows):
         assert chosen.cost < 1.0
     else:
         assert not [one for one in ranked if one.at_hand and one.gain >= 0.1 and not one.hurts and one.cost < 1.0]
+
+
+def test_a_valve_that_changes_nothing_is_not_compensated():
+    fix = trial_of(FIX, 0.003, 1.0, 1.0)
+    assert "change the PV's deviation by 0 % only" in pointless(fix)
+    assert "-0" not in pointless(trial_of(FIX, -0.001, 1.0, 1.0))
+    assert pointless(trial_of(FIX, 0.5, 0.5, 0.5)) == ""
+
+
+def test_on_the_twin_of_a_record_only_what_it_foretells():
+    """The same trials: on a loop that is given the cheapest, on a record's twin the cheapest that is sure."""
+    named = ("integral deadband", 0.8, 0.5, 0.3), ("knocker", 0.5, 0.95, 0.5), ("constant reinforcement", 0.4, 0.8, 0.6)
+    ranked = (*(trial_of(*one) for one in named), trial_of(FIX, 0.9, 0.2, 0.7), trial_of(NOTHING, 0.0, 1.0, 1.0))
+    assert choose(ranked)[0] == "integral deadband"
+    name, reason, _, expected = choose(ranked, found=True)
+    assert name == "constant reinforcement"
+    assert expected == pytest.approx(0.36)
+    assert "expect 36 % on the plant" in reason
 
 
 def test_row_of_a_run():

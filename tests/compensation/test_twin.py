@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,8 +11,11 @@ import pytest
 import stiction as st
 from stiction.compensation import Twin, build_twin
 from stiction.compensation.cycle import Cycle, cycle_of, distance
+from stiction.compensation.locked import locked_to
 from stiction.compensation.match import bring_nearer
+from stiction.compensation.recorded_controller import recorded_controller
 from stiction.compensation.refine import refine
+from stiction.compensation.surroundings import Surroundings
 from stiction.compensation.twin import twin_of_loop
 from stiction.models import SOPDT
 
@@ -45,7 +49,8 @@ def test_twin_is_the_loop(twin):
     assert twin.loop.controller.Kc == pytest.approx(0.2, rel=0.01)
     assert twin.loop.controller.Ti == pytest.approx(10.0, rel=0.02)
     assert twin.loop.noise == pytest.approx(0.05, rel=0.15)
-    assert twin.load == 0.0
+    assert 0.05 < twin.around.left.std() < 0.15
+    assert twin.changes == ()
 
 
 def test_twin_cycles_as_the_benchmark_does():
@@ -90,8 +95,6 @@ def test_wrong_controller_gives_no_twin(diagnosis):
 
 def test_no_controller_is_said(diagnosis):
     """An OP that no PI explains."""
-    from dataclasses import replace
-
     rng = np.random.default_rng(0)
     record = replace(diagnosis.record, op=50.0 + np.cumsum(rng.normal(size=len(diagnosis.record))) * 0.1)
     with pytest.raises(st.RecordError, match="give controller=PID"):
@@ -129,3 +132,44 @@ def test_given_parameters_are_their_own_twin():
     assert own.fits
     assert own.loop == LOOP
     assert own.simulated.period == pytest.approx(155.0, rel=0.1)
+
+
+def test_an_op_in_deviations_has_no_limits(diagnosis):
+    """An OP written about its mean: a controller limited to 0..100 % would be clipped at every swing."""
+    record = diagnosis.record
+    shifted = replace(diagnosis, record=replace(record, op=record.op - record.op.mean()))
+    twin = build_twin(shifted)
+    assert twin.fits
+    assert twin.loop.controller.op_limits == (-np.inf, np.inf)
+    assert build_twin(diagnosis).loop.controller.op_limits == (0.0, 100.0)
+
+
+def test_derivative_behind_a_lag_is_found():
+    """A PI-D with N = 8: its times, its filter and that the derivative acts on the PV alone."""
+    true = st.PID(0.15, 12.0, Td=4.0, N=8.0, c=0.0, op_limits=(0.0, 100.0))
+    loop = replace(LOOP, controller=true)
+    sp = 50.0 + np.repeat(np.random.default_rng(4).normal(0.0, 1.0, 25), 100)
+    pid, exact = recorded_controller(recorded(loop, 2500, sp))
+    assert exact
+    assert (pid.b, pid.c) == (1.0, 0.0)
+    assert pytest.approx((0.15, 12.0, 4.0, 8.0), rel=0.02) == (pid.Kc, pid.Ti, pid.Td, pid.N)
+
+
+def test_surroundings_are_played_with_the_record_s_size_and_pace():
+    """Turned round in time or sign, a sine stays a sine of its period, and twice as fine it takes twice the samples."""
+    sine = np.sin(2.0 * np.pi * np.arange(400) / 40.0)
+    around = Surroundings(np.zeros(1), sine, 1.0)
+    for seed in range(5):
+        moves, left = around.drawn(np.random.default_rng(seed), 4000, 0.5)
+        assert not moves.any()
+        assert left.std() == pytest.approx(sine.std(), rel=0.02)
+        assert abs(int(np.abs(np.fft.rfft(left))[1:].argmax()) + 1 - 50) <= 3
+
+
+def test_what_keeps_step_with_the_cycle_is_the_model_s_error():
+    """A wave at the cycle's pace is taken; one at another pace stays."""
+    t = np.arange(3000.0)
+    op, other = np.sin(2.0 * np.pi * t / 60.0), np.sin(2.0 * np.pi * t / 37.3)
+    taken = locked_to(op, 0.5 * np.cos(2.0 * np.pi * t / 60.0) + other, 60.0)
+    assert np.std(taken[60:-60] - 0.5 * np.cos(2.0 * np.pi * t / 60.0)[60:-60]) < 0.1
+    assert np.std(locked_to(op, other, 60.0)) < 0.1

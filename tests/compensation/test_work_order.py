@@ -173,3 +173,11 @@ def test_json_holds_the_whole_order(run):
     assert told["before"][0]["kind"] == "ramp test"
     assert told["after"][0]["kind"] == "step test"
     assert told["suspects"][0]["part"].startswith("Packing")
+
+
+def test_an_op_in_another_unit_is_said(run):
+    page = work_order(diagnosis(run=replace(run, op=run.op - 60.0))).to_text()
+    assert "not in % of span" in page
+    assert "planned about 50 %" in page
+    assert "Usual OP" not in page
+    assert "`" not in page

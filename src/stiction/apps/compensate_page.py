@@ -103,12 +103,13 @@ def _expected(trial: CompensationTrial) -> str:
 def _remedies(trial: CompensationTrial) -> Table:
     """Every number of every remedy, the cheapest first."""
     columns = [
-        "Remedy", "PV std", "of now [%]", "S, J off by 30 % [%]", "IAE", "Offset", "SP step", "Load step", "Travel [%/h]",
-        "Reversals [1/h]", "OP moves [%/h]", "Cost [-]", "Note",
+        "Remedy", "PV std", "of now [%]", "S, J off by 30 % [%]", "IAE", "Offset", "SP step", "Load step",
+        "Travel [%/h]", "Reversals [1/h]", "OP moves [%/h]", "Cost [-]", "Note",
     ]  # fmt: skip
     caption = (
-        "PV std, also in % of doing nothing, as identified and with S and J off by 30 % (both up, both down, S up and J down, S down and J up); IAE undisturbed and "
-        "after a step, each over its time, and offset in PV units; travel of the stem; the cost of doing nothing is 1."
+        "PV std, also in % of doing nothing, as identified and with S and J off by 30 %: both up, both down, S up and "
+        "J down, S down and J up; IAE undisturbed and after a step, each over its time, and offset in PV units; travel "
+        "of the stem; the cost of doing nothing is 1."
     )
     return Table(columns, [_row(one, trial) for one in trial.remedies], caption, sortable=True)
 
@@ -117,10 +118,12 @@ def _row(one: RemedyTrial, trial: CompensationTrial) -> list[Cell | str | float 
     b, note = one.behaviour, told.note_on(one, trial)
     mark: Mark = "good" if one.name == trial.recommended else "alert" if note.startswith(("hurts", "makes")) else ""
     numbers = [
-        b.pv_std, 100.0 * (1.0 - one.gain), 100.0 * one.worst, b.iae, b.offset, b.sp_step, b.load_step, b.travel,
+        b.pv_std, 100.0 * (1.0 - one.gain), b.iae, b.offset, b.sp_step, b.load_step, b.travel,
         b.reversals, b.op_travel, one.cost,
     ]  # fmt: skip
-    return [Cell(one.name, mark=mark), *(float(f"{x:.3g}") for x in numbers), note]
+    now, share, *others = (float(f"{x:.3g}") for x in numbers)
+    off = " / ".join(f"{100.0 * x:.0f}" for x in one.with_errors)
+    return [Cell(one.name, mark=mark), now, share, off, *others, note]
 
 
 def _done(trial: CompensationTrial) -> Table:
@@ -141,8 +144,8 @@ def _twin(trial: CompensationTrial) -> Table:
     pid = loop.controller
     around = "its own noise alone"
     if twin.around is not None:
-        left = words.digits(float(twin.around.left.std()))
-        around = f"the record's: noise and load of std {left}, set point of std {words.digits(float(twin.around.moves.std()))}"
+        left, moves = (words.digits(float(x.std())) for x in (twin.around.left, twin.around.moves))
+        around = f"noise and load of std {left}, set point of std {moves}, as recorded"
     rows = [
         ["Valve", f"{type(loop.valve).__name__}, S = {words.digits(trial.S)} %, J = {words.digits(trial.J)} %"],
         ["Controller", f"Kc = {words.digits(pid.Kc)}, Ti = {words.digits(pid.Ti)} s, Td = {words.digits(pid.Td)} s"],

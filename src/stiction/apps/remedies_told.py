@@ -143,8 +143,8 @@ def failed(file: str, tag: str, reason: str) -> dict[str, Any]:
     nothing = dict.fromkeys(("S", "J", "twin", "retuning", "structured_text", "work_order"))
     return {
         "file": file, "tag": tag, "verdict": "undecided", "probability": None, "cause": "unknown",
-        "action": "Mend the file or say how to read it.", "recommended": None, "refused": True, "reason": reason,
-        "risk": "", "weights": {}, "seeds": 0, "remedies": [], **nothing, "error": reason,
+        "action": "Mend the file or say how to read it.", "recommended": None, "expected_gain": None, "refused": True,
+        "reason": reason, "risk": "", "weights": {}, "seeds": 0, "remedies": [], **nothing, "error": reason,
     }  # fmt: skip
 
 

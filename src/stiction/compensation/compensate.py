@@ -79,8 +79,9 @@ def compensate(
     -----
     A remedy is recommended only if it lowers the PV's standard deviation about the set point by 10 % or more (20 % on
     the twin of a record), costs less than doing nothing, and does not raise the deviation by more than 5 % where S and
-    J are off by 30 % either way. On the twin of a record only remedies are recommended whose gain such a twin foretells,
-    knocker and constant reinforcement; and none where even a good valve would change the deviation by less than 10 %.
+    J are off by 30 % either way. On the twin of a record only remedies are recommended whose gain such a twin
+    foretells: knocker and constant reinforcement, where they still lower the deviation by 10 % with S and J off; and
+    no advice is given where even a good valve would lower it by less than 10 %.
     Fixing the valve is always shown beside it; it is not at hand until the shutdown.
 
     Examples
@@ -147,7 +148,8 @@ def _trial(
         trials.append(
             RemedyTrial(
                 remedy, Behaviour(*(float(x) for x in row)), float(1.0 - row[0] / base[0]),
-                float(np.percentile(gains, 5.0)), with_errors, cost(row, base, max(with_errors), weights), remedy.name != FIX,
+                float(np.percentile(gains, 5.0)), with_errors, cost(row, base, max(with_errors), weights),
+                remedy.name != FIX,
             )
         )  # fmt: skip
     ranked = tuple(sorted(trials, key=lambda one: one.cost))
@@ -157,7 +159,9 @@ def _trial(
         recommended, reason, risk, expected = None, none, "", float("nan")
     shown = {NOTHING, FIX, recommended}
     trends = {one.name: _trend(twin, plan, one.remedy) for one in ranked if one.name in shown}
-    return CompensationTrial(tag, ranked, recommended, reason, risk, S, J, twin, retuning, weights, seeds, trends, expected)
+    return CompensationTrial(
+        tag, ranked, recommended, reason, risk, S, J, twin, retuning, weights, seeds, trends, expected
+    )
 
 
 def _cheapest(

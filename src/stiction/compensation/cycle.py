@@ -96,7 +96,11 @@ def cycle_in(record: LoopRecord, period: float) -> Cycle:
 def pace(x: NDArray[np.float64], samples: float) -> float:
     """Twice the mean half period of a signal that swings about zero; NaN where it does not [samples]."""
     halves = half_cycles(x, samples)
-    return 2.0 * float(np.mean(halves[:, 1] - halves[:, 0])) if len(halves) > 3 else float("nan")
+    if len(halves) < 4:
+        return float("nan")
+    # Without the ends, where the drift is not known, and as many rises as falls, as the two differ.
+    even = halves[1 : 1 + (len(halves) - 2) // 2 * 2]
+    return 2.0 * float(np.mean(even[:, 1] - even[:, 0]))
 
 
 def _swing(x: NDArray[np.float64], samples: float) -> float:

@@ -22,6 +22,9 @@ LEAST_REPAIR = 0.10
 FORESEEN = ("knocker", "constant reinforcement")
 """Remedies whose gain the twin of a record foretells: whether those that rest in a band rest at all, and what other
 settings do, hangs on more of valve and process than a record shows (docs/repair-retune-compensate.md)."""
+SURE = 0.90
+"""PV deviation over that of doing nothing that the remedy must keep to on the twin of a record with S and J off by 30 %
+[-]."""
 OPTIMISM = 0.9
 """Gain of the true loop over that of its twin, the median of 300 simulated loops: a remedy set on a twin fits the twin
 best [-]."""
@@ -61,8 +64,8 @@ def pointless(fix: RemedyTrial) -> str:
     if fix.gain >= LEAST_REPAIR:
         return ""
     return (
-        f"Even a good valve would change the PV's deviation by {_percent(-fix.gain)} only: what moves the PV is not the "
-        "valve, and there is nothing to compensate. Repair it at the shutdown if it sticks."
+        f"Even a good valve would change the PV's deviation by {_percent(-fix.gain)} only: what moves the PV is not "
+        "the valve, and there is nothing to compensate. Repair it at the shutdown if it sticks."
     )
 
 
@@ -85,7 +88,7 @@ def choose(ranked: tuple[RemedyTrial, ...], *, found: bool = False) -> tuple[str
     nothing = next(one for one in ranked if one.name == NOTHING)
     least = LEAST_FOUND if found else LEAST_GAIN
     helping = [one for one in ranked if one.at_hand and one.gain >= least and one.cost < nothing.cost]
-    safe = [one for one in helping if not one.hurts and (one.name in FORESEEN or not found)]
+    safe = [one for one in helping if not one.hurts and (not found or _foreseen(one))]
     repair = f"Fixing the valve lowers the PV's deviation by {100.0 * fix.gain:.0f} %"
     if fix.gain < LEAST_REPAIR:
         repair = f"Fixing the valve changes the PV's deviation by {_percent(-fix.gain)} only"
@@ -106,6 +109,11 @@ def choose(ranked: tuple[RemedyTrial, ...], *, found: bool = False) -> tuple[str
     reason = f"{repair}; {advice} It lowers the PV's deviation by {100.0 * best.gain:.0f} %"
     reason += f" on the twin; expect {100.0 * expected:.0f} % on the plant." if found else "."
     return best.name, reason, _risk(best, nothing), expected
+
+
+def _foreseen(one: RemedyTrial) -> bool:
+    """Whether the twin of a record foretells the gain of a remedy."""
+    return one.name in FORESEEN and one.worst <= SURE
 
 
 def _percent(x: float) -> str:

@@ -68,8 +68,8 @@ def recorded_controller(record: LoopRecord) -> tuple[PID, bool]:
     if pid is None or share < LEAST:
         unknown = "; its set point was not recorded" if record.sp is None else ""
         raise RecordError(
-            f"{record.tag}: no controller explains the OP ({100.0 * share:.0f} % of its movement, {100.0 * LEAST:.0f} % "
-            f"needed{unknown}); give controller=PID(Kc, Ti), or check that it is in automatic."
+            f"{record.tag}: no controller explains the OP ({100.0 * share:.0f} % of its movement, {100.0 * LEAST:.0f} "
+            f"% needed{unknown}); give controller=PID(Kc, Ti), or check that it is in automatic."
         )
     return pid, exact
 

@@ -61,7 +61,7 @@ class Refined(NamedTuple):
     mv: NDArray[np.float64]
     """Stem position [% of span], shape (n_searched,); a long record is searched in its first part only."""
     left: NDArray[np.float64]
-    """Recorded PV minus the simulated one, about its moving average over `SLOW` periods [PV units], shape (n_inside,)."""
+    """Recorded PV minus the simulated one, about its average over `SLOW` periods [PV units], shape (n_inside,)."""
     noise: float
     """Standard deviation of the white part of what is left [PV units]."""
 

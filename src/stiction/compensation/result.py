@@ -87,7 +87,8 @@ class RemedyTrial:
         return {
             "name": self.name, "words": self.remedy.words, "settings": self.remedy.settings,
             "behaviour": self.behaviour.to_dict(), "gain": self.gain, "gain_low": self.gain_low,
-            "with_30_percent_error": list(self.with_errors), "worst_with_30_percent_error": self.worst, "cost": self.cost, "at_hand": self.at_hand,
+            "with_30_percent_error": list(self.with_errors),
+            "worst_with_30_percent_error": self.worst, "cost": self.cost, "at_hand": self.at_hand,
         }  # fmt: skip
 
 

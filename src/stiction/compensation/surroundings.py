@@ -33,9 +33,7 @@ class Surroundings(NamedTuple):
     dt: float
     """Sampling period [s]."""
 
-    def drawn(
-        self, rng: np.random.Generator, n: int, dt: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def drawn(self, rng: np.random.Generator, n: int, dt: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Draw `n` samples of both, every `dt` [s], shape (n,) each."""
         return _played(self.moves, rng, n, dt / self.dt), _played(self.left, rng, n, dt / self.dt)
 

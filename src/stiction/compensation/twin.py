@@ -175,9 +175,12 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     cycle, spread, run = cycle_of(loop, level, op, scale, around)
     fits, reason = _judge(measured, cycle, spread)
     if better.error > MOST_LEFT:
-        fits, reason = False, (
-            f"Valve and process leave {100.0 * better.error:.0f} % of the PV's movement unexplained (at most "
-            f"{100.0 * MOST_LEFT:.0f} %): too much for a twin."
+        fits, reason = (
+            False,
+            (
+                f"Valve and process leave {100.0 * better.error:.0f} % of the PV's movement unexplained (at most "
+                f"{100.0 * MOST_LEFT:.0f} %): too much for a twin."
+            ),
         )
     elif not fits:
         nearer = bring_nearer(loop, level, op, around, measured)

@@ -216,8 +216,8 @@ def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
     else:
         low, high = np.nanmin(diagnosis.record.op), np.nanmax(diagnosis.record.op)
         lines.append(
-            f"OP is recorded from {low:.3g} to {high:.3g}, not in % of span: S and J are in its unit, and the tests are "
-            f"planned about {op:.0f} %."
+            f"OP is recorded from {low:.3g} to {high:.3g}, not in % of span: S and J are in its unit, and the tests "
+            f"are planned about {op:.0f} %."
         )
     return tuple(lines)
 
