@@ -102,6 +102,8 @@ def deviation(loop: Loop, case: Case, plan: Plan, seed: int) -> float:
         loop, PV_START + turned(plan.sp), plan.n * loop.dt, load, seed, pv_disturbance=turned(plan.pv_load),
         pv_start=PV_START, op_start=plan.op_start, mv_start=rest,
     )  # fmt: skip
+    assert run.pv is not None
+    assert run.sp is not None
     return float((run.pv - run.sp)[max(plan.burn, plan.n // 6) :].std())
 
 

@@ -32,8 +32,10 @@ LEAST = 0.9
 """Share of the OP that a controller found from the record must explain [-]."""
 LAGS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 """Lags of the derivative tried, over the sampling period [-]."""
+PURE = 1e-6
+"""Integral time that stands for a controller without a proportional part, over the sampling period [-]."""
 CLEARER = 0.7
-"""What a derivative behind a lag must leave, over what the form found leaves, to be taken [-]."""
+"""What a derivative behind a lag must leave, over what one without leaves, to be taken [-]."""
 
 
 def recorded_controller(record: LoopRecord) -> tuple[PID, bool]:
@@ -59,11 +61,13 @@ def recorded_controller(record: LoopRecord) -> tuple[PID, bool]:
     options = {"op_limits": _limits(record.op)}
     behind = {"b": 0.0 if found.form.startswith("I-P") else 1.0, "c": 0.0 if "-" in found.form else 1.0}
     pid, share = None, found.fit
-    if found.Kc and found.Ti > 0.0 and found.Td >= 0.0:
+    if found.form == "I":
+        pid = PID(PURE * found.Ki * record.dt, PURE * record.dt, **options)  # type: ignore[arg-type]
+    elif found.Kc and found.Ti > 0.0 and found.Td >= 0.0:
         pid = PID(found.Kc, found.Ti, found.Td, **behind, **options)  # type: ignore[arg-type]
     if "D" in found.form or share < LEAST:
-        lagged, better = _with_lag(record, options)
-        if lagged is not None and 1.0 - better < CLEARER * (1.0 - share):
+        lagged, better, plain = _with_lag(record, options)
+        if lagged is not None and better >= LEAST and 1.0 - better < CLEARER * (1.0 - plain):
             pid, share, exact = lagged, better, True
     if pid is None or share < LEAST:
         unknown = "; its set point was not recorded" if record.sp is None else ""
@@ -80,8 +84,8 @@ def _limits(op: NDArray[np.float64]) -> tuple[float, float]:
     return (0.0, 100.0) if inside else (-np.inf, np.inf)
 
 
-def _with_lag(record: LoopRecord, options: dict) -> tuple[PID | None, float]:
-    """Best controller whose derivative has a lag, and the share of the moves of OP that it explains."""
+def _with_lag(record: LoopRecord, options: dict) -> tuple[PID | None, float, float]:
+    """Best controller with a derivative; shares of the moves of OP that it and the best without a lag explain."""
     from scipy.signal import lfilter
 
     assert record.pv is not None
@@ -90,9 +94,9 @@ def _with_lag(record: LoopRecord, options: dict) -> tuple[PID | None, float]:
     valid = np.isfinite(record.op) & np.isfinite(record.pv)
     valid &= True if record.auto is None else record.auto
     data = moves(op, sp - pv, pv - pv.mean(), valid, record.dt, 0.0)
-    best, most = None, 0.0
+    best, most, plain = None, 0.0, 0.0
     if data.y.size < 20 or not np.any(data.y):
-        return best, most
+        return best, most, plain
     moving = bool(np.ptp(sp) > 0.0)
     energy = energy_of(data.y)
     for on_error, acts_on_error, lag in product((True, False)[: 1 + moving], (True, False)[: 1 + moving], LAGS):
@@ -102,9 +106,10 @@ def _with_lag(record: LoopRecord, options: dict) -> tuple[PID | None, float]:
         weights = np.linalg.lstsq(x, data.y, rcond=None)[0]
         Kc, Ki, Kd = (float(w) for w in weights)
         share = 1.0 - float(np.sum((data.y - x @ weights) ** 2)) / energy
+        plain = max(plain, share) if lag == 0.0 else plain
         if share <= most or not (Kc * Ki > 0.0 and Kc * Kd > 0.0):
             continue
         Td, Tf = Kd / Kc, lag * record.dt
         b, c = (1.0 if on_error else 0.0), (1.0 if acts_on_error else 0.0)
         best, most = PID(Kc, Kc / Ki, Td, N=Td / Tf if Tf else np.inf, b=b, c=c, **options), share
-    return best, most
+    return best, most, plain

@@ -67,12 +67,13 @@ def run_in(
     LoopRecord
         The run, its set point included.
     """
-    start = {"pv_start": pv_start, "op_start": op_start}
     if around is None:
-        return simulate(loop, sp, sp.size * loop.dt, load, seed, **start)
+        return simulate(loop, sp, sp.size * loop.dt, load, seed, pv_start=pv_start, op_start=op_start)
     moves, left = around.drawn(np.random.default_rng([seed, 11]), sp.size, loop.dt)
     quiet = exchange(loop, noise=0.0)
-    return simulate(quiet, sp + moves, sp.size * loop.dt, load, pv_disturbance=left, **start)
+    return simulate(
+        quiet, sp + moves, sp.size * loop.dt, load, pv_disturbance=left, pv_start=pv_start, op_start=op_start
+    )
 
 
 def _played(x: NDArray[np.float64], rng: np.random.Generator, n: int, step: float) -> NDArray[np.float64]:
