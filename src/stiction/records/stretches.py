@@ -41,6 +41,8 @@ TEARS = 20
 """Clock jumps above which no more are looked for."""
 FEW = 5
 """Rests above which PV rests as a habit."""
+LIVELY = 12
+"""Values that OP must take off its extremes for these to be limits, and not two of the few values it was stored in."""
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -76,13 +78,14 @@ def saturated(record: LoopRecord) -> NDArray[np.bool_]:
 
     That is 0 or 100 % (also as a fraction or in mA), or its own largest or smallest value while PV moves.
     """
-    op = record.op
+    op = _bridged(record.op)
     mask = np.zeros(len(op), dtype=bool)
     finite = op[np.isfinite(op)]
     if finite.size == 0 or finite.min() == finite.max():
         return mask
     low, high = float(finite.min()), float(finite.max())
-    ends = [(op == low, False), (op == high, False)]
+    lively = np.unique(finite).size >= LIVELY + 2
+    ends = [(op == low, False), (op == high, False)] if lively else []
     for zero, full in SCALES:
         near = LIMIT_TOLERANCE * (full - zero)
         if low >= zero - near and zero + 50.0 * near < high <= full + near:
@@ -97,7 +100,7 @@ def saturated(record: LoopRecord) -> NDArray[np.bool_]:
 def in_manual(record: LoopRecord) -> NDArray[np.bool_]:
     """Mark where the mode says so or OP rests for long while PV moves, shape (n_samples,)."""
     mask = np.zeros(len(record), dtype=bool) if record.auto is None else ~record.auto
-    still = np.concatenate([[False], np.diff(record.op) == 0.0])
+    still = np.concatenate([[False], np.diff(_bridged(record.op)) == 0.0])
     at_limit = saturated(record)
     for start, last in runs(still):
         first = start - 1
@@ -115,7 +118,7 @@ def frozen(record: LoopRecord) -> NDArray[np.bool_]:
     mask = np.zeros(len(record), dtype=bool)
     if record.pv is None:
         return mask
-    rests = runs(np.concatenate([[False], np.diff(record.pv) == 0.0]))
+    rests = runs(np.concatenate([[False], np.diff(_bridged(record.pv)) == 0.0]))
     lengths = np.array([last - first for first, last in rests], dtype=np.int64)
     long = lengths >= max(MANUAL, len(record) // 20)
     if lengths[lengths < FROZEN].sum() < 0.02 * len(record):
@@ -184,6 +187,17 @@ def usable_part(record: LoopRecord) -> LoopRecord:
     told = f"{count} missing samples were bridged by holding the last value."
     origin = replace(part.provenance, guesses=(*part.provenance.guesses, told))
     return replace(part, **held, provenance=origin)
+
+
+def _bridged(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Hold the last value over up to `BRIDGE` missing samples: a rest is one rest though some of it was lost."""
+    if np.isfinite(x).all():
+        return x
+    out = filled(x)
+    for first, last in runs(~np.isfinite(x)):
+        if last - first > BRIDGE:
+            out[first:last] = np.nan
+    return out
 
 
 def filled(x: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -12,6 +12,7 @@ from stiction.report.figures.sparkline import sparkline
 from stiction.report.figures.spectrum import spectrum
 from stiction.report.figures.trends import trends
 from stiction.report.figures.valve_position import valve_position
+from stiction.report.figures.windows import windows
 
 __all__ = [
     "autocorrelation",
@@ -23,4 +24,5 @@ __all__ = [
     "spectrum",
     "trends",
     "valve_position",
+    "windows",
 ]
