@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from stiction.diagnosis.verdict.doubt import DOUBTS, SURE, held_back, only_saturated
+from stiction.diagnosis.verdict.doubt import DOUBTS, LEAST, MOST, held_back, only_saturated
 from stiction.records.gate import Gate
 from stiction.records.gates import GATES, View
 from stiction.records.quality import Quality
@@ -31,7 +31,7 @@ def test_data_beyond_doubt_change_nothing(p):
 @given(p=some.floats(0.0, 1.0), names=some.lists(some.sampled_from(LOWERING), min_size=1, unique=True))
 def test_doubts_draw_towards_even_and_bound(p, names):
     found = held_back(p, quality(names))
-    assert 1.0 - SURE <= found.probability <= SURE
+    assert LEAST <= found.probability <= MOST
     assert abs(found.probability - 0.5) <= abs(p - 0.5) + 1e-12
     assert (found.probability - 0.5) * (p - 0.5) >= 0.0
     assert all(name in found.why for name in names)

@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 __all__ = ["Window", "said", "windows"]
 
 BAND = 0.25
-"""S over the OP's swing above which a window sticks [-]: set on intermittent loops of `simulation.population` (seed
-21); on others (seed 77) 29 of the 31 windows stick in which the valve stuck for 70 % of the time or more, and 3 of the
-17 in which it did for 15 % or less. Of 133 windows of loops that always stick (seed 77) 106 do: where the set point moves OP
-by more than the valve does, it hides the band."""
+"""S over the OP's swing above which a window sticks [-], set on intermittent loops of `simulation.population` (seed
+21). On others (seed 77) 29 of the 31 windows are found in which the valve stuck for 70 % of the time or more, and 3 of
+the 17 in which it did for 15 % or less; of 133 windows of loops that always stick, 106 are found: where the set point
+moves OP by more than the valve does, it hides the band."""
 STILL = 0.5
 """OP's swing in a window over the record's S below which a stuck valve would not be freed [-]."""
 FOLLOWS = 50.0
