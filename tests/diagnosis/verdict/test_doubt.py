@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from stiction.diagnosis.verdict.doubt import DOUBTS, LEAST, MOST, held_back, only_saturated
+import stiction as st
+from stiction.diagnosis.verdict.doubt import DOUBTS, LEAST, MOST, explains_nothing, held_back, only_saturated
 from stiction.records.gate import Gate
 from stiction.records.gates import GATES, View
 from stiction.records.quality import Quality
@@ -72,3 +75,22 @@ def test_every_name_is_that_of_a_gate():
 )
 def test_a_record_refused_for_saturation_alone_is_known(refuses, only):
     assert only_saturated(quality(refuses=refuses)) is only
+
+
+def test_where_op_does_not_move_pv_nothing_is_said_of_the_valve():
+    rng = np.random.default_rng(0)
+    apart = LoopRecord("FC1", 1.0, op=50.0 + rng.normal(size=600), pv=rng.normal(size=600), loop_type="flow")
+    found = st.identify(apart, closer=False)
+    assert max(found.fit, found.fit_linear) < 20.0
+    assert "not of one loop" in explains_nothing(found)
+    assert "no more than 12 %" in explains_nothing(replace(found, fit=11.0, fit_linear=12.0))
+    assert explains_nothing(replace(found, fit=20.0, fit_linear=12.0)) == ""
+    assert explains_nothing(replace(found, fit=-5.0, fit_linear=40.0)) == ""
+
+
+def test_a_real_record_that_neither_valve_explains(records):
+    # An hour of a healthy actuator of a sugar plant, whose OP hardly moves the PV.
+    (record,) = st.read(records / "damadics" / "A3_20011011_1h.csv")
+    found = st.diagnose(record).identification
+    assert found is not None
+    assert explains_nothing(found)
