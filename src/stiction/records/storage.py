@@ -20,6 +20,8 @@ ROUNDING = 1e-9
 """Share of the swing below which a difference is rounding of the arithmetic [-]."""
 EXACT = 1e-7
 """Share of the swing within which points lie on a straight line [-]."""
+CHORDS = 0.25
+"""Share of the samples in which OP and PV must both lie between their neighbours to be drawn in lines of any length [-]."""
 FEW_VALUES = 50
 """Values of a signal up to which it is coarse, when it also changes more than twice as often."""
 
@@ -130,7 +132,8 @@ def controller_saw(op: NDArray[np.float64], pv: NDArray[np.float64], op_step: fl
     straight_ones = bent = 0
     for first, last in rests:
         # Early in a rest the derivative still answers the change before it.
-        part = op[(first + last) // 2 : last + 1]
+        end = first + int(np.flatnonzero(np.isfinite(pv[first : last + 1]))[-1])  # PV may have moved unseen after it
+        part = op[(first + end) // 2 : end + 1]
         seen = np.flatnonzero(np.isfinite(part))
         if seen.size < 4:
             continue
@@ -145,7 +148,8 @@ def controller_saw(op: NDArray[np.float64], pv: NDArray[np.float64], op_step: fl
 def straight(x: NDArray[np.float64], y: NDArray[np.float64], x_step: float, y_step: float) -> int:
     """Count the samples of `x` that a straight line between two others gives, while `y` shows that it should bend.
 
-    A line is five points or more, steep beside the lattice, with a kink at each end. OP and PV of a controller with
+    A line is five points or more, steep beside the lattice, with a kink at each end; shorter ones, as between every
+    second or third sample, count where both signals lie on them again and again. OP and PV of a controller with
     integral action are never straight together, and a signal is not exactly straight while the other is rough; a
     stuck valve without noise gives one straight signal beside a smooth or resting one, which is not counted.
 
@@ -164,6 +168,10 @@ def straight(x: NDArray[np.float64], y: NDArray[np.float64], x_step: float, y_st
     """
     if len(x) < 10 or _mirrors(x, y, x_step, y_step):
         return 0
+    if not (x_step or y_step):
+        together = _on_chords(x) & _on_chords(y)
+        if together.mean() > CHORDS:
+            return int(together.sum())
     tolerance = max(EXACT * swing(x), 2.01 * x_step)
     slope, y_slope = np.diff(x), np.diff(y)
     bend, y_bend = np.abs(np.diff(slope)), np.abs(np.diff(y_slope))
@@ -182,6 +190,11 @@ def straight(x: NDArray[np.float64], y: NDArray[np.float64], x_step: float, y_st
     third = _sums(np.abs(np.diff(np.diff(y_slope), append=np.nan)), first, last - 1)
     rough = (third > second) & (second > 3.0 * max(y_tolerance, y_step) * (last - first))
     return int(np.sum((last - first)[both | rough]))
+
+
+def _on_chords(x: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Where a signal that moves lies exactly between its neighbours, shape (n_samples - 2,)."""
+    return (np.abs(np.diff(x, 2)) <= EXACT * swing(x)) & (np.abs(np.diff(x)[1:]) > 1e-6 * swing(x))
 
 
 def _mirrors(x: NDArray[np.float64], y: NDArray[np.float64], x_step: float, y_step: float) -> bool:

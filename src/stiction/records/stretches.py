@@ -27,8 +27,8 @@ __all__ = [
 
 BRIDGE = 5
 """Missing samples in a row over which the last value may be held."""
-FLAT = 10
-"""Samples for which OP must rest at a limit to count as saturated."""
+FLAT, CLIPPED = 10, 3
+"""Samples for which OP must rest at a limit to count as saturated, and where it hardly ever rests elsewhere."""
 LIMIT_TOLERANCE = 0.001
 """Distance from a limit within which OP counts as there, as a share of span [-]."""
 SCALES = ((0.0, 100.0), (0.0, 1.0), (4.0, 20.0))
@@ -85,6 +85,9 @@ def saturated(record: LoopRecord) -> NDArray[np.bool_]:
         return mask
     low, high = float(finite.min()), float(finite.max())
     lively = np.unique(finite).size >= LIVELY + 2
+    inside = np.diff(record.op)[(op[1:] != low) & (op[1:] != high)]
+    inside = inside[np.isfinite(inside)]
+    flat = CLIPPED if inside.size and np.mean(inside == 0.0) < 0.02 else FLAT
     ends = [(op == low, False), (op == high, False)] if lively else []
     for zero, full in SCALES:
         near = LIMIT_TOLERANCE * (full - zero)
@@ -92,7 +95,7 @@ def saturated(record: LoopRecord) -> NDArray[np.bool_]:
             ends.append(((op <= zero + near) | (op >= full - near), True))
     for at, of_span in ends:
         for first, last in runs(at):
-            if last - first >= FLAT and (of_span or _moves(record.pv, first, last)):
+            if last - first >= flat and (of_span or _moves(record.pv, first, last)):
                 mask[first:last] = True
     return mask
 
