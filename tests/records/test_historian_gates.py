@@ -139,7 +139,7 @@ def test_milder_effects_are_named(noisy, effect):
 
 
 def sticking_transmitter(seed, n=1600):
-    """A loop that random loads move, whose transmitter reports only what has left its dead band; the controller sees that."""
+    """A loop that random loads move; its transmitter has a dead band, and the controller sees what it reports."""
     rng, pi, process = np.random.default_rng(seed), (0.6, 8.0), np.exp(-1.0 / 10.0)
     load = np.convolve(rng.normal(size=n + 40), np.ones(40), "valid")[:n]
     op, pv = np.zeros((2, n))

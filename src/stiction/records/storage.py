@@ -21,7 +21,7 @@ ROUNDING = 1e-9
 EXACT = 1e-7
 """Share of the swing within which points lie on a straight line [-]."""
 CHORDS = 0.25
-"""Share of the samples in which OP and PV must both lie between their neighbours to be drawn in lines of any length [-]."""
+"""Share of the samples in which OP and PV must both lie between their neighbours to be drawn in short lines [-]."""
 FEW_VALUES = 50
 """Values of a signal up to which it is coarse, when it also changes more than twice as often."""
 

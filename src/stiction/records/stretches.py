@@ -95,7 +95,8 @@ def saturated(record: LoopRecord) -> NDArray[np.bool_]:
             ends.append(((op <= zero + near) | (op >= full - near), True))
     for at, of_span in ends:
         for first, last in runs(at):
-            if last - first >= flat and (of_span or _moves(record.pv, first, last)):
+            recorded = int(np.isfinite(record.op[first:last]).sum())
+            if recorded >= flat and (of_span or _moves(record.pv, first, last)):
                 mask[first:last] = True
     return mask
 
