@@ -12,7 +12,18 @@ if TYPE_CHECKING:
 
     from stiction.records import LoopRecord, Quality
 
-__all__ = ["Diagnosis", "ErrorSurface", "Evidence", "FurtherOscillation", "Identification", "Oscillation", "ProcessFit"]
+__all__ = [
+    "Diagnosis",
+    "ErrorSurface",
+    "Evidence",
+    "FurtherOscillation",
+    "Identification",
+    "Oscillation",
+    "ProcessFit",
+    "Stretch",
+    "Verdict",
+    "Window",
+]
 
 Verdict = Literal["stiction", "no_stiction", "undecided"]
 
@@ -167,6 +178,31 @@ class Stretch:
 
 
 @dataclass(frozen=True, slots=True)
+class Window:
+    """Whether the valve sticks in one window of the record: a stretch, judged by itself."""
+
+    first: int
+    """First sample of the window in the whole record."""
+    last: int
+    """One past its last sample."""
+    verdict: Verdict
+    """`stiction`, `no_stiction` or `undecided` of this window."""
+    S: float
+    """Deadband plus stickband found in it [% of span]."""
+    J: float
+    """Slip jump found in it [% of span]."""
+    fit: float
+    """Share of the PV's variation that the sticky valve explains in it [%]."""
+    fit_linear: float
+    """The same for a good valve [%]."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        numbers = {name: _number(getattr(self, name)) for name in ("S", "J", "fit", "fit_linear")}
+        return {"first": self.first, "last": self.last, "verdict": self.verdict, **numbers}
+
+
+@dataclass(frozen=True, slots=True)
 class Identification:
     """Stiction and process found together from OP and PV."""
 
@@ -260,6 +296,8 @@ class Diagnosis:
     """Stiction and process found; None when the record did not allow a search."""
     settings: dict[str, Any] = field(default_factory=dict)
     """Settings the diagnosis ran with."""
+    windows: tuple[Window, ...] = ()
+    """Where the valve sticks and where not, in order; empty where the record was judged as one."""
 
     def summary(self) -> str:
         """The verdict in a sentence or two."""
@@ -280,6 +318,7 @@ class Diagnosis:
             "oscillation": self.oscillation.to_dict(),
             "evidence": [row.to_dict() for row in self.evidence],
             "quality": self.quality.to_dict(),
+            "windows": [window.to_dict() for window in self.windows],
         }
 
 
