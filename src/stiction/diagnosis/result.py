@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from stiction.records import LoopRecord, Quality
 
 __all__ = [
+    "Counted",
     "Diagnosis",
     "ErrorSurface",
     "Evidence",
@@ -271,6 +272,24 @@ class Identification:
 
 
 @dataclass(frozen=True, slots=True)
+class Counted:
+    """What one feature of a record did to the probability of stiction."""
+
+    feature: str
+    """Its name."""
+    value: float
+    """Its value [-]."""
+    usual: float
+    """What it usually is, over the records the weights were found on [-]."""
+    log_odds: float
+    """What it adds to the log odds of stiction, against its usual value [-]."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {"feature": self.feature, **{k: _number(getattr(self, k)) for k in ("value", "usual", "log_odds")}}
+
+
+@dataclass(frozen=True, slots=True)
 class Diagnosis:
     """The answer to the main question about one loop."""
 
@@ -298,6 +317,10 @@ class Diagnosis:
     """Settings the diagnosis ran with."""
     windows: tuple[Window, ...] = ()
     """Where the valve sticks and where not, in order; empty where the record was judged as one."""
+    causes: dict[str, float] = field(default_factory=dict)
+    """Probability of each cause [-]; empty where the record could not be judged."""
+    counted: tuple[Counted, ...] = ()
+    """What each feature did to the probability of stiction before any doubt about the data, the strongest first."""
 
     def summary(self) -> str:
         """The verdict in a sentence or two."""
@@ -312,6 +335,7 @@ class Diagnosis:
             "verdict": self.verdict,
             "probability": round(self.probability, 4),
             "cause": self.cause,
+            "causes": {name: round(share, 4) for name, share in self.causes.items()},
             "reason": self.reason,
             "action": self.action,
             "stiction": found.to_dict() if found is not None else None,
@@ -319,6 +343,7 @@ class Diagnosis:
             "evidence": [row.to_dict() for row in self.evidence],
             "quality": self.quality.to_dict(),
             "windows": [window.to_dict() for window in self.windows],
+            "counted": [one.to_dict() for one in self.counted],
         }
 
 

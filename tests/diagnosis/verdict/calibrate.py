@@ -15,6 +15,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+from population import each  # beside this script
 from scipy.optimize import minimize
 
 import stiction as st
@@ -24,7 +25,6 @@ from stiction.diagnosis.verdict.features import Features
 from stiction.diagnosis.verdict.probability import UNDECIDED
 from stiction.diagnosis.verdict.weighing import COLUMNS, CONSTANT, weighing
 from stiction.simulation.population import CAUSES, population
-from tests.diagnosis.verdict.population import each
 
 NAMES = Features._fields
 HERE = Path(st.__file__).parent / "diagnosis" / "verdict"

@@ -42,9 +42,7 @@ def loops():
 
 
 def _run(loop, load):
-    run = st.simulate(
-        loop, 70.0, N * loop.dt, load, seed=1, pv_start=70.0, op_start=50.0, tag="FC1", loop_type="flow"
-    )
+    run = st.simulate(loop, 70.0, N * loop.dt, load, seed=1, pv_start=70.0, op_start=50.0, tag="FC1", loop_type="flow")
     return replace(run, mv=None)
 
 

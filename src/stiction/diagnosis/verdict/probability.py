@@ -16,34 +16,22 @@ with p the first table's probability, q the second's, c any of the other causes.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.result import Counted
 from stiction.diagnosis.verdict.weighing import weighing
 
 if TYPE_CHECKING:
     from stiction.diagnosis.verdict.features import Features
 
-__all__ = ["UNDECIDED", "Counted", "causes", "counted"]
+__all__ = ["UNDECIDED", "causes", "counted"]
 
 UNDECIDED = (0.45, 0.55)
 """Probabilities of stiction between which nothing is called."""
 SAFE = 0.999
 """Largest share given to deadband, so that the rest stays a probability [-]."""
-
-
-class Counted(NamedTuple):
-    """What one feature did to the probability of stiction."""
-
-    feature: str
-    """Its name, a field of `Features`."""
-    value: float
-    """Its value [-]."""
-    usual: float
-    """What it usually is, over the records the weights were found on [-]."""
-    log_odds: float
-    """What it adds to the log odds of stiction, against its usual value [-]."""
 
 
 def causes(row: Features) -> dict[str, float]:
