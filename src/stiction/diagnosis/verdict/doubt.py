@@ -32,9 +32,9 @@ HARMLESS = ("op scale",)
 FOLLOWS = ("length", "cycles")
 """Refusals that come of a record cut to pieces by another gate."""
 BY_CHANCE = 20.0
-"""Share of the PV that any search explains of any PV [%]. With the OP of one simulated loop and the PV of another (84
-pairs of `simulation.population`, seed 61) the better valve explained less in 39 % of the pairs; with their own PV in 6 %
-of the same loops, none of them sticky. Of 33 labelled real records it is less in none."""
+"""Share of the PV that a search explains of any PV [%]. With the OP of one simulated loop and the PV of another (76
+pairs of `simulation.population`, seed 61) the better valve explained less in 39 % of the pairs; of the loops' own PV
+in 6 %, none of them sticky. Of 33 labelled real records it explains less in none."""
 
 
 class HeldBack(NamedTuple):
@@ -118,6 +118,6 @@ def explains_nothing(found: Identification) -> str:
     if best >= BY_CHANCE:
         return ""
     return (
-        f"OP explains no more than {best:.0f} % of the PV's movement, be the valve good or sticky: something else moves "
-        "the PV, or OP and PV are not of one loop, and the valve is not seen."
+        f"OP explains no more than {best:.0f} % of the PV's movement, be the valve good or sticky: something else "
+        "moves the PV, or OP and PV are not of one loop, and the valve is not seen."
     )
