@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Contest", "contest", "drift"]
 
-SEEN = {"S": 3.3, "J": 4.5}
+SEEN = {"S": 3.2, "J": 3.5}
 """Student's statistic, as of many cycles, up to which a valve stays in the interval, where the record shows the
 controller's own samples [-]."""
-UNSEEN = {"S": 6.0, "J": 6.5}
+UNSEEN = {"S": 6.0, "J": 6.0}
 """The same where it does not: what OP does between the samples then trips the valve unseen. Both by how often the
 interval holds the truth of simulated loops (`simulation.population`, seed 11, 195 sticky loops)."""
 STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13, 2.09, 1.96)
@@ -86,8 +86,8 @@ def contest(prediction: Prediction, trials: Trials, *, seen: bool) -> Contest:
     Notes
     -----
     No (S, J) valve is the true one, so that the curvature of the likelihood says too little of the error. Vuong's
-    test asks whether a rival foretells worse over the cycles, by its own scatter from half cycle to half cycle, a slip each. A rival less
-    than 3.84 in twice the log likelihood behind is never left out.
+    test asks whether a rival foretells worse by its own scatter from half cycle to half cycle, a slip each. A rival
+    less than 3.84 in twice the log likelihood behind is never left out.
 
     References
     ----------

@@ -95,7 +95,7 @@ def identify(
     stretches = pieces_of(signals)
 
     def searched(stretch: Signals) -> Piece:
-        return search_piece(stretch, sign, record.integrating, swing)
+        return search_piece(stretch, sign, record.integrating, swing, alone=not closer)
 
     if len(stretches) == 1:
         pieces = [searched(stretches[0])]

@@ -35,14 +35,16 @@ UNKNOWN_SCALE = 36.0
 """Samples taken for a cycle where no period is known [-]."""
 WINDOWS, CYCLES, SHORTEST = 3, 6, 120
 """Windows searched by themselves first, and their length [cycles] but not less than [samples]."""
-N_S, N_J, N_PLACES = 75, 9, 3
+N_S, N_J, N_PLACES = 75, 8, 3
 """Points of a window's grid over S, over J / S, and over the place of a stem that rests after every sample [-]."""
 COARSE = (40, 6)
 """Points of the whole record's grid over S and J / S [-]."""
 IN_WINDOW = ((0.018, 0.06, 0.25, 12), (0.007, 0.03, 0.12, 8))
 """Steps of each finer search in a window: relative over S, over J / S, over the place; and valleys followed [-]."""
-STAGES = ((0.0045, 0.02, 0.15, 12), (0.004, 0.017, 0.1, 6), (0.0016, 0.008, 0.05, 4), (0.0006, 0.004, 0.03, 3))
+STAGES = ((0.0045, 0.02, 0.15, 10), (0.003, 0.02, 0.1, 5), (0.0012, 0.01, 0.05, 3), (0.0005, 0.005, 0.03, 3))
 """The same in the whole record."""
+ALONG_J, FEW = 13, 2
+"""Points over J / S tried again about so many of the best valleys [-]."""
 FROM_WINDOW, FROM_WHOLE = (0.01, 0.05, 10), (0.03, 0.2, 6)
 """How far apart the valleys are that the closer searches begin with, over S and J / S, and how many [-]."""
 S_BIN, J_BIN = 0.02, 0.03
@@ -140,12 +142,12 @@ def most_likely(prediction: Prediction, fine: Prediction, swing: float) -> Trial
     places = np.linspace(-0.5, 0.5, 2), np.linspace(-0.8, 0.8, 5)
     seeds = [_grid(valley[:1], valley[1:2], valley[2], places[int(valley[2])], swing) for valley in valleys]
     tried = _more(tried, _try(prediction, np.concatenate(seeds)))
-    tried = _closer(prediction, tried, STAGES, swing)
     if fine.width < prediction.width:
+        tried = _closer(prediction, tried, STAGES[:1], swing)
         # Of each S and each J the best, since a finer record may prefer another.
-        again = np.concatenate([tried.valve[one_each(tried)], tried.valve[np.argsort(tried.cost)[:200]]])
-        tried = _closer(fine, _try(fine, again), STAGES, swing)
-    return tried
+        again = np.concatenate([tried.valve[one_each(tried)], tried.valve[np.argsort(tried.cost)[:100]]])
+        tried = _try(fine, again)
+    return _closer(fine, tried, STAGES, swing)
 
 
 def _windows(prediction: Prediction) -> list[Prediction]:
@@ -180,6 +182,7 @@ def _closer(
     """Go on about the best valleys, step by step."""
     steps = np.arange(-1, 2)
     for S_step, J_step, place_step, keep in stages:
+        valleys = _valleys(tried, S_step, J_step, keep)
         about = [
             _grid(
                 valley[0] * (1.0 + S_step * steps),
@@ -188,7 +191,12 @@ def _closer(
                 np.clip(valley[3] + place_step * steps, -1.0, 1.0),
                 swing,
             )
-            for valley in _valleys(tried, S_step, J_step, keep)
+            for valley in valleys
+        ]
+        # J is a wide valley along the narrow one of S: it moves the size of a slip, S its time.
+        about += [
+            _grid(valley[0] * (1.0 + S_step * steps), np.linspace(0.0, 1.0, ALONG_J), valley[2], valley[3:], swing)
+            for valley in valleys[:FEW]
         ]
         tried = _more(tried, _try(prediction, np.concatenate(about)))
     return tried

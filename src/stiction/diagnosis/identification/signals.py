@@ -20,7 +20,7 @@ SAMPLES_PER_PERIOD = 36
 """Samples of an oscillation that are kept."""
 PERIODS_PER_PIECE, MOST_PIECES = 8.0, 8
 """Periods in a stretch searched by itself, and the largest number of stretches."""
-FEWEST_SAMPLES, ENOUGH_SAMPLES, FINE_SAMPLES = 30, 400, 4000
+FEWEST_SAMPLES, ENOUGH_SAMPLES, FINE_SAMPLES = 30, 400, 1500
 """Records below the first are refused, up to the second never thinned, up to the third not for the last searches."""
 
 
@@ -68,7 +68,7 @@ def prepare(record: LoopRecord, period: float | None, *, fine: bool = False) -> 
     period : float or None
         Period of the oscillation [s]; None compares the whole record about its mean.
     fine : bool
-        Thin only what is longer than 4000 samples.
+        Thin only what is longer than 1500 samples.
 
     Returns
     -------
