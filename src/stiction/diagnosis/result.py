@@ -209,6 +209,8 @@ class Identification:
     beats_good: float = float("nan")
     """Vuong's statistic by which the sticky valve foretells the PV better than a good one, cycle by cycle [-]; NaN
     where only the dense search was made."""
+    rough: Identification | None = field(default=None, repr=False, compare=False)
+    """What the dense search by simulation error found by itself; None where this is it."""
 
     def summary(self) -> str:
         """The finding in a line."""

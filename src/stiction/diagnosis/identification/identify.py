@@ -95,15 +95,16 @@ def identify(
     stretches = pieces_of(signals)
 
     def searched(stretch: Signals) -> Piece:
-        return search_piece(stretch, sign, record.integrating, swing, alone=not closer)
+        return search_piece(stretch, sign, record.integrating, swing)
 
     if len(stretches) == 1:
         pieces = [searched(stretches[0])]
     else:
         with ThreadPoolExecutor(2) as pool:
             pieces = list(pool.map(searched, stretches))
+    rough = _roughly(model, record, signals, pieces)
     if not closer:
-        return _roughly(model, record, signals, pieces)
+        return rough
     coarse = prediction_of(signals)
     prediction = coarse if signals.thinned == 1 else prediction_of(prepare(record, period, fine=True), fine=True)
     found = contest(
@@ -111,7 +112,7 @@ def identify(
     )
     stem = stem_of(prediction, found.valve[0])
     pieces = [with_stem(piece, _part(stem, piece.signals), sign, record.integrating) for piece in pieces]
-    return _closely(model, record, signals, pieces, prediction, found)
+    return replace(_closely(model, record, signals, pieces, prediction, found), rough=rough)
 
 
 def _part(stem: NDArray[np.float64], signals: Signals) -> NDArray[np.float64]:

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Piece", "search_piece", "with_stem"]
 
-ALONE, BESIDE = (30, 30), (20, 16)
-"""Points of the dense search over S and J / S, by itself and beside the search by likelihood."""
+N_S, N_J = 30, 30
+"""Points of the dense search over S and J / S."""
 
 
 class Piece(NamedTuple):
@@ -72,7 +72,7 @@ class Piece(NamedTuple):
         return float(sticky.gain[i, j]) * out
 
 
-def search_piece(signals: Signals, sign: float, integrating: bool | None, swing: float, *, alone: bool = True) -> Piece:
+def search_piece(signals: Signals, sign: float, integrating: bool | None, swing: float) -> Piece:
     """Search one stretch.
 
     Parameters
@@ -85,19 +85,16 @@ def search_piece(signals: Signals, sign: float, integrating: bool | None, swing:
         Whether the process integrates; None looks at both kinds.
     swing : float
         Largest S to look for [% of span].
-    alone : bool
-        Whether S and J are taken from this search.
 
     Returns
     -------
     Piece
         The dense search and the good valve's.
     """
-    n_S, n_J = ALONE if alone else BESIDE
     dense = explore(
         signals,
-        swing * np.arange(1, n_S + 1) / n_S,
-        np.linspace(0.0, 1.0, n_J),
+        swing * np.arange(1, N_S + 1) / N_S,
+        np.linspace(0.0, 1.0, N_J),
         dense_processes(signals.scale, signals.target.size, integrating),
         sign,
     )

@@ -77,7 +77,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     if not found:
         return _cannot_tell(record, oscillation, evidence, quality)
     swing = float(np.ptp(part.op[np.isfinite(part.op)]))
-    says = features(found, swing, oscillating=oscillation.oscillating)
+    says = features([one.rough or one for one in found], swing, oscillating=oscillation.oscillating)
     sure = probability(says, sum(gate.name in DOUBTS for gate in quality.reservations))
     main = found[speaks]
     sticky = sticky_cause(main)
