@@ -239,6 +239,15 @@ class Identification:
     """The process found with a good valve."""
     stretches: tuple[Stretch, ...] = ()
     """What each stretch of the record says by itself, in order."""
+    drift: float = float("nan")
+    """Change of S over the record [% of span per h]; NaN of fewer than four stretches in which the valve sticks."""
+    drift_error: float = float("nan")
+    """Standard error of the drift [% of span per h]."""
+    beats_good: float = float("nan")
+    """Vuong's statistic by which the sticky valve foretells the PV better than a good one, cycle by cycle [-]; NaN
+    where only the dense search was made."""
+    rough: Identification | None = field(default=None, repr=False, compare=False)
+    """What the dense search by simulation error found by itself; None where this is it."""
 
     def summary(self) -> str:
         """The finding in a line."""
@@ -268,6 +277,9 @@ class Identification:
                 "lag": _number(self.process.lag),
             },
             "stretches": [stretch.to_dict() for stretch in self.stretches],
+            "drift_per_h": _number(self.drift),
+            "drift_error_per_h": _number(self.drift_error),
+            "beats_good": _number(self.beats_good),
         }
 
 

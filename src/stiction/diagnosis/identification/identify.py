@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.identification.contest import Contest, contest, drift
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, interval, limit
-from stiction.diagnosis.identification.piece import Piece, search_piece
+from stiction.diagnosis.identification.likelihood import Prediction, most_likely, prediction_of, stem_of
+from stiction.diagnosis.identification.piece import Piece, search_piece, with_stem
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
 from stiction.diagnosis.result import ErrorSurface, Identification, ProcessFit, Stretch
 from stiction.errors import ParameterError, RecordError
@@ -87,18 +90,36 @@ def identify(
     for name, x in (("OP", signals.op), ("PV", signals.pv)):
         if not np.ptp(x) > 1e-9 * np.abs(x).max():
             raise RecordError(f"{record.tag}: {name} does not vary; nothing can be identified.")
-    sign = fit_controller(record).action
+    controller = fit_controller(record)
+    sign = controller.action
     stretches = pieces_of(signals)
 
     def searched(stretch: Signals) -> Piece:
-        return search_piece(stretch, sign, record.integrating, swing, closer=closer)
+        return search_piece(stretch, sign, record.integrating, swing)
 
     if len(stretches) == 1:
         pieces = [searched(stretches[0])]
     else:
         with ThreadPoolExecutor(2) as pool:
             pieces = list(pool.map(searched, stretches))
-    return _result(model, record, signals, pieces)
+    rough = _roughly(model, record, signals, pieces)
+    if not closer:
+        return rough
+    coarse = prediction_of(signals)
+    prediction = coarse if signals.thinned == 1 else prediction_of(prepare(record, period, fine=True), fine=True)
+    found = contest(
+        prediction, most_likely(coarse, prediction, swing), seen="at the controller's rate" in controller.why
+    )
+    stem = stem_of(prediction, found.valve[0])
+    pieces = [with_stem(piece, _part(stem, piece.signals), sign, record.integrating) for piece in pieces]
+    return replace(_closely(model, record, signals, pieces, prediction, found), rough=rough)
+
+
+def _part(stem: NDArray[np.float64], signals: Signals) -> NDArray[np.float64]:
+    """The part of a stem that belongs to a stretch."""
+    first, last = signals.first * signals.thinned, (signals.first + signals.target.size) * signals.thinned
+    part = stem[first:last]
+    return np.concatenate([part, np.full(last - first - part.size, stem[-1])])
 
 
 def _agreed(pieces: list[Piece]) -> int:
@@ -108,36 +129,75 @@ def _agreed(pieces: list[Piece]) -> int:
     return int(np.argmin(np.abs(S[:, np.newaxis] - S) @ weight))
 
 
-def _result(model: str, record: LoopRecord, signals: Signals, pieces: list[Piece]) -> Identification:
+def _roughly(model: str, record: LoopRecord, signals: Signals, pieces: list[Piece]) -> Identification:
+    """By the dense searches alone."""
     chosen = _agreed(pieces)
-    piece = pieces[chosen]
-    S, ratio = piece.valve
-    S_low, S_high = interval(pieces, chosen, 0)
+    S, ratio = pieces[chosen].valve
     ratio_low, ratio_high = interval(pieces, chosen, 1)
     ratio_high = min(ratio_high, 1.0)
+    stretches = [_stretch(one, len(record), *one.valve) for one in pieces]
+    ends = (*interval(pieces, chosen, 0), S * ratio_low, S * ratio_high)
+    return _result(model, record, signals, pieces, pieces[chosen], (S, S * ratio), ends, stretches)
+
+
+def _closely(
+    model: str, record: LoopRecord, signals: Signals, pieces: list[Piece], prediction: Prediction, found: Contest
+) -> Identification:
+    """By likelihood; the process is that of the stretch it explains best."""
+    S, ratio = (float(x) for x in found.valve[0, :2])
+    stretches, hours, bands = [], [], []
+    for piece in pieces:
+        first, last = piece.signals.first, piece.signals.first + piece.signals.target.size
+        ends = np.searchsorted(prediction.ends * prediction.width, (first * signals.thinned, last * signals.thinned))
+        cycles = slice(int(ends[0]), max(int(ends[1]), int(ends[0]) + 1))
+        own = found.best_in(cycles)
+        stretches.append(_stretch(piece, len(record), float(own[0]), float(own[1])))
+        if found.sticks_in(cycles):
+            hours.append(0.5 * (first + last) * signals.dt / 3600.0)
+            bands.append(float(own[0]))
+    speaks = min(pieces, key=lambda piece: piece.error)
+    result = _result(
+        model, record, signals, pieces, speaks, (S, S * ratio), (*found.S_range, *found.J_range), stretches
+    )
+    slope, error = drift(hours, bands)
+    return replace(result, drift=slope, drift_error=error, beats_good=float(found.worse[-1]))
+
+
+def _result(
+    model: str,
+    record: LoopRecord,
+    signals: Signals,
+    pieces: list[Piece],
+    speaks: Piece,
+    valve: tuple[float, float],
+    ends: tuple[float, float, float, float],
+    stretches: list[Stretch],
+) -> Identification:
     energy = np.array([float(np.sum(one.signals.target**2)) for one in pieces])
     weight = energy / energy.sum()
-    dense = np.tensordot(weight, np.array([one.found[0].error for one in pieces]), 1)
+    dense = np.tensordot(weight, np.array([one.dense.error for one in pieces]), 1)
     samples = sum(independent_samples(one) for one in pieces)
     mv, pv = _stitched(signals, pieces)
     at = np.minimum(np.arange(len(record)), signals.op.size - 1)
+    S, J = valve
+    S_low, S_high, J_low, J_high = ends
     return Identification(
         model=model,
         S=S,
-        J=S * ratio,
+        J=J,
         S_low=S_low,
         S_high=S_high,
-        J_low=S * ratio_low,
-        J_high=S * ratio_high,
-        process=_process(piece.process, signals),
+        J_low=J_low,
+        J_high=J_high,
+        process=_process(speaks.process, signals),
         fit=100.0 * (1.0 - float(weight @ np.array([one.error for one in pieces]))),
         fit_linear=100.0 * (1.0 - float(weight @ np.array([one.linear.error[0, 0] for one in pieces]))),
-        surface=ErrorSurface(piece.found[0].S, piece.found[0].ratio, dense, limit(float(dense.min()), samples, CHI2_2)),
+        surface=ErrorSurface(speaks.dense.S, speaks.dense.ratio, dense, limit(float(dense.min()), samples, CHI2_2)),
         mv=mv[at],
         pv=pv[at // signals.thinned],
-        linear=_process(piece.good, signals),
-        stretches=tuple(_stretch(one, len(record)) for one in pieces),
-        reason="J cannot be told from this record." if ratio_high - ratio_low > 0.6 else "",
+        linear=_process(speaks.good, signals),
+        stretches=tuple(stretches),
+        reason="J cannot be told from this record." if J_high - J_low > 0.6 * S else "",
     )
 
 
@@ -156,10 +216,9 @@ def _process(found: tuple[float, float, float, float], signals: Signals) -> Proc
     )
 
 
-def _stretch(piece: Piece, samples: int) -> Stretch:
+def _stretch(piece: Piece, samples: int, S: float, ratio: float) -> Stretch:
     """One stretch in the record's samples."""
     signals = piece.signals
-    S, ratio = piece.valve
     first, last = signals.first, signals.first + signals.target.size
     return Stretch(
         first=first * signals.thinned,
@@ -180,8 +239,8 @@ def _stitched(signals: Signals, pieces: list[Piece]) -> tuple[NDArray[np.float64
     cuts = np.concatenate([[0], (starts[1:] + ends[:-1]) // 2, [n]])
     for piece, low, high in zip(pieces, cuts[:-1], cuts[1:], strict=True):
         first, size = piece.signals.first, piece.signals.target.size
-        stem, answer = piece.simulated()
-        mv[low * every : high * every] = stem[(low - first) * every : (high - first) * every]
+        answer = piece.simulated()
+        mv[low * every : high * every] = piece.stem[(low - first) * every : (high - first) * every]
         a, b = max(low, first + signals.half), min(high, first + size - signals.half)
         pv[a:b] = (piece.signals.pv - piece.signals.target + answer)[a - first : b - first]
     return mv, pv

@@ -20,8 +20,8 @@ SAMPLES_PER_PERIOD = 36
 """Samples of an oscillation that are kept."""
 PERIODS_PER_PIECE, MOST_PIECES = 8.0, 8
 """Periods in a stretch searched by itself, and the largest number of stretches."""
-FEWEST_SAMPLES, ENOUGH_SAMPLES = 30, 400
-"""Records below the first are refused, up to the second never thinned."""
+FEWEST_SAMPLES, ENOUGH_SAMPLES, FINE_SAMPLES = 30, 400, 1500
+"""Records below the first are refused, up to the second never thinned, up to the third not for the last searches."""
 
 
 class Signals(NamedTuple):
@@ -58,7 +58,7 @@ def hold_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
     return x[np.where(last >= 0, last, int(np.argmax(good)))]
 
 
-def prepare(record: LoopRecord, period: float | None) -> Signals:
+def prepare(record: LoopRecord, period: float | None, *, fine: bool = False) -> Signals:
     """Fill gaps, thin where the record is long, and take the local mean off the PV.
 
     Parameters
@@ -67,6 +67,8 @@ def prepare(record: LoopRecord, period: float | None) -> Signals:
         A record with a PV.
     period : float or None
         Period of the oscillation [s]; None compares the whole record about its mean.
+    fine : bool
+        Thin only what is longer than 1500 samples.
 
     Returns
     -------
@@ -86,8 +88,9 @@ def prepare(record: LoopRecord, period: float | None) -> Signals:
     # Rounded, lest the unit of time decide how a tie on the grids of the search falls.
     span = round(period / dt, 6) if period is not None else op.size / 5.0
     thinned = 1
-    if op.size > ENOUGH_SAMPLES:
-        thinned = max(int(min(span / SAMPLES_PER_PERIOD, op.size / ENOUGH_SAMPLES)), 1)
+    if op.size > (FINE_SAMPLES if fine else ENOUGH_SAMPLES):
+        shortest = op.size / (FINE_SAMPLES if fine else ENOUGH_SAMPLES)
+        thinned = max(int(min(span / SAMPLES_PER_PERIOD, shortest)), 1)
         n = op.size // thinned
         op, pv = op[: n * thinned], pv[: n * thinned].reshape(n, thinned).mean(axis=1)
     span /= thinned
