@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["compare_models"]
 
-KANO = Tied(ratios=np.linspace(0.0, 1.0, 6), rates=np.zeros(1), n_S=28)
+KANO = Tied(lowest=0.0, rates=np.zeros(1), n=1500)
 """(S, J) free, and a stem that follows at any rate."""
 ENOUGH = 6.0
 """Difference of the criterion from which on a model is called better [-]; "strong" after Kass and Raftery."""

@@ -15,6 +15,8 @@ from stiction.diagnosis.identification.model_signals import begins_of, near_proc
 from stiction.diagnosis.identification.valve_trials import Processes, Stretches, Trials, answer_of, stem_of, try_valves
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from stiction.diagnosis.result import Identification, ProcessFit
@@ -22,36 +24,32 @@ if TYPE_CHECKING:
 
 __all__ = ["ModelFit", "Tied", "fit_model", "fit_process"]
 
-LEAST_S = 0.2
+LEAST_S = 0.12
 """Smallest S tried at first, as a share of OP's swing [-]."""
-N_BEGINS, N_CLOSER_BEGINS = 10, 48
+N_BEGINS, N_CLOSER_BEGINS = 12, 48
 """Samples tried for the first slip [-], at first and in every closer search."""
-STAGES = (
-    (1.3, 0.03, 0.12, 12, 24),
-    (1.15, 0.012, 0.05, 5, 72),
-    (1.06, 0.005, 0.02, 3, 200),
-    (1.03, 0.002, 0.01, 2, 600),
-)
-"""Of each closer search: factor between lags, steps of S (relative) and of J / S, how many valleys it follows, and
-which part of all rates a step of r passes."""
-N_RATES = 8
-"""Rates at which the likelihood is looked at about the best valve [-]."""
-N_BANDS = 5
-"""Bands of S from each of which the search may go closer [-]."""
-S_AROUND = np.array([-0.12, -0.07, -0.035, -0.015, 0.0, 0.015, 0.035, 0.07, 0.12])
-RATIO_AROUND = np.array([-0.5, -0.3, -0.15, -0.06, 0.0, 0.06, 0.15, 0.3, 0.5])
+STAGES = ((1.3, 0.015, 0.08, 12, 16), (1.15, 0.012, 0.05, 40, 6))
+CLOSER = ((1.06, 0.005, 0.02, 120), (1.03, 0.002, 0.01, 400))
+"""Of each closer search: factor between lags, steps of S (relative) and of J / S, which part of all rates a step of r
+passes, and how many valleys it follows."""
+S_AROUND = np.array([-0.1, -0.05, -0.025, -0.01, 0.0, 0.01, 0.025, 0.05, 0.1])
+RATIO_AROUND = np.array([-0.4, -0.2, -0.1, -0.04, 0.0, 0.04, 0.1, 0.2, 0.4])
 """Where the likelihood is looked at about the best valve: S (relative) and J / S [-]."""
+RATES_AROUND = np.array([-0.5, -0.2, -0.07, 0.0, 0.07, 0.2, 0.5])
+"""The same for r, as a share of all rates [-]."""
+N_VALLEYS = 24
+"""Valleys from which the search goes closer [-]."""
 
 
 class Tied(NamedTuple):
     """What a model leaves free of (S, J / S, r)."""
 
-    ratios: NDArray[np.float64]
-    """J / S tried at first [-], increasing, shape (n_ratios,); one value ties it."""
+    lowest: float
+    """Smallest J / S [-]; the largest is 1, where the stem jumps to OP."""
     rates: NDArray[np.float64]
     """r tried [% of span / s], increasing, shape (n_rates,)."""
-    n_S: int
-    """Values of S tried at first [-]."""
+    n: int
+    """Valves tried at first [-]."""
 
 
 class ModelFit(NamedTuple):
@@ -120,25 +118,55 @@ def fit_model(
     valleys = _first_look(signals, tied, known, sign, by_stem)
     valleys += [_Valley(one.error, one.valve, one.process, one.signals) for one in nested]
     tried = [one.trials for one in nested]
-    for spread, step, part, keep, share in STAGES:
-        move = max(tied.rates.size // share, 1)
+    for *widths, keep in STAGES:
         valleys = sorted(valleys, key=lambda valley: valley.error)[:keep]
-        for n, valley in enumerate(valleys):
-            about = _about(valley.valve, tied, step * np.arange(-2.0, 3.0), part * np.arange(-1.0, 2.0), move)
-            trials = try_valves(valley.signals, about, near_processes(valley.process, signals, by_stem, spread), sign)
-            tried.append(trials)
-            i = trials.best()
-            if trials.error[i] < valley.error:
-                valley = _Valley(float(trials.error[i]), trials.valves[i], trials.process[i], valley.signals)
-            valleys[n] = valley if by_stem else _begun(valley, sign)
+        valleys = [_closer(valley, tied, widths, sign, by_stem, tried) for valley in valleys]
     best = min(valleys, key=lambda valley: valley.error)
-    sb, sj, own = best.valve
-    places = np.linspace(0, tied.rates.size - 1, N_RATES).astype(int)
-    every = np.unique(np.append(tied.rates[places], own))
-    region = np.concatenate([_about(np.array([sb, sj, r]), tied, S_AROUND, RATIO_AROUND, 0) for r in every])
-    tried.append(try_valves(best.signals, region, near_processes(best.process, signals, by_stem, 1.15), sign))
+    for _ in range(2):
+        for widths in CLOSER:
+            best = _closer(best, tied, widths, sign, by_stem, tried)
+        wider = _profile(best, tied, sign, by_stem, tried)
+        if wider.error >= best.error:
+            break
+        best = wider
     tried.append(Trials(best.valve[np.newaxis], np.array([best.error]), best.process[np.newaxis]))
     return ModelFit(best.signals, Trials(*(np.concatenate(parts) for parts in zip(*tried, strict=True))))
+
+
+def _closer(
+    valley: _Valley, tied: Tied, widths: Sequence[float], sign: float, by_stem: bool, tried: list[Trials]
+) -> _Valley:
+    """The valley searched about its valve; what was tried joins `tried`."""
+    spread, step, part, share = widths
+    move = max(int(tied.rates.size / share), 1)
+    valves = _about(valley.valve, tied, step * np.arange(-2.0, 3.0), part * np.arange(-1.0, 2.0), (-move, 0, move))
+    processes = near_processes(valley.process, valley.signals, by_stem, spread)
+    trials = try_valves(valley.signals, valves, processes, sign)
+    tried.append(trials)
+    i = trials.best()
+    if trials.error[i] < valley.error:
+        valley = _Valley(float(trials.error[i]), trials.valves[i], trials.process[i], valley.signals)
+    return valley if by_stem else _begun(valley, sign)
+
+
+def _profile(best: _Valley, tied: Tied, sign: float, by_stem: bool, tried: list[Trials]) -> _Valley:
+    """The best of many valves far about the best, each with a beginning of its own; all join `tried`."""
+    signals = best.signals
+    moves = np.unique((RATES_AROUND * tied.rates.size).astype(int))
+    valves = np.concatenate(
+        [
+            _about(best.valve, tied, S_AROUND, np.zeros(1), moves),
+            _about(best.valve, tied, S_AROUND, RATIO_AROUND, (0,)),
+            _about(best.valve, tied, np.zeros(1), RATIO_AROUND, moves),
+        ]
+    )
+    starts = np.repeat(signals.start[np.newaxis], len(valves), axis=0)
+    if not by_stem:
+        starts = _begins(signals, valves, best.process, sign, N_BEGINS)
+    trials = try_valves(signals, valves, near_processes(best.process, signals, by_stem, 1.15), sign, starts)
+    tried.append(trials)
+    i = trials.best()
+    return _Valley(float(trials.error[i]), trials.valves[i], trials.process[i], signals._replace(start=starts[i]))
 
 
 def fit_process(record: LoopRecord, signals: Stretches, valve: NDArray[np.float64], known: ProcessFit) -> ModelFit:
@@ -168,7 +196,7 @@ def fit_process(record: LoopRecord, signals: Stretches, valve: NDArray[np.float6
     trials = try_valves(alone, np.repeat(valves, len(begins), axis=0), wide, sign, begins[:, np.newaxis])
     i = trials.best()
     valley = _Valley(float(trials.error[i]), valve, trials.process[i], signals)
-    for spread, *_ in ((1.6,), *STAGES):
+    for spread in (1.6, 1.3, 1.15, 1.06):
         if not by_stem:
             valley = _begun(valley, sign)
         trials = try_valves(valley.signals, valves, near_processes(valley.process, signals, by_stem, spread), sign)
@@ -179,21 +207,39 @@ def fit_process(record: LoopRecord, signals: Stretches, valve: NDArray[np.float6
 def _first_look(signals: Stretches, tied: Tied, known: Identification, sign: float, by_stem: bool) -> list[_Valley]:
     """The best valleys of a wide search of the first stretch, for every sample in which the stem may first slip."""
     alone = signals.alone(0)
-    few = tied.rates[np.unique(np.linspace(0, tied.rates.size - 1, 5).astype(int))]
-    swing = float(np.ptp(signals.op))
-    valves = _lattice(swing * np.geomspace(LEAST_S, 1.0, tied.n_S), tied.ratios, few)
-    if known.S > 0.0:
-        part = np.clip([known.J / known.S], tied.ratios[0], tied.ratios[-1])
-        valves = np.concatenate([valves, _lattice(np.array([known.S]), part, few)])
     begins = alone.start if by_stem else begins_of(alone, N_BEGINS)
-    starts = np.repeat(begins[:, np.newaxis], valves.shape[0], axis=0)
+    spread = _halton(tied.n, 4)
+    S = float(np.ptp(signals.op)) * LEAST_S ** (1.0 - spread[0])
+    # The ends are tried more often: they are models of their own.
+    ratio, place = (np.clip(1.2 * x - 0.1, 0.0, 1.0) for x in spread[1:3])
+    ratio = tied.lowest + (1.0 - tied.lowest) * ratio
+    r = tied.rates[np.round(place * (tied.rates.size - 1)).astype(int)]
+    valves = np.stack([0.5 * S * (1.0 + ratio), S * ratio, r], axis=1)
+    which = np.minimum((spread[3] * len(begins)).astype(int), len(begins) - 1)
+    if known.S > 0.0:
+        own = _about(np.array([0.5 * (known.S + known.J), known.J, 0.0]), tied, np.zeros(1), np.zeros(1), (0,))[0]
+        own = np.array([[own[0], own[1], r] for r in np.unique(tied.rates[[0, tied.rates.size // 2, -1]])])
+        valves = np.concatenate([valves, np.repeat(own, len(begins), axis=0)])
+        which = np.concatenate([which, np.tile(np.arange(len(begins)), len(own))])
     wide = wide_processes(signals, known.process, by_stem)
-    trials = try_valves(alone, np.tile(valves, (begins.shape[0], 1)), wide, sign, starts)
+    trials = try_valves(alone, valves, wide, sign, begins[which][:, np.newaxis])
     found = []
-    for row in _apart(trials, swing):
+    for row in _apart(trials, tied.rates):
         valley = _Valley(float(trials.error[row]), trials.valves[row], trials.process[row], signals)
         found.append(valley if by_stem else _begun(valley, sign))
     return found
+
+
+def _halton(n: int, dimensions: int) -> NDArray[np.float64]:
+    """Halton's sequence in the unit cube, shape (dimensions, n): points that leave no gap in any axis."""
+    out = np.zeros((dimensions, n))
+    for row, base in zip(out, (2, 3, 5, 7), strict=False):
+        k, share = np.arange(1, n + 1), 1.0
+        while k.any():
+            share /= base
+            row += share * (k % base)
+            k //= base
+    return out
 
 
 def _lattice(S: NDArray[np.float64], ratio: NDArray[np.float64], r: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -203,41 +249,62 @@ def _lattice(S: NDArray[np.float64], ratio: NDArray[np.float64], r: NDArray[np.f
 
 
 def _about(
-    valve: NDArray[np.float64], tied: Tied, step: NDArray[np.float64], part: NDArray[np.float64], reach: int
+    valve: NDArray[np.float64],
+    tied: Tied,
+    step: NDArray[np.float64],
+    part: NDArray[np.float64],
+    moves: Sequence[int] | NDArray[np.int64],
 ) -> NDArray[np.float64]:
-    """Valves about one: S in relative steps, J / S in parts, and the rates `reach` places before and after."""
+    """Valves about one: S in relative steps, J / S in parts, r by places among the rates."""
     sb, sj, r = valve
     S = 2.0 * sb - sj
-    ratio = np.unique(np.clip(sj / S + part, tied.ratios[0], tied.ratios[-1])) if S > 0.0 else tied.ratios[:1]
-    i = int(np.searchsorted(tied.rates, r))
-    places = np.unique(np.clip([i - reach, i, i + reach], 0, tied.rates.size - 1))
-    return _lattice(S * (1.0 + step), ratio, tied.rates[places] if reach else np.array([r]))
+    ratio = np.unique(np.clip(sj / S + part, tied.lowest, 1.0))
+    places = np.unique(np.clip(int(np.searchsorted(tied.rates, r)) + np.asarray(moves), 0, tied.rates.size - 1))
+    return _lattice(S * (1.0 + step), ratio, tied.rates[places])
 
 
-def _apart(trials: Trials, swing: float) -> list[int]:
-    """The best valve of each rate in each band of S."""
-    S = 2.0 * trials.valves[:, 0] - trials.valves[:, 1]
-    band = np.digitize(S, swing * np.geomspace(LEAST_S, 1.0, N_BANDS + 1)[1:-1])
-    best: dict[tuple[int, float], int] = {}
+def _apart(trials: Trials, rates: NDArray[np.float64]) -> list[int]:
+    """The best valves that are apart from one another in S, J / S or the rate."""
+    sb, sj, r = trials.valves.T
+    S = 2.0 * sb - sj
+    where = np.stack([np.log(S) / 0.04, sj / S / 0.2, np.searchsorted(rates, r) / (0.2 * rates.size)])
+    found: list[int] = []
     for row in np.argsort(trials.error):
-        best.setdefault((int(band[row]), float(trials.valves[row, 2])), int(row))
-    return list(best.values())
+        if not found or np.abs(where[:, found] - where[:, [row]]).max(axis=0).min() > 1.0:
+            found.append(int(row))
+            if len(found) == N_VALLEYS:
+                break
+    return found
 
 
 def _begun(valley: _Valley, sign: float) -> _Valley:
     """The valley with every stretch begun as its valve and process fit it best."""
-    signals = valley.signals
-    _, first, second, delay = valley.process
-    whole = int(np.floor(delay))
-    process = Processes(np.array([first]), np.array([second]), np.array([whole, whole + 1]))
-    start = signals.start.copy()
-    for i in range(start.shape[0]):
-        alone = signals.alone(i)
-        begins = np.concatenate([begins_of(alone, N_CLOSER_BEGINS), start[i : i + 1]])
-        tried = try_valves(
-            alone, np.repeat(valley.valve[np.newaxis], len(begins), axis=0), process, sign, begins[:, np.newaxis]
-        )
-        start[i] = begins[tried.best()]
-    begun = signals._replace(start=start)
-    trials = try_valves(begun, valley.valve[np.newaxis], process, sign)
+    signals, valve = valley.signals, valley.valve[np.newaxis]
+    begun = signals._replace(start=_begins(signals, valve, valley.process, sign, N_CLOSER_BEGINS)[0])
+    trials = try_valves(begun, valve, _same(signals, valley.process), sign)
+    if trials.error[0] >= valley.error:
+        return valley
     return _Valley(float(trials.error[0]), valley.valve, trials.process[0], begun)
+
+
+def _begins(
+    signals: Stretches, valves: NDArray[np.float64], process: NDArray[np.float64], sign: float, n: int
+) -> NDArray[np.float64]:
+    """How each stretch begins best for each valve with a given process, shape (n_valves, n_stretches, 3)."""
+    same = _same(signals, process)
+    out = np.empty((len(valves), *signals.start.shape))
+    for i, own in enumerate(signals.start):
+        alone = signals.alone(i)
+        begins = np.concatenate([begins_of(alone, n), own[np.newaxis]])
+        rows, starts = np.repeat(valves, len(begins), axis=0), np.tile(begins, (len(valves), 1))
+        trials = try_valves(alone, rows, same, sign, starts[:, np.newaxis])
+        out[:, i] = begins[trials.error.reshape(len(valves), -1).argmin(axis=1)]
+    return out
+
+
+def _same(signals: Stretches, process: NDArray[np.float64]) -> Processes:
+    """One process, with the dead times about its own."""
+    _, first, second, delay = process
+    whole, last = int(np.floor(delay)), int(signals.windows[:, 0].min()) - signals.half - 1
+    delays = np.arange(max(whole - 1, -1), min(whole + 2, last) + 1)
+    return Processes(np.array([first]), np.array([second]), delays)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["fit_stenman", "identify_stenman"]
 
-TIED = Tied(ratios=np.ones(1), rates=np.array([np.inf]), n_S=48)
+TIED = Tied(lowest=1.0, rates=np.array([np.inf]), n=1200)
 """S = J = d, and a stem that never follows."""
 
 

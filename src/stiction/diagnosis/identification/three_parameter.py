@@ -14,8 +14,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from stiction.diagnosis.identification.model_fit import ModelFit, Tied, fit_model
 from stiction.diagnosis.identification.model_result import result_of
 from stiction.diagnosis.identification.model_signals import rates_of, signals_of
@@ -28,10 +26,8 @@ if TYPE_CHECKING:
 
 __all__ = ["fit_three_parameter", "identify_three_parameter"]
 
-RATIOS = np.array([0.05, 0.35, 0.65, 1.0])
-"""sj / S tried at first [-]; beyond 1 the stem overshoots."""
-N_S = 14
-"""Values of S tried at first [-]."""
+N_FIRST = 3000
+"""Valves tried at first [-]."""
 
 
 def identify_three_parameter(record: LoopRecord, known: Identification, period: float | None = None) -> Identification:
@@ -100,4 +96,4 @@ def fit_three_parameter(
         The best valve and process, and all that was tried.
     """
     nested = nested or (fit_stenman(record, signals, known),)
-    return fit_model(record, signals, Tied(RATIOS, rates_of(record), N_S), known, nested)
+    return fit_model(record, signals, Tied(0.0, rates_of(record), N_FIRST), known, nested)
