@@ -69,9 +69,9 @@ def compare_models(record: LoopRecord, *, period: float | None = None) -> ModelC
     """
     known = identify(record, period=period)
     signals = signals_of(record, period)
-    stenman, kano = fit_stenman(record, signals, known), fit_model(record, signals, KANO, known)
+    stenman, kano = fit_stenman(signals, known), fit_model(signals, KANO, known)
     fits = {
-        "good": fit_process(record, signals, np.zeros(3), known.linear or known.process),
+        "good": fit_process(signals, np.zeros(3), known.linear or known.process),
         "stenman": stenman,
         "kano": kano,
         "three_parameter": fit_three_parameter(record, signals, known, (stenman, kano)),

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.model_signals import begins_of, near_processes, wide_processes
 from stiction.diagnosis.identification.valve_trials import Processes, Stretches, Trials, answer_of, stem_of, try_valves
 
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.diagnosis.result import Identification, ProcessFit
-    from stiction.records.record import LoopRecord
 
 __all__ = ["ModelFit", "Tied", "fit_model", "fit_process"]
 
@@ -90,15 +88,11 @@ class _Valley(NamedTuple):
     signals: Stretches
 
 
-def fit_model(
-    record: LoopRecord, signals: Stretches, tied: Tied, known: Identification, nested: tuple[ModelFit, ...] = ()
-) -> ModelFit:
+def fit_model(signals: Stretches, tied: Tied, known: Identification, nested: tuple[ModelFit, ...] = ()) -> ModelFit:
     """Search a model's valves and processes, wide first, then closer about several valleys.
 
     Parameters
     ----------
-    record : LoopRecord
-        The record.
     signals : Stretches
         What to compare, as `signals_of` makes it.
     tied : Tied
@@ -113,19 +107,17 @@ def fit_model(
     ModelFit
         The best valve and process, and all that was tried.
     """
-    by_stem = record.mv is not None
-    sign = 1.0 if by_stem else fit_controller(record).action
-    valleys = _first_look(signals, tied, known, sign, by_stem)
+    valleys = _first_look(signals, tied, known)
     valleys += [_Valley(one.error, one.valve, one.process, one.signals) for one in nested]
     tried = [one.trials for one in nested]
     for *widths, keep in STAGES:
         valleys = sorted(valleys, key=lambda valley: valley.error)[:keep]
-        valleys = [_closer(valley, tied, widths, sign, by_stem, tried) for valley in valleys]
+        valleys = [_closer(valley, tied, widths, tried) for valley in valleys]
     best = min(valleys, key=lambda valley: valley.error)
     for _ in range(2):
         for widths in CLOSER:
-            best = _closer(best, tied, widths, sign, by_stem, tried)
-        wider = _profile(best, tied, sign, by_stem, tried)
+            best = _closer(best, tied, widths, tried)
+        wider = _profile(best, tied, tried)
         if wider.error >= best.error:
             break
         best = wider
@@ -133,23 +125,21 @@ def fit_model(
     return ModelFit(best.signals, Trials(*(np.concatenate(parts) for parts in zip(*tried, strict=True))))
 
 
-def _closer(
-    valley: _Valley, tied: Tied, widths: Sequence[float], sign: float, by_stem: bool, tried: list[Trials]
-) -> _Valley:
+def _closer(valley: _Valley, tied: Tied, widths: Sequence[float], tried: list[Trials]) -> _Valley:
     """The valley searched about its valve; what was tried joins `tried`."""
     spread, step, part, share = widths
     move = max(int(tied.rates.size / share), 1)
     valves = _about(valley.valve, tied, step * np.arange(-2.0, 3.0), part * np.arange(-1.0, 2.0), (-move, 0, move))
-    processes = near_processes(valley.process, valley.signals, by_stem, spread)
-    trials = try_valves(valley.signals, valves, processes, sign)
+    processes = near_processes(valley.process, valley.signals, spread)
+    trials = try_valves(valley.signals, valves, processes)
     tried.append(trials)
     i = trials.best()
     if trials.error[i] < valley.error:
         valley = _Valley(float(trials.error[i]), trials.valves[i], trials.process[i], valley.signals)
-    return valley if by_stem else _begun(valley, sign)
+    return valley if valley.signals.by_stem else _begun(valley)
 
 
-def _profile(best: _Valley, tied: Tied, sign: float, by_stem: bool, tried: list[Trials]) -> _Valley:
+def _profile(best: _Valley, tied: Tied, tried: list[Trials]) -> _Valley:
     """The best of many valves far about the best, each with a beginning of its own; all join `tried`."""
     signals = best.signals
     moves = np.unique((RATES_AROUND * tied.rates.size).astype(int))
@@ -161,21 +151,19 @@ def _profile(best: _Valley, tied: Tied, sign: float, by_stem: bool, tried: list[
         ]
     )
     starts = np.repeat(signals.start[np.newaxis], len(valves), axis=0)
-    if not by_stem:
-        starts = _begins(signals, valves, best.process, sign, N_BEGINS)
-    trials = try_valves(signals, valves, near_processes(best.process, signals, by_stem, 1.15), sign, starts)
+    if not signals.by_stem:
+        starts = _begins(signals, valves, best.process, N_BEGINS)
+    trials = try_valves(signals, valves, near_processes(best.process, signals, 1.15), starts)
     tried.append(trials)
     i = trials.best()
     return _Valley(float(trials.error[i]), trials.valves[i], trials.process[i], signals._replace(start=starts[i]))
 
 
-def fit_process(record: LoopRecord, signals: Stretches, valve: NDArray[np.float64], known: ProcessFit) -> ModelFit:
+def fit_process(signals: Stretches, valve: NDArray[np.float64], known: ProcessFit) -> ModelFit:
     """Search the process behind a valve that is known.
 
     Parameters
     ----------
-    record : LoopRecord
-        The record.
     signals : Stretches
         What to compare.
     valve : ndarray, shape (3,)
@@ -188,26 +176,24 @@ def fit_process(record: LoopRecord, signals: Stretches, valve: NDArray[np.float6
     ModelFit
         The valve and its best process.
     """
-    by_stem = record.mv is not None
-    sign = 1.0 if by_stem else fit_controller(record).action
     alone, valves = signals.alone(0), valve[np.newaxis]
-    begins = alone.start if by_stem else begins_of(alone, N_BEGINS)
-    wide = wide_processes(signals, known, by_stem)
-    trials = try_valves(alone, np.repeat(valves, len(begins), axis=0), wide, sign, begins[:, np.newaxis])
+    begins = alone.start if signals.by_stem else begins_of(alone, N_BEGINS)
+    wide = wide_processes(signals, known)
+    trials = try_valves(alone, np.repeat(valves, len(begins), axis=0), wide, begins[:, np.newaxis])
     i = trials.best()
     valley = _Valley(float(trials.error[i]), valve, trials.process[i], signals)
     for spread in (1.6, 1.3, 1.15, 1.06):
-        if not by_stem:
-            valley = _begun(valley, sign)
-        trials = try_valves(valley.signals, valves, near_processes(valley.process, signals, by_stem, spread), sign)
+        if not signals.by_stem:
+            valley = _begun(valley)
+        trials = try_valves(valley.signals, valves, near_processes(valley.process, signals, spread))
         valley = _Valley(float(trials.error[0]), valve, trials.process[0], valley.signals)
     return ModelFit(valley.signals, trials)
 
 
-def _first_look(signals: Stretches, tied: Tied, known: Identification, sign: float, by_stem: bool) -> list[_Valley]:
+def _first_look(signals: Stretches, tied: Tied, known: Identification) -> list[_Valley]:
     """The best valleys of a wide search of the first stretch, for every sample in which the stem may first slip."""
     alone = signals.alone(0)
-    begins = alone.start if by_stem else begins_of(alone, N_BEGINS)
+    begins = alone.start if signals.by_stem else begins_of(alone, N_BEGINS)
     spread = _halton(tied.n, 4)
     S = float(np.ptp(signals.op)) * LEAST_S ** (1.0 - spread[0])
     # The ends are tried more often: they are models of their own.
@@ -221,12 +207,12 @@ def _first_look(signals: Stretches, tied: Tied, known: Identification, sign: flo
         own = np.array([[own[0], own[1], r] for r in np.unique(tied.rates[[0, tied.rates.size // 2, -1]])])
         valves = np.concatenate([valves, np.repeat(own, len(begins), axis=0)])
         which = np.concatenate([which, np.tile(np.arange(len(begins)), len(own))])
-    wide = wide_processes(signals, known.process, by_stem)
-    trials = try_valves(alone, valves, wide, sign, begins[which][:, np.newaxis])
+    wide = wide_processes(signals, known.process)
+    trials = try_valves(alone, valves, wide, begins[which][:, np.newaxis])
     found = []
     for row in _apart(trials, tied.rates):
         valley = _Valley(float(trials.error[row]), trials.valves[row], trials.process[row], signals)
-        found.append(valley if by_stem else _begun(valley, sign))
+        found.append(valley if signals.by_stem else _begun(valley))
     return found
 
 
@@ -277,18 +263,18 @@ def _apart(trials: Trials, rates: NDArray[np.float64]) -> list[int]:
     return found
 
 
-def _begun(valley: _Valley, sign: float) -> _Valley:
+def _begun(valley: _Valley) -> _Valley:
     """The valley with every stretch begun as its valve and process fit it best."""
     signals, valve = valley.signals, valley.valve[np.newaxis]
-    begun = signals._replace(start=_begins(signals, valve, valley.process, sign, N_CLOSER_BEGINS)[0])
-    trials = try_valves(begun, valve, _same(signals, valley.process), sign)
+    begun = signals._replace(start=_begins(signals, valve, valley.process, N_CLOSER_BEGINS)[0])
+    trials = try_valves(begun, valve, _same(signals, valley.process))
     if trials.error[0] >= valley.error:
         return valley
     return _Valley(float(trials.error[0]), valley.valve, trials.process[0], begun)
 
 
 def _begins(
-    signals: Stretches, valves: NDArray[np.float64], process: NDArray[np.float64], sign: float, n: int
+    signals: Stretches, valves: NDArray[np.float64], process: NDArray[np.float64], n: int
 ) -> NDArray[np.float64]:
     """How each stretch begins best for each valve with a given process, shape (n_valves, n_stretches, 3)."""
     same = _same(signals, process)
@@ -297,7 +283,7 @@ def _begins(
         alone = signals.alone(i)
         begins = np.concatenate([begins_of(alone, n), own[np.newaxis]])
         rows, starts = np.repeat(valves, len(begins), axis=0), np.tile(begins, (len(valves), 1))
-        trials = try_valves(alone, rows, same, sign, starts[:, np.newaxis])
+        trials = try_valves(alone, rows, same, starts[:, np.newaxis])
         out[:, i] = begins[trials.error.reshape(len(valves), -1).argmin(axis=1)]
     return out
 

@@ -141,8 +141,8 @@ def result_of(
     behind = fit
     if record.mv is not None:
         unseen = replace(record, mv=None)
-        behind = fit_process(unseen, signals_of(unseen, period), fit.valve, known.process)
-    good = fit_process(record, signals_of(record, period), np.zeros(3), known.linear or known.process)
+        behind = fit_process(signals_of(unseen, period), fit.valve, known.process)
+    good = fit_process(fit.signals, np.zeros(3), known.linear or known.process)
     mv, pv = _stitched(record, behind)
     return replace(
         known,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.signals import FEWEST_SAMPLES, hold_gaps, pieces_of, prepare
 from stiction.diagnosis.identification.valve_trials import Processes, Stretches
 from stiction.errors import RecordError
@@ -52,18 +53,19 @@ def signals_of(record: LoopRecord, period: float | None) -> Stretches:
         if n < FEWEST_SAMPLES:
             raise RecordError(f"{record.tag} has {n} samples; an identification needs at least {FEWEST_SAMPLES}.")
         scale = period / record.dt if period is not None else n / 5.0
-        start = np.array([[0.0, 0.0, op[0] - mv[0]]])
         return Stretches(
-            op,
-            mv - mv.mean(),
-            1,
-            0,
-            record.dt,
-            scale,
-            np.array([0, n]),
-            np.array([[2, n]]),
-            start,
-            np.zeros(1, dtype=np.int64),
+            op=op,
+            target=mv - mv.mean(),
+            width=1,
+            half=0,
+            dt=record.dt,
+            scale=scale,
+            bounds=np.array([0, n]),
+            windows=np.array([[2, n]]),
+            start=np.array([[0.0, 0.0, op[0] - mv[0]]]),
+            by_stem=True,
+            sign=1.0,
+            first=np.zeros(1, dtype=np.int64),
         )
     whole = prepare(record, period)
     pieces = pieces_of(whole)
@@ -83,6 +85,8 @@ def signals_of(record: LoopRecord, period: float | None) -> Stretches:
         bounds=np.concatenate([[0], np.cumsum(sizes)]),
         windows=np.array(windows),
         start=np.zeros((len(pieces), 3)),
+        by_stem=False,
+        sign=float(fit_controller(record).action),
         first=np.array([piece.first for piece in pieces]),
     )
 
@@ -132,7 +136,7 @@ def begins_of(alone: Stretches, n: int) -> NDArray[np.float64]:
     return np.array([[0.0, 0.0, 0.0], *([float(k), way, 0.0] for k in slips)])
 
 
-def wide_processes(signals: Stretches, known: ProcessFit, by_stem: bool) -> Processes:
+def wide_processes(signals: Stretches, known: ProcessFit) -> Processes:
     """Processes for a first look: lags about those known and some shorter and longer ones, dead times far apart.
 
     Parameters
@@ -141,15 +145,13 @@ def wide_processes(signals: Stretches, known: ProcessFit, by_stem: bool) -> Proc
         What is compared.
     known : ProcessFit
         Process that another valve model found: its lags hold for all, its dead time trades with S.
-    by_stem : bool
-        Whether the stem itself is compared: then there is no process but a sample's delay.
 
     Returns
     -------
     Processes
         The candidates.
     """
-    if by_stem:
+    if signals.by_stem:
         return Processes(np.zeros(1), np.zeros(1), np.array([-1, 0]))
     scale, longest = signals.scale, _longest(signals.scale, int(np.diff(signals.bounds).min()))
     delays = np.unique(np.round(np.linspace(-1.0, longest, 10)).astype(np.int64))
@@ -157,12 +159,12 @@ def wide_processes(signals: Stretches, known: ProcessFit, by_stem: bool) -> Proc
     if known.integrating:
         second = np.unique(np.concatenate([[0.0, 0.05 * scale, 0.2 * scale], slow * np.array([0.7, 1.0, 1.4])]))
         return Processes(np.full(second.size, np.inf), second, delays)
-    pairs = [(slow * factor, lag * factor) for factor in (0.7, 1.0, 1.4)]
-    pairs += [(share * scale, 0.0) for share in (0.0, 0.08, 0.3)]
+    pairs = [(slow * factor, lag * factor) for factor in (0.8, 1.25)]
+    pairs += [(share * scale, 0.0) for share in (0.08, 0.3)]
     return Processes(np.array([pair[0] for pair in pairs]), np.array([pair[1] for pair in pairs]), delays)
 
 
-def near_processes(process: NDArray[np.float64], signals: Stretches, by_stem: bool, spread: float) -> Processes:
+def near_processes(process: NDArray[np.float64], signals: Stretches, spread: float) -> Processes:
     """Processes about one: lags within a factor, a second lag or none, neighbouring dead times.
 
     Parameters
@@ -171,8 +173,6 @@ def near_processes(process: NDArray[np.float64], signals: Stretches, by_stem: bo
         Gain, first and second lag and dead time, times in samples.
     signals : Stretches
         What is compared.
-    by_stem : bool
-        Whether the stem itself is compared.
     spread : float
         Factor between neighbouring lags [-].
 
@@ -181,7 +181,7 @@ def near_processes(process: NDArray[np.float64], signals: Stretches, by_stem: bo
     Processes
         The candidates.
     """
-    if by_stem:
+    if signals.by_stem:
         return Processes(np.zeros(1), np.zeros(1), np.array([-1, 0]))
     _, first, second, delay = process
     longest = _longest(signals.scale, int(np.diff(signals.bounds).min()))

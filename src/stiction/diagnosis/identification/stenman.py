@@ -62,16 +62,14 @@ def identify_stenman(record: LoopRecord, known: Identification, period: float | 
     >>> abs(found.parameters["d"] - 2.0) < 0.1
     True
     """
-    return result_of(record, fit_stenman(record, signals_of(record, period), known), "stenman", known, period)
+    return result_of(record, fit_stenman(signals_of(record, period), known), "stenman", known, period)
 
 
-def fit_stenman(record: LoopRecord, signals: Stretches, known: Identification) -> ModelFit:
+def fit_stenman(signals: Stretches, known: Identification) -> ModelFit:
     """Search d.
 
     Parameters
     ----------
-    record : LoopRecord
-        The record.
     signals : Stretches
         What to compare.
     known : Identification
@@ -82,4 +80,4 @@ def fit_stenman(record: LoopRecord, signals: Stretches, known: Identification) -
     ModelFit
         The best valve and process, and all that was tried.
     """
-    return fit_model(record, signals, TIED, known)
+    return fit_model(signals, TIED, known)

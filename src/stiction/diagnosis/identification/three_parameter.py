@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["fit_three_parameter", "identify_three_parameter"]
 
-N_FIRST = 3000
+N_FIRST = 6000
 """Valves tried at first [-]."""
 
 
@@ -95,5 +95,5 @@ def fit_three_parameter(
     ModelFit
         The best valve and process, and all that was tried.
     """
-    nested = nested or (fit_stenman(record, signals, known),)
-    return fit_model(record, signals, Tied(0.0, rates_of(record), N_FIRST), known, nested)
+    nested = nested or (fit_stenman(signals, known),)
+    return fit_model(signals, Tied(0.0, rates_of(record), N_FIRST), known, nested)

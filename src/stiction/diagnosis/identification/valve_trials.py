@@ -46,6 +46,10 @@ class Stretches(NamedTuple):
     """How the stem begins in each stretch, shape (n_stretches, 3): the sample of OP at which it is known, the
     direction in which it moves there (then it is sb - sj behind OP), and how much further behind it is [% of span]."""
 
+    by_stem: bool
+    """Whether the target is the stem itself, so that there is no process."""
+    sign: float
+    """Sign that the process gain must have [-]; 0 for any."""
     first: NDArray[np.int64]
     """Where each stretch begins in the record [samples of the target], shape (n_stretches,)."""
 
@@ -196,7 +200,6 @@ def try_valves(
     signals: Stretches,
     valves: NDArray[np.float64],
     processes: Processes,
-    sign: float,
     start: NDArray[np.float64] | None = None,
 ) -> Trials:
     """Try every valve with every process candidate, on two threads.
@@ -209,8 +212,6 @@ def try_valves(
         sb, sj [% of span] and r [% of span / s].
     processes : Processes
         The process candidates.
-    sign : float
-        Sign that the process gain must have [-]; 0 for any.
     start : ndarray, shape (n_valves, n_stretches, 3), optional
         How the stem begins, for each valve; that of `signals` by default.
 
@@ -233,7 +234,7 @@ def try_valves(
         work = (np.empty((6, longest * signals.width + 1)), np.empty((3, first.size * processes.delays.size)))
         _try(
             signals.op, signals.target, signals.width, signals.half, signals.bounds, signals.windows, begins[rows],
-            packed[rows], first, second, processes.delays, float(sign), energy, found[rows], work,
+            packed[rows], first, second, processes.delays, signals.sign, energy, found[rows], work,
         )  # fmt: skip
 
     middle = valves.shape[0] // 2
