@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.identification.comparison import ModelComparison, ModelShare
 from stiction.diagnosis.identification.identify import identify
 from stiction.diagnosis.identification.model_fit import ModelFit, Tied, fit_model, fit_process
 from stiction.diagnosis.identification.model_result import MODEL_ERROR, independent_samples
 from stiction.diagnosis.identification.model_signals import signals_of
 from stiction.diagnosis.identification.stenman import fit_stenman
 from stiction.diagnosis.identification.three_parameter import fit_three_parameter
-from stiction.diagnosis.result import ModelComparison, ModelShare
 
 if TYPE_CHECKING:
     from stiction.records.record import LoopRecord
