@@ -35,6 +35,8 @@ RATIO_AROUND = np.array([-0.4, -0.2, -0.1, -0.04, 0.0, 0.04, 0.1, 0.2, 0.4])
 """Where the likelihood is looked at about the best valve: S (relative) and J / S [-]."""
 RATES_AROUND = np.array([-0.5, -0.2, -0.07, 0.0, 0.07, 0.2, 0.5])
 """The same for r, as a share of all rates [-]."""
+FEW = 15
+"""Valves up to which each has a beginning of its own in a closer search [-]."""
 N_VALLEYS = 24
 """Valleys from which the search goes closer [-]."""
 
@@ -130,18 +132,26 @@ def _closer(valley: _Valley, tied: Tied, widths: Sequence[float], tried: list[Tr
     spread, step, part, share = widths
     move = max(int(tied.rates.size / share), 1)
     valves = _about(valley.valve, tied, step * np.arange(-2.0, 3.0), part * np.arange(-1.0, 2.0), (-move, 0, move))
-    processes = near_processes(valley.process, valley.signals, spread)
-    trials = try_valves(valley.signals, valves, processes)
-    tried.append(trials)
-    i = trials.best()
-    if trials.error[i] < valley.error:
-        valley = _Valley(float(trials.error[i]), trials.valves[i], trials.process[i], valley.signals)
+    found = _best(valley, valves, spread, tried, own=len(valves) <= FEW)
+    if found.error < valley.error:
+        valley = found
     return valley if valley.signals.by_stem else _begun(valley)
 
 
+def _best(about: _Valley, valves: NDArray[np.float64], spread: float, tried: list[Trials], own: bool) -> _Valley:
+    """The best of some valves about a valley; all join `tried`. With `own` each has a beginning of its own."""
+    signals = about.signals
+    starts = np.repeat(signals.start[np.newaxis], len(valves), axis=0)
+    if own and not signals.by_stem:
+        starts = _begins(signals, valves, about.process, N_BEGINS)
+    trials = try_valves(signals, valves, near_processes(about.process, signals, spread), starts)
+    tried.append(trials)
+    i = trials.best()
+    return _Valley(float(trials.error[i]), trials.valves[i], trials.process[i], signals._replace(start=starts[i]))
+
+
 def _profile(best: _Valley, tied: Tied, tried: list[Trials]) -> _Valley:
-    """The best of many valves far about the best, each with a beginning of its own; all join `tried`."""
-    signals = best.signals
+    """The best of many valves far about the best; all join `tried`."""
     moves = np.unique((RATES_AROUND * tied.rates.size).astype(int))
     valves = np.concatenate(
         [
@@ -150,13 +160,7 @@ def _profile(best: _Valley, tied: Tied, tried: list[Trials]) -> _Valley:
             _about(best.valve, tied, np.zeros(1), RATIO_AROUND, moves),
         ]
     )
-    starts = np.repeat(signals.start[np.newaxis], len(valves), axis=0)
-    if not signals.by_stem:
-        starts = _begins(signals, valves, best.process, N_BEGINS)
-    trials = try_valves(signals, valves, near_processes(best.process, signals, 1.15), starts)
-    tried.append(trials)
-    i = trials.best()
-    return _Valley(float(trials.error[i]), trials.valves[i], trials.process[i], signals._replace(start=starts[i]))
+    return _best(best, valves, 1.15, tried, own=True)
 
 
 def fit_process(signals: Stretches, valve: NDArray[np.float64], known: ProcessFit) -> ModelFit:
@@ -253,7 +257,7 @@ def _apart(trials: Trials, rates: NDArray[np.float64]) -> list[int]:
     """The best valves that are apart from one another in S, J / S or the rate."""
     sb, sj, r = trials.valves.T
     S = 2.0 * sb - sj
-    where = np.stack([np.log(S) / 0.04, sj / S / 0.2, np.searchsorted(rates, r) / (0.2 * rates.size)])
+    where = np.stack([np.log(S) / 0.02, sj / S / 0.2, np.searchsorted(rates, r) / (0.2 * rates.size)])
     found: list[int] = []
     for row in np.argsort(trials.error):
         if not found or np.abs(where[:, found] - where[:, [row]]).max(axis=0).min() > 1.0:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.model_fit import ModelFit, fit_process
-from stiction.diagnosis.identification.model_signals import signals_of
+from stiction.diagnosis.identification.model_signals import rates_of, signals_of
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.identification.valve_trials import answer_of, stem_of
 from stiction.diagnosis.result import Identification, ProcessFit, Stretch
@@ -25,8 +25,10 @@ CHI2 = 3.841
 """95 % point of the chi-square distribution with one degree of freedom."""
 MODEL_ERROR = 0.002
 """Share of the energy that a process of two lags and a sampled stem may leave however good the data are [-]."""
-FLOOR = 0.01
+FLOOR = 0.015
 """Half width below which no interval of a band goes, as a share of S [-]."""
+PLACES = 0.05
+"""The same for r, as a share of the rates that OP had [-]."""
 
 
 def independent_samples(fit: ModelFit) -> float:
@@ -95,11 +97,17 @@ def interval(values: NDArray[np.float64], inside: NDArray[np.bool_], least: floa
     return max(float(values[inside].min()) - least, 0.0), float(values[inside].max()) + least
 
 
-def _rates(values: NDArray[np.float64], inside: NDArray[np.bool_]) -> tuple[float, float]:
-    """Interval of r: up to the nearest rates that were tried and are not likely."""
+def _rates(values: NDArray[np.float64], inside: NDArray[np.bool_], rates: NDArray[np.float64]) -> tuple[float, float]:
+    """Interval of r: up to rates of OP that were tried and are not likely, some places away at least."""
     low, high = values[inside].min(), values[inside].max()
     below, above = values[values < low], values[values > high]
-    return float(below.max()) if below.size else 0.0, float(above.min()) if above.size else float(high)
+    least = int(np.ceil(PLACES * rates.size))
+    first = max(int(np.searchsorted(rates, low)) - least, 0)
+    last = min(int(np.searchsorted(rates, high)) + least, rates.size - 1)
+    return (
+        min(float(rates[first]), float(below.max()) if below.size else 0.0),
+        max(float(rates[last]), float(above.min()) if above.size else float(high)),
+    )
 
 
 def result_of(
@@ -136,7 +144,7 @@ def result_of(
     else:
         parameters = {"sb": sb, "sj": sj, "r": r}
         intervals = {
-            "sb": interval(bands, inside, least), "sj": (J_low, J_high), "r": _rates(rates, inside),
+            "sb": interval(bands, inside, least), "sj": (J_low, J_high), "r": _rates(rates, inside, rates_of(record)),
         }  # fmt: skip
     behind = fit
     if record.mv is not None:
