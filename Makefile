@@ -17,7 +17,7 @@ help:
 	@echo "make check    lint, types, import contracts, documentation"
 	@echo "make format   let ruff mend layout and imports"
 	@echo "make bench    measure speed"
-	@echo "make picture  draw the picture in README.md anew"
+	@echo "make picture  draw the pictures of the documentation anew"
 	@echo "make venv     make .venv with everything a developer needs"
 	@echo "make clean    remove .venv and caches"
 

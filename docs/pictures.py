@@ -1,14 +1,12 @@
-"""Draw the picture of README.md from a simulated loop: `make picture`."""
+"""Draw the pictures of the documentation from simulated loops: `make picture`."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 import stiction as st
-
-if TYPE_CHECKING:
-    import numpy as np
 
 FOLDER = Path(__file__).parent / "pictures"
 INK, GRID, OP, MV, PV = "#24292f", "#d0d7de", "#0969da", "#bc4c00", "#1a7f37"
@@ -86,8 +84,49 @@ def picture(record: st.LoopRecord) -> str:
     )
 
 
+def remedies() -> str:
+    """PV and valve position of one loop with nothing done, with what is recommended and with a good valve."""
+    loop = st.Loop(st.PID(Kc=0.2, Ti=10.0), st.Kano(S=5.0, J=2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
+    trial = st.compensate(loop, seeds=8)
+    now = trial["do nothing"].behaviour
+    parts = []
+    names = ("do nothing", str(trial.recommended), "fix the valve")
+    step = int(np.flatnonzero(np.diff(trial.trends[names[0]]["sp"]))[0])
+    around = slice(step - 300, step + 300)
+    runs = [{signal: series[around] for signal, series in trial.trends[name].items()} for name in names]
+    pv = room(np.concatenate([run["pv"] for run in runs]))
+    mv = room(np.concatenate([run[signal] for run in runs for signal in ("op", "mv")]))
+    for k, (name, run) in enumerate(zip(names, runs, strict=True)):
+        b, left = trial[name].behaviour, 50 + 295 * k
+        t = run["time"] - run["time"][0]
+        above, below = (
+            Panel(left, 50, 270, 130, (0.0, t[-1]), pv),
+            Panel(left, 210, 270, 110, (0.0, t[-1]), mv),
+        )
+        above.line(t, run["sp"], GRID)
+        above.line(t, run["pv"], PV)
+        below.line(t, run["op"], OP)
+        below.line(t, run["mv"], MV)
+        above.ticks([], [40.0, 50.0] if k == 0 else [])
+        below.ticks([0.0, 200.0, 400.0], [50.0, 55.0] if k == 0 else [])
+        above.label(left, 20, name)
+        above.label(left, 40, f"PV deviation {b.pv_std / now.pv_std:.2f}, stem travel {b.travel / now.travel:.1f}")
+        parts += [*above.parts, *below.parts]
+    last = Panel(50, 210, 270, 110, (0.0, 1.0), mv)
+    last.label(50, 200, "OP (controller output) [%]", colour=OP)
+    last.label(235, 200, "valve position", colour=MV)
+    last.label(910, 340, "time [s]", "end")
+    body = "\n".join([*parts, *last.parts[1:]])
+    return (
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 920 350" font-family="sans-serif" font-size="13"'
+        ' role="img" aria-label="One loop with nothing done, with a compensator and with a good valve">\n'
+        f'<rect width="920" height="350" fill="#ffffff"/>\n{body}\n</svg>\n'
+    )
+
+
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
-    target = FOLDER / "sticky-valve.svg"
-    target.write_text(picture(sticky_loop()), encoding="utf-8")
-    print(target)
+    for name, text in (("sticky-valve", picture(sticky_loop())), ("remedies", remedies())):
+        target = FOLDER / f"{name}.svg"
+        target.write_text(text, encoding="utf-8")
+        print(target)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.reference import limitcycle as known
@@ -151,3 +153,22 @@ def test_result_is_json_ready(paper_cycles):
     text = json.dumps([c.to_dict() for c in paper_cycles])
     assert json.loads(text)[0]["family"] == "half"
     assert all(c.summary() for c in paper_cycles)
+
+
+@pytest.mark.parametrize("valve", [st.Kano(3.0, 1.0), st.Stenman(3.0)])
+@pytest.mark.parametrize(
+    "ask",
+    [
+        st.predict_limit_cycles,
+        lambda loop: st.predict_limit_cycles(loop, exact=False),
+        st.exact_limit_cycles,
+        st.basin_map,
+        lambda loop: st.bifurcation(loop, "gain", [0.9, 1.0]),
+    ],
+)
+def test_a_compensator_is_refused_not_overlooked(ask, valve):
+    """The cycles without it are not those of the loop: its pulses make the stem move before the band is crossed."""
+    without = st.Loop(st.PID(0.2, 10.0), valve, st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    assert st.predict_limit_cycles(without, exact=False)
+    with pytest.raises(st.ParameterError, match=r"holds a compensator \(Knocker\)"):
+        ask(replace(without, compensator=st.Knocker(1.5, 2.0, 5.0)))

@@ -21,6 +21,11 @@ VERBS = {
         "FILE...",
         "Say of each loop whether its valve sticks.",
     ),
+    "compensate": (
+        "stiction.apps.compensate:compensate",
+        "[FILE]",
+        "Say what to do about a sticky valve until it is repaired.",
+    ),
     "simulate": ("stiction.apps.simulate:simulate", "", "Simulate a control loop with a sticky valve."),
     "stroke": ("stiction.apps.stroke:stroke", "", "Drive a valve over a test signal."),
     "valve-test plan": ("stiction.apps.valve_test:plan", "ramp|step", "Plan a ramp or step test of a valve."),

@@ -12,7 +12,7 @@ from stiction.errors import RecordError
 if TYPE_CHECKING:
     from stiction.records import LoopRecord
 
-__all__ = ["check_folder", "check_report", "check_target", "csv_text", "plant_csv", "write_csv"]
+__all__ = ["check_folder", "check_report", "check_target", "csv_text", "plant_csv", "write_csv", "write_text"]
 
 _MARK = b'<meta name="generator" content="stiction'
 
@@ -123,10 +123,14 @@ def plant_csv(record: LoopRecord) -> str:
 
 def write_csv(record: LoopRecord, path: Path | None) -> None:
     """Write the signals to a file, or to the output where there is none."""
-    text = csv_text(record)
     if path is None:
-        sys.stdout.write(text)
-        return
+        sys.stdout.write(csv_text(record))
+    else:
+        write_text(csv_text(record), path)
+
+
+def write_text(text: str, path: Path) -> None:
+    """Write a file whole or not at all; what is no file, such as a pipe, is written into."""
     if path.exists() and not path.is_file():
         path.write_text(text, encoding="utf-8")
         return

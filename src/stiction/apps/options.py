@@ -48,6 +48,8 @@ def in_options(sentence: str) -> str:
     'say which is which with --column pv=NAME --column op=2.'
     >>> in_options("give op_range=(0, 4095) to convert, or day_first=False.")
     'give --op-range 0 4095 to convert, or --no-day-first.'
+    >>> in_options("give controller=PID(Kc, Ti).")
+    'give --controller pi:Kc=..,Ti=...'
     """
 
     def columns(found: re.Match[str]) -> str:
@@ -58,5 +60,6 @@ def in_options(sentence: str) -> str:
     sentence = re.sub(r"op_range=\(([^,]+), ([^)]+)\)", r"--op-range \1 \2", sentence)
     sentence = re.sub(r"decimal='(.)'", r'--decimal "\1"', sentence)
     sentence = sentence.replace("day_first=True", "--day-first").replace("day_first=False", "--no-day-first")
+    sentence = sentence.replace("controller=PID(Kc, Ti)", "--controller pi:Kc=..,Ti=..")
     sentence = sentence.replace("columns=", "--column SIGNAL=NAME").replace(" (--columns)", "")
     return sentence.replace("dt= (--dt)", "--dt")

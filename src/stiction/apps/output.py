@@ -5,13 +5,15 @@ from __future__ import annotations
 import contextlib
 import json
 import sys
+import threading
 import time
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
-__all__ = ["note", "print_json", "print_table", "say", "track"]
+__all__ = ["gauge", "note", "print_json", "print_table", "say", "track"]
 
 PATIENCE = 1.0
 """Seconds of work before a progress bar appears."""
@@ -67,19 +69,32 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]], *, rig
 
 def track(items: Sequence[Item], doing: str) -> Iterator[Item]:
     """Go through items; a bar on the error stream when that takes longer than a second and someone is looking."""
-    with contextlib.ExitStack() as stack:
-        began, bar, task = time.monotonic(), None, None
+    with gauge(doing) as show:
         for k, item in enumerate(items):
-            if bar is None and sys.stderr.isatty() and time.monotonic() - began > PATIENCE:
-                from rich.console import Console
-                from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-                looks = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-                bar = stack.enter_context(Progress(*looks, console=Console(stderr=True), transient=True))
-                task = bar.add_task(doing, total=len(items), completed=k)
+            show(k, len(items))
             yield item
-            if bar is not None and task is not None:
-                bar.update(task, completed=k + 1)
+
+
+@contextlib.contextmanager
+def gauge(doing: str) -> Iterator[Callable[[int, int], None]]:
+    """Give a function of what is done and the total; it shows a bar as `track` does, from any thread."""
+    with contextlib.ExitStack() as stack:
+        began, lock, shown = time.monotonic(), threading.Lock(), {}
+
+        def show(done: int, total: int) -> None:
+            with lock:
+                if not shown:
+                    if not sys.stderr.isatty() or time.monotonic() - began <= PATIENCE:
+                        return
+                    from rich.console import Console
+                    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+                    looks = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+                    bar = stack.enter_context(Progress(*looks, console=Console(stderr=True), transient=True))
+                    shown["update"] = partial(bar.update, bar.add_task(doing))
+                shown["update"](completed=done, total=total)
+
+        yield show
 
 
 def _write(stream: Any, text: str) -> None:

@@ -174,7 +174,9 @@ def _sized(diagnosis: Diagnosis) -> Identification | None:
 
 
 def _usual_op(diagnosis: Diagnosis) -> float:
+    """Median of the OP [% of span], of the whole record where no part of it can be judged."""
     op = usable_part(diagnosis.record).op
+    op = op if np.isfinite(op).any() else diagnosis.record.op
     return float(np.clip(np.nanmedian(op), 0.0, 100.0))
 
 

@@ -106,7 +106,7 @@ def linear_part(loop: Loop, *, sp: float = 0.0, load: float = 0.0) -> LinearPart
     Raises
     ------
     ParameterError
-        When controller and process together are improper or have no point of rest.
+        When controller and process together are improper or have no point of rest, or the loop holds a compensator.
 
     Examples
     --------
@@ -115,6 +115,11 @@ def linear_part(loop: Loop, *, sp: float = 0.0, load: float = 0.0) -> LinearPart
     >>> abs(complex(linear_part(loop).at(0.740j))).__round__(4)
     0.2877
     """
+    if loop.compensator is not None:
+        raise ParameterError(
+            f"the loop holds a compensator ({type(loop.compensator).__name__}), which no describing function and no "
+            "exact cycle covers; give the loop without it, or simulate it as it is."
+        )
     process = as_process(loop.process).state_space()
     chain = _chain(loop.controller, process.A, process.B, process.C, process.D)
     A, B, C, D, C_pv, E, c_sp = chain

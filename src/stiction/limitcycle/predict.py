@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import ParameterError
 from stiction.limitcycle.bands import bands
 from stiction.limitcycle.crossing import frequency_grid
 from stiction.limitcycle.exact.run import machine
@@ -78,8 +77,6 @@ def predict_limit_cycles(
     integer 0.7789 17.66 17.6 True
     integer 1.0887 15.66 15.66 True
     """
-    if loop.compensator is not None:
-        raise ParameterError("the loop holds a compensator, whose pulses no describing function covers; remove it.")
     linear = linear_part(loop, sp=sp, load=load)
     banded = bands(loop.valve)
     if isinstance(loop.valve, Ideal) or (banded is not None and banded.sb == 0.0):

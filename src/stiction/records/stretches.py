@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 __all__ = [
     "BRIDGE",
     "analysis_window",
+    "at_limits",
     "filled",
     "frozen",
     "in_manual",
@@ -76,21 +77,39 @@ def saturated(record: LoopRecord) -> NDArray[np.bool_]:
 
     That is 0 or 100 % (also as a fraction or in mA), or its own largest or smallest value while PV moves.
     """
+    mask = at_limits(record, FLAT)
     op = record.op
-    mask = np.zeros(len(op), dtype=bool)
     finite = op[np.isfinite(op)]
     if finite.size == 0 or finite.min() == finite.max():
         return mask
+    for at in (op == finite.min(), op == finite.max()):
+        for first, last in runs(at):
+            if last - first >= FLAT and _moves(record.pv, first, last):
+                mask[first:last] = True
+    return mask
+
+
+def at_limits(record: LoopRecord, running: int = 2) -> NDArray[np.bool_]:
+    """Mark where OP is at 0 or 100 % of span for `running` samples or more, also as a fraction or in mA.
+
+    Examples
+    --------
+    >>> from stiction.records import LoopRecord
+    >>> op = np.array([40.0, 100.0, 100.0, 70.0, 100.0])
+    >>> at_limits(LoopRecord("FIC-101", 1.0, op=op)).tolist()
+    [False, True, True, False, False]
+    """
+    op = record.op
+    mask = np.zeros(len(op), dtype=bool)
+    finite = op[np.isfinite(op)]
+    if finite.size == 0:
+        return mask
     low, high = float(finite.min()), float(finite.max())
-    ends = [(op == low, False), (op == high, False)]
     for zero, full in SCALES:
         near = LIMIT_TOLERANCE * (full - zero)
-        if low >= zero - near and zero + 50.0 * near < high <= full + near:
-            ends.append(((op <= zero + near) | (op >= full - near), True))
-    for at, of_span in ends:
-        for first, last in runs(at):
-            if last - first >= FLAT and (of_span or _moves(record.pv, first, last)):
-                mask[first:last] = True
+        if low < high and low >= zero - near and zero + 50.0 * near < high <= full + near:
+            for first, last in runs((op <= zero + near) | (op >= full - near)):
+                mask[first:last] |= last - first >= running
     return mask
 
 

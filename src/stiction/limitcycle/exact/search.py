@@ -59,7 +59,7 @@ def exact_limit_cycles(
     ------
     ParameterError
         When the valve has no continuous-time form or no stiction, the controller and process are improper or
-        make an algebraic loop, or the loop has no point of rest.
+        make an algebraic loop, the loop has no point of rest, or it holds a compensator.
 
     Notes
     -----

@@ -26,16 +26,20 @@ PER_PERIOD = (8.0, 200.0)
 """Fewest and most samples of the record to a period [-]."""
 SAMPLES = (500, 4000)
 """Shortest and longest record [samples]."""
+MOVED = 0.25
+"""Share of the sticky loops that a load or the set point moves, whether or not they cycle by themselves [-]."""
 CYCLES = (6.0, 60.0)
 """Fewest and most periods of a record [-]."""
 
 
 def stiction(rng: np.random.Generator) -> Plan | None:
-    """A valve that sticks: always or at times only, alone or with an oscillation from outside."""
+    """A valve that sticks: always or at times only, alone, with an oscillation from outside, or moved by a load."""
     dt = float(rng.choice(DT))
     valve, S, J = sticky_valve(rng, dt)
     if isinstance(valve, PhysicalValve):
         dt = min(dt, 2.0)
+    if rng.random() < MOVED:
+        return _moved(rng, _loop(rng, dt), valve, S, J)
     plan = _limit_cycle(rng, dt, valve, S, J)
     if plan is None:
         return None
@@ -51,6 +55,22 @@ def stiction(rng: np.random.Generator) -> Plan | None:
         sticks[first : first + int(share * (plan.n - plan.burn))] = True
         return replace(plan, kind="intermittent", sticks=sticks)
     return _set_point_moves(rng, plan) if chance < 0.5 else plan
+
+
+def _moved(rng: np.random.Generator, loop: Loop, valve: Valve, S: float, J: float) -> Plan:
+    """A sticky valve whose loop a random load or set point moves, OP asked for little more than S; no cycle needed."""
+    plan = _random_load(rng, loop)
+    if rng.random() < 0.5:
+        slow = lagged(rng, plan.n, float(rng.uniform(20.0, 100.0)) * plan.every)
+        gain = abs(complex(loop.process.at(2j * np.pi / (100.0 * loop.dt))))
+        plan = replace(plan, load=0.1 * plan.load, random_load=0.1 * plan.random_load, sp=10.0 * gain * slow)
+    asked = float(np.subtract(*np.percentile(plan.run().op, (99, 1))))
+    size = S / float(rng.uniform(0.3, 0.95)) / asked
+    loads = {name: size * getattr(plan, name) for name in ("load", "sp")}
+    return replace(
+        plan, loop=replace(loop, valve=valve), kind=f"{type(valve).__name__}, moved by a load", S=S, J=J,
+        random_load=size * plan.random_load, **loads,
+    )  # fmt: skip
 
 
 def deadband(rng: np.random.Generator) -> Plan | None:

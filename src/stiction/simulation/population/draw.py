@@ -10,7 +10,7 @@ import numpy as np
 from stiction.errors import ParameterError
 from stiction.simulation.historian import EFFECTS, SLOWER, sampled, spoil
 from stiction.simulation.historian.effects import SLOWEST
-from stiction.simulation.population.case import CAUSES, OWN, Case
+from stiction.simulation.population.case import CAUSES, Case
 from stiction.simulation.population.causes import PER_PERIOD, PLANS
 from stiction.simulation.population.loads import lagged
 
@@ -133,7 +133,7 @@ def _windows(plan: Plan) -> tuple[tuple[int, int], ...]:
 def _stored(case: Case, rng: np.random.Generator) -> Case:
     """The case as a historian gives it back that does one thing to it, mildly."""
     strength = MILD * float(rng.random())
-    per_period = case.period / case.record.dt if case.cause in OWN or case.cycles > 0.0 else 2.0 * PER_PERIOD[0]
+    per_period = case.period / case.record.dt if np.isfinite(case.period) else 2.0 * PER_PERIOD[0]
     room = float(np.log(max(per_period / PER_PERIOD[0], 1.0)) / np.log(SLOWEST))
     usual = [name for name in EFFECTS if name not in SLOWER or round(SLOWEST ** min(strength, room)) > 1]
     effect = str(rng.choice(usual))

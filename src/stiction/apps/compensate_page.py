@@ -1,0 +1,175 @@
+"""The page of ``stiction compensate``: advice, before and after, remedies, the twin, retuning, the work order."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stiction.apps import remedies_told as told
+from stiction.compensation.remedies import FIX, NOTHING
+from stiction.report import Block, Cell, Columns, Figure, Fold, Heading, Table, Text, figures, words, write_page
+from stiction.report.markup import fragment
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from stiction.apps.advice import Advice
+    from stiction.compensation import CompensationTrial, RemedyTrial
+    from stiction.report import Html
+    from stiction.report.blocks import Mark
+
+__all__ = ["advice_blocks", "write_compensate_page"]
+
+
+def write_compensate_page(advices: Sequence[Advice], path: Path) -> Path:
+    """Write the page of one loop, or of several with each folded."""
+    if len(advices) == 1:
+        trial = advices[0].trial
+        title = "What if" if advices[0].file is None else trial.tag
+        return write_page(title, advice_blocks(advices[0]), path, subtitle="Repair, retune or compensate")
+    overview = Table(
+        ["Loop", "Until the shutdown", "PV std [% of now]", "The same with a good valve [%]"],
+        [_overview(advice, k) for k, advice in enumerate(advices)],
+        "What each loop's section says.",
+    )
+    folds = [
+        Fold(f"{advice.trial.tag} · {told.headline(advice.trial)}", advice_blocks(advice), anchor=f"loop-{k}")
+        for k, advice in enumerate(advices)
+    ]
+    return write_page("Repair, retune or compensate", [overview, Heading("Loops", anchor="loops"), *folds], path)
+
+
+def advice_blocks(advice: Advice) -> list[Block]:
+    """Return the blocks of one loop."""
+    trial = advice.trial
+    blocks: list[Block | None] = [_headline(advice)]
+    trends = figures.before_after(trial)
+    if trends is not None:
+        blocks += [Heading("Before and after"), *trends]
+    if trial.remedies:
+        blocks += [Heading("The remedies"), _remedies(trial)]
+        blocks += [_weights(trial), _beside(figures.remedy_tradeoff(trial), figures.remedy_sensitivity(trial))]
+        blocks += [_done(trial)]
+    if trial.twin is not None:
+        said = told.twin_told(trial)
+        blocks += [Heading("The twin"), Text(said) if said else None, figures.twin_overlay(trial.twin), _twin(trial)]
+    if trial.retuning is not None:
+        blocks += [Heading("Retuning"), Text(trial.retuning.reason), figures.retuning(trial.retuning)]
+    if advice.work_order is not None:
+        blocks += [Heading("Work order"), _sheet(advice.work_order)]
+    return [block for block in blocks if block is not None]
+
+
+def _beside(*some: Figure | None) -> Block | None:
+    there = [figure for figure in some if figure is not None]
+    return Columns(there) if there else None
+
+
+def _headline(advice: Advice) -> Html:
+    trial, found = advice.trial, advice.diagnosis
+    verdict = "stiction" if found is None else found.verdict
+    facts = [("S", words.digits(trial.S, "% of span")), ("J", words.digits(trial.J, "% of span"))]
+    if found is not None:
+        facts = [("Verdict", f"{words.VERDICTS[verdict]}, probability {found.probability:.2f}"), *facts]
+    if trial.twin is not None and trial.twin.measured.period > 0.0:
+        facts.append(("Period", words.span(trial.twin.measured.period)))
+    if trial.recommended and trial[trial.recommended].remedy.settings:
+        facts.append(("Settings", told.settings_told(trial[trial.recommended])))
+    if trial.remedies:
+        facts.append(("Runs of each remedy", str(trial.seeds)))
+    return fragment(
+        "headline.html",
+        verdict=verdict if not trial.refused or verdict == "no_stiction" else "undecided",
+        sign=words.MARKS[verdict] if trial.refused else "",
+        line=told.headline(trial),
+        confidence=_expected(trial),
+        reason=f"{trial.reason} {trial.risk}".strip(),
+        action=told.valve_told(advice),
+        severity=None,
+        facts=facts if trial.remedies or found is not None else [],
+    )
+
+
+def _expected(trial: CompensationTrial) -> str:
+    """What the recommendation and the repair are expected to do, in a line."""
+    if not trial.remedies:
+        return "No remedy was tried" if trial.refused else ""
+    parts = (
+        [] if trial.recommended in (None, NOTHING) else [f"PV std {told.change(1.0 - trial[trial.recommended].gain)}"]
+    )
+    return "; ".join([*parts, f"with a good valve {told.change(1.0 - trial[FIX].gain)}"])
+
+
+def _remedies(trial: CompensationTrial) -> Table:
+    """Every number of every remedy, the cheapest first."""
+    columns = [
+        "Remedy", "PV std", "of now [%]", "at worst [%]", "IAE", "Offset", "SP step", "Load step", "Travel [%/h]",
+        "Reversals [1/h]", "OP moves [%/h]", "Cost [-]", "Note",
+    ]  # fmt: skip
+    caption = (
+        "PV std, also in % of doing nothing, as identified and at worst with S and J off by 30 %; IAE undisturbed and "
+        "after a step, each over its time, and offset in PV units; travel of the stem; the cost of doing nothing is 1."
+    )
+    return Table(columns, [_row(one, trial) for one in trial.remedies], caption, sortable=True)
+
+
+def _row(one: RemedyTrial, trial: CompensationTrial) -> list[Cell | str | float | None]:
+    b, note = one.behaviour, told.note_on(one, trial)
+    mark: Mark = "good" if one.name == trial.recommended else "alert" if note.startswith(("hurts", "makes")) else ""
+    numbers = [
+        b.pv_std, 100.0 * (1.0 - one.gain), 100.0 * one.worst, b.iae, b.offset, b.sp_step, b.load_step, b.travel,
+        b.reversals, b.op_travel, one.cost,
+    ]  # fmt: skip
+    return [Cell(one.name, mark=mark), *(float(f"{x:.3g}") for x in numbers), note]
+
+
+def _done(trial: CompensationTrial) -> Table:
+    """What is done and set, remedy by remedy."""
+    rows = [[one.name, one.remedy.words, told.settings_told(one) or "none"] for one in trial.remedies]
+    return Table(["Remedy", "What is done", "Settings"], rows, "The best setting of each kind of those tried.")
+
+
+def _weights(trial: CompensationTrial) -> Text:
+    weights = ", ".join(f"{name} {value:g}" for name, value in trial.weights.items())
+    return Text(f"Weights of the cost: {weights}. Give others with --weights.", kind="note")
+
+
+def _twin(trial: CompensationTrial) -> Table:
+    """What the twin is made of."""
+    assert trial.twin is not None
+    twin, loop = trial.twin, trial.twin.loop
+    pid = loop.controller
+    load = f"{words.digits(twin.load)} % of span, over {words.span(twin.load_time)}" if twin.load else "none"
+    rows = [
+        ["Valve", f"{type(loop.valve).__name__}, S = {words.digits(trial.S)} %, J = {words.digits(trial.J)} %"],
+        ["Controller", f"Kc = {words.digits(pid.Kc)}, Ti = {words.digits(pid.Ti)} s, Td = {words.digits(pid.Td)} s"],
+        ["Process", _process(twin.to_dict()["process"])],
+        ["Sampling", f"every {words.span(loop.dt)}"],
+        ["Noise of the PV", f"{words.digits(loop.noise)} PV units"],
+        ["Random load", load],
+    ]
+    return Table(["Part of the twin", "As simulated"], rows)
+
+
+def _process(parts: dict) -> str:
+    num, den = (", ".join(f"{x:.3g}" for x in parts[key]) for key in ("num", "den"))
+    return f"({num}) / ({den}) in falling powers of s, dead time {words.span(parts['dead_time_s'])}"
+
+
+def _overview(advice: Advice, k: int) -> list[Cell | str | float | None]:
+    trial = advice.trial
+    name = Cell(trial.tag, href=f"#loop-{k}")
+    if trial.refused:
+        return [name, f"No advice. {trial.reason}", None, None]
+    gains = (trial[str(trial.recommended)].gain, trial[FIX].gain)
+    return [name, str(trial.recommended), *(round(100.0 * (1.0 - gain)) for gain in gains)]
+
+
+def _sheet(text: str) -> Html:
+    """The work order, which is Markdown of headings, items and paragraphs, as one printed page."""
+    kinds = (("## ", "heading"), ("# ", "title"), ("- ", "item"))
+    lines = []
+    for line in filter(None, text.splitlines()):
+        kind, size = next(((kind, len(sign)) for sign, kind in kinds if line.startswith(sign)), ("text", 0))
+        lines.append((kind, line[size:]))
+    return fragment("sheet.html", lines=lines, title="Work order")

@@ -1,0 +1,200 @@
+"""Trials of remedies as lines of text, rows of a table, and objects of JSON."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from stiction.apps.output import print_table, say
+from stiction.compensation.predicted import in_words
+from stiction.compensation.remedies import FIX, NOTHING
+from stiction.report import words
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from stiction.apps.advice import Advice
+    from stiction.compensation import Behaviour, CompensationTrial, RemedyTrial
+
+__all__ = [
+    "as_object",
+    "change",
+    "failed",
+    "headline",
+    "not_written",
+    "note_on",
+    "settings_told",
+    "tell",
+    "twin_told",
+    "valve_told",
+]
+
+WORSE = 0.05
+"""Share by which a remedy must raise the PV deviation to be said to make it worse [-]."""
+COLUMNS = ("Remedy", "PV std", "IAE", "Offset", "Travel", "Rev/h", "OP", "\u00b130 %", "Cost")
+"""Headings that fit into 80 columns; `_legend` says what they mean."""
+
+
+def tell(advices: Sequence[Advice], failures: Sequence[tuple[str, str]]) -> None:
+    """Print the advice on each loop."""
+    for advice in advices:
+        say("")
+        _tell(advice)
+    for tag, reason in failures if advices or len(failures) > 1 else ():
+        say(f"\n{tag}: not diagnosed. {reason}")
+
+
+def headline(trial: CompensationTrial) -> str:
+    """Return the recommendation in a few words."""
+    if trial.refused:
+        return "No advice"
+    return "Until the shutdown: leave it as it is" if trial.recommended == NOTHING else (
+        f"Until the shutdown: {trial.recommended}"
+    )  # fmt: skip
+
+
+def change(ratio: float) -> str:
+    """Return a ratio as a change.
+
+    Examples
+    --------
+    >>> change(0.43), change(1.05), change(float("nan"))
+    ('-57 %', '+5 %', '–')
+    """
+    return f"{round(100.0 * (ratio - 1.0)):+d} %" if math.isfinite(ratio) else "–"
+
+
+def twin_told(trial: CompensationTrial) -> str:
+    """Say how well the twin repeats the record, and what was changed for it; not again why there is no advice."""
+    twin = trial.twin
+    if twin is None:
+        return ""
+    cycle = twin.simulated
+    if not twin.overlay:
+        told = twin.reason
+        if cycle.period > 0.0:
+            told += (
+                f" It cycles every {words.span(cycle.period)}, OP by {words.digits(cycle.amplitude_op)} % and PV by "
+                f"{words.digits(cycle.amplitude_pv)} to either side."
+            )
+        return told.removeprefix(trial.reason).strip()
+    told = twin.summary().removeprefix(trial.reason).strip()
+    return told + (f" Changed for it: {', '.join(twin.changes)}." if twin.changes else "")
+
+
+def settings_told(one: RemedyTrial) -> str:
+    """Settings of a remedy with their units."""
+    return in_words({key: value for key, value in one.remedy.settings.items() if not isinstance(value, (bool, str))})
+
+
+def valve_told(advice: Advice) -> str:
+    """Say what to do about the valve."""
+    if advice.diagnosis is not None:
+        return advice.diagnosis.action
+    fix = next((one for one in advice.trial.remedies if one.name == FIX), None)
+    return "" if fix is None else fix.remedy.words
+
+
+def note_on(one: RemedyTrial, trial: CompensationTrial) -> str:
+    """Return what must be known of a remedy beside its numbers."""
+    if one.name == trial.recommended:
+        return "recommended"
+    if not one.at_hand:
+        return "at the shutdown"
+    if one.gain < -WORSE:
+        return "makes it worse"
+    return "hurts if S, J are off" if one.hurts else ""
+
+
+def not_written(key: str, target: Path, advice: Advice) -> str:
+    """Say why a file that was asked for is not written."""
+    name = key.replace("_", " ").capitalize()
+    if key == "work_order":
+        why = "the valve needs no work"
+    else:
+        why = advice.trial.reason if advice.trial.refused else f"{advice.trial.recommended} needs no compensator"
+    old = f" {target} is an older one." if target.is_file() else ""
+    return f"{name}: not written; {why.rstrip('.')}.{old}"
+
+
+def as_object(advice: Advice, written: Mapping[str, str]) -> dict[str, Any]:
+    """Return one loop for JSON, without series over time."""
+    found, trial = advice.diagnosis, advice.trial.to_dict()
+    trial.pop("trends")
+    if trial["twin"] is not None:
+        trial["twin"].pop("overlay")
+    return {
+        "file": advice.file,
+        "tag": trial.pop("tag"),
+        "verdict": None if found is None else found.verdict,
+        "probability": None if found is None else found.probability,
+        "cause": None if found is None else found.cause,
+        "action": valve_told(advice),
+        **trial,
+        "structured_text": written.get("structured_text"),
+        "work_order": written.get("work_order"),
+        "error": None,
+    }
+
+
+def failed(file: str, tag: str, reason: str) -> dict[str, Any]:
+    """Return a loop that could not be diagnosed with the keys of the others."""
+    nothing = dict.fromkeys(("S", "J", "twin", "retuning", "structured_text", "work_order"))
+    return {
+        "file": file, "tag": tag, "verdict": "undecided", "probability": None, "cause": "unknown",
+        "action": "Mend the file or say how to read it.", "recommended": None, "refused": True, "reason": reason,
+        "risk": "", "weights": {}, "seeds": 0, "remedies": [], **nothing, "error": reason,
+    }  # fmt: skip
+
+
+def _tell(advice: Advice) -> None:
+    trial = advice.trial
+    say(f"{trial.tag}: {headline(trial)}.")
+    say(trial.reason)
+    if not trial.refused:
+        say(trial.risk)
+    if told := twin_told(trial):
+        say(f"Twin: {told}")
+    if trial.remedies:
+        now = trial[NOTHING].behaviour
+        say("")
+        print_table(COLUMNS, [_row(one, now) for one in trial.remedies], right=COLUMNS[1:])
+        say(_legend(now))
+        for note in ("makes it worse", "hurts if S, J are off"):
+            names = [one.name for one in trial.remedies if note_on(one, trial) == note]
+            if names:
+                say(f"{note[0].upper()}{note[1:]}: {', '.join(names)}.")
+        say("")
+    if trial.retuning is not None:
+        say(f"Retuning: {trial.retuning.reason}")
+    if action := valve_told(advice):
+        say(f"Valve: {action}")
+
+
+def _legend(now: Behaviour) -> str:
+    pv, travel, op = (words.digits(x) for x in (now.pv_std, now.travel, now.op_travel))
+    return (
+        "PV std, IAE: their change. Offset: mean error in PV units. Travel, OP: movement of stem and OP, times that of "
+        "doing nothing. Rev/h: reversals of the stem. \u00b130 %: change of the PV std at worst with S and J off by "
+        f"30 %. Doing nothing has PV std {pv}, stem travel {travel} %/h, OP movement {op} %/h and cost 1."
+    )
+
+
+def _row(one: RemedyTrial, now: Behaviour) -> list[str]:
+    b = one.behaviour
+    return [
+        one.name,
+        change(_over(b.pv_std, now.pv_std)),
+        change(_over(b.iae, now.iae)),
+        words.digits(b.offset, significant=2),
+        words.digits(_over(b.travel, now.travel), significant=2),
+        words.digits(b.reversals),
+        words.digits(_over(b.op_travel, now.op_travel), significant=2),
+        change(one.worst),
+        f"{one.cost:.2f}",
+    ]
+
+
+def _over(value: float, base: float) -> float:
+    return value / base if base > 0.0 else math.nan

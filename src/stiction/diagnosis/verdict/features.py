@@ -1,0 +1,299 @@
+"""What one verdict is weighed from: the findings on one record as a row of numbers, most of them between 0 and 1."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stiction.diagnosis.identification.interval import CHI2_2
+from stiction.diagnosis.verdict.own_cycle import own_cycle, ultimate
+from stiction.diagnosis.verdict.rhythm import rhythm_of
+from stiction.diagnosis.verdict.sensor import sensor_of
+from stiction.records.stretches import at_limits, saturated
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stiction.diagnosis.identification.controller import ControllerFit
+    from stiction.diagnosis.result import Evidence, Identification, Oscillation
+    from stiction.records.record import LoopRecord
+
+__all__ = ["Features", "features"]
+
+LEAST_FIT = 0.02
+"""Share explained below which a comparison weighs no less [-]."""
+PERIOD_WEIGHT = 3.0
+"""How much more the comparison about the period of an oscillating loop weighs [-]."""
+LEAST_LEFT = 1e-3
+"""Share of the PV's energy that is left unexplained at least [-]."""
+
+
+class Features(NamedTuple):
+    """One record in numbers; what does not apply is 0 unless it says otherwise."""
+
+    band: float
+    """S over the OP's swing, average of the comparisons, held at 0.7 [-]. A loop that cycles because of its valve
+    moves its OP through the band and little more; noise and drift fit bands of a tenth of the swing."""
+    floor: float
+    """Lower end of S's interval over the swing, average, held at 0.5 [-]."""
+    advantage: float
+    """ln(error of a good valve / error of the sticky one), average, held at 0.7 [-]."""
+    grip: float
+    """Band times the share of the PV that the sticky valve explains [-]."""
+    fit: float
+    """Share of the PV that the sticky valve explains, in the comparison that speaks, as all that follow [-]."""
+    fit_linear: float
+    """The same for a good valve [-]."""
+    better: float
+    """ln(error of a good valve / error of the sticky one) over 3, held at 1 [-]."""
+    better_by: float
+    """Fit less the fit of a good valve [-]."""
+    better_elsewhere: float
+    """The same of the comparison that does not speak [-]."""
+    better_best: float
+    """The largest `better` of a stretch of the record [-]."""
+    better_worst: float
+    """The smallest [-]."""
+    significance: float
+    """ln(1 + n ln(error of a good valve / error of the sticky one)) over 5, n independent samples [-]."""
+    band_here: float
+    """S over the OP's swing in the comparison that speaks [-]."""
+    S_low: float
+    """Lower end of S's interval over S [-]."""
+    S_high: float
+    """Upper end of S's interval over S, over 3, held at 1 [-]."""
+    S_spread: float
+    """Standard deviation of S from stretch to stretch over its mean [-]; -1 with one stretch."""
+    jump: float
+    """J over S [-]."""
+    jump_low: float
+    """Lower end of J's interval over S [-]."""
+    jump_high: float
+    """Upper end of J's interval over S, held at 1.5 [-]."""
+    jump_gain: float
+    """ln(error of the best valve without jump / error of the best valve), held at 3 [-]."""
+    integrating: float
+    """1 where the process found integrates."""
+    time_constant: float
+    """Time constant found over five periods, held at 1 [-]; -1 where it integrates or the loop does not oscillate."""
+    time_constant_linear: float
+    """The same of the process found behind a good valve [-]."""
+    lag: float
+    """Smaller time constant over the period, held at 2 [-]; -1 where the loop does not oscillate."""
+    dead_time: float
+    """Dead time over the period, held at 2 [-]; -1 where the loop does not oscillate."""
+    margin: float
+    """1 / gain margin with a good valve, held at 1.5; 0 where it is not known [-]."""
+    own_limit: float
+    """How near the oscillation's period is to that at the limit of stability, 1 where they are equal [-]."""
+    own_period: float
+    """How near the period of the loop identified is to the record's, 1 where they are equal, 0 where it rests [-]."""
+    own_amplitude: float
+    """The same of the OP's amplitude [-]."""
+    controller: float
+    """Share of the OP that the controller found explains, held at 0 [-]."""
+    oscillating: float
+    """1 where the loop oscillates."""
+    regularity: float
+    """Regularity of the oscillation over 10 [-]."""
+    cycles: float
+    """ln(1 + periods in the record) over 4 [-]."""
+    samples: float
+    """ln(samples of a period) over 6, held at 1 [-]."""
+    share: float
+    """Share of the control error's variance that the oscillation carries [-]."""
+    others: float
+    """Share that further oscillations carry [-]."""
+    wander: float
+    """Spread of the amplitude from period to period, beyond what noise explains, held at 1 [-]."""
+    unknown_wander: float
+    """1 where there are too few periods for that."""
+    decay: float
+    """ln(amplitude in the first third / amplitude in the last), held at 2 either way [-]."""
+    skew_pv: float
+    """Size of the PV's third moment about the drift, in standard deviations [-]."""
+    skew_op: float
+    """The same of the OP [-]."""
+    tails_pv: float
+    """Fourth moment of the PV about the drift, in standard deviations, over 10, held at 1 [-]."""
+    tails_op: float
+    """The same of the OP [-]."""
+    at_limit: float
+    """Share of the whole record with the OP at 0 or 100 % twice running or more [-]."""
+    saturated: float
+    """Share of the whole record with the OP resting at any limit [-]."""
+    coarse: float
+    """Step of the PV's resolution over its swing [-]."""
+    still: float
+    """Share of the samples in which the PV repeats its last value while OP moves [-]."""
+    spikes: float
+    """Samples in which the PV jumps away and back, over 4, held at 1 [-]."""
+    set_point: float
+    """Share of the PV's movement that the set point makes [-]."""
+    shape_op: float
+    """He's index where it is valid, else 0.5 [-]."""
+    shape_pv: float
+    """Haegglund's index, halved about 0.5, where it is valid, else 0.5 [-]."""
+    votes: float
+    """Share of the valid methods that vote for stiction, less that against [-]."""
+
+
+def features(
+    whole: LoopRecord,
+    part: LoopRecord,
+    found: Sequence[Identification],
+    speaks: int,
+    controller: ControllerFit,
+    oscillation: Oscillation,
+    evidence: Sequence[Evidence],
+) -> Features:
+    """Put the findings on one record into a row.
+
+    Parameters
+    ----------
+    whole : LoopRecord
+        The record as it came.
+    part : LoopRecord
+        The stretch that was analysed.
+    found : sequence of Identification
+        One per comparison; where there are two, the first is the one about the period.
+    speaks : int
+        Which of them speaks.
+    controller : ControllerFit
+        The controller found.
+    oscillation : Oscillation
+        Whether and how the loop oscillates.
+    evidence : sequence of Evidence
+        What each method says.
+
+    Returns
+    -------
+    Features
+        The row.
+    """
+    main = found[speaks]
+    swing = float(np.ptp(part.op[np.isfinite(part.op)]))
+    band, advantage, fit, floor = _compared(found, swing, oscillating=oscillation.oscillating)
+    stretches = [_better(one.fit, one.fit_linear) for one in main.stretches] or [0.0]
+    sizes = np.array([one.S for one in main.stretches])
+    S = max(main.S, 1e-9)
+    period = oscillation.period if oscillation.oscillating else math.nan
+    slow, slow_linear, lag, dead_time = _process(main, period)
+    limit = None if main.linear is None else ultimate(main.linear, controller, part.dt)
+    own = own_cycle(main, controller, period, part.dt) if math.isfinite(period) else None
+    rhythm = rhythm_of(part, oscillation)
+    sensor = sensor_of(part)
+    rows = {row.method: row for row in evidence if row.valid and math.isfinite(row.index)}
+    votes = [(row.vote == "stiction") - (row.vote == "no_stiction") for row in evidence if row.valid]
+    return Features(
+        band=min(band, 0.7),
+        floor=min(floor, 0.5),
+        advantage=advantage,
+        grip=band * fit,
+        fit=max(main.fit / 100.0, 0.0),
+        fit_linear=max(main.fit_linear / 100.0, 0.0),
+        better=_better(main.fit, main.fit_linear),
+        better_by=(main.fit - main.fit_linear) / 100.0,
+        better_elsewhere=sum(one.fit - one.fit_linear for i, one in enumerate(found) if i != speaks) / 100.0,
+        better_best=max(stretches),
+        better_worst=min(stretches),
+        significance=_significance(main),
+        band_here=main.S / swing,
+        S_low=main.S_low / S,
+        S_high=min(main.S_high / S / 3.0, 1.0),
+        S_spread=float(sizes.std() / max(sizes.mean(), 1e-9)) if sizes.size > 1 else -1.0,
+        jump=main.J / S,
+        jump_low=main.J_low / S,
+        jump_high=min(main.J_high / S, 1.5),
+        jump_gain=_jump_gain(main),
+        integrating=float(main.process.integrating),
+        time_constant=slow,
+        time_constant_linear=slow_linear,
+        lag=lag,
+        dead_time=dead_time,
+        margin=0.0 if limit is None else min(1.0 / max(limit[0], 1e-3), 1.5),
+        own_limit=_near(period, limit[1]) if limit is not None else 0.0,
+        own_period=_near(period, own.period) if own is not None else 0.0,
+        own_amplitude=_near(oscillation.amplitude_op, own.amplitude_op) if own is not None else 0.0,
+        controller=min(max(controller.fit, 0.0), 1.0) if math.isfinite(controller.fit) else 0.0,
+        oscillating=float(oscillation.oscillating),
+        regularity=min(oscillation.regularity, 10.0) / 10.0 if math.isfinite(oscillation.regularity) else 0.0,
+        cycles=rhythm.cycles,
+        samples=rhythm.samples,
+        share=oscillation.share if math.isfinite(oscillation.share) else 0.0,
+        others=sum(other.share for other in oscillation.others),
+        wander=rhythm.wander,
+        unknown_wander=rhythm.unknown_wander,
+        decay=rhythm.decay,
+        skew_pv=rhythm.skew_pv,
+        skew_op=rhythm.skew_op,
+        tails_pv=rhythm.tails_pv,
+        tails_op=rhythm.tails_op,
+        at_limit=float(np.mean(at_limits(whole))),
+        saturated=float(np.mean(saturated(whole))),
+        coarse=sensor.coarse,
+        still=sensor.still,
+        spikes=sensor.spikes,
+        set_point=sensor.set_point,
+        shape_op=rows["he_curve_fit"].index if "he_curve_fit" in rows else 0.5,
+        shape_pv=0.5 + 0.5 * rows["haegglund_shape"].index if "haegglund_shape" in rows else 0.5,
+        votes=sum(votes) / len(votes) if votes else 0.0,
+    )
+
+
+def _compared(found: Sequence[Identification], swing: float, *, oscillating: bool) -> tuple[float, ...]:
+    """Band, advantage, fit and floor, averaged over the comparisons by the share that each explains."""
+    weights = np.array([max(one.fit / 100.0, LEAST_FIT) for one in found])
+    if oscillating and len(found) > 1:
+        weights[0] *= PERIOD_WEIGHT
+    rows = [
+        (
+            one.S / swing,
+            min(3.0 * _better(one.fit, one.fit_linear), 0.7),
+            max(one.fit / 100.0, 0.0),
+            one.S_low / swing,
+        )
+        for one in found
+    ]
+    return tuple(float(x) for x in weights @ np.array(rows) / weights.sum())
+
+
+def _better(fit: float, fit_linear: float) -> float:
+    """Log of what a good valve leaves over what the sticky one does, over 3, between 0 and 1."""
+    left, left_linear = (max(1.0 - share / 100.0, LEAST_LEFT) for share in (fit, fit_linear))
+    return min(max(math.log(left_linear / left), 0.0) / 3.0, 1.0)
+
+
+def _significance(found: Identification) -> float:
+    """The likelihood ratio of sticky and good valve, squashed; the region's limit tells the independent samples."""
+    least = float(found.surface.error.min())
+    if not 0.0 < least < found.surface.limit:
+        return 0.0
+    samples = CHI2_2 / max(math.log(found.surface.limit / least), 1e-3)
+    return math.log1p(samples * 3.0 * _better(found.fit, found.fit_linear)) / 5.0
+
+
+def _jump_gain(found: Identification) -> float:
+    """How much worse the best valve without a jump explains the PV than the best of all, on the error surface."""
+    error = found.surface.error
+    return min(math.log(max(float(error[:, 0].min()), 1e-4) / max(float(error.min()), 1e-4)), 3.0)
+
+
+def _process(found: Identification, period: float) -> tuple[float, float, float, float]:
+    """Lags and dead time in periods; -1 where there is no period or no lag."""
+    if not period > 0.0:
+        return -1.0, -1.0, -1.0, -1.0
+    slow, slow_linear = (
+        min(one.time_constant / period / 5.0, 1.0) if one is not None and math.isfinite(one.time_constant) else -1.0
+        for one in (found.process, found.linear)
+    )
+    return slow, slow_linear, min(found.process.lag / period, 2.0), min(found.process.dead_time / period, 2.0)
+
+
+def _near(one: float, other: float) -> float:
+    """1 where two positive numbers are equal, 0.37 where they are a factor of 1.4 apart."""
+    if not (one > 0.0 and other > 0.0 and math.isfinite(one) and math.isfinite(other)):
+        return 0.0
+    return math.exp(-3.0 * abs(math.log(one / other)))

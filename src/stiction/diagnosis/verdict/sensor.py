@@ -1,0 +1,71 @@
+"""What the transmitter and the set point put into the PV."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stiction.diagnosis.oscillation import control_error
+
+if TYPE_CHECKING:
+    from stiction.records.record import LoopRecord
+
+__all__ = ["Sensor", "sensor_of"]
+
+SPIKE, LEAST_SPIKE = 6.0, 0.3
+"""Distance of a spike from its neighbours: so many robust standard deviations of such distances [-], and on top so
+much of the PV's swing [-]."""
+MANY = 4.0
+"""Spikes from which on more say nothing new."""
+FEWEST = 10
+"""Samples below which nothing is said."""
+
+
+class Sensor(NamedTuple):
+    """What is seen of the transmitter; the field names are those of `Features`."""
+
+    coarse: float
+    still: float
+    spikes: float
+    set_point: float
+
+
+def sensor_of(record: LoopRecord) -> Sensor:
+    """Measure coarseness, stillness and spikes of the PV, and what the set point moves.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        The stretch that was analysed.
+
+    Returns
+    -------
+    Sensor
+        The measures; 0 where the PV has too few values.
+    """
+    assert record.pv is not None
+    pv = record.pv[np.isfinite(record.pv)]
+    if pv.size < FEWEST:
+        return Sensor(0.0, 0.0, 0.0, 0.0)
+    swing = float(np.subtract(*np.percentile(pv, (99, 1)))) or float(np.ptp(pv))
+    values = np.unique(pv)
+    coarse = 0.0
+    if 1 < values.size < 0.5 * pv.size and swing > 0.0:
+        coarse = min(float(np.percentile(np.diff(values), 5)) / swing, 1.0)
+    still = float(np.mean((np.diff(record.pv) == 0.0) & (np.diff(record.op) != 0.0)))
+    away = pv[1:-1] - 0.5 * (pv[2:] + pv[:-2])
+    there_and_back = (pv[1:-1] - pv[:-2]) * (pv[1:-1] - pv[2:]) > 0.0
+    limit = SPIKE * 1.4826 * float(np.median(np.abs(away))) + LEAST_SPIKE * swing
+    spikes = int(np.count_nonzero((np.abs(away) > limit) & there_and_back))
+    return Sensor(coarse, still, min(spikes / MANY, 1.0), _set_point(record))
+
+
+def _set_point(record: LoopRecord) -> float:
+    """Power of the set point over that of it and the error."""
+    error = control_error(record)
+    if record.sp is None or error is None:
+        return 0.0
+    sp = record.sp[np.isfinite(record.sp)]
+    power, rest = float(np.var(sp)) if sp.size else 0.0, float(np.var(error))
+    return power / (power + rest) if power + rest > 0.0 else 0.0

@@ -1,0 +1,112 @@
+"""Before and after: PV, or OP and valve position, with nothing done, with the remedy and with a good valve."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.report import look, words
+from stiction.report.blocks import Figure
+from stiction.report.thin import thin
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from stiction.compensation import CompensationTrial
+
+__all__ = ["before_after"]
+
+GAP = 0.07
+"""Height between panels, over the whole [-]."""
+SHOWN = 5.0
+"""Periods shown before the first step; the others are a zoom away."""
+
+
+def before_after(trial: CompensationTrial) -> tuple[Figure, Figure] | None:
+    """Return the trends of the PV and those of OP and valve position; None where no remedy was tried."""
+    if not trial.trends or trial.twin is None:
+        return None
+    names = [one.name for one in reversed(trial.remedies) if one.name in trial.trends]
+    names.sort(key=lambda name: (name != "do nothing", name == "fix the valve"))
+    runs = {name: trial.trends[name] for name in names}
+    steps = _steps(next(iter(runs.values())))
+    said = "Simulated on the twin, one run with the same noise and load for each"
+    if steps:
+        said += "; a step of the set point, then one of the load, where the vertical lines are"
+    pv = _stacked(runs, {"sp": "SP (set point)", "pv": "PV (process variable)"}, "PV", steps, trial)
+    op = _stacked(runs, {"op": "OP (controller output)", "mv": "Valve position"}, "% of span", steps, trial)
+    return (
+        Figure(pv, "PV before and after", f"{said}. All panels have one scale; drag to look closer.", height=500),
+        Figure(
+            op,
+            "OP and valve position before and after",
+            "The same runs. What the valve position does more than with nothing done is wear.",
+            height=500,
+        ),
+    )
+
+
+def _steps(run: Mapping[str, NDArray[np.float64]]) -> tuple[float, ...]:
+    """Times of the step of the set point and of the load [s]: the first is seen, the second halves what is left."""
+    moved = np.flatnonzero(np.diff(run["sp"]))
+    if not moved.size:
+        return ()
+    first, n = int(moved[0]) + 1, len(run["sp"])
+    return float(run["time"][first]), float(run["time"][first + (n - first) // 2])
+
+
+def _stacked(
+    runs: Mapping[str, Mapping[str, NDArray[np.float64]]],
+    signals: Mapping[str, str],
+    unit: str,
+    steps: tuple[float, ...],
+    trial: CompensationTrial,
+) -> dict[str, Any]:
+    """One panel for each run, on one time axis and with one scale."""
+    assert trial.twin is not None
+    first = next(iter(runs.values()))
+    start, end = float(first["time"][0]), float(first["time"][-1])
+    name, size = words.time_unit(end - start)
+    left = max(steps[0] - SHOWN * trial.twin.simulated.period, start) if steps else start
+    shown = [(run[signal][run["time"] >= left]) for run in runs.values() for signal in signals if signal in run]
+    low, high = min(float(x.min()) for x in shown), max(float(x.max()) for x in shown)
+    room = 0.06 * (high - low or 1.0)
+    height = (1.0 - GAP * (len(runs) - 1)) / len(runs)
+    colors = {"sp": look.SP, "pv": look.PV, "op": look.OP, "mv": look.MV}
+    data, notes = [], []
+    layout: dict[str, Any] = {"hovermode": "x"}
+    for k, (remedy, run) in enumerate(runs.items()):
+        axis = "" if k == 0 else str(k + 1)
+        top = 1.0 - k * (height + GAP)
+        layout[f"yaxis{axis}"] = {"domain": [max(top - height, 0.0), top], "range": [low - room, high + room]}
+        for signal, called in signals.items():
+            if signal not in run:
+                continue
+            keep = thin(run[signal])
+            style = look.line(colors[signal], 1.2 if signal == "sp" else 1.5)
+            data.append({
+                "type": "scatter", "mode": "lines", "x": (run["time"][keep] - start) / size, "y": run[signal][keep],
+                "name": called, "line": style | ({"shape": "hv"} if signal in ("sp", "mv") else {}),
+                "yaxis": f"y{axis}", "legendgroup": signal, "showlegend": k == 0,
+            })  # fmt: skip
+        notes.append({
+            "text": f"<b>{remedy}</b>", "x": 0.0, "xref": "paper", "xanchor": "left", "y": top, "yref": "paper",
+            "yanchor": "bottom", "showarrow": False, "font": {"size": 12}, "borderpad": 1,
+        })  # fmt: skip
+    layout["yaxis2" if len(runs) > 2 else "yaxis"]["title"] = {"text": unit}
+    layout["xaxis"] = {
+        "title": {"text": f"Time [{name}]"},
+        "anchor": f"y{'' if len(runs) == 1 else len(runs)}",
+        "range": [(left - start) / size, (end - start) / size],
+    }
+    layout["shapes"] = [
+        {
+            "type": "line", "x0": (time - start) / size, "x1": (time - start) / size, "y0": 0.0, "y1": 1.0,
+            "yref": "paper", "line": {"color": look.MUTED, "width": 1, "dash": "dot"},
+        }
+        for time in steps
+    ]  # fmt: skip
+    return {"data": data, "layout": {**layout, "annotations": notes, "legend": {"y": 1.06}, "margin": {"t": 46}}}

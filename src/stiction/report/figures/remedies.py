@@ -1,0 +1,112 @@
+"""The remedies against each other: what they give and take, and how sure that is."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from stiction.report import look
+from stiction.report.blocks import Figure
+from stiction.report.figures.names import BOX, place_names
+
+if TYPE_CHECKING:
+    from stiction.compensation import CompensationTrial, RemedyTrial
+
+__all__ = ["remedy_sensitivity", "remedy_tradeoff"]
+
+FLOOR = 0.02
+"""Stem travel over that of doing nothing below which a remedy is drawn at the edge [-]."""
+LEFT_BELOW = 14.0
+"""Room below zero, for names [% of the PV deviation of doing nothing]."""
+
+
+def remedy_tradeoff(trial: CompensationTrial) -> Figure | None:
+    """Return PV deviation against stem travel, each remedy named; None where none was tried."""
+    if not trial.remedies:
+        return None
+    now = next(one for one in trial.remedies if one.name == "do nothing").behaviour
+    points = [
+        (
+            math.log10(max(one.behaviour.travel / max(now.travel, 1e-300), FLOOR)),
+            100.0 * one.behaviour.pv_std / max(now.pv_std, 1e-300),
+        )
+        for one in trial.remedies
+    ]
+    low, high = math.log10(FLOOR) - 0.1, max(max(x for x, _ in points) + 0.35, 0.6)
+    top = max(112.0, 1.1 * max(y for _, y in points))
+    at = [((x - low) / (high - low) * BOX[0], (y + LEFT_BELOW) / (top + LEFT_BELOW) * BOX[1]) for x, y in points]
+    names = [f"<b>{one.name}</b>" if one.name == trial.recommended else one.name for one in trial.remedies]
+    texts = place_names(names, at)
+    data = []
+    for one, (x, y), (text, place) in zip(trial.remedies, points, texts, strict=True):
+        color, symbol = _looks(one, trial)
+        data.append({
+            "type": "scatter", "mode": "markers+text", "x": [10.0**x], "y": [y], "name": one.name,
+            "text": [text], "textposition": place, "showlegend": False, "cliponaxis": False,
+            "textfont": {"size": 11, "color": look.INK}, "marker": {"color": color, "symbol": symbol, "size": 9},
+            "hovertemplate": f"{one.name}<br>PV std %{{y:.3~g}} %<br>travel × %{{x:.3~g}}<extra></extra>",
+        })  # fmt: skip
+    ticks = [t for t in (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200) if low <= math.log10(t) <= high]
+    data.sort(key=lambda trace: trace["name"] == trial.recommended)
+    layout = {
+        "xaxis": {
+            "type": "log", "range": [low, high], "title": {"text": "Stem travel, times that of doing nothing"},
+            "tickvals": ticks, "ticktext": [f"≤ {t:g}" if t == FLOOR else f"{t:g}" for t in ticks],
+        },
+        "yaxis": {"range": [-LEFT_BELOW, top], "title": {"text": "PV std [% of doing nothing]"}},
+        "shapes": [_line(x0=1, x1=1, y0=0, y1=1, yref="paper"), _line(x0=0, x1=1, y0=100, y1=100, xref="paper")],
+    }  # fmt: skip
+    caption = (
+        "Left and below of the dotted cross a remedy gives a steadier PV with less wear; the square is the good valve, "
+        "the diamond what is recommended until then. Offsets and steps do not show here: see the table."
+    )
+    return Figure({"data": data, "layout": layout}, "PV deviation against stem travel", caption, height=420)
+
+
+def remedy_sensitivity(trial: CompensationTrial) -> Figure | None:
+    """Return the PV deviation of each remedy as identified, for its worst seed, and with S and J off by 30 %."""
+    if not trial.remedies:
+        return None
+    ranked = [one for one in reversed(trial.remedies) if one.name != "do nothing"]
+    names = [f"<b>{one.name}</b>" if one.name == trial.recommended else one.name for one in ranked]
+    plain = [100.0 * (1.0 - one.gain) for one in ranked]
+    seed = [100.0 * (1.0 - one.gain_low) for one in ranked]
+    worst = [100.0 * one.worst for one in ranked]
+    spans = [(min(three), max(three)) for three in zip(plain, seed, worst, strict=True)]
+    data: list[dict[str, Any]] = [
+        {
+            "type": "scatter", "mode": "lines", "x": [x for low, high in spans for x in (low, high, None)],
+            "y": [name for name in names for _ in range(3)], "line": {"color": look.FAINT, "width": 3},
+            "hoverinfo": "skip", "showlegend": False,
+        }
+    ]  # fmt: skip
+    for called, x, color, symbol in (
+        ("as identified", plain, look.PV, "circle"),
+        ("an unlucky run (1 in 20)", seed, look.MUTED, "line-ns-open"),
+        ("S and J off by 30 %, the worst", worst, look.OP, "diamond-open"),
+    ):
+        marker = {"color": color, "symbol": symbol, "size": 9, "line": {"width": 2, "color": color}}
+        data.append({"type": "scatter", "mode": "markers", "x": x, "y": names, "name": called, "marker": marker})
+    layout = {
+        "xaxis": {"title": {"text": "PV std [% of doing nothing]"}, "rangemode": "tozero"},
+        "yaxis": {"showgrid": False, "ticks": ""},
+        "hovermode": "closest",
+        "shapes": [_line(x0=100, x1=100, y0=0, y1=1, yref="paper")],
+    }
+    caption = (
+        "Each remedy was set for the S and J identified, then tried on valves whose S and J are 30 % larger or "
+        "smaller. Right of the dotted line the PV is worse than with nothing done to the same valve."
+    )
+    return Figure({"data": data, "layout": layout}, "How sure that is", caption, height=120 + 30 * len(ranked))
+
+
+def _looks(one: RemedyTrial, trial: CompensationTrial) -> tuple[str, str]:
+    if one.name == trial.recommended:
+        return look.OP, "diamond"
+    if not one.at_hand:
+        return look.MV, "square"
+    return (look.INK, "x") if one.name == "do nothing" else (look.PV, "circle")
+
+
+def _line(**ends: Any) -> dict[str, Any]:
+    return {"type": "line", "layer": "below", "line": {"color": look.MUTED, "width": 1, "dash": "dot"}, **ends}

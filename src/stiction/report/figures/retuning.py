@@ -1,0 +1,61 @@
+"""The price of other controller settings: what is left of the cycle against what control loses."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from stiction.report import look
+from stiction.report.blocks import Figure
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stiction.compensation import Retuning, TradeOff
+
+__all__ = ["retuning"]
+
+MOST = 12.0
+"""Largest IAE of a load step over the present one that is drawn [-]."""
+
+
+def retuning(found: Retuning) -> Figure | None:
+    """Return PV deviation of the cycle left over IAE of a load step, each setting tried a point; None without any."""
+    drawn = [one for one in found.curve if math.isfinite(one.load_iae) and one.load_iae <= MOST]
+    if not drawn:
+        return None
+    pid = found.controller
+    chosen = [one for one in drawn if one.Kc == pid.Kc and one.Ti == pid.Ti]
+    data: list[dict[str, Any]] = [
+        _points([one for one in drawn if not one.allowed], "beyond the limits", look.MUTED, "circle-open", 7),
+        _points([one for one in drawn if one.allowed], "within the limits", look.PV, "circle", 8),
+        _points(chosen, "the mildest that controls well", look.OP, "diamond", 12),
+    ]
+    layout = {
+        "xaxis": {"type": "log", "title": {"text": "IAE of a load step, times the present"}},
+        "yaxis": {"rangemode": "tozero", "title": {"text": "PV std of the cycle left"}},
+        "shapes": [
+            {
+                "type": "line", "x0": 1, "x1": 1, "y0": 0, "y1": 1, "yref": "paper", "layer": "below",
+                "line": {"color": look.MUTED, "width": 1, "dash": "dot"},
+            }
+        ],
+    }  # fmt: skip
+    ticks = [t for t in (0.2, 0.5, 1, 2, 5, 10) if t <= MOST]
+    layout["xaxis"] |= {"tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]}
+    lost = len(found.curve) - len(drawn)
+    caption = (
+        "Each point is a setting of Kc and Ti (point at one to read it): lower is a smaller cycle, further right a "
+        "slower answer to a load with a good valve; the dotted line is the present setting's."
+        + (f" {lost} settings beyond {MOST:g} times the IAE are not drawn." if lost else "")
+    )
+    return Figure({"data": data, "layout": layout}, "What retuning gives and takes", caption, height=380)
+
+
+def _points(some: Sequence[TradeOff], name: str, color: str, symbol: str, size: int) -> dict[str, Any]:
+    return {
+        "type": "scatter", "mode": "markers", "name": name, "x": [one.load_iae for one in some],
+        "y": [one.pv_std for one in some], "marker": {"color": color, "symbol": symbol, "size": size},
+        "text": [f"Kc {one.Kc:.3g}, Ti {one.Ti:.3g} s, Ms {one.Ms:.3g}" for one in some],
+        "hovertemplate": "%{text}<br>PV std %{y:.3~g}<br>IAE × %{x:.3~g}<extra></extra>",
+    }  # fmt: skip

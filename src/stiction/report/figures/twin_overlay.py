@@ -1,0 +1,46 @@
+"""The twin over the record, to see whether both cycle alike."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stiction.report import look, words
+from stiction.report.blocks import Figure
+
+if TYPE_CHECKING:
+    from stiction.compensation import Twin
+
+__all__ = ["twin_overlay"]
+
+
+def twin_overlay(twin: Twin) -> Figure | None:
+    """Return three periods of record and twin, PV above and OP below; None where there is nothing to compare."""
+    if not twin.overlay:
+        return None
+    kept = twin.overlay
+    name, unit = words.time_unit(float(kept["time"][-1]))
+    data = []
+    for signal, color, axis in (("pv", look.PV, "y"), ("op", look.OP, "y2")):
+        for key, whose, style in (
+            (signal, "record", look.line(color)),
+            (f"{signal}_twin", "twin", look.line(look.MODEL)),
+        ):
+            data.append({
+                "type": "scatter", "mode": "lines", "x": kept["time"] / unit, "y": kept[key], "line": style,
+                "name": "twin" if whose == "twin" else f"{signal.upper()}, record", "yaxis": axis,
+                "showlegend": whose == "record" or signal == "pv",
+            })  # fmt: skip
+    layout = {
+        "xaxis": {"title": {"text": f"Time [{name}]"}, "anchor": "y2"},
+        "yaxis": {"domain": [0.54, 1.0], "title": {"text": "PV<br>[engineering units]"}},
+        "yaxis2": {"domain": [0.0, 0.46], "title": {"text": "OP<br>[% of span]"}},
+        "hovermode": "x",
+    }
+    a, b = twin.measured, twin.simulated
+    caption = (
+        f"Three periods of the record and those of the twin, which runs on its own, laid in phase. Period "
+        f"{words.span(a.period)} and {words.span(b.period)}, PV amplitude {words.digits(a.amplitude_pv)} and "
+        f"{words.digits(b.amplitude_pv)}, OP amplitude {words.digits(a.amplitude_op)} % and "
+        f"{words.digits(b.amplitude_op)} %."
+    )
+    return Figure({"data": data, "layout": layout}, "The twin over the record", caption, height=380)

@@ -1,0 +1,233 @@
+"""``stiction compensate``: advice and its price, refusals as answers, JSON, files for the plant, and wrong usage."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+import stiction as st
+from compensation.iec_interpreter import FunctionBlock
+
+KEYS = {
+    "file", "tag", "verdict", "probability", "cause", "action", "recommended", "refused", "reason", "risk", "S", "J",
+    "weights", "seeds", "remedies", "twin", "retuning", "structured_text", "work_order", "error",
+}  # fmt: skip
+GIVEN = ["--valve", "kano:S=5,J=2", "--noise", "0.05", "--seeds", "1"]
+
+
+@pytest.fixture
+def sticky_file(folder, sticky_csv):
+    """A record of a loop that cycles because of its valve."""
+    (folder / "a.csv").write_text(sticky_csv)
+    return "a.csv"
+
+
+def strict(text):
+    """JSON as the standard has it."""
+    return json.loads(text, parse_constant=lambda word: pytest.fail(f"{word} is no JSON"))
+
+
+def test_a_record_becomes_advice_and_what_the_plant_needs(run, folder, sticky_file):
+    files = ["--report", "r.html", "--structured-text", "k.st", "--work-order", "w.md"]
+    done = run("compensate", sticky_file, "--seeds", "1", *files)
+    assert done.code == 1
+    assert done.err == ""
+    assert "FIC-101: Until the shutdown: " in done.out
+    assert "Fixing the valve lowers the PV's deviation by" in done.out
+    assert "The price: stem travel" in done.out
+    assert "The twin repeats the record's cycle." in done.out
+    for name in ("do nothing", "fix the valve", "knocker", "two-move", "integral deadband"):
+        assert f"\n{name} " in done.out
+    assert "Valve: Check packing" in done.out
+    assert "FUNCTION_BLOCK FIC_101_" in (folder / "k.st").read_text()
+    assert (folder / "w.md").read_text().startswith("# Work order: control valve of FIC-101, repair")
+    names = sorted(path.name for path in folder.iterdir())
+    assert names == ["a.csv", "k.st", "r.html", "w.md"]
+
+
+def test_json_of_a_record(run, folder, sticky_file):
+    done = run("compensate", sticky_file, "--json", "--seeds", "2", "--weights", "travel=0.5", "--work-order", "w.md")
+    [loop] = strict(done.out)
+    assert done.code == 1
+    assert loop.keys() == KEYS
+    assert (loop["file"], loop["tag"], loop["verdict"], loop["error"]) == ("a.csv", "FIC-101", "stiction", None)
+    assert loop["S"] == pytest.approx(5.0, rel=0.15)
+    assert (loop["seeds"], loop["weights"]["travel"], loop["weights"]["iae"]) == (2, 0.5, 0.5)
+    assert loop["twin"]["fits"]
+    assert "overlay" not in loop["twin"]
+    remedies = {one["name"]: one for one in loop["remedies"]}
+    assert {"do nothing", "fix the valve", loop["recommended"]} <= remedies.keys()
+    assert remedies["do nothing"]["cost"] == pytest.approx(1.0)
+    assert (loop["structured_text"], loop["work_order"]) == (None, "w.md")
+    assert "Work order: w.md" in done.err
+
+
+def test_what_if_is_the_library_s(run):
+    [loop] = strict(run("compensate", *GIVEN, "--json", "--tag", "FV-7").out)
+    made = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
+    trial = st.compensate(made, seeds=1)
+    assert (loop["tag"], loop["file"], loop["verdict"]) == ("FV-7", None, None)
+    assert loop["recommended"] == trial.recommended
+    assert [one["name"] for one in loop["remedies"]] == [one.name for one in trial.remedies]
+    assert [one["cost"] for one in loop["remedies"]] == pytest.approx([one.cost for one in trial.remedies])
+
+
+def test_what_if_in_words_and_from_a_file(run, folder):
+    (folder / "loop.toml").write_text('valve = "kano:S=5,J=2"\nnoise = 0.05\ntag = "FV-9"\n')
+    done = run("compensate", "--loop", "loop.toml", "--seeds", "1", "--structured-text", "k.st")
+    assert done.code == 1
+    assert "FV-9: Until the shutdown: " in done.out
+    assert "Parameters were given" in done.out
+    block = FunctionBlock((folder / "k.st").read_text())
+    assert block.name.startswith("FV_9_")
+
+
+def test_the_controller_s_limits_go_into_the_text(run, folder):
+    limits = ["--controller", "pi:Kc=0.2,Ti=10,op_limits=20..90", "--structured-text", "k.st"]
+    run("compensate", *GIVEN, *limits)
+    lines = {line.split(":=")[0].strip(): line for line in (folder / "k.st").read_text().splitlines() if ":=" in line}
+    assert [float(lines[f"{name} : LREAL"].split(":=")[1].split(";")[0]) for name in ("OP_LOW", "OP_HIGH")] == [20, 90]
+
+
+def test_a_good_valve_is_an_answer(run, folder, healthy_csv):
+    (folder / "h.csv").write_text(healthy_csv)
+    files = ["--structured-text", "k.st", "--work-order", "w.md", "--report", "r.html"]
+    done = run("compensate", "h.csv", *files)
+    assert done.code == 0
+    assert "No advice." in done.out
+    assert "nothing to compensate" in done.out
+    assert "Structured text: not written; The valve does not stick" in done.out
+    assert "Work order: not written; the valve needs no work." in done.out
+    assert sorted(path.name for path in folder.iterdir()) == ["h.csv", "r.html"]
+    [loop] = strict(run("compensate", "h.csv", "--json").out)
+    assert loop.keys() == KEYS
+    assert (loop["verdict"], loop["refused"], loop["recommended"], loop["remedies"]) == ("no_stiction", True, None, [])
+
+
+def test_undecided_is_an_answer_and_an_order_to_test(run, folder):
+    rows = "\n".join(f"{k},{50.0 + math.sin(k / 6.1):.4f},50" for k in range(400))
+    (folder / "still.csv").write_text(f"time_s,PV,OP\n{rows}")
+    done = run("compensate", "still.csv", "--work-order", "w.md")
+    assert done.code == 0
+    assert "No advice." in done.out
+    assert "test before any repair" in (folder / "w.md").read_text()
+
+
+def test_an_older_text_is_not_taken_for_this_one(run, folder, healthy_csv):
+    (folder / "k.st").write_text("an older block")
+    done = run("compensate", "-", "--structured-text", "k.st", stdin=healthy_csv.encode())
+    assert "k.st is an older one" in done.out
+    assert (folder / "k.st").read_text() == "an older block"
+
+
+def test_several_loops_of_a_file(run, folder, sticky_csv, healthy_csv):
+    """Each loop is told; what is for one loop needs its tag."""
+    sick, good = sticky_csv.splitlines(), healthy_csv.splitlines()
+    names = good[0].replace("time_s,", "").replace("SP", "FIC-9.SP").replace("PV", "FIC-9.PV").replace("OP", "FIC-9.OP")
+    table = [f"{a},{b.partition(',')[2]}" for a, b in zip(sick[1:], good[1:], strict=False)]
+    (folder / "two.csv").write_text("\n".join([f"{sick[0]},{names}", *table]))
+    loops = strict(run("compensate", "two.csv", "--json", "--seeds", "1", "--report", "r.html").out)
+    assert {loop["tag"]: loop["refused"] for loop in loops} == {"FIC-101": False, "FIC-9": True}
+    page = (folder / "r.html").read_text()
+    assert page.count('<details class="fold"') == 2
+    done = run("compensate", "two.csv", "--work-order", "w.md")
+    assert (done.code, done.err.count("\n")) == (2, 1)
+    assert "name one with --tag" in done.err
+    assert run("compensate", "two.csv", "--tag", "FIC-9", "--work-order", "w.md").code == 0
+
+
+def test_a_loop_that_breaks_is_a_row(run, folder, sticky_file, monkeypatch):
+    def broken(record):
+        raise st.RecordError(f"{record.tag} cannot be used.")
+
+    monkeypatch.setattr("stiction.diagnose", broken)
+    done = run("compensate", sticky_file, "--json")
+    [loop] = strict(done.out)
+    assert done.code == 3
+    assert loop.keys() == KEYS
+    assert loop["error"] == "FIC-101 cannot be used."
+    assert run("compensate", sticky_file).err == "stiction: FIC-101 cannot be used.\n"
+
+
+@pytest.mark.parametrize(
+    ("argv", "code", "says"),
+    [
+        ([], 2, "no file was named"),
+        (["a.csv", "b.csv"], 2, "one at a time"),
+        (["a.csv", "--valve", "kano:S=3,J=1"], 2, "--valve describes a loop without a record"),
+        (["a.csv", "--weights", "price=1"], 2, "'price' is unknown"),
+        (["a.csv", "--weights", "travel"], 2, "NAME=VALUE"),
+        (["a.csv", "--weights", "travel=1,travel=2"], 2, "NAME=VALUE"),
+        (["a.csv", "--weights", "travel=-1"], 2, "travel"),
+        (["a.csv", "--weights", "travel=nan"], 2, "travel"),
+        (["a.csv", "--seeds", "0"], 2, "--seeds 0"),
+        (["a.csv", "--seeds", "few"], 2, "--seeds"),
+        (["a.csv", "--duration", "-5"], 2, "duration"),
+        (["a.csv", "--controller", "pi:Kc=1"], 2, "Ti"),
+        (["a.csv", "--jsn"], 2, "Did you mean --json"),
+        (["a.csv", "--work-order", "a.csv"], 2, "would replace the record"),
+        (["a.csv", "--work-order", "o", "--structured-text", "o"], 2, "would replace --structured-text"),
+        (["a.csv", "--report", "a.csv"], 3, "not written by stiction"),
+        (["a.csv", "--structured-text", "none/k.st"], 3, "Cannot write"),
+        (["none.csv"], 3, "no such file"),
+        (["--valve", "ideal"], 2, "no S and J"),
+        (["--valve", "kano:S=3,J=1", "--work-order", "w.md"], 2, "needs a record"),
+        (["--valve", "kano:S=3,J=1", "--delimiter", ";"], 2, "--delimiter"),
+        (["--loop", "with.toml"], 2, "holds a compensator"),
+    ],
+)
+def test_what_cannot_be_done_is_said_before_the_work(argv, code, says, run, folder, monkeypatch):
+    (folder / "a.csv").write_text("never diagnosed")
+    (folder / "with.toml").write_text('compensator = "knocker:amplitude=1,width=2,interval=5"\n')
+    monkeypatch.setattr("stiction.diagnose", lambda _: pytest.fail("the work was begun"))
+    done = run("compensate", *argv)
+    assert done.code == code
+    assert says in done.err
+    assert done.err.startswith("stiction: ")
+    assert done.err.count("\n") == 1
+    assert done.out == ""
+    assert sorted(path.name for path in folder.iterdir()) == ["a.csv", "with.toml"]
+
+
+def test_a_file_that_is_no_record(run, folder):
+    (folder / "bad.csv").write_bytes(bytes(range(256)) * 40)
+    done = run("compensate", "bad.csv", "--report", "r.html", "--structured-text", "k.st")
+    assert done.code == 3
+    assert "binary" in done.err
+    assert "Traceback" not in done.err
+    assert [path.name for path in folder.iterdir()] == ["bad.csv"]
+
+
+def test_a_missing_controller_is_asked_for_in_the_words_of_the_command(run, sticky_file, monkeypatch):
+    """Found no controller: the remedy is an option here, not an argument of Python; given one, there is advice."""
+    monkeypatch.setattr("stiction.compensation.twin.CONTROLLER_LIMIT", 1.1)
+    done = run("compensate", sticky_file)
+    assert done.code == 0
+    assert "--controller pi:Kc=..,Ti=.." in done.out
+    assert "PID(" not in done.out
+    assert run("compensate", sticky_file, "--seeds", "1", "--controller", "pi:Kc=0.2,Ti=10").code == 1
+
+
+def test_progress_is_kept_from_a_pipe_and_shown_on_a_terminal(monkeypatch, capsys):
+    from stiction.apps import output
+
+    with output.gauge("FIC-1") as show:
+        show(1, 2)
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(output, "PATIENCE", -1.0)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    with output.gauge("FIC-1") as show:
+        show(1, 2)
+    assert "FIC-1" in capsys.readouterr().err
+
+
+def test_a_twin_that_does_not_fit_is_told_once_with_its_reason(run, sticky_file):
+    """A controller that is not the loop's makes another cycle, or none: no advice, and what the twin does instead."""
+    done = run("compensate", sticky_file, "--seeds", "1", "--controller", "pi:Kc=0.02,Ti=100", "--report", "r.html")
+    assert done.code == 0
+    assert "No advice." in done.out
+    assert done.out.count("The twin does not") == 1
+    assert "Twin: Record: period" in done.out
