@@ -56,9 +56,10 @@ def identify_stenman(record: LoopRecord, known: Identification, period: float | 
 
     Examples
     --------
-    >>> import stiction as st
+    >>> import numpy as np, stiction as st
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Stenman(2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
-    >>> found = st.identify(st.simulate(loop, sp=10.0, duration=2000.0), "stenman", period=106.0)
+    >>> sp = np.repeat(np.random.default_rng(0).uniform(7.0, 13.0, 60), 35)
+    >>> found = st.identify(st.simulate(loop, sp, 2100.0), "stenman", period=130.0)
     >>> abs(found.parameters["d"] - 2.0) < 0.1
     True
     """
