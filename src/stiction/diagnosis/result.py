@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from stiction.records import LoopRecord, Quality
 
 __all__ = [
+    "Counted",
     "Diagnosis",
     "ErrorSurface",
     "Evidence",
@@ -20,6 +21,9 @@ __all__ = [
     "Identification",
     "Oscillation",
     "ProcessFit",
+    "Stretch",
+    "Verdict",
+    "Window",
 ]
 
 Verdict = Literal["stiction", "no_stiction", "undecided"]
@@ -175,6 +179,31 @@ class Stretch:
 
 
 @dataclass(frozen=True, slots=True)
+class Window:
+    """Whether the valve sticks in one window of the record: a stretch, judged by itself."""
+
+    first: int
+    """First sample of the window in the whole record."""
+    last: int
+    """One past its last sample."""
+    verdict: Verdict
+    """`stiction`, `no_stiction` or `undecided` of this window."""
+    S: float
+    """Deadband plus stickband found in it [% of span]."""
+    J: float
+    """Slip jump found in it [% of span]."""
+    fit: float
+    """Share of the PV's variation that the sticky valve explains in it [%]."""
+    fit_linear: float
+    """The same for a good valve [%]."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        numbers = {name: _number(getattr(self, name)) for name in ("S", "J", "fit", "fit_linear")}
+        return {"first": self.first, "last": self.last, "verdict": self.verdict, **numbers}
+
+
+@dataclass(frozen=True, slots=True)
 class Identification:
     """Stiction and process found together from OP and PV."""
 
@@ -257,6 +286,24 @@ class Identification:
 
 
 @dataclass(frozen=True, slots=True)
+class Counted:
+    """What one feature of a record did to the probability of stiction."""
+
+    feature: str
+    """Its name."""
+    value: float
+    """Its value [-]."""
+    usual: float
+    """What it usually is, over the records the weights were found on [-]."""
+    log_odds: float
+    """What it adds to the log odds of stiction, against its usual value [-]."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {"feature": self.feature, **{k: _number(getattr(self, k)) for k in ("value", "usual", "log_odds")}}
+
+
+@dataclass(frozen=True, slots=True)
 class Diagnosis:
     """The answer to the main question about one loop."""
 
@@ -282,6 +329,12 @@ class Diagnosis:
     """Stiction and process found; None when the record did not allow a search."""
     settings: dict[str, Any] = field(default_factory=dict)
     """Settings the diagnosis ran with."""
+    windows: tuple[Window, ...] = ()
+    """Where the valve sticks and where not, in order; empty where the record was judged as one."""
+    causes: dict[str, float] = field(default_factory=dict)
+    """Probability of each cause [-]; empty where the record could not be judged."""
+    counted: tuple[Counted, ...] = ()
+    """What each feature did to the probability of stiction before any doubt about the data, the strongest first."""
 
     def summary(self) -> str:
         """The verdict in a sentence or two."""
@@ -296,12 +349,15 @@ class Diagnosis:
             "verdict": self.verdict,
             "probability": round(self.probability, 4),
             "cause": self.cause,
+            "causes": {name: round(share, 4) for name, share in self.causes.items()},
             "reason": self.reason,
             "action": self.action,
             "stiction": found.to_dict() if found is not None else None,
             "oscillation": self.oscillation.to_dict(),
             "evidence": [row.to_dict() for row in self.evidence],
             "quality": self.quality.to_dict(),
+            "windows": [window.to_dict() for window in self.windows],
+            "counted": [one.to_dict() for one in self.counted],
         }
 
 

@@ -182,7 +182,7 @@ def _resolution(name: str, x: NDArray[np.float64], step: float, refuses: float) 
         if not step:
             gaps = np.diff(values)
             step = float(np.percentile(gaps[gaps > 1e-9 * usual], 5))
-        levels = usual / step + 1.0
+        levels = round(usual / step + 1.0, 6)  # the rounding of a unit must not decide at a limit
     hint = "; record it finer, and without rounding" if levels < 20 else ""
     return at_least(f"{name.lower()} resolution", levels, 20, refuses, f"{name} swings over {levels:.0f} steps{hint}.")
 

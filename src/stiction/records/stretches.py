@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
     from stiction.records.record import LoopRecord
@@ -28,8 +30,8 @@ __all__ = [
 
 BRIDGE = 5
 """Missing samples in a row over which the last value may be held."""
-FLAT = 10
-"""Samples for which OP must rest at a limit to count as saturated."""
+FLAT, CLIPPED = 10, 3
+"""Samples for which OP must rest at a limit to count as saturated, and where it hardly ever rests elsewhere."""
 LIMIT_TOLERANCE = 0.001
 """Distance from a limit within which OP counts as there, as a share of span [-]."""
 SCALES = ((0.0, 100.0), (0.0, 1.0), (4.0, 20.0))
@@ -42,6 +44,8 @@ TEARS = 20
 """Clock jumps above which no more are looked for."""
 FEW = 5
 """Rests above which PV rests as a habit."""
+LIVELY = 12
+"""Values that OP must take off its extremes for these to be limits, and not two of the few values it was stored in."""
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -77,14 +81,22 @@ def saturated(record: LoopRecord) -> NDArray[np.bool_]:
 
     That is 0 or 100 % (also as a fraction or in mA), or its own largest or smallest value while PV moves.
     """
-    mask = at_limits(record, FLAT)
-    op = record.op
+    op = _bridged(record.op)
+    mask = np.zeros(len(op), dtype=bool)
     finite = op[np.isfinite(op)]
     if finite.size == 0 or finite.min() == finite.max():
         return mask
-    for at in (op == finite.min(), op == finite.max()):
+    low, high = float(finite.min()), float(finite.max())
+    lively = np.unique(finite).size >= LIVELY + 2
+    inside = np.diff(record.op)[(op[1:] != low) & (op[1:] != high)]
+    inside = inside[np.isfinite(inside)]
+    flat = CLIPPED if inside.size and np.mean(inside == 0.0) < 0.02 else FLAT
+    ends = [(op == low, False), (op == high, False)] if lively else []
+    ends += [(at, True) for at in _span_ends(op)]
+    for at, of_span in ends:
         for first, last in runs(at):
-            if last - first >= FLAT and _moves(record.pv, first, last):
+            recorded = int(np.isfinite(record.op[first:last]).sum())
+            if recorded >= flat and (of_span or _moves(record.pv, first, last)):
                 mask[first:last] = True
     return mask
 
@@ -99,24 +111,27 @@ def at_limits(record: LoopRecord, running: int = 2) -> NDArray[np.bool_]:
     >>> at_limits(LoopRecord("FIC-101", 1.0, op=op)).tolist()
     [False, True, True, False, False]
     """
-    op = record.op
-    mask = np.zeros(len(op), dtype=bool)
+    mask = np.zeros(len(record.op), dtype=bool)
+    for at in _span_ends(record.op):
+        for first, last in runs(at):
+            mask[first:last] |= last - first >= running
+    return mask
+
+
+def _span_ends(op: NDArray[np.float64]) -> Iterator[NDArray[np.bool_]]:
+    """Where OP is at an end of each span that it could be in, shape (n_samples,) each."""
     finite = op[np.isfinite(op)]
-    if finite.size == 0:
-        return mask
-    low, high = float(finite.min()), float(finite.max())
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
     for zero, full in SCALES:
         near = LIMIT_TOLERANCE * (full - zero)
-        if low < high and low >= zero - near and zero + 50.0 * near < high <= full + near:
-            for first, last in runs((op <= zero + near) | (op >= full - near)):
-                mask[first:last] |= last - first >= running
-    return mask
+        if low >= zero - near and zero + 50.0 * near < high <= full + near and low < high:
+            yield (op <= zero + near) | (op >= full - near)
 
 
 def in_manual(record: LoopRecord) -> NDArray[np.bool_]:
     """Mark where the mode says so or OP rests for long while PV moves, shape (n_samples,)."""
     mask = np.zeros(len(record), dtype=bool) if record.auto is None else ~record.auto
-    still = np.concatenate([[False], np.diff(record.op) == 0.0])
+    still = np.concatenate([[False], np.diff(_bridged(record.op)) == 0.0])
     at_limit = saturated(record)
     for start, last in runs(still):
         first = start - 1
@@ -134,7 +149,7 @@ def frozen(record: LoopRecord) -> NDArray[np.bool_]:
     mask = np.zeros(len(record), dtype=bool)
     if record.pv is None:
         return mask
-    rests = runs(np.concatenate([[False], np.diff(record.pv) == 0.0]))
+    rests = runs(np.concatenate([[False], np.diff(_bridged(record.pv)) == 0.0]))
     lengths = np.array([last - first for first, last in rests], dtype=np.int64)
     long = lengths >= max(MANUAL, len(record) // 20)
     if lengths[lengths < FROZEN].sum() < 0.02 * len(record):
@@ -203,6 +218,17 @@ def usable_part(record: LoopRecord) -> LoopRecord:
     told = f"{count} missing samples were bridged by holding the last value."
     origin = replace(part.provenance, guesses=(*part.provenance.guesses, told))
     return replace(part, **held, provenance=origin)
+
+
+def _bridged(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Hold the last value over up to `BRIDGE` missing samples: a rest is one rest though some of it was lost."""
+    if np.isfinite(x).all():
+        return x
+    out = filled(x)
+    for first, last in runs(~np.isfinite(x)):
+        if last - first > BRIDGE:
+            out[first:last] = np.nan
+    return out
 
 
 def filled(x: NDArray[np.float64]) -> NDArray[np.float64]:
