@@ -248,10 +248,20 @@ class Identification:
     where only the dense search was made."""
     rough: Identification | None = field(default=None, repr=False, compare=False)
     """What the dense search by simulation error found by itself; None where this is it."""
+    parameters: dict[str, float] = field(default_factory=dict)
+    """The model's own parameters where they are not S and J: d, or sb and sj [% of span] and r [% of span / s]."""
+    parameter_intervals: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """Their 95 % intervals [as above]; r may reach infinity: then a stem that never follows explains the record too."""
 
     def summary(self) -> str:
         """The finding in a line."""
-        return (
+        own = ", ".join(
+            f"{name} = {value:.3g} (95 % {low:.3g} to {high:.3g})"
+            for (name, value), (low, high) in zip(
+                self.parameters.items(), self.parameter_intervals.values(), strict=True
+            )
+        )
+        return (own + "; " if own else "") + (
             f"S = {self.S:.2f} % (95 % {self.S_low:.2f} to {self.S_high:.2f}), "
             f"J = {self.J:.2f} % (95 % {self.J_low:.2f} to {self.J_high:.2f}); "
             f"simulation explains {self.fit:.0f} % of the PV, a good valve {self.fit_linear:.0f} %."
@@ -280,6 +290,10 @@ class Identification:
             "drift_per_h": _number(self.drift),
             "drift_error_per_h": _number(self.drift_error),
             "beats_good": _number(self.beats_good),
+            "parameters": {name: _number(value) for name, value in self.parameters.items()},
+            "parameter_intervals": {
+                name: [_number(end) for end in ends] for name, ends in self.parameter_intervals.items()
+            },
         }
 
 

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 __all__ = ["identify"]
 
+MODELS = ("kano", "stenman", "three_parameter")
+"""Valve models that are identified."""
+
 
 def identify(
     record: LoopRecord, model: str = "kano", *, period: float | None = None, closer: bool = True
@@ -36,7 +39,8 @@ def identify(
     record : LoopRecord
         A record with OP and PV.
     model : str
-        Valve model; "kano" fits (S, J).
+        Valve model; "kano" fits (S, J), "stenman" d, "three_parameter" (sb, sj, r) of eq. 5 repaired. The last two
+        go on from (S, J), and compare the stem itself where the record has MV.
     period : float, optional
         Period of the oscillation [s]; slow disturbances are then kept out by comparing deviations from the
         moving average over one period. Without it the record is compared about its mean.
@@ -81,8 +85,8 @@ def identify(
     >>> abs(found.S - 3.0) < 0.3
     True
     """
-    if model != "kano":
-        raise ParameterError(f"model = {model!r} is not identified yet; use 'kano'.")
+    if model not in MODELS:
+        raise ParameterError(f"model = {model!r} is not identified; use {', '.join(map(repr, MODELS))}.")
     if period is not None and not 0.0 < period < math.inf:
         raise ParameterError(f"period = {period} s is not a period; give the oscillation's or leave it out.")
     signals = prepare(record, period)
@@ -102,17 +106,23 @@ def identify(
     else:
         with ThreadPoolExecutor(2) as pool:
             pieces = list(pool.map(searched, stretches))
-    rough = _roughly(model, record, signals, pieces)
-    if not closer:
-        return rough
-    coarse = prediction_of(signals)
-    prediction = coarse if signals.thinned == 1 else prediction_of(prepare(record, period, fine=True), fine=True)
-    found = contest(
-        prediction, most_likely(coarse, prediction, swing), seen="at the controller's rate" in controller.why
-    )
-    stem = stem_of(prediction, found.valve[0])
-    pieces = [with_stem(piece, _part(stem, piece.signals), sign, record.integrating) for piece in pieces]
-    return replace(_closely(model, record, signals, pieces, prediction, found), rough=rough)
+    known = _roughly("kano", record, signals, pieces)
+    if closer:
+        coarse = prediction_of(signals)
+        fine = coarse if signals.thinned == 1 else prediction_of(prepare(record, period, fine=True), fine=True)
+        found = contest(fine, most_likely(coarse, fine, swing), seen="at the controller's rate" in controller.why)
+        stem = stem_of(fine, found.valve[0])
+        pieces = [with_stem(piece, _part(stem, piece.signals), sign, record.integrating) for piece in pieces]
+        known = replace(_closely("kano", record, signals, pieces, fine, found), rough=known)
+    if model == "stenman":
+        from stiction.diagnosis.identification.stenman import identify_stenman
+
+        return identify_stenman(record, known, period)
+    if model == "three_parameter":
+        from stiction.diagnosis.identification.three_parameter import identify_three_parameter
+
+        return identify_three_parameter(record, known, period)
+    return known
 
 
 def _part(stem: NDArray[np.float64], signals: Signals) -> NDArray[np.float64]:
