@@ -125,7 +125,7 @@ def gather(folder, loops, seed, jobs):
         "real": real,
         "sticky": sticky,
         "group": np.array([one.group for one in labels]),
-        "file": np.array([one.file for one in labels]),
+        "record": np.array([one.file for one in labels]),
     }
 
 
@@ -213,7 +213,7 @@ def main() -> None:
     simulated = np.concatenate([one["simulated"] for one in kept])
     simulated = simulated[np.isfinite(simulated).all(axis=1)]
     X, y = simulated[:, 1:], simulated[:, 0].astype(int)
-    real, sticky, group, files = (kept[0][name] for name in ("real", "sticky", "group", "file"))
+    real, sticky, group, files = (kept[0][name] for name in ("real", "sticky", "group", "record"))
     lines = Lines(X)
     first = Sticks(lines, X, y, real, sticky, group)
     chosen = first.select() if given.select else [NAMES.index(name) for name in weighing("sticks").features]

@@ -17,7 +17,7 @@ from stiction.report.figures import windows as strip
 from stiction.report.view import View
 from stiction.simulation.population import population
 
-SEED, LOOPS, LONGEST = 5, 7, 2000
+SEED, LOOPS, LONGEST = 5, 14, 2000
 MOSTLY, HARDLY = 0.7, 0.15
 """Shares of a window in which the valve sticks, above and below which there is a truth to hit [-]."""
 
@@ -46,8 +46,8 @@ def test_the_windows_in_which_a_valve_sticks_are_found():
     rests = [window.verdict for share, window in rows if share <= HARDLY]
     assert len(sticks) >= 10
     assert len(rests) >= 5
-    assert sticks.count("stiction") >= 0.8 * len(sticks), sticks
-    assert rests.count("stiction") <= 0.25 * len(rests), rests
+    assert sticks.count("stiction") >= 0.7 * len(sticks), sticks
+    assert rests.count("stiction") <= 0.15 * len(rests), rests
 
 
 def test_windows_follow_each_other_without_gap_or_overlap():
@@ -93,7 +93,7 @@ def some(*verdicts):
         (
             ("stiction", "undecided", "stiction"),
             "The valve sticks in 2 of 3 windows, from 0 s to 5 s and from 10 s to 15 s; "
-            "in the other it follows or moves too little to tell.",
+            "in the other it follows or cannot be told.",
         ),
         (("no_stiction", "no_stiction"), "In none of 2 windows by itself is the valve seen to stick."),
     ],

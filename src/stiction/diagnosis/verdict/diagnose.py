@@ -102,8 +102,9 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     if nothing := explains_nothing(main):
         return replace(_cannot_tell(seen), reason=nothing, action=NOT_SEEN, identification=main)
     told = causes(seen.features)
-    held = held_back(told["stiction"], seen.quality)
-    rest = (1.0 - held.probability) / max(1.0 - told["stiction"], 1e-12)
+    before = told["stiction"]
+    held = held_back(before, seen.quality)
+    rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
     verdict = _verdict(held.probability)
     cause = named_cause(verdict, told, main, seen.oscillation, record.dt)
@@ -120,7 +121,12 @@ def diagnose(record: LoopRecord) -> Diagnosis:
         evidence=(_own_row(main, held.probability, seen.features.band), *seen.evidence),
         quality=seen.quality,
         identification=main,
-        settings={"model": main.model, "undecided": list(UNDECIDED), "features": seen.features._asdict()},
+        settings={
+            "model": main.model,
+            "undecided": list(UNDECIDED),
+            "before_doubts": before,
+            "features": seen.features._asdict(),
+        },
         windows=shown,
         causes=told,
         counted=counted(seen.features),
