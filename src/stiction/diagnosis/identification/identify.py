@@ -45,7 +45,7 @@ def identify(
         Period of the oscillation [s]; slow disturbances are then kept out by comparing deviations from the
         moving average over one period. Without it the record is compared about its mean.
     closer : bool
-        Go on to the fine search; without it S and J are only as exact as the dense one, at a third of the time.
+        Go on to the fine search; without it S and J are only as exact as the dense one.
 
     Returns
     -------
@@ -61,21 +61,21 @@ def identify(
 
     Notes
     -----
-    With a period the record is cut into stretches of about eight periods, at most eight of them, and each is
-    searched by itself: noise on the OP makes the stem go in small stairs, whose lattice a slightly wrong valve
-    leaves for good, so that over many periods only the exact valve fits. The stretch that agrees best with the
-    others is reported, and their spread is part of the interval.
-
     Every (S, J / S) of a 30 x 30 grid up to the OP's swing (a limit cycle needs OP_pp >= S) is tried with 100
-    processes of one lag, an integrator among them, and 10 dead times; the plane is then searched again in steps
-    of 1.3 % with few processes, and the best valleys closer with a second lag and fractions of a sample. The
-    error is that of the simulation, not of a one-step prediction. The interval is the profile likelihood's, with
-    as many independent samples as the autocorrelation of the residual leaves, and no more than two for each
-    period: a slip each way.
+    processes of one lag, an integrator among them, and 10 dead times, by the error of the simulation. With a period
+    this is done in stretches of about eight periods, at most eight. It gives the error surface and, without
+    `closer`, S and J: those of the stretch that agrees best with the others, with the profile likelihood's interval.
+
+    The closer search maximises the likelihood of the PV's prediction errors over the whole record (see
+    `likelihood`), which a disturbance that goes round the closed loop does not pull. The interval holds all valves
+    that Vuong's test does not find worse from half cycle to half cycle (see `contest`); it is wide where the record
+    does not show the controller's own samples, since the OP between them trips the valve unseen. The process is the
+    best one behind that valve's stem, by simulation.
 
     References
     ----------
     srinivasan2005; jelali2008: search over the nonlinear block around a least-squares fit of the linear one.
+    vuong1989.
 
     Examples
     --------
