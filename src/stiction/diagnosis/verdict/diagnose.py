@@ -163,8 +163,7 @@ def findings(record: LoopRecord) -> Findings:
     if not found:
         return Findings(record, part, oscillation, quality, evidence, found, speaks, None, None)
     controller = fit_controller(part)
-    searched = tuple(one.rough or one for one in found)
-    row = features(record, part, searched, speaks, controller, oscillation, evidence)
+    row = features(record, part, found, speaks, controller, oscillation, evidence)
     return Findings(record, part, oscillation, quality, evidence, found, speaks, controller, row)
 
 
