@@ -75,7 +75,7 @@ class Features(NamedTuple):
     jump_gain: float
     """ln(error of the best valve without jump / error of the best valve), held at 3 [-]."""
     beats_good: float
-    """Vuong's statistic by which the sticky valve foretells the PV better than a good one, x / (1 + |x| / 3) / 3 [-]."""
+    """Vuong's statistic x by which the sticky valve foretells the PV better than a good one, as x / (3 + |x|) [-]."""
     likely_band: float
     """The likeliest S over the OP's swing, held at 1.5 [-]."""
     likely_S_low: float
@@ -226,7 +226,7 @@ def features(
         jump_low=main.J_low / S,
         jump_high=min(main.J_high / S, 1.5),
         jump_gain=_jump_gain(main),
-        beats_good=close.beats_good / (1.0 + abs(close.beats_good) / 3.0) / 3.0 if known else 0.0,
+        beats_good=close.beats_good / (3.0 + abs(close.beats_good)) if known else 0.0,
         likely_band=min(close.S / swing, 1.5),
         likely_S_low=close.S_low / likely_S,
         likely_S_high=min(close.S_high / likely_S / 3.0, 1.0),
