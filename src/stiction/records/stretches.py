@@ -18,6 +18,7 @@ __all__ = [
     "BRIDGE",
     "analysis_window",
     "at_limits",
+    "clipped",
     "filled",
     "frozen",
     "in_manual",
@@ -81,23 +82,48 @@ def saturated(record: LoopRecord) -> NDArray[np.bool_]:
 
     That is 0 or 100 % (also as a fraction or in mA), or its own largest or smallest value while PV moves.
     """
+    mask = clipped(record)
+    flat = _flat(record)
+    for at in _span_ends(_bridged(record.op)):
+        mask |= _resting(record, at, flat)
+    return mask
+
+
+def clipped(record: LoopRecord) -> NDArray[np.bool_]:
+    """Mark where OP rests at its own largest or smallest value, off 0 and 100 %, while PV moves, shape (n_samples,).
+
+    There the OP that was stored need not be the one the valve was sent; at 0 and 100 % it is.
+    """
     op = _bridged(record.op)
     mask = np.zeros(len(op), dtype=bool)
     finite = op[np.isfinite(op)]
-    if finite.size == 0 or finite.min() == finite.max():
+    if finite.size == 0 or np.unique(finite).size < LIVELY + 2:
         return mask
-    low, high = float(finite.min()), float(finite.max())
-    lively = np.unique(finite).size >= LIVELY + 2
-    inside = np.diff(record.op)[(op[1:] != low) & (op[1:] != high)]
+    spans = [end for end in _span_ends(op) if end.any()]
+    flat = _flat(record)
+    for at in (op == finite.min(), op == finite.max()):
+        if not any(end[at].all() for end in spans):
+            mask |= _resting(record, at, flat, while_moving=True)
+    return mask
+
+
+def _flat(record: LoopRecord) -> int:
+    """Samples for which OP must rest to be at a limit: few where it hardly ever rests elsewhere."""
+    op = record.op
+    finite = op[np.isfinite(op)]
+    if finite.size == 0:
+        return FLAT
+    inside = np.diff(op)[(op[1:] != finite.min()) & (op[1:] != finite.max())]
     inside = inside[np.isfinite(inside)]
-    flat = CLIPPED if inside.size and np.mean(inside == 0.0) < 0.02 else FLAT
-    ends = [(op == low, False), (op == high, False)] if lively else []
-    ends += [(at, True) for at in _span_ends(op)]
-    for at, of_span in ends:
-        for first, last in runs(at):
-            recorded = int(np.isfinite(record.op[first:last]).sum())
-            if recorded >= flat and (of_span or _moves(record.pv, first, last)):
-                mask[first:last] = True
+    return CLIPPED if inside.size and np.mean(inside == 0.0) < 0.02 else FLAT
+
+
+def _resting(record: LoopRecord, at: NDArray[np.bool_], flat: int, *, while_moving: bool = False) -> NDArray[np.bool_]:
+    """Mark the runs of `at` in which `flat` samples or more were recorded, where asked only those in which PV moves."""
+    mask = np.zeros(at.size, dtype=bool)
+    for first, last in runs(at):
+        recorded = int(np.isfinite(record.op[first:last]).sum())
+        mask[first:last] = recorded >= flat and (not while_moving or _moves(record.pv, first, last))
     return mask
 
 
@@ -183,7 +209,7 @@ def torn(record: LoopRecord) -> NDArray[np.bool_]:
 
 
 def analysis_window(record: LoopRecord) -> tuple[int, int]:
-    """Find the longest stretch in automatic, not saturated, PV not frozen, no clock jump or gap above `BRIDGE` samples.
+    """Find the longest stretch in automatic, OP not clipped, PV not frozen, no clock jump, no gap above `BRIDGE`.
 
     Returns
     -------
@@ -198,7 +224,7 @@ def analysis_window(record: LoopRecord) -> tuple[int, int]:
     (0, 4)
     """
     gone = missing(record)
-    blocked = saturated(record) | in_manual(record) | frozen(record) | torn(record)
+    blocked = clipped(record) | in_manual(record) | frozen(record) | torn(record)
     good = ~(gone | blocked)
     for first, last in runs(gone):
         inside = first > 0 and last < len(gone) and good[first - 1] and good[last]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,9 +21,10 @@ from stiction.errors import ParameterError, RecordError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stiction.diagnosis.identification.controller import ControllerFit
     from stiction.records.record import LoopRecord
 
-__all__ = ["identify"]
+__all__ = ["Search", "identify", "search"]
 
 MODELS = ("kano", "stenman", "three_parameter")
 """Valve models that are identified."""
@@ -89,40 +90,87 @@ def identify(
         raise ParameterError(f"model = {model!r} is not identified; use {', '.join(map(repr, MODELS))}.")
     if period is not None and not 0.0 < period < math.inf:
         raise ParameterError(f"period = {period} s is not a period; give the oscillation's or leave it out.")
+    known = search(record, period)
+    found = known.closer() if closer else known.rough
+    if model == "stenman":
+        from stiction.diagnosis.identification.stenman import identify_stenman
+
+        return identify_stenman(record, found, period)
+    if model == "three_parameter":
+        from stiction.diagnosis.identification.three_parameter import identify_three_parameter
+
+        return identify_three_parameter(record, found, period)
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """The dense search of one comparison, from which the closer one goes on."""
+
+    record: LoopRecord
+    """The record."""
+    period: float | None
+    """Period about whose moving average it is compared [s]; None for the mean of the record."""
+    signals: Signals
+    """What was compared."""
+    controller: ControllerFit
+    """The controller found, which says which sign the process has."""
+    pieces: list[Piece]
+    """The stretches searched."""
+    rough: Identification
+    """What the dense search found."""
+
+    def closer(self) -> Identification:
+        """Go on by likelihood."""
+        signals, sign = self.signals, self.controller.action
+        coarse = fine = prediction_of(signals)
+        if signals.thinned > 1:
+            fine = prediction_of(prepare(self.record, self.period, fine=True), fine=True)
+        seen = "at the controller's rate" in self.controller.why
+        found = contest(fine, most_likely(coarse, fine, float(np.ptp(signals.op))), seen=seen)
+        whole = fine if fine.first == 0 else fine._replace(op=signals.op)
+        stem = stem_of(whole, found.valve[0])
+        pieces = [with_stem(one, _part(stem, one.signals), sign, self.record.integrating) for one in self.pieces]
+        return replace(_closely("kano", self.record, signals, pieces, fine, found, stem), rough=self.rough)
+
+
+def search(record: LoopRecord, period: float | None) -> Search:
+    """Search each stretch of a record densely.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        A record with OP and PV.
+    period : float or None
+        Period of the oscillation [s]; None compares about the mean of the record.
+
+    Returns
+    -------
+    Search
+        What was found, to be searched closer.
+
+    Raises
+    ------
+    RecordError
+        When the record has no PV, no variation, or fewer than 30 samples.
+    """
     signals = prepare(record, period)
     swing = float(np.ptp(signals.op))
     for name, x in (("OP", signals.op), ("PV", signals.pv)):
         if not np.ptp(x) > 1e-9 * np.abs(x).max():
             raise RecordError(f"{record.tag}: {name} does not vary; nothing can be identified.")
     controller = fit_controller(record)
-    sign = controller.action
     stretches = pieces_of(signals)
 
     def searched(stretch: Signals) -> Piece:
-        return search_piece(stretch, sign, record.integrating, swing)
+        return search_piece(stretch, controller.action, record.integrating, swing)
 
     if len(stretches) == 1:
         pieces = [searched(stretches[0])]
     else:
         with ThreadPoolExecutor(2) as pool:
             pieces = list(pool.map(searched, stretches))
-    known = _roughly("kano", record, signals, pieces)
-    if closer:
-        coarse = prediction_of(signals)
-        fine = coarse if signals.thinned == 1 else prediction_of(prepare(record, period, fine=True), fine=True)
-        found = contest(fine, most_likely(coarse, fine, swing), seen="at the controller's rate" in controller.why)
-        stem = stem_of(fine, found.valve[0])
-        pieces = [with_stem(piece, _part(stem, piece.signals), sign, record.integrating) for piece in pieces]
-        known = replace(_closely("kano", record, signals, pieces, fine, found), rough=known)
-    if model == "stenman":
-        from stiction.diagnosis.identification.stenman import identify_stenman
-
-        return identify_stenman(record, known, period)
-    if model == "three_parameter":
-        from stiction.diagnosis.identification.three_parameter import identify_three_parameter
-
-        return identify_three_parameter(record, known, period)
-    return known
+    return Search(record, period, signals, controller, pieces, _roughly("kano", record, signals, pieces))
 
 
 def _part(stem: NDArray[np.float64], signals: Signals) -> NDArray[np.float64]:
@@ -151,14 +199,24 @@ def _roughly(model: str, record: LoopRecord, signals: Signals, pieces: list[Piec
 
 
 def _closely(
-    model: str, record: LoopRecord, signals: Signals, pieces: list[Piece], prediction: Prediction, found: Contest
+    model: str,
+    record: LoopRecord,
+    signals: Signals,
+    pieces: list[Piece],
+    prediction: Prediction,
+    found: Contest,
+    stem: NDArray[np.float64],
 ) -> Identification:
     """By likelihood; the process is that of the stretch it explains best."""
     S, ratio = (float(x) for x in found.valve[0, :2])
     stretches, hours, bands = [], [], []
     for piece in pieces:
         first, last = piece.signals.first, piece.signals.first + piece.signals.target.size
-        ends = np.searchsorted(prediction.ends * prediction.width, (first * signals.thinned, last * signals.thinned))
+        halves = (prediction.first + prediction.ends) * prediction.width
+        ends = np.searchsorted(halves, (first * signals.thinned, last * signals.thinned))
+        if ends[1] == 0 or last * signals.thinned <= prediction.first * prediction.width or ends[0] == halves.size:
+            stretches.append(_stretch(piece, len(record), *piece.valve))
+            continue
         cycles = slice(int(ends[0]), max(int(ends[1]), int(ends[0]) + 1))
         own = found.best_in(cycles)
         stretches.append(_stretch(piece, len(record), float(own[0]), float(own[1])))
@@ -170,7 +228,9 @@ def _closely(
         model, record, signals, pieces, speaks, (S, S * ratio), (*found.S_range, *found.J_range), stretches
     )
     slope, error = drift(hours, bands)
-    return replace(result, drift=slope, drift_error=error, beats_good=float(found.worse[-1]))
+    at = np.minimum(np.arange(len(record)), stem.size - 1)
+    mv = np.where(np.isfinite(result.mv), result.mv, stem[at])
+    return replace(result, mv=mv, drift=slope, drift_error=error, beats_good=float(found.worse[-1]))
 
 
 def _result(
@@ -243,12 +303,13 @@ def _stretch(piece: Piece, samples: int, S: float, ratio: float) -> Stretch:
 def _stitched(signals: Signals, pieces: list[Piece]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Stem, sample by sample of OP, and PV of each stretch's own valve and process, cut half way where two meet."""
     n, every = signals.target.size, signals.thinned
-    mv, pv = np.empty(n * every), np.full(n, np.nan)
+    mv, pv = np.full(n * every, np.nan), np.full(n, np.nan)
     starts = np.array([piece.signals.first for piece in pieces])
     ends = np.array([piece.signals.first + piece.signals.target.size for piece in pieces])
     cuts = np.concatenate([[0], (starts[1:] + ends[:-1]) // 2, [n]])
     for piece, low, high in zip(pieces, cuts[:-1], cuts[1:], strict=True):
         first, size = piece.signals.first, piece.signals.target.size
+        low, high = max(low, first), min(high, first + size)
         answer = piece.simulated()
         mv[low * every : high * every] = piece.stem[(low - first) * every : (high - first) * every]
         a, b = max(low, first + signals.half), min(high, first + size - signals.half)

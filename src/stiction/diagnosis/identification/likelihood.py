@@ -31,6 +31,8 @@ FLOOR = 1e-8
 """Prediction error that none falls below, as a share of the PV's variance [-]: noise-free data are rounded data."""
 LEAST_SWING = 0.07
 """Smallest S looked for, as a share of the OP's swing [-]."""
+MOST_SAMPLES = 4000
+"""Samples foretold at most, those in the middle of the record: more tell S no better, and take longer [-]."""
 UNKNOWN_SCALE = 36.0
 """Samples taken for a cycle where no period is known [-]."""
 WINDOWS, CYCLES, SHORTEST = 3, 6, 120
@@ -66,6 +68,8 @@ class Prediction(NamedTuple):
     """First sample foretold."""
     ends: NDArray[np.int64]
     """Samples at which half cycles end, a slip each, shape (n_halves,)."""
+    first: int = 0
+    """Where it begins in the whole record [samples of the PV]."""
 
     @property
     def samples(self) -> int:
@@ -102,7 +106,12 @@ def prediction_of(signals: Signals, *, fine: bool = False) -> Prediction:
     Prediction
         What is foretold; the first cycle is left out, since where the stem stood before it is not known.
     """
-    n = signals.pv.size
+    n, first = signals.pv.size, 0
+    op, pv = signals.op, signals.pv
+    if n > MOST_SAMPLES:
+        first, n = (n - MOST_SAMPLES) // 2, MOST_SAMPLES
+        op = np.ascontiguousarray(op[first * signals.thinned : (first + n) * signals.thinned])
+        pv = pv[first : first + n]
     scale = signals.scale if signals.half > 0 else UNKNOWN_SCALE
     lags = int(min(max(0.35 * scale, 8.0), LONGEST[fine], n // 8))
     edges = [1, 2, 3, 4, 5]
@@ -112,8 +121,8 @@ def prediction_of(signals: Signals, *, fine: bool = False) -> Prediction:
     begin = max(int(min(scale, n // 4)), lags + 1, ORDER + 1)
     count = max(round(2.0 * (n - begin) / max(scale, 8.0)), 4)
     ends = np.linspace(begin, n, count + 1).round().astype(np.int64)[1:]
-    pv = signals.pv - signals.pv.mean()
-    return Prediction(signals.op, signals.thinned, pv / pv.std(), np.array(edges, dtype=np.int64), begin, ends)
+    pv = pv - pv.mean()
+    return Prediction(op, signals.thinned, pv / pv.std(), np.array(edges, dtype=np.int64), begin, ends, first)
 
 
 def most_likely(prediction: Prediction, fine: Prediction, swing: float) -> Trials:

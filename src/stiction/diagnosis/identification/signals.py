@@ -18,8 +18,8 @@ __all__ = ["Signals", "hold_gaps", "pieces_of", "prepare"]
 
 SAMPLES_PER_PERIOD = 36
 """Samples of an oscillation that are kept."""
-PERIODS_PER_PIECE, MOST_PIECES = 8.0, 8
-"""Periods in a stretch searched by itself, and the largest number of stretches."""
+PERIODS_PER_PIECE, MOST_PERIODS, MOST_PIECES = 8.0, 12.0, 8
+"""Periods in a stretch searched by itself, the most there are, and the largest number of stretches."""
 FEWEST_SAMPLES, ENOUGH_SAMPLES, FINE_SAMPLES = 30, 400, 1500
 """Records below the first are refused, up to the second never thinned, up to the third not for the last searches."""
 
@@ -103,6 +103,8 @@ def prepare(record: LoopRecord, period: float | None, *, fine: bool = False) -> 
 def pieces_of(signals: Signals) -> list[Signals]:
     """Cut signals that oscillate into stretches of about eight periods, at most eight, overlapping by one period.
 
+    Of a record of more than some hundred periods the stretches are spread evenly, with gaps between them.
+
     Parameters
     ----------
     signals : Signals
@@ -120,9 +122,12 @@ def pieces_of(signals: Signals) -> list[Signals]:
     count = max(min(int((periods - 1.0) / (PERIODS_PER_PIECE - 1.0)), MOST_PIECES), 1)
     overlap = 2 * signals.half + 1 if count > 1 else 0
     length = (n + (count - 1) * overlap + count - 1) // count
+    firsts = [min(i * (length - overlap), n - length) for i in range(count)]
+    if length > MOST_PERIODS * signals.scale:
+        length = int(MOST_PERIODS * signals.scale)
+        firsts = np.linspace(0, n - length, count).astype(int).tolist()
     stretches = []
-    for i in range(count):
-        first = min(i * (length - overlap), n - length)
+    for first in firsts:
         cut = slice(first, first + length)
         target = np.empty(length)
         pv = np.ascontiguousarray(signals.pv[cut])

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.detection import detect_all
-from stiction.diagnosis.identification import identify
 from stiction.diagnosis.identification.controller import fit_controller
+from stiction.diagnosis.identification.identify import search
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence, Identification
 from stiction.diagnosis.verdict.cause import named_cause
@@ -177,14 +177,11 @@ def _identify(part: LoopRecord, oscillation: Oscillation) -> tuple[tuple[Identif
     if SHORTEST_PERIOD * part.dt < oscillation.period < part.duration / 2.0:
         periods.insert(0, oscillation.period)
     try:
-        if oscillation.oscillating or len(periods) == 1:
-            return tuple(identify(part, period=period, closer=i == 0) for i, period in enumerate(periods)), 0
-        found = [identify(part, period=period, closer=False) for period in periods]
-        main = max(range(len(found)), key=lambda i: found[i].fit)
-        found[main] = identify(part, period=periods[main])
+        searches = [search(part, period) for period in periods]
     except RecordError:
         return (), 0
-    return tuple(found), main
+    main = 0 if oscillation.oscillating else max(range(len(searches)), key=lambda i: searches[i].rough.fit)
+    return tuple(one.closer() if i == main else one.rough for i, one in enumerate(searches)), main
 
 
 def _verdict(probability: float) -> Verdict:
