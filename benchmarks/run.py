@@ -15,7 +15,10 @@ from pathlib import Path
 
 from bench import REPEATS, show
 
-SECTIONS = ("valves", "physical", "loops", "limitcycle", "identification", "evidence", "compensation", "start")
+SECTIONS = (
+    *("valves", "physical", "loops", "limitcycle", "identification", "evidence", "diagnosis", "compensation"),
+    "start",
+)
 
 
 def main(asked: list[str]) -> int:

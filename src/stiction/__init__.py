@@ -62,7 +62,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "exact_limit_cycles",
         "predict_limit_cycles",
     ),
-    "stiction.diagnosis": ("Diagnosis", "diagnose", "identify"),
+    "stiction.diagnosis": ("Diagnosis", "compare_models", "diagnose", "identify"),
     "stiction.diagnosis.valvetests": (
         "ValveTest",
         "analyse_ramp",

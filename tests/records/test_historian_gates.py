@@ -21,6 +21,8 @@ from stiction.simulation.historian import (
     frozen,
     gaps,
     interpolated,
+    missing,
+    quantised,
     replayed,
     sampled,
     swinging_door,
@@ -134,6 +136,54 @@ def test_milder_effects_are_named(noisy, effect):
         for seed, record in enumerate(noisy)
     ]
     assert np.mean(named) >= 0.9
+
+
+def sticking_transmitter(seed, n=1600):
+    """A loop that random loads move; its transmitter has a dead band, and the controller sees what it reports."""
+    rng, pi, process = np.random.default_rng(seed), (0.6, 8.0), np.exp(-1.0 / 10.0)
+    load = np.convolve(rng.normal(size=n + 40), np.ones(40), "valid")[:n]
+    op, pv = np.zeros((2, n))
+    true = seen = integral = 0.0
+    for k in range(n):
+        true = process * true + (1.0 - process) * ((op[k - 3] if k > 2 else 0.0) + load[k])
+        measured = true + 0.02 * rng.normal()
+        seen = measured if abs(measured - seen) > 2.0 else seen
+        integral -= pi[0] / pi[1] * seen
+        op[k], pv[k] = integral - pi[0] * seen, seen
+    return LoopRecord("FIC-2", 1.0, op=50.0 + op, pv=50.0 + pv, loop_type="flow")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_sticking_transmitter_is_no_exception_storage_though_samples_are_lost_or_op_is_clipped(seed):
+    record = sticking_transmitter(seed)
+    for other in (record, missing(record, 0.15, seed), clipped(record, 0.2)):
+        assert next(g for g in judged(other).gates if g.name == "exception").severity == "ok"
+    stored = exception_reported(record, 1.0)  # of both: this is storage
+    assert next(g for g in judged(stored).gates if g.name == "exception").severity != "ok"
+
+
+def test_rounding_is_called_by_its_name(noisy):
+    for record in noisy:
+        coarse = {g.name: g.severity for g in judged(quantised(record, op=3.0, pv=2.0)).gates}
+        assert coarse["exception"] == "ok"
+        assert coarse["held"] != "refuses"
+        assert coarse["pv resolution"] != "ok"
+
+
+@pytest.mark.parametrize("lost", [0.0, 0.1])
+def test_op_at_its_own_limit_is_seen_in_short_cycles_and_though_samples_are_lost(noisy, lost):
+    for seed, record in enumerate(noisy):
+        fast = sampled(record, max(find_oscillation(record).period / 15.0, 1.0))
+        gates = {g.name: g for g in judged(missing(clipped(fast, 0.35), lost, seed)).gates}
+        assert gates["saturation"].value > 15.0
+
+
+@pytest.mark.parametrize("every", [2, 3, 4])
+def test_lines_between_few_samples_are_seen_where_both_signals_lie_on_them(noisy, every):
+    for record in noisy:
+        gate = next(g for g in judged(interpolated(record, float(every))).gates if g.name == "compression")
+        assert gate.severity != "ok"
+        assert gate.severity == "refuses" or gate.value == pytest.approx(100.0 * (1.0 - 1.0 / every), abs=2.0)
 
 
 def severities(record, period):

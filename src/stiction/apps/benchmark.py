@@ -25,7 +25,7 @@ def benchmark(folder: str = ".", /, *, as_json: Json = False) -> int:
     """
     import time
 
-    from stiction.apps.confusion import by_group, confusion
+    from stiction.apps.confusion import by_cause, by_group, calibration_error, confusion, reliability
     from stiction.apps.labels import read_labels
     from stiction.apps.output import track
 
@@ -36,9 +36,14 @@ def benchmark(folder: str = ".", /, *, as_json: Json = False) -> int:
     if all(result["error"] for result in results):
         raise RecordError(f"{folder}: no record could be used; the first says: {results[0]['reason']}")
     groups = by_group(results)
+    bins = reliability(results)
+    error = calibration_error(bins)
     summary = {
         "records": confusion(results),
         "groups": confusion(groups),
+        "causes": by_cause(results),
+        "reliability": bins,
+        "calibration_error": round(error, 4) if error == error else None,
         "seconds_per_record": round(seconds, 3),
     }
     if as_json:
@@ -82,6 +87,17 @@ def _tell(summary: dict[str, Any], results: list[dict[str, Any]], groups: list[d
     counts = ["found", "missed", "false alarm", "cleared", "undecided"]
     print_table(["", "n", "right", "share", *counts], rows, right=["n", "right", "share", *counts])
     say(f"{summary['seconds_per_record']:.2f} s per record")
+    named = sorted({cause for counts in summary["causes"].values() for cause in counts})
+    say("\nCauses named, by label")
+    rows = [[label, *(counts.get(cause, 0) for cause in named)] for label, counts in summary["causes"].items()]
+    print_table(["Label", *named], rows, right=named)
+    if summary["reliability"]:
+        say(f"\nProbability told against share that sticks; mean distance {summary['calibration_error']:.3f}")
+        rows = [
+            [f"{one['from']:.1f} to {one['to']:.1f}", one["n"], f"{one['told']:.2f}", f"{one['sticky']:.2f}"]
+            for one in summary["reliability"]
+        ]
+        print_table(["Probability", "Records", "Told", "Sticks"], rows, right=["Records", "Told", "Sticks"])
     wrong = [group for group in groups if group["verdict"] != group["label"]]
     if wrong:
         say("\nGroups called wrongly")

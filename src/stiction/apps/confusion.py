@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-__all__ = ["by_group", "confusion"]
+__all__ = ["by_cause", "by_group", "calibration_error", "confusion", "reliability"]
+
+BINS = 5
+"""Equal bins of probability in which verdicts are compared with labels: few, for records are few."""
 
 
 def confusion(rows: Iterable[Mapping[str, Any]]) -> dict[str, int]:
@@ -56,3 +59,54 @@ def by_group(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
             }
         )
     return found
+
+
+def by_cause(rows: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, int]]:
+    """Count for each label, or true cause where the rows have one, how often each cause was named.
+
+    Examples
+    --------
+    >>> by_cause([{"label": "stiction", "cause": "none"}, {"label": "stiction", "cause": "stiction"}])
+    {'stiction': {'none': 1, 'stiction': 1}}
+    """
+    found: dict[str, Counter[str]] = {}
+    for row in rows:
+        found.setdefault(row.get("true_cause") or row["label"], Counter())[row["cause"]] += 1
+    return {label: dict(counts) for label, counts in found.items()}
+
+
+def reliability(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, float]]:
+    """Compare the probability told with the share that does stick, bin by bin; rows without a probability are left out.
+
+    Examples
+    --------
+    >>> reliability([{"label": "stiction", "probability": 0.9}, {"label": "no_stiction", "probability": 0.9}])
+    [{'from': 0.8, 'to': 1.0, 'n': 2, 'told': 0.9, 'sticky': 0.5}]
+    """
+    bins: dict[int, list[Mapping[str, Any]]] = {}
+    for row in rows:
+        if row["probability"] is not None:
+            bins.setdefault(min(int(row["probability"] * BINS), BINS - 1), []).append(row)
+    return [
+        {
+            "from": k / BINS,
+            "to": (k + 1) / BINS,
+            "n": len(members),
+            "told": sum(row["probability"] for row in members) / len(members),
+            "sticky": sum(row["label"] == "stiction" for row in members) / len(members),
+        }
+        for k, members in sorted(bins.items())
+    ]
+
+
+def calibration_error(bins: Iterable[Mapping[str, float]]) -> float:
+    """Mean distance of told and true share over the bins of `reliability`, weighted by their rows [-]; NaN of none.
+
+    Examples
+    --------
+    >>> calibration_error([{"n": 2, "told": 0.9, "sticky": 0.5}, {"n": 2, "told": 0.1, "sticky": 0.1}])
+    0.2
+    """
+    told = list(bins)
+    n = sum(row["n"] for row in told)
+    return sum(row["n"] * abs(row["told"] - row["sticky"]) for row in told) / n if n else float("nan")

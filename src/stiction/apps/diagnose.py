@@ -58,7 +58,7 @@ def diagnose(
     as_json
         Print a list with one object per loop, and nothing else, on the output.
     explain
-        Print what each method says as well.
+        Tell the story of each verdict step by step: data, oscillation, valve, what counted, causes, methods.
     tag
         Only this loop of a file with several; the name of the loop where the header has none.
     dt

@@ -84,19 +84,12 @@ def _row(diagnosis: Diagnosis) -> list[str]:
 
 
 def _explain(diagnosis: Diagnosis) -> None:
-    say(f"\n{diagnosis.record.tag}: what each method says")
-    rows = [
-        [
-            words.method(row.method),
-            words.digits(row.index),
-            words.digits(row.threshold),
-            words.VERDICTS[row.vote].lower(),
-            "yes" if row.valid else "no",
-            row.why,
-        ]
-        for row in diagnosis.evidence
-    ]
-    print_table(["Method", "Index", "Threshold", "Says", "Valid here", "Why"], rows, right=["Index", "Threshold"])
-    if diagnosis.identification is not None:
-        say(f"Identification: {diagnosis.identification.summary()}")
-    say(f"Data: {diagnosis.quality.summary()}")
+    from stiction.report.story import story
+
+    say(f"\n{diagnosis.record.tag}, step by step")
+    for k, step in enumerate(story(diagnosis), 1):
+        say(f"\n{k}. {step.title}")
+        for line in step.lines:
+            say(f"   {line}")
+        if step.table is not None:
+            print_table(step.table.columns, step.table.rows, right=step.table.numbers)

@@ -1,7 +1,7 @@
 """Where the shop looks: parts that stick or have play, what points to each, how to check.
 
 Field practice, not a published table. What the record itself can say is one thing only: a stem that jumps rubs, a stem
-that comes to rest softly after a gap has play (`cause.PLAY` tells them apart). So the order of the list follows J / S
+that comes to rest softly after a gap has play (`PLAY` tells them apart). So the order of the list follows J / S
 where its interval decides, and the rest is for the eyes on the valve.
 """
 
@@ -10,12 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stiction.diagnosis.verdict.cause import PLAY
-
 if TYPE_CHECKING:
     from stiction.diagnosis.result import Identification
 
 __all__ = ["Suspect", "suspects"]
+
+PLAY = 0.12
+"""J over S below which a valve has play and does not jump [-]: simulated loops with J = 0 stay below 0.03."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,19 @@ if TYPE_CHECKING:
 
     from stiction.records import LoopRecord, Quality
 
-__all__ = ["Diagnosis", "ErrorSurface", "Evidence", "FurtherOscillation", "Identification", "Oscillation", "ProcessFit"]
+__all__ = [
+    "Counted",
+    "Diagnosis",
+    "ErrorSurface",
+    "Evidence",
+    "FurtherOscillation",
+    "Identification",
+    "Oscillation",
+    "ProcessFit",
+    "Stretch",
+    "Verdict",
+    "Window",
+]
 
 Verdict = Literal["stiction", "no_stiction", "undecided"]
 
@@ -167,6 +179,31 @@ class Stretch:
 
 
 @dataclass(frozen=True, slots=True)
+class Window:
+    """Whether the valve sticks in one window of the record: a stretch, judged by itself."""
+
+    first: int
+    """First sample of the window in the whole record."""
+    last: int
+    """One past its last sample."""
+    verdict: Verdict
+    """`stiction`, `no_stiction` or `undecided` of this window."""
+    S: float
+    """Deadband plus stickband found in it [% of span]."""
+    J: float
+    """Slip jump found in it [% of span]."""
+    fit: float
+    """Share of the PV's variation that the sticky valve explains in it [%]."""
+    fit_linear: float
+    """The same for a good valve [%]."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        numbers = {name: _number(getattr(self, name)) for name in ("S", "J", "fit", "fit_linear")}
+        return {"first": self.first, "last": self.last, "verdict": self.verdict, **numbers}
+
+
+@dataclass(frozen=True, slots=True)
 class Identification:
     """Stiction and process found together from OP and PV."""
 
@@ -202,10 +239,29 @@ class Identification:
     """The process found with a good valve."""
     stretches: tuple[Stretch, ...] = ()
     """What each stretch of the record says by itself, in order."""
+    drift: float = float("nan")
+    """Change of S over the record [% of span per h]; NaN of fewer than four stretches in which the valve sticks."""
+    drift_error: float = float("nan")
+    """Standard error of the drift [% of span per h]."""
+    beats_good: float = float("nan")
+    """Vuong's statistic by which the sticky valve foretells the PV better than a good one, cycle by cycle [-]; NaN
+    where only the dense search was made."""
+    rough: Identification | None = field(default=None, repr=False, compare=False)
+    """What the dense search by simulation error found by itself; None where this is it."""
+    parameters: dict[str, float] = field(default_factory=dict)
+    """The model's own parameters where they are not S and J: d, or sb and sj [% of span] and r [% of span / s]."""
+    parameter_intervals: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """Their 95 % intervals [as above]; r may reach infinity: then a stem that never follows explains the record too."""
 
     def summary(self) -> str:
         """The finding in a line."""
-        return (
+        own = ", ".join(
+            f"{name} = {value:.3g} (95 % {low:.3g} to {high:.3g})"
+            for (name, value), (low, high) in zip(
+                self.parameters.items(), self.parameter_intervals.values(), strict=True
+            )
+        )
+        return (own + "; " if own else "") + (
             f"S = {self.S:.2f} % (95 % {self.S_low:.2f} to {self.S_high:.2f}), "
             f"J = {self.J:.2f} % (95 % {self.J_low:.2f} to {self.J_high:.2f}); "
             f"simulation explains {self.fit:.0f} % of the PV, a good valve {self.fit_linear:.0f} %."
@@ -231,7 +287,32 @@ class Identification:
                 "lag": _number(self.process.lag),
             },
             "stretches": [stretch.to_dict() for stretch in self.stretches],
+            "drift_per_h": _number(self.drift),
+            "drift_error_per_h": _number(self.drift_error),
+            "beats_good": _number(self.beats_good),
+            "parameters": {name: _number(value) for name, value in self.parameters.items()},
+            "parameter_intervals": {
+                name: [_number(end) for end in ends] for name, ends in self.parameter_intervals.items()
+            },
         }
+
+
+@dataclass(frozen=True, slots=True)
+class Counted:
+    """What one feature of a record did to the probability of stiction."""
+
+    feature: str
+    """Its name."""
+    value: float
+    """Its value [-]."""
+    usual: float
+    """What it usually is, over the records the weights were found on [-]."""
+    log_odds: float
+    """What it adds to the log odds of stiction, against its usual value [-]."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {"feature": self.feature, **{k: _number(getattr(self, k)) for k in ("value", "usual", "log_odds")}}
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,6 +341,12 @@ class Diagnosis:
     """Stiction and process found; None when the record did not allow a search."""
     settings: dict[str, Any] = field(default_factory=dict)
     """Settings the diagnosis ran with."""
+    windows: tuple[Window, ...] = ()
+    """Where the valve sticks and where not, in order; empty where the record was judged as one."""
+    causes: dict[str, float] = field(default_factory=dict)
+    """Probability of each cause [-]; empty where the record could not be judged."""
+    counted: tuple[Counted, ...] = ()
+    """What each feature did to the probability of stiction before any doubt about the data, the strongest first."""
 
     def summary(self) -> str:
         """The verdict in a sentence or two."""
@@ -274,12 +361,15 @@ class Diagnosis:
             "verdict": self.verdict,
             "probability": round(self.probability, 4),
             "cause": self.cause,
+            "causes": {name: round(share, 4) for name, share in self.causes.items()},
             "reason": self.reason,
             "action": self.action,
             "stiction": found.to_dict() if found is not None else None,
             "oscillation": self.oscillation.to_dict(),
             "evidence": [row.to_dict() for row in self.evidence],
             "quality": self.quality.to_dict(),
+            "windows": [window.to_dict() for window in self.windows],
+            "counted": [one.to_dict() for one in self.counted],
         }
 
 

@@ -15,7 +15,7 @@ from stiction.records.gate import LEAST_CYCLES, LEAST_SAMPLES, Gate, Severity, V
 from stiction.records.historian_gates import averaging, clock, compression, exception, held, replay, resampled
 from stiction.records.signals import not_a_percentage
 from stiction.records.storage import swing
-from stiction.records.stretches import frozen, in_manual, missing, runs, saturated
+from stiction.records.stretches import clipped, frozen, in_manual, missing, runs, saturated
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -37,7 +37,7 @@ ALTERNATING = -0.6
 def length(view: View) -> Gate:
     """Ask for samples in the longest usable stretch."""
     n = len(view.part)
-    why = f"{n} of {len(view.record)} samples in the longest stretch in automatic, unsaturated and without gaps"
+    why = f"{n} of {len(view.record)} samples in the longest stretch in automatic, OP not clipped and without gaps"
     return at_least(
         "length", n, FEW_SAMPLES, LEAST_SAMPLES, f"{why}; record some hundred." if n < FEW_SAMPLES else f"{why}."
     )
@@ -99,9 +99,10 @@ def pv_moves(view: View) -> Gate:
 
 
 def saturation(view: View) -> Gate:
-    """Count OP resting at a limit: no feedback there."""
+    """Count OP resting at a limit: no feedback there; off 0 and 100 % not even the OP is known."""
     at_limit = saturated(view.record)
-    why = f"OP rests at a limit in {{:.3g}} % of the samples in {len(runs(at_limit))} stretches (left out)."
+    left_out = " (left out)" if clipped(view.record).any() else ""
+    why = f"OP rests at a limit in {{:.3g}} % of the samples in {len(runs(at_limit))} stretches{left_out}."
     return _left_out("saturation", at_limit, 80, why, view)
 
 
@@ -182,7 +183,7 @@ def _resolution(name: str, x: NDArray[np.float64], step: float, refuses: float) 
         if not step:
             gaps = np.diff(values)
             step = float(np.percentile(gaps[gaps > 1e-9 * usual], 5))
-        levels = usual / step + 1.0
+        levels = round(usual / step + 1.0, 6)  # the rounding of a unit must not decide at a limit
     hint = "; record it finer, and without rounding" if levels < 20 else ""
     return at_least(f"{name.lower()} resolution", levels, 20, refuses, f"{name} swings over {levels:.0f} steps{hint}.")
 

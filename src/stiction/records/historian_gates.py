@@ -6,7 +6,15 @@ import numpy as np
 
 from stiction.records.gate import LEAST_SAMPLES, Gate, View, at_least, at_most
 from stiction.records.replay import replayed
-from stiction.records.storage import averaging_window, controller_saw, exception_deviation, straight, swing
+from stiction.records.storage import (
+    averaging_window,
+    coarse,
+    controller_saw,
+    exception_deviation,
+    straight,
+    swing,
+)
+from stiction.records.stretches import saturated
 
 __all__ = ["averaging", "clock", "compression", "exception", "held", "replay", "resampled"]
 
@@ -45,11 +53,12 @@ def compression(view: View) -> Gate | None:
 
 def exception(view: View) -> Gate | None:
     """Find OP or PV stored only after it had moved by a deviation: small movements are lost, and it seems to stick."""
-    if len(view.record) < 10 or view.record.pv is None:
+    record = view.record
+    if len(record) < 10 or record.pv is None:
         return None
-    # The whole record: a long rest of OP would else be cut out as time in manual.
-    op, pv = (exception_deviation(x, step) for x, step in zip(view.whole, view.steps, strict=True))
-    if pv and controller_saw(*view.whole, view.steps[0]):
+    # The whole record: a long rest of OP would else be cut out as time in manual. What was lost rests by no historian.
+    op, pv = (exception_deviation(x, step) for x, step in zip((record.op, record.pv), view.steps, strict=True))
+    if pv and controller_saw(np.where(saturated(record), np.nan, record.op), record.pv, view.steps[0]):
         pv = 0.0
     both = zip(("OP", "PV"), view.whole, (op, pv), strict=True)
     found = [(swing(x) / size, name, size) for name, x, size in both if size]
@@ -69,11 +78,14 @@ def held(view: View) -> Gate | None:
     """Find OP and PV both repeated: the historian stored less often than it was asked."""
     if len(view.part) < 2 or view.pv is None:
         return None
-    fresh = (np.diff(view.op) != 0.0) | (np.diff(view.pv) != 0.0)
+    moved = np.diff(view.op) != 0.0, np.diff(view.pv) != 0.0
+    fresh = moved[0] | moved[1]
     share = 100.0 * (1.0 - float(np.mean(fresh)))
     why = f"OP and PV both repeat their last value in {share:.3g} % of the samples"
     remedy = "; export raw values at the rate of the controller."
-    if share > HELD and view.period is not None:
+    # Rounding repeats values too, but those of OP and of PV by themselves; a slow historian renews both at once.
+    rounded = coarse(view.op) and coarse(view.pv) and 2 * np.sum(moved[0] & moved[1]) < np.sum(fresh)
+    if share > HELD and view.period is not None and not rounded:
         points = float(np.mean(fresh)) * view.period / view.record.dt
         why = f"{why}, {points:.1f} new values per cycle"
         if points < 4:

@@ -9,17 +9,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.stretches import runs
+from stiction.records.stretches import filled, runs
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["averaging_window", "controller_saw", "exception_deviation", "lattice", "straight", "swing"]
+__all__ = ["averaging_window", "coarse", "controller_saw", "exception_deviation", "lattice", "straight", "swing"]
 
 ROUNDING = 1e-9
 """Share of the swing below which a difference is rounding of the arithmetic [-]."""
 EXACT = 1e-7
 """Share of the swing within which points lie on a straight line [-]."""
+CHORDS = 0.25
+"""Share of the samples in which OP and PV must both lie between their neighbours to be drawn in short lines [-]."""
+FEW_VALUES = 50
+"""Values of a signal up to which it is coarse, when it also changes more than twice as often."""
 
 
 def swing(x: NDArray[np.float64]) -> float:
@@ -62,12 +66,13 @@ def exception_deviation(x: NDArray[np.float64], step: float) -> float:
 
     A value that is stored when it has left the last one by more than a deviation rests, and then changes by at least
     that deviation. Other signals that rest have small changes too: those of a lattice go by one step, those of a
-    historian that looks at the clock come at even distances.
+    historian that looks at the clock come at even distances. And values that are stored as they were measured
+    hardly ever come back, those of a coarse signal do.
 
     Parameters
     ----------
     x : ndarray, shape (n_samples,)
-        Signal in any unit, without NaN.
+        Signal in any unit; NaN are passed over.
     step : float
         Its `lattice`.
 
@@ -79,15 +84,34 @@ def exception_deviation(x: NDArray[np.float64], step: float) -> float:
     >>> 2.0 < exception_deviation(np.array(kept), 0.0) < 2.2, exception_deviation(x, 0.0)
     (True, 0.0)
     """
+    x = x[np.isfinite(x)]
     moved = np.abs(np.diff(x))
     places = np.flatnonzero(moved > ROUNDING * swing(x))
     changes = moved[places]
-    if changes.size < 12 or changes.size > 0.75 * moved.size:
+    if changes.size < 12 or changes.size > 0.75 * moved.size or coarse(x):
         return 0.0
     smallest, usual = np.percentile(changes, (5, 50))
     rests = np.diff(places)
     by_the_clock = np.mean(rests == np.median(rests)) > 0.9
     return 0.0 if smallest < max(1.5 * step, 0.3 * usual) or by_the_clock else float(smallest)
+
+
+def coarse(x: NDArray[np.float64]) -> bool:
+    """Whether a signal comes back to a few values again and again.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        Signal in any unit, without NaN.
+
+    Examples
+    --------
+    >>> x = np.random.default_rng(1).normal(size=400)
+    >>> coarse(np.round(x)), coarse(x), coarse(np.repeat(x[::20], 20))
+    (True, False, False)
+    """
+    values = np.unique(x).size
+    return values <= FEW_VALUES and 2 * values < int(np.count_nonzero(np.diff(x)))
 
 
 def controller_saw(op: NDArray[np.float64], pv: NDArray[np.float64], op_step: float) -> bool:
@@ -98,20 +122,24 @@ def controller_saw(op: NDArray[np.float64], pv: NDArray[np.float64], op_step: fl
     Parameters
     ----------
     op, pv : ndarray, shape (n_samples,)
-        Signals in any unit, without NaN.
+        Signals in any unit; NaN of OP are passed over, those of PV taken for rests.
     op_step : float
         Lattice of OP, in its unit.
     """
-    still = np.diff(pv) == 0.0
+    still = np.diff(filled(pv)) == 0.0
     rests = sorted((run for run in runs(still) if run[1] - run[0] >= 8), key=lambda run: run[0] - run[1])[:30]
     tolerance = max(op_step, 1e-5 * swing(op))
     straight_ones = bent = 0
     for first, last in rests:
         # Early in a rest the derivative still answers the change before it.
-        part = op[(first + last) // 2 : last + 1]
-        k = np.arange(part.size) - 0.5 * (part.size - 1)
+        end = first + int(np.flatnonzero(np.isfinite(pv[first : last + 1]))[-1])  # PV may have moved unseen after it
+        part = op[(first + end) // 2 : end + 1]
+        seen = np.flatnonzero(np.isfinite(part))
+        if seen.size < 4:
+            continue
+        k, part = seen - seen.mean(), part[seen]
         slope = float(k @ part) / float(k @ k)
-        if abs(slope) * part.size > 3.0 * tolerance:
+        if abs(slope) * float(np.ptp(k) + 1.0) > 3.0 * tolerance:
             off = np.abs(part - part.mean() - slope * k).max()
             straight_ones, bent = (straight_ones + 1, bent) if off <= tolerance else (straight_ones, bent + 1)
     return straight_ones >= 3 and straight_ones >= 4 * bent
@@ -120,7 +148,8 @@ def controller_saw(op: NDArray[np.float64], pv: NDArray[np.float64], op_step: fl
 def straight(x: NDArray[np.float64], y: NDArray[np.float64], x_step: float, y_step: float) -> int:
     """Count the samples of `x` that a straight line between two others gives, while `y` shows that it should bend.
 
-    A line is five points or more, steep beside the lattice, with a kink at each end. OP and PV of a controller with
+    A line is five points or more, steep beside the lattice, with a kink at each end; shorter ones, as between every
+    second or third sample, count where both signals lie on them again and again. OP and PV of a controller with
     integral action are never straight together, and a signal is not exactly straight while the other is rough; a
     stuck valve without noise gives one straight signal beside a smooth or resting one, which is not counted.
 
@@ -139,6 +168,10 @@ def straight(x: NDArray[np.float64], y: NDArray[np.float64], x_step: float, y_st
     """
     if len(x) < 10 or _mirrors(x, y, x_step, y_step):
         return 0
+    if not (x_step or y_step):
+        together = _on_chords(x) & _on_chords(y)
+        if together.mean() > CHORDS:
+            return int(together.sum())
     tolerance = max(EXACT * swing(x), 2.01 * x_step)
     slope, y_slope = np.diff(x), np.diff(y)
     bend, y_bend = np.abs(np.diff(slope)), np.abs(np.diff(y_slope))
@@ -157,6 +190,11 @@ def straight(x: NDArray[np.float64], y: NDArray[np.float64], x_step: float, y_st
     third = _sums(np.abs(np.diff(np.diff(y_slope), append=np.nan)), first, last - 1)
     rough = (third > second) & (second > 3.0 * max(y_tolerance, y_step) * (last - first))
     return int(np.sum((last - first)[both | rough]))
+
+
+def _on_chords(x: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Where a signal that moves lies exactly between its neighbours, shape (n_samples - 2,)."""
+    return (np.abs(np.diff(x, 2)) <= EXACT * swing(x)) & (np.abs(np.diff(x)[1:]) > 1e-6 * swing(x))
 
 
 def _mirrors(x: NDArray[np.float64], y: NDArray[np.float64], x_step: float, y_step: float) -> bool:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
     from stiction.records.record import LoopRecord
@@ -16,6 +18,7 @@ __all__ = [
     "BRIDGE",
     "analysis_window",
     "at_limits",
+    "clipped",
     "filled",
     "frozen",
     "in_manual",
@@ -28,8 +31,8 @@ __all__ = [
 
 BRIDGE = 5
 """Missing samples in a row over which the last value may be held."""
-FLAT = 10
-"""Samples for which OP must rest at a limit to count as saturated."""
+FLAT, CLIPPED = 10, 3
+"""Samples for which OP must rest at a limit to count as saturated, and where it hardly ever rests elsewhere."""
 LIMIT_TOLERANCE = 0.001
 """Distance from a limit within which OP counts as there, as a share of span [-]."""
 SCALES = ((0.0, 100.0), (0.0, 1.0), (4.0, 20.0))
@@ -42,6 +45,8 @@ TEARS = 20
 """Clock jumps above which no more are looked for."""
 FEW = 5
 """Rests above which PV rests as a habit."""
+LIVELY = 12
+"""Values that OP must take off its extremes for these to be limits, and not two of the few values it was stored in."""
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -77,15 +82,48 @@ def saturated(record: LoopRecord) -> NDArray[np.bool_]:
 
     That is 0 or 100 % (also as a fraction or in mA), or its own largest or smallest value while PV moves.
     """
-    mask = at_limits(record, FLAT)
+    mask = clipped(record)
+    flat = _flat(record)
+    for at in _span_ends(_bridged(record.op)):
+        mask |= _resting(record, at, flat)
+    return mask
+
+
+def clipped(record: LoopRecord) -> NDArray[np.bool_]:
+    """Mark where OP rests at its own largest or smallest value, off 0 and 100 %, while PV moves, shape (n_samples,).
+
+    There the OP that was stored need not be the one the valve was sent; at 0 and 100 % it is.
+    """
+    op = _bridged(record.op)
+    mask = np.zeros(len(op), dtype=bool)
+    finite = op[np.isfinite(op)]
+    if finite.size == 0 or np.unique(finite).size < LIVELY + 2:
+        return mask
+    spans = [end for end in _span_ends(op) if end.any()]
+    flat = _flat(record)
+    for at in (op == finite.min(), op == finite.max()):
+        if not any(end[at].all() for end in spans):
+            mask |= _resting(record, at, flat, while_moving=True)
+    return mask
+
+
+def _flat(record: LoopRecord) -> int:
+    """Samples for which OP must rest to be at a limit: few where it hardly ever rests elsewhere."""
     op = record.op
     finite = op[np.isfinite(op)]
-    if finite.size == 0 or finite.min() == finite.max():
-        return mask
-    for at in (op == finite.min(), op == finite.max()):
-        for first, last in runs(at):
-            if last - first >= FLAT and _moves(record.pv, first, last):
-                mask[first:last] = True
+    if finite.size == 0:
+        return FLAT
+    inside = np.diff(op)[(op[1:] != finite.min()) & (op[1:] != finite.max())]
+    inside = inside[np.isfinite(inside)]
+    return CLIPPED if inside.size and np.mean(inside == 0.0) < 0.02 else FLAT
+
+
+def _resting(record: LoopRecord, at: NDArray[np.bool_], flat: int, *, while_moving: bool = False) -> NDArray[np.bool_]:
+    """Mark the runs of `at` in which `flat` samples or more were recorded, where asked only those in which PV moves."""
+    mask = np.zeros(at.size, dtype=bool)
+    for first, last in runs(at):
+        recorded = int(np.isfinite(record.op[first:last]).sum())
+        mask[first:last] = recorded >= flat and (not while_moving or _moves(record.pv, first, last))
     return mask
 
 
@@ -99,24 +137,27 @@ def at_limits(record: LoopRecord, running: int = 2) -> NDArray[np.bool_]:
     >>> at_limits(LoopRecord("FIC-101", 1.0, op=op)).tolist()
     [False, True, True, False, False]
     """
-    op = record.op
-    mask = np.zeros(len(op), dtype=bool)
+    mask = np.zeros(len(record.op), dtype=bool)
+    for at in _span_ends(record.op):
+        for first, last in runs(at):
+            mask[first:last] |= last - first >= running
+    return mask
+
+
+def _span_ends(op: NDArray[np.float64]) -> Iterator[NDArray[np.bool_]]:
+    """Where OP is at an end of each span that it could be in, shape (n_samples,) each."""
     finite = op[np.isfinite(op)]
-    if finite.size == 0:
-        return mask
-    low, high = float(finite.min()), float(finite.max())
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
     for zero, full in SCALES:
         near = LIMIT_TOLERANCE * (full - zero)
-        if low < high and low >= zero - near and zero + 50.0 * near < high <= full + near:
-            for first, last in runs((op <= zero + near) | (op >= full - near)):
-                mask[first:last] |= last - first >= running
-    return mask
+        if low >= zero - near and zero + 50.0 * near < high <= full + near and low < high:
+            yield (op <= zero + near) | (op >= full - near)
 
 
 def in_manual(record: LoopRecord) -> NDArray[np.bool_]:
     """Mark where the mode says so or OP rests for long while PV moves, shape (n_samples,)."""
     mask = np.zeros(len(record), dtype=bool) if record.auto is None else ~record.auto
-    still = np.concatenate([[False], np.diff(record.op) == 0.0])
+    still = np.concatenate([[False], np.diff(_bridged(record.op)) == 0.0])
     at_limit = saturated(record)
     for start, last in runs(still):
         first = start - 1
@@ -134,7 +175,7 @@ def frozen(record: LoopRecord) -> NDArray[np.bool_]:
     mask = np.zeros(len(record), dtype=bool)
     if record.pv is None:
         return mask
-    rests = runs(np.concatenate([[False], np.diff(record.pv) == 0.0]))
+    rests = runs(np.concatenate([[False], np.diff(_bridged(record.pv)) == 0.0]))
     lengths = np.array([last - first for first, last in rests], dtype=np.int64)
     long = lengths >= max(MANUAL, len(record) // 20)
     if lengths[lengths < FROZEN].sum() < 0.02 * len(record):
@@ -168,7 +209,7 @@ def torn(record: LoopRecord) -> NDArray[np.bool_]:
 
 
 def analysis_window(record: LoopRecord) -> tuple[int, int]:
-    """Find the longest stretch in automatic, not saturated, PV not frozen, no clock jump or gap above `BRIDGE` samples.
+    """Find the longest stretch in automatic, OP not clipped, PV not frozen, no clock jump, no gap above `BRIDGE`.
 
     Returns
     -------
@@ -183,7 +224,7 @@ def analysis_window(record: LoopRecord) -> tuple[int, int]:
     (0, 4)
     """
     gone = missing(record)
-    blocked = saturated(record) | in_manual(record) | frozen(record) | torn(record)
+    blocked = clipped(record) | in_manual(record) | frozen(record) | torn(record)
     good = ~(gone | blocked)
     for first, last in runs(gone):
         inside = first > 0 and last < len(gone) and good[first - 1] and good[last]
@@ -203,6 +244,17 @@ def usable_part(record: LoopRecord) -> LoopRecord:
     told = f"{count} missing samples were bridged by holding the last value."
     origin = replace(part.provenance, guesses=(*part.provenance.guesses, told))
     return replace(part, **held, provenance=origin)
+
+
+def _bridged(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Hold the last value over up to `BRIDGE` missing samples: a rest is one rest though some of it was lost."""
+    if np.isfinite(x).all():
+        return x
+    out = filled(x)
+    for first, last in runs(~np.isfinite(x)):
+        if last - first > BRIDGE:
+            out[first:last] = np.nan
+    return out
 
 
 def filled(x: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -31,6 +31,7 @@ def loop_blocks(diagnosis: Diagnosis, settings: Mapping[str, Any] | None = None)
     """Return the blocks of one loop's page."""
     view = View(diagnosis)
     blocks: list[Block | None] = [_headline(diagnosis), Heading("Trends"), figures.trends(view)]
+    blocks.append(figures.windows(view))
     blocks += [Heading("Valve and process"), _beside(figures.pv_op(view), figures.valve_position(view))]
     if diagnosis.identification is None:
         blocks.append(Text("No valve model was fitted to this record, so S and J are not known.", kind="note"))

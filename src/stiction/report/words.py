@@ -86,7 +86,7 @@ def interval(value: float, low: float, high: float) -> tuple[str, str, str]:
     """
     if not all(map(math.isfinite, (value, low, high))):
         return digits(value), digits(low), digits(high)
-    decimals = 2 if high <= low else min(max(-math.floor(math.log10(0.5 * (high - low))), 0), 3)
+    decimals = 2 if high <= low else min(max(-math.floor(math.log10(0.4 * (high - low))), 0), 3)
     return f"{value:.{decimals}f}", f"{low:.{decimals}f}", f"{high:.{decimals}f}"
 
 
@@ -133,8 +133,11 @@ def cited(key: str) -> str:
 def stiction_size(found: Identification) -> str:
     """Return S with its interval, and J."""
     S, S_low, S_high = interval(found.S, found.S_low, found.S_high)
-    J, _, _ = interval(found.J, found.J_low, found.J_high)
-    return f"S\u00a0=\u00a0{S}\u00a0% of span (95\u00a0%: {S_low} to {S_high}), J\u00a0=\u00a0{J}\u00a0%"
+    J, J_low, J_high = interval(found.J, found.J_low, found.J_high)
+    return (
+        f"S\u00a0=\u00a0{S}\u00a0% of span (95\u00a0%: {S_low} to {S_high}), "
+        f"J\u00a0=\u00a0{J}\u00a0% ({J_low} to {J_high})"
+    )
 
 
 def headline(diagnosis: Diagnosis) -> str:

@@ -1,72 +1,229 @@
-"""Find the weights of the verdict again, and judge each real loop by weights found without it.
+"""Find the weights of the verdict again, judge each real loop by weights found without it, and write the tables.
 
-python tests/diagnosis/verdict/calibrate.py ../shared/data [--loops 150]
+python tests/diagnosis/verdict/calibrate.py ../shared/data --loops 4900 --seed 21 --jobs 2 [--select] [--write]
+
+The rows of features are kept in a file (--rows) and computed only where it is missing. With --select the features of
+the first table are chosen again, one after the other, by what each adds on simulated loops that were not fitted and
+on real loops left out; without it those of the table in use are kept.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
+import warnings
 from pathlib import Path
 
 import numpy as np
+from population import each  # beside this script
+from scipy.optimize import minimize
 
 import stiction as st
-from stiction.simulation.population import population
+from stiction.apps.labels import read_labels
+from stiction.diagnosis.verdict.diagnose import findings
+from stiction.diagnosis.verdict.features import Features
+from stiction.diagnosis.verdict.probability import UNDECIDED
+from stiction.diagnosis.verdict.weighing import COLUMNS, CONSTANT, weighing
+from stiction.simulation.population import CAUSES, population
 
-CAUSES = (
-    "stiction", "tight tuning", "stiction", "external disturbance", "stiction", "sensor", "none",
-    "external disturbance", "stiction", "deadband",
-)  # fmt: skip
-RIDGE = 0.03
+NAMES = Features._fields
+HERE = Path(st.__file__).parent / "diagnosis" / "verdict"
+RIDGE_STICKS, RIDGE_CAUSES = 2.0, 10.0
+REAL = 0.6
+"""What all real loops weigh together, against all simulated ones [-]."""
+CORE = ("band", "advantage", "grip", "floor")
+"""Features that every choice begins with."""
+SHARE_REAL = 0.35
+"""What the loss on the real loops left out counts, against that on simulated ones, when features are chosen [-]."""
+LEAST_GAIN = 0.001
+MOST = 14
+TESTED = 5
+"""One simulated loop in so many is left out of the fits."""
 
 
-def fit(X, y, weight):
-    """Weights of a logistic regression with a small ridge, by Newton's method."""
-    b = np.zeros(X.shape[1])
-    ridge = RIDGE * np.diag([0.0, *np.ones(X.shape[1] - 1)])
-    for _ in range(60):
-        p = 1.0 / (1.0 + np.exp(-X @ b))
-        slope = X.T @ (weight * (p - y)) + ridge @ b
-        curve = (X * (weight * p * (1.0 - p))[:, np.newaxis]).T @ X + RIDGE * np.eye(b.size)
-        b -= np.linalg.solve(curve, slope)
+class Lines:
+    """Each feature as a straight line with a bend at its median, in standard deviations."""
+
+    def __init__(self, X):
+        self.low, self.high = np.quantile(X, (0.002, 0.998), axis=0)
+        held = np.clip(X, self.low, self.high)
+        self.usual, self.scale, self.knot = held.mean(0), held.std(0) + 1e-9, np.median(held, axis=0)
+
+    def __call__(self, X, chosen):
+        held = np.clip(X, self.low, self.high)
+        line = (held - self.usual) / self.scale
+        bend = (np.maximum(held - self.knot, 0.0) - np.maximum(self.usual - self.knot, 0.0)) / self.scale
+        return np.hstack([np.ones((len(X), 1)), line[:, chosen], bend[:, chosen]])
+
+    def rows(self, outcome, b, chosen):
+        """Rows of a file of weights."""
+        yield outcome, CONSTANT, "", "", "", "", f"{b[0]:.4g}", ""
+        for i, k in enumerate(chosen):
+            slope, bend = b[1 + i] / self.scale[k], b[1 + len(chosen) + i] / self.scale[k]
+            numbers = (self.low[k], self.high[k], self.usual[k], self.knot[k], slope, bend)
+            yield outcome, NAMES[k], *(f"{x:.5g}" for x in numbers)
+
+
+def squash(odds):
+    return 1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0)))
+
+
+def fit_sticks(F, y, weight, start=None):
+    """Weights of a logistic regression with a ridge, by Newton's method."""
+    b = np.zeros(F.shape[1]) if start is None else start.copy()
+    ridge = RIDGE_STICKS * np.diag([0.0, *np.ones(F.shape[1] - 1)])
+    for _ in range(20):
+        p = squash(F @ b)
+        slope = F.T @ (weight * (p - y)) + ridge @ b
+        step = np.linalg.solve((F * (weight * p * (1.0 - p) + 1e-9)[:, np.newaxis]).T @ F + ridge, slope)
+        b -= step
+        if np.abs(step).max() < 1e-4:
+            break
     return b
 
 
+def fit_causes(F, y):
+    """Weights of a multinomial logistic regression with a ridge, shape (n_terms, n_causes)."""
+    k = len(CAUSES)
+    Y = np.eye(k)[y]
+
+    def loss(flat):
+        W = flat.reshape(-1, k)
+        Z = F @ W
+        Z -= Z.max(1, keepdims=True)
+        P = np.exp(Z)
+        total = P.sum(1, keepdims=True)
+        value = -(Y * (Z - np.log(total))).sum() + 0.5 * RIDGE_CAUSES * (W[1:] ** 2).sum()
+        slope = F.T @ (P / total - Y)
+        slope[1:] += RIDGE_CAUSES * W[1:]
+        return value, slope.ravel()
+
+    return minimize(loss, np.zeros(F.shape[1] * k), jac=True, method="L-BFGS-B", options={"maxiter": 300}).x.reshape(
+        -1, k
+    )
+
+
 def row(record):
-    """Constant and features of one record."""
-    return [1.0, *st.diagnose(record).settings["features"].values()]
+    """Features of one record, or NaN where it is refused."""
+    warnings.simplefilter("ignore")
+    found = findings(record)
+    return list(found.features) if found.features is not None else [np.nan] * len(NAMES)
+
+
+def of_case(case):
+    return [CAUSES.index(case.cause), *row(case.record)]
+
+
+def gather(folder, loops, seed, jobs):
+    """Rows of the simulated loops (cause first) and of the real ones, and the real ones' groups, labels and names."""
+    simulated = np.array(list(each(of_case, population(loops, seed=seed), jobs, loops)))
+    labels = read_labels(str(folder))
+    real = np.array([row(st.read(one.path, dt=one.dt, loop_type=one.loop_type)[0]) for one in labels])
+    sticky = np.array([one.label == "stiction" for one in labels])
+    return {
+        "simulated": simulated,
+        "real": real,
+        "sticky": sticky,
+        "group": np.array([one.group for one in labels]),
+        "record": np.array([one.file for one in labels]),
+    }
+
+
+class Sticks:
+    """The first table: fits on the simulated loops that are no deadband, and on the real ones."""
+
+    def __init__(self, lines, X, y, real, sticky, group):
+        own = y != CAUSES.index("deadband")
+        self.lines, self.X, self.y = lines, X[own], (y[own] == CAUSES.index("stiction")).astype(float)
+        self.real, self.sticky, self.group = real, sticky.astype(float), group
+        self.share = np.array([1.0 / np.sum(group == g) for g in group])
+        self.tested = np.arange(self.y.size) % TESTED == 0
+
+    def fit(self, chosen, left_out=None, start=None, *, whole=True):
+        keep = np.ones(self.sticky.size, bool) if left_out is None else self.group != left_out
+        own = np.ones(self.y.size, bool) if whole else ~self.tested
+        F = np.r_[self.lines(self.X[own], chosen), self.lines(self.real[keep], chosen)]
+        weight = np.r_[np.ones(own.sum()), REAL * own.sum() / self.share.sum() * self.share[keep]]
+        return fit_sticks(F, np.r_[self.y[own], self.sticky[keep]], weight, start)
+
+    def left_out(self, chosen, *, whole=True):
+        """Probability of each real record by weights found without its loop."""
+        p, start = np.empty(self.sticky.size), self.fit(chosen, whole=whole)
+        for g in np.unique(self.group):
+            own = self.group == g
+            p[own] = squash(self.lines(self.real[own], chosen) @ self.fit(chosen, g, start, whole=whole))
+        return p
+
+    def loss(self, chosen):
+        """Mean log loss on the simulated loops not fitted, and its weighted share on the real ones left out."""
+        b = self.fit(chosen, whole=False)
+        simulated = log_loss(squash(self.lines(self.X[self.tested], chosen) @ b), self.y[self.tested])
+        return simulated + SHARE_REAL * log_loss(self.left_out(chosen, whole=False), self.sticky, self.share)
+
+    def select(self):
+        chosen = [NAMES.index(name) for name in CORE]
+        best = self.loss(chosen)
+        while len(chosen) < MOST:
+            tries = [(self.loss([*chosen, k]), k) for k in range(len(NAMES)) if k not in chosen]
+            loss, k = min(tries)
+            if loss > best - LEAST_GAIN:
+                break
+            best = loss
+            chosen.append(k)
+            print(f"  {NAMES[k]}: loss {loss:.4f}", flush=True)
+        return chosen
+
+
+def log_loss(p, y, weight=None):
+    return float(np.average(-np.log(np.clip(np.where(y == 1.0, p, 1.0 - p), 5e-3, 1.0)), weights=weight))
+
+
+def tell(p, sticky, group, files):
+    """Print how the real loops come out."""
+    right = np.where(sticky, p > UNDECIDED[1], p < UNDECIDED[0])
+    unsure = (p >= UNDECIDED[0]) & (p <= UNDECIDED[1])
+    loops = [right[group == g].mean() > 0.5 for g in np.unique(group)]
+    sure = int(np.where(sticky, p < 0.1, p > 0.9).sum())
+    print(f"left out one loop at a time: {right.sum()} of {p.size} records, {sum(loops)} of {len(loops)} loops right")
+    print(f"{unsure.sum()} records undecided, {sure} wrong with more than 0.9")
+    for name, chance, truth in zip(files[~right], p[~right], sticky[~right], strict=True):
+        print(f"  {name}: {'stiction' if truth else 'no_stiction'}, probability {chance:.2f}")
+
+
+def write(name, rows):
+    with (HERE / f"{name}.csv").open("w", newline="") as file:
+        out = csv.writer(file, lineterminator="\n")
+        out.writerow(COLUMNS)
+        out.writerows(rows)
 
 
 def main() -> None:
-    ask = argparse.ArgumentParser(description=__doc__)
+    ask = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     ask.add_argument("folder", type=Path)
-    ask.add_argument("--loops", type=int, default=150, help="loops of each of the two seeds")
+    ask.add_argument("--loops", type=int, default=4900)
+    ask.add_argument("--seed", type=int, default=21)
+    ask.add_argument("--jobs", type=int, default=1)
+    ask.add_argument("--rows", type=Path, nargs="*", default=[Path("rows.npz")], help="files of rows, made if missing")
+    ask.add_argument("--select", action="store_true", help="choose the features of the first table again")
+    ask.add_argument("--write", action="store_true", help="write the tables into the package")
     given = ask.parse_args()
-    with (given.folder / "labels.csv").open() as file:
-        labels = list(csv.DictReader(file))
-    kinds = {"concentration": "analyser"}
-    X = np.array(
-        [row(st.read(given.folder / r["file"], loop_type=kinds.get(r["loop_type"], r["loop_type"]))[0]) for r in labels]
-    )
-    y = np.array([r["label"] == "stiction" for r in labels], dtype=float)
-    group = np.array([r["group"] for r in labels])
-    weight = np.array([1.0 / np.sum(group == g) for g in group])
-    cases = [case for seed in (31, 32) for case in population(given.loops, CAUSES, seed) if case.cause != "deadband"]
-    Z = np.array([row(case.record) for case in cases])
-    z = np.array([case.sticky for case in cases], dtype=float)
-    share = np.full(z.size, weight.sum() / z.size)
-    print("weights", fit(np.r_[X, Z], np.r_[y, z], np.r_[weight, share]).round(2).tolist())
-    odds = np.empty(y.size)
-    for g in np.unique(group):
-        others = group != g
-        odds[~others] = X[~others] @ fit(np.r_[X[others], Z], np.r_[y[others], z], np.r_[weight[others], share])
-    p = 1.0 / (1.0 + np.exp(-odds))
-    right = np.where(y == 1.0, p > 0.6, p < 0.4)
-    loops = [right[group == g].mean() > 0.5 for g in np.unique(group)]
-    print(f"left out one loop at a time: {right.sum()} of {y.size} records, {sum(loops)} of {len(loops)} loops right")
-    for name, chance in zip(np.array([r["file"] for r in labels])[~right], p[~right], strict=True):
-        print(f"  wrong or undecided: {name} {chance:.2f}")
+    if not given.rows[0].exists():
+        np.savez(given.rows[0], **gather(given.folder, given.loops, given.seed, given.jobs))
+    kept = [np.load(file) for file in given.rows]
+    simulated = np.concatenate([one["simulated"] for one in kept])
+    simulated = simulated[np.isfinite(simulated).all(axis=1)]
+    X, y = simulated[:, 1:], simulated[:, 0].astype(int)
+    real, sticky, group, files = (kept[0][name] for name in ("real", "sticky", "group", "record"))
+    lines = Lines(X)
+    first = Sticks(lines, X, y, real, sticky, group)
+    chosen = first.select() if given.select else [NAMES.index(name) for name in weighing("sticks").features]
+    print("features of the first table:", ", ".join(NAMES[k] for k in chosen))
+    tell(first.left_out(chosen), sticky, group, files)
+    every = list(range(len(NAMES)))
+    W = fit_causes(lines(X, every), y)
+    if given.write:
+        write("sticks", lines.rows("stiction", first.fit(chosen), chosen))
+        write("causes", (line for k, cause in enumerate(CAUSES) for line in lines.rows(cause, W[:, k], every)))
 
 
 if __name__ == "__main__":

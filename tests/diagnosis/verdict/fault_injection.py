@@ -25,18 +25,19 @@ from stiction.simulation.population import CAUSES, population
 
 SURE = 0.9
 """Probability beyond which a verdict is confident [-]."""
-SEEN_AS_HELD = {"exception", "held", "compression", "manual", "frozen pv", "op moves", "pv moves"}
+SEEN_AS_HELD = {"exception", "held", "compression", "manual", "frozen", "op moves", "pv moves"}
+"""Gates that a signal at rest falls to: which of them depends on how long it rests, and whether the other does."""
 GATES = {
-    "sampling": {"sampling", "cycles", "length"},
-    "averaging": {"averaging", "sampling", "cycles", "length"},
+    "sampling": {"sampling", "resampled", "cycles", "length"},
+    "averaging": {"averaging", "sampling", "resampled", "cycles", "length"},
     "interpolation": {"compression", "sampling"},
-    "exception": SEEN_AS_HELD | {"op resolution", "pv resolution"},
+    "exception": SEEN_AS_HELD | {"resampled", "op resolution", "pv resolution"},
     "swinging door": {"compression", "op moves", "pv moves"},
     "quantisation": {"op resolution", "pv resolution", "op moves", "pv moves"},
-    "gaps": {"missing", "length", "cycles"},
-    "missing": {"missing", "length", "cycles"},
+    "gaps": {"missing", "resampled", "length", "cycles"},
+    "missing": {"missing", "resampled", "length", "cycles"},
     "held": SEEN_AS_HELD | {"length", "cycles"},
-    "clock": {"clock", "length", "cycles"},
+    "clock": {"clock", "resampled", "length", "cycles"},
     "replay": {"replay"},
     "manual": {"manual", "length", "cycles"},
     "saturation": {"saturation", "length", "cycles"},
@@ -54,11 +55,15 @@ class Trial:
     truth: str
     effects: tuple[str, ...]
     strengths: tuple[float, ...]
+    seed: int
+    """Seed of the effects: `spoiled` makes the record again."""
     before: float
     after: float
     refused: bool
     gates: tuple[str, ...]
     """Gates that the reason of the refusal shows."""
+    doubts: tuple[str, ...]
+    """Gates that lower the confidence."""
 
     @property
     def flipped(self) -> bool:
@@ -95,12 +100,17 @@ def trials(task) -> list[Trial]:
     out = []
     for effects in [*((name,) for name in EFFECTS), *chosen]:
         strengths = tuple(float(s) for s in rng.random(len(effects)))
-        found = st.diagnose(spoiled(case.record, effects, strengths, int(rng.integers(2**31))))
+        again = int(rng.integers(2**31))
+        found = st.diagnose(spoiled(case.record, effects, strengths, again))
         refused = found.verdict == "undecided" and not found.quality.usable
         gates = tuple(gate.name for gate in found.quality.refusals if gate.why in found.reason) if refused else ()
+        doubts = tuple(gate.name for gate in found.quality.reservations)
         out.append(
-            Trial(case.record.tag, case.cause, effects, strengths, plain.probability, found.probability, refused, gates)
-        )
+            Trial(
+                case.record.tag, case.cause, effects, strengths, again, plain.probability, found.probability, refused,
+                gates, doubts,
+            )
+        )  # fmt: skip
     return out
 
 

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.identification.contest import Contest, contest, drift
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, interval, limit
-from stiction.diagnosis.identification.piece import Piece, search_piece
+from stiction.diagnosis.identification.likelihood import Prediction, most_likely, prediction_of, stem_of
+from stiction.diagnosis.identification.piece import Piece, search_piece, with_stem
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
 from stiction.diagnosis.result import ErrorSurface, Identification, ProcessFit, Stretch
 from stiction.errors import ParameterError, RecordError
@@ -18,9 +21,13 @@ from stiction.errors import ParameterError, RecordError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stiction.diagnosis.identification.controller import ControllerFit
     from stiction.records.record import LoopRecord
 
-__all__ = ["identify"]
+__all__ = ["Search", "identify", "search"]
+
+MODELS = ("kano", "stenman", "three_parameter")
+"""Valve models that are identified."""
 
 
 def identify(
@@ -33,12 +40,13 @@ def identify(
     record : LoopRecord
         A record with OP and PV.
     model : str
-        Valve model; "kano" fits (S, J).
+        Valve model; "kano" fits (S, J), "stenman" d, "three_parameter" (sb, sj, r) of eq. 5 repaired. The last two
+        go on from (S, J), and compare the stem itself where the record has MV.
     period : float, optional
         Period of the oscillation [s]; slow disturbances are then kept out by comparing deviations from the
         moving average over one period. Without it the record is compared about its mean.
     closer : bool
-        Go on to the fine search; without it S and J are only as exact as the dense one, at a third of the time.
+        Go on to the fine search; without it S and J are only as exact as the dense one.
 
     Returns
     -------
@@ -54,21 +62,21 @@ def identify(
 
     Notes
     -----
-    With a period the record is cut into stretches of about eight periods, at most eight of them, and each is
-    searched by itself: noise on the OP makes the stem go in small stairs, whose lattice a slightly wrong valve
-    leaves for good, so that over many periods only the exact valve fits. The stretch that agrees best with the
-    others is reported, and their spread is part of the interval.
-
     Every (S, J / S) of a 30 x 30 grid up to the OP's swing (a limit cycle needs OP_pp >= S) is tried with 100
-    processes of one lag, an integrator among them, and 10 dead times; the plane is then searched again in steps
-    of 1.3 % with few processes, and the best valleys closer with a second lag and fractions of a sample. The
-    error is that of the simulation, not of a one-step prediction. The interval is the profile likelihood's, with
-    as many independent samples as the autocorrelation of the residual leaves, and no more than two for each
-    period: a slip each way.
+    processes of one lag, an integrator among them, and 10 dead times, by the error of the simulation. With a period
+    this is done in stretches of about eight periods, at most eight. It gives the error surface and, without
+    `closer`, S and J: those of the stretch that agrees best with the others, with the profile likelihood's interval.
+
+    The closer search maximises the likelihood of the PV's prediction errors over the whole record (see
+    `likelihood`), which a disturbance that goes round the closed loop does not pull. The interval holds all valves
+    that Vuong's test does not find worse from half cycle to half cycle (see `contest`); it is wide where the record
+    does not show the controller's own samples, since the OP between them trips the valve unseen. The process is the
+    best one behind that valve's stem, by simulation.
 
     References
     ----------
     srinivasan2005; jelali2008: search over the nonlinear block around a least-squares fit of the linear one.
+    vuong1989.
 
     Examples
     --------
@@ -78,27 +86,98 @@ def identify(
     >>> abs(found.S - 3.0) < 0.3
     True
     """
-    if model != "kano":
-        raise ParameterError(f"model = {model!r} is not identified yet; use 'kano'.")
+    if model not in MODELS:
+        raise ParameterError(f"model = {model!r} is not identified; use {', '.join(map(repr, MODELS))}.")
     if period is not None and not 0.0 < period < math.inf:
         raise ParameterError(f"period = {period} s is not a period; give the oscillation's or leave it out.")
+    known = search(record, period)
+    found = known.closer() if closer else known.rough
+    if model == "stenman":
+        from stiction.diagnosis.identification.stenman import identify_stenman
+
+        return identify_stenman(record, found, period)
+    if model == "three_parameter":
+        from stiction.diagnosis.identification.three_parameter import identify_three_parameter
+
+        return identify_three_parameter(record, found, period)
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """The dense search of one comparison, from which the closer one goes on."""
+
+    record: LoopRecord
+    """The record."""
+    period: float | None
+    """Period about whose moving average it is compared [s]; None for the mean of the record."""
+    signals: Signals
+    """What was compared."""
+    controller: ControllerFit
+    """The controller found, which says which sign the process has."""
+    pieces: list[Piece]
+    """The stretches searched."""
+    rough: Identification
+    """What the dense search found."""
+
+    def closer(self) -> Identification:
+        """Go on by likelihood."""
+        signals, sign = self.signals, self.controller.action
+        coarse = fine = prediction_of(signals)
+        if signals.thinned > 1:
+            fine = prediction_of(prepare(self.record, self.period, fine=True), fine=True)
+        seen = "at the controller's rate" in self.controller.why
+        found = contest(fine, most_likely(coarse, fine, float(np.ptp(signals.op))), seen=seen)
+        whole = fine if fine.first == 0 else fine._replace(op=signals.op)
+        stem = stem_of(whole, found.valve[0])
+        pieces = [with_stem(one, _part(stem, one.signals), sign, self.record.integrating) for one in self.pieces]
+        return replace(_closely("kano", self.record, signals, pieces, fine, found, stem), rough=self.rough)
+
+
+def search(record: LoopRecord, period: float | None) -> Search:
+    """Search each stretch of a record densely.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        A record with OP and PV.
+    period : float or None
+        Period of the oscillation [s]; None compares about the mean of the record.
+
+    Returns
+    -------
+    Search
+        What was found, to be searched closer.
+
+    Raises
+    ------
+    RecordError
+        When the record has no PV, no variation, or fewer than 30 samples.
+    """
     signals = prepare(record, period)
     swing = float(np.ptp(signals.op))
     for name, x in (("OP", signals.op), ("PV", signals.pv)):
         if not np.ptp(x) > 1e-9 * np.abs(x).max():
             raise RecordError(f"{record.tag}: {name} does not vary; nothing can be identified.")
-    sign = fit_controller(record).action
+    controller = fit_controller(record)
     stretches = pieces_of(signals)
 
     def searched(stretch: Signals) -> Piece:
-        return search_piece(stretch, sign, record.integrating, swing, closer=closer)
+        return search_piece(stretch, controller.action, record.integrating, swing)
 
     if len(stretches) == 1:
         pieces = [searched(stretches[0])]
     else:
         with ThreadPoolExecutor(2) as pool:
             pieces = list(pool.map(searched, stretches))
-    return _result(model, record, signals, pieces)
+    return Search(record, period, signals, controller, pieces, _roughly("kano", record, signals, pieces))
+
+
+def _part(stem: NDArray[np.float64], signals: Signals) -> NDArray[np.float64]:
+    """The part of a stem that belongs to a stretch."""
+    first, last = signals.first * signals.thinned, (signals.first + signals.target.size) * signals.thinned
+    part = stem[first:last]
+    return np.concatenate([part, np.full(last - first - part.size, stem[-1])])
 
 
 def _agreed(pieces: list[Piece]) -> int:
@@ -108,36 +187,87 @@ def _agreed(pieces: list[Piece]) -> int:
     return int(np.argmin(np.abs(S[:, np.newaxis] - S) @ weight))
 
 
-def _result(model: str, record: LoopRecord, signals: Signals, pieces: list[Piece]) -> Identification:
+def _roughly(model: str, record: LoopRecord, signals: Signals, pieces: list[Piece]) -> Identification:
+    """By the dense searches alone."""
     chosen = _agreed(pieces)
-    piece = pieces[chosen]
-    S, ratio = piece.valve
-    S_low, S_high = interval(pieces, chosen, 0)
+    S, ratio = pieces[chosen].valve
     ratio_low, ratio_high = interval(pieces, chosen, 1)
     ratio_high = min(ratio_high, 1.0)
+    stretches = [_stretch(one, len(record), *one.valve) for one in pieces]
+    ends = (*interval(pieces, chosen, 0), S * ratio_low, S * ratio_high)
+    return _result(model, record, signals, pieces, pieces[chosen], (S, S * ratio), ends, stretches)
+
+
+def _closely(
+    model: str,
+    record: LoopRecord,
+    signals: Signals,
+    pieces: list[Piece],
+    prediction: Prediction,
+    found: Contest,
+    stem: NDArray[np.float64],
+) -> Identification:
+    """By likelihood; the process is that of the stretch it explains best."""
+    S, ratio = (float(x) for x in found.valve[0, :2])
+    stretches, hours, bands = [], [], []
+    for piece in pieces:
+        first, last = piece.signals.first, piece.signals.first + piece.signals.target.size
+        halves = (prediction.first + prediction.ends) * prediction.width
+        ends = np.searchsorted(halves, (first * signals.thinned, last * signals.thinned))
+        if ends[1] == 0 or last * signals.thinned <= prediction.first * prediction.width or ends[0] == halves.size:
+            stretches.append(_stretch(piece, len(record), *piece.valve))
+            continue
+        cycles = slice(int(ends[0]), max(int(ends[1]), int(ends[0]) + 1))
+        own = found.best_in(cycles)
+        stretches.append(_stretch(piece, len(record), float(own[0]), float(own[1])))
+        if found.sticks_in(cycles):
+            hours.append(0.5 * (first + last) * signals.dt / 3600.0)
+            bands.append(float(own[0]))
+    speaks = min(pieces, key=lambda piece: piece.error)
+    result = _result(
+        model, record, signals, pieces, speaks, (S, S * ratio), (*found.S_range, *found.J_range), stretches
+    )
+    slope, error = drift(hours, bands)
+    at = np.minimum(np.arange(len(record)), stem.size - 1)
+    mv = np.where(np.isfinite(result.mv), result.mv, stem[at])
+    return replace(result, mv=mv, drift=slope, drift_error=error, beats_good=float(found.worse[-1]))
+
+
+def _result(
+    model: str,
+    record: LoopRecord,
+    signals: Signals,
+    pieces: list[Piece],
+    speaks: Piece,
+    valve: tuple[float, float],
+    ends: tuple[float, float, float, float],
+    stretches: list[Stretch],
+) -> Identification:
     energy = np.array([float(np.sum(one.signals.target**2)) for one in pieces])
     weight = energy / energy.sum()
-    dense = np.tensordot(weight, np.array([one.found[0].error for one in pieces]), 1)
+    dense = np.tensordot(weight, np.array([one.dense.error for one in pieces]), 1)
     samples = sum(independent_samples(one) for one in pieces)
     mv, pv = _stitched(signals, pieces)
     at = np.minimum(np.arange(len(record)), signals.op.size - 1)
+    S, J = valve
+    S_low, S_high, J_low, J_high = ends
     return Identification(
         model=model,
         S=S,
-        J=S * ratio,
+        J=J,
         S_low=S_low,
         S_high=S_high,
-        J_low=S * ratio_low,
-        J_high=S * ratio_high,
-        process=_process(piece.process, signals),
+        J_low=J_low,
+        J_high=J_high,
+        process=_process(speaks.process, signals),
         fit=100.0 * (1.0 - float(weight @ np.array([one.error for one in pieces]))),
         fit_linear=100.0 * (1.0 - float(weight @ np.array([one.linear.error[0, 0] for one in pieces]))),
-        surface=ErrorSurface(piece.found[0].S, piece.found[0].ratio, dense, limit(float(dense.min()), samples, CHI2_2)),
+        surface=ErrorSurface(speaks.dense.S, speaks.dense.ratio, dense, limit(float(dense.min()), samples, CHI2_2)),
         mv=mv[at],
         pv=pv[at // signals.thinned],
-        linear=_process(piece.good, signals),
-        stretches=tuple(_stretch(one, len(record)) for one in pieces),
-        reason="J cannot be told from this record." if ratio_high - ratio_low > 0.6 else "",
+        linear=_process(speaks.good, signals),
+        stretches=tuple(stretches),
+        reason="J cannot be told from this record." if J_high - J_low > 0.6 * S else "",
     )
 
 
@@ -156,10 +286,9 @@ def _process(found: tuple[float, float, float, float], signals: Signals) -> Proc
     )
 
 
-def _stretch(piece: Piece, samples: int) -> Stretch:
+def _stretch(piece: Piece, samples: int, S: float, ratio: float) -> Stretch:
     """One stretch in the record's samples."""
     signals = piece.signals
-    S, ratio = piece.valve
     first, last = signals.first, signals.first + signals.target.size
     return Stretch(
         first=first * signals.thinned,
@@ -174,14 +303,15 @@ def _stretch(piece: Piece, samples: int) -> Stretch:
 def _stitched(signals: Signals, pieces: list[Piece]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Stem, sample by sample of OP, and PV of each stretch's own valve and process, cut half way where two meet."""
     n, every = signals.target.size, signals.thinned
-    mv, pv = np.empty(n * every), np.full(n, np.nan)
+    mv, pv = np.full(n * every, np.nan), np.full(n, np.nan)
     starts = np.array([piece.signals.first for piece in pieces])
     ends = np.array([piece.signals.first + piece.signals.target.size for piece in pieces])
     cuts = np.concatenate([[0], (starts[1:] + ends[:-1]) // 2, [n]])
     for piece, low, high in zip(pieces, cuts[:-1], cuts[1:], strict=True):
         first, size = piece.signals.first, piece.signals.target.size
-        stem, answer = piece.simulated()
-        mv[low * every : high * every] = stem[(low - first) * every : (high - first) * every]
+        low, high = max(low, first), min(high, first + size)
+        answer = piece.simulated()
+        mv[low * every : high * every] = piece.stem[(low - first) * every : (high - first) * every]
         a, b = max(low, first + signals.half), min(high, first + size - signals.half)
         pv[a:b] = (piece.signals.pv - piece.signals.target + answer)[a - first : b - first]
     return mv, pv

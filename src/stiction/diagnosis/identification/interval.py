@@ -47,12 +47,7 @@ def interval(pieces: Sequence[Piece], chosen: int, axis: int) -> tuple[float, fl
     piece = pieces[chosen]
     value = piece.valve[axis]
     samples = independent_samples(piece)
-    low, high = _reach(piece.found, limit(piece.error, samples, CHI2_1), axis)
-    if axis == 1:
-        # J trades with the gain along valleys that the closer searches do not leave: the wide ones speak for it,
-        # each measured by its own best process.
-        wide = [_interval(one, limit(float(one.error.min()), samples, CHI2_1), axis) for one in piece.found[1:4]]
-        low, high = min([low, *(ends[0] for ends in wide)]), max([high, *(ends[1] for ends in wide)])
+    low, high = _interval(piece.dense, limit(piece.error, samples, CHI2_1), axis)
     shrink = 1.0 / np.sqrt(len(pieces))
     below, above = (value - low) * shrink, (high - value) * shrink
     if len(pieces) > 2:
@@ -84,7 +79,7 @@ def independent_samples(piece: Piece) -> float:
     """
     signals = piece.signals
     inside = slice(signals.half, signals.target.size - signals.half)
-    by_residual = _independent((signals.target - piece.simulated()[1])[inside])
+    by_residual = _independent((signals.target - piece.simulated())[inside])
     return min(by_residual, 2.0 * signals.target.size / signals.scale)
 
 
@@ -119,9 +114,3 @@ def _interval(surface: Surface, limit: float, axis: int) -> tuple[float, float]:
         share = (limit - profile[last]) / (profile[last + 1] - profile[last])
         high += float(share * (knots[last + 1] - knots[last]))
     return low, high
-
-
-def _reach(found: list[Surface], limit: float, axis: int) -> tuple[float, float]:
-    """Lowest and highest end of the intervals of all searches that came below the limit."""
-    ends = np.array([_interval(surface, limit, axis) for surface in found if surface.error.min() <= limit])
-    return float(ends[:, 0].min()), float(ends[:, 1].max())

@@ -18,10 +18,10 @@ __all__ = ["Signals", "hold_gaps", "pieces_of", "prepare"]
 
 SAMPLES_PER_PERIOD = 36
 """Samples of an oscillation that are kept."""
-PERIODS_PER_PIECE, MOST_PIECES = 8.0, 8
-"""Periods in a stretch searched by itself, and the largest number of stretches."""
-FEWEST_SAMPLES, ENOUGH_SAMPLES = 30, 400
-"""Records below the first are refused, up to the second never thinned."""
+PERIODS_PER_PIECE, MOST_PERIODS, MOST_PIECES = 8.0, 12.0, 8
+"""Periods in a stretch searched by itself, the most there are, and the largest number of stretches."""
+FEWEST_SAMPLES, ENOUGH_SAMPLES, FINE_SAMPLES = 30, 400, 1500
+"""Records below the first are refused, up to the second never thinned, up to the third not for the last searches."""
 
 
 class Signals(NamedTuple):
@@ -58,7 +58,7 @@ def hold_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
     return x[np.where(last >= 0, last, int(np.argmax(good)))]
 
 
-def prepare(record: LoopRecord, period: float | None) -> Signals:
+def prepare(record: LoopRecord, period: float | None, *, fine: bool = False) -> Signals:
     """Fill gaps, thin where the record is long, and take the local mean off the PV.
 
     Parameters
@@ -67,6 +67,8 @@ def prepare(record: LoopRecord, period: float | None) -> Signals:
         A record with a PV.
     period : float or None
         Period of the oscillation [s]; None compares the whole record about its mean.
+    fine : bool
+        Thin only what is longer than 1500 samples.
 
     Returns
     -------
@@ -86,8 +88,9 @@ def prepare(record: LoopRecord, period: float | None) -> Signals:
     # Rounded, lest the unit of time decide how a tie on the grids of the search falls.
     span = round(period / dt, 6) if period is not None else op.size / 5.0
     thinned = 1
-    if op.size > ENOUGH_SAMPLES:
-        thinned = max(int(min(span / SAMPLES_PER_PERIOD, op.size / ENOUGH_SAMPLES)), 1)
+    if op.size > (FINE_SAMPLES if fine else ENOUGH_SAMPLES):
+        shortest = op.size / (FINE_SAMPLES if fine else ENOUGH_SAMPLES)
+        thinned = max(int(min(span / SAMPLES_PER_PERIOD, shortest)), 1)
         n = op.size // thinned
         op, pv = op[: n * thinned], pv[: n * thinned].reshape(n, thinned).mean(axis=1)
     span /= thinned
@@ -99,6 +102,8 @@ def prepare(record: LoopRecord, period: float | None) -> Signals:
 
 def pieces_of(signals: Signals) -> list[Signals]:
     """Cut signals that oscillate into stretches of about eight periods, at most eight, overlapping by one period.
+
+    Of a record of more than some hundred periods the stretches are spread evenly, with gaps between them.
 
     Parameters
     ----------
@@ -117,9 +122,12 @@ def pieces_of(signals: Signals) -> list[Signals]:
     count = max(min(int((periods - 1.0) / (PERIODS_PER_PIECE - 1.0)), MOST_PIECES), 1)
     overlap = 2 * signals.half + 1 if count > 1 else 0
     length = (n + (count - 1) * overlap + count - 1) // count
+    firsts = [min(i * (length - overlap), n - length) for i in range(count)]
+    if length > MOST_PERIODS * signals.scale:
+        length = int(MOST_PERIODS * signals.scale)
+        firsts = np.linspace(0, n - length, count).astype(int).tolist()
     stretches = []
-    for i in range(count):
-        first = min(i * (length - overlap), n - length)
+    for first in firsts:
         cut = slice(first, first + length)
         target = np.empty(length)
         pv = np.ascontiguousarray(signals.pv[cut])

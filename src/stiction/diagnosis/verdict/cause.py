@@ -1,24 +1,23 @@
-"""The name of what is wrong, and what to do about it."""
+"""The name of what is wrong, why, and what to do about it."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from stiction.diagnosis.verdict.steadiness import amplitude_spread
-
 if TYPE_CHECKING:
-    from stiction.diagnosis.result import Identification, Oscillation
-    from stiction.records.quality import Quality
-    from stiction.records.record import LoopRecord
+    from collections.abc import Mapping
 
-__all__ = ["Cause", "other_cause", "sticky_cause"]
+    from stiction.diagnosis.result import Identification, Oscillation, Verdict
 
-PLAY = 0.12
-"""J over S below which a valve has play and does not jump [-]: simulated loops with J = 0 stay below 0.03."""
-STEADY, NOISE_WIDTHS = 0.025, 2.0
-"""Spread of the amplitude from period to period over its median below which an oscillation is steady [-], and how
-many standard deviations of what the noise alone makes of it come on top."""
+__all__ = ["Cause", "named_cause"]
+
+PLAINLY = 0.5
+"""Probability below which a cause is named as the likeliest of several only [-]."""
+FEW_CYCLES = 10.0
+"""Periods below which more of them would tell more."""
+FEW_SAMPLES = 15.0
+"""Samples of a period below which a faster record would tell more."""
 
 
 class Cause(NamedTuple):
@@ -32,92 +31,126 @@ class Cause(NamedTuple):
     """What to do, in a sentence."""
 
 
-def sticky_cause(found: Identification) -> Cause:
-    """Tell a valve that sticks from one that only has play.
+def named_cause(
+    verdict: Verdict, causes: Mapping[str, float], found: Identification, oscillation: Oscillation, dt: float
+) -> Cause:
+    """Put the likeliest cause into words.
 
     Parameters
     ----------
+    verdict : {"stiction", "no_stiction", "undecided"}
+        What is called.
+    causes : mapping of str to float
+        Probability of each cause [-].
     found : Identification
         The valve and process found.
+    oscillation : Oscillation
+        Whether and how the loop oscillates.
+    dt : float
+        Sampling period [s].
 
     Returns
     -------
     Cause
-        Deadband where the stem does not jump and the process integrates (a self-regulating loop under PI cannot
-        cycle on deadband alone), else stiction.
+        Its name, with reason and action; `unknown` where the data do not decide, with what would decide.
     """
+    if verdict == "stiction":
+        return _stiction(found)
+    likely = sorted((name for name in causes if name != "stiction"), key=lambda name: -causes[name])
+    if verdict == "undecided":
+        return _undecided(likely[0], causes, found, oscillation, dt)
+    name = likely[0]
+    reason, action = _OTHERS[name](found, oscillation)
+    if causes[name] < PLAINLY:
+        reason += f" {name.capitalize()} is the likeliest cause ({causes[name]:.2f}), before {likely[1]}."
+    return Cause(name, reason, action)
+
+
+def fits(found: Identification) -> str:
+    """How well each valve explains the PV, as part of a sentence."""
+    return f"explains {found.fit:.0f} % of the PV's movement, a good valve {found.fit_linear:.0f} %"
+
+
+def _stiction(found: Identification) -> Cause:
     width = found.S_high - found.S_low
     places = min(max(1 - math.floor(math.log10(width)), 0), 3) if width > 0.0 else 3
     size = f"S = {found.S:.{places}f} % (95 % {found.S_low:.{places}f} to {found.S_high:.{places}f})"
-    fits = f"explains {found.fit:.0f} % of the PV's movement, a good valve {found.fit_linear:.0f} %"
-    if found.process.integrating and found.J < PLAY * found.S:
-        return Cause(
-            "deadband",
-            f"A valve with {found.S:.2g} % deadband and no slip jump {fits}.",
-            "Look for play in linkage, actuator and positioner; integral action on this level cycles on any deadband.",
-        )
     return Cause(
         "stiction",
-        f"A sticky valve with {size} {fits}.",
+        f"A sticky valve with {size} {fits(found)}.",
         "Check packing, actuator and positioner of the valve; confirm with a ramp or step test in manual. "
         "Retuning will not cure it.",
     )
 
 
-def other_cause(
-    record: LoopRecord, found: Identification, oscillation: Oscillation, quality: Quality, follows: bool
-) -> Cause:
-    """Name what makes a loop move when it is not the valve.
-
-    Parameters
-    ----------
-    record : LoopRecord
-        The record as analysed.
-    found : Identification
-        The best linear process is in it.
-    oscillation : Oscillation
-        Whether and how the loop oscillates.
-    quality : Quality
-        Reservations about the data.
-    follows : bool
-        Whether a good valve explains most of the PV.
-
-    Returns
-    -------
-    Cause
-        The likeliest one.
-
-    Notes
-    -----
-    A linear loop near its limit of stability rings up or dies out with whatever disturbs it; an amplitude that
-    stays the same over many periods is driven from outside.
-    """
-    doubts = {gate.name for gate in quality.reservations}
-    if "pv resolution" in doubts:
-        return Cause(
-            "sensor",
-            "The PV moves in steps of its own resolution, which imitate a sticking valve.",
-            "Check range, resolution and filter of the transmitter before the valve.",
-        )
-    if "saturation" in doubts:
-        return Cause(
-            "saturation", "The OP lies at its limit for part of the record.", "Check sizing and limits of the valve."
-        )
-    if not oscillation.oscillating:
-        text = f"No regular oscillation; a good valve explains {found.fit_linear:.0f} % of the PV's movement"
-        return Cause("none", text + ("." if follows else ", the rest is disturbance."), "No action on the valve.")
-    spread, by_noise = amplitude_spread(record, oscillation)
-    linear = f"a good valve explains {found.fit_linear:.0f} % of the PV, a sticky one no more than {found.fit:.0f} %"
-    if spread < STEADY + NOISE_WIDTHS * by_noise:
-        return Cause(
-            "external disturbance",
-            f"The loop cycles every {oscillation.period:.4g} s with a steady amplitude, and {linear}: "
-            "something outside drives it.",
-            "Look for the source upstream or in coupled loops with the same period.",
-        )
+def _undecided(other: str, causes: Mapping[str, float], found: Identification, rhythm: Oscillation, dt: float) -> Cause:
+    wanted = []
+    if not rhythm.oscillating or rhythm.cycles < FEW_CYCLES:
+        wanted.append("a longer record")
+    if rhythm.oscillating and rhythm.period < FEW_SAMPLES * dt:
+        wanted.append(f"samples every {rhythm.period / FEW_SAMPLES / 2.0:.2g} s or faster, without compression")
+    wanted.append("the valve stroked by a ramp in manual, or the stem's position")
+    what = "no fault" if other == "none" else other
     return Cause(
-        "tight tuning",
-        f"The loop rings every {oscillation.period:.4g} s with an amplitude that comes and goes, and {linear}: "
-        "it is close to its limit of stability.",
+        "unknown",
+        f"The data do not decide between stiction ({causes['stiction']:.2f}) and {what} ({causes[other]:.2f}): a "
+        f"sticky valve {fits(found)}.",
+        f"What would decide: {'; '.join(wanted)}.",
+    )
+
+
+def _deadband(found: Identification, rhythm: Oscillation) -> tuple[str, str]:
+    del rhythm
+    return (
+        f"A valve with {found.S:.2g} % deadband and little or no slip jump {fits(found)}.",
+        "Look for play in linkage, actuator and positioner; integral action on this level cycles on any deadband.",
+    )
+
+
+def _tight_tuning(found: Identification, rhythm: Oscillation) -> tuple[str, str]:
+    return (
+        f"The loop rings every {rhythm.period:.4g} s as a loop does that is close to its limit of stability; a sticky "
+        f"valve {fits(found)}.",
         "Lower the controller gain or raise the integral time, then look again.",
     )
+
+
+def _external(found: Identification, rhythm: Oscillation) -> tuple[str, str]:
+    cycle = f"cycles every {rhythm.period:.4g} s" if rhythm.oscillating else "is moved"
+    return (
+        f"The loop {cycle}, and a sticky valve {fits(found)}: something outside drives it.",
+        "Look for the source upstream or in coupled loops with the same period.",
+    )
+
+
+def _sensor(found: Identification, rhythm: Oscillation) -> tuple[str, str]:
+    del found, rhythm
+    return (
+        "The PV moves in steps, rests or jumps as the transmitter makes it, which can imitate a sticking valve.",
+        "Check range, resolution, filter and wiring of the transmitter before the valve.",
+    )
+
+
+def _saturation(found: Identification, rhythm: Oscillation) -> tuple[str, str]:
+    del found, rhythm
+    return "The OP lies at its limit for part of the record.", "Check sizing and limits of the valve."
+
+
+def _none(found: Identification, rhythm: Oscillation) -> tuple[str, str]:
+    rest = "." if found.fit_linear > 80.0 else ", the rest is disturbance."
+    what = "The oscillation is weak" if rhythm.oscillating else "No regular oscillation"
+    return (
+        f"{what}; a good valve explains {found.fit_linear:.0f} % of the PV's movement{rest}",
+        "No action on the valve.",
+    )
+
+
+_OTHERS = {
+    "deadband": _deadband,
+    "tight tuning": _tight_tuning,
+    "external disturbance": _external,
+    "sensor": _sensor,
+    "saturation": _saturation,
+    "none": _none,
+}
+"""Cause -> its reason and action."""

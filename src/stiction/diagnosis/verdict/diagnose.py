@@ -2,36 +2,65 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiction.diagnosis.detection import detect_all
-from stiction.diagnosis.identification import identify
+from stiction.diagnosis.identification.controller import fit_controller
+from stiction.diagnosis.identification.identify import search
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence, Identification
-from stiction.diagnosis.verdict.cause import other_cause, sticky_cause
-from stiction.diagnosis.verdict.probability import UNDECIDED, features, probability
+from stiction.diagnosis.verdict.cause import named_cause
+from stiction.diagnosis.verdict.doubt import explains_nothing, held_back, only_saturated
+from stiction.diagnosis.verdict.features import Features, features
+from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
+from stiction.diagnosis.verdict.windows import said, windows
 from stiction.errors import RecordError
 from stiction.records.quality import assess, usable_part
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.result import Oscillation
+    from stiction.diagnosis.identification.controller import ControllerFit
+    from stiction.diagnosis.result import Oscillation, Verdict
     from stiction.records.quality import Quality
     from stiction.records.record import LoopRecord
 
-__all__ = ["diagnose"]
+__all__ = ["Findings", "diagnose", "findings"]
 
 SHORTEST_PERIOD = 8
 """Samples per period below which a local mean over one period says nothing about the valve."""
-DOUBTS = (
-    *("cycles", "sampling", "compression", "held", "replay", "length", "exception", "averaging", "frozen"),
-    *("clock", "missing", "resampled"),
-)
-"""Gates whose reservation draws the odds towards even."""
-PLAIN_REASONS = ("missing", "op moves", "pv moves", "manual", "saturation")
+PLAIN_REASONS = ("exception", "compression", "missing", "op moves", "pv moves", "manual", "saturation")
 """Refusals that others follow from; that of a record which is too short as a whole comes before them."""
+
+NOT_SEEN = "Check that OP and PV are of one loop; look for what else moves the PV; stroke the valve in manual."
+"""What to do where OP does not move PV."""
+AT_LIMIT = "Check sizing and limits of the valve, then record the loop off its limits."
+"""What to do where OP rests at a limit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """All that a verdict is made from."""
+
+    record: LoopRecord
+    """The record as it came."""
+    part: LoopRecord
+    """The stretch that was analysed."""
+    oscillation: Oscillation
+    """Whether and how the loop oscillates."""
+    quality: Quality
+    """What the data are worth."""
+    evidence: tuple[Evidence, ...]
+    """What each method says."""
+    found: tuple[Identification, ...]
+    """One identification per comparison; none where the record did not allow a search."""
+    speaks: int
+    """Which of them speaks."""
+    controller: ControllerFit | None
+    """The controller found."""
+    features: Features | None
+    """All of that in a row of numbers; None without an identification."""
 
 
 def diagnose(record: LoopRecord) -> Diagnosis:
@@ -55,8 +84,9 @@ def diagnose(record: LoopRecord) -> Diagnosis:
 
     Notes
     -----
-    The probability follows from the joint identification of valve and process (see `verdict.probability`); the
-    methods of the evidence table are shown beside it with their condition of validity.
+    The probability of each cause is weighed from features of the joint identification of valve and process, of the
+    oscillation, the controller, the sensor and the methods of the evidence table (see `verdict.features` and
+    `verdict.probability`); doubts about the data hold it back (`verdict.doubt`).
 
     Examples
     --------
@@ -64,6 +94,62 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
     >>> st.diagnose(st.simulate(loop, sp=10.0, duration=2000.0, loop_type="flow")).verdict
     'stiction'
+    """
+    seen = findings(record)
+    if seen.features is None:
+        return _cannot_tell(seen)
+    main = seen.found[seen.speaks]
+    if nothing := explains_nothing(main):
+        return replace(_cannot_tell(seen), reason=nothing, action=NOT_SEEN, identification=main)
+    told = causes(seen.features)
+    before = told["stiction"]
+    held = held_back(before, seen.quality)
+    rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
+    told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
+    verdict = _verdict(held.probability)
+    cause = named_cause(verdict, told, main, seen.oscillation, record.dt)
+    shown = windows(seen.part, main, seen.quality.first) if verdict != "no_stiction" else ()
+    spoken = (cause.reason, said(shown, record.dt), held.why)
+    return Diagnosis(
+        record=seen.record,
+        verdict=verdict,
+        probability=held.probability,
+        cause=cause.name,
+        reason=" ".join(text for text in spoken if text),
+        action=cause.action,
+        oscillation=seen.oscillation,
+        evidence=(_own_row(main, held.probability, seen.features.band), *seen.evidence),
+        quality=seen.quality,
+        identification=main,
+        settings={
+            "model": main.model,
+            "undecided": list(UNDECIDED),
+            "before_doubts": before,
+            "features": seen.features._asdict(),
+        },
+        windows=shown,
+        causes=told,
+        counted=counted(seen.features),
+    )
+
+
+def findings(record: LoopRecord) -> Findings:
+    """Look at a record from every side, without judging.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        A record of one loop, OP and PV at least.
+
+    Returns
+    -------
+    Findings
+        What was found.
+
+    Raises
+    ------
+    RecordError
+        When the record has no PV at all.
     """
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV.")
@@ -75,39 +161,10 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     evidence = detect_all(part, oscillation)
     found, speaks = _identify(part, oscillation) if quality.usable else ((), 0)
     if not found:
-        return _cannot_tell(record, oscillation, evidence, quality)
-    swing = float(np.ptp(part.op[np.isfinite(part.op)]))
-    says = features(found, swing, oscillating=oscillation.oscillating)
-    sure = probability(says, sum(gate.name in DOUBTS for gate in quality.reservations))
-    main = found[speaks]
-    sticky = sticky_cause(main)
-    follows = main.fit_linear > 80.0
-    if sticky.name == "deadband" and sure > UNDECIDED[0]:
-        sure = 0.2 * sure
-        cause = sticky
-    elif sure >= UNDECIDED[0]:
-        cause = sticky
-    else:
-        cause = other_cause(part, main, oscillation, quality, follows)
-    verdict = "stiction" if sure > UNDECIDED[1] else "no_stiction" if sure < UNDECIDED[0] else "undecided"
-    reason, action, name = cause.reason, cause.action, cause.name
-    if verdict == "undecided":
-        name = "unknown"
-        reason = f"The data do not decide: {reason[0].lower()}{reason[1:]}"
-        action = "Record more cycles at a faster sampling, or stroke the valve with a ramp in manual."
-    return Diagnosis(
-        record=record,
-        verdict=verdict,
-        probability=sure,
-        cause=name,
-        reason=reason,
-        action=action,
-        oscillation=oscillation,
-        evidence=(_own_row(main, says.band, sure, swing), *evidence),
-        quality=quality,
-        identification=main,
-        settings={"model": main.model, "undecided": list(UNDECIDED), "features": says._asdict()},
-    )
+        return Findings(record, part, oscillation, quality, evidence, found, speaks, None, None)
+    controller = fit_controller(part)
+    row = features(record, part, found, speaks, controller, oscillation, evidence)
+    return Findings(record, part, oscillation, quality, evidence, found, speaks, controller, row)
 
 
 def _identify(part: LoopRecord, oscillation: Oscillation) -> tuple[tuple[Identification, ...], int]:
@@ -120,49 +177,49 @@ def _identify(part: LoopRecord, oscillation: Oscillation) -> tuple[tuple[Identif
     if SHORTEST_PERIOD * part.dt < oscillation.period < part.duration / 2.0:
         periods.insert(0, oscillation.period)
     try:
-        if oscillation.oscillating or len(periods) == 1:
-            return tuple(identify(part, period=period, closer=i == 0) for i, period in enumerate(periods)), 0
-        found = [identify(part, period=period, closer=False) for period in periods]
-        main = max(range(len(found)), key=lambda i: found[i].fit)
-        found[main] = identify(part, period=periods[main])
+        searches = [search(part, period) for period in periods]
     except RecordError:
         return (), 0
-    return tuple(found), main
+    main = 0 if oscillation.oscillating else max(range(len(searches)), key=lambda i: searches[i].rough.fit)
+    return tuple(one.closer() if i == main else one.rough for i, one in enumerate(searches)), main
 
 
-def _own_row(found: Identification, band: float, sure: float, swing: float) -> Evidence:
+def _verdict(probability: float) -> Verdict:
+    return "stiction" if probability > UNDECIDED[1] else "no_stiction" if probability < UNDECIDED[0] else "undecided"
+
+
+def _own_row(found: Identification, probability: float, band: float) -> Evidence:
     """The identification as a row of the evidence table."""
-    vote = "stiction" if sure > UNDECIDED[1] else "no_stiction" if sure < UNDECIDED[0] else "undecided"
     return Evidence(
         method="simulation_error",
         index=band,
         threshold=0.45,
-        vote=vote,
+        vote=_verdict(probability),
         valid=True,
         why=(
-            f"S takes {100.0 * found.S / swing:.0f} % of the OP's swing; the PV simulated from OP is explained to "
+            f"S takes {100.0 * band:.0f} % of the OP's swing; the PV simulated from OP is explained to "
             f"{found.fit:.1f} % with a sticky valve, to {found.fit_linear:.1f} % with a good one."
         ),
         source="srinivasan2005",
     )
 
 
-def _cannot_tell(
-    record: LoopRecord, oscillation: Oscillation, evidence: tuple[Evidence, ...], quality: Quality
-) -> Diagnosis:
+def _cannot_tell(seen: Findings) -> Diagnosis:
     """A record that no search can judge."""
+    quality = seen.quality
     first = ("length",) if any(g.name == "length" and quality.rows < g.limit for g in quality.gates) else PLAIN_REASONS
     refusals = sorted(quality.refusals, key=lambda gate: first.index(gate.name) if gate.name in first else len(first))
     why = " ".join(gate.why for gate in refusals[:2]) or "OP or PV does not vary enough for a search."
+    saturated = only_saturated(quality)
     return Diagnosis(
-        record=record,
+        record=seen.record,
         verdict="undecided",
         probability=0.5,
-        cause="unknown",
+        cause="saturation" if saturated else "unknown",
         reason=f"The record cannot be judged: {why}",
-        action="Record the loop again as the reason asks.",
-        oscillation=oscillation,
-        evidence=evidence,
+        action=AT_LIMIT if saturated else "Record the loop again as the reason asks.",
+        oscillation=seen.oscillation,
+        evidence=seen.evidence,
         quality=quality,
         settings={"undecided": list(UNDECIDED)},
     )

@@ -74,6 +74,22 @@ class Features(NamedTuple):
     """Upper end of J's interval over S, held at 1.5 [-]."""
     jump_gain: float
     """ln(error of the best valve without jump / error of the best valve), held at 3 [-]."""
+    beats_good: float
+    """Vuong's statistic x by which the sticky valve foretells the PV better than a good one, as x / (3 + |x|) [-]."""
+    likely_band: float
+    """The likeliest S over the OP's swing, held at 1.5 [-]."""
+    likely_S_low: float
+    """Lower end of its interval over it [-]."""
+    likely_S_high: float
+    """Upper end of its interval over it, over 3, held at 1 [-]."""
+    likely_jump: float
+    """The likeliest J over S [-]."""
+    likely_jump_low: float
+    """Lower end of its interval over S [-]."""
+    likely_jump_high: float
+    """Upper end of its interval over S, held at 1.5 [-]."""
+    likely_better_by: float
+    """Fit less the fit of a good valve, the likeliest valve simulated [-]."""
     integrating: float
     """1 where the process found integrates."""
     time_constant: float
@@ -173,16 +189,18 @@ def features(
     Features
         The row.
     """
-    main = found[speaks]
+    close, searched = found[speaks], [one.rough or one for one in found]
+    main = searched[speaks]
     swing = float(np.ptp(part.op[np.isfinite(part.op)]))
-    band, advantage, fit, floor = _compared(found, swing, oscillating=oscillation.oscillating)
+    band, advantage, fit, floor = _compared(searched, swing, oscillating=oscillation.oscillating)
     stretches = [_better(one.fit, one.fit_linear) for one in main.stretches] or [0.0]
     sizes = np.array([one.S for one in main.stretches])
-    S = max(main.S, 1e-9)
+    S, likely_S = max(main.S, 1e-9), max(close.S, 1e-9)
     period = oscillation.period if oscillation.oscillating else math.nan
     slow, slow_linear, lag, dead_time = _process(main, period)
     limit = None if main.linear is None else ultimate(main.linear, controller, part.dt)
     own = own_cycle(main, controller, period, part.dt) if math.isfinite(period) else None
+    known = math.isfinite(close.beats_good)
     rhythm = rhythm_of(part, oscillation)
     sensor = sensor_of(part)
     rows = {row.method: row for row in evidence if row.valid and math.isfinite(row.index)}
@@ -196,7 +214,7 @@ def features(
         fit_linear=max(main.fit_linear / 100.0, 0.0),
         better=_better(main.fit, main.fit_linear),
         better_by=(main.fit - main.fit_linear) / 100.0,
-        better_elsewhere=sum(one.fit - one.fit_linear for i, one in enumerate(found) if i != speaks) / 100.0,
+        better_elsewhere=sum(one.fit - one.fit_linear for i, one in enumerate(searched) if i != speaks) / 100.0,
         better_best=max(stretches),
         better_worst=min(stretches),
         significance=_significance(main),
@@ -208,6 +226,14 @@ def features(
         jump_low=main.J_low / S,
         jump_high=min(main.J_high / S, 1.5),
         jump_gain=_jump_gain(main),
+        beats_good=close.beats_good / (3.0 + abs(close.beats_good)) if known else 0.0,
+        likely_band=min(close.S / swing, 1.5),
+        likely_S_low=close.S_low / likely_S,
+        likely_S_high=min(close.S_high / likely_S / 3.0, 1.0),
+        likely_jump=close.J / likely_S,
+        likely_jump_low=close.J_low / likely_S,
+        likely_jump_high=min(close.J_high / likely_S, 1.5),
+        likely_better_by=(close.fit - close.fit_linear) / 100.0,
         integrating=float(main.process.integrating),
         time_constant=slow,
         time_constant_linear=slow_linear,

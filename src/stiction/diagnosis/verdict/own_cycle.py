@@ -120,8 +120,11 @@ def ultimate(process: ProcessFit, controller: ControllerFit, dt: float) -> tuple
         return None
     omega = np.geomspace(1e-3, 1.0, 600) * np.pi / dt
     s = 1j * omega
-    slow = max(process.time_constant - process.lag, 0.0)
-    lags = s * (1.0 + s * process.time_constant) if process.integrating else (1.0 + s * slow) * (1.0 + s * process.lag)
+    if process.integrating:
+        slow, lag = 0.0, process.time_constant if math.isfinite(process.time_constant) else 0.0
+    else:
+        slow, lag = max(process.time_constant - process.lag, 0.0), process.lag
+    lags = s * (1.0 + s * lag) if process.integrating else (1.0 + s * slow) * (1.0 + s * lag)
     gain = process.gain * controller.Kc
     response = gain * (1.0 + 1.0 / (s * controller.Ti)) / lags * np.exp(-s * (process.dead_time + dt))
     phase = np.unwrap(np.angle(response))

@@ -1,110 +1,79 @@
-"""From what the identification found to one probability.
+r"""From the features of a record to the probability of each cause.
 
-A record is compared twice, about the moving average over one period and about its mean; each comparison gives
+Two tables of weights, both logistic regressions with a small ridge (`weighing` has their form):
 
-- band: S over the OP's swing, held at 0.7. A loop that cycles because of its valve moves its OP through the band
-  and little more (OP_pp >= S), while noise and drift fit bands of a tenth of the swing;
-- floor: the lower end of S's interval over the OP's swing, held at 0.5;
-- advantage: ln(error of the best good valve / error of the sticky valve), each with its own best process, held
-  at 0.7;
-- grip: the band times the share of the PV's variation that the sticky valve explains.
+- `sticks.csv` tells a valve that sticks from everything else that is no mere deadband. It weighs few features, those
+  that keep their meaning from simulated to recorded loops, and was found on both;
+- `causes.csv` tells all causes apart and weighs all features. It was found on simulated loops only, where the cause
+  is known; of it the share of deadband is used, and how what is left is dealt out over the other causes.
 
-The features are averages over the two, weighed by the share each explains; where the loop oscillates the comparison
-about the period weighs three times as much. The weights are those of a logistic regression with a small ridge
-(0.03) on 270 loops of `simulation.population` (seeds 31 and 32, 150 loops each; deadband left out, since it is told
-apart by J) and on the labelled real records, each loop weighing one and both sets weighing the same.
+.. math:: P(\text{stiction}) = p\,(1 - q_d), \quad P(\text{deadband}) = q_d, \quad
+    P(c) = (1 - p)(1 - q_d)\, q_c / \textstyle\sum_{c'} q_{c'}
+
+with p the first table's probability, q the second's, c any of the other causes.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.result import Counted
+from stiction.diagnosis.verdict.weighing import weighing
+
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from stiction.diagnosis.verdict.features import Features
 
-    from stiction.diagnosis.result import Identification
+__all__ = ["UNDECIDED", "causes", "counted"]
 
-__all__ = ["UNDECIDED", "Features", "features", "probability"]
-
-WEIGHTS = (-5.61, 5.61, 3.18, 2.84, 5.07)
-"""Constant, band, advantage, grip, floor."""
-BAND_CAP, ADVANTAGE_CAP, FLOOR_CAP = 0.7, 0.7, 0.5
-LEAST_FIT = 0.02
-"""Share explained below which a comparison weighs no less [-]."""
-PERIOD_WEIGHT = 3.0
-"""How much more the comparison about the period of an oscillating loop weighs [-]."""
-UNDECIDED = (0.4, 0.6)
-"""Probabilities between which nothing is called."""
-RESERVATION = 0.85
-"""What the log odds keep for each reservation about the data."""
+UNDECIDED = (0.45, 0.55)
+"""Probabilities of stiction between which nothing is called."""
+SAFE = 0.999
+"""Largest share given to deadband, so that the rest stays a probability [-]."""
 
 
-class Features(NamedTuple):
-    """What the probability is computed from."""
-
-    band: float
-    """S over the OP's swing, capped [-]."""
-    advantage: float
-    """ln(error of a good valve / error of the sticky one), capped [-]."""
-    grip: float
-    """Band times the share of the PV's variation explained by the sticky valve [-]."""
-    floor: float
-    """Lower end of S's interval over the OP's swing, capped [-]."""
-
-
-def features(found: Sequence[Identification], swing: float, *, oscillating: bool) -> Features:
-    """Average the comparisons of one record.
+def causes(row: Features) -> dict[str, float]:
+    """Probability of each cause.
 
     Parameters
     ----------
-    found : sequence of Identification
-        One per comparison; where there are two, the first is the one about the period.
-    swing : float
-        Peak to peak of the OP [% of span].
-    oscillating : bool
-        Whether the loop oscillates.
+    row : Features
+        What was found in the record.
 
     Returns
     -------
-    Features
-        Band, advantage, grip and floor.
+    dict
+        Cause -> probability [-]; they sum to 1.
     """
-    weights = np.array([max(one.fit / 100.0, LEAST_FIT) for one in found])
-    if oscillating and len(found) > 1:
-        weights[0] *= PERIOD_WEIGHT
-    rows = np.array([_row(one, swing) for one in found])
-    band, advantage, fit, floor = (float(x) for x in weights @ rows / weights.sum())
-    return Features(min(band, BAND_CAP), advantage, band * fit, min(floor, FLOOR_CAP))
+    sticks, named = weighing("sticks"), weighing("causes")
+    odds = float(sticks.constant[0] + sticks.added([getattr(row, name) for name in sticks.features])[:, 0].sum())
+    p = 1.0 / (1.0 + math.exp(-min(max(odds, -50.0), 50.0)))
+    scores = named.constant + named.added([getattr(row, name) for name in named.features]).sum(axis=0)
+    shares = np.exp(scores - scores.max())
+    share = dict(zip(named.outcomes, (shares / shares.sum()).tolist(), strict=True))
+    play = min(share.pop("deadband"), SAFE)
+    del share["stiction"]
+    rest = (1.0 - p) * (1.0 - play) / sum(share.values())
+    return {"stiction": p * (1.0 - play), "deadband": play, **{name: rest * q for name, q in share.items()}}
 
 
-def _row(one: Identification, swing: float) -> tuple[float, float, float, float]:
-    left, left_linear = (max(1.0 - fit / 100.0, 1e-3) for fit in (one.fit, one.fit_linear))
-    advantage = min(max(math.log(left_linear / left), 0.0), ADVANTAGE_CAP)
-    return one.S / swing, advantage, max(one.fit / 100.0, 0.0), one.S_low / swing
-
-
-def probability(found: Features, reservations: int = 0) -> float:
-    """Probability that the valve sticks or has play [-].
+def counted(row: Features) -> tuple[Counted, ...]:
+    """What each feature did to the probability of stiction, the strongest first.
 
     Parameters
     ----------
-    found : Features
-        Band, advantage, grip and floor.
-    reservations : int
-        Number of doubts about the data; each draws the odds towards even.
+    row : Features
+        What was found in the record.
 
     Returns
     -------
-    float
-        The probability.
-
-    Examples
-    --------
-    >>> probability(Features(0.7, 0.7, 0.65, 0.5)) > 0.95, probability(Features(0.05, 0.0, 0.05, 0.0)) < 0.05
-    (True, True)
+    tuple of Counted
+        One for each feature that the first table weighs.
     """
-    odds = WEIGHTS[0] + sum(w * x for w, x in zip(WEIGHTS[1:], found, strict=True))
-    return 1.0 / (1.0 + math.exp(-odds * RESERVATION**reservations))
+    sticks = weighing("sticks")
+    values = [float(getattr(row, name)) for name in sticks.features]
+    added = sticks.added(values)[:, 0].tolist()
+    rows = map(Counted, sticks.features, values, sticks.usual.tolist(), added)
+    return tuple(sorted(rows, key=lambda one: -abs(one.log_odds)))

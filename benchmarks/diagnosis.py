@@ -1,0 +1,102 @@
+"""The whole of `st.diagnose` on one core, all evidence and the gates included, and the memory it takes."""
+
+from __future__ import annotations
+
+import os
+import statistics
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from bench import Row, Section
+
+import stiction as st
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from stiction.records.record import LoopRecord
+
+ASKED = {2_000: 0.15, 30_000: 1.0}
+"""Samples -> the longest that a warm diagnosis may take on one core [s]."""
+ASKED_MEMORY = 400.0
+"""Largest peak memory of a process that diagnoses 30 000 samples [MB]."""
+PEERS = (
+    ("curve fits of the Timeseer library", 360.0),
+    ("core of the Seeq add-on", 560.0),
+    ("regularity and shape index, chemai", 12.0),
+)
+"""Programs that can no longer be installed beside this one, with what one loop of 2 000 samples took them [ms]: medians
+of five or more runs on a machine of this kind (two cores, one in use), taken once. The last gives no verdict on a valve
+and no S."""
+
+
+def diagnosis() -> Section:
+    """Loops that a valve, a load and noise alone move, of 2 000 and of 30 000 samples."""
+    rows, found, times = [], [], []
+    with one_core():
+        for n, asked in ASKED.items():
+            for name, record in _loops(n).items():
+                took = processor_time(record)
+                rows.append(Row(f"{n:,} samples, {name}", took * 1e3, "ms", "asked", asked * 1e3, asked / took, 1.0))
+                found.append(f"{name} {st.diagnose(record).verdict}")
+                times.append(took)
+    usual = sorted(times[: len(times) // 2])[len(times) // 4] * 1e3
+    rows += [Row("2 000 samples, median", usual, "ms", f"{name}, then", told, told / usual) for name, told in PEERS]
+    peak = _peak_memory()
+    rows.append(Row("30,000 samples, peak memory", peak, "MB", "asked", ASKED_MEMORY, ASKED_MEMORY / peak, 1.0))
+    how = "processor time, all threads added up: what the wall clock shows on a core with nothing else to do"
+    note = f"found at 2 000 samples: {', '.join(found[:3])}; at 30 000: {', '.join(found[3:])}"
+    return Section("Diagnosis of one loop, warm, on one core", rows, (how, note))
+
+
+def processor_time(record: LoopRecord, repeats: int = 3) -> float:
+    """Median time that a diagnosis keeps the processor busy [s], after one to warm up."""
+    st.diagnose(record)
+    times = []
+    for _ in range(repeats):
+        begin = time.process_time()
+        st.diagnose(record)
+        times.append(time.process_time() - begin)
+    return statistics.median(times)
+
+
+@contextmanager
+def one_core() -> Iterator[None]:
+    """Keep this process and its threads on one core, where the system can."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(before)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
+
+
+def _loops(n: int) -> dict[str, LoopRecord]:
+    rng = np.random.default_rng(3)
+    kick, swing = np.where(np.arange(n) < 20, 6.0, 0.0), 3.0 * np.sin(2.0 * np.pi * np.arange(n) / 60.0)
+    white = np.convolve(rng.normal(size=n + 30), np.ones(30) / 6.0, "valid")[:n]
+    cases = {"sticky": (st.Kano(5.0, 3.0), kick), "driven": (st.Ideal(), swing), "quiet": (st.Ideal(), white)}
+    out = {}
+    for name, (valve, load) in cases.items():
+        loop = st.Loop(st.PID(0.4, 8.0), valve, st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=0.1)
+        run = st.simulate(loop, 70.0, float(n), load, seed=1, pv_start=70.0, op_start=50.0, tag=name, loop_type="flow")
+        out[name] = replace(run, mv=None)
+    return out
+
+
+def _peak_memory() -> float:
+    """Peak resident memory of a fresh process that diagnoses the longest of the loops [MB]."""
+    work = "import resource, diagnosis, stiction as st; st.diagnose(diagnosis._loops(30_000)['sticky']); "
+    work += "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+    told = subprocess.run(
+        [sys.executable, "-c", work], capture_output=True, text=True, check=True, cwd=os.path.dirname(__file__)
+    )
+    return int(told.stdout) / (1024.0**2 if sys.platform == "darwin" else 1024.0)

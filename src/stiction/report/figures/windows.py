@@ -1,0 +1,61 @@
+"""Where the valve sticks: S of each window of the record as a strip below the trends."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.report import look, words
+from stiction.report.blocks import Figure
+
+if TYPE_CHECKING:
+    from stiction.report.view import View
+
+__all__ = ["windows"]
+
+_LOOKS = {
+    "stiction": ("sticks", {"color": look.ALERT}),
+    "no_stiction": ("follows", {"color": look.FAINT, "pattern": {"shape": ".", "fgcolor": look.MUTED, "size": 6}}),
+    "undecided": ("cannot tell", {"color": "#FFFFFF", "pattern": {"shape": "/", "fgcolor": look.MUTED, "size": 6}}),
+}
+"""Verdict -> what it is called, and the fill of its bars: a pattern with each colour."""
+
+
+def windows(view: View) -> Figure | None:
+    """Return S over time, a bar for each window; None where the record was judged as one."""
+    found = view.diagnosis.windows
+    if not found:
+        return None
+    step = view.diagnosis.record.dt / view.unit[1]
+    data: list[dict[str, Any]] = []
+    for verdict, (name, marker) in _LOOKS.items():
+        own = [window for window in found if window.verdict == verdict]
+        if not own:
+            continue
+        bar: dict[str, Any] = {
+            "type": "bar",
+            "x": np.array([0.5 * (window.first + window.last) * step for window in own]),
+            "y": np.array([window.S for window in own]),
+            "width": np.array([(window.last - window.first) * step for window in own]),
+            "name": name,
+            "marker": {**marker, "line": {"color": look.INK, "width": 1}},
+            "hovertext": [
+                f"{name}: S {words.digits(window.S, '%')}, explained {words.digits(window.fit, '%', 2)}"
+                f", by a good valve {words.digits(window.fit_linear, '%', 2)}"
+                for window in own
+            ],
+            "hoverinfo": "text",
+        }
+        data.append(bar)
+    sticky = sum(window.verdict == "stiction" for window in found)
+    layout = {
+        "xaxis": {"title": {"text": view.time_title}, "range": [0.0, float(view.time[-1])]},
+        "yaxis": {"title": {"text": "S<br>[% of span]"}, "rangemode": "tozero"},
+        "barmode": "overlay",
+        "showlegend": True,
+    }
+    caption = f"The valve sticks in {sticky} of {words.count(len(found), 'window')} judged each by itself" + (
+        "." if sticky == len(found) else "; in a window where it follows, S is what fits best and means little."
+    )
+    return Figure({"data": data, "layout": layout}, "Where the valve sticks", caption, height=190)

@@ -1,0 +1,196 @@
+"""The story of one verdict, step by step: data, oscillation, valve and process, what counted, causes, what is told."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from stiction.report import words
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stiction.diagnosis.result import Counted, Diagnosis, Identification
+
+__all__ = ["FEATURES", "Step", "Tabled", "story"]
+
+FEATURES = {
+    "band": "S takes so much of the OP's swing",
+    "floor": "S takes at least so much of it",
+    "band_here": "S takes so much of the OP's swing in the closer comparison",
+    "advantage": "a sticky valve explains the PV better than a good one",
+    "better": "a sticky valve explains the PV better than a good one",
+    "better_by": "share of the PV that only a sticky valve explains",
+    "beats_good": "a sticky valve foretells the PV better, cycle by cycle",
+    "significance": "the difference is more than chance",
+    "grip": "band times share of the PV explained",
+    "fit": "share of the PV that a sticky valve explains",
+    "fit_linear": "share of the PV that a good valve explains",
+    "at_limit": "share of the record with OP at 0 or 100 %",
+    "saturated": "share of the record with OP at a limit",
+    "share": "share of the error that the oscillation carries",
+    "others": "share of the error that other oscillations carry",
+    "wander": "the amplitude changes from period to period",
+    "decay": "the oscillation dies out",
+    "regularity": "regularity of the oscillation",
+    "oscillating": "the loop oscillates",
+    "own_period": "valve, process and controller found cycle with the record's period",
+    "own_amplitude": "valve, process and controller found cycle with the record's amplitude",
+    "own_limit": "the period is that of a loop at its limit of stability",
+    "margin": "how near a good valve's loop is to its limit of stability",
+    "time_constant": "time constant of the process in periods",
+    "time_constant_linear": "time constant that a good valve would need",
+    "skew_pv": "PV leans to one side",
+    "skew_op": "OP leans to one side",
+    "tails_pv": "PV has peaks",
+    "tails_op": "OP has peaks",
+    "coarse": "PV is coarse",
+    "still": "PV rests while OP moves",
+    "spikes": "PV has spikes",
+    "set_point": "share of the PV that the set point moves",
+    "jump": "slip jump as a share of S",
+    "jump_gain": "a jump is needed to explain the PV",
+    "shape_op": "shape of OP by He's method",
+    "shape_pv": "shape of PV by Haegglund's method",
+    "votes": "votes of the published methods",
+    "integrating": "the process integrates",
+}
+"""What a feature means to a reader; the others go by their name."""
+COUNTED = 8
+"""Features named in the story."""
+
+
+class Tabled(NamedTuple):
+    """A small table within a step."""
+
+    columns: list[str]
+    """Headings."""
+    rows: list[list[str]]
+    """Cells."""
+    numbers: list[str]
+    """Columns that hold numbers."""
+
+
+class Step(NamedTuple):
+    """One step of the story."""
+
+    title: str
+    """The question."""
+    lines: list[str]
+    """The answer, a sentence a line."""
+    table: Tabled | None = None
+    """Its numbers, where there are more than a sentence holds."""
+
+
+def story(diagnosis: Diagnosis) -> list[Step]:
+    """Tell how a verdict came about.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        A verdict.
+
+    Returns
+    -------
+    list of Step
+        The steps in order; those that did not take place are left out.
+    """
+    found = diagnosis.identification
+    steps = [
+        Step("What are the data worth?", diagnosis.quality.summary().splitlines()),
+        Step("Does the loop oscillate?", _rhythm(diagnosis)),
+    ]
+    if found is not None:
+        steps.append(Step("Which valve and process explain the PV?", _explained(found)))
+    if diagnosis.counted:
+        steps.append(_counted(diagnosis.counted, diagnosis.settings.get("before_doubts", diagnosis.probability)))
+    if diagnosis.causes:
+        steps.append(_causes(diagnosis))
+    if diagnosis.evidence:
+        steps.append(_methods(diagnosis))
+    if diagnosis.windows:
+        steps.append(_windows(diagnosis))
+    told = f"{words.headline(diagnosis)}. {words.confidence(diagnosis)}."
+    return [*steps, Step("So", [told, diagnosis.reason, diagnosis.action])]
+
+
+def _rhythm(diagnosis: Diagnosis) -> list[str]:
+    rhythm = diagnosis.oscillation
+    lines = [rhythm.reason] if rhythm.reason else []
+    if rhythm.oscillating:
+        amplitudes = f"PV by {words.digits(rhythm.amplitude_pv)}, OP by {words.digits(rhythm.amplitude_op, '%')}"
+        lines.append(
+            f"Every {words.span(rhythm.period)}, {words.digits(rhythm.cycles)} cycles, {amplitudes} either way."
+        )
+    return lines + [
+        f"Another oscillation every {words.span(other.period)} carries {100.0 * other.share:.0f} % of the error."
+        for other in rhythm.others
+    ]
+
+
+def _explained(found: Identification) -> list[str]:
+    process = found.process
+    if process.integrating:
+        kind = f"an integrator of {words.digits(process.gain)} PV units per % and second"
+    else:
+        lags = words.span(process.time_constant)
+        kind = f"gain {words.digits(process.gain)} PV units per %, time constant {lags}"
+    lines = [found.summary(), f"Process: {kind}, dead time {words.span(process.dead_time)}."]
+    if math.isfinite(found.drift):
+        lines.append(f"S changes by {found.drift:.2g} % per hour (standard error {found.drift_error:.2g}).")
+    return [*lines, found.reason] if found.reason else lines
+
+
+def _counted(counted: Sequence[Counted], probability: float) -> Step:
+    rows = [
+        [
+            FEATURES.get(one.feature, one.feature.replace("_", " ")),
+            f"{one.value:.2f}",
+            f"{one.usual:.2f}",
+            f"{one.log_odds:+.1f}",
+            "for stiction" if one.log_odds > 0.0 else "against",
+        ]
+        for one in counted[:COUNTED]
+    ]
+    line = f"All {len(counted)} findings together make the probability of stiction {probability:.2f}."
+    table = Tabled(["Finding", "Here", "Usually", "Log odds", "Speaks"], rows, ["Here", "Usually", "Log odds"])
+    return Step("What counted?", [line], table)
+
+
+def _causes(diagnosis: Diagnosis) -> Step:
+    ranked = sorted(diagnosis.causes.items(), key=lambda item: -item[1])
+    rows = [[name, f"{share:.2f}"] for name, share in ranked]
+    return Step("Which cause?", [], Tabled(["Cause", "Probability"], rows, ["Probability"]))
+
+
+def _methods(diagnosis: Diagnosis) -> Step:
+    rows = [
+        [
+            words.method(row.method),
+            words.digits(row.index),
+            words.digits(row.threshold),
+            words.VERDICTS[row.vote].lower(),
+            "yes" if row.valid else "no",
+            row.why,
+        ]
+        for row in diagnosis.evidence
+    ]
+    columns = ["Method", "Index", "Threshold", "Says", "Valid here", "Why"]
+    return Step("What does each method say?", [], Tabled(columns, rows, ["Index", "Threshold"]))
+
+
+def _windows(diagnosis: Diagnosis) -> Step:
+    dt = diagnosis.record.dt
+    rows = [
+        [
+            words.span(one.first * dt),
+            words.span(one.last * dt),
+            words.VERDICTS[one.verdict].lower(),
+            words.digits(one.S),
+            words.digits(one.fit),
+            words.digits(one.fit_linear),
+        ]
+        for one in diagnosis.windows
+    ]
+    columns = ["From", "To", "Says", "S [%]", "Fit [%]", "Good valve [%]"]
+    return Step("When does it stick?", [], Tabled(columns, rows, ["From", "To", "S [%]", "Fit [%]", "Good valve [%]"]))

@@ -1,0 +1,96 @@
+"""A probability from data in doubt is never sure, and never turns round."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as some
+
+import stiction as st
+from stiction.diagnosis.verdict.doubt import DOUBTS, LEAST, MOST, explains_nothing, held_back, only_saturated
+from stiction.records.gate import Gate
+from stiction.records.gates import GATES, View
+from stiction.records.quality import Quality
+from stiction.records.record import LoopRecord
+
+LOWERING = ("cycles", "sampling", "clock", "missing", "op resolution", "saturation", "frozen")
+
+
+def quality(lowers=(), refuses=()):
+    gates = tuple(Gate(name, "lowers", 1.0, 0.0, "Why.") for name in lowers)
+    gates += tuple(Gate(name, "refuses", 1.0, 0.0, "Why.") for name in refuses)
+    return Quality(gates, not refuses, 100, 100.0, 0.0, 0, 100)
+
+
+@given(p=some.floats(0.0, 1.0))
+def test_data_beyond_doubt_change_nothing(p):
+    assert held_back(p, quality()) == (p, "")
+    assert held_back(p, quality(("op scale",))) == (p, "")
+
+
+@given(p=some.floats(0.0, 1.0), names=some.lists(some.sampled_from(LOWERING), min_size=1, unique=True))
+def test_doubts_draw_towards_even_and_bound(p, names):
+    found = held_back(p, quality(names))
+    assert LEAST <= found.probability <= MOST
+    assert abs(found.probability - 0.5) <= abs(p - 0.5) + 1e-12
+    assert (found.probability - 0.5) * (p - 0.5) >= 0.0
+    assert all(name in found.why for name in names)
+    more = held_back(p, quality([*names, "held"]))
+    assert abs(more.probability - 0.5) <= abs(found.probability - 0.5) + 1e-12
+
+
+@given(p=some.floats(0.0, 1.0), q=some.floats(0.0, 1.0))
+def test_the_order_of_two_probabilities_stays(p, q):
+    low, high = sorted((p, q))
+    doubts = quality(("cycles", "clock"))
+    assert held_back(low, doubts).probability <= held_back(high, doubts).probability
+
+
+def test_the_reason_says_how_much():
+    assert held_back(0.8, quality(("cycles",))).why == "The data are in doubt (cycles), which makes 0.80 a 0.76."
+    assert held_back(0.001, quality(("clock",))).why == "The data allow no less than 0.10 (clock)."
+
+
+def test_every_name_is_that_of_a_gate():
+    k, rng = np.arange(900.0), np.random.default_rng(1)
+    record = LoopRecord("FC1", 1.0, op=50 + np.sin(k / 9) + 0.1 * rng.normal(size=900), pv=np.cos(k / 9))
+    view = View(record, record, 56.5)
+    names = {gate.name for check in GATES if (gate := check(view)) is not None}
+    names |= {"averaging", "resampled"}  # say nothing where there is nothing to say
+    assert set(DOUBTS) <= names
+
+
+@pytest.mark.parametrize(
+    ("refuses", "only"),
+    [
+        (("saturation",), True),
+        (("saturation", "length", "cycles"), True),
+        (("saturation", "missing"), False),
+        (("length",), False),
+        ((), False),
+    ],
+)
+def test_a_record_refused_for_saturation_alone_is_known(refuses, only):
+    assert only_saturated(quality(refuses=refuses)) is only
+
+
+def test_where_op_does_not_move_pv_nothing_is_said_of_the_valve():
+    rng = np.random.default_rng(0)
+    apart = LoopRecord("FC1", 1.0, op=50.0 + rng.normal(size=600), pv=rng.normal(size=600), loop_type="flow")
+    found = st.identify(apart, closer=False)
+    assert max(found.fit, found.fit_linear) < 20.0
+    assert "not of one loop" in explains_nothing(found)
+    assert "no more than 12 %" in explains_nothing(replace(found, fit=11.0, fit_linear=12.0))
+    assert explains_nothing(replace(found, fit=20.0, fit_linear=12.0)) == ""
+    assert explains_nothing(replace(found, fit=-5.0, fit_linear=40.0)) == ""
+
+
+def test_a_real_record_that_neither_valve_explains(records):
+    # An hour of a healthy actuator of a sugar plant, whose OP hardly moves the PV.
+    (record,) = st.read(records / "damadics" / "A3_20011011_1h.csv")
+    found = st.diagnose(record).identification
+    assert found is not None
+    assert explains_nothing(found)
