@@ -16,7 +16,7 @@ from stiction.compensation.match import bring_nearer
 from stiction.compensation.recorded_controller import recorded_controller
 from stiction.compensation.refine import refine
 from stiction.compensation.surroundings import Surroundings
-from stiction.compensation.twin import twin_of_loop
+from stiction.compensation.twin import _changes, twin_of_loop
 from stiction.models import SOPDT
 
 PID = st.PID(0.2, 10.0, op_limits=(0.0, 100.0))
@@ -50,7 +50,6 @@ def test_twin_is_the_loop(twin):
     assert twin.loop.controller.Ti == pytest.approx(10.0, rel=0.02)
     assert twin.loop.noise == pytest.approx(0.05, rel=0.15)
     assert 0.05 < twin.around.left.std() < 0.15
-    assert twin.changes == ()
 
 
 def test_twin_cycles_as_the_benchmark_does():
@@ -173,3 +172,12 @@ def test_what_keeps_step_with_the_cycle_is_the_model_s_error():
     taken = locked_to(op, 0.5 * np.cos(2.0 * np.pi * t / 60.0) + other, 60.0)
     assert np.std(taken[60:-60] - 0.5 * np.cos(2.0 * np.pi * t / 60.0)[60:-60]) < 0.1
     assert np.std(locked_to(op, other, 60.0)) < 0.1
+
+
+def test_a_change_too_small_to_matter_is_not_told(diagnosis):
+    """A dead time of 0 that became 7e-9 s is the same dead time; one that became 5 s is told."""
+    found, period = diagnosis.identification, diagnosis.oscillation.period
+    none = replace(found, process=replace(found.process, dead_time=0.0))
+    better = refine(diagnosis.record, found, period)._replace(S=found.S, J=found.J)
+    for dead_time, told in ((6.9e-9, ()), (5.0, ("dead time 0 to 5",))):
+        assert _changes(none, better._replace(process=st.FOPDT(3.0, 10.0, dead_time))) == told

