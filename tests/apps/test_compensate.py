@@ -232,3 +232,17 @@ def test_a_twin_that_does_not_fit_is_told_once_with_its_reason(run, sticky_file)
     assert "No advice." in done.out
     assert done.out.count("The twin does not") == 1
     assert "Twin: Record: period" in done.out
+
+
+def test_no_text_for_the_plant_from_an_op_in_another_unit(run, folder, sticky_csv):
+    """A record normalised before it was kept: its settings would be in the wrong unit."""
+    head, *rows = sticky_csv.splitlines()
+    at = head.split(",").index("FIC-101.OP")
+    table = [row.split(",") for row in rows]
+    for row in table:
+        row[at] = str(float(row[at]) - 60.0)
+    (folder / "n.csv").write_text("\n".join([head, *(",".join(row) for row in table)]))
+    done = run("compensate", "n.csv", "--seeds", "1", "--structured-text", "k.st")
+    assert not (folder / "k.st").exists()
+    assert "Structured text: not written" in done.out + done.err
+    assert "not in % of span" in done.out + done.err

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -119,7 +120,9 @@ def _advice(file: str | None, found: Diagnosis | None, trial: CompensationTrial)
     text = order = None
     if trial.twin is not None and trial.recommended and trial[trial.recommended].remedy.compensator is not None:
         low, high = trial.twin.loop.controller.op_limits
-        text = recommended_text(trial, (max(low, 0.0), min(high, 100.0)))
+        # Settings found for an OP in deviations or another unit mean nothing to a control system.
+        if trial.twin.around is None or math.isfinite(low):
+            text = recommended_text(trial, (max(low, 0.0), min(high, 100.0)))
     if found is not None and (found.verdict != "no_stiction" or found.cause == "deadband"):
         order = work_order(found, trial).to_text()
     return Advice(file, found, trial, text, order)

@@ -112,6 +112,8 @@ def not_written(key: str, target: Path, advice: Advice) -> str:
     name = key.replace("_", " ").capitalize()
     if key == "work_order":
         why = "the valve needs no work"
+    elif advice.trial.recommended and advice.trial[advice.trial.recommended].remedy.compensator is not None:
+        why = "the OP of the record is not in % of span, nor are the settings found for it"
     else:
         why = advice.trial.reason if advice.trial.refused else f"{advice.trial.recommended} needs no compensator"
     old = f" {target} is an older one." if target.is_file() else ""
