@@ -1,12 +1,21 @@
-"""Draw the pictures of the documentation from simulated loops: `make picture`."""
+"""Draw the pictures of the documentation from simulated loops: `make picture`.
+
+python docs/pictures.py MEASURED.json draws the reliability from what population.py --json wrote.
+"""
 
 from __future__ import annotations
 
+import json
+import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 import stiction as st
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 FOLDER = Path(__file__).parent / "pictures"
 INK, GRID, OP, MV, PV = "#24292f", "#d0d7de", "#0969da", "#bc4c00", "#1a7f37"
@@ -124,9 +133,45 @@ def remedies() -> str:
     )
 
 
+def reliability(rows: list[dict[str, float]], loops: int) -> str:
+    """Share that sticks over the probability told, with the loops in each bin.
+
+    `rows` is the list of that name in the file that tests/diagnosis/verdict/population.py --json writes.
+    """
+    panel = Panel(60, 30, 360, 300, (0.0, 1.0), (0.0, 1.0))
+    ends = np.array([0.0, 1.0])
+    panel.line(ends, ends, GRID)
+    told, sticky = (np.array([row[key] for row in rows]) for key in ("told", "sticky"))
+    panel.line(told, sticky, OP)
+    for row in rows:
+        x, y = panel.at(row["told"], row["sticky"])
+        panel.parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{OP}"/>')
+        right = row["told"] > 0.5
+        panel.label(x + (-8 if right else 8), y + 4, f"{row['loops']:.0f}", "end" if right else "start")
+    panel.ticks([0.0, 0.2, 0.4, 0.6, 0.8, 1.0], [0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
+    panel.label(60, 20, f"share of loops that stick, of {loops} simulated; the numbers are loops", colour=OP)
+    panel.label(420, 366, "probability told", "end")
+    body = "\n".join(panel.parts)
+    return (
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 460 380" font-family="sans-serif" font-size="13"'
+        ' role="img" aria-label="Reliability: the share of loops that stick over the probability told">\n'
+        f'<rect width="460" height="380" fill="#ffffff"/>\n{body}\n</svg>\n'
+    )
+
+
+def drawn() -> Iterator[tuple[str, str]]:
+    """Name and text of each picture; the reliability only where its numbers are given."""
+    if len(sys.argv) > 1:
+        measured = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+        yield "reliability", reliability(measured["reliability"], measured["loops"])
+        return
+    yield "sticky-valve", picture(sticky_loop())
+    yield "remedies", remedies()
+
+
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
-    for name, text in (("sticky-valve", picture(sticky_loop())), ("remedies", remedies())):
+    for name, text in drawn():
         target = FOLDER / f"{name}.svg"
         target.write_text(text, encoding="utf-8")
         print(target)

@@ -94,10 +94,11 @@ def test_columns_are_named_instead_of_guessed(run, folder, sticky_csv):
     assert (found["tag"], found["verdict"]) == ("FIC-7", "stiction")
 
 
-def test_explain_shows_each_method(run, sticky_csv):
+def test_explain_tells_the_story_step_by_step(run, sticky_csv):
     done = run("diagnose", "-", "--no-report", "--explain", stdin=sticky_csv.encode())
-    assert "what each method says" in done.out
-    assert "He curve fit" in done.out
+    steps = ("step by step", "1. What are the data worth?", "What counted?", "Which cause?", "He curve fit")
+    places = [done.out.index(step) for step in steps]
+    assert places == sorted(places)
 
 
 BAD_FILES = {

@@ -95,7 +95,7 @@ def test_saturation_at_the_span(good, limit):
     record = replace(good, op=op)
     assert faults(record) == {"saturation": "lowers"}
     assert gate(record, "saturation").value == pytest.approx(10.0)
-    assert analysis_window(record) == (420, N)
+    assert analysis_window(record) == (0, N)  # there OP is known: the valve was sent that
 
 
 def test_saturation_at_a_limit_of_its_own(good):
@@ -231,6 +231,14 @@ def test_op_at_its_limit_in_every_cycle_is_refused_as_saturation(good):
     found = assess(record, PERIOD).refusals
     assert "saturation" in {g.name for g in found}
     assert "record longer" in next(g for g in found if g.name == "saturation").why
+
+
+def test_op_at_the_end_of_its_span_in_every_cycle_is_known(good):
+    record = replace(good, op=np.maximum(good.op - np.median(good.op), 0.0))
+    quality = assess(record, PERIOD)
+    assert quality.usable
+    assert "saturation" in {g.name for g in quality.reservations}
+    assert (quality.first, quality.last) == (0, N)
 
 
 def test_a_record_without_memory_is_doubted(good):

@@ -80,7 +80,7 @@ def test_headline_says_size_interval_and_confidence():
     found = diagnosis()
     assert (
         words.headline(found).replace("\u00a0", " ")
-        == "Valve stiction: S = 3.0 % of span (95 %: 2.7 to 3.3), J = 1.0 %"
+        == "Valve stiction: S = 3.0 % of span (95 %: 2.7 to 3.3), J = 1.0 % (0.7 to 1.4)"
     )
     assert words.confidence(found) == "High confidence (probability of stiction 0.94)"
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 __all__ = ["FEATURES", "Step", "Tabled", "story"]
 
 FEATURES = {
+    "usual": "a loop of which nothing is known",
+    "likeness": "likeness to simulated loops that stick, all findings weighed",
     "band": "S takes so much of the OP's swing",
     "floor": "S takes at least so much of it",
     "band_here": "S takes so much of the OP's swing in the closer comparison",
@@ -145,8 +147,8 @@ def _counted(counted: Sequence[Counted], probability: float) -> Step:
     rows = [
         [
             FEATURES.get(one.feature, one.feature.replace("_", " ")),
-            f"{one.value:.2f}",
-            f"{one.usual:.2f}",
+            words.digits(one.value, significant=2),
+            words.digits(one.usual, significant=2),
             f"{one.log_odds:+.1f}",
             "for stiction" if one.log_odds > 0.0 else "against",
         ]

@@ -22,7 +22,7 @@ import stiction as st
 from stiction.apps.labels import read_labels
 from stiction.diagnosis.verdict.diagnose import findings
 from stiction.diagnosis.verdict.features import Features
-from stiction.diagnosis.verdict.probability import UNDECIDED
+from stiction.diagnosis.verdict.probability import FLOOR, POOL, SAFE, UNDECIDED
 from stiction.diagnosis.verdict.weighing import COLUMNS, CONSTANT, weighing
 from stiction.simulation.population import CAUSES, population
 
@@ -174,6 +174,16 @@ class Sticks:
         return chosen
 
 
+def pooled(p, scores):
+    """Probability of stiction by both tables, as `probability.causes` has it."""
+    q = np.exp(scores - scores.max(1, keepdims=True))
+    q /= q.sum(1, keepdims=True)
+    play = np.minimum(q[:, CAUSES.index("deadband")], SAFE)
+    alike = np.clip(q[:, CAUSES.index("stiction")] / (1.0 - play), FLOOR, 1.0 - FLOOR)
+    p = np.clip(p, 1e-12, 1.0 - 1e-12)
+    return squash(POOL * np.log(p / (1.0 - p)) + (1.0 - POOL) * np.log(alike / (1.0 - alike))) * (1.0 - play)
+
+
 def log_loss(p, y, weight=None):
     return float(np.average(-np.log(np.clip(np.where(y == 1.0, p, 1.0 - p), 5e-3, 1.0)), weights=weight))
 
@@ -218,9 +228,9 @@ def main() -> None:
     first = Sticks(lines, X, y, real, sticky, group)
     chosen = first.select() if given.select else [NAMES.index(name) for name in weighing("sticks").features]
     print("features of the first table:", ", ".join(NAMES[k] for k in chosen))
-    tell(first.left_out(chosen), sticky, group, files)
     every = list(range(len(NAMES)))
     W = fit_causes(lines(X, every), y)
+    tell(pooled(first.left_out(chosen), lines(real, every) @ W), sticky, group, files)
     if given.write:
         write("sticks", lines.rows("stiction", first.fit(chosen), chosen))
         write("causes", (line for k, cause in enumerate(CAUSES) for line in lines.rows(cause, W[:, k], every)))

@@ -63,7 +63,7 @@ class Judged:
 
     @property
     def named(self) -> bool:
-        return not self.undecided and self.cause == self.truth
+        return self.cause == self.truth
 
     @property
     def S_error(self) -> float:
@@ -139,16 +139,16 @@ def listed(rows) -> str:
 
 
 def confusion(rows) -> dict[str, dict[str, int]]:
-    """True cause -> cause named -> loops; what was left undecided is a cause of its own."""
+    """True cause -> cause named -> loops; where the data do not decide that is `unknown`."""
     return {
-        truth: dict(Counter("undecided" if r.undecided else r.cause for r in rows if r.truth == truth))
+        truth: dict(Counter(r.cause for r in rows if r.truth == truth))
         for truth in CAUSES
         if any(r.truth == truth for r in rows)
     }
 
 
 def balanced_accuracy(rows) -> float:
-    """Mean over the true causes of the share that is named right [-]; undecided counts as wrong."""
+    """Mean over the true causes of the share that is named right [-]; `unknown` counts as wrong."""
     return float(np.mean([found.get(truth, 0) / sum(found.values()) for truth, found in confusion(rows).items()]))
 
 
@@ -206,7 +206,7 @@ def measures(rows) -> dict[str, object]:
 def table(rows) -> str:
     """The measures in words and columns."""
     found = measures(rows)
-    given = [*CAUSES, "unknown", "undecided"]
+    given = [*CAUSES, "unknown"]
     out = [f"{'truth':22}{'n':>5}" + "".join(f"{name[:9]:>11}" for name in given)]
     for truth, counts in confusion(rows).items():
         out.append(f"{truth:22}{sum(counts.values()):5}" + "".join(f"{counts.get(name, 0):11}" for name in given))

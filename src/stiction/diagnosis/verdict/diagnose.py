@@ -163,7 +163,9 @@ def findings(record: LoopRecord) -> Findings:
     if not found:
         return Findings(record, part, oscillation, quality, evidence, found, speaks, None, None)
     controller = fit_controller(part)
-    row = features(record, part, found, speaks, controller, oscillation, evidence)
+    # Weights were found without a stem position, and what a method makes of one must not shift them.
+    votes = evidence if part.mv is None else detect_all(replace(part, mv=None), oscillation)
+    row = features(record, part, found, speaks, controller, oscillation, votes)
     return Findings(record, part, oscillation, quality, evidence, found, speaks, controller, row)
 
 

@@ -5,12 +5,17 @@ Two tables of weights, both logistic regressions with a small ridge (`weighing` 
 - `sticks.csv` tells a valve that sticks from everything else that is no mere deadband. It weighs few features, those
   that keep their meaning from simulated to recorded loops, and was found on both;
 - `causes.csv` tells all causes apart and weighs all features. It was found on simulated loops only, where the cause
-  is known; of it the share of deadband is used, and how what is left is dealt out over the other causes.
+  is known.
+
+Their log odds of stiction are pooled, the first counting `POOL`; of the second the share of deadband is used, and how
+what is left is dealt out over the other causes:
+
+.. math:: \text{logit}\,p = w\,\text{logit}\,p_1 + (1 - w)\,\text{logit}\,\frac{q_s}{1 - q_d}
 
 .. math:: P(\text{stiction}) = p\,(1 - q_d), \quad P(\text{deadband}) = q_d, \quad
     P(c) = (1 - p)(1 - q_d)\, q_c / \textstyle\sum_{c'} q_{c'}
 
-with p the first table's probability, q the second's, c any of the other causes.
+with p1 the first table's probability, q the second's, c any of the other causes.
 """
 
 from __future__ import annotations
@@ -30,8 +35,10 @@ __all__ = ["UNDECIDED", "causes", "counted"]
 
 UNDECIDED = (0.45, 0.55)
 """Probabilities of stiction between which nothing is called."""
-SAFE = 0.999
-"""Largest share given to deadband, so that the rest stays a probability [-]."""
+POOL = 0.8
+"""What the log odds of the first table count [-]; those of the second count the rest."""
+SAFE, FLOOR = 0.999, 1e-4
+"""Largest share given to deadband, and smallest of stiction by the second table: no table is surer than that [-]."""
 
 
 def causes(row: Features) -> dict[str, float]:
@@ -47,20 +54,16 @@ def causes(row: Features) -> dict[str, float]:
     dict
         Cause -> probability [-]; they sum to 1.
     """
-    sticks, named = weighing("sticks"), weighing("causes")
-    odds = float(sticks.constant[0] + sticks.added([getattr(row, name) for name in sticks.features])[:, 0].sum())
-    p = 1.0 / (1.0 + math.exp(-min(max(odds, -50.0), 50.0)))
-    scores = named.constant + named.added([getattr(row, name) for name in named.features]).sum(axis=0)
-    shares = np.exp(scores - scores.max())
-    share = dict(zip(named.outcomes, (shares / shares.sum()).tolist(), strict=True))
-    play = min(share.pop("deadband"), SAFE)
+    share = _simulated(row)
+    p = 1.0 / (1.0 + math.exp(-_held(sum(one.log_odds for one in _weighed(row, share)))))
+    play = share.pop("deadband")
     del share["stiction"]
     rest = (1.0 - p) * (1.0 - play) / sum(share.values())
     return {"stiction": p * (1.0 - play), "deadband": play, **{name: rest * q for name, q in share.items()}}
 
 
 def counted(row: Features) -> tuple[Counted, ...]:
-    """What each feature did to the probability of stiction, the strongest first.
+    """What each feature did to the probability of stiction.
 
     Parameters
     ----------
@@ -70,10 +73,35 @@ def counted(row: Features) -> tuple[Counted, ...]:
     Returns
     -------
     tuple of Counted
-        One for each feature that the first table weighs.
+        One for each feature that the first table weighs, one for the second table, and the constant, the strongest
+        first; their log odds sum to those of a valve that sticks, deadband aside.
     """
+    return tuple(sorted(_weighed(row, _simulated(row)), key=lambda one: -abs(one.log_odds)))
+
+
+def _simulated(row: Features) -> dict[str, float]:
+    """Shares by the second table."""
+    named = weighing("causes")
+    scores = named.constant + named.added([getattr(row, name) for name in named.features]).sum(axis=0)
+    shares = np.exp(scores - scores.max())
+    share = dict(zip(named.outcomes, (shares / shares.sum()).tolist(), strict=True))
+    share["deadband"] = min(share["deadband"], SAFE)
+    return share
+
+
+def _weighed(row: Features, share: dict[str, float]) -> list[Counted]:
+    """What each feature and the second table add to the pooled log odds."""
     sticks = weighing("sticks")
     values = [float(getattr(row, name)) for name in sticks.features]
-    added = sticks.added(values)[:, 0].tolist()
-    rows = map(Counted, sticks.features, values, sticks.usual.tolist(), added)
-    return tuple(sorted(rows, key=lambda one: -abs(one.log_odds)))
+    added = (POOL * sticks.added(values)[:, 0]).tolist()
+    alike = min(max(share["stiction"] / (1.0 - share["deadband"]), FLOOR), 1.0 - FLOOR)
+    usual = float(sticks.constant[0])
+    return [
+        Counted("usual", math.nan, math.nan, POOL * usual),
+        Counted("likeness", alike, 1.0 / (1.0 + math.exp(-usual)), (1.0 - POOL) * math.log(alike / (1.0 - alike))),
+        *map(Counted, sticks.features, values, sticks.usual.tolist(), added),
+    ]
+
+
+def _held(odds: float) -> float:
+    return min(max(odds, -50.0), 50.0)
