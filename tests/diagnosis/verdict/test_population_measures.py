@@ -15,8 +15,8 @@ def row(truth, cause, probability, S=5.0, S_found=5.0, verdict="stiction"):
     )
 
 
-def test_each_cause_weighs_the_same_and_undecided_is_wrong():
-    rows = [row("stiction", "stiction", 0.9)] * 9 + [row("stiction", "stiction", 0.5, verdict="undecided")]
+def test_each_cause_weighs_the_same_and_unknown_is_wrong():
+    rows = [row("stiction", "stiction", 0.9)] * 9 + [row("stiction", "unknown", 0.5, verdict="undecided")]
     rows += [row("none", "none", 0.1), row("none", "sensor", 0.1)]
     assert balanced_accuracy(rows) == pytest.approx((0.9 + 0.5) / 2.0)
 

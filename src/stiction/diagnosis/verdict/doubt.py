@@ -114,7 +114,8 @@ def explains_nothing(found: Identification) -> str:
     str
         A sentence; empty where a valve explains more than `BY_CHANCE`.
     """
-    best = max(found.fit, found.fit_linear)
+    best = max(one.fit for one in (found, found.rough or found))
+    best = max(best, found.fit_linear)
     if best >= BY_CHANCE:
         return ""
     return (

@@ -126,7 +126,8 @@ def ultimate(process: ProcessFit, controller: ControllerFit, dt: float) -> tuple
         slow, lag = max(process.time_constant - process.lag, 0.0), process.lag
     lags = s * (1.0 + s * lag) if process.integrating else (1.0 + s * slow) * (1.0 + s * lag)
     gain = process.gain * controller.Kc
-    response = gain * (1.0 + 1.0 / (s * controller.Ti)) / lags * np.exp(-s * (process.dead_time + dt))
+    integral = 1.0 / (s * controller.Ti) if math.isfinite(controller.Ti) else 0.0
+    response = gain * (1.0 + integral) / lags * np.exp(-s * (process.dead_time + dt))
     phase = np.unwrap(np.angle(response))
     crossing = np.flatnonzero((phase[:-1] > -np.pi) & (phase[1:] <= -np.pi))
     if crossing.size == 0:
