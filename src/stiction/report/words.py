@@ -156,5 +156,5 @@ def confidence(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "undecided" or not math.isfinite(p):
         return f"No verdict ({said})"
     certainty = p if diagnosis.verdict == "stiction" else 1.0 - p
-    word = "High" if certainty >= 0.9 else "Moderate" if certainty >= 0.75 else "Low"
+    word = "High" if certainty > 0.9 else "Moderate" if certainty >= 0.75 else "Low"
     return f"{word} confidence ({said})"

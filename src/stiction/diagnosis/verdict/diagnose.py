@@ -99,9 +99,9 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     if seen.features is None:
         return _cannot_tell(seen)
     main = seen.found[seen.speaks]
-    if nothing := explains_nothing(main):
-        return replace(_cannot_tell(seen), reason=nothing, action=NOT_SEEN, identification=main)
     told = causes(seen.features)
+    if (nothing := explains_nothing(main)) and told["sensor"] + told["saturation"] < 0.5:
+        return replace(_cannot_tell(seen), reason=nothing, action=NOT_SEEN, identification=main)
     before = told["stiction"]
     held = held_back(before, seen.quality)
     rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
