@@ -15,7 +15,6 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-from population import each  # beside this script
 from scipy.optimize import minimize
 
 import stiction as st
@@ -116,6 +115,8 @@ def of_case(case):
 
 def gather(folder, loops, seed, jobs):
     """Rows of the simulated loops (cause first) and of the real ones, and the real ones' groups, labels and names."""
+    from population import each  # the page beside this script
+
     simulated = np.array(list(each(of_case, population(loops, seed=seed), jobs, loops)))
     labels = read_labels(str(folder))
     real = np.array([row(st.read(one.path, dt=one.dt, loop_type=one.loop_type)[0]) for one in labels])

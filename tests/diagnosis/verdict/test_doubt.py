@@ -19,16 +19,17 @@ from stiction.records.record import LoopRecord
 LOWERING = ("cycles", "sampling", "clock", "missing", "op resolution", "saturation", "frozen")
 
 
-def quality(lowers=(), refuses=()):
+def quality(lowers=(), refuses=(), first=5):
     gates = tuple(Gate(name, "lowers", 1.0, 0.0, "Why.") for name in lowers)
     gates += tuple(Gate(name, "refuses", 1.0, 0.0, "Why.") for name in refuses)
-    return Quality(gates, not refuses, 100, 100.0, 0.0, 0, 100)
+    return Quality(gates, not refuses, 100, 100.0, 0.0, first, 100)
 
 
 @given(p=some.floats(0.0, 1.0))
 def test_data_beyond_doubt_change_nothing(p):
     assert held_back(p, quality()) == (p, "")
     assert held_back(p, quality(("op scale",))) == (p, "")
+    assert held_back(p, quality(("saturation",), first=0)) == (p, "")  # nothing was left out: the OP is known
 
 
 @given(p=some.floats(0.0, 1.0), names=some.lists(some.sampled_from(LOWERING), min_size=1, unique=True))

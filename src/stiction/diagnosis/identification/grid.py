@@ -194,6 +194,7 @@ def explore(
         np.full((S.size * ratio.size, 3), -1.0),
     )
     if energy > 0.0:
-        error[places] = left / energy
+        # Rounded, lest the unit of a signal decide a tie.
+        error[places] = np.round(left / energy, 10)
     gain[places], best[places] = k, which
     return Surface(S, ratio, error.reshape(shape), gain.reshape(shape), best.reshape(*shape, 3), processes, start)

@@ -33,8 +33,8 @@ FOLLOWS = ("length", "cycles")
 """Refusals that come of a record cut to pieces by another gate."""
 BY_CHANCE = 15.0
 """Share of the PV [%] below which a search says nothing of the valve. With the OP of one simulated loop and the PV of
-another (76 pairs of `simulation.population`, seed 61) the better valve explained less than 20 % in 39 % of the pairs; of
-3 400 loops' own PV (seed 51) it explained less than 15 % in 4 %, five of them sticky."""
+another (76 pairs of `simulation.population`, seed 61) the better valve explained less than 20 % in 39 % of the pairs;
+of 3 400 loops' own PV (seed 51) it explained less than 15 % in 4 %, five of them sticky."""
 
 
 class HeldBack(NamedTuple):
