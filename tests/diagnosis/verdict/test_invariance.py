@@ -68,7 +68,7 @@ def written(record, order, op, time, pv):
 def same(found, truth):
     """Verdict, cause, probability, S and J in % of span: all that an engineer acts on."""
     assert (found.verdict, found.cause) == (truth.verdict, truth.cause)
-    assert found.probability == pytest.approx(truth.probability, abs=1e-3)
+    assert found.probability == pytest.approx(truth.probability, abs=1e-6)
     assert [(g.name, g.severity) for g in found.quality.gates] == [(g.name, g.severity) for g in truth.quality.gates]
     if truth.identification is None:
         assert found.identification is None

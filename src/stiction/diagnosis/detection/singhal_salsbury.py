@@ -43,12 +43,15 @@ def singhal_salsbury(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     Evidence
         `index` is R [-]: 1 for a sine, above 1 where the error builds up slowly and falls at once.
     """
-    logs = np.log(area_ratios(*half_periods(record, oscillation, "error")))
+    error, cuts = half_periods(record, oscillation, "error")
+    # Rounded, lest the unit of the PV decide which of two equal samples is the peak.
+    largest = float(np.abs(error).max(initial=0.0))
+    logs = np.log(area_ratios(np.round(error / largest, 9) if largest > 0.0 else error, cuts))
     index, delta = float("nan"), LEAST_DELTA
     if logs.size:
         middle = float(np.median(logs))
-        error = MEDIAN_ERROR * float(np.median(np.abs(logs - middle))) / np.sqrt(logs.size)
-        index, delta = float(np.exp(middle)), max(LEAST_DELTA, float(np.expm1(2.0 * error)))
+        spread = MEDIAN_ERROR * float(np.median(np.abs(logs - middle))) / np.sqrt(logs.size)
+        index, delta = float(np.exp(middle)), max(LEAST_DELTA, float(np.expm1(2.0 * spread)))
     why = (
         f"The control error's area before its peak over that after it is R = {index:.2f} (median of {logs.size} half "
         f"periods, known to about {delta:.2f}); 1 is symmetric."

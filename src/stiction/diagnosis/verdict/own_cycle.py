@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -76,17 +77,26 @@ def own_cycle(found: Identification, controller: ControllerFit, period: float, d
     if not (controller.fit > LEAST_FIT and controller.Ti > 0.0 and math.isfinite(controller.Kc) and period > 4.0 * dt):
         return None
     step = dt * max(round(period / dt / PER_PERIOD), 1)
+    process = found.process
+    gain = process.gain * controller.Kc * (step if process.integrating else 1.0)
+    if gain <= 0.0:
+        return OwnCycle(math.nan, math.inf)
+    # In units of S, of the process gain and of the step: whether a loop at its limit rests or cycles must not hang on
+    # how the units of a record round.
+    times = {name: getattr(process, name) / step for name in ("time_constant", "dead_time", "lag")}
+    plain = replace(process, gain=1.0, **{name: _round(x) for name, x in times.items()})
+    ratio = _round(min(found.J / found.S, 1.0)) if found.S > 0.0 else 0.0
+    n = int(PERIODS * period / step)
+    load = np.zeros(n)
+    load[: max(int(period / (3.0 * step)), 2)] = 0.7
     try:
         loop = Loop(
-            PID(controller.Kc, controller.Ti, op_limits=(-1e4, 1e4)),
-            Kano(max(found.S, 1e-6), min(found.J, found.S)),
-            process_of(found.process),
-            dt=step,
+            PID(_round(gain), _round(controller.Ti / step), op_limits=(-1e4, 1e4)),
+            Kano(1.0, ratio),
+            process_of(plain),
+            dt=1.0,
         )
-        n = int(PERIODS * period / step)
-        load = np.zeros(n)
-        load[: max(int(period / (3.0 * step)), 2)] = 0.7 * found.S
-        op = simulate(loop, 0.0, n * step, load, op_start=50.0).op[n // 2 :]
+        op = simulate(loop, 0.0, float(n), load, op_start=50.0).op[n // 2 :]
     except ParameterError:
         return None
     if not np.isfinite(op).all():
@@ -94,9 +104,14 @@ def own_cycle(found: Identification, controller: ControllerFit, period: float, d
     swing = 0.5 * float(np.ptp(op))
     wave = op - op.mean()
     rises = np.flatnonzero((wave[:-1] < 0.0) & (wave[1:] >= 0.0))
-    if rises.size < 3 or swing < 1e-3 * found.S:
+    if rises.size < 3 or swing < 1e-3:
         return OwnCycle(math.nan, 0.0)
-    return OwnCycle(float(np.median(np.diff(rises))) * step, swing)
+    return OwnCycle(float(np.median(np.diff(rises))) * step, swing * found.S)
+
+
+def _round(x: float) -> float:
+    """Six digits of a number."""
+    return float(f"{x:.6g}")
 
 
 def ultimate(process: ProcessFit, controller: ControllerFit, dt: float) -> tuple[float, float] | None:
