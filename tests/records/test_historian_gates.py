@@ -13,6 +13,7 @@ from hypothesis import strategies as some
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.models import FOPDT, PID, Ideal, Integrating, Kano, Loop
 from stiction.records import LoopRecord, assess, usable_part
+from stiction.records.storage import averaging_window
 from stiction.simulation import simulate
 from stiction.simulation.historian import (
     averaged,
@@ -241,3 +242,9 @@ def test_gates_are_fast():
             assess(record, 57.0)
             taken.append(time.process_time() - start)
         assert min(taken) < limit
+
+
+@pytest.mark.parametrize("n", range(570, 582))
+def test_the_longest_window_that_a_record_can_show(n):
+    noise = np.random.default_rng(3).normal(size=(2, n + 70))
+    assert averaging_window(*(np.convolve(x, np.ones(71) / 71, "valid") for x in noise)) in (0, 71)

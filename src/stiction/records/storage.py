@@ -243,7 +243,7 @@ def averaging_window(op: NDArray[np.float64], pv: NDArray[np.float64]) -> int:
         echo += 0.5 * acf / acf[0]
     if echo.size < 13:
         return 0
-    window = 4 + int(np.argmin(echo[4 : echo.size // 2]))
+    window = 4 + int(np.argmin(echo[4 : echo.size // 2 - 1]))
     about = np.arange(-2, 3)
     alike = np.abs(echo[window + about] + 0.5 * echo[np.abs(about)]).max() < 0.15
     return window if alike and np.abs(echo[2 * window + about]).max() < 0.15 else 0

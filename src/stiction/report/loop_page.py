@@ -10,6 +10,7 @@ import numpy as np
 from stiction.report import figures, words
 from stiction.report.blocks import Block, Cell, Columns, Figure, Heading, Html, Mark, Table, Text
 from stiction.report.markup import fragment
+from stiction.report.story import causes_step, counted_step
 from stiction.report.view import View
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ def loop_blocks(diagnosis: Diagnosis, settings: Mapping[str, Any] | None = None)
         blocks.append(Text(diagnosis.identification.reason, kind="note") if diagnosis.identification.reason else None)
     blocks += [Heading("Oscillation"), Text(diagnosis.oscillation.reason) if diagnosis.oscillation.reason else None]
     blocks += [_beside(figures.autocorrelation(view), figures.spectrum(view))]
+    blocks += _weighed(diagnosis)
     blocks += [Heading("Evidence"), _evidence(diagnosis), Heading("Data quality"), *_quality(diagnosis)]
     blocks += [Heading("Where this comes from"), _provenance(diagnosis, settings or {})]
     return [block for block in blocks if block is not None]
@@ -83,6 +85,19 @@ def _headline(diagnosis: Diagnosis) -> Html:
         severity=bar if bar is not None and found is not None and np.isfinite(found.S) else None,
         facts=facts,
     )
+
+
+def _weighed(diagnosis: Diagnosis) -> list[Block]:
+    """Probability of each cause, and what counted for stiction and against it."""
+    steps = [step for step in (counted_step(diagnosis), causes_step(diagnosis)) if step is not None]
+    if not steps:
+        return []
+    tables: list[Block] = [
+        Table(step.table.columns, step.table.rows, " ".join(step.lines) or "They sum to 1.")
+        for step in steps
+        if step.table is not None
+    ]
+    return [Heading("What counted"), *tables]
 
 
 def _evidence(diagnosis: Diagnosis) -> Block:

@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 from stiction.report import words
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from stiction.diagnosis.result import Diagnosis, Identification
 
-    from stiction.diagnosis.result import Counted, Diagnosis, Identification
-
-__all__ = ["FEATURES", "Step", "Tabled", "story"]
+__all__ = ["FEATURES", "Step", "Tabled", "causes_step", "counted_step", "story"]
 
 FEATURES = {
     "usual": "a loop of which nothing is known",
@@ -104,10 +102,7 @@ def story(diagnosis: Diagnosis) -> list[Step]:
     ]
     if found is not None:
         steps.append(Step("Which valve and process explain the PV?", _explained(found)))
-    if diagnosis.counted:
-        steps.append(_counted(diagnosis.counted, diagnosis.settings.get("before_doubts", diagnosis.probability)))
-    if diagnosis.causes:
-        steps.append(_causes(diagnosis))
+    steps += [step for step in (counted_step(diagnosis), causes_step(diagnosis)) if step is not None]
     if diagnosis.evidence:
         steps.append(_methods(diagnosis))
     if diagnosis.windows:
@@ -143,7 +138,12 @@ def _explained(found: Identification) -> list[str]:
     return [*lines, found.reason] if found.reason else lines
 
 
-def _counted(counted: Sequence[Counted], probability: float) -> Step:
+def counted_step(diagnosis: Diagnosis) -> Step | None:
+    """Which findings counted for stiction and against it, the strongest first; None where nothing was weighed."""
+    counted = diagnosis.counted
+    if not counted:
+        return None
+    probability = diagnosis.settings.get("before_doubts", diagnosis.probability)
     rows = [
         [
             FEATURES.get(one.feature, one.feature.replace("_", " ")),
@@ -159,7 +159,10 @@ def _counted(counted: Sequence[Counted], probability: float) -> Step:
     return Step("What counted?", [line], table)
 
 
-def _causes(diagnosis: Diagnosis) -> Step:
+def causes_step(diagnosis: Diagnosis) -> Step | None:
+    """Probability of each cause, the likeliest first; None where nothing was weighed."""
+    if not diagnosis.causes:
+        return None
     ranked = sorted(diagnosis.causes.items(), key=lambda item: -item[1])
     rows = [[name, f"{share:.2f}"] for name, share in ranked]
     return Step("Which cause?", [], Tabled(["Cause", "Probability"], rows, ["Probability"]))
