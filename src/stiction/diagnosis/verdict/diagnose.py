@@ -33,6 +33,8 @@ SHORTEST_PERIOD = 8
 PLAIN_REASONS = ("exception", "compression", "missing", "op moves", "pv moves", "manual", "saturation")
 """Refusals that others follow from; that of a record which is too short as a whole comes before them."""
 
+FAULT_SEEN = 0.5
+"""Probability of a faulty sensor or of saturation that explains why OP explains nothing [-]."""
 NOT_SEEN = "Check that OP and PV are of one loop; look for what else moves the PV; stroke the valve in manual."
 """What to do where OP does not move PV."""
 AT_LIMIT = "Check sizing and limits of the valve, then record the loop off its limits."
@@ -100,14 +102,15 @@ def diagnose(record: LoopRecord) -> Diagnosis:
         return _cannot_tell(seen)
     main = seen.found[seen.speaks]
     told = causes(seen.features)
-    if (nothing := explains_nothing(main)) and told["sensor"] + told["saturation"] < 0.5:
-        return replace(_cannot_tell(seen), reason=nothing, action=NOT_SEEN, identification=main)
     before = told["stiction"]
     held = held_back(before, seen.quality)
     rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
-    verdict = _verdict(held.probability)
+    nothing = explains_nothing(main) if told["sensor"] + told["saturation"] < FAULT_SEEN else ""
+    verdict = "undecided" if nothing else _verdict(held.probability)
     cause = named_cause(verdict, told, main, seen.oscillation, record.dt)
+    if nothing:
+        cause = cause._replace(reason=nothing, action=NOT_SEEN)
     shown = windows(seen.part, main, seen.quality.first) if verdict != "no_stiction" else ()
     spoken = (cause.reason, said(shown, record.dt), held.why)
     return Diagnosis(
