@@ -81,8 +81,8 @@ def identify(
     Examples
     --------
     >>> import stiction as st
-    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
-    >>> found = st.identify(st.simulate(loop, sp=10.0, duration=2000.0), period=162.0)
+    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
+    >>> found = st.identify(st.simulate(loop, sp=10.0, duration=2000.0, seed=1), period=162.0)
     >>> abs(found.S - 3.0) < 0.3
     True
     """
