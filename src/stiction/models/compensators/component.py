@@ -172,6 +172,14 @@ class Compensator:
         for name, unit in not_negative.items():
             object.__setattr__(self, name, require_not_negative(name, getattr(self, name), unit))
 
+    @staticmethod
+    def _pauses(width: float, interval: float) -> None:
+        """Ask for a pause between pulses [s]."""
+        if width >= interval:
+            raise ParameterError(
+                f"width = {width:g} s leaves no pause in interval = {interval:g} s; give width < interval."
+            )
+
     def _at_least(self, name: str, lowest: float) -> None:
         """Turn the setting into a number of the kind of `lowest`, or say that it lies below it or is none."""
         value = require_finite(name, getattr(self, name), "-")

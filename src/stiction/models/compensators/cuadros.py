@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from stiction.errors import ParameterError
 from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, pulsed, rhythm, sign
 from stiction.models.compiled import inlined
 
@@ -76,10 +75,7 @@ class Cuadros(Compensator):
         self._require(
             positive={"width": "s", "interval": "s"}, not_negative={"amplitude": "% of span", "band": "PV units"}
         )
-        if self.width >= self.interval:
-            raise ParameterError(
-                f"width = {self.width:g} s leaves no pause in interval = {self.interval:g} s; give width < interval."
-            )
+        self._pauses(self.width, self.interval)
 
     @classmethod
     def _settings(cls, given: Stiction) -> Self:
