@@ -57,7 +57,7 @@ def recorded_controller(record: LoopRecord) -> tuple[PID, bool]:
         When no controller explains the OP.
     """
     found = fit_controller(record)
-    exact = "at the controller's rate" in found.why
+    exact = found.exact
     options = {"op_limits": _limits(record.op)}
     behind = {"b": 0.0 if found.form.startswith("I-P") else 1.0, "c": 0.0 if "-" in found.form else 1.0}
     pid, share = None, found.fit

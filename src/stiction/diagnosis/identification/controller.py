@@ -56,6 +56,8 @@ class ControllerFit(NamedTuple):
     """Standard error of Kc [% of span per PV unit]."""
     Ti_error: float = math.nan
     """Standard error of Ti [s]."""
+    exact: bool = False
+    """Whether the record shows the controller's own samples: then all but rounding of the moves is explained."""
     why: str = ""
     """Which comparison was made, what was left out, and why no form is named where none is."""
 
@@ -134,10 +136,10 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
         why += f"; {bumps} bumps left out"
     if not moving:
         why += "; the set point is constant, so that parts on the error and on the PV are the same"
-    return _named(found, why + ".")
+    return _named(found, why + ".", exact=exact)
 
 
-def _named(found: FormFit, why: str) -> ControllerFit:
+def _named(found: FormFit, why: str, *, exact: bool) -> ControllerFit:
     """Turn weights into gain and times, with errors by linear propagation."""
     uses = list(found.weights)
     integral = uses.index(1) if 1 in uses else -1
@@ -156,7 +158,7 @@ def _named(found: FormFit, why: str) -> ControllerFit:
     if found.share <= ENOUGH:
         form, action = "unknown", 0.0
         why += f" It explains {found.share:.2f} of it, {ENOUGH:g} is needed to name a controller."
-    return ControllerFit(Kc, Ti, found.share, action, form, Td, Ki, Kc_error, Ti_error, why)
+    return ControllerFit(Kc, Ti, found.share, action, form, Td, Ki, Kc_error, Ti_error, exact, why)
 
 
 def _none(why: str) -> ControllerFit:

@@ -126,15 +126,15 @@ class Search:
         coarse = fine = prediction_of(signals)
         if signals.thinned > 1:
             fine = prediction_of(prepare(self.record, self.period, fine=True), fine=True)
-        seen = "at the controller's rate" in self.controller.why
-        found = contest(fine, most_likely(coarse, fine, float(np.ptp(signals.op))), seen=seen)
+        tried = most_likely(coarse, fine, float(np.ptp(signals.op)))
+        found = contest(fine, tried, seen=self.controller.exact)
         whole = fine if fine.first == 0 else fine._replace(op=signals.op)
         stem = stem_of(whole, found.valve[0])
         pieces = [with_stem(one, _part(stem, one.signals), sign, self.record.integrating) for one in self.pieces]
         return replace(_closely("kano", self.record, signals, pieces, fine, found, stem), rough=self.rough)
 
 
-def search(record: LoopRecord, period: float | None) -> Search:
+def search(record: LoopRecord, period: float | None, controller: ControllerFit | None = None) -> Search:
     """Search each stretch of a record densely.
 
     Parameters
@@ -143,6 +143,8 @@ def search(record: LoopRecord, period: float | None) -> Search:
         A record with OP and PV.
     period : float or None
         Period of the oscillation [s]; None compares about the mean of the record.
+    controller : ControllerFit, optional
+        The controller behind the record, which says which sign the process has; it is fitted where it is not given.
 
     Returns
     -------
@@ -159,11 +161,12 @@ def search(record: LoopRecord, period: float | None) -> Search:
     for name, x in (("OP", signals.op), ("PV", signals.pv)):
         if not np.ptp(x) > 1e-9 * np.abs(x).max():
             raise RecordError(f"{record.tag}: {name} does not vary; nothing can be identified.")
-    controller = fit_controller(record)
+    controller = fit_controller(record) if controller is None else controller
+    action = controller.action
     stretches = pieces_of(signals)
 
     def searched(stretch: Signals) -> Piece:
-        return search_piece(stretch, controller.action, record.integrating, swing)
+        return search_piece(stretch, action, record.integrating, swing)
 
     if len(stretches) == 1:
         pieces = [searched(stretches[0])]

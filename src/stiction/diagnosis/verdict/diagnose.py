@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.detection import detect_all
-from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.identify import search
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence, Identification
@@ -22,6 +21,7 @@ from stiction.records.quality import assess, usable_part
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.controller import ControllerFit
+    from stiction.diagnosis.identification.identify import Search
     from stiction.diagnosis.result import Oscillation, Verdict
     from stiction.records.quality import Quality
     from stiction.records.record import LoopRecord
@@ -162,31 +162,31 @@ def findings(record: LoopRecord) -> Findings:
     oscillation = find_oscillation(part)
     quality = assess(record, oscillation.period if oscillation.oscillating else None)
     evidence = detect_all(part, oscillation)
-    found, speaks = _identify(part, oscillation) if quality.usable else ((), 0)
-    if not found:
-        return Findings(record, part, oscillation, quality, evidence, found, speaks, None, None)
-    controller = fit_controller(part)
+    searches = _searched(part, oscillation) if quality.usable else ()
+    if not searches:
+        return Findings(record, part, oscillation, quality, evidence, (), 0, None, None)
+    speaks = 0 if oscillation.oscillating else max(range(len(searches)), key=lambda i: searches[i].rough.fit)
+    found = tuple(one.closer() if i == speaks else one.rough for i, one in enumerate(searches))
+    controller = searches[0].controller
     # Weights were found without a stem position, and what a method makes of one must not shift them.
     votes = evidence if part.mv is None else detect_all(replace(part, mv=None), oscillation)
     row = features(record, part, found, speaks, controller, oscillation, votes)
     return Findings(record, part, oscillation, quality, evidence, found, speaks, controller, row)
 
 
-def _identify(part: LoopRecord, oscillation: Oscillation) -> tuple[tuple[Identification, ...], int]:
+def _searched(part: LoopRecord, oscillation: Oscillation) -> tuple[Search, ...]:
     """Compare about the local mean over one period, where there is one, and about the mean of the record.
 
-    Returns both and which of them speaks: the one about the period where the loop oscillates, else the one that
-    explains more. Only that one is searched closely.
+    The one about the period speaks where the loop oscillates, else the one that explains more; only that one is then
+    searched closely.
     """
-    periods: list[float | None] = [None]
-    if SHORTEST_PERIOD * part.dt < oscillation.period < part.duration / 2.0:
-        periods.insert(0, oscillation.period)
     try:
-        searches = [search(part, period) for period in periods]
+        whole = search(part, None)
+        if SHORTEST_PERIOD * part.dt < oscillation.period < part.duration / 2.0:
+            return search(part, oscillation.period, whole.controller), whole
     except RecordError:
-        return (), 0
-    main = 0 if oscillation.oscillating else max(range(len(searches)), key=lambda i: searches[i].rough.fit)
-    return tuple(one.closer() if i == main else one.rough for i, one in enumerate(searches)), main
+        return ()
+    return (whole,)
 
 
 def _verdict(probability: float) -> Verdict:
