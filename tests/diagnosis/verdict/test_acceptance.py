@@ -11,53 +11,82 @@ import pytest
 import stiction as st
 from stiction.simulation.population import CAUSES
 
-from .population import OTHERS, SURE, judged, listed, measures, table
+from .population import OTHERS, judged, listed, measures, table
 
 SEED, SHORT = 2, 800
 """Population of the quick tests, of records that are quickly judged; each still holds six periods."""
 
 
+def short_of(what):
+    """A bound that is asked for and not reached; `docs/verdict.md` says what limits it."""
+    return pytest.mark.xfail(reason=what, strict=True)
+
+
+@short_of("23 of 30; 27 are asked")
 def test_sticky_loops_are_found():
     rows = judged(30, ("stiction",), SEED, SHORT)
-    missed = [row for row in rows if row.probability < 1.0 - SURE]
-    assert sum(row.right for row in rows) >= 20, listed(row for row in rows if not row.right)
-    assert len(missed) <= 3, listed(missed)
+    assert sum(row.right for row in rows) >= 27, listed(row for row in rows if not row.right)
 
 
-def test_the_interval_holds_S():
-    rows = [row for row in judged(30, ("stiction",), SEED, SHORT) if not row.refused]
-    outside = [row for row in rows if not row.S_low <= row.S <= row.S_high]
-    assert len(outside) <= 6, listed(outside)
-
-
-@pytest.mark.xfail(reason="issue 5 asks for S within 10 % in 0.9 where J shows; docs/verdict.md says what was reached")
+@short_of("S within 10 % in 15 of the 22 where J shows; 9 in 10 are asked")
 def test_S_is_measured_where_J_shows():
     rows = [row for row in judged(30, ("stiction",), SEED, SHORT) if row.visible]
     assert sum(row.S_close for row in rows) >= 0.9 * len(rows), listed(row for row in rows if not row.S_close)
 
 
+def test_sticky_loops_are_not_missed_for_sure_and_S_lies_in_its_interval():
+    rows = [row for row in judged(30, ("stiction",), SEED, SHORT) if not row.refused]
+    missed = [row for row in rows if row.probability < 0.1]
+    outside = [row for row in rows if not row.S_low <= row.S <= row.S_high]
+    assert len(missed) <= 2, listed(missed)
+    assert len(outside) <= 5, listed(outside)  # 19 in 20 miss 1.5 of 30; more than 5 would be chance in one of 300
+
+
 def test_loops_that_oscillate_for_other_reasons_raise_no_alarm():
     rows = judged(30, OTHERS, SEED, SHORT)
     alarms = [row for row in rows if row.verdict == "stiction"]
-    assert len(alarms) <= 4, listed(alarms)
-    assert not [row for row in alarms if row.probability > SURE], listed(alarms)
+    assert len(alarms) <= 2, listed(alarms)
 
 
-@pytest.mark.parametrize("cause", CAUSES)
+NOT_NAMED = short_of("three of five quiet or sluggish short loops with a good valve are called stiction")
+
+
+@pytest.mark.parametrize(
+    "cause", [pytest.param(cause, marks=NOT_NAMED) if cause == "none" else cause for cause in CAUSES]
+)
 def test_the_cause_is_named(cause):
-    rows = judged(8, (cause,), 31, 700)
+    rows = judged(5, (cause,), 31, 700)
     named = sum(row.cause == cause for row in rows)
     assert named >= 4, listed(row for row in rows if row.cause != cause)
 
 
 @pytest.mark.slow
-def test_a_population_of_all_causes():
+@short_of("issue 5 asks for 90")
+def test_a_hundred_sticky_loops():
+    rows = judged(100, ("stiction",), 7)
+    good = sum(row.right and row.S_close for row in rows)
+    assert good >= 90, table(rows) + listed(row for row in rows if not (row.right and row.S_close))
+
+
+@pytest.mark.slow
+def test_a_hundred_loops_that_oscillate_for_other_reasons():
+    rows = judged(100, OTHERS, 7)
+    alarms = [row for row in rows if row.verdict == "stiction"]
+    assert len(alarms) <= 5, table(rows) + listed(alarms)
+
+
+@pytest.mark.slow
+def test_few_confident_false_alarms_in_a_population_of_all_causes():
     rows = judged(700, CAUSES, 7, jobs=2)
-    told = measures(rows)
-    assert told["balanced_accuracy"] >= 0.85, table(rows)
-    assert told["calibration_error"] <= 0.04, table(rows)
-    assert told["confident_false_alarms"] <= 0.01, table(rows)
-    assert 0.88 <= told["interval_holds_S"] <= 0.98, table(rows)
+    assert measures(rows)["confident_false_alarms"] <= 0.01, table(rows)
+
+
+@pytest.mark.slow
+@short_of("balanced accuracy 0.896, calibration error 0.051 (1 400 loops, seed 8)")
+def test_a_population_of_all_causes():
+    told = measures(judged(700, CAUSES, 7, jobs=2))
+    assert told["balanced_accuracy"] >= 0.9
+    assert told["calibration_error"] <= 0.03
 
 
 def test_real_loops(records):
