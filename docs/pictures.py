@@ -146,8 +146,7 @@ def reliability(rows: list[dict[str, float]], loops: int) -> str:
     for row in rows:
         x, y = panel.at(row["told"], row["sticky"])
         panel.parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{OP}"/>')
-        right = row["told"] > 0.5
-        panel.label(x + (-8 if right else 8), y + 4, f"{row['loops']:.0f}", "end" if right else "start")
+        panel.label(x - 6, y - 8, f"{row['loops']:.0f}", "end" if row["told"] > 0.2 else "middle")
     panel.ticks([0.0, 0.2, 0.4, 0.6, 0.8, 1.0], [0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
     panel.label(60, 20, f"share of loops that stick, of {loops} simulated; the numbers are loops", colour=OP)
     panel.label(420, 366, "probability told", "end")

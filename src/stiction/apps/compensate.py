@@ -53,7 +53,7 @@ def compensate(
     ----------
     controller
         pi:Kc=0.2,Ti=10, pid:Kc=..,Ti=..,Td=.., p:Kc=.. or parallel:Kp=..,Ki=..,Kd=.. : the controller, instead of the
-        PI found from the record; op_limits=0..100 adds limits.
+        one found from the record; op_limits=0..100 adds limits.
     weights
         NAME=VALUE,...: weights of the cost: pv_std (1), iae (0.5), offset (0.25), travel (0.05), reversals (0.05),
         op_travel (0.02), sp_step (0.25), load_step (0.25), errors (0.5); those left out keep these.

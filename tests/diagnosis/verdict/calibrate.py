@@ -36,6 +36,8 @@ SHARE_REAL = 0.35
 """What the loss on the real loops left out counts, against that on simulated ones, when features are chosen [-]."""
 LEAST_GAIN = 0.001
 MOST = 14
+FOLDS = 4
+"""Parts that the simulated loops are left out in, to see how well they are told."""
 TESTED = 5
 """One simulated loop in so many is left out of the fits."""
 
@@ -185,6 +187,32 @@ def pooled(p, scores):
     return squash(POOL * np.log(p / (1.0 - p)) + (1.0 - POOL) * np.log(alike / (1.0 - alike))) * (1.0 - play)
 
 
+def fourfold(X, y, real, sticky, group, chosen):
+    """Print accuracy and calibration on simulated loops not fitted, by both tables pooled and by the second alone."""
+    every, fold = list(range(len(NAMES))), np.arange(y.size) % FOLDS
+    p, scores = np.empty(y.size), np.empty((y.size, len(CAUSES)))
+    for k in range(FOLDS):
+        fitted, left = fold != k, fold == k
+        lines = Lines(X[fitted])
+        first = Sticks(lines, X[fitted], y[fitted], real, sticky, group)
+        p[left] = squash(lines(X[left], chosen) @ first.fit(chosen))
+        scores[left] = lines(X[left], every) @ fit_causes(lines(X[fitted], every), y[fitted])
+    alone = np.exp(scores - scores.max(1, keepdims=True))
+    alone /= alone.sum(1, keepdims=True)
+    stiction = CAUSES.index("stiction")
+    both = alone.copy()
+    both[:, stiction] = pooled(p, scores)
+    others = [k for k, cause in enumerate(CAUSES) if cause not in ("stiction", "deadband")]
+    rest = 1.0 - both[:, stiction] - both[:, CAUSES.index("deadband")]
+    both[:, others] *= (rest / np.maximum(both[:, others].sum(1), 1e-12))[:, np.newaxis]
+    for name, shares in (("both tables", both), ("the second table alone", alone)):
+        named = shares.argmax(1)
+        accuracy = np.mean([np.mean(named[y == k] == k) for k in range(len(CAUSES))])
+        told, bins = shares[:, stiction], np.minimum((10.0 * shares[:, stiction]).astype(int), 9)
+        error = sum(abs((told - (y == stiction))[bins == b].sum()) for b in range(10)) / y.size
+        print(f"simulated loops left out, {name}: balanced accuracy {accuracy:.3f}, calibration error {error:.3f}")
+
+
 def log_loss(p, y, weight=None):
     return float(np.average(-np.log(np.clip(np.where(y == 1.0, p, 1.0 - p), 5e-3, 1.0)), weights=weight))
 
@@ -231,7 +259,12 @@ def main() -> None:
     print("features of the first table:", ", ".join(NAMES[k] for k in chosen))
     every = list(range(len(NAMES)))
     W = fit_causes(lines(X, every), y)
-    tell(pooled(first.left_out(chosen), lines(real, every) @ W), sticky, group, files)
+    scores = lines(real, every) @ W
+    tell(pooled(first.left_out(chosen), scores), sticky, group, files)
+    fourfold(X, y, real, sticky, group, chosen)
+    alone = np.exp(scores - scores.max(1, keepdims=True))
+    print("the second table alone, on the real loops:")
+    tell(alone[:, CAUSES.index("stiction")] / alone.sum(1), sticky, group, files)
     if given.write:
         write("sticks", lines.rows("stiction", first.fit(chosen), chosen))
         write("causes", (line for k, cause in enumerate(CAUSES) for line in lines.rows(cause, W[:, k], every)))
