@@ -10,14 +10,14 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
 from numba.core import config as numba_config
 
-__all__ = ["cache_folder", "inlined", "kernel"]
+__all__ = ["cache_folder", "inlined", "kernel", "summing"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -69,15 +69,23 @@ def inlined(function: Function) -> Function:
     return _compiled(function, inline=True)
 
 
-def _compiled(function: Function, *, inline: bool) -> Function:
-    njit: Any = numba.njit
+def summing(function: Function) -> Function:
+    """Compile a kernel of sums whose order does not matter, so that each sum is taken in several lanes at once.
+
+    The sums then differ in the last digits from one kind of processor to another: not for models and their runs.
+    """
+    return _compiled(function, inline=False, fastmath={"reassoc", "contract", "nsz"})
+
+
+def _compiled(function: Function, *, inline: bool, fastmath: set[str] | bool = False) -> Function:
+    njit: Any = partial(numba.njit, nogil=True, forceinline=inline, fastmath=fastmath)
     config: Any = numba_config
     folder = cache_folder()
     if folder is None:
-        return cast("Function", njit(nogil=True, forceinline=inline)(function))
+        return cast("Function", njit()(function))
     before = config.CACHE_DIR
     config.CACHE_DIR = str(folder)
     try:
-        return cast("Function", njit(nogil=True, cache=True, forceinline=inline)(function))
+        return cast("Function", njit(cache=True)(function))
     finally:
         config.CACHE_DIR = before

@@ -264,10 +264,10 @@ def stem_of(prediction: Prediction, valve: NDArray[np.float64]) -> NDArray[np.fl
     ndarray, shape (n_samples * width,)
         Stem position [% of span].
     """
-    mv, work = np.empty((prediction.op.size, 1)), np.empty((2, 1))
+    mv, work = np.empty((1, prediction.op.size)), np.empty((3, 1))
     S, ratio, stops, place = (np.full(1, x) for x in valve)
-    stems(prediction.op, 1, S, S * ratio, stops, place, work[0], work[1], mv)
-    return mv[:, 0]
+    stems(prediction.op, 1, S, S * ratio, stops, place, work[0], work[1], work[2], mv)
+    return mv[0]
 
 
 def _try(prediction: Prediction, valve: NDArray[np.float64]) -> Trials:

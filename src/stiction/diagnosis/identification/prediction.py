@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.models.compiled import kernel
+from stiction.models.compiled import kernel, summing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,17 +28,17 @@ class Desk(NamedTuple):
     """Work space of `prediction_errors`, one for each thread."""
 
     mv: NDArray[np.float64]
-    """Stem positions, shape (n_samples, n_lanes)."""
+    """Stem positions, a valve a row, shape (n_lanes, n_samples)."""
     valve: NDArray[np.float64]
-    """Vectors: S, J, rule, place, position, direction, sum; shape (7, n_lanes)."""
-    products: NDArray[np.float64]
-    """Sums of products by lag, shape (2 lags + order + 1, n_lanes)."""
+    """Vectors: S, J, rule, place, position, direction, stem; shape (7, n_lanes)."""
     past: NDArray[np.float64]
-    """Products of the PV's lags with one another, shape (order + 1, order + 1)."""
+    """Products of the PV's lags with one another, their sums in the last column, shape (order + 1, order + 2)."""
     cross: NDArray[np.float64]
-    """Products of the PV's lags with the stem's, shape (order + 1, lags + 1)."""
+    """Products of the stem's lags with the PV's, shape (lags + 1, order + 1)."""
     stem: NDArray[np.float64]
-    """Products of the stem's lags with one another; row 0 their sums. Shape (lags + 1, lags + 1)."""
+    """Products of the stem's lags with those up to them; column 0 their sums. Shape (lags + 1, lags + 1)."""
+    group: NDArray[np.float64]
+    """Products of a group of the stem's lags with each lag, shape (lags + 1,)."""
     normal: NDArray[np.float64]
     """Normal equations, then their triangular root, shape (n_weights, n_weights)."""
     weights: NDArray[np.float64]
@@ -64,34 +64,33 @@ def desk(n_samples: int, order: int, edges: NDArray[np.int64]) -> Desk:
     """
     lags, weights = int(edges[-1]) - 1, order + edges.size
     return Desk(
-        mv=np.empty((n_samples, LANES)),
+        mv=np.empty((LANES, n_samples)),
         valve=np.empty((7, LANES)),
-        products=np.empty((2 * lags + order + 1, LANES)),
-        past=np.empty((order + 1, order + 1)),
-        cross=np.empty((order + 1, lags + 1)),
+        past=np.empty((order + 1, order + 2)),
+        cross=np.empty((lags + 1, order + 1)),
         stem=np.empty((lags + 1, lags + 1)),
+        group=np.empty(lags + 1),
         normal=np.empty((weights, weights)),
         weights=np.empty((2, weights)),
     )
 
 
 @kernel
-def stems(op, width, S, J, stops, place, x, moving, mv):
-    """Fill `mv` (n_blocks, n_lanes) with each stem's mean over blocks of `width` samples of `op`.
+def stems(op, width, S, J, stops, place, x, moving, mean, mv):
+    """Fill `mv` (n_lanes, n_blocks) with each stem's mean over blocks of `width` samples of `op`.
 
     The rule is Kano's of `follow`; where `stops` is 1 a stem rests again after every sample, as He's does. Each
-    begins `place` half bands off the first OP. `x` and `moving` (n_lanes,) are work space.
+    begins `place` half bands off the first OP. `x`, `moving` and `mean` (n_lanes,) are work space.
     """
-    n, lanes = mv.shape
+    lanes, n = mv.shape
     share = 1.0 / width
     before = op[0]
     for v in range(lanes):
         x[v] = before + place[v] * 0.5 * (S[v] + J[v])
         moving[v] = 0.0
     for k in range(n):
-        row = mv[k]
         for v in range(lanes):
-            row[v] = 0.0
+            mean[v] = 0.0
         for i in range(k * width, (k + 1) * width):
             u = op[i]
             du = u - before
@@ -103,7 +102,9 @@ def stems(op, width, S, J, stops, place, x, moving, mv):
                 way = moving[v] if du * moving[v] > 0.0 else way
                 x[v] = u - way * 0.5 * (S[v] - J[v]) if way != 0.0 else x[v]
                 moving[v] = way * (1.0 - stops[v])
-                row[v] += share * x[v]
+                mean[v] += share * x[v]
+        for v in range(lanes):
+            mv[v, k] = mean[v]
 
 
 @kernel
@@ -117,15 +118,14 @@ def prediction_errors(op, width, pv, order, edges, begin, floor, S, J, stops, pl
     be empty. `S`, `J`, `stops` and `place` (n,) are those of `stems`.
     """
     n = pv.shape[0]
-    lanes = work.mv.shape[1]
-    groups = edges.shape[0] - 1
-    lags = edges[groups] - 1
-    past, cross, stem, mv = work.past, work.cross, work.stem, work.mv
+    mv, valve, past, cross, stem = work.mv, work.valve, work.past, work.cross, work.stem
+    lanes = mv.shape[0]
+    lags = edges[edges.shape[0] - 1] - 1
     for i in range(order + 1):
         total = 0.0
         for k in range(begin, n):
             total += pv[k - i]
-        cross[i, 0] = total
+        past[i, order + 1] = total
         for j in range(i + 1):
             total = 0.0
             for k in range(begin, n):
@@ -133,114 +133,124 @@ def prediction_errors(op, width, pv, order, edges, begin, floor, S, J, stops, pl
             past[i, j] = past[j, i] = total
     for base in range(0, S.shape[0], lanes):
         filled = min(lanes, S.shape[0] - base)
-        valve = work.valve
         for v in range(lanes):
             i = base + min(v, filled - 1)
             valve[0, v], valve[1, v], valve[2, v], valve[3, v] = S[i], J[i], stops[i], place[i]
-        stems(op, width, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], mv)
-        _centre(mv, valve[6])
-        _products(pv, mv, order, lags, begin, work.products)
+        stems(op, width, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], valve[6], mv)
         for v in range(filled):
-            _lagged(pv, mv, v, order, lags, begin, work.products, cross, stem)
-            _normal(n - begin, order, edges, past, cross, stem, work.normal, work.weights)
+            _centre(mv[v])
+            _products(pv, mv[v], order, lags, begin, cross, stem)
+            _shifted(pv, mv[v], order, lags, begin, cross, stem)
+            _normal(n - begin, order, edges, past, cross, stem, work.group, work.normal, work.weights)
             left[base + v] = _solve(past[0, 0], work.normal, work.weights) + floor * (n - begin)
             if ends.shape[0] > 0:
-                _by_block(pv, mv, v, order, edges, begin, floor, ends, work.weights, blocks[base + v])
+                _weights(work.normal, work.weights)
+                _by_block(pv, mv[v], order, edges, begin, floor, ends, work.weights[0], blocks[base + v])
 
 
-@kernel
-def _centre(mv, total):
-    """Take each lane's mean off."""
-    n, lanes = mv.shape
-    for v in range(lanes):
-        total[v] = 0.0
-    for k in range(n):
-        for v in range(lanes):
-            total[v] += mv[k, v]
-    for k in range(n):
-        for v in range(lanes):
-            mv[k, v] -= total[v] / n
-
-
-@kernel
-def _products(pv, mv, order, lags, begin, out):
-    """Sums over the window: PV now by stem then, stem one ago by stem then, PV then by stem one ago, and the stem."""
-    n, lanes = mv.shape
-    for p in range(out.shape[0]):
-        for v in range(lanes):
-            out[p, v] = 0.0
-    for k in range(begin, n):
-        now, one = pv[k], mv[k - 1]
-        for lag in range(1, lags + 1):
-            then, first, second = mv[k - lag], out[lag - 1], out[lags + lag - 1]
-            for v in range(lanes):
-                first[v] += now * then[v]
-                second[v] += one[v] * then[v]
-        for i in range(1, order + 1):
-            then_pv, third = pv[k - i], out[2 * lags + i - 1]
-            for v in range(lanes):
-                third[v] += then_pv * one[v]
-        last = out[2 * lags + order]
-        for v in range(lanes):
-            last[v] += one[v]
-
-
-@kernel
-def _lagged(pv, mv, v, order, lags, begin, sums, cross, stem):
-    """Products of all pairs of lags of lane `v` from those of `_products`: shifting both costs only the edges."""
+@summing
+def _centre(mv):
+    """Take the mean off."""
     n = mv.shape[0]
-    for lag in range(1, lags + 1):
-        cross[0, lag] = sums[lag - 1, v]
-        stem[1, lag] = sums[lags + lag - 1, v]
-    for i in range(1, order + 1):
-        cross[i, 1] = sums[2 * lags + i - 1, v]
-    stem[0, 1] = sums[2 * lags + order, v]
+    total = 0.0
+    for k in range(n):
+        total += mv[k]
+    for k in range(n):
+        mv[k] -= total / n
+
+
+@summing
+def _products(pv, mv, order, lags, begin, cross, stem):
+    """Sums over the window: PV now by stem then, stem one ago by stem then, PV then by stem one ago, and the stem.
+
+    Four lags at once, so that what they share is loaded once; past the last lag that one is done again.
+    """
+    n = mv.shape[0]
+    size = n - begin
+    now, one = pv[begin:n], mv[begin - 1 : n - 1]
+    for lag in range(1, lags + 1, 4):
+        second, third, fourth = min(lag + 1, lags), min(lag + 2, lags), min(lag + 3, lags)
+        m0, m1 = mv[begin - lag : n - lag], mv[begin - second : n - second]
+        m2, m3 = mv[begin - third : n - third], mv[begin - fourth : n - fourth]
+        a0 = a1 = a2 = a3 = 0.0
+        b0 = b1 = b2 = b3 = 0.0
+        for k in range(size):
+            a0 += now[k] * m0[k]
+            a1 += now[k] * m1[k]
+            a2 += now[k] * m2[k]
+            a3 += now[k] * m3[k]
+            b0 += one[k] * m0[k]
+            b1 += one[k] * m1[k]
+            b2 += one[k] * m2[k]
+            b3 += one[k] * m3[k]
+        cross[lag, 0], cross[second, 0], cross[third, 0], cross[fourth, 0] = a0, a1, a2, a3
+        stem[lag, 1], stem[second, 1], stem[third, 1], stem[fourth, 1] = b0, b1, b2, b3
+    for i in range(1, order + 1, 4):
+        second, third, fourth = min(i + 1, order), min(i + 2, order), min(i + 3, order)
+        y0, y1 = pv[begin - i : n - i], pv[begin - second : n - second]
+        y2, y3 = pv[begin - third : n - third], pv[begin - fourth : n - fourth]
+        a0 = a1 = a2 = a3 = 0.0
+        for k in range(size):
+            a0 += y0[k] * one[k]
+            a1 += y1[k] * one[k]
+            a2 += y2[k] * one[k]
+            a3 += y3[k] * one[k]
+        cross[1, i], cross[1, second], cross[1, third], cross[1, fourth] = a0, a1, a2, a3
+    total = 0.0
+    for k in range(size):
+        total += one[k]
+    stem[1, 0] = total
+
+
+@summing
+def _shifted(pv, mv, order, lags, begin, cross, stem):
+    """Products of all pairs of lags from those of `_products`: shifting both costs only the edges of the window."""
+    n = mv.shape[0]
     for lag in range(2, lags + 1):
-        enters, leaves = mv[begin - lag, v], mv[n - lag, v]
-        stem[0, lag] = stem[0, lag - 1] + enters - leaves
-        for i in range(1, order + 1):
-            cross[i, lag] = cross[i - 1, lag - 1] + pv[begin - i] * enters - pv[n - i] * leaves
+        row, before = stem[lag], stem[lag - 1]
+        enter, leave = mv[begin - lag : begin], mv[n - lag : n]
+        row[0] = before[0] + enter[0] - leave[0]
         for other in range(2, lag + 1):
-            both = stem[other - 1, lag - 1] + enters * mv[begin - other, v] - leaves * mv[n - other, v]
-            stem[other, lag] = both
-    for lag in range(1, lags + 1):
-        for other in range(lag + 1, lags + 1):
-            stem[other, lag] = stem[lag, other]
+            row[other] = before[other - 1] + enter[0] * enter[lag - other] - leave[0] * leave[lag - other]
+        for i in range(1, order + 1):
+            cross[lag, i] = cross[lag - 1, i - 1] + pv[begin - i] * enter[0] - pv[n - i] * leave[0]
 
 
-@kernel
-def _normal(samples, order, edges, past, cross, stem, normal, weights):
+@summing
+def _normal(samples, order, edges, past, cross, stem, group, normal, weights):
     """Normal equations: constant, lags of the PV, groups of the stem's lags; columns scaled to unit length."""
     groups = edges.shape[0] - 1
     size = 1 + order + groups
     right, scale = weights[0], weights[1]
     normal[0, 0] = samples
-    right[0] = cross[0, 0]
+    right[0] = past[0, order + 1]
     for i in range(1, order + 1):
-        normal[i, 0] = cross[i, 0]
+        normal[i, 0] = past[i, order + 1]
         right[i] = past[0, i]
         for j in range(1, i + 1):
             normal[i, j] = past[i, j]
     for g in range(groups):
-        row = 1 + order + g
-        constant = 0.0
-        answer = 0.0
-        for lag in range(edges[g], edges[g + 1]):
-            constant += stem[0, lag]
-            answer += cross[0, lag]
-        normal[row, 0] = constant
-        right[row] = answer
-        for i in range(1, order + 1):
-            total = 0.0
-            for lag in range(edges[g], edges[g + 1]):
-                total += cross[i, lag]
-            normal[row, i] = total
+        row, first, last = normal[1 + order + g], edges[g], edges[g + 1]
+        for then in range(1, last):
+            group[then] = 0.0
+        for i in range(order + 1):
+            row[i] = 0.0
+        right[1 + order + g] = 0.0
+        for lag in range(first, last):
+            row[0] += stem[lag, 0]
+            right[1 + order + g] += cross[lag, 0]
+            for i in range(1, order + 1):
+                row[i] += cross[lag, i]
+            for then in range(1, lag + 1):
+                group[then] += stem[lag, then]
+            # The table holds each pair of lags once; within a group both of its halves count.
+            for then in range(first, lag):
+                group[then] += stem[lag, then]
         for other in range(g + 1):
             total = 0.0
-            for lag in range(edges[g], edges[g + 1]):
-                for then in range(edges[other], edges[other + 1]):
-                    total += stem[lag, then]
-            normal[row, 1 + order + other] = total
+            for then in range(edges[other], edges[other + 1]):
+                total += group[then]
+            row[1 + order + other] = total
     for i in range(size):
         scale[i] = 1.0 / math.sqrt(normal[i, i]) if normal[i, i] > 1e-12 * samples else 0.0
     for i in range(size):
@@ -250,29 +260,38 @@ def _normal(samples, order, edges, past, cross, stem, normal, weights):
         right[i] *= scale[i]
 
 
-@kernel
+@summing
 def _solve(energy, normal, weights):
-    """What the regression leaves of `energy`; the weights in place of the right side.
+    """What the regression leaves of `energy`.
 
-    By Cholesky; a column that the ones before it explain gets no weight.
+    By Cholesky, in place, the right side along with it; a column that the ones before it explain gets no weight.
     """
     size = weights.shape[1]
-    right, scale = weights[0], weights[1]
+    right = weights[0]
     left = energy
     for i in range(size):
+        row = normal[i]
         for j in range(i + 1):
-            total = normal[i, j]
+            total = row[j]
             for p in range(j):
-                total -= normal[i, p] * normal[j, p]
+                total -= row[p] * normal[j, p]
             if j < i:
-                normal[i, j] = total * normal[j, j]
+                row[j] = total * normal[j, j]
             else:
-                normal[i, i] = 1.0 / math.sqrt(total) if total > 1e-8 else 0.0
+                row[i] = 1.0 / math.sqrt(total) if total > 1e-8 else 0.0
         total = right[i]
         for p in range(i):
-            total -= normal[i, p] * right[p]
-        right[i] = total * normal[i, i]
+            total -= row[p] * right[p]
+        right[i] = total * row[i]
         left -= right[i] * right[i]
+    return max(left, 0.0)
+
+
+@summing
+def _weights(normal, weights):
+    """Go on from `_solve` to the weights, in place of the right side."""
+    size = weights.shape[1]
+    right, scale = weights[0], weights[1]
     for back in range(size):
         i = size - 1 - back
         total = right[i]
@@ -281,25 +300,23 @@ def _solve(energy, normal, weights):
         right[i] = total * normal[i, i]
     for i in range(size):
         right[i] *= scale[i]
-    return max(left, 0.0)
 
 
-@kernel
-def _by_block(pv, mv, v, order, edges, begin, floor, ends, weights, out):
+@summing
+def _by_block(pv, mv, order, edges, begin, floor, ends, weights, out):
     """Fill `out` (n_blocks,) with the sums of squares left up to each of `ends`."""
-    right = weights[0]
     k = begin
     for b in range(ends.shape[0]):
         total = 0.0
         while k < ends[b]:
-            left = pv[k] - right[0]
+            left = pv[k] - weights[0]
             for i in range(1, order + 1):
-                left -= right[i] * pv[k - i]
+                left -= weights[i] * pv[k - i]
             for g in range(edges.shape[0] - 1):
                 group = 0.0
                 for lag in range(edges[g], edges[g + 1]):
-                    group += mv[k - lag, v]
-                left -= right[1 + order + g] * group
+                    group += mv[k - lag]
+                left -= weights[1 + order + g] * group
             total += left * left + floor
             k += 1
         out[b] = total
