@@ -14,6 +14,7 @@ __all__ = ["FEATURES", "Step", "Tabled", "causes_step", "counted_step", "story"]
 
 FEATURES = {
     "usual": "a loop of which nothing is known",
+    "stem": "what the recorded valve position shows; S takes so much of OP's swing",
     "likeness": "likeness to simulated loops that stick, all findings weighed",
     "band": "S takes so much of the OP's swing",
     "floor": "S takes at least so much of it",
@@ -102,6 +103,9 @@ def story(diagnosis: Diagnosis) -> list[Step]:
     ]
     if found is not None:
         steps.append(Step("Which valve and process explain the PV?", _explained(found)))
+    stem = [row.why for row in diagnosis.evidence if row.method == "stem"]
+    if stem:
+        steps.append(Step("What does the valve's position show?", stem))
     steps += [step for step in (counted_step(diagnosis), causes_step(diagnosis)) if step is not None]
     if diagnosis.evidence:
         steps.append(_methods(diagnosis))

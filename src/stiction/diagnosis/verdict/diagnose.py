@@ -15,6 +15,7 @@ from stiction.diagnosis.verdict.cause import named_cause
 from stiction.diagnosis.verdict.doubt import explains_nothing, held_back, only_saturated
 from stiction.diagnosis.verdict.features import Features, features
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
+from stiction.diagnosis.verdict.stem import stem_shown
 from stiction.diagnosis.verdict.windows import said, windows
 from stiction.errors import RecordError
 from stiction.records.quality import assess, usable_part
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.controller import ControllerFit
     from stiction.diagnosis.identification.identify import Search
     from stiction.diagnosis.result import Oscillation, Verdict
+    from stiction.diagnosis.verdict.stem import Shown
     from stiction.records.quality import Quality
     from stiction.records.record import LoopRecord
 
@@ -63,6 +65,8 @@ class Findings:
     """The controller found."""
     features: Features | None
     """All of that in a row of numbers; None without an identification."""
+    stem: Shown | None = None
+    """What the recorded valve position shows; None where none was recorded."""
 
 
 def diagnose(record: LoopRecord) -> Diagnosis:
@@ -88,7 +92,8 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     -----
     The probability of each cause is weighed from features of the joint identification of valve and process, of the
     oscillation, the controller, the sensor and the methods of the evidence table (see `verdict.features` and
-    `verdict.probability`); doubts about the data hold it back (`verdict.doubt`).
+    `verdict.probability`), and by the valve's position where it was recorded (`verdict.stem`); doubts about the data
+    hold it back (`verdict.doubt`).
 
     Examples
     --------
@@ -100,19 +105,25 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     seen = findings(record)
     if seen.features is None:
         return _cannot_tell(seen)
-    main = seen.found[seen.speaks]
-    told = causes(seen.features)
+    main, stem = seen.found[seen.speaks], seen.stem
+    own = main
+    told, weights = causes(seen.features), counted(seen.features)
+    if stem is not None and stem.used:
+        told, weights, main = stem.weighed(told), (stem.counted(), *weights), stem.identified(main)
     before = told["stiction"]
     held = held_back(before, seen.quality)
     rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
-    nothing = explains_nothing(main) if told["sensor"] + told["saturation"] < FAULT_SEEN else ""
+    shown_by_stem = main is not own
+    nothing = explains_nothing(main) if not shown_by_stem and told["sensor"] + told["saturation"] < FAULT_SEEN else ""
     verdict = "undecided" if nothing else _verdict(held.probability)
     cause = named_cause(verdict, told, main, seen.oscillation, record.dt)
     if nothing:
         cause = cause._replace(reason=nothing, action=NOT_SEEN)
     shown = windows(seen.part, main, seen.quality.first) if verdict != "no_stiction" else ()
-    spoken = (cause.reason, said(shown, record.dt), held.why)
+    if shown_by_stem and not any(window.verdict == "stiction" for window in shown):
+        shown = ()
+    spoken = (cause.reason, stem.why if stem is not None else "", said(shown, record.dt), held.why)
     return Diagnosis(
         record=seen.record,
         verdict=verdict,
@@ -121,7 +132,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
         reason=" ".join(text for text in spoken if text),
         action=cause.action,
         oscillation=seen.oscillation,
-        evidence=(_own_row(main, held.probability, seen.features.band), *seen.evidence),
+        evidence=(_own_row(own, held.probability, seen.features.band), *seen.evidence),
         quality=seen.quality,
         identification=main,
         settings={
@@ -132,7 +143,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
         },
         windows=shown,
         causes=told,
-        counted=counted(seen.features),
+        counted=weights,
     )
 
 
@@ -161,17 +172,20 @@ def findings(record: LoopRecord) -> Findings:
     part = usable_part(record)
     oscillation = find_oscillation(part)
     quality = assess(record, oscillation.period if oscillation.oscillating else None)
-    evidence = detect_all(part, oscillation)
+    stem = stem_shown(part)
+    evidence = detect_all(part if stem is not None and stem.used else replace(part, mv=None), oscillation)
+    # Weights were found without a stem position, and what a method makes of one must not shift them.
+    votes = evidence if stem is None or not stem.used else detect_all(replace(part, mv=None), oscillation)
+    if stem is not None:
+        evidence = (stem.evidence(), *evidence)
     searches = _searched(part, oscillation) if quality.usable else ()
     if not searches:
-        return Findings(record, part, oscillation, quality, evidence, (), 0, None, None)
+        return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, stem)
     speaks = 0 if oscillation.oscillating else max(range(len(searches)), key=lambda i: searches[i].rough.fit)
     found = tuple(one.closer() if i == speaks else one.rough for i, one in enumerate(searches))
     controller = searches[0].controller
-    # Weights were found without a stem position, and what a method makes of one must not shift them.
-    votes = evidence if part.mv is None else detect_all(replace(part, mv=None), oscillation)
     row = features(record, part, found, speaks, controller, oscillation, votes)
-    return Findings(record, part, oscillation, quality, evidence, found, speaks, controller, row)
+    return Findings(record, part, oscillation, quality, evidence, found, speaks, controller, row, stem)
 
 
 def _searched(part: LoopRecord, oscillation: Oscillation) -> tuple[Search, ...]:

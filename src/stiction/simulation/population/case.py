@@ -23,7 +23,7 @@ class Case:
     """A simulated record and what is true of its loop."""
 
     record: LoopRecord
-    """What the historian gives back; the stem position is left out."""
+    """What the historian gives back; without the stem's position where none was asked for."""
     cause: str
     """One of `CAUSES`."""
     loop: Loop
@@ -47,6 +47,8 @@ class Case:
     does or never."""
     effects: tuple[str, ...] = ()
     """What the historian did, names of `historian.EFFECTS`."""
+    position: str = ""
+    """What the record's `mv` is, one of `position.POSITIONS`; empty where there is none."""
 
     @property
     def sticky(self) -> bool:

@@ -10,8 +10,8 @@ __all__ = ["changing_loop"]
 
 
 @kernel
-def changing_loop(pid, sticks, J_over_S, A, b_new, b_old, c, delay, sensor, sp, load, pv_load, start, pv, op):
-    """Run one loop of Kano's valve over `pv` (n_samples,).
+def changing_loop(pid, sticks, J_over_S, A, b_new, b_old, c, delay, sensor, sp, load, pv_load, start, pv, op, mv):
+    """Run one loop of Kano's valve, filling `pv`, `op` and the stem `mv` (n_samples,).
 
     `sticks` is S in each sample [% of span], 0 where the valve follows; `sensor` is (resolution, dead band) of the
     transmitter [PV units]: it reports a new value, rounded to the resolution, when the true one has left the last
@@ -23,7 +23,6 @@ def changing_loop(pid, sticks, J_over_S, A, b_new, b_old, c, delay, sensor, sp, 
     pv0, op0 = start[0], start[1]
     controller = pid_at_rest(op0, pv0, settings)
     valve = kano_at_rest(op0, op0, 0.5 * (1.0 - J_over_S) * sticks[0])
-    mv = pv * 0.0
     state = A[:, 0] * 0.0
     work = state.copy()
     older = 0.0

@@ -13,6 +13,7 @@ from stiction.simulation.historian.effects import SLOWEST
 from stiction.simulation.population.case import CAUSES, Case
 from stiction.simulation.population.causes import PER_PERIOD, PLANS
 from stiction.simulation.population.loads import lagged
+from stiction.simulation.population.position import reported
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -27,12 +28,20 @@ MILD = 0.3
 SPOILED = 1.0 / 3.0
 """Share of the cases that a historian has spoiled [-]."""
 
+OWN = 1
+"""What the seed of the position adds to that of its loop, so that the loop is the same with a position and without."""
 SHAKEN = 0.05
 """Largest standard deviation that noise gives OP, as a share of its swing: beyond, a plant filters the PV [-]."""
 
 
 def population(
-    n: int, causes: tuple[str, ...] = CAUSES, seed: int = 0, *, noise: float = 0.2, historian: bool = True
+    n: int,
+    causes: tuple[str, ...] = CAUSES,
+    seed: int = 0,
+    *,
+    noise: float = 0.2,
+    historian: bool = True,
+    position: bool | str = False,
 ) -> Iterator[Case]:
     """Draw `n` loops, their causes taken in turn.
 
@@ -49,6 +58,9 @@ def population(
         Largest standard deviation of the measurement noise, as a share of the PV's swing [-].
     historian : bool
         Whether one case in three went through a historian that did something to it, mildly.
+    position : bool or str
+        Whether the valve's position was recorded, as `position.reported` reports it; one of `position.POSITIONS` asks
+        for that kind. Nothing else of the loop depends on it.
 
     Yields
     ------
@@ -80,6 +92,7 @@ def population(
         case = None
         while case is None:
             case = _draw(causes[i % len(causes)], rng, noise, f"loop-{i:04d}")
+        case = _positioned(case, np.random.default_rng([seed, i, OWN]), position)
         yield _stored(case, rng) if historian and rng.random() < SPOILED else case
 
 
@@ -104,7 +117,7 @@ def _draw(cause: str, rng: np.random.Generator, noise: float, tag: str) -> Case 
     integrating = plan.loop.process.den[-1] == 0.0  # type: ignore[union-attr]
     kinds = ["level", "level", "pressure"] if integrating else ["flow", "flow", "pressure", "temperature"]
     shown = replace(
-        shown, tag=tag, mv=None, loop_type=str(rng.choice(kinds)), integrating=bool(integrating),
+        shown, tag=tag, loop_type=str(rng.choice(kinds)), integrating=bool(integrating),
         sp=None if rng.random() < 0.15 else shown.sp,
     )  # fmt: skip
     period = plan.period * plan.loop.dt
@@ -112,6 +125,16 @@ def _draw(cause: str, rng: np.random.Generator, noise: float, tag: str) -> Case 
         shown, cause, replace(plan.loop, noise=level), shown.duration / period, plan.kind, period, plan.S, plan.J,
         level, plan.random_load, _windows(plan),
     )  # fmt: skip
+
+
+def _positioned(case: Case, rng: np.random.Generator, position: bool | str) -> Case:
+    """The case with its valve's position as reported, or without."""
+    if not position:
+        return replace(case, record=replace(case.record, mv=None))
+    per_period = case.period / case.record.dt
+    scale = per_period if np.isfinite(per_period) else len(case.record) / 20.0
+    record, kind = reported(case.record, scale, rng, None if position is True else str(position))
+    return replace(case, record=record, position=kind)
 
 
 def _sound(record: LoopRecord, cause: str) -> bool:

@@ -77,13 +77,14 @@ class Plan:
         valve = self.loop.valve
         S, J = (valve.S, valve.J) if isinstance(valve, Kano) else (0.0, 0.0)
         sticks = S * (np.ones(self.n) if self.sticks is None else self.sticks)
-        pv, op = np.empty((2, self.n))
+        pv, op, mv = np.empty((3, self.n))
         changing_loop(
             self.loop.controller.pack(self.loop.dt), sticks, J / S if S else 0.0, found.A, found.b_new, found.b_old,
-            found.c, found.delay, self.sensor, sp, self.load, pv_load, (PV_START, self.op_start), pv, op,
+            found.c, found.delay, self.sensor, sp, self.load, pv_load, (PV_START, self.op_start), pv, op, mv,
         )  # fmt: skip
         origin = Provenance(source="simulation", rows=self.n)
-        return LoopRecord("simulated", self.loop.dt, op=op, pv=pv, sp=sp, provenance=origin).window(self.burn, self.n)
+        record = LoopRecord("simulated", self.loop.dt, op=op, pv=pv, sp=sp, mv=mv, provenance=origin)
+        return record.window(self.burn, self.n)
 
 
 def settled(loop: Loop, rng: np.random.Generator, kick: float) -> tuple[float, float] | None:

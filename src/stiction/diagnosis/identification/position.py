@@ -1,0 +1,372 @@
+r"""A valve whose position was recorded: the S and J that explain it, and how well a good valve does.
+
+The position is held against the stem of Kano's valve on the recorded OP, behind a lag, late by whole samples, on a
+scale of its own. The stem is watched and not only simulated: where the position leaves the prediction by more than
+`CAP` of its noise :math:`\sigma`, the stem is taken to be where it is seen. What a valve leaves is
+
+.. math:: E = \frac{1}{n \sigma^2} \sum_k \min\big((y_k - a - b\,z_k)^2, (c\,\sigma)^2\big)
+
+with y the position, z the stem behind its lag. So a slip that comes a sample early, as it does where the record is
+slower than the controller, costs one sample and not all that follow, and so do valves that move a little unlike Kano's.
+
+Three kinds are searched for, each with lag, scale and offset of its own: a good valve, whose S is at most `LEAST` of
+OP's swing; a deadband, with a larger S and J below `JUMP` S; and a valve that sticks, with a larger J.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stiction.models.compiled import kernel
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["LEAST", "Watched", "Watching", "noise_of", "swing_of", "watch"]
+
+CAP = 4.0
+"""Deviation at which a sample is given up, in standard deviations of the position's noise [-]."""
+LIMIT = 3.0
+"""Largest deviation that counts, over that [-]."""
+TOLERANCE = 0.03
+LEAST = 0.1
+"""S over OP's swing up to which a valve is good [-]."""
+JUMP = 0.1
+"""J over S up to which a valve has a deadband and does not stick [-]."""
+UNITS = (0.01, 0.16, 1.0, 6.25, 100.0)
+"""Slope of the position over OP where each is in %, in mA or a share of one [-]."""
+SWINGS = (0.18, 1.4)
+"""The stem's swing over OP's that are looked for [-]: they tell which units are meant."""
+CALIBRATED, FREE = 0.04, 0.5
+"""How far a slope may be from a known one, and from one guessed from the swings [-]."""
+DELAYS = ((0.0, 0), (1.0, 0), (3.0, 0), (0.3, 1), (0.3, 2), (2.0, 2))
+"""Lags and whole samples late that are tried at first, with every valve [samples]."""
+LAGS = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
+"""Lags tried at first with a good valve [samples]."""
+LATEST = 3
+"""Latest samples that a position may come [-]."""
+FIRST_LOOK, LONGEST = 1500, 6000
+"""Samples of the first look, and the most that are compared [-]."""
+CLOSER = ((1.0, 4, 6, 24), (0.0, 2, 10, 24))
+"""Of each closer search: valves it starts from, rounds, and valves tried in each [-]."""
+STEPS = np.array([0.08, 0.15, 0.02, 0.08, 0.4, 0.8])
+"""First steps of a closer search: of S (relative), of J / S, of the slope (relative), of the level (in S), of the lag
+(relative) and of how late it is [samples]."""
+
+
+@kernel
+def watched(op, y, rows, cap, loose, begin, left, turns):
+    """Fill `left` (n,) with the mean square, none above cap**2, that each of `rows` (n, 6) leaves of `y` (n_samples,).
+
+    A row holds S, J, slope, offset, the decay per sample of the lag, and the whole samples that the position is late;
+    `turns` (n,) counts how often the stem set out in another direction than before.
+    """
+    n = op.shape[0]
+    for v in range(rows.shape[0]):
+        behind = 0.5 * (rows[v, 0] - rows[v, 1])
+        reach = 0.5 * (rows[v, 0] + rows[v, 1]) * (1.0 + 1e-9)
+        good = rows[v, 0] == 0.0
+        slope, offset, decay, late = rows[v, 2], rows[v, 3], rows[v, 4], int(rows[v, 5])
+        before = op[0]
+        x = (y[late] - offset) / slope
+        z = x = min(max(x, before - reach), before + reach) if x == x else before
+        moving = last = total = 0.0
+        averaged = 100.0
+        turned = compared = 0
+        for k in range(1, n - late):
+            u = op[k]
+            if (u - before) * moving > 0.0:
+                x = u - moving * behind
+            else:
+                moving = 0.0
+                way = 1.0 if u > x else -1.0
+                room = loose * (TOLERANCE * reach + abs(u - before))
+                slips = abs(u - x) > reach
+                if not good and abs(abs(u - x) - reach) < room:
+                    seen = (y[k + late] - offset) / slope
+                    rests = decay * z + (1.0 - decay) * x
+                    slipped = decay * z + (1.0 - decay) * (u - way * behind)
+                    slips = abs(seen - slipped) < abs(seen - rests)
+                if slips:
+                    moving = way
+                    x = u - moving * behind
+                    if moving * last < 0.0:
+                        turned += 1
+                    last = moving
+            before = u
+            z = decay * z + (1.0 - decay) * x
+            r = y[k + late] - offset - slope * z
+            if not abs(r) >= 0.0:
+                continue
+            if k >= begin:
+                compared += 1
+                total += min(r * r, LIMIT * LIMIT * cap * cap)
+            if abs(r) > cap:
+                way = 1.0 if r * slope > 0.0 else -1.0
+                x = min(max(x + r / slope / (1.0 - decay), u - reach), u + reach)
+                z += r / slope
+                moving = way if abs(u - way * behind - x) * abs(slope) < cap else 0.0
+                averaged = 1.0
+            elif moving == 0.0 and averaged < 8.0:
+                averaged += 1.0
+                x = min(max(x + r / slope / averaged, u - reach), u + reach)
+        left[v] = total / max(compared, 1)
+        turns[v] = turned
+
+
+class Watched(NamedTuple):
+    """What one kind of valve makes of a recorded position."""
+
+    S: float
+    """Deadband plus stickband [% of span]."""
+    J: float
+    """Slip jump [% of span]."""
+    slope: float
+    """Scale of the position [its unit per % of span]."""
+    level: float
+    """Position where the stem is at OP's mean [its unit]."""
+    lag: float
+    """Lag of the position behind the stem [samples]."""
+    late: int
+    """Samples that it comes late [-]."""
+    left: float
+    """What the valve leaves, in squares of the noise [-]."""
+    turns: int
+    """How often its stem sets out in another direction [-]."""
+    tried: NDArray[np.float64]
+    """S, J [% of span] and what is left [-] of all valves tried closely, shape (n, 3)."""
+
+
+class Watching(NamedTuple):
+    """What each kind of valve makes of a recorded position."""
+
+    good: Watched
+    """The best valve that follows."""
+    deadband: Watched
+    """The best one with play."""
+    stiction: Watched
+    """The best one that sticks."""
+    noise: float
+    """Standard deviation of the position's noise and rounding [% of span]."""
+    explained: float
+    """Share of the position's variance that the best of them explains by simulation alone, not watched [-]."""
+    spread: float
+    """Variance of the position, in squares of its noise [-]."""
+
+    def share(self, valve: Watched) -> float:
+        """Share of the position's variance that a valve explains when watched [%]."""
+        return 100.0 * max(1.0 - valve.left / self.spread, 0.0)
+
+
+class _Sight(NamedTuple):
+    """What is compared."""
+
+    op: NDArray[np.float64]
+    y: NDArray[np.float64]
+    mean: float
+    cap: float
+
+    def left(self, rows: NDArray[np.float64], n: int, loose: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """What rows of S, J / S, slope, level, lag and lateness leave of the first `n` samples, and their turns."""
+        asked = rows.copy()
+        asked[:, 1] *= rows[:, 0]
+        asked[:, 3] -= rows[:, 2] * self.mean
+        with np.errstate(divide="ignore"):
+            asked[:, 4] = np.exp(-1.0 / rows[:, 4])
+        left, turns = np.empty((2, len(rows)))
+        n = min(n, self.op.size)
+        watched(self.op[:n], self.y[:n], asked, self.cap, loose, n // 50 + LATEST, left, turns)
+        return left, turns
+
+    def explained(self, found: Watched) -> float:
+        """Share of the position's variance that a valve explains when it is not corrected by what is seen [-]."""
+        row = np.array([[found.S, found.J / found.S if found.S > 0.0 else 0.0, *found[2:6]]])
+        left, _ = self._replace(cap=np.inf).left(row, self.op.size, 0.0)
+        return 1.0 - float(left[0]) / float(np.nanvar(self.y))
+
+
+def swing_of(x: NDArray[np.float64]) -> float:
+    """98 % range of a signal, in its unit, which a few spikes do not widen."""
+    return float(np.subtract(*np.nanpercentile(x, (99, 1))))
+
+
+def noise_of(y: NDArray[np.float64], step: float) -> float:
+    """Standard deviation of a position's noise and rounding, in its unit.
+
+    Parameters
+    ----------
+    y : ndarray, shape (n_samples,)
+        The position, or what a valve leaves of it.
+    step : float
+        Its resolution [unit of the position].
+
+    Returns
+    -------
+    float
+        From the smaller quarter of its moves, in which a stem rests: they are the noise's.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> bool(abs(noise_of(np.random.default_rng(0).normal(0.0, 0.2, 4000), 0.0) - 0.2) < 0.02)
+    True
+    """
+    spread = y + step * np.random.default_rng(0).uniform(-0.5, 0.5, y.size)  # lest most moves be none
+    return float(np.nanquantile(np.abs(np.diff(spread)), 0.25)) / (0.3186 * 2.0**0.5)
+
+
+def _slopes(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> tuple[NDArray[np.float64], bool]:
+    """Slopes that the position may have over OP, and whether they are those of known units."""
+    pairs = [(op[: op.size - late], y[late:]) for late in range(LATEST + 1)]
+    both = [np.isfinite(seen) for _, seen in pairs]
+    alike = [float(np.cov(u[ok], seen[ok])[0, 1]) for (u, seen), ok in zip(pairs, both, strict=True)]
+    spread = float(np.nanvar(y))
+    moved = spread - min(noise_of(y, step) ** 2, 0.9 * spread)
+    ratio = float(np.sqrt(moved / np.var(op)))
+    known = [unit for unit in UNITS if SWINGS[0] <= ratio / unit <= SWINGS[1]]
+    return np.copysign(known or [ratio], max(alike, key=abs)), bool(known)
+
+
+def watch(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> Watching:
+    """Search the best valve of each kind.
+
+    Parameters
+    ----------
+    op : ndarray, shape (n_samples,)
+        Controller output without gaps [% of span].
+    y : ndarray, shape (n_samples,)
+        Position [any unit]; NaN are passed over.
+    step : float
+        Resolution of the position [its unit]; 0 where it has none.
+
+    Returns
+    -------
+    Watching
+        The best valve of each kind.
+
+    Examples
+    --------
+    >>> import numpy as np, stiction as st
+    >>> op = 50.0 + 4.0 * np.sin(np.arange(1500.0) / 15.0)
+    >>> stem = st.stroke(st.Kano(3.0, 1.5), op, dt=1.0).mv + np.random.default_rng(0).normal(0.0, 0.1, 1500)
+    >>> found = watch(op, 4.0 + 0.16 * stem, 0.0).stiction
+    >>> bool(abs(found.S - 3.0) < 0.1 and abs(found.J - 1.5) < 0.15)
+    True
+    """
+    middle = max((op.size - LONGEST) // 2, 0)
+    op, y = np.ascontiguousarray(op[middle : middle + LONGEST]), np.ascontiguousarray(y[middle : middle + LONGEST])
+    slopes, known = _slopes(op, y, step)
+    sigma = min(noise_of(one, step) for one in (y, *(y - slope * op for slope in slopes)))
+    sigma = max(sigma, 1e-3 * float(np.nanstd(y)))
+    sight = _Sight(op, y, float(op.mean()), CAP * sigma)
+    wide, whole, least = CALIBRATED if known else FREE, float(np.ptp(op)), LEAST * swing_of(op)
+    bands, shares = np.geomspace(1.1 * least, whole, 16), np.array([0.2, 0.5, 0.8, 1.0])
+    plain, good = np.zeros(1), [(lag, late) for lag in LAGS for late in range(LATEST + 1)]
+    searches = (
+        (_grid(sight, plain, plain, slopes, good), (0.0, least), (0.0, 1.0)),
+        (_grid(sight, bands, plain, slopes, DELAYS), (least, whole), (0.0, JUMP)),
+        (_grid(sight, bands, shares, slopes, DELAYS), (least, whole), (JUMP, 1.0)),
+    )
+    found = [_best(sight, rows, S, J, slopes, wide, sigma) for rows, S, J in searches]
+    return Watching(
+        *found, sigma / abs(found[0].slope), max(map(sight.explained, found)), float(np.nanvar(y)) / sigma**2
+    )
+
+
+def _grid(
+    sight: _Sight,
+    S: NDArray[np.float64],
+    ratio: NDArray[np.float64],
+    slopes: NDArray[np.float64],
+    delays: list[tuple[float, int]] | tuple[tuple[float, int], ...],
+) -> NDArray[np.float64]:
+    """All rows of these, each on the level about which the position lies evenly."""
+    rows = []
+    for slope in slopes:
+        off = np.nanpercentile(sight.y - slope * sight.op, (2, 98) if S[-1] > 0.0 else (50, 50))
+        level = 0.5 * float(np.sum(off)) + slope * sight.mean
+        for lag, late in delays:
+            axes = np.meshgrid(S, ratio, slope, level, lag, late, indexing="ij")
+            rows.append(np.stack([axis.ravel() for axis in axes], axis=1))
+    return np.concatenate(rows)
+
+
+def _best(
+    sight: _Sight,
+    rows: NDArray[np.float64],
+    S: tuple[float, float],
+    ratio: tuple[float, float],
+    slopes: NDArray[np.float64],
+    wide: float,
+    sigma: float,
+) -> Watched:
+    """The best valve within bounds, searched closer and closer from the best of `rows`."""
+    rng, tried = np.random.default_rng(0), []
+    left, _ = sight.left(rows, FIRST_LOOK, 1.0)
+    order = np.argsort(left)
+    starts = _apart(rows[order])
+    for loose, keep, rounds, tries in CLOSER:
+        valleys = []
+        for row in starts[:keep]:
+            left, _ = sight.left(row[np.newaxis], LONGEST, loose)
+            best, error, near = row, float(left[0]), 1.0
+            slope = min(slopes, key=lambda one: abs(one - row[2]))
+            for _ in range(rounds):
+                near_by = _about(best, rng, near, tries, S, ratio)
+                near_by[:, 2] = slope * np.clip(near_by[:, 2] / slope, 1.0 - wide, 1.0 + wide)
+                left, _ = sight.left(near_by, LONGEST, loose)
+                if not loose:
+                    tried.append(np.column_stack([near_by[:, 0], near_by[:, 0] * near_by[:, 1], left]))
+                i = int(left.argmin())
+                if left[i] < error:
+                    best, error = near_by[i], float(left[i])
+                else:
+                    near *= 0.65
+            valleys.append((error, tuple(best)))
+        starts = [np.array(best) for _, best in sorted(valleys)]
+    best = starts[0]
+    left, turns = sight.left(best[np.newaxis], LONGEST, 0.0)
+    every = np.concatenate(tried)
+    every[:, 2] /= sigma**2
+    band, share, slope, level, lag, late = (float(x) for x in best)
+    return Watched(band, band * share, slope, level, lag, round(late), float(left[0]) / sigma**2, int(turns[0]), every)
+
+
+def _apart(rows: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """The first rows that are apart from those before them in S, J / S or scale."""
+    found: list[NDArray[np.float64]] = []
+    for row in rows:
+        if all(
+            abs(row[0] - one[0]) > 0.1 * one[0]
+            or abs(row[1] - one[1]) > 0.25
+            or row[2] != one[2]
+            or abs(row[4] + row[5] - one[4] - one[5]) > 1.0 + 0.3 * one[4]
+            for one in found
+        ):
+            found.append(row)
+            if len(found) == CLOSER[0][1]:
+                break
+    return found
+
+
+def _about(
+    row: NDArray[np.float64],
+    rng: np.random.Generator,
+    near: float,
+    tries: int,
+    S: tuple[float, float],
+    ratio: tuple[float, float],
+) -> NDArray[np.float64]:
+    """Rows about one, some of its entries changed."""
+    rows = np.repeat(row[np.newaxis], tries, axis=0)
+    change = near * STEPS * rng.normal(size=rows.shape) * (rng.random(rows.shape) < 0.5)
+    size = max(row[0], 0.3 * S[1])
+    rows[:, 0] = np.clip(rows[:, 0] + size * change[:, 0], *S)
+    rows[:, 1] = np.clip(rows[:, 1] + change[:, 1], *ratio)
+    rows[:, 2] *= 1.0 + change[:, 2]
+    rows[:, 3] += size * row[2] * change[:, 3]
+    rows[:, 4] = np.clip((rows[:, 4] + 0.3) * np.exp(change[:, 4]) - 0.3, 0.0, LAGS[-1])
+    rows[:, 5] = np.clip(rows[:, 5] + np.round(change[:, 5]), 0, LATEST)
+    return rows
