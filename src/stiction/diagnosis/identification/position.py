@@ -7,7 +7,8 @@ scale of its own. The stem is watched and not only simulated: where the position
 .. math:: E = \frac{1}{n \sigma^2} \sum_k \min\big((y_k - a - b\,z_k)^2, (c\,\sigma)^2\big)
 
 with y the position, z the stem behind its lag. So a slip that comes a sample early, as it does where the record is
-slower than the controller, costs one sample and not all that follow, and so do valves that move a little unlike Kano's.
+slower than the controller, costs one sample and not all that follow. Stems that rest after every sample, as He's and
+Stenman's do, are tried beside Kano's, which go on.
 
 Three kinds are searched for, each with lag, scale and offset of its own: a good valve, whose S is at most `LEAST` of
 OP's swing; a deadband, with a larger S and J below `JUMP` S; and a valve that sticks, with a larger J.
@@ -31,14 +32,20 @@ CAP = 4.0
 LIMIT = 3.0
 """Largest deviation that counts, over that [-]."""
 TOLERANCE = 0.03
+"""Share of its reach, beside a sample of OP's movement, by which a stem may slip early or late in a first search [-]."""
+HOPELESS = 2.0
+"""Times the best so far that a valve may leave before it is given up [-]."""
 LEAST = 0.1
 """S over OP's swing up to which a valve is good [-]."""
 JUMP = 0.1
 """J over S up to which a valve has a deadband and does not stick [-]."""
 UNITS = (0.01, 0.16, 1.0, 6.25, 100.0)
 """Slope of the position over OP where each is in %, in mA or a share of one [-]."""
-SWINGS = (0.18, 1.4)
-"""The stem's swing over OP's that are looked for [-]: they tell which units are meant."""
+SWINGS = (0.18, 1.8)
+"""Standard deviation of the stem over OP's that are looked for [-]: they tell which units are meant. A square of OP's
+height has 1.73 of a triangle's."""
+PLAINLY = 0.7
+"""Correlation with OP below which the position may also go the other way [-]."""
 CALIBRATED, FREE = 0.04, 0.5
 """How far a slope may be from a known one, and from one guessed from the swings [-]."""
 DELAYS = ((0.0, 0), (1.0, 0), (3.0, 0), (0.3, 1), (0.3, 2), (2.0, 2))
@@ -47,21 +54,21 @@ LAGS = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Lags tried at first with a good valve [samples]."""
 LATEST = 3
 """Latest samples that a position may come [-]."""
-FIRST_LOOK, LONGEST = 1500, 6000
+FIRST_LOOK, LONGEST = 1000, 6000
 """Samples of the first look, and the most that are compared [-]."""
-CLOSER = ((1.0, 4, 6, 24), (0.0, 2, 10, 24))
+CLOSER = ((1.0, 4, 5, 20), (0.0, 2, 10, 20))
 """Of each closer search: valves it starts from, rounds, and valves tried in each [-]."""
-STEPS = np.array([0.08, 0.15, 0.02, 0.08, 0.4, 0.8])
+STEPS = np.array([0.08, 0.15, 0.02, 0.08, 0.4, 0.8, 0.0])
 """First steps of a closer search: of S (relative), of J / S, of the slope (relative), of the level (in S), of the lag
 (relative) and of how late it is [samples]."""
 
 
 @kernel
-def watched(op, y, rows, cap, loose, begin, left, turns):
-    """Fill `left` (n,) with the mean square, none above cap**2, that each of `rows` (n, 6) leaves of `y` (n_samples,).
+def watched(op, y, rows, cap, loose, begin, least, left, turns):
+    """Fill `left` (n,) with the mean square, none above cap**2, that each of `rows` (n, 7) leaves of `y` (n_samples,).
 
-    A row holds S, J, slope, offset, the decay per sample of the lag, and the whole samples that the position is late;
-    `turns` (n,) counts how often the stem set out in another direction than before.
+    A row holds S, J, slope, offset, the decay per sample of the lag, the whole samples that the position is late, and 1
+    for a stem that rests after every sample, as He's and Stenman's do, 0 for one that goes on, as Kano's; `turns` (n,) counts how often the stem set out in another direction than before.
     """
     n = op.shape[0]
     for v in range(rows.shape[0]):
@@ -77,7 +84,7 @@ def watched(op, y, rows, cap, loose, begin, left, turns):
         turned = compared = 0
         for k in range(1, n - late):
             u = op[k]
-            if (u - before) * moving > 0.0:
+            if (u - before) * moving > 0.0 and rows[v, 6] == 0.0:
                 x = u - moving * behind
             else:
                 moving = 0.0
@@ -103,6 +110,8 @@ def watched(op, y, rows, cap, loose, begin, left, turns):
             if k >= begin:
                 compared += 1
                 total += min(r * r, LIMIT * LIMIT * cap * cap)
+                if total > HOPELESS * least * n:
+                    break
             if abs(r) > cap:
                 way = 1.0 if r * slope > 0.0 else -1.0
                 x = min(max(x + r / slope / (1.0 - decay), u - reach), u + reach)
@@ -113,6 +122,7 @@ def watched(op, y, rows, cap, loose, begin, left, turns):
                 averaged += 1.0
                 x = min(max(x + r / slope / averaged, u - reach), u + reach)
         left[v] = total / max(compared, 1)
+        least = min(least, left[v])
         turns[v] = turned
 
 
@@ -131,6 +141,8 @@ class Watched(NamedTuple):
     """Lag of the position behind the stem [samples]."""
     late: int
     """Samples that it comes late [-]."""
+    stops: float
+    """1 for a stem that rests after every sample, as He's and Stenman's do, 0 for one that goes on [-]."""
     left: float
     """What the valve leaves, in squares of the noise [-]."""
     turns: int
@@ -168,7 +180,9 @@ class _Sight(NamedTuple):
     mean: float
     cap: float
 
-    def left(self, rows: NDArray[np.float64], n: int, loose: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def left(
+        self, rows: NDArray[np.float64], n: int, loose: float, least: float = np.inf
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """What rows of S, J / S, slope, level, lag and lateness leave of the first `n` samples, and their turns."""
         asked = rows.copy()
         asked[:, 1] *= rows[:, 0]
@@ -177,12 +191,12 @@ class _Sight(NamedTuple):
             asked[:, 4] = np.exp(-1.0 / rows[:, 4])
         left, turns = np.empty((2, len(rows)))
         n = min(n, self.op.size)
-        watched(self.op[:n], self.y[:n], asked, self.cap, loose, n // 50 + LATEST, left, turns)
+        watched(self.op[:n], self.y[:n], asked, self.cap, loose, n // 50 + LATEST, least, left, turns)
         return left, turns
 
     def explained(self, found: Watched) -> float:
         """Share of the position's variance that a valve explains when it is not corrected by what is seen [-]."""
-        row = np.array([[found.S, found.J / found.S if found.S > 0.0 else 0.0, *found[2:6]]])
+        row = np.array([[found.S, found.J / found.S if found.S > 0.0 else 0.0, *found[2:7]]])
         left, _ = self._replace(cap=np.inf).left(row, self.op.size, 0.0)
         return 1.0 - float(left[0]) / float(np.nanvar(self.y))
 
@@ -219,14 +233,17 @@ def noise_of(y: NDArray[np.float64], step: float) -> float:
 
 def _slopes(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> tuple[NDArray[np.float64], bool]:
     """Slopes that the position may have over OP, and whether they are those of known units."""
-    pairs = [(op[: op.size - late], y[late:]) for late in range(LATEST + 1)]
-    both = [np.isfinite(seen) for _, seen in pairs]
-    alike = [float(np.cov(u[ok], seen[ok])[0, 1]) for (u, seen), ok in zip(pairs, both, strict=True)]
+    alike = []
+    for late in range(LATEST + 1):
+        ok = np.isfinite(y[late:])
+        alike.append(float(np.corrcoef(op[: op.size - late][ok], y[late:][ok])[0, 1]))
+    way = max(alike, key=abs)
     spread = float(np.nanvar(y))
     moved = spread - min(noise_of(y, step) ** 2, 0.9 * spread)
     ratio = float(np.sqrt(moved / np.var(op)))
     known = [unit for unit in UNITS if SWINGS[0] <= ratio / unit <= SWINGS[1]]
-    return np.copysign(known or [ratio], max(alike, key=abs)), bool(known)
+    slopes = np.copysign(known or [ratio], way)
+    return slopes if abs(way) > PLAINLY else np.concatenate([slopes, -slopes]), bool(known)
 
 
 def watch(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> Watching:
@@ -257,22 +274,23 @@ def watch(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> Watch
     """
     middle = max((op.size - LONGEST) // 2, 0)
     op, y = np.ascontiguousarray(op[middle : middle + LONGEST]), np.ascontiguousarray(y[middle : middle + LONGEST])
-    slopes, known = _slopes(op, y, step)
+    slopes, of_unit = _slopes(op, y, step)
     sigma = min(noise_of(one, step) for one in (y, *(y - slope * op for slope in slopes)))
     sigma = max(sigma, 1e-3 * float(np.nanstd(y)))
     sight = _Sight(op, y, float(op.mean()), CAP * sigma)
-    wide, whole, least = CALIBRATED if known else FREE, float(np.ptp(op)), LEAST * swing_of(op)
+    wide, whole, least = CALIBRATED if of_unit else FREE, float(np.ptp(op)), LEAST * swing_of(op)
     bands, shares = np.geomspace(1.1 * least, whole, 16), np.array([0.2, 0.5, 0.8, 1.0])
     plain, good = np.zeros(1), [(lag, late) for lag in LAGS for late in range(LATEST + 1)]
     searches = (
         (_grid(sight, plain, plain, slopes, good), (0.0, least), (0.0, 1.0)),
         (_grid(sight, bands, plain, slopes, DELAYS), (least, whole), (0.0, JUMP)),
-        (_grid(sight, bands, shares, slopes, DELAYS), (least, whole), (JUMP, 1.0)),
+        (_grid(sight, bands, shares, slopes, DELAYS, (0.0, 1.0)), (least, whole), (JUMP, 1.0)),
     )
     found = [_best(sight, rows, S, J, slopes, wide, sigma) for rows, S, J in searches]
     return Watching(
-        *found, sigma / abs(found[0].slope), max(map(sight.explained, found)), float(np.nanvar(y)) / sigma**2
-    )
+        good=found[0], deadband=found[1], stiction=found[2], noise=sigma / abs(found[0].slope),
+        explained=max(map(sight.explained, found)), spread=float(np.nanvar(y)) / sigma**2,
+    )  # fmt: skip
 
 
 def _grid(
@@ -281,6 +299,7 @@ def _grid(
     ratio: NDArray[np.float64],
     slopes: NDArray[np.float64],
     delays: list[tuple[float, int]] | tuple[tuple[float, int], ...],
+    stops: tuple[float, ...] = (0.0,),
 ) -> NDArray[np.float64]:
     """All rows of these, each on the level about which the position lies evenly."""
     rows = []
@@ -288,7 +307,7 @@ def _grid(
         off = np.nanpercentile(sight.y - slope * sight.op, (2, 98) if S[-1] > 0.0 else (50, 50))
         level = 0.5 * float(np.sum(off)) + slope * sight.mean
         for lag, late in delays:
-            axes = np.meshgrid(S, ratio, slope, level, lag, late, indexing="ij")
+            axes = np.meshgrid(S, ratio, slope, level, lag, late, stops, indexing="ij")
             rows.append(np.stack([axis.ravel() for axis in axes], axis=1))
     return np.concatenate(rows)
 
@@ -314,9 +333,9 @@ def _best(
             best, error, near = row, float(left[0]), 1.0
             slope = min(slopes, key=lambda one: abs(one - row[2]))
             for _ in range(rounds):
-                near_by = _about(best, rng, near, tries, S, ratio)
+                near_by = _about(best, rng, near, tries, S, ratio, sigma)
                 near_by[:, 2] = slope * np.clip(near_by[:, 2] / slope, 1.0 - wide, 1.0 + wide)
-                left, _ = sight.left(near_by, LONGEST, loose)
+                left, _ = sight.left(near_by, LONGEST, loose, error)
                 if not loose:
                     tried.append(np.column_stack([near_by[:, 0], near_by[:, 0] * near_by[:, 1], left]))
                 i = int(left.argmin())
@@ -330,8 +349,11 @@ def _best(
     left, turns = sight.left(best[np.newaxis], LONGEST, 0.0)
     every = np.concatenate(tried)
     every[:, 2] /= sigma**2
-    band, share, slope, level, lag, late = (float(x) for x in best)
-    return Watched(band, band * share, slope, level, lag, round(late), float(left[0]) / sigma**2, int(turns[0]), every)
+    band, share, slope, level, lag, late, stops = (float(x) for x in best)
+    return Watched(
+        S=band, J=band * share, slope=slope, level=level, lag=lag, late=round(late), stops=stops,
+        left=float(left[0]) / sigma**2, turns=int(turns[0]), tried=every,
+    )  # fmt: skip
 
 
 def _apart(rows: NDArray[np.float64]) -> list[NDArray[np.float64]]:
@@ -342,6 +364,7 @@ def _apart(rows: NDArray[np.float64]) -> list[NDArray[np.float64]]:
             abs(row[0] - one[0]) > 0.1 * one[0]
             or abs(row[1] - one[1]) > 0.25
             or row[2] != one[2]
+            or row[6] != one[6]
             or abs(row[4] + row[5] - one[4] - one[5]) > 1.0 + 0.3 * one[4]
             for one in found
         ):
@@ -358,6 +381,7 @@ def _about(
     tries: int,
     S: tuple[float, float],
     ratio: tuple[float, float],
+    noise: float,
 ) -> NDArray[np.float64]:
     """Rows about one, some of its entries changed."""
     rows = np.repeat(row[np.newaxis], tries, axis=0)
@@ -366,7 +390,7 @@ def _about(
     rows[:, 0] = np.clip(rows[:, 0] + size * change[:, 0], *S)
     rows[:, 1] = np.clip(rows[:, 1] + change[:, 1], *ratio)
     rows[:, 2] *= 1.0 + change[:, 2]
-    rows[:, 3] += size * row[2] * change[:, 3]
+    rows[:, 3] += np.maximum(size * abs(row[2]), noise / STEPS[3]) * change[:, 3]
     rows[:, 4] = np.clip((rows[:, 4] + 0.3) * np.exp(change[:, 4]) - 0.3, 0.0, LAGS[-1])
     rows[:, 5] = np.clip(rows[:, 5] + np.round(change[:, 5]), 0, LATEST)
     return rows

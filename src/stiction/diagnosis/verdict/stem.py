@@ -17,8 +17,8 @@ for a band against none, and for a jump in it against none. They multiply the od
     P(\text{deadband}) \propto p_d\, e^{\ell_b - \ell_j / 2}, \quad P(c) \propto p_c
 
 That is Bayes' rule for findings that are independent once the valve is known: what a valve of a given kind leaves of
-the position is the transmitter's noise and rounding, of which the PV knows nothing. `MOST` bounds both log odds, since a
-position may be something else than its name says in a way that none of the checks sees.
+the position is the transmitter's noise and rounding, of which the PV knows nothing. `MOST` bounds both log odds, since
+a position may be something else than its name says in a way that none of the checks sees.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Shown", "stem_shown"]
 
-BAND = (-1.25, 10.4)
+BAND = (-1.12, 11.1)
 """a0 and a1: log odds of a band where both valves leave the same, and for each factor e between them [-]."""
-JUMPS = (-1.70, 5.74, 5.75)
+JUMPS = (-1.59, 5.45, 4.87)
 """b0, b1 and b2: log odds of a jump [-]."""
 LITTLE = 0.05
 """Added to what is left, so that a perfect fit is no better than a good one [squares of the noise]."""
@@ -53,7 +53,7 @@ MOST = 7.0
 FEWEST = 60
 """Samples of the position below which it is not used [-]."""
 EXPLAINED = 0.1
-"""Share of the position's variance below which it is another valve's [-]: of 69 of those none reached 0.06."""
+"""Share of the position's variance below which it is another valve's [-]: of 69 of those none was explained to 0.06."""
 UNCLEAR = 6.0
 """Squares of the noise [-] that the best valve may leave; 98 in 100 good ones and 95 in 100 sticky ones leave less."""
 ROUNDING = 0.6
