@@ -31,8 +31,8 @@ CAP = 4.0
 """Deviation at which a sample is given up, in standard deviations of the position's noise [-]."""
 LIMIT = 3.0
 """Largest deviation that counts, over that [-]."""
-TOLERANCE = 0.03
-"""Share of its reach, beside a sample of OP's movement, by which a stem may slip early or late in a first search [-]."""
+TOLERANCE = 0.08
+"""Share of its reach, beside one sample's movement of OP, by which a stem may slip early or late at first [-]."""
 HOPELESS = 2.0
 """Times the best so far that a valve may leave before it is given up [-]."""
 LEAST = 0.1
@@ -52,12 +52,15 @@ DELAYS = ((0.0, 0), (1.0, 0), (3.0, 0), (0.3, 1), (0.3, 2), (2.0, 2))
 """Lags and whole samples late that are tried at first, with every valve [samples]."""
 LAGS = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Lags tried at first with a good valve [samples]."""
+OFF = np.array([-0.04, 0.0, 0.04])
+"""Levels tried at first, about that on which the position lies evenly, as shares of OP's swing [-]."""
 LATEST = 3
 """Latest samples that a position may come [-]."""
-FIRST_LOOK, LONGEST = 1000, 6000
+FIRST_LOOK, LONGEST = 800, 6000
 """Samples of the first look, and the most that are compared [-]."""
-CLOSER = ((1.0, 4, 5, 20), (0.0, 2, 10, 20))
-"""Of each closer search: valves it starts from, rounds, and valves tried in each [-]."""
+CLOSER = ((1.0, 1.0, 4, 5, 20), (0.0, 1.0, 2, 10, 20), (0.0, 0.3, 1, 6, 20))
+"""Of each closer search: how loose slips are, size of the first steps, valves it starts from, rounds, and valves tried
+in each [-]."""
 STEPS = np.array([0.08, 0.15, 0.02, 0.08, 0.4, 0.8, 0.0])
 """First steps of a closer search: of S (relative), of J / S, of the slope (relative), of the level (in S), of the lag
 (relative) and of how late it is [samples]."""
@@ -68,7 +71,9 @@ def watched(op, y, rows, cap, loose, begin, least, left, turns):
     """Fill `left` (n,) with the mean square, none above cap**2, that each of `rows` (n, 7) leaves of `y` (n_samples,).
 
     A row holds S, J, slope, offset, the decay per sample of the lag, the whole samples that the position is late, and 1
-    for a stem that rests after every sample, as He's and Stenman's do, 0 for one that goes on, as Kano's; `turns` (n,) counts how often the stem set out in another direction than before.
+    for a stem that rests after every sample, 0 for one that goes on. With `loose` a slip may come early or late at no
+    cost (see `TOLERANCE`). A row is given up when it leaves `HOPELESS` times `least` or the least of those before.
+    `turns` (n,) counts how often the stem set out in another direction than before.
     """
     n = op.shape[0]
     for v in range(rows.shape[0]):
@@ -228,7 +233,9 @@ def noise_of(y: NDArray[np.float64], step: float) -> float:
     True
     """
     spread = y + step * np.random.default_rng(0).uniform(-0.5, 0.5, y.size)  # lest most moves be none
-    return float(np.nanquantile(np.abs(np.diff(spread)), 0.25)) / (0.3186 * 2.0**0.5)
+    moves = np.abs(np.diff(spread))
+    moves = moves[moves > 0.0]  # what was held says nothing of the noise
+    return float(np.quantile(moves, 0.25)) / (0.3186 * 2.0**0.5) if moves.size else 0.0
 
 
 def _slopes(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> tuple[NDArray[np.float64], bool]:
@@ -279,7 +286,7 @@ def watch(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> Watch
     sigma = max(sigma, 1e-3 * float(np.nanstd(y)))
     sight = _Sight(op, y, float(op.mean()), CAP * sigma)
     wide, whole, least = CALIBRATED if of_unit else FREE, float(np.ptp(op)), LEAST * swing_of(op)
-    bands, shares = np.geomspace(1.1 * least, whole, 16), np.array([0.2, 0.5, 0.8, 1.0])
+    bands, shares = np.geomspace(1.1 * least, whole, 14), np.array([0.2, 0.5, 0.8, 1.0])
     plain, good = np.zeros(1), [(lag, late) for lag in LAGS for late in range(LATEST + 1)]
     searches = (
         (_grid(sight, plain, plain, slopes, good), (0.0, least), (0.0, 1.0)),
@@ -307,7 +314,8 @@ def _grid(
         off = np.nanpercentile(sight.y - slope * sight.op, (2, 98) if S[-1] > 0.0 else (50, 50))
         level = 0.5 * float(np.sum(off)) + slope * sight.mean
         for lag, late in delays:
-            axes = np.meshgrid(S, ratio, slope, level, lag, late, stops, indexing="ij")
+            levels = level + slope * OFF * swing_of(sight.op)
+            axes = np.meshgrid(S, ratio, slope, levels, lag, late, stops, indexing="ij")
             rows.append(np.stack([axis.ravel() for axis in axes], axis=1))
     return np.concatenate(rows)
 
@@ -326,11 +334,11 @@ def _best(
     left, _ = sight.left(rows, FIRST_LOOK, 1.0)
     order = np.argsort(left)
     starts = _apart(rows[order])
-    for loose, keep, rounds, tries in CLOSER:
+    for loose, wide_at_first, keep, rounds, tries in CLOSER:
         valleys = []
         for row in starts[:keep]:
             left, _ = sight.left(row[np.newaxis], LONGEST, loose)
-            best, error, near = row, float(left[0]), 1.0
+            best, error, near = row, float(left[0]), wide_at_first
             slope = min(slopes, key=lambda one: abs(one - row[2]))
             for _ in range(rounds):
                 near_by = _about(best, rng, near, tries, S, ratio, sigma)
@@ -369,7 +377,7 @@ def _apart(rows: NDArray[np.float64]) -> list[NDArray[np.float64]]:
             for one in found
         ):
             found.append(row)
-            if len(found) == CLOSER[0][1]:
+            if len(found) == CLOSER[0][2]:
                 break
     return found
 
@@ -390,7 +398,7 @@ def _about(
     rows[:, 0] = np.clip(rows[:, 0] + size * change[:, 0], *S)
     rows[:, 1] = np.clip(rows[:, 1] + change[:, 1], *ratio)
     rows[:, 2] *= 1.0 + change[:, 2]
-    rows[:, 3] += np.maximum(size * abs(row[2]), noise / STEPS[3]) * change[:, 3]
+    rows[:, 3] += np.copysign(max(size * abs(row[2]), noise / STEPS[3]), row[2]) * change[:, 3]
     rows[:, 4] = np.clip((rows[:, 4] + 0.3) * np.exp(change[:, 4]) - 0.3, 0.0, LAGS[-1])
     rows[:, 5] = np.clip(rows[:, 5] + np.round(change[:, 5]), 0, LATEST)
     return rows

@@ -109,7 +109,8 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     own = main
     told, weights = causes(seen.features), counted(seen.features)
     if stem is not None and stem.used:
-        told, weights, main = stem.weighed(told), (stem.counted(), *weights), stem.identified(main)
+        weights = (stem.counted(told), *weights)
+        told, main = stem.weighed(told), stem.identified(main)
     before = told["stiction"]
     held = held_back(before, seen.quality)
     rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
@@ -172,7 +173,7 @@ def findings(record: LoopRecord) -> Findings:
     part = usable_part(record)
     oscillation = find_oscillation(part)
     quality = assess(record, oscillation.period if oscillation.oscillating else None)
-    stem = stem_shown(part)
+    stem = stem_shown(record.window(quality.first, quality.last))
     evidence = detect_all(part if stem is not None and stem.used else replace(part, mv=None), oscillation)
     # Weights were found without a stem position, and what a method makes of one must not shift them.
     votes = evidence if stem is None or not stem.used else detect_all(replace(part, mv=None), oscillation)

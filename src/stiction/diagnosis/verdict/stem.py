@@ -5,20 +5,23 @@ than OP itself (not an `echo`, a positioner's set point), and some valve leaves 
 record is judged as without it.
 
 `identification.position` gives what the best valve that follows, the best with play and the best that sticks leave of
-it: :math:`E_g, E_d, E_s`. Two straight lines make log odds of them, found by logistic regression, both outcomes
-weighing the same, on 1 030 loops of `simulation.population` (seeds 501 to 503, `position=True`):
+it: :math:`E_g, E_d, E_s`. Two straight lines make log odds of them,
 
 .. math:: \ell_b = a_0 + a_1 \ln\frac{E_g}{\min(E_d, E_s)}, \quad
     \ell_j = b_0 + b_1 \ln\frac{E_d}{E_s} + b_2 \frac{J}{S}
 
-for a band against none, and for a jump in it against none. They multiply the odds that the other findings give:
+for a band against none, and for a jump in it against none. With the other findings' probabilities p,
 
-.. math:: P(\text{stiction}) \propto p_s\, e^{\ell_b + \ell_j / 2}, \quad
-    P(\text{deadband}) \propto p_d\, e^{\ell_b - \ell_j / 2}, \quad P(c) \propto p_c
+.. math:: P(\text{band}) \propto (p_s + p_d)\, e^{\ell_b}, \quad P(c) \propto p_c, \quad
+    \text{logit}\,\frac{P(\text{stiction})}{P(\text{band})} = w \ln\frac{p_s}{p_d} + \ell_j
 
-That is Bayes' rule for findings that are independent once the valve is known: what a valve of a given kind leaves of
-the position is the transmitter's noise and rounding, of which the PV knows nothing. `MOST` bounds both log odds, since
-a position may be something else than its name says in a way that none of the checks sees.
+The first is Bayes' rule for findings that are independent once the valve is known: what a valve of a given kind leaves
+of the position is the transmitter's noise and rounding, of which the PV knows nothing. The second is no product of odds:
+both see the same jump, so w < 1, and the other findings' part is bounded, as they know play from integrating loops only.
+`MOST` bounds what a position says of a band, since it may be something else than its name in a way no check sees.
+
+The numbers are logistic regressions, both outcomes weighing the same, on 1 030 loops of `simulation.population` (seeds
+501 to 503, `position=True`), those of a jump on the 296 of them that have a band.
 """
 
 from __future__ import annotations
@@ -44,12 +47,14 @@ __all__ = ["Shown", "stem_shown"]
 
 BAND = (-1.12, 11.1)
 """a0 and a1: log odds of a band where both valves leave the same, and for each factor e between them [-]."""
-JUMPS = (-1.59, 5.45, 4.87)
+JUMPS = (-0.77, 3.79, 3.34)
 """b0, b1 and b2: log odds of a jump [-]."""
+OTHERS, BOUND = 0.8, 4.0
+"""w, what the other findings' log odds of a jump count, and their largest [-]."""
 LITTLE = 0.05
 """Added to what is left, so that a perfect fit is no better than a good one [squares of the noise]."""
 MOST = 7.0
-"""Largest log odds that a position speaks with [-]."""
+"""Largest log odds of a band that a position speaks with [-]."""
 FEWEST = 60
 """Samples of the position below which it is not used [-]."""
 EXPLAINED = 0.1
@@ -108,16 +113,19 @@ class Shown(NamedTuple):
         --------
         >>> told = Shown("stiction", "", None, 3.0, 2.0).weighed({"stiction": 0.2, "deadband": 0.1, "none": 0.7})
         >>> {name: round(share, 2) for name, share in told.items()}
-        {'stiction': 0.92, 'deadband': 0.06, 'none': 0.02}
+        {'stiction': 0.83, 'deadband': 0.06, 'none': 0.1}
         """
-        odds = {"stiction": self.band + 0.5 * self.jump, "deadband": self.band - 0.5 * self.jump}
-        share = {name: p * float(np.exp(odds.get(name, 0.0))) for name, p in causes.items()}
+        before = float(np.log(max(causes["stiction"], 1e-12) / max(causes["deadband"], 1e-12)))
+        split = OTHERS * float(np.clip(before, -BOUND, BOUND)) + self.jump
+        band = (causes["stiction"] + causes["deadband"]) * float(np.exp(self.band))
+        sticks = 1.0 / (1.0 + float(np.exp(-split)))
+        share = {**causes, "stiction": band * sticks, "deadband": band * (1.0 - sticks)}
         total = sum(share.values())
         return {name: p / total for name, p in share.items()}
 
-    def counted(self) -> Counted:
-        """What it adds to the log odds of stiction against all but a deadband."""
-        return Counted("stem", self.valve.S / self.swing, float("nan"), self.band + 0.5 * self.jump)
+    def counted(self, causes: dict[str, float]) -> Counted:
+        """What it adds to the log odds of stiction against all but a deadband, given the probabilities without it."""
+        return Counted("stem", self.valve.S / self.swing, float("nan"), _odds(self.weighed(causes)) - _odds(causes))
 
     def evidence(self) -> Evidence:
         """It as a row of the evidence table."""
@@ -143,7 +151,7 @@ def stem_shown(part: LoopRecord) -> Shown | None:
     Parameters
     ----------
     part : LoopRecord
-        The stretch that is analysed.
+        The stretch that is analysed; NaN of the position are passed over, which values held over them could not be.
 
     Returns
     -------
@@ -195,10 +203,16 @@ def stem_shown(part: LoopRecord) -> Shown | None:
     left = {kind: float(np.log(getattr(seen, kind).left + LITTLE)) for kind in ("good", "deadband", "stiction")}
     band = BAND[0] + BAND[1] * (left["good"] - min(left["deadband"], left["stiction"]))
     jump = JUMPS[0] + JUMPS[1] * (left["deadband"] - left["stiction"]) + JUMPS[2] * seen.stiction.J / seen.stiction.S
-    band, jump = (float(np.clip(odds, -MOST, MOST)) for odds in (band, jump))
+    band = float(np.clip(band, -MOST, MOST))
     what = "good" if band <= 0.0 else "stiction" if jump > 0.0 else "deadband"
-    shown = Shown(what, "", seen, band, jump, swing_of(op))
+    shown = Shown(what, "", seen, band, float(jump), swing_of(op))
     return shown._replace(why=_said(shown, seen))
+
+
+def _odds(causes: dict[str, float]) -> float:
+    """Log odds of stiction against all but a deadband [-]."""
+    rest = sum(p for name, p in causes.items() if name not in ("stiction", "deadband"))
+    return float(np.log(max(causes["stiction"], 1e-30) / max(rest, 1e-30)))
 
 
 def _said(shown: Shown, seen: Watching) -> str:

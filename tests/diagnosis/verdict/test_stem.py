@@ -1,0 +1,177 @@
+"""A recorded valve position decides where it is one, and changes nothing where it is not."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from dataclasses import replace
+from functools import cache
+from itertools import islice
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as some
+
+import stiction as st
+from stiction.diagnosis.verdict.probability import causes
+from stiction.diagnosis.verdict.stem import MOST, Shown, stem_shown
+from stiction.report.story import story
+from stiction.simulation.population import CAUSES, population
+
+page = importlib.import_module("stiction.diagnosis.verdict.diagnose")
+
+N = 900
+
+
+@cache
+def loop(S, J, seed=1):
+    """A flow loop that a load moves, with the position as a good transmitter gives it."""
+    valve = st.Kano(S, J) if S else st.Ideal()
+    made = st.Loop(st.PID(0.35, 6.0), valve, st.FOPDT(1.5, 4.0, 2.0), dt=1.0, noise=0.1)
+    load = 3.0 * np.sin(2.0 * np.pi * np.arange(N) / 60.0)
+    run = st.simulate(made, 70.0, float(N), load, seed=seed, pv_start=70.0, op_start=50.0, tag="FC1", loop_type="flow")
+    assert run.mv is not None
+    return replace(run, mv=run.mv + 0.1 * np.random.default_rng(seed).normal(size=N))
+
+
+def not_a_stem():
+    """What is recorded as the position and says nothing of the stem."""
+    op = loop(5.0, 3.0).op
+    rng = np.random.default_rng(0)
+    return {
+        "echo": op,
+        "echo, coarse and late, in mA": 4.0 + 0.16 * np.round(np.concatenate([op[:1], op[:-1]]) / 0.5) * 0.5,
+        "frozen": np.full(N, 43.0),
+        "unrelated": 50.0 + 5.0 * np.sin(np.arange(N) / 7.3) + 0.1 * rng.normal(size=N),
+        "missing": np.where(np.arange(N) < 30, op, np.nan),
+    }
+
+
+@pytest.mark.parametrize("kind", list(not_a_stem()))
+def test_a_position_that_is_none_changes_nothing_but_the_reason(kind):
+    record = replace(loop(5.0, 3.0), mv=not_a_stem()[kind])
+    found, without = st.diagnose(record), st.diagnose(replace(record, mv=None))
+    row, *others = found.evidence[1:]
+    told, before = found.to_dict(), without.to_dict()
+    assert not row.valid
+    assert row.why in found.reason
+    assert kind.partition(",")[0] == stem_shown(record).what
+    assert [other.to_dict() for other in others] == [other.to_dict() for other in without.evidence[1:]]
+    for key in told.keys() - {"reason", "evidence"}:
+        assert told[key] == before[key], key
+    assert found.reason.replace(f" {row.why}", "") == without.reason
+
+
+def test_without_a_position_nothing_of_it_is_asked(monkeypatch):
+    record = replace(loop(5.0, 3.0), mv=None)
+    before = st.diagnose(record).to_dict()
+    monkeypatch.setattr(page, "stem_shown", lambda part: pytest.fail("asked") if part.mv is not None else None)
+    assert st.diagnose(record).to_dict() == before
+    assert "stem" not in {row["method"] for row in before["evidence"]} | {one["feature"] for one in before["counted"]}
+    assert stem_shown(record) is None
+
+
+@pytest.mark.parametrize(
+    ("S", "J", "what", "verdict"),
+    [(5.0, 3.0, "stiction", "stiction"), (4.0, 0.0, "deadband", "no_stiction"), (0.0, 0.0, "good", "no_stiction")],
+)
+def test_a_position_shows_what_the_valve_is(S, J, what, verdict):
+    record = loop(S, J)
+    found = st.diagnose(record)
+    assert stem_shown(record).what == what
+    assert (found.verdict, found.evidence[1].vote) == (verdict, verdict)
+    assert found.cause in ({"none", "external disturbance"} if what == "good" else {what})
+    assert found.evidence[1].why in found.reason
+    if S:
+        assert pytest.approx(S, rel=0.05) == found.identification.S
+        assert pytest.approx(J, abs=0.15 * S) == found.identification.J
+        assert found.identification.S_low <= S <= found.identification.S_high
+
+
+def test_what_the_position_shows_is_counted_and_told():
+    record = loop(5.0, 3.0)
+    found, seen = st.diagnose(record), page.findings(record)
+    told = seen.stem.weighed(causes(seen.features))
+    odds = told["stiction"] / (1.0 - told["stiction"] - told["deadband"])
+    assert math.log(odds) == pytest.approx(sum(one.log_odds for one in found.counted), abs=1e-6)
+    assert sum(found.causes.values()) == pytest.approx(1.0)
+    assert found.evidence[1].why in next(step.lines for step in story(found) if "position" in step.title)
+
+
+def test_doubts_about_the_data_hold_back_a_position_too():
+    record = loop(5.0, 3.0)
+    held = replace(record, op=np.repeat(record.op[::6], 6), pv=np.repeat(record.pv[::6], 6))
+    found = st.diagnose(held)
+    assert found.quality.reservations or found.quality.refusals
+    assert found.probability <= 0.9
+
+
+@settings(deadline=None, max_examples=12)
+@given(
+    unit=some.sampled_from([(0.16, 4.0), (0.01, 0.0), (-1.0, 100.0), (-0.16, 20.0)]), offset=some.floats(-5.0, 5.0),
+    S=some.sampled_from([0.0, 5.0]),
+)  # fmt: skip
+def test_scale_and_offset_of_the_position_do_not_matter(unit, offset, S):
+    record = loop(S, 0.6 * S)
+    plain = stem_shown(record)
+    other = stem_shown(replace(record, mv=unit[0] * (record.mv + offset) + unit[1]))
+    assert other.what == plain.what
+    assert pytest.approx(plain.valve.S, rel=0.02, abs=0.1) == other.valve.S
+    assert abs(other.band - plain.band) < 1.0
+
+
+def test_a_scale_that_is_no_unit_gives_the_same_verdict():
+    record = loop(5.0, 3.0)
+    assert stem_shown(replace(record, mv=3.7 * record.mv - 20.0)).what == "stiction"
+
+
+@settings(deadline=None)
+@given(shares=some.tuples(*[some.floats(1e-6, 1.0)] * 3), band=some.floats(-MOST, MOST), jump=some.floats(-9.0, 9.0))
+def test_odds_of_a_band_are_multiplied_and_a_jump_is_for_stiction(shares, band, jump):
+    before = dict(zip(("stiction", "deadband", "none"), np.array(shares) / sum(shares), strict=True))
+    after = Shown("good", "", None, band, jump).weighed(before)
+    assert sum(after.values()) == pytest.approx(1.0)
+    ratio = (1.0 / after["none"] - 1.0) / (1.0 / before["none"] - 1.0)
+    assert math.log(ratio) == pytest.approx(band, abs=1e-6)
+    more = Shown("good", "", None, band, jump + 1.0).weighed(before)
+    assert more["stiction"] > after["stiction"]
+
+
+def shown(n, causes, seed, position="stem"):
+    """What the positions of short records of a population show; the historian's effects are other tests' matter."""
+    drawn = population(20 * n, causes, seed, historian=False, position=position)
+    short = (case for case in drawn if len(case.record) <= 1500)
+    return [(case, stem_shown(case.record)) for case in islice(short, n)]
+
+
+def test_bands_are_seen_and_good_valves_are_not_called_sticky():
+    sticky = shown(30, ("stiction", "deadband"), 811)
+    good = shown(30, tuple(cause for cause in CAUSES if cause not in ("stiction", "deadband")), 812)
+    assert sum(seen.band > 0.0 for _, seen in sticky) >= 28
+    assert sum(seen.band > 0.0 for _, seen in good) <= 1
+
+
+@pytest.mark.parametrize("position", ["echo", "frozen", "another"])
+def test_what_is_no_stem_is_not_used(position):
+    assert not any(seen.used for _, seen in shown(14, CAUSES, 813, position))
+
+
+def test_S_is_measured_where_the_record_has_the_controllers_samples():
+    cases = [
+        (case, seen)
+        for case, seen in shown(45, ("stiction",), 814)
+        if case.record.dt == case.loop.dt and "Kano" in case.kind and seen.what == "stiction"
+    ]
+    close = sum(abs(seen.valve.S / case.S - 1.0) < 0.05 for case, seen in cases)
+    assert len(cases) >= 8
+    assert close >= 0.9 * len(cases)
+
+
+def test_the_loop_does_not_depend_on_its_position():
+    with_one, without = (list(population(7, seed=5, position=position)) for position in (True, False))
+    for one, other in zip(with_one, without, strict=True):
+        assert other.record.mv is None
+        assert one.position
+        np.testing.assert_array_equal(one.record.op, other.record.op)
+        np.testing.assert_array_equal(one.record.pv, other.record.pv)
