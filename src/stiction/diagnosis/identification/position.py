@@ -48,7 +48,7 @@ PLAINLY = 0.7
 """Correlation with OP below which the position may also go the other way [-]."""
 CALIBRATED, FREE = 0.04, 0.5
 """How far a slope may be from a known one, and from one guessed from the swings [-]."""
-DELAYS = ((0.0, 0), (1.0, 0), (3.0, 0), (0.3, 1), (0.3, 2), (2.0, 2))
+DELAYS = ((0.3, 0), (2.0, 0), (0.3, 1), (0.3, 2))
 """Lags and whole samples late that are tried at first, with every valve [samples]."""
 LAGS = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Lags tried at first with a good valve [samples]."""
@@ -56,7 +56,7 @@ OFF = np.array([-0.04, 0.0, 0.04])
 """Levels tried at first, about that on which the position lies evenly, as shares of OP's swing [-]."""
 LATEST = 3
 """Latest samples that a position may come [-]."""
-FIRST_LOOK, LONGEST = 800, 6000
+FIRST_LOOK, LONGEST = 1000, 6000
 """Samples of the first look, and the most that are compared [-]."""
 CLOSER = ((1.0, 1.0, 4, 5, 20), (0.0, 1.0, 2, 10, 20), (0.0, 0.3, 1, 6, 20))
 """Of each closer search: how loose slips are, size of the first steps, valves it starts from, rounds, and valves tried
@@ -286,7 +286,7 @@ def watch(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> Watch
     sigma = max(sigma, 1e-3 * float(np.nanstd(y)))
     sight = _Sight(op, y, float(op.mean()), CAP * sigma)
     wide, whole, least = CALIBRATED if of_unit else FREE, float(np.ptp(op)), LEAST * swing_of(op)
-    bands, shares = np.geomspace(1.1 * least, whole, 14), np.array([0.2, 0.5, 0.8, 1.0])
+    bands, shares = np.geomspace(1.1 * least, whole, 26), np.array([0.2, 0.5, 0.8, 1.0])
     plain, good = np.zeros(1), [(lag, late) for lag in LAGS for late in range(LATEST + 1)]
     searches = (
         (_grid(sight, plain, plain, slopes, good), (0.0, least), (0.0, 1.0)),

@@ -13,12 +13,12 @@ it: :math:`E_g, E_d, E_s`. Two straight lines make log odds of them,
 for a band against none, and for a jump in it against none. With the other findings' probabilities p,
 
 .. math:: P(\text{band}) \propto (p_s + p_d)\, e^{\ell_b}, \quad P(c) \propto p_c, \quad
-    \text{logit}\,\frac{P(\text{stiction})}{P(\text{band})} = w \ln\frac{p_s}{p_d} + \ell_j
+    \text{logit}\,\frac{P(\text{stiction})}{P(\text{band})} = \ln\frac{p_s}{p_d} + \ell_j
 
-The first is Bayes' rule for findings that are independent once the valve is known: what a valve of a given kind leaves
-of the position is the transmitter's noise and rounding, of which the PV knows nothing. The second is no product of odds:
-both see the same jump, so w < 1, and the other findings' part is bounded, as they know play from integrating loops only.
-`MOST` bounds what a position says of a band, since it may be something else than its name in a way no check sees.
+That is Bayes' rule for findings that are independent once the valve is known: what a valve of a given kind leaves of
+the position is the transmitter's noise and rounding, of which the PV knows nothing. Two bounds guard it. A position
+says no more than `MOST` of a band, since it may be something else than its name in a way that no check sees. The other
+findings say no more than `OTHERS` of a jump: they know play from integrating loops only, and the position sees it.
 
 The numbers are logistic regressions, both outcomes weighing the same, on 1 030 loops of `simulation.population` (seeds
 501 to 503, `position=True`), those of a jump on the 296 of them that have a band.
@@ -47,10 +47,10 @@ __all__ = ["Shown", "stem_shown"]
 
 BAND = (-1.12, 11.1)
 """a0 and a1: log odds of a band where both valves leave the same, and for each factor e between them [-]."""
-JUMPS = (-0.77, 3.79, 3.34)
+JUMPS = (-0.67, 4.08, 3.09)
 """b0, b1 and b2: log odds of a jump [-]."""
-OTHERS, BOUND = 0.8, 4.0
-"""w, what the other findings' log odds of a jump count, and their largest [-]."""
+OTHERS = 1.5
+"""Largest log odds of sticking against play that the other findings have [-]."""
 LITTLE = 0.05
 """Added to what is left, so that a perfect fit is no better than a good one [squares of the noise]."""
 MOST = 7.0
@@ -116,7 +116,7 @@ class Shown(NamedTuple):
         {'stiction': 0.83, 'deadband': 0.06, 'none': 0.1}
         """
         before = float(np.log(max(causes["stiction"], 1e-12) / max(causes["deadband"], 1e-12)))
-        split = OTHERS * float(np.clip(before, -BOUND, BOUND)) + self.jump
+        split = float(np.clip(before, -OTHERS, OTHERS)) + self.jump
         band = (causes["stiction"] + causes["deadband"]) * float(np.exp(self.band))
         sticks = 1.0 / (1.0 + float(np.exp(-split)))
         share = {**causes, "stiction": band * sticks, "deadband": band * (1.0 - sticks)}
