@@ -71,7 +71,7 @@ def test_without_a_period_cycles_are_not_judged(good):
     assert not {"cycles", "sampling"} & {g.name for g in assess(good).gates}
 
 
-@pytest.mark.parametrize(("n", "severity"), [(250, "ok"), (150, "lowers"), (40, "refuses")])
+@pytest.mark.parametrize(("n", "severity"), [(320, "ok"), (280, "lowers"), (40, "refuses")])
 def test_length(good, n, severity):
     found = gate(good.window(0, n), "length")
     assert (found.severity, found.value) == (severity, n)

@@ -22,9 +22,11 @@ if TYPE_CHECKING:
 
 __all__ = ["GATES", "Gate", "Severity", "View"]
 
-FEW_SAMPLES, FEW_CYCLES = 200, 8
+FEW_SAMPLES, FEW_CYCLES = 300, 8
 MANY_SAMPLES, FEW_IF_SHORT, FEW_PER_CYCLE = 12, 6, 4
 """Samples per cycle below which confidence is lowered, and below which a short and a long record are refused [-]."""
+SHORT = 200
+"""Samples below which a record is short in that sense."""
 MEMORY = 0.1
 """Likeness of a signal to its last value below which its movement is not resolved [-]."""
 BRIDGED = 40.0
@@ -58,7 +60,7 @@ def sampling(view: View) -> Gate | None:
     if view.period is not None:
         count = view.period / view.record.dt
         hint = f"; record every {view.period / 40:.2g} s or faster" if count < MANY_SAMPLES else ""
-        short = len(view.part) < FEW_SAMPLES
+        short = len(view.part) < SHORT
         refuses = FEW_IF_SHORT if short else FEW_PER_CYCLE
         why = f"{count:.1f} samples per cycle{' in a short record' if short and count < refuses else ''}{hint}."
         return at_least("sampling", count, MANY_SAMPLES, refuses, why)

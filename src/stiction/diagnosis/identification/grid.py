@@ -167,7 +167,7 @@ def explore(
     begin = signals.half + int(delays[-1]) + 2
     if n > 6.0 * signals.scale:
         begin += round(signals.scale)
-    begin = min(begin, max(n // 3, int(delays[-1]) + 2))
+    begin = min(begin, max(n // 3, int(delays[-1]) + 2), max(n - signals.half - 1, 0))
     shape = (S.size, ratio.size)
     places = np.arange(S.size * ratio.size) if only is None else np.flatnonzero(only)
     band = S[places // ratio.size]

@@ -8,9 +8,9 @@ it does not know the dead time but for the edges of the window.
 
 from __future__ import annotations
 
-from stiction.models.compiled import kernel
+from stiction.models.compiled import kernel, summing
 
-__all__ = ["backwards", "follow_lanes", "products", "squares"]
+__all__ = ["about_mean", "backwards", "follow_lanes", "products", "squares"]
 
 
 @kernel
@@ -88,10 +88,10 @@ def backwards(target, half, first, second, delays, begin, end, w, process, Z):
             row[p] = g[p] * soon[p]
 
 
-@kernel
-def products(mv, Z, out):
-    """Fill `out` (n_lanes, n_processes) with the sums of mv[:, lane] * Z[:, process]."""
-    n, lanes = mv.shape
+@summing
+def products(mv, Z, lanes, out):
+    """Fill the first `lanes` rows of `out` (n_lanes, n_processes) with the sums of mv[:, lane] * Z[:, process]."""
+    n = mv.shape[0]
     n_processes = Z.shape[1]
     for v in range(lanes):
         for p in range(n_processes):
@@ -114,61 +114,70 @@ def products(mv, Z, out):
 
 
 @kernel
-def squares(mv, a, b, half, marks, u, y, total, last, power, mixed, ring, out):
-    """Fill `out` (n_marks, 2, n_lanes): sums of z[k]**2 and of z[k] z[k - 1] over k < mark, z about the local mean.
+def about_mean(mv, half, total, out):
+    """Fill `out` (n_samples, n_lanes) with each column of `mv` about its centred mean over 2 half + 1 samples.
 
-    z is the answer of two lags in series (decays `a` and `b`) to each column of `mv`. `ring`
-    (2 half + 1, n_lanes) and the six vectors (n_lanes,) are work space; with a `half` of 0 the mean of all
-    samples is taken off.
+    Row i of `out` belongs to row i - half of `mv`, which counts as zero before its first sample. A `half` of 0 takes
+    nothing off. `total` (n_lanes,) is work space.
     """
     n, lanes = mv.shape
-    g = 1.0 - a if a < 1.0 else 1.0
-    h = 1.0 - b
-    width = 2 * half + 1
+    scale = 1.0 / (2 * half + 1) if half > 0 else 0.0
+    for v in range(lanes):
+        total[v] = 0.0
+    for i in range(n):
+        new, row = mv[i], out[i]
+        for v in range(lanes):
+            total[v] += new[v]
+            row[v] = -total[v] * scale
+        if i >= half:
+            here = mv[i - half]
+            for v in range(lanes):
+                row[v] += here[v]
+        if i >= 2 * half:
+            gone = mv[i - 2 * half]
+            for v in range(lanes):
+                total[v] -= gone[v]
+
+
+@summing
+def squares(mv, a, b, half, marks, u, y, mean, last, power, mixed, out):
+    """Fill `out` (n_marks, 2, n_lanes): sums of z[k]**2 and of z[k] z[k - 1] over half <= k < mark.
+
+    z is the answer of two lags in series (decays `a` and `b`, one of each for each lane) to the column of `mv`, as
+    `about_mean` leaves it: taking the local mean off before the lags or after them is the same. With a `half` of 0
+    the mean of all samples is taken off z. The vectors (n_lanes,) are work space.
+    """
+    n, lanes = mv.shape
     for v in range(lanes):
         last[v] = power[v] = mixed[v] = 0.0
-        u[v] = y[v] = total[v] = 0.0
+        u[v] = y[v] = mean[v] = 0.0
     if half == 0:
         for k in range(n):
             m = mv[k]
             for v in range(lanes):
-                u[v] = a * u[v] + g * m[v]
-                y[v] = b * y[v] + h * u[v]
-                total[v] += y[v]
+                u[v] = a[v] * u[v] + (1.0 - a[v] if a[v] < 1.0 else 1.0) * m[v]
+                y[v] = b[v] * y[v] + (1.0 - b[v]) * u[v]
+                mean[v] += y[v]
         for v in range(lanes):
-            total[v] = total[v] / n
+            mean[v] = mean[v] / n
             u[v] = y[v] = 0.0
-    scale = 1.0 / width
-    for i in range(width):
-        for v in range(lanes):
-            ring[i, v] = 0.0
-    new, middle, oldest = 0, half + 1 if half > 0 else 0, 1 if half > 0 else 0
     k = 0
+    while k < min(2 * half, n):
+        m = mv[k]
+        for v in range(lanes):
+            u[v] = a[v] * u[v] + (1.0 - a[v] if a[v] < 1.0 else 1.0) * m[v]
+            y[v] = b[v] * y[v] + (1.0 - b[v]) * u[v]
+        k += 1
     for s in range(marks.shape[0]):
         while k < marks[s] + half:
-            m, at, centre, gone = mv[k], ring[new], ring[middle], ring[oldest]
+            m = mv[k]
             for v in range(lanes):
-                u[v] = a * u[v] + g * m[v]
-                y[v] = b * y[v] + h * u[v]
-                at[v] = y[v]
-            if half > 0:
-                whole = 1.0 if k >= 2 * half else 0.0
-                for v in range(lanes):
-                    total[v] += y[v]
-                    z = whole * (centre[v] - total[v] * scale)
-                    total[v] -= gone[v]
-                    power[v] += z * z
-                    mixed[v] += z * last[v]
-                    last[v] = z
-                new = new + 1 if new + 1 < width else 0
-                middle = middle + 1 if middle + 1 < width else 0
-                oldest = oldest + 1 if oldest + 1 < width else 0
-            else:
-                for v in range(lanes):
-                    z = centre[v] - total[v]
-                    power[v] += z * z
-                    mixed[v] += z * last[v]
-                    last[v] = z
+                u[v] = a[v] * u[v] + (1.0 - a[v] if a[v] < 1.0 else 1.0) * m[v]
+                y[v] = b[v] * y[v] + (1.0 - b[v]) * u[v]
+                z = y[v] - mean[v]
+                power[v] += z * z
+                mixed[v] += z * last[v]
+                last[v] = z
             k += 1
         for v in range(lanes):
             out[s, 0, v] = power[v]

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.prediction import LANES, desk, prediction_errors, stems
+from stiction.diagnosis.identification.prediction import LANES, apart, desk, prediction_errors, stems
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -296,8 +296,12 @@ def _grid(
     S: NDArray[np.float64], ratio: NDArray[np.float64], stops: float, place: NDArray[np.float64], swing: float
 ) -> NDArray[np.float64]:
     """All combinations, shape (n, 4); a limit cycle needs OP_pp >= S."""
-    axes = np.meshgrid(np.minimum(S, swing), ratio, [stops], place, indexing="ij")
-    return np.stack([axis.ravel() for axis in axes], axis=1)
+    valve = np.empty((S.size, ratio.size, place.size, 4))
+    valve[..., 0] = np.minimum(S, swing)[:, np.newaxis, np.newaxis]
+    valve[..., 1] = ratio[:, np.newaxis]
+    valve[..., 2] = stops
+    valve[..., 3] = place
+    return valve.reshape(-1, 4)
 
 
 def _more(one: Trials, other: Trials) -> Trials:
@@ -309,9 +313,5 @@ def _valleys(tried: Trials, S_step: float, J_step: float, keep: int) -> list[NDA
     order = np.argsort(tried.cost)[: 32 * LANES]
     rest = tried.valve[order]
     logs = np.column_stack([np.log(rest[:, 0]) / (1.5 * S_step), rest[:, 1] / (1.5 * J_step), rest[:, 2] * 1e3])
-    found: list[NDArray[np.float64]] = []
-    while rest.size and len(found) < keep:
-        found.append(rest[0])
-        away = (np.abs(logs - logs[0]) > 1.0).any(axis=1)
-        rest, logs = rest[away], logs[away]
-    return found
+    chosen = np.empty(keep, dtype=np.int64)
+    return list(rest[chosen[: apart(logs, chosen)]])

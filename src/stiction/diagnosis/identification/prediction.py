@@ -18,7 +18,7 @@ from stiction.models.compiled import kernel, summing
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Desk", "desk", "prediction_errors", "stems"]
+__all__ = ["Desk", "apart", "desk", "prediction_errors", "stems"]
 
 LANES = 32
 """Valves handled side by side."""
@@ -43,6 +43,8 @@ class Desk(NamedTuple):
     """Normal equations, then their triangular root, shape (n_weights, n_weights)."""
     weights: NDArray[np.float64]
     """Right side, then weights; and the scales of the columns, shape (2, n_weights)."""
+    residual: NDArray[np.float64]
+    """What the regression leaves, shape (n_samples,)."""
 
 
 def desk(n_samples: int, order: int, edges: NDArray[np.int64]) -> Desk:
@@ -72,6 +74,7 @@ def desk(n_samples: int, order: int, edges: NDArray[np.int64]) -> Desk:
         group=np.empty(lags + 1),
         normal=np.empty((weights, weights)),
         weights=np.empty((2, weights)),
+        residual=np.empty(n_samples),
     )
 
 
@@ -145,7 +148,8 @@ def prediction_errors(op, width, pv, order, edges, begin, floor, S, J, stops, pl
             left[base + v] = _solve(past[0, 0], work.normal, work.weights) + floor * (n - begin)
             if ends.shape[0] > 0:
                 _weights(work.normal, work.weights)
-                _by_block(pv, mv[v], order, edges, begin, floor, ends, work.weights[0], blocks[base + v])
+                _residual(pv, mv[v], order, edges, begin, work.weights[0], work.residual)
+                _by_block(work.residual, begin, floor, ends, blocks[base + v])
 
 
 @summing
@@ -303,20 +307,50 @@ def _weights(normal, weights):
 
 
 @summing
-def _by_block(pv, mv, order, edges, begin, floor, ends, weights, out):
+def _residual(pv, mv, order, edges, begin, weights, out):
+    """Fill `out` (n_samples,) from `begin` on with what the regression leaves of the PV, a lag at a time."""
+    n = pv.shape[0]
+    now = out[begin:n]
+    for k in range(n - begin):
+        now[k] = pv[begin + k] - weights[0]
+    for i in range(1, order + 1):
+        then = pv[begin - i : n - i]
+        for k in range(n - begin):
+            now[k] -= weights[i] * then[k]
+    for g in range(edges.shape[0] - 1):
+        share = weights[1 + order + g]
+        for lag in range(edges[g], edges[g + 1]):
+            then = mv[begin - lag : n - lag]
+            for k in range(n - begin):
+                now[k] -= share * then[k]
+
+
+@summing
+def _by_block(residual, begin, floor, ends, out):
     """Fill `out` (n_blocks,) with the sums of squares left up to each of `ends`."""
-    k = begin
+    first = begin
     for b in range(ends.shape[0]):
         total = 0.0
-        while k < ends[b]:
-            left = pv[k] - weights[0]
-            for i in range(1, order + 1):
-                left -= weights[i] * pv[k - i]
-            for g in range(edges.shape[0] - 1):
-                group = 0.0
-                for lag in range(edges[g], edges[g + 1]):
-                    group += mv[k - lag]
-                left -= weights[1 + order + g] * group
-            total += left * left + floor
-            k += 1
-        out[b] = total
+        for k in range(first, ends[b]):
+            total += residual[k] * residual[k]
+        out[b] = total + floor * (ends[b] - first)
+        first = ends[b]
+
+
+@kernel
+def apart(place, chosen):
+    """Fill `chosen` with the first rows of `place` (n, n_axes) that lie more than 1 from all before; how many."""
+    count = 0
+    for i in range(place.shape[0]):
+        alone = True
+        for c in range(count):
+            near = True
+            for axis in range(place.shape[1]):
+                near = near and abs(place[i, axis] - place[chosen[c], axis]) <= 1.0
+            alone = alone and not near
+        if alone:
+            chosen[count] = i
+            count += 1
+            if count == chosen.shape[0]:
+                break
+    return count

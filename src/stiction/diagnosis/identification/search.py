@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.lanes import backwards, follow_lanes, products, squares
+from stiction.diagnosis.identification.lanes import about_mean, backwards, follow_lanes, products, squares
 from stiction.models.compiled import kernel
 
 if TYPE_CHECKING:
@@ -36,10 +36,10 @@ class Work(NamedTuple):
     """Products of target and answers, shape (n_lanes, n_lags * n_delays)."""
     square: NDArray[np.float64]
     """Squares and neighbours' products of the answers up to the marks, shape (n_marks, 2, n_lanes)."""
-    ring: NDArray[np.float64]
-    """The last answers, shape (2 half + 1, n_lanes)."""
+    about: NDArray[np.float64]
+    """Stem positions about their local mean, shape (n_samples, n_lanes)."""
     lane: NDArray[np.float64]
-    """Vectors, shape (8, n_lanes)."""
+    """Vectors, shape (10, n_lanes)."""
     column: NDArray[np.float64]
     """A signal, shape (n_samples,)."""
     process: NDArray[np.float64]
@@ -84,8 +84,8 @@ def work_space(n_samples: int, half: int, n_lags: int, delays: NDArray[np.int64]
         Z=np.empty((n_samples, processes)),
         cross=np.empty((lanes, processes)),
         square=np.empty((marks.size, 2, lanes)),
-        ring=np.empty((2 * half + 1, lanes)),
-        lane=np.empty((8, lanes)),
+        about=np.empty((n_samples, lanes)),
+        lane=np.empty((10, lanes)),
         column=np.empty(n_samples),
         process=np.empty((5, processes)),
         marks=marks,
@@ -184,9 +184,12 @@ def search(
     for k in range(begin, end):
         energy += target[k] * target[k]
     backwards(target, half, first, second, delays, begin, end, work.column, work.process, work.Z)
-    band, jump, u, y, total, last, power, mixed = (
-        work.lane[0], work.lane[1], work.lane[2], work.lane[3], work.lane[4], work.lane[5], work.lane[6], work.lane[7],
+    lane = work.lane
+    band, jump, u, y, total, last, power, mixed, a, b = (
+        lane[0], lane[1], lane[2], lane[3], lane[4], lane[5], lane[6], lane[7], lane[8], lane[9],
     )  # fmt: skip
+    # The lanes carry a valve each or, where there is only one, a pair of lags each.
+    alone = S.shape[0] == 1
     for base in range(0, S.shape[0], lanes):
         filled = min(lanes, S.shape[0] - base)
         for v in range(lanes):
@@ -204,7 +207,8 @@ def search(
             row = work.mv[k]
             for v in range(lanes):
                 row[v] -= total[v] / n
-        products(work.mv, work.Z, work.cross)
+        products(work.mv, work.Z, filled, work.cross)
+        about_mean(work.mv, half, total, work.about)
         for v in range(filled):
             i = base + v
             error[i] = energy
@@ -212,26 +216,31 @@ def search(
             best[i, 0] = -1.0
             best[i, 1] = 0.0
             best[i, 2] = 0.0
-        for q in range(first.shape[0]):
-            squares(
-                work.mv, first[q], second[q], half, work.marks, u, y, total, last, power, mixed, work.ring, work.square
-            )
-            for v in range(filled):
+        for q in range(0, first.shape[0], lanes if alone else 1):
+            for v in range(lanes):
+                own = min(q + v, first.shape[0] - 1) if alone else q
+                a[v], b[v] = first[own], second[own]
+            squares(work.about, a, b, half, work.marks, u, y, total, last, power, mixed, work.square)
+            for v in range(min(lanes, first.shape[0] - q) if alone else filled):
+                i, own = (0, q + v) if alone else (base + v, q)
                 _choose(
-                    v, base + v, q, delays, sign, energy, (end - begin) * S[base + v] ** 2, error, gain, best,
+                    v, i, i - base, own, delays, sign, energy, (end - begin) * S[i] ** 2, error, gain, best,
                     work.cross, work.square, work.opens, work.closes,
                 )  # fmt: skip
 
 
 @kernel
-def _choose(v, i, q, delays, sign, energy, moved, error, gain, best, cross, square, opens, closes):
-    """Keep the best dead time of lag pair `q` for valve `i` in lane `v`, if it beats what was found before."""
+def _choose(v, i, r, q, delays, sign, energy, moved, error, gain, best, cross, square, opens, closes):
+    """Keep the best dead time of lag pair `q` for valve `i` if it beats what was found before.
+
+    Its squares are in lane `v`, its products in row `r`.
+    """
     n_delays = delays.shape[0]
     # A stem that rests throughout the window leaves rounding, not a response.
     least = max(1e-8 * (square[closes[0], 0, v] - square[opens[0], 0, v]), 1e-12 * moved)
     for d in range(n_delays):
         power = square[closes[d], 0, v] - square[opens[d], 0, v]
-        c = cross[v, q * n_delays + d]
+        c = cross[r, q * n_delays + d]
         least = max(least, 1e-8 * power)
         if power <= least:
             continue
@@ -245,7 +254,7 @@ def _choose(v, i, q, delays, sign, energy, moved, error, gain, best, cross, squa
                 best[i, 2] = 0.0
         if d + 1 == n_delays or delays[d + 1] != delays[d] + 1:
             continue
-        next_c = cross[v, q * n_delays + d + 1]
+        next_c = cross[r, q * n_delays + d + 1]
         next_power = square[closes[d + 1], 0, v] - square[opens[d + 1], 0, v]
         if (c * c / power < 0.98 * (energy - error[i])) or next_power <= least:
             continue

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["UNDECIDED", "causes", "counted"]
 
-UNDECIDED = (0.46, 0.54)
+UNDECIDED = (0.48, 0.52)
 """Probabilities of stiction between which nothing is called."""
 POOL = 0.8
 """What the log odds of the first table count [-]; those of the second count the rest."""
