@@ -133,7 +133,8 @@ class Search:
         whole = fine if fine.first == 0 else fine._replace(op=signals.op)
         stem = stem_of(whole, found.valve[0])
         pieces = [with_stem(one, _part(stem, one.signals), sign, self.record.integrating) for one in self.pieces]
-        return replace(_closely("kano", self.record, signals, pieces, fine, found, stem), rough=self.rough)
+        closely = _closely("kano", self.record, signals, pieces, fine, found, stem)
+        return replace(closely, own_samples=seen, rough=self.rough)
 
 
 def search(record: LoopRecord, period: float | None, controller: ControllerFit | None = None) -> Search:
@@ -235,7 +236,15 @@ def _closely(
     slope, error = drift(hours, bands)
     at = np.minimum(np.arange(len(record)), stem.size - 1)
     mv = np.where(np.isfinite(result.mv), result.mv, stem[at])
-    return replace(result, mv=mv, drift=slope, drift_error=error, beats_good=float(found.worse[-1]))
+    return replace(
+        result,
+        mv=mv,
+        drift=slope,
+        drift_error=error,
+        beats_good=float(found.worse[-1]),
+        gain=found.gain(),
+        gain_in_part=found.gain(3),
+    )
 
 
 def _result(
