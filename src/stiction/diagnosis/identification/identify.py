@@ -244,6 +244,7 @@ def _closely(
         beats_good=float(found.worse[-1]),
         gain=found.gain(),
         gain_in_part=found.gain(3),
+        jump_gain=found.jump_gain,
     )
 
 
