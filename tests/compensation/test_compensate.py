@@ -242,4 +242,4 @@ def test_advice_holds_on_loops_it_has_not_seen():
     treated = [one for one in found if one.treated]
     assert len(treated) >= 3
     assert all(one.falls for one in treated)
-    assert sum(one.close for one in treated) >= 0.6 * len(treated)
+    assert sum(one.close for one in treated) >= 0.8 * len(treated)

@@ -246,6 +246,14 @@ class Identification:
     beats_good: float = float("nan")
     """Vuong's statistic by which the sticky valve foretells the PV better than a good one, cycle by cycle [-]; NaN
     where only the dense search was made."""
+    gain: float = float("nan")
+    """Twice the log likelihood by which it does [-]."""
+    gain_in_part: float = float("nan")
+    """The same in the third of the record where it is largest [-]."""
+    jump_gain: float = float("nan")
+    """Twice the log likelihood by which it beats a valve that hardly jumps [-]."""
+    own_samples: bool = False
+    """Whether the record shows the controller's own samples, so that nothing trips the valve unseen."""
     rough: Identification | None = field(default=None, repr=False, compare=False)
     """What the dense search by simulation error found by itself; None where this is it."""
     parameters: dict[str, float] = field(default_factory=dict)
@@ -290,6 +298,10 @@ class Identification:
             "drift_per_h": _number(self.drift),
             "drift_error_per_h": _number(self.drift_error),
             "beats_good": _number(self.beats_good),
+            "gain": _number(self.gain),
+            "gain_in_part": _number(self.gain_in_part),
+            "jump_gain": _number(self.jump_gain),
+            "own_samples": self.own_samples,
             "parameters": {name: _number(value) for name, value in self.parameters.items()},
             "parameter_intervals": {
                 name: [_number(end) for end in ends] for name, ends in self.parameter_intervals.items()

@@ -20,11 +20,12 @@ __all__ = ["averaging", "clock", "compression", "exception", "held", "replay", "
 
 STRAIGHT = 10.0
 """Samples that may lie on straight lines between two others [%]."""
-POINTS_PER_CYCLE = 8
-"""Stored points per cycle below which the shape of a signal is the historian's [-]: the causes of 73 simulated loops
-(`simulation.population`, seed 92) would be named right in 67 %, of 15 with more in 87 %."""
+POINTS_PER_CYCLE = 10
+"""Stored points per cycle below which the shape of a signal is the historian's [-]."""
 LEVELS = 6
-"""Exception deviations in the swing below which the historian's rests pass for the valve's, or hide them [-]."""
+"""Exception deviations in the swing below which the historian's rests pass for the valve's, or hide them [-]. Of 25
+simulated loops between 6 and 8 (`simulation.population`, seed 92) the cause would be named right in 80 %, as of those
+above (77 %)."""
 HELD = 20.0
 """Samples in which OP and PV may both repeat their last value [%]."""
 

@@ -13,6 +13,7 @@ from stiction.diagnosis.identification.contest import Contest, contest, drift
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, interval, limit
 from stiction.diagnosis.identification.likelihood import Prediction, most_likely, prediction_of, stem_of
+from stiction.diagnosis.identification.own_samples import shows_own_samples
 from stiction.diagnosis.identification.piece import Piece, search_piece, with_stem
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
 from stiction.diagnosis.result import ErrorSurface, Identification, ProcessFit, Stretch
@@ -127,11 +128,13 @@ class Search:
         if signals.thinned > 1:
             fine = prediction_of(prepare(self.record, self.period, fine=True), fine=True)
         tried = most_likely(coarse, fine, float(np.ptp(signals.op)))
-        found = contest(fine, tried, seen=self.controller.exact)
+        seen = self.controller.exact or shows_own_samples(self.record)
+        found = contest(fine, tried, seen=seen)
         whole = fine if fine.first == 0 else fine._replace(op=signals.op)
         stem = stem_of(whole, found.valve[0])
         pieces = [with_stem(one, _part(stem, one.signals), sign, self.record.integrating) for one in self.pieces]
-        return replace(_closely("kano", self.record, signals, pieces, fine, found, stem), rough=self.rough)
+        closely = _closely("kano", self.record, signals, pieces, fine, found, stem)
+        return replace(closely, own_samples=seen, rough=self.rough)
 
 
 def search(record: LoopRecord, period: float | None, controller: ControllerFit | None = None) -> Search:
@@ -233,7 +236,16 @@ def _closely(
     slope, error = drift(hours, bands)
     at = np.minimum(np.arange(len(record)), stem.size - 1)
     mv = np.where(np.isfinite(result.mv), result.mv, stem[at])
-    return replace(result, mv=mv, drift=slope, drift_error=error, beats_good=float(found.worse[-1]))
+    return replace(
+        result,
+        mv=mv,
+        drift=slope,
+        drift_error=error,
+        beats_good=float(found.worse[-1]),
+        gain=found.gain(),
+        gain_in_part=found.gain(3),
+        jump_gain=found.jump_gain,
+    )
 
 
 def _result(

@@ -6,6 +6,10 @@ round through the controller and would otherwise pass for an answer of the proce
 grid over the plane comes first, then finer ones about the best valleys. Two rules of motion are tried, since a stem
 on a noisy OP that goes on moving (Kano, Choudhury) and one that rests after every sample (He, Stenman) go different
 ways.
+
+What trips the valve must be in the record. Of 48 simulated loops recorded 2 to 10 times slower than their controller
+(`simulation.population`, seed 41, J visible) S is within 10 % in 27, mostly low where it is not; from the same runs at
+the controller's rate in 39, and in 39 of the 43 whose actuator follows its signal at once.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """What doubts about the data do to a probability, and to the word of a record that they refuse.
 
 A gate that lowers the confidence says that the record is not what the controller saw. Put through every effect of
-`simulation.historian`, sticky loops lose what shows the valve and look like loops with a good one: of 2 597 trials (170
-loops, each effect alone and pairs of them, seeds 93 and 95) 63 turned a probability beyond 0.9 into one below 0.1 or the
-other way round, and in 60 of them some gate had lowered the confidence. The log odds therefore keep `FIRST` for the first
-doubt and `FURTHER` for each one more, and a record that has lost what shows the valve (`HIDES`) never speaks beyond
-`LEAST` and `MOST`.
+`simulation.historian`, sticky loops lose what shows the valve and look like loops with a good one: of 2 597 trials
+(170 loops, each effect alone and pairs of them, seeds 93 and 95) 63 turned a probability beyond 0.9 into one below
+0.1 or the other way round, and in 60 of them some gate had lowered the confidence. The log odds therefore keep `FIRST`
+for the first doubt and `FURTHER` for each one more, and a record that may have lost what shows the valve (`HIDES`)
+never speaks beyond `LEAST` and `MOST`.
 """
 
 from __future__ import annotations

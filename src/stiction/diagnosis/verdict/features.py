@@ -76,6 +76,17 @@ class Features(NamedTuple):
     """ln(error of the best valve without jump / error of the best valve), held at 3 [-]."""
     beats_good: float
     """Vuong's statistic x by which the sticky valve foretells the PV better than a good one, as x / (3 + |x|) [-]."""
+    likely_gain: float
+    """ln(1 + x) over 8, x twice the log likelihood by which the likeliest sticky valve beats a good one [-]; of a
+    good one that is likelier the same below 0."""
+    likely_gain_in_part: float
+    """The same in the third of the record where it is largest [-]."""
+    likely_gain_seen: float
+    """The same of the whole record where it shows the controller's own samples, else 0 [-]."""
+    likely_jump_gain: float
+    """The same scale of the log likelihood by which it beats a valve that hardly jumps [-]."""
+    own_samples: float
+    """1 where it does."""
     likely_band: float
     """The likeliest S over the OP's swing, held at 1.5 [-]."""
     likely_S_low: float
@@ -227,6 +238,11 @@ def features(
         jump_high=min(main.J_high / S, 1.5),
         jump_gain=_jump_gain(main),
         beats_good=close.beats_good / (3.0 + abs(close.beats_good)) if known else 0.0,
+        likely_gain=_log(close.gain) if known else 0.0,
+        likely_gain_in_part=_log(close.gain_in_part) if known else 0.0,
+        likely_gain_seen=_log(close.gain) if known and close.own_samples else 0.0,
+        likely_jump_gain=_log(close.jump_gain) if known else 0.0,
+        own_samples=float(close.own_samples),
         likely_band=min(close.S / swing, 1.5),
         likely_S_low=close.S_low / likely_S,
         likely_S_high=min(close.S_high / likely_S / 3.0, 1.0),
@@ -290,6 +306,11 @@ def _better(fit: float, fit_linear: float) -> float:
     """Log of what a good valve leaves over what the sticky one does, over 3, between 0 and 1."""
     left, left_linear = (max(1.0 - share / 100.0, LEAST_LEFT) for share in (fit, fit_linear))
     return min(max(math.log(left_linear / left), 0.0) / 3.0, 1.0)
+
+
+def _log(gain: float) -> float:
+    """A gain in likelihood on the scale of its logarithm."""
+    return math.copysign(math.log1p(abs(gain)) / 8.0, gain)
 
 
 def _significance(found: Identification) -> float:

@@ -1,0 +1,74 @@
+"""A record shows the controller's own samples, or OP moved between them: known of simulated loops."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import stiction as st
+from stiction.diagnosis.identification.controller import fit_controller
+from stiction.diagnosis.identification.own_samples import shows_own_samples
+from stiction.simulation.historian import averaged, interpolated, sampled
+
+from .loops import KNOWN, run_of
+
+CONTROLLERS = {
+    "P": st.PID(0.4, np.inf),
+    "PI": st.PID(0.4, 5.0),
+    "PID": st.PID(0.3, 8.0, 1.5, N=4.0),
+    "PI-D": st.PID(0.3, 8.0, 1.5, N=4.0, c=0.0),
+}
+
+
+def run(controller, noise=0.1, samples=900):
+    """A loop whose SP steps, so that OP moves under each form."""
+    loop = st.Loop(controller, st.Kano(3.0, 1.0), st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=noise)
+    sp = 5.0 * (np.arange(samples) // 90 % 2)
+    return replace(st.simulate(loop, sp, float(samples), seed=5), mv=None)
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_a_linear_controller_is_seen_at_its_own_rate(name):
+    assert shows_own_samples(run(CONTROLLERS[name]))
+
+
+@pytest.mark.parametrize("name", [name for name in CONTROLLERS if name != "P"])
+def test_what_a_slower_historian_gives_back_is_not_the_controllers_own(name):
+    # A controller without a memory obeys its equation at every rate.
+    record = run(CONTROLLERS[name])
+    for slower in (sampled(record, 2.0), sampled(record, 5.0), averaged(record, 2.0), interpolated(record, 2.0)):
+        assert not shows_own_samples(slower)
+
+
+@pytest.mark.parametrize(("gain", "offset"), [(1e6, 3e5), (1e-6, 0.0), (-2.0, 400.0)])
+def test_the_unit_of_the_pv_does_not_matter(gain, offset):
+    record = run(CONTROLLERS["PID"])
+    for one, own in ((record, True), (sampled(record, 2.0), False)):
+        assert shows_own_samples(replace(one, pv=gain * one.pv + offset, sp=gain * one.sp + offset)) is own
+
+
+def test_bumps_and_missing_samples_do_not_hide_it_but_many_do():
+    record = run(CONTROLLERS["PID"])
+    rng = np.random.default_rng(2)
+    op = record.op.copy()
+    op[rng.choice(op.size, 8, replace=False)] = np.nan
+    op[400:] += 2.0
+    assert shows_own_samples(replace(record, op=op))
+    often = record.op + 0.5 * (rng.random(op.size) < 0.3)
+    assert not shows_own_samples(replace(record, op=often))
+
+
+def test_a_short_record_says_nothing():
+    assert not shows_own_samples(run(CONTROLLERS["PI"]).window(0, 20))
+
+
+def test_a_filtered_derivative_leaves_the_interval_narrow():
+    # The fit of the controller knows no filter, and takes the record for a slower one: S could then be a ninth.
+    known = KNOWN["first order"]
+    loop = replace(known.loop, controller=replace(known.loop.controller, Td=1.0, N=5.0))
+    record = replace(run_of(replace(known, loop=loop), 0.1, samples=1800), mv=None)
+    assert not fit_controller(record).exact
+    found = st.identify(record, period=known.period)
+    assert 0.9 * known.S < found.S_low <= known.S <= found.S_high < 1.1 * known.S
