@@ -9,7 +9,8 @@ from hypothesis import strategies as some
 from scipy.signal import lfilter
 
 import stiction as st
-from stiction.diagnosis.identification.position import noise_of, watch, watched
+from stiction.diagnosis.identification.position import noise_of, watch
+from stiction.diagnosis.identification.watched import watched
 
 N = 1500
 
