@@ -20,8 +20,10 @@ __all__ = ["averaging", "clock", "compression", "exception", "held", "replay", "
 
 STRAIGHT = 10.0
 """Samples that may lie on straight lines between two others [%]."""
-POINTS_PER_CYCLE = 10
-"""Stored points per cycle below which the shape of a signal is the historian's [-]."""
+POINTS_PER_CYCLE = 8
+"""Stored points per cycle below which the shape of a signal is the historian's [-]. Of 73 simulated loops with fewer
+(`simulation.population`, seed 92) the cause would be named right in 67 %, of 13 between 8 and 10 in 85 %, as of those
+with more (84 %)."""
 LEVELS = 6
 """Exception deviations in the swing below which the historian's rests pass for the valve's, or hide them [-]. Of 25
 simulated loops between 6 and 8 (`simulation.population`, seed 92) the cause would be named right in 80 %, as of those

@@ -59,6 +59,8 @@ class Trial:
     """Seed of the effects: `spoiled` makes the record again."""
     before: float
     after: float
+    undoubted: float
+    """Probability before the doubts: other rules for these can be tried on the same trials."""
     refused: bool
     gates: tuple[str, ...]
     """Gates that the reason of the refusal shows."""
@@ -107,8 +109,8 @@ def trials(task) -> list[Trial]:
         doubts = tuple(gate.name for gate in found.quality.reservations)
         out.append(
             Trial(
-                case.record.tag, case.cause, effects, strengths, again, plain.probability, found.probability, refused,
-                gates, doubts,
+                case.record.tag, case.cause, effects, strengths, again, plain.probability, found.probability,
+                found.settings.get("before_doubts", found.probability), refused, gates, doubts,
             )
         )  # fmt: skip
     return out

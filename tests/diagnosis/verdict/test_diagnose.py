@@ -88,7 +88,7 @@ def kinds():
         "pv quantised": changed(pv=np.round(pv / 2.0) * 2.0),
         "pv two values": changed(pv=np.where(pv > 70.0, 71.0, 69.0)),
         "op quantised": changed(op=np.round(op)),
-        "interpolated": changed(op=np.interp(np.arange(N), np.arange(N)[::12], op[::12])),
+        "interpolated": changed(op=np.interp(np.arange(N), np.arange(N)[::16], op[::16])),
         "held": changed(op=np.repeat(op[::6], 6), pv=np.repeat(pv[::6], 6)),
         "a spike": changed(pv=np.where(np.arange(N) == 300, 1e9, pv)),
         "a ramp": changed(op=np.linspace(10.0, 90.0, N), pv=np.linspace(0.0, 5.0, N)),

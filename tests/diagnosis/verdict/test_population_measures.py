@@ -42,10 +42,10 @@ def test_stiction_found_alarms_and_intervals():
     [(0.95, 0.05, True), (0.05, 0.95, True), (0.95, 0.5, False), (0.85, 0.05, False), (0.95, 0.99, False)],
 )
 def test_a_flip_is_from_one_confident_verdict_to_the_other(before, after, flipped):
-    trial = Trial("x", "stiction", ("gaps",), (0.5,), 1, before, after, False, (), ())
+    trial = Trial("x", "stiction", ("gaps",), (0.5,), 1, before, after, after, False, (), ())
     assert trial.flipped == flipped
 
 
 def test_a_refusal_is_right_where_a_gate_of_its_effect_is_told():
     for gates, right in ((("missing",), True), (("compression",), False), ((), False)):
-        assert Trial("x", "none", ("gaps",), (0.5,), 1, 0.1, 0.5, True, gates, ()).right_reason == right
+        assert Trial("x", "none", ("gaps",), (0.5,), 1, 0.1, 0.5, 0.5, True, gates, ()).right_reason == right
