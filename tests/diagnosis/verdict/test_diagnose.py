@@ -184,13 +184,13 @@ def test_without_a_pv_there_is_nothing_to_say():
 
 
 @pytest.mark.parametrize("make", [sticky, disturbed])
-def test_a_stem_position_in_the_record_is_not_peeked_at(make):
-    # A method of the evidence table may look at a stem position; the verdict and its own row may not.
+def test_a_position_that_shows_nothing_changes_the_reason_only(make):
     plain = st.diagnose(make()).to_dict()
     plain["evidence"] = plain["evidence"][0]
     for mv in (make().op, np.full(N, 50.0)):
         told = st.diagnose(replace(make(), mv=mv)).to_dict()
-        assert told | {"evidence": told["evidence"][0]} == plain
+        assert told["reason"] != plain["reason"]
+        assert told | {"evidence": told["evidence"][0], "reason": plain["reason"]} == plain
 
 
 def test_the_record_is_left_as_it_was():

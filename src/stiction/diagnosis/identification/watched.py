@@ -1,8 +1,8 @@
 r"""A stem watched: simulated on OP, and taken to be where it is seen when its position says otherwise.
 
 The position is held against the stem of Kano's valve on the recorded OP, behind a lag, late by whole samples, on a
-scale of its own. Where it leaves the prediction by more than c standard deviations :math:`\sigma` of its noise, the stem
-is taken to be where it is seen, and goes on from there. What a valve leaves is
+scale of its own. Where it leaves the prediction by more than c standard deviations :math:`\sigma` of its noise, the
+stem is taken to be where it is seen, and goes on from there. What a valve leaves is
 
 .. math:: E = \frac{1}{n} \sum_k \min\big((y_k - a - b\,z_k)^2, (m\,c\,\sigma)^2\big)
 

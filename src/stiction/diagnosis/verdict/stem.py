@@ -113,7 +113,7 @@ class Shown(NamedTuple):
         --------
         >>> told = Shown("stiction", "", None, 3.0, 2.0).weighed({"stiction": 0.2, "deadband": 0.1, "none": 0.7})
         >>> {name: round(share, 2) for name, share in told.items()}
-        {'stiction': 0.83, 'deadband': 0.06, 'none': 0.1}
+        {'stiction': 0.84, 'deadband': 0.06, 'none': 0.1}
         """
         before = float(np.log(max(causes["stiction"], 1e-12) / max(causes["deadband"], 1e-12)))
         split = float(np.clip(before, -OTHERS, OTHERS)) + self.jump
