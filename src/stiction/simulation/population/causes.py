@@ -34,8 +34,8 @@ CYCLES = (6.0, 60.0)
 
 def stiction(rng: np.random.Generator) -> Plan | None:
     """A valve that sticks: always or at times only, alone, with an oscillation from outside, or moved by a load."""
-    moved, plan = bool(rng.random() < MOVED), None
-    while plan is None:  # not every loop drawn cycles, and giving up here would leave more of the moved ones
+    moved = bool(rng.random() < MOVED)
+    while True:  # not every loop drawn cycles, and giving up there would leave more of the moved ones
         dt = float(rng.choice(DT))
         valve, S, J = sticky_valve(rng, dt)
         if isinstance(valve, PhysicalValve):
@@ -43,6 +43,8 @@ def stiction(rng: np.random.Generator) -> Plan | None:
         if moved:
             return _moved(rng, _loop(rng, dt), valve, S, J)
         plan = _limit_cycle(rng, dt, valve, S, J)
+        if plan is not None:
+            break
     chance = rng.random()
     if chance < 0.15:
         ratio = float(rng.choice([rng.uniform(0.2, 0.45), rng.uniform(2.5, 8.0)]))
