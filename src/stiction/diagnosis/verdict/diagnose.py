@@ -12,7 +12,7 @@ from stiction.diagnosis.identification.identify import search
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence, Identification
 from stiction.diagnosis.verdict.cause import named_cause
-from stiction.diagnosis.verdict.doubt import explains_nothing, held_back, only_saturated
+from stiction.diagnosis.verdict.doubt import FAULT_SEEN, explains_nothing, held_back, only_saturated
 from stiction.diagnosis.verdict.features import Features, features
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
 from stiction.diagnosis.verdict.stem import stem_shown
@@ -35,8 +35,6 @@ SHORTEST_PERIOD = 8
 PLAIN_REASONS = ("exception", "compression", "missing", "op moves", "pv moves", "manual", "saturation")
 """Refusals that others follow from; that of a record which is too short as a whole comes before them."""
 
-FAULT_SEEN = 0.5
-"""Probability of a faulty sensor or of saturation that explains why OP explains nothing [-]."""
 NOT_SEEN = "Check that OP and PV are of one loop; look for what else moves the PV; stroke the valve in manual."
 """What to do where OP does not move PV."""
 AT_LIMIT = "Check sizing and limits of the valve, then record the loop off its limits."
@@ -112,7 +110,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
         weights = (stem.counted(told), *weights)
         told, main = stem.weighed(told), stem.identified(main)
     before = told["stiction"]
-    held = held_back(before, seen.quality)
+    held = held_back(before, seen.quality, told["saturation"])
     rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
     shown_by_stem = main is not own

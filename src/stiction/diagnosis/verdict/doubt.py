@@ -1,29 +1,56 @@
-"""What doubts about the data do to a probability, and to the word of a record that they refuse.
+r"""What doubts about the data do to a probability, and to the word of a record that they refuse.
 
 A gate that lowers the confidence says that the record is not what the controller saw. Put through every effect of
-`simulation.historian`, sticky loops lose what shows the valve and look like loops with a good one: of 2 597 trials
-(170 loops, each effect alone and pairs of them, seeds 93 and 95) 63 turned a probability beyond 0.9 into one below
-0.1 or the other way round, and in 60 of them some gate had lowered the confidence. The log odds therefore keep `FIRST`
-for the first doubt and `FURTHER` for each one more, and a record that may have lost what shows the valve (`HIDES`)
-never speaks beyond `LEAST` and `MOST`.
+`simulation.historian`, sticky loops lose what shows the valve and look like loops with a good one: of 2 430 trials (90
+loops, each effect alone and pairs of them, seed 95) 46 turned a probability beyond 0.9 into one below 0.1 or the other
+way round, and in 45 of them some gate had lowered the confidence, in the last one most of the record was left out.
+
+The log odds are therefore drawn towards those of a loop of which nothing is known, :math:`\ell_0 = \ln(1/3)`, one
+valve in four (20 to 30 % of the loops oscillate because of their valve: [srinivasan2005c]_):
+
+.. math:: \ell = \ell_0 + F\, G^{n - 1} (\ell - \ell_0)
+
+with n doubts, F = `FIRST` and G = `FURTHER`. A record that may have lost what shows the valve (`HIDES`) does not speak
+beyond `LEAST` and `MOST`. A transmitter that is coarse and samples that are few for a cycle hide less than that.
 """
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from stiction.diagnosis.result import Identification
     from stiction.records.quality import Quality
 
-__all__ = ["HIDES", "LEAST", "MOST", "HeldBack", "explains_nothing", "held_back", "only_saturated"]
+__all__ = [
+    "FAULT_SEEN",
+    "HIDES",
+    "LEAST",
+    "MOST",
+    "UNKNOWN",
+    "HeldBack",
+    "explains_nothing",
+    "held_back",
+    "only_saturated",
+]
 
+UNKNOWN = 0.25
+"""Probability that the valve of a loop sticks of which nothing is known [-]."""
 FIRST, FURTHER = 0.5, 0.8
 """What the log odds keep for the first doubt, and for each further one [-]."""
-HIDES = ("held", "compression", "exception", "averaging", "op resolution", "length", "missing", "saturation")
-"""Gates of records that may have lost what shows the valve."""
+HIDES = (
+    *("held", "compression", "exception", "averaging", "op resolution", "length", "missing", "saturation", "clock"),
+    *("replay", "resampled", "manual", "frozen", "cycles", "most left out"),
+)
+"""Doubts about records that may have lost what shows the valve."""
 LEAST, MOST = 0.1, 0.9
 """Probabilities beyond which these do not speak [-]."""
+LEFT_OUT = 0.5
+"""Share of the record beyond which what was left out might have said something else [-]."""
+FAULT_SEEN = 0.5
+"""Probability of a faulty sensor or of saturation that explains why OP explains nothing; of saturation, beyond which an
+OP at its limit is a finding and no doubt [-]."""
 HARMLESS = ("op scale",)
 """Gates that say how to read S and J, and nothing about how sure they are."""
 FOLLOWS = ("length", "cycles")
@@ -43,8 +70,8 @@ class HeldBack(NamedTuple):
     """What held it back, in a sentence; empty where nothing did."""
 
 
-def held_back(probability: float, quality: Quality) -> HeldBack:
-    """Draw a probability towards even for each doubt about the data, and keep it from being sure.
+def held_back(probability: float, quality: Quality, saturation: float = 0.0) -> HeldBack:
+    """Draw a probability towards that of an unknown loop for each doubt about the data, and keep it from being sure.
 
     Parameters
     ----------
@@ -52,11 +79,17 @@ def held_back(probability: float, quality: Quality) -> HeldBack:
         Probability from what was found in the record [-].
     quality : Quality
         The gates of the record.
+    saturation : float
+        Probability that saturation is what is wrong with the loop [-].
 
     Returns
     -------
     HeldBack
         The probability that the data allow, and why.
+
+    References
+    ----------
+    srinivasan2005c.
 
     Examples
     --------
@@ -67,20 +100,29 @@ def held_back(probability: float, quality: Quality) -> HeldBack:
     >>> round(held_back(0.999, assess(record)).probability, 3), held_back(0.999, assess(record)).why
     (0.9, 'The data allow no more than 0.90 (length).')
     """
-    whole = quality.last - quality.first == quality.rows  # at 0 and 100 % the OP is known, and nothing was left out
-    harmless = (*HARMLESS, "saturation") if whole else HARMLESS
-    doubts = [gate.name for gate in quality.reservations if gate.name not in harmless]
+    doubts = _doubts(quality, saturation)
     if not doubts:
         return HeldBack(probability, "")
-    kept = FIRST * FURTHER ** (len(doubts) - 1)
+    usual = math.log(UNKNOWN / (1.0 - UNKNOWN))
     sure = min(max(probability, 1e-12), 1.0 - 1e-12)
-    drawn = 1.0 / (1.0 + ((1.0 - sure) / sure) ** kept)
+    odds = math.log(sure / (1.0 - sure))
+    drawn = 1.0 / (1.0 + math.exp(-usual - FIRST * FURTHER ** (len(doubts) - 1) * (odds - usual)))
     named = ", ".join(doubts)
     if LEAST <= drawn <= MOST or not set(doubts) & set(HIDES):
         return HeldBack(drawn, f"The data are in doubt ({named}), which makes {probability:.2f} a {drawn:.2f}.")
     allowed = min(max(drawn, LEAST), MOST)
     bound = f"no more than {MOST:.2f}" if drawn > MOST else f"no less than {LEAST:.2f}"
     return HeldBack(allowed, f"The data allow {bound} ({named}).")
+
+
+def _doubts(quality: Quality, saturation: float) -> list[str]:
+    """Names of the gates that lower, but for those that do not matter here."""
+    whole = quality.last - quality.first == quality.rows  # at 0 and 100 % the OP is known, and nothing was left out
+    harmless = (*HARMLESS, "saturation") if whole or saturation >= FAULT_SEEN else HARMLESS
+    doubts = [gate.name for gate in quality.reservations if gate.name not in harmless]
+    if quality.last - quality.first < LEFT_OUT * quality.rows:
+        doubts.append("most left out")
+    return doubts
 
 
 def only_saturated(quality: Quality) -> bool:
