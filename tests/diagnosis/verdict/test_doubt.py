@@ -37,14 +37,16 @@ def test_data_beyond_doubt_change_nothing(p):
 
 
 @given(p=some.floats(0.0, 1.0), names=some.lists(some.sampled_from(LOWERING), min_size=1, unique=True))
-def test_doubts_draw_towards_an_unknown_loop_and_bound(p, names):
+def test_doubts_draw_towards_what_is_not_known_and_bound(p, names):
     found = held_back(p, quality(names))
     assert LEAST <= found.probability <= MOST or not set(names) & set(HIDES)
-    assert abs(found.probability - UNKNOWN) <= max(abs(p - UNKNOWN), 0.0) + 1e-12
-    assert (found.probability - UNKNOWN) * (p - UNKNOWN) >= -1e-15
+    low, high = UNKNOWN
+    nearest = min(max(p, low), high)
+    assert abs(found.probability - nearest) <= abs(p - nearest) + 1e-12
+    assert (found.probability - nearest) * (p - nearest) >= -1e-15  # never to the other side
     assert all(name in found.why for name in names)
     more = held_back(p, quality([*names, "held"]))
-    assert abs(more.probability - UNKNOWN) <= abs(found.probability - UNKNOWN) + 1e-12
+    assert abs(more.probability - nearest) <= abs(found.probability - nearest) + 1e-12
 
 
 @given(p=some.floats(0.0, 1.0))
@@ -66,12 +68,13 @@ def test_the_order_of_two_probabilities_stays(p, q):
 
 def test_the_reason_says_how_much():
     told = held_back(0.8, quality(("cycles",))).why
-    assert told == "The data are in doubt (cycles), which makes 0.80 a 0.54."
+    assert told == "The data are in doubt (cycles), which makes 0.80 a 0.67."
     assert held_back(0.001, quality(("held",))).why == "The data allow no less than 0.10 (held)."
-    # Odds of 4 and of 1 to 3 meet half way on the scale of logarithms, and further on with a second doubt.
-    assert odds(held_back(0.8, quality(("sampling",))).probability) == pytest.approx((4.0 / 3.0) ** 0.5)
-    both = held_back(0.8, quality(("sampling", "pv resolution"))).probability
-    assert odds(both) == pytest.approx((4.0 * 3.0) ** 0.4 / 3.0)
+    # Of the logarithms of the odds half is kept of the way from even, and from one to three; then four fifths of it.
+    assert odds(held_back(0.8, quality(("sampling",))).probability) == pytest.approx(2.0)
+    assert odds(held_back(1 / 13, quality(("sampling",))).probability) == pytest.approx(1 / 6)
+    assert odds(held_back(1 / 13, quality(("sampling", "cycles"))).probability) == pytest.approx(4.0**-0.4 / 3.0)
+    assert held_back(0.3, quality(("sampling",))).probability == pytest.approx(0.3)
 
 
 def test_every_name_is_that_of_a_gate():

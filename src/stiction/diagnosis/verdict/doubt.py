@@ -5,13 +5,14 @@ A gate that lowers the confidence says that the record is not what the controlle
 loops, each effect alone and pairs of them, seed 95) 46 turned a probability beyond 0.9 into one below 0.1 or the other
 way round, and in 45 of them some gate had lowered the confidence, in the last one most of the record was left out.
 
-The log odds are therefore drawn towards those of a loop of which nothing is known, :math:`\ell_0 = \ln(1/3)`, one
-valve in four (20 to 30 % of the loops oscillate because of their valve: [srinivasan2005c]_):
+What is not known of a loop lies between one valve in four, the share of the loops that oscillate because of it (20 to
+30 %: [srinivasan2005c]_), and even. A doubt draws the log odds towards that, and none of them to the other side:
 
-.. math:: \ell = \ell_0 + F\, G^{n - 1} (\ell - \ell_0)
+.. math:: \ell \to \ell_0 + k\,(\ell - \ell_0), \quad k = F\, G^{n - 1}, \quad
+    \ell_0 = \min\{\max\{\ell, -\ln 3\}, 0\}
 
 with n doubts, F = `FIRST` and G = `FURTHER`. A record that may have lost what shows the valve (`HIDES`) does not speak
-beyond `LEAST` and `MOST`. A transmitter that is coarse and samples that are few for a cycle hide less than that.
+beyond `LEAST` and `MOST`; a coarse transmitter, few samples for a cycle, or a part in manual hide less than that.
 """
 
 from __future__ import annotations
@@ -35,13 +36,13 @@ __all__ = [
     "only_saturated",
 ]
 
-UNKNOWN = 0.25
-"""Probability that the valve of a loop sticks of which nothing is known [-]."""
+UNKNOWN = 0.25, 0.5
+"""Probabilities between which a doubt draws nothing [-]: one loop in four, and even."""
 FIRST, FURTHER = 0.5, 0.8
 """What the log odds keep for the first doubt, and for each further one [-]."""
 HIDES = (
-    *("held", "compression", "exception", "averaging", "op resolution", "length", "missing", "saturation", "clock"),
-    *("replay", "resampled", "manual", "frozen", "cycles", "most left out"),
+    *("held", "compression", "exception", "averaging", "op resolution", "length", "missing", "resampled"),
+    *("saturation", "clock", "most left out"),
 )
 """Doubts about records that may have lost what shows the valve."""
 LEAST, MOST = 0.1, 0.9
@@ -71,7 +72,7 @@ class HeldBack(NamedTuple):
 
 
 def held_back(probability: float, quality: Quality, saturation: float = 0.0) -> HeldBack:
-    """Draw a probability towards that of an unknown loop for each doubt about the data, and keep it from being sure.
+    """Draw a probability towards what is not known for each doubt about the data, and keep it from being sure.
 
     Parameters
     ----------
@@ -103,9 +104,9 @@ def held_back(probability: float, quality: Quality, saturation: float = 0.0) -> 
     doubts = _doubts(quality, saturation)
     if not doubts:
         return HeldBack(probability, "")
-    usual = math.log(UNKNOWN / (1.0 - UNKNOWN))
     sure = min(max(probability, 1e-12), 1.0 - 1e-12)
-    odds = math.log(sure / (1.0 - sure))
+    unknown = min(max(sure, UNKNOWN[0]), UNKNOWN[1])
+    odds, usual = (math.log(p / (1.0 - p)) for p in (sure, unknown))
     drawn = 1.0 / (1.0 + math.exp(-usual - FIRST * FURTHER ** (len(doubts) - 1) * (odds - usual)))
     named = ", ".join(doubts)
     if LEAST <= drawn <= MOST or not set(doubts) & set(HIDES):
