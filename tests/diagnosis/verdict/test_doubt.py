@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 import stiction as st
+from stiction.diagnosis.verdict.cause import not_seen
 from stiction.diagnosis.verdict.doubt import HIDES, LEAST, MOST, UNKNOWN, explains_nothing, held_back, only_saturated
 from stiction.records.gate import Gate
 from stiction.records.gates import GATES, View
@@ -109,6 +110,25 @@ def test_where_op_does_not_move_pv_nothing_is_said_of_the_valve():
     assert "no more than 12 %" in explains_nothing(replace(found, fit=11.0, fit_linear=12.0))
     assert explains_nothing(replace(found, fit=20.0, fit_linear=12.0)) == ""
     assert explains_nothing(replace(found, fit=-5.0, fit_linear=40.0)) == ""
+
+
+@pytest.mark.parametrize(
+    ("shares", "name", "said"),
+    [
+        ({"stiction": 0.3, "none": 0.6, "sensor": 0.1}, "none", "Nothing else seems wrong with the loop (0.60)."),
+        (
+            {"stiction": 0.1, "none": 0.2, "external disturbance": 0.7},
+            "external disturbance",
+            "is external disturbance",
+        ),
+        ({"stiction": 0.6, "none": 0.4}, "unknown", "Why."),
+    ],
+)
+def test_what_moves_the_pv_is_named_where_it_is_plain(shares, name, said):
+    found = not_seen("Why.", shares)
+    assert found.name == name
+    assert said in found.reason
+    assert "stroke the valve" in found.action
 
 
 def test_a_real_record_that_neither_valve_explains(records):

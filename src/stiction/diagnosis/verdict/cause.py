@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.result import Identification, Oscillation, Verdict
 
-__all__ = ["Cause", "named_cause"]
+__all__ = ["Cause", "named_cause", "not_seen"]
 
 PLAINLY = 0.5
 """Probability below which a cause is named as the likeliest of several only [-]."""
@@ -64,6 +64,30 @@ def named_cause(
     if causes[name] < PLAINLY:
         reason += f" {name.capitalize()} is the likeliest cause ({causes[name]:.2f}), before {likely[1]}."
     return Cause(name, reason, action)
+
+
+def not_seen(why: str, causes: Mapping[str, float]) -> Cause:
+    """Say what moves the PV where OP does not, and the valve is not seen.
+
+    Parameters
+    ----------
+    why : str
+        That OP does not move PV, in a sentence.
+    causes : mapping of str to float
+        Probability of each cause [-].
+
+    Returns
+    -------
+    Cause
+        The likeliest cause but stiction, where it is likelier than all others together, else `unknown`: what is wrong
+        with a loop can be plain where its valve is not.
+    """
+    name = max((cause for cause in causes if cause != "stiction"), key=lambda cause: causes[cause])
+    action = "Check that OP and PV are of one loop; look for what else moves the PV; stroke the valve in manual."
+    if causes[name] < PLAINLY:
+        return Cause("unknown", why, action)
+    what = "Nothing else seems wrong with the loop" if name == "none" else f"The likeliest cause is {name}"
+    return Cause(name, f"{why} {what} ({causes[name]:.2f}).", action)
 
 
 def fits(found: Identification) -> str:

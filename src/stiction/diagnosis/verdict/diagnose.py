@@ -11,7 +11,7 @@ from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.identification.identify import search
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence, Identification
-from stiction.diagnosis.verdict.cause import named_cause
+from stiction.diagnosis.verdict.cause import named_cause, not_seen
 from stiction.diagnosis.verdict.doubt import FAULT_SEEN, explains_nothing, held_back, only_saturated
 from stiction.diagnosis.verdict.features import Features, features
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
@@ -35,8 +35,6 @@ SHORTEST_PERIOD = 8
 PLAIN_REASONS = ("exception", "compression", "missing", "op moves", "pv moves", "manual", "saturation")
 """Refusals that others follow from; that of a record which is too short as a whole comes before them."""
 
-NOT_SEEN = "Check that OP and PV are of one loop; look for what else moves the PV; stroke the valve in manual."
-"""What to do where OP does not move PV."""
 AT_LIMIT = "Check sizing and limits of the valve, then record the loop off its limits."
 """What to do where OP rests at a limit."""
 
@@ -118,7 +116,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     verdict = "undecided" if nothing else _verdict(held.probability)
     cause = named_cause(verdict, told, main, seen.oscillation, record.dt)
     if nothing:
-        cause = cause._replace(reason=nothing, action=NOT_SEEN)
+        cause = not_seen(nothing, told)
     shown = windows(seen.part, main, seen.quality.first) if verdict != "no_stiction" else ()
     if shown_by_stem and not any(window.verdict == "stiction" for window in shown):
         shown = ()
