@@ -108,7 +108,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
         weights = (stem.counted(told), *weights)
         told, main = stem.weighed(told), stem.identified(main)
     before = told["stiction"]
-    held = held_back(before, seen.quality, told["saturation"])
+    held = held_back(before, seen.quality, told["saturation"], own_samples=own.own_samples)
     rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
     shown_by_stem = main is not own

@@ -12,7 +12,8 @@ What is not known of a loop lies between one valve in four, the share of the loo
     \ell_0 = \min\{\max\{\ell, -\ln 3\}, 0\}
 
 with n doubts, F = `FIRST` and G = `FURTHER`. A record that may have lost what shows the valve (`HIDES`) does not speak
-beyond `LEAST` and `MOST`; a coarse transmitter, few samples for a cycle, or a part in manual hide less than that.
+beyond `LEAST` and `MOST`, nor one with few samples for a cycle that are not the controller's own; a coarse transmitter or
+a part in manual hides less than that.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ class HeldBack(NamedTuple):
     """What held it back, in a sentence; empty where nothing did."""
 
 
-def held_back(probability: float, quality: Quality, saturation: float = 0.0) -> HeldBack:
+def held_back(probability: float, quality: Quality, saturation: float = 0.0, *, own_samples: bool = False) -> HeldBack:
     """Draw a probability towards what is not known for each doubt about the data, and keep it from being sure.
 
     Parameters
@@ -82,6 +83,8 @@ def held_back(probability: float, quality: Quality, saturation: float = 0.0) -> 
         The gates of the record.
     saturation : float
         Probability that saturation is what is wrong with the loop [-].
+    own_samples : bool
+        Whether the record shows the controller's own samples: few of them for a cycle then hide nothing.
 
     Returns
     -------
@@ -109,7 +112,8 @@ def held_back(probability: float, quality: Quality, saturation: float = 0.0) -> 
     odds, usual = (math.log(p / (1.0 - p)) for p in (sure, unknown))
     drawn = 1.0 / (1.0 + math.exp(-usual - FIRST * FURTHER ** (len(doubts) - 1) * (odds - usual)))
     named = ", ".join(doubts)
-    if LEAST <= drawn <= MOST or not set(doubts) & set(HIDES):
+    hides = {*HIDES} if own_samples else {*HIDES, "sampling"}
+    if LEAST <= drawn <= MOST or not hides & set(doubts):
         return HeldBack(drawn, f"The data are in doubt ({named}), which makes {probability:.2f} a {drawn:.2f}.")
     allowed = min(max(drawn, LEAST), MOST)
     bound = f"no more than {MOST:.2f}" if drawn > MOST else f"no less than {LEAST:.2f}"
