@@ -12,8 +12,8 @@ What is not known of a loop lies between one valve in four, the share of the loo
     \ell_0 = \min\{\max\{\ell, -\ln 3\}, 0\}
 
 with n doubts, F = `FIRST` and G = `FURTHER`. A record that may have lost what shows the valve (`HIDES`) does not speak
-beyond `LEAST` and `MOST`, nor one with few samples for a cycle that are not the controller's own; a coarse transmitter or
-a part in manual hides less than that.
+beyond `LEAST` and `MOST`, nor one with few samples for a cycle that are not the controller's own; a coarse transmitter
+or a part in manual hides less than that.
 """
 
 from __future__ import annotations
