@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 __all__ = ["valve_position"]
 
+SAME = (0.6, 1.6)
+"""Slopes of the measured position over the estimated one between which both are in % of span [-]."""
+
 
 def valve_position(view: View) -> Figure | None:
     """Return valve position against OP over the last few periods; None when it is neither measured nor estimated."""
@@ -29,6 +32,9 @@ def valve_position(view: View) -> Figure | None:
         data.append(_path(op, record.mv[cut], "measured", look.line(look.MV, 2.0)))
     S = J = ""
     if found is not None:
+        if record.mv is not None:
+            measured, name = _in_percent(record.mv[cut], view.laid(found.mv)[cut])
+            data = [_path(op, measured, name, look.line(look.MV, 2.0))]
         S = words.interval(found.S, found.S_low, found.S_high)[0]
         J = words.interval(found.J, found.J_low, found.J_high)[0]
         estimated = view.laid(found.mv)[cut]
@@ -57,6 +63,18 @@ def valve_position(view: View) -> Figure | None:
 
 def _path(op: NDArray[np.float64], mv: NDArray[np.float64], name: str, line: dict[str, Any]) -> dict[str, Any]:
     return {"type": "scatter", "mode": "lines", "x": op, "y": mv, "name": name, "line": line}
+
+
+def _in_percent(measured: NDArray[np.float64], estimated: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
+    """A measured position on the scale of the estimated one where it is in another unit, such as mA; and its name."""
+    both = np.isfinite(measured) & np.isfinite(estimated)
+    if both.sum() < 3 or not np.ptp(estimated[both]) > 0.0:
+        return measured, "measured"
+    slope, level = np.polyfit(estimated[both], measured[both], 1)
+    apart = abs(float(np.mean(measured[both] - estimated[both])))
+    if slope == 0.0 or (SAME[0] < slope < SAME[1] and apart < float(np.ptp(estimated[both]))):
+        return measured, "measured"
+    return (measured - level) / slope, "measured, brought to % of span"
 
 
 def _dimensions(
