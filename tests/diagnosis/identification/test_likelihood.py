@@ -17,8 +17,6 @@ from stiction.diagnosis.identification.signals import prepare
 
 from .loops import KNOWN, run_of
 
-ORDER = 8
-
 
 def he(op, fs, fd):
     """He's valve by its definition: it rests again after every sample."""
@@ -34,7 +32,7 @@ def by_least_squares(prediction, mv):
     """Squares left by a regression of the PV on a constant, its own past and sums of the stem's lags."""
     pv, begin, n = prediction.pv, prediction.begin, prediction.pv.size
     blocks = mv.reshape(n, prediction.width).mean(axis=1)
-    columns = [np.ones(n - begin)] + [pv[begin - i : n - i] for i in range(1, ORDER + 1)]
+    columns = [np.ones(n - begin)] + [pv[begin - i : n - i] for i in range(1, prediction.order + 1)]
     for first, last in zip(prediction.edges[:-1], prediction.edges[1:], strict=True):
         columns.append(np.sum([blocks[begin - lag : n - lag] for lag in range(first, last)], axis=0))
     A = np.stack(columns, axis=1)

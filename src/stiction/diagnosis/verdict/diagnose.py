@@ -12,7 +12,7 @@ from stiction.diagnosis.identification.identify import search
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence, Identification
 from stiction.diagnosis.verdict.cause import named_cause, not_seen
-from stiction.diagnosis.verdict.doubt import FAULT_SEEN, explains_nothing, held_back, only_saturated
+from stiction.diagnosis.verdict.doubt import FAULT_SEEN, UNKNOWN, explains_nothing, held_back, only_saturated
 from stiction.diagnosis.verdict.features import Features, features
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
 from stiction.diagnosis.verdict.stem import stem_shown
@@ -221,7 +221,7 @@ def _own_row(found: Identification, probability: float, band: float) -> Evidence
 
 
 def _cannot_tell(seen: Findings) -> Diagnosis:
-    """A record that no search can judge."""
+    """A record that no search can judge: nothing is known of its valve but how often valves stick."""
     quality = seen.quality
     first = ("length",) if any(g.name == "length" and quality.rows < g.limit for g in quality.gates) else PLAIN_REASONS
     refusals = sorted(quality.refusals, key=lambda gate: first.index(gate.name) if gate.name in first else len(first))
@@ -230,9 +230,9 @@ def _cannot_tell(seen: Findings) -> Diagnosis:
     return Diagnosis(
         record=seen.record,
         verdict="undecided",
-        probability=0.5,
+        probability=UNKNOWN[0],
         cause="saturation" if saturated else "unknown",
-        reason=f"The record cannot be judged: {why}",
+        reason=f"The record cannot be judged: {why} The probability told is that of any loop.",
         action=AT_LIMIT if saturated else "Record the loop again as the reason asks.",
         oscillation=seen.oscillation,
         evidence=seen.evidence,

@@ -43,7 +43,7 @@ FIRST, FURTHER = 0.5, 0.8
 """What the log odds keep for the first doubt, and for each further one [-]."""
 HIDES = (
     *("held", "compression", "exception", "averaging", "op resolution", "length", "missing", "resampled"),
-    *("saturation", "clock", "most left out"),
+    *("saturation", "clock", "frozen", "replay", "most left out"),
 )
 """Doubts about records that may have lost what shows the valve."""
 LEAST, MOST = 0.1, 0.9
