@@ -45,7 +45,7 @@ WINDOWS, CYCLES, SHORTEST = 2, 6, 120
 """Windows searched by themselves first, and their length [cycles] but not less than [samples]."""
 N_S, N_J, N_PLACES = 75, 8, 3
 """Points of a window's grid over S, over J / S, and over the place of a stem that rests after every sample [-]."""
-COARSE = (30, 5)
+COARSE = (40, 6)
 """Points of the whole record's grid over S and J / S [-]."""
 IN_WINDOW = ((0.018, 0.06, 0.25, 12), (0.007, 0.03, 0.12, 8))
 """Steps of each finer search in a window: relative over S, over J / S, over the place; and valleys followed [-]."""
