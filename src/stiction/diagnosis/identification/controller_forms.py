@@ -208,9 +208,9 @@ def best_form(data: Regression, moving: bool, rho: float, dt: float, exact: bool
         if not moving and "-" in form:
             continue
         weights, inverse = _solve(products, with_y, uses)
-        if len(uses) > 1 and not weights[0] / weights[1] > hidden:
+        if len(uses) > 1 and not _exceeds(weights[0], weights[1], hidden):
             continue
-        if len(uses) > 2 and not weights[2] / weights[0] > hidden:
+        if len(uses) > 2 and not _exceeds(weights[2], weights[0], hidden):
             continue
         rest = max(energy - float(weights @ with_y[list(uses)]), 0.0)
         bic = n * math.log(rest / energy + FLOOR) + len(uses) * math.log(n)
@@ -219,3 +219,8 @@ def best_form(data: Regression, moving: bool, rho: float, dt: float, exact: bool
             by_column = dict(zip(uses, weights.tolist(), strict=True))
             best = FormFit(form, by_column, inverse * (rest / free / shrink), 1.0 - rest / energy, bic)
     return best
+
+
+def _exceeds(part: float, other: float, times: float) -> bool:
+    """Whether two parts have one sign and the first is more than so many times the other."""
+    return bool(part * other > 0.0 and abs(part) > times * abs(other))
