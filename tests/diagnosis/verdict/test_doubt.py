@@ -24,10 +24,10 @@ def odds(p):
     return p / (1.0 - p)
 
 
-def quality(lowers=(), refuses=(), first=5):
+def quality(lowers=(), refuses=(), first=5, rows=1000):
     gates = tuple(Gate(name, "lowers", 1.0, 0.0, "Why.") for name in lowers)
     gates += tuple(Gate(name, "refuses", 1.0, 0.0, "Why.") for name in refuses)
-    return Quality(gates, not refuses, 100, 100.0, 0.0, first, 100)
+    return Quality(gates, not refuses, rows, float(rows), 0.0, first, rows)
 
 
 @given(p=some.floats(0.0, 1.0))
@@ -52,12 +52,21 @@ def test_doubts_draw_towards_what_is_not_known_and_bound(p, names):
 
 @given(p=some.floats(0.0, 1.0))
 def test_where_most_of_the_record_is_left_out_nothing_is_sure(p):
-    assert LEAST <= held_back(p, quality(first=60)).probability <= MOST
+    assert LEAST <= held_back(p, quality(first=600)).probability <= MOST
 
 
 def test_few_samples_hide_nothing_where_they_are_the_controllers_own():
     assert held_back(0.001, quality(("sampling",))).probability == LEAST
     assert held_back(0.001, quality(("sampling",)), own_samples=True).probability < 0.03
+
+
+@given(p=some.floats(0.0, 1.0))
+def test_a_short_record_of_other_samples_than_the_controllers_is_never_sure(p):
+    short = quality(rows=600)
+    assert held_back(p, short).probability == min(max(p, LEAST), MOST)
+    assert ("few samples" in held_back(p, short).why) is not (LEAST <= p <= MOST)
+    assert held_back(p, short, own_samples=True) == (p, "")
+    assert LEAST <= held_back(p, quality(("cycles",), rows=600)).probability <= MOST
 
 
 @given(p=some.floats(0.0, 0.5))
@@ -74,12 +83,12 @@ def test_the_order_of_two_probabilities_stays(p, q):
 
 def test_the_reason_says_how_much():
     told = held_back(0.8, quality(("cycles",))).why
-    assert told == "The data are in doubt (cycles), which makes 0.80 a 0.67."
+    assert told == "The data are in doubt (cycles), which makes 0.80 a 0.70."
     assert held_back(0.001, quality(("held",))).why == "The data allow no less than 0.10 (held)."
-    # Of the logarithms of the odds half is kept of the way from even, and from one to three; then four fifths of it.
-    assert odds(held_back(0.8, quality(("sampling",))).probability) == pytest.approx(2.0)
-    assert odds(held_back(1 / 13, quality(("manual",))).probability) == pytest.approx(1 / 6)
-    assert odds(held_back(1 / 13, quality(("manual", "cycles"))).probability) == pytest.approx(4.0**-0.4 / 3.0)
+    # Of the logarithms of the odds 0.6 is kept of the way from even, and from one to three; then four fifths of it.
+    assert odds(held_back(0.8, quality(("sampling",))).probability) == pytest.approx(4.0**0.6)
+    assert odds(held_back(1 / 13, quality(("manual",))).probability) == pytest.approx(4.0**-0.6 / 3.0)
+    assert odds(held_back(1 / 13, quality(("manual", "cycles"))).probability) == pytest.approx(4.0**-0.48 / 3.0)
     assert held_back(0.3, quality(("sampling",))).probability == pytest.approx(0.3)
 
 

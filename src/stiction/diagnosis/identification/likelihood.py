@@ -9,8 +9,8 @@ ways.
 
 What trips the valve must be in the record. Of 130 simulated loops recorded 2 to 10 times slower than their controller
 (`simulation.population`, seeds 41 and 77, J visible, no valve with mass) S is within 10 % in 0.51, mostly low where it
-is not; in 0.65 with OP at the controller's rate beside the slow PV, in 0.88 of the same runs at that rate. Rebuilding OP
-between the samples from the PV and the true controller gains nothing: noise that is not in the record trips the valve.
+is not; in 0.65 with OP at the controller's rate beside the slow PV, in 0.88 of the same runs at that rate. Rebuilding
+OP between the samples from the PV and the true controller gains nothing: noise outside the record trips the valve.
 """
 
 from __future__ import annotations
