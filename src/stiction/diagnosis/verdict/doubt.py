@@ -106,7 +106,7 @@ def held_back(probability: float, quality: Quality, saturation: float = 0.0, *, 
     >>> k, rng = np.arange(150.0), np.random.default_rng(1)
     >>> record = LoopRecord("FIC-101", 1.0, op=50 + np.sin(k / 3) + 0.1 * rng.normal(size=150), pv=np.cos(k / 3))
     >>> round(held_back(0.999, assess(record)).probability, 3), held_back(0.999, assess(record)).why
-    (0.9, 'The data allow no more than 0.90 (length, few samples).')
+    (0.9, 'The data allow no more than 0.90 (length).')
     """
     doubts = _doubts(quality, saturation)
     few = not own_samples and quality.last - quality.first < FEW
@@ -117,7 +117,7 @@ def held_back(probability: float, quality: Quality, saturation: float = 0.0, *, 
     odds, usual = (math.log(p / (1.0 - p)) for p in (sure, unknown))
     kept = FIRST * FURTHER ** (len(doubts) - 1) if doubts else 1.0
     drawn = 1.0 / (1.0 + math.exp(-usual - kept * (odds - usual)))
-    named = ", ".join([*doubts, "few samples"] if few else doubts)
+    named = ", ".join([*doubts, "few samples"] if few and "length" not in doubts else doubts)
     hides = {*HIDES} if own_samples else {*HIDES, "sampling"}
     if LEAST <= drawn <= MOST or not (few or hides & set(doubts)):
         return HeldBack(drawn, f"The data are in doubt ({named}), which makes {probability:.2f} a {drawn:.2f}.")
