@@ -12,10 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as some
 from hypothesis.extra import numpy as some_arrays
 
+from stiction.diagnosis.verdict.weighing import weighing
 from stiction.errors import ParameterError
 from stiction.report import Cell, Columns, Figure, Fold, Heading, Html, Table, Text, render_page, thin
 from stiction.report.markup import shown
 from stiction.report.payload import to_json
+from stiction.report.story import FEATURES
 
 EVIL = '</script><script>window.hacked=1</script><img src=x onerror="window.hacked=1">'
 FIGURE = Figure({"data": [{"y": [1.0, 2.0], "name": EVIL}], "layout": {}}, f"Title {EVIL}", f"Caption {EVIL}")
@@ -143,3 +145,7 @@ def test_thinning_keeps_peaks_and_gaps():
     assert 123_456 in keep
     assert np.isnan(y[keep]).any()
     assert np.all(np.diff(keep) > 0)
+
+
+def test_every_feature_that_is_weighed_has_words():
+    assert set(weighing("sticks").features) <= set(FEATURES)

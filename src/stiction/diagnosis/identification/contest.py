@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.interval import CHI2_1
-from stiction.diagnosis.identification.likelihood import by_cycle, one_each
+from stiction.diagnosis.identification.likelihood import by_cycle, good_valve, one_each
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -109,8 +109,7 @@ def contest(prediction: Prediction, trials: Trials, *, seen: bool) -> Contest:
     chosen = one_each(trials)
     close = np.flatnonzero(trials.cost < trials.cost[chosen[0]] + CHI2_1)[:MOST]
     chosen = np.concatenate([chosen, close])
-    good = np.array([[1e-6 * best[0], 0.0, 0.0, 0.0]])
-    valve = np.concatenate([trials.valve[chosen], good])
+    valve = np.concatenate([trials.valve[chosen], good_valve(best)])
     error = by_cycle(prediction, valve)
     variance = float(error[0].sum()) / prediction.samples
     apart = (error - error[0]) / variance

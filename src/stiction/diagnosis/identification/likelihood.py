@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.signals import Signals
 
-__all__ = ["Prediction", "Trials", "by_cycle", "most_likely", "one_each", "prediction_of", "stem_of"]
+__all__ = ["Prediction", "Trials", "by_cycle", "good_valve", "most_likely", "one_each", "prediction_of", "stem_of"]
 
 ORDER = 12
 """Lags of the PV in the regression, at most [-]; fewer where a record is very short."""
@@ -94,7 +94,7 @@ class Prediction(NamedTuple):
     @property
     def order(self) -> int:
         """Lags of the PV in the regression [-]."""
-        return min(ORDER, self.pv.size // 8)
+        return _order(self.pv.size)
 
 
 class Trials(NamedTuple):
@@ -138,7 +138,7 @@ def prediction_of(signals: Signals, *, fine: bool = False) -> Prediction:
     while edges[-1] < lags + 1:
         edges.append(min(int(np.ceil(1.25 * edges[-1])), lags + 1))
     edges = [edge for edge in edges if edge <= lags + 1]
-    begin = max(int(min(scale, n // 4)), lags + 1, min(ORDER, n // 8) + 1)
+    begin = max(int(min(scale, n // 4)), lags + 1, _order(n) + 1)
     count = max(round(2.0 * (n - begin) / max(scale, 8.0)), 4)
     ends = np.linspace(begin, n, count + 1).round().astype(np.int64)[1:]
     pv = pv - pv.mean()
@@ -187,7 +187,7 @@ def _fanned(prediction: Prediction, tried: Trials, swing: float) -> Trials:
     the fan finds the dip of 72.
     """
     best = tried.best
-    good = _try(prediction, np.array([[1e-6 * best[0], 0.0, 0.0, 0.0]])).cost[0]
+    good = _try(prediction, good_valve(best)).cost[0]
     if good - tried.cost.min() < WORTH:
         return tried
     reach = int(np.log(FAN_REACH) / FAN_STEP)
@@ -318,6 +318,27 @@ def stem_of(prediction: Prediction, valve: NDArray[np.float64]) -> NDArray[np.fl
     S, ratio, stops, place = (np.full(1, x) for x in valve)
     stems(prediction.op, 1, S, S * ratio, stops, place, work[0], work[1], work[2], mv)
     return mv[0]
+
+
+def good_valve(valve: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A valve that follows OP: the same one with a band too small to matter.
+
+    Parameters
+    ----------
+    valve : ndarray, shape (4,)
+        A valve as in `Trials`.
+
+    Returns
+    -------
+    ndarray, shape (1, 4)
+        The good one.
+    """
+    return np.array([[1e-6 * valve[0], 0.0, 0.0, 0.0]])
+
+
+def _order(n: int) -> int:
+    """Lags of the PV for so many samples [-]."""
+    return min(ORDER, n // 8)
 
 
 def _try(prediction: Prediction, valve: NDArray[np.float64]) -> Trials:

@@ -88,7 +88,7 @@ def held_back(probability: float, quality: Quality, saturation: float = 0.0, *, 
     saturation : float
         Probability that saturation is what is wrong with the loop [-].
     own_samples : bool
-        Whether the record shows the controller's own samples: few of them for a cycle then hide nothing.
+        Whether the record shows the controller's own samples: few of them, for a cycle or in all, then hide nothing.
 
     Returns
     -------
