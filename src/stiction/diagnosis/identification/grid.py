@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stiction.diagnosis.identification.behind import best_behind
 from stiction.diagnosis.identification.search import search, work_space
 
 if TYPE_CHECKING:
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.signals import Signals
 
-__all__ = ["Processes", "Surface", "dense_processes", "explore", "near"]
+__all__ = ["Processes", "Surface", "dense_processes", "explore", "explore_behind", "near"]
 
 
 class Processes(NamedTuple):
@@ -163,13 +164,9 @@ def explore(
     """
     n = signals.target.size
     first, second = processes.decays()
-    delays = processes.delays
-    begin = signals.half + int(delays[-1]) + 2
-    if n > 6.0 * signals.scale:
-        begin += round(signals.scale)
-    begin = min(begin, max(n // 3, int(delays[-1]) + 2), max(n - signals.half - 1, 0))
-    shape = (S.size, ratio.size)
-    places = np.arange(S.size * ratio.size) if only is None else np.flatnonzero(only)
+    delays, begin = processes.delays, _begin(signals, processes)
+    shape, valves = (S.size, ratio.size), S.size * ratio.size
+    places = np.arange(valves) if only is None else np.flatnonzero(only)
     band = S[places // ratio.size]
     jump = band * ratio[places % ratio.size]
     left, k, which = np.empty(places.size), np.empty(places.size), np.empty((places.size, 3))
@@ -187,14 +184,50 @@ def explore(
             list(pool.map(rows, (slice(0, middle), slice(middle, places.size))))
     else:
         rows(slice(0, places.size))
-    energy = float(np.sum(signals.target[begin : n - signals.half] ** 2))
-    error, gain, best = (
-        np.ones(S.size * ratio.size),
-        np.zeros(S.size * ratio.size),
-        np.full((S.size * ratio.size, 3), -1.0),
-    )
-    if energy > 0.0:
-        # Rounded, lest the unit of a signal decide a tie.
-        error[places] = np.round(left / energy, 10)
+    error, gain, best = np.ones(valves), np.zeros(valves), np.full((valves, 3), -1.0)
+    error[places] = _shares(signals, begin, left)
     gain[places], best[places] = k, which
     return Surface(S, ratio, error.reshape(shape), gain.reshape(shape), best.reshape(*shape, 3), processes, start)
+
+
+def explore_behind(signals: Signals, stem: NDArray[np.float64], processes: Processes, sign: float) -> Surface:
+    """Try every process candidate behind a stem that is known.
+
+    Parameters
+    ----------
+    signals : Signals
+        What to compare.
+    stem : ndarray, shape of `op`
+        Stem position [% of span].
+    processes : Processes
+        The process candidates.
+    sign : float
+        Sign that the process gain must have; 0 for any.
+
+    Returns
+    -------
+    Surface
+        A surface of one valve, whose S is 0: it follows the stem.
+    """
+    begin = _begin(signals, processes)
+    seen = stem.reshape(-1, signals.thinned).mean(axis=1)
+    left, gain, best = best_behind(
+        seen, signals.target, signals.half, *processes.decays(), processes.delays, begin, float(sign)
+    )
+    error = _shares(signals, begin, np.array([[left]]))
+    return Surface(np.zeros(1), np.zeros(1), error, np.array([[gain]]), best.reshape(1, 1, 3), processes, (0, 0.0))
+
+
+def _begin(signals: Signals, processes: Processes) -> int:
+    """First sample compared: where every answer has a local mean and, in a long record, has forgotten its start."""
+    n, longest = signals.target.size, int(processes.delays[-1])
+    begin = signals.half + longest + 2
+    if n > 6.0 * signals.scale:
+        begin += round(signals.scale)
+    return min(begin, max(n // 3, longest + 2), max(n - signals.half - 1, 0))
+
+
+def _shares(signals: Signals, begin: int, left: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What is left as a share of the target's energy; rounded, lest the unit of a signal decide a tie."""
+    energy = float(np.sum(signals.target[begin : signals.target.size - signals.half] ** 2))
+    return np.round(left / energy, 10) if energy > 0.0 else np.ones_like(left)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.grid import Surface, dense_processes, explore, near
+from stiction.diagnosis.identification.grid import Surface, dense_processes, explore, explore_behind, near
 from stiction.diagnosis.identification.search import follow, lag_pair, remove_local_mean
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def search_piece(signals: Signals, sign: float, integrating: bool | None, swing:
     i, j = _optimum(dense)
     S, stem = float(dense.S[i]), np.empty(signals.op.size)
     follow(signals.op, S, S * float(dense.ratio[j]), 0, 0.0, stem)
-    return Piece(signals, dense, _behind(signals, sign, integrating), stem, dense)
+    return Piece(signals, dense, _behind(signals, signals.op, sign, integrating), stem, dense)
 
 
 def with_stem(piece: Piece, stem: NDArray[np.float64], sign: float, integrating: bool | None) -> Piece:
@@ -123,9 +123,7 @@ def with_stem(piece: Piece, stem: NDArray[np.float64], sign: float, integrating:
     Piece
         The same stretch.
     """
-    # A stem is what a good valve makes of an OP that is the stem itself.
-    sticky = _behind(piece.signals._replace(op=stem), sign, integrating)
-    return piece._replace(stem=stem, sticky=sticky)
+    return piece._replace(stem=stem, sticky=_behind(piece.signals, stem, sign, integrating))
 
 
 def _optimum(surface: Surface) -> tuple[int, int]:
@@ -140,15 +138,12 @@ def _process(surface: Surface) -> tuple[float, float, float, float]:
     return float(surface.gain[i, j]), float(first[int(lag)]), float(second[int(lag)]), float(whole + part)
 
 
-def _behind(signals: Signals, sign: float, integrating: bool | None) -> Surface:
-    """The best linear process behind a good valve, searched as carefully as the sticky one."""
-    nothing, one = np.zeros(1), np.zeros(1)
-    found = explore(
-        signals, nothing, one, dense_processes(signals.scale, signals.target.size, integrating, 20, 20), sign
-    )
+def _behind(signals: Signals, stem: NDArray[np.float64], sign: float, integrating: bool | None) -> Surface:
+    """The best linear process behind a stem, that of a good valve searched as carefully as that of a sticky one."""
+    processes = dense_processes(signals.scale, signals.target.size, integrating, 20, 20)
+    found = explore_behind(signals, stem, processes, sign)
     for closer in (1.0, 0.5, 0.2):
-        processes = near(found.processes, found.best[0, 0], closer, integrating)
-        finer = explore(signals, nothing, one, processes, sign)
+        finer = explore_behind(signals, stem, near(found.processes, found.best[0, 0], closer, integrating), sign)
         if finer.error[0, 0] < found.error[0, 0]:
             found = finer
     return found

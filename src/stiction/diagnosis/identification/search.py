@@ -19,7 +19,7 @@ from stiction.models.compiled import kernel
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Work", "follow", "lag_pair", "remove_local_mean", "search", "work_space"]
+__all__ = ["Work", "best_dead_time", "follow", "lag_pair", "remove_local_mean", "search", "windows", "work_space"]
 
 LANES = 32
 """Valves handled side by side."""
@@ -76,8 +76,7 @@ def work_space(n_samples: int, half: int, n_lags: int, delays: NDArray[np.int64]
         Arrays without content, and the marks of the windows.
     """
     lanes = min(LANES, -(-n_valves // 8) * 8)
-    ends = np.concatenate([begin - 1 - delays, n_samples - half - 1 - delays])
-    marks, which = np.unique(ends, return_inverse=True)
+    marks, opens, closes = windows(n_samples, half, delays, begin)
     processes = n_lags * delays.size
     return Work(
         mv=np.empty((n_samples, lanes)),
@@ -89,9 +88,37 @@ def work_space(n_samples: int, half: int, n_lags: int, delays: NDArray[np.int64]
         column=np.empty(n_samples),
         process=np.empty((5, processes)),
         marks=marks,
-        opens=which[: delays.size],
-        closes=which[delays.size :],
+        opens=opens,
+        closes=closes,
     )
+
+
+def windows(
+    n_samples: int, half: int, delays: NDArray[np.int64], begin: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Where the window of each dead time opens and closes as an answer sees it, which the dead time makes late.
+
+    Parameters
+    ----------
+    n_samples : int
+        Length of the target [samples].
+    half : int
+        Half width of the local mean [samples].
+    delays : ndarray, shape (n_delays,)
+        Dead times [samples].
+    begin : int
+        First sample compared.
+
+    Returns
+    -------
+    marks : ndarray, shape (n_marks,)
+        All ends of the windows, increasing [samples].
+    opens, closes : ndarray, shape (n_delays,)
+        Which mark opens the window of each dead time, and which closes it.
+    """
+    ends = np.concatenate([begin - 1 - delays, n_samples - half - 1 - delays])
+    marks, which = np.unique(ends, return_inverse=True)
+    return marks, which[: delays.size], which[delays.size :]
 
 
 @kernel
@@ -188,8 +215,6 @@ def search(
     band, jump, u, y, total, last, power, mixed, a, b = (
         lane[0], lane[1], lane[2], lane[3], lane[4], lane[5], lane[6], lane[7], lane[8], lane[9],
     )  # fmt: skip
-    # The lanes carry a valve each or, where there is only one, a pair of lags each.
-    alone = S.shape[0] == 1
     for base in range(0, S.shape[0], lanes):
         filled = min(lanes, S.shape[0] - base)
         for v in range(lanes):
@@ -216,31 +241,31 @@ def search(
             best[i, 0] = -1.0
             best[i, 1] = 0.0
             best[i, 2] = 0.0
-        for q in range(0, first.shape[0], lanes if alone else 1):
+        for q in range(first.shape[0]):
             for v in range(lanes):
-                own = min(q + v, first.shape[0] - 1) if alone else q
-                a[v], b[v] = first[own], second[own]
+                a[v], b[v] = first[q], second[q]
             squares(work.about, a, b, half, work.marks, u, y, total, last, power, mixed, work.square)
-            for v in range(min(lanes, first.shape[0] - q) if alone else filled):
-                i, own = (0, q + v) if alone else (base + v, q)
-                _choose(
-                    v, i, i - base, own, delays, sign, energy, (end - begin) * S[i] ** 2, error, gain, best,
-                    work.cross, work.square, work.opens, work.closes,
+            for v in range(filled):
+                best_dead_time(
+                    v, base + v, q, delays, sign, energy, 1e-12 * (end - begin) * S[base + v] ** 2, error, gain, best,
+                    work.cross[v, q * delays.shape[0] : (q + 1) * delays.shape[0]], work.square, work.opens,
+                    work.closes,
                 )  # fmt: skip
 
 
 @kernel
-def _choose(v, i, r, q, delays, sign, energy, moved, error, gain, best, cross, square, opens, closes):
+def best_dead_time(v, i, q, delays, sign, energy, rounding, error, gain, best, cross, square, opens, closes):
     """Keep the best dead time of lag pair `q` for valve `i` if it beats what was found before.
 
-    Its squares are in lane `v`, its products in row `r`.
+    Its squares are in lane `v`, its products with the target in `cross` (n_delays,). A power up to `rounding` is no
+    answer.
     """
     n_delays = delays.shape[0]
     # A stem that rests throughout the window leaves rounding, not a response.
-    least = max(1e-8 * (square[closes[0], 0, v] - square[opens[0], 0, v]), 1e-12 * moved)
+    least = max(1e-8 * (square[closes[0], 0, v] - square[opens[0], 0, v]), rounding)
     for d in range(n_delays):
         power = square[closes[d], 0, v] - square[opens[d], 0, v]
-        c = cross[r, q * n_delays + d]
+        c = cross[d]
         least = max(least, 1e-8 * power)
         if power <= least:
             continue
@@ -254,7 +279,7 @@ def _choose(v, i, r, q, delays, sign, energy, moved, error, gain, best, cross, s
                 best[i, 2] = 0.0
         if d + 1 == n_delays or delays[d + 1] != delays[d] + 1:
             continue
-        next_c = cross[r, q * n_delays + d + 1]
+        next_c = cross[d + 1]
         next_power = square[closes[d + 1], 0, v] - square[opens[d + 1], 0, v]
         if (c * c / power < 0.98 * (energy - error[i])) or next_power <= least:
             continue
