@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiction.diagnosis.identification.signals import hold_gaps, prepare
+from stiction.diagnosis.identification.signals import bridge_gaps, hold_gaps, prepare
 from stiction.errors import RecordError
 from stiction.records.record import LoopRecord
 
@@ -31,9 +31,23 @@ def test_gaps_hold_the_last_value(x, held):
     np.testing.assert_array_equal(x, before)
 
 
-def test_nothing_to_hold():
+@pytest.mark.parametrize(
+    ("x", "bridged"),
+    [
+        ([1.0, nan, nan, 4.0, nan], [1.0, 2.0, 3.0, 4.0, 4.0]),
+        ([nan, nan, 3.0, nan, 4.0], [3.0, 3.0, 3.0, 3.5, 4.0]),
+        ([5.0, np.inf, -np.inf, 8.0], [5.0, 6.0, 7.0, 8.0]),
+        ([1.0, 2.0], [1.0, 2.0]),
+    ],
+)
+def test_gaps_are_bridged(x, bridged):
+    np.testing.assert_allclose(bridge_gaps(np.array(x)), bridged, rtol=1e-12)
+
+
+@pytest.mark.parametrize("fill", [hold_gaps, bridge_gaps])
+def test_nothing_to_fill_with(fill):
     with pytest.raises(RecordError, match="no valid sample"):
-        hold_gaps(np.full(9, nan))
+        fill(np.full(9, nan))
 
 
 def record(n, dt=1.0, seed=0):

@@ -68,9 +68,9 @@ def best_behind(
     decays[:, :pairs] = first, second
     rounding = n * (ROUNDING * np.abs(stem).max()) ** 2
     _best_behind(
-        (stem - stem.mean())[:, np.newaxis], target, half, decays, pairs, delays, begin, sign, rounding, error, gain, best,
-        marks, opens, closes, about, answer, late, np.empty((5, lanes)), np.empty((lanes, delays.size)),
-        np.empty((marks.size, 2, lanes)),
+        (stem - stem.mean())[:, np.newaxis], target, half, decays, pairs, delays, begin, sign, rounding,
+        error, gain, best, marks, opens, closes, about, answer, late, np.empty((5, lanes)),
+        np.empty((lanes, delays.size)), np.empty((marks.size, 2, lanes)),
     )  # fmt: skip
     return float(error[0]), float(gain[0]), best[0]
 

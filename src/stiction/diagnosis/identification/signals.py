@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["Signals", "hold_gaps", "pieces_of", "prepare"]
+__all__ = ["Signals", "bridge_gaps", "hold_gaps", "pieces_of", "prepare"]
 
 SAMPLES_PER_PERIOD = 36
 """Samples of an oscillation that are kept."""
@@ -58,6 +58,15 @@ def hold_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
     return x[np.where(last >= 0, last, int(np.argmax(good)))]
 
 
+def bridge_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Fill NaN along the line between the values beside it, lest a held OP trip a valve late; hold the ends."""
+    good = np.isfinite(x)
+    if good.all():
+        return x
+    held = hold_gaps(x)
+    return np.interp(np.arange(x.size), np.flatnonzero(good), held[good])
+
+
 def prepare(record: LoopRecord, period: float | None, *, fine: bool = False) -> Signals:
     """Fill gaps, thin where the record is long, and take the local mean off the PV.
 
@@ -84,7 +93,7 @@ def prepare(record: LoopRecord, period: float | None, *, fine: bool = False) -> 
         raise RecordError(f"{record.tag} has no PV; an identification needs OP and PV.")
     if len(record) < FEWEST_SAMPLES:
         raise RecordError(f"{record.tag} has {len(record)} samples; an identification needs at least {FEWEST_SAMPLES}.")
-    op, pv, dt = hold_gaps(record.op), hold_gaps(record.pv), record.dt
+    op, pv, dt = bridge_gaps(record.op), bridge_gaps(record.pv), record.dt
     # Rounded, lest the unit of time decide how a tie on the grids of the search falls.
     span = round(period / dt, 6) if period is not None else op.size / 5.0
     thinned = 1
