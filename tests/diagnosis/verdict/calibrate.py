@@ -27,7 +27,7 @@ from stiction.simulation.population import CAUSES, population
 
 NAMES = Features._fields
 HERE = Path(st.__file__).parent / "diagnosis" / "verdict"
-RIDGE_STICKS, RIDGE_CAUSES = 2.0, 10.0
+RIDGE_STICKS, RIDGE_CAUSES = 2.0, 1.0
 REAL = 0.6
 """What all real loops weigh together, against all simulated ones [-]."""
 CORE = ("band", "advantage", "grip", "floor")

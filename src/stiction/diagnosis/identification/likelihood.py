@@ -56,7 +56,7 @@ ALONG_J, FEW = 13, 2
 """Points over J / S tried again about so many of the best valleys [-]."""
 PLACES = np.linspace(-0.5, 0.5, 2), np.linspace(-0.8, 0.8, 5)
 """Places at the start that a valley of another stretch is tried with, by the rule of its stem [half bands]."""
-FAN_STEP, FAN_REACH, FAN_J, FAN_PLACES = 0.008, 1.3, 6, 3
+FAN_STEP, FAN_REACH, FAN_J, FAN_PLACES = 0.008, 1.5, 6, 3
 """Relative step of the fan over S, how far it reaches either way, and its points over J / S and over the place [-]."""
 FAN_SAMPLES, FAN_VALLEYS = 500, (0.008, 0.05, 12)
 """Samples in the middle of the record that the fan is looked at on, and the valleys followed from there [-]."""

@@ -35,7 +35,7 @@ __all__ = ["UNDECIDED", "causes", "counted"]
 
 UNDECIDED = (0.48, 0.52)
 """Probabilities of stiction between which nothing is called."""
-POOL = 0.75
+POOL = 0.85
 """What the log odds of the first table count [-]; those of the second count the rest."""
 SAFE, FLOOR = 0.999, 1e-4
 """Largest share given to deadband, and smallest of stiction by the second table: no table is surer than that [-]."""
