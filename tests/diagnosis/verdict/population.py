@@ -48,6 +48,9 @@ class Judged:
     S_found: float
     S_low: float
     S_high: float
+    own_samples: bool
+    position: str
+    position_used: bool
 
     @property
     def sticky(self) -> bool:
@@ -98,21 +101,25 @@ def judge(case) -> Judged:
     S = (valve.S, valve.S_low, valve.S_high) if valve is not None else (np.nan,) * 3
     return Judged(
         case.record.tag, case.cause, case.kind, case.effects, case.S, jump_shows(case), len(case.record), seconds,
-        found.verdict, found.cause, found.probability, valve is None, *S,
+        found.verdict, found.cause, found.probability, valve is None, *S, valve is not None and valve.own_samples,
+        case.position, any(row.method == "stem" and row.valid for row in found.evidence),
     )  # fmt: skip
 
 
 @cache
-def judged(n: int, causes: tuple[str, ...], seed: int, longest: int | None = None, jobs: int = 1) -> tuple[Judged, ...]:
+def judged(
+    n: int, causes: tuple[str, ...], seed: int, longest: int | None = None, jobs: int = 1, *, position: bool = False
+) -> tuple[Judged, ...]:
     """Diagnose `n` loops of a population, or its first `n` that have at most `longest` samples.
 
     Causes come in turn, so with `longest` each cause takes its own population: `n` is then dealt out evenly.
     """
     if longest is None:
-        return tuple(each(judge, population(n, causes, seed), jobs, n))
+        return tuple(each(judge, population(n, causes, seed, position=position), jobs, n))
     rows: list[Judged] = []
     for k, cause in enumerate(causes):
-        short = (case for case in population(100 * n, (cause,), seed + k) if len(case.record) <= longest)
+        drawn = population(100 * n, (cause,), seed + k, position=position)
+        short = (case for case in drawn if len(case.record) <= longest)
         share = n // len(causes) + (k < n % len(causes))
         rows += each(judge, islice(short, share), jobs, share)
     return tuple(rows)
@@ -221,18 +228,38 @@ def table(rows) -> str:
     return "\n".join(out)
 
 
+def by_position(rows) -> str:
+    """What recorded positions do: each kind of them, and S by whether the record shows the controller's samples."""
+    out = ["", f"{'position':14}{'loops':>7}{'used':>7}{'right':>7}"]
+    for kind in sorted({r.position for r in rows}):
+        own = [r for r in rows if r.position == kind]
+        out.append(f"{kind:14}{len(own):7}{sum(r.position_used for r in own):7}{sum(r.right for r in own):7}")
+    used = [r for r in rows if r.sticky and r.position_used and not r.refused]
+    out += ["", f"{'sticky, used':14}{'loops':>7}{'found':>7}{'S 5 %':>7}{'S 10 %':>7}{'held':>7}"]
+    for name, of in (("own samples", True), ("slower", False)):
+        own = [r for r in used if r.own_samples is of]
+        counts = (r.right for r in own), (r.S_error <= 0.05 for r in own), (r.S_close for r in own)
+        held = sum(r.S_low <= r.S <= r.S_high for r in own)
+        out.append(f"{name:14}{len(own):7}" + "".join(f"{sum(count):7}" for count in counts) + f"{held:7}")
+    return "\n".join(out)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description="Diagnose a simulated population and count.")
     parser.add_argument("--loops", type=int, default=70)
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--causes", nargs="+", choices=CAUSES, default=CAUSES)
     parser.add_argument("--longest", type=int, help="only records of at most so many samples")
+    parser.add_argument("--position", action="store_true", help="with the valve's position as it is reported")
     parser.add_argument("--wrong", action="store_true", help="list what is wrong, or S beyond 10 %% though J shows")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--json", type=Path, help="write measures and rows to this file")
     chosen = parser.parse_args()
-    rows = judged(chosen.loops, tuple(chosen.causes), chosen.seed, chosen.longest, chosen.jobs)
+    causes = tuple(chosen.causes)
+    rows = judged(chosen.loops, causes, chosen.seed, chosen.longest, chosen.jobs, position=chosen.position)
     print(table(rows))
+    if chosen.position:
+        print(by_position(rows))
     if chosen.wrong:
         print(listed(row for row in rows if not row.named or (row.visible and row.sticky and not row.S_close)))
     if chosen.json:

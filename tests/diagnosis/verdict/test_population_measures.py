@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from .fault_injection import Trial
-from .population import Judged, balanced_accuracy, calibration_error, measures
+from .population import Judged, balanced_accuracy, by_position, calibration_error, measures
 
 
 def row(truth, cause, probability, S=5.0, S_found=5.0, verdict="stiction"):
     return Judged(
-        "x", truth, "", (), S, True, 500, 0.1, verdict, cause, probability, False, S_found, S_found - 1.0, S_found + 1.0
-    )
+        "x", truth, "", (), S, True, 500, 0.1, verdict, cause, probability, False, S_found, S_found - 1.0,
+        S_found + 1.0, True, "stem", True,
+    )  # fmt: skip
 
 
 def test_each_cause_weighs_the_same_and_unknown_is_wrong():
@@ -35,6 +36,14 @@ def test_stiction_found_alarms_and_intervals():
     assert found["interval_holds_S"] == pytest.approx(0.5)
     assert found["confident_false_alarms"] == 1.0
     assert found["confident_misses"] == pytest.approx(1.0 / 3.0)
+
+
+def test_what_positions_do_is_counted():
+    rows = [row("stiction", "stiction", 0.95, S_found=5.2), row("stiction", "none", 0.05, 5.0, 6.5, "no_stiction")]
+    told = by_position(rows)
+    assert told.split("\n")[2].split() == ["stem", "2", "2", "1"]
+    assert told.split("\n")[5].split() == ["own", "samples", "2", "1", "1", "1", "1"]
+    assert told.split("\n")[6].split() == ["slower", "0", "0", "0", "0", "0"]
 
 
 @pytest.mark.parametrize(
