@@ -56,7 +56,7 @@ LEAST, MOST = 0.1, 0.9
 """Probabilities beyond which these do not speak [-]."""
 FEW = 900
 """Samples below which a record that does not show the controller's own ones does not speak beyond these either [-]."""
-KEPT = 0.6
+KEPT = 0.75
 """Share of the record below which what was left out might have said something else [-]."""
 FAULT_SEEN = 0.5
 """Probability of a faulty sensor or of saturation that explains why OP explains nothing; of saturation, beyond which an
