@@ -28,7 +28,7 @@ def run(op, target, half, S, J, first, second, delays, begin, sign):
     error, gain, best = np.empty(m), np.empty(m), np.empty((m, 3))
     delays = np.asarray(delays, np.int64)
     page.search(
-        op, 1, target, half, 0, 0.0, np.asarray(S, float), np.asarray(J, float), np.asarray(first, float),
+        op, 1, target, half, np.asarray(S, float), np.asarray(J, float), np.asarray(first, float),
         np.asarray(second, float), delays, begin, float(sign), error, gain, best,
         page.work_space(n, half, len(first), delays, begin, m),
     )  # fmt: skip
@@ -61,26 +61,8 @@ def test_a_ramp_vanishes_and_a_wave_of_one_period_stays():
 def test_the_stem_is_kanos(S, ratio, seed):
     op = walk(seed)
     mv = np.empty(N)
-    page.follow(op, S, ratio * S, 0, 0.0, mv)
+    page.follow(op, S, ratio * S, mv)
     np.testing.assert_allclose(mv, naive.kano(op.tolist(), S, ratio * S), atol=1e-12)
-
-
-@settings(max_examples=25)
-@given(S=some.floats(0.1, 8.0), ratio=some.floats(0.0, 1.0), seed=some.integers(0, 99), up=some.booleans())
-def test_a_stem_known_at_a_turn_goes_on_from_there(S, ratio, seed, up):
-    """It stands half the play behind the turn, turns back after S and goes on after J."""
-    op = walk(seed)
-    start, direction, J = 20, 1.0 if up else -1.0, ratio * S
-    mv = np.empty(N)
-    page.follow(op, S, J, start, direction, mv)
-    stands = op[start] - direction * (S - J) / 2.0
-    np.testing.assert_allclose(mv[: start + 1], stands, atol=1e-12)
-    away = direction * (op[start:] - op[start])
-    leaves = np.flatnonzero((away > J * (1.0 + 1e-9)) | (away < -S * (1.0 + 1e-9)))
-    end = start + leaves[0] if leaves.size else N
-    np.testing.assert_allclose(mv[start:end], stands, atol=1e-12)
-    if leaves.size:
-        assert mv[end] == pytest.approx(op[end] - np.sign(op[end] - op[start]) * (S - J) / 2.0)
 
 
 @pytest.mark.parametrize(("first", "second"), [(0.9, 0.0), (1.0, 0.6), (0.0, 0.3), (0.7, 0.7)])
@@ -93,11 +75,11 @@ def test_two_lags_are_the_recursion(first, second):
 @pytest.mark.parametrize("width", [1, 3])
 def test_a_stem_in_lanes_is_the_one_followed_alone(width):
     op, S = walk(7, 3 * N), np.linspace(0.0, 9.0, 16)
-    for ratio, start, direction in ((0.0, 0, 0.0), (0.4, 31, 1.0), (1.0, 12, -1.0)):
+    for ratio in (0.0, 0.4, 1.0):
         mv, one = np.empty((op.size // width, S.size)), np.empty(op.size)
-        follow_lanes(op, S, ratio * S, start, direction, width, np.empty(S.size), np.empty(S.size), mv)
+        follow_lanes(op, S, ratio * S, width, np.empty(S.size), np.empty(S.size), mv)
         for lane in range(S.size):
-            page.follow(op, S[lane], ratio * S[lane], start, direction, one)
+            page.follow(op, S[lane], ratio * S[lane], one)
             np.testing.assert_allclose(mv[:, lane], one.reshape(-1, width).mean(axis=1), atol=1e-12)
 
 

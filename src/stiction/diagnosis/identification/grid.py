@@ -49,8 +49,6 @@ class Surface(NamedTuple):
     """Index of its lag pair, whole and fractional dead time [samples], shape (n_S, n_J, 3)."""
     processes: Processes
     """The candidates."""
-    start: tuple[int, float]
-    """Sample at which the stem's state was supposed, and the direction it moved in until then (see `follow`)."""
 
 
 def dense_processes(
@@ -137,8 +135,6 @@ def explore(
     ratio: NDArray[np.float64],
     processes: Processes,
     sign: float,
-    start: tuple[int, float] = (0, 0.0),
-    only: NDArray[np.bool_] | None = None,
 ) -> Surface:
     """Try every (S, J / S) with every process candidate, on two threads.
 
@@ -152,10 +148,6 @@ def explore(
         The process candidates.
     sign : float
         Sign that the process gain must have; 0 for any.
-    start : tuple
-        Sample of OP at which the stem stopped moving, and the direction it had; (0, 0.0) supposes mid-band.
-    only : ndarray, shape (n_S, n_J), optional
-        Valves to try; the others are left with an error of 1.
 
     Returns
     -------
@@ -166,28 +158,24 @@ def explore(
     first, second = processes.decays()
     delays, begin = processes.delays, _begin(signals, processes)
     shape, valves = (S.size, ratio.size), S.size * ratio.size
-    places = np.arange(valves) if only is None else np.flatnonzero(only)
-    band = S[places // ratio.size]
-    jump = band * ratio[places % ratio.size]
-    left, k, which = np.empty(places.size), np.empty(places.size), np.empty((places.size, 3))
+    band, jump = np.repeat(S, ratio.size), np.outer(S, ratio).ravel()
+    left, gain, best = np.empty(valves), np.empty(valves), np.empty((valves, 3))
 
     def rows(part: slice) -> None:
         work = work_space(n, signals.half, first.size, delays, begin, band[part].size)
         search(
-            signals.op, signals.thinned, signals.target, signals.half, *start, band[part], jump[part], first, second,
-            delays, begin, float(sign), left[part], k[part], which[part], work,
+            signals.op, signals.thinned, signals.target, signals.half, band[part], jump[part], first, second,
+            delays, begin, float(sign), left[part], gain[part], best[part], work,
         )  # fmt: skip
 
-    middle = places.size // 2
-    if places.size * n * (first.size + 0.1 * first.size * delays.size) > 4e6:
+    middle = valves // 2
+    if valves * n * (first.size + 0.1 * first.size * delays.size) > 4e6:
         with ThreadPoolExecutor(2) as pool:
-            list(pool.map(rows, (slice(0, middle), slice(middle, places.size))))
+            list(pool.map(rows, (slice(0, middle), slice(middle, valves))))
     else:
-        rows(slice(0, places.size))
-    error, gain, best = np.ones(valves), np.zeros(valves), np.full((valves, 3), -1.0)
-    error[places] = _shares(signals, begin, left)
-    gain[places], best[places] = k, which
-    return Surface(S, ratio, error.reshape(shape), gain.reshape(shape), best.reshape(*shape, 3), processes, start)
+        rows(slice(0, valves))
+    error = _shares(signals, begin, left)
+    return Surface(S, ratio, error.reshape(shape), gain.reshape(shape), best.reshape(*shape, 3), processes)
 
 
 def explore_behind(signals: Signals, stem: NDArray[np.float64], processes: Processes, sign: float) -> Surface:
@@ -215,7 +203,7 @@ def explore_behind(signals: Signals, stem: NDArray[np.float64], processes: Proce
         seen, signals.target, signals.half, *processes.decays(), processes.delays, begin, float(sign)
     )
     error = _shares(signals, begin, np.array([[left]]))
-    return Surface(np.zeros(1), np.zeros(1), error, np.array([[gain]]), best.reshape(1, 1, 3), processes, (0, 0.0))
+    return Surface(np.zeros(1), np.zeros(1), error, np.array([[gain]]), best.reshape(1, 1, 3), processes)
 
 
 def _begin(signals: Signals, processes: Processes) -> int:

@@ -14,36 +14,34 @@ __all__ = ["about_mean", "backwards", "follow_lanes", "products", "squares"]
 
 
 @kernel
-def follow_lanes(op, S, J, start, direction, width, x, moving, mv):
+def follow_lanes(op, S, J, width, x, moving, mv):
     """Fill `mv` (n_blocks, n_lanes) with the mean stem position of each valve (S, J) over blocks of `width` samples.
 
     Kano's rule in the play e = op - x: a stem that moves goes on while OP does, (S - J) / 2 behind it; one that
-    rests moves when e leaves (S + J) / 2. `start` and `direction` are those of `follow`. `x` and `moving`
-    (n_lanes,) are work space.
+    rests moves when e leaves (S + J) / 2. It begins in the middle of its band. `x` and `moving` (n_lanes,) are work
+    space.
     """
     n, lanes = mv.shape
     share = 1.0 / width
-    before = op[start]
+    before = op[0]
     for v in range(lanes):
-        x[v] = before - direction * 0.5 * (S[v] - J[v])
+        x[v] = before
         moving[v] = 0.0
     for k in range(n):
         row = mv[k]
         for v in range(lanes):
             row[v] = 0.0
         for i in range(k * width, (k + 1) * width):
-            if i > start:
-                u = op[i]
-                du = u - before
-                before = u
-                for v in range(lanes):
-                    e = u - x[v]
-                    way = 1.0 if e > 0.0 else -1.0
-                    way = way if abs(e) > 0.5 * (S[v] + J[v]) * (1.0 + 1e-9) else 0.0
-                    way = moving[v] if du * moving[v] > 0.0 else way
-                    x[v] = u - way * 0.5 * (S[v] - J[v]) if way != 0.0 else x[v]
-                    moving[v] = way
+            u = op[i]
+            du = u - before
+            before = u
             for v in range(lanes):
+                e = u - x[v]
+                way = 1.0 if e > 0.0 else -1.0
+                way = way if abs(e) > 0.5 * (S[v] + J[v]) * (1.0 + 1e-9) else 0.0
+                way = moving[v] if du * moving[v] > 0.0 else way
+                x[v] = u - way * 0.5 * (S[v] - J[v]) if way != 0.0 else x[v]
+                moving[v] = way
                 row[v] += share * x[v]
 
 

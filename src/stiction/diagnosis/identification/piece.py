@@ -100,7 +100,7 @@ def search_piece(signals: Signals, sign: float, integrating: bool | None, swing:
     )
     i, j = _optimum(dense)
     S, stem = float(dense.S[i]), np.empty(signals.op.size)
-    follow(signals.op, S, S * float(dense.ratio[j]), 0, 0.0, stem)
+    follow(signals.op, S, S * float(dense.ratio[j]), stem)
     return Piece(signals, dense, _behind(signals, signals.op, sign, integrating), stem, dense)
 
 

@@ -153,19 +153,13 @@ def remove_local_mean(x, half, out):
 
 
 @kernel
-def follow(op, S, J, start, direction, mv):
-    """Stroke Kano's valve over `op`, from sample `start` on, where the stem has just stopped moving in `direction`.
-
-    A `direction` of 0 knows nothing of it: the stem then rests in the middle of its band.
-    """
+def follow(op, S, J, mv):
+    """Stroke Kano's valve over `op`, from the middle of its band."""
     behind = 0.5 * (S - J)
     reach = 0.5 * (S + J) * (1.0 + 1e-9)
-    before = op[start]
-    x = before - direction * behind
+    before = x = mv[0] = op[0]
     moving = 0.0
-    for k in range(start + 1):
-        mv[k] = x
-    for k in range(start + 1, op.shape[0]):
+    for k in range(1, op.shape[0]):
         u = op[k]
         if not (u - before) * moving > 0.0:
             moving = 0.0
@@ -191,13 +185,11 @@ def lag_pair(mv, centre, first, second, y):
 
 
 @kernel
-def search(
-    op, width, target, half, start, direction, S, J, first, second, delays, begin, sign, error, gain, best, work
-):
+def search(op, width, target, half, S, J, first, second, delays, begin, sign, error, gain, best, work):
     """Fill `error`, `gain` (n,) and `best` (n, 3) for each valve (S, J) (n,).
 
     `op` holds `width` samples for each one of `target` (n_samples,), the PV without its local mean; the stem is
-    averaged alike. It is known at sample `start` of `op`, where it stopped moving in `direction` (see `follow`).
+    averaged alike.
     `first`, `second` (n_lags,) are decays per sample, `delays` (n_delays,) increasing whole samples, -1 meaning
     that the PV sees the stem within the sample. Between neighbouring whole delays the best fraction is found in
     closed form: the answer is then a weighted mean of two shifts, and the two weights a least-squares problem of
@@ -221,7 +213,7 @@ def search(
             i = base + min(v, filled - 1)
             band[v] = S[i]
             jump[v] = J[i]
-        follow_lanes(op, band, jump, start, direction, width, u, y, work.mv)
+        follow_lanes(op, band, jump, width, u, y, work.mv)
         for v in range(lanes):
             total[v] = 0.0
         for k in range(n):

@@ -43,8 +43,6 @@ class Signals(NamedTuple):
     """Time scale on which processes are looked for [samples]."""
     first: int = 0
     """Where a stretch begins in the whole."""
-    turns: tuple[tuple[int, float], ...] = ()
-    """Samples of `op` at which it turns for good in the first period or so, each with the direction it had."""
 
 
 def hold_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -142,17 +140,5 @@ def pieces_of(signals: Signals) -> list[Signals]:
         pv = np.ascontiguousarray(signals.pv[cut])
         remove_local_mean(pv, signals.half, target)
         op = signals.op[first * signals.thinned : (first + length) * signals.thinned]
-        turns = _turns(op, round(1.25 * signals.scale * signals.thinned))
-        stretches.append(signals._replace(op=op, pv=pv, target=target, first=first, turns=turns))
+        stretches.append(signals._replace(op=op, pv=pv, target=target, first=first))
     return stretches
-
-
-def _turns(op: NDArray[np.float64], window: int) -> tuple[tuple[int, float], ...]:
-    """Samples at which OP turns for good in its first period or so, each with the direction it had.
-
-    A valve that makes its loop cycle moves until OP turns. The largest and the smallest OP of a bit more than a
-    period are such turns, unless they lie at the edge of that stretch.
-    """
-    part = op[:window]
-    turns = ((int(np.argmax(part)), 1.0), (int(np.argmin(part)), -1.0))
-    return tuple(turn for turn in turns if 2 < turn[0] < part.size - 3)
