@@ -263,6 +263,15 @@ def test_copied_stretch(good):
     assert gate(record, "replay").value == pytest.approx(100 * 100 / N)
 
 
+def test_a_short_copy_is_seen_where_no_value_is_rounded(good):
+    rng = np.random.default_rng(4)
+    op, pv = (x + 1e-3 * rng.normal(size=N) for x in (good.op, good.pv))
+    op[800:811], pv[800:811] = op[205:216], pv[205:216]
+    assert gate(replace(good, op=op, pv=pv), "replay").value == pytest.approx(100 * 11 / N)
+    coarse = replace(good, op=np.round(op, 1), pv=np.round(pv, 1))
+    assert gate(coarse, "replay").value == 0.0  # eleven rounded values can be the same by chance
+
+
 def test_an_exactly_periodic_simulation_is_no_copy():
     k = np.arange(N) % 50
     wave = np.abs(k - 25) + np.sin(k)
