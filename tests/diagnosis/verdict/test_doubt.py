@@ -97,6 +97,13 @@ def test_a_short_record_of_other_samples_than_the_controllers_is_never_sure(p):
     assert LEAST <= held_back(p, quality(("cycles",), first=0, rows=FEW - 1)).probability <= MOST
 
 
+@given(p=some.floats(0.0, 1.0))
+def test_of_a_valve_that_is_not_seen_nothing_is_sure(p):
+    found = held_back(p, quality(), valve_seen=False)
+    assert found.probability == min(max(p, LEAST), MOST)
+    assert ("valve not seen" in found.why) is not (LEAST <= p <= MOST)
+
+
 @given(p=some.floats(0.0, 0.5))
 def test_saturation_that_is_the_finding_is_no_doubt(p):
     assert held_back(p, quality(("saturation",)), saturation=0.6) == (p, "")

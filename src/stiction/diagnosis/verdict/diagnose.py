@@ -108,11 +108,11 @@ def diagnose(record: LoopRecord) -> Diagnosis:
         weights = (stem.counted(told), *weights)
         told, main = stem.weighed(told), stem.identified(main)
     before = told["stiction"]
-    held = held_back(before, seen.quality, told["saturation"], own_samples=own.own_samples)
-    rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
-    told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
     shown_by_stem = main is not own
     nothing = explains_nothing(main) if not shown_by_stem and told["sensor"] + told["saturation"] < FAULT_SEEN else ""
+    held = held_back(before, seen.quality, told["saturation"], own_samples=own.own_samples, valve_seen=not nothing)
+    rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
+    told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
     verdict = "undecided" if nothing else _verdict(held.probability)
     cause = named_cause(verdict, told, main, seen.oscillation, record.dt)
     if nothing:

@@ -82,7 +82,14 @@ class HeldBack(NamedTuple):
     """What held it back, in a sentence; empty where nothing did."""
 
 
-def held_back(probability: float, quality: Quality, saturation: float = 0.0, *, own_samples: bool = False) -> HeldBack:
+def held_back(
+    probability: float,
+    quality: Quality,
+    saturation: float = 0.0,
+    *,
+    own_samples: bool = False,
+    valve_seen: bool = True,
+) -> HeldBack:
     """Draw a probability towards what is not known for each doubt about the data, and keep it from being sure.
 
     Parameters
@@ -95,6 +102,8 @@ def held_back(probability: float, quality: Quality, saturation: float = 0.0, *, 
         Probability that saturation is what is wrong with the loop [-].
     own_samples : bool
         Whether the record shows the controller's own samples: few of them, for a cycle or in all, then hide nothing.
+    valve_seen : bool
+        Whether OP explains enough of the PV to see a valve by (`explains_nothing`).
 
     Returns
     -------
@@ -121,6 +130,8 @@ def held_back(probability: float, quality: Quality, saturation: float = 0.0, *, 
     kept = FIRST * FURTHER ** (len(doubts) - 1)
     drawn = 1.0 / (1.0 + math.exp(-usual - kept * (odds - usual))) if doubts else probability
     hiding = _hides(doubts, quality, own_samples=own_samples)
+    if not valve_seen:
+        hiding.append("valve not seen")
     if hiding and not LEAST <= drawn <= MOST:
         bound = f"no more than {MOST:.2f}" if drawn > MOST else f"no less than {LEAST:.2f}"
         return HeldBack(min(max(drawn, LEAST), MOST), f"The data allow {bound} ({', '.join(hiding)}).")
