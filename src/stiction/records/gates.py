@@ -139,7 +139,7 @@ def missing_values(view: View) -> Gate:
     longest = max((last - first for first, last in runs(gone)), default=0) * view.record.dt
     bridged = missing(view.part)
     why = f"{share:.3g} % of the samples are missing"
-    why += f", the longest gap lasts {longest:.4g} s, {bridged.sum()} were bridged" if share else ""
+    why += f", the longest gap lasts {longest:.4g} s, {bridged.sum()} were bridged by the last value" if share else ""
     if 100.0 * _share(bridged) > BRIDGED:
         why += "; repair the connection to the historian and record again."
         return Gate("missing", "refuses", 100.0 * _share(bridged), BRIDGED, why)
