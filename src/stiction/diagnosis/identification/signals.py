@@ -59,10 +59,9 @@ def hold_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
 def bridge_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
     """Fill NaN along the line between the values beside it, lest a held OP trip a valve late; hold the ends."""
     good = np.isfinite(x)
-    if good.all():
-        return x
-    held = hold_gaps(x)
-    return np.interp(np.arange(x.size), np.flatnonzero(good), held[good])
+    if not 0 < good.sum() < x.size:
+        return hold_gaps(x)
+    return np.interp(np.arange(x.size), np.flatnonzero(good), x[good])
 
 
 def prepare(record: LoopRecord, period: float | None, *, fine: bool = False) -> Signals:
