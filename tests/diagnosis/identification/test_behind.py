@@ -9,22 +9,7 @@ from hypothesis import strategies as some
 
 from stiction.diagnosis.identification.behind import best_behind
 
-from .twin import about_local_mean, candidates, response, shifted
-
-N = 160
-CASES = {
-    "no local mean": (0, [0.5, 0.9, 0.0], [0.0, 0.3, 0.0], [0, 2, 4]),
-    "local mean": (12, [0.5, 0.9, 0.0, 0.7, 0.2], [0.0, 0.3, 0.0, 0.7, 0.1], [-1, 1, 5]),
-    "integrator": (15, [1.0, 1.0, 0.95], [0.0, 0.6, 0.0], [-1, 3, 9]),
-    "integrator about the mean": (0, [1.0], [0.4], [-1, 4]),
-    "more lags than a lane holds": (9, np.linspace(0.0, 0.95, 11), np.zeros(11), [0, 3]),
-}
-
-
-def walk(seed):
-    """A stem that wanders, turns and rests."""
-    rng = np.random.default_rng(seed)
-    return 50.0 + np.cumsum(rng.normal(0.0, 1.0, N) * (rng.random(N) > 0.2))
+from .twin import CASES, N, about_local_mean, assert_best, between, candidates, noisy, response, walk
 
 
 def found(stem, target, half, first, second, delays, begin, sign):
@@ -39,19 +24,10 @@ def test_every_whole_dead_time_against_the_twin(case, sign):
     for seed in range(4):
         rng, stem = np.random.default_rng(seed), walk(seed)
         true = response(stem, 0.0, 0.0, first[0], second[0], half)
-        noise = rng.normal(0.0, np.ptp(true) / 5.0, N)
-        target = about_local_mean((-2.0 if seed % 2 else 2.0) * np.roll(true, delays[-1] + 1) + noise, half)
+        target = noisy(true, delays[-1] + 1, half, rng, -1.0 if seed % 2 else 1.0)
         begin = half + delays[-1] + 2
-        error, gain, best = found(stem, target, half, first, second, delays, begin, sign)
-        fits = list(candidates(stem, target, half, 0.0, 0.0, first, second, delays, begin, sign))
-        if not fits:
-            assert (gain, best[0]) == (0.0, -1.0)
-            assert error == pytest.approx(np.sum(target[begin : N - half] ** 2))
-            continue
-        slow = min(fits, key=lambda fit: fit.left)
-        assert error == pytest.approx(slow.left, rel=1e-9)
-        assert gain == pytest.approx(slow.gain, rel=1e-7)
-        assert best.tolist() == [slow.pair, slow.delay, 0.0]
+        fits = candidates(stem, target, half, 0.0, 0.0, first, second, delays, begin, sign)
+        assert_best(*found(stem, target, half, first, second, delays, begin, sign), fits, target[begin : N - half])
 
 
 @settings(max_examples=30)
@@ -68,8 +44,7 @@ def test_a_dead_time_between_samples_is_found_exactly(delay, part, gain, half, i
     first, second, delays = [0.6, 1.0 if integrates else 0.85, 0.0], [0.0, 0.4, 0.0], np.arange(-1, 7)
     y = response(stem, 0.0, 0.0, first[1], second[1], half)
     begin, end = half + 8, N - half
-    target = np.zeros(N)
-    target[begin:end] = gain * ((1 - part) * shifted(y, delay, begin, end) + part * shifted(y, delay + 1, begin, end))
+    target = between(y, delay, part, gain, begin, end)
     error, k, best = found(stem, target, half, first, second, delays, begin, 1.0)
     assert error < 1e-9 * np.sum(target**2)
     assert best[:2].tolist() == [1.0, delay]

@@ -11,15 +11,20 @@ import naive
 from stiction.diagnosis.identification import search as page
 from stiction.diagnosis.identification.lanes import follow_lanes
 
-from .twin import about_local_mean, candidates, lag, least_squares, response, shifted
-
-N = 160
-
-
-def walk(seed, n=N):
-    """An OP that wanders, turns and rests."""
-    rng = np.random.default_rng(seed)
-    return 50.0 + np.cumsum(rng.normal(0.0, 1.0, n) * (rng.random(n) > 0.2))
+from .twin import (
+    CASES,
+    N,
+    about_local_mean,
+    assert_best,
+    between,
+    candidates,
+    lag,
+    least_squares,
+    noisy,
+    response,
+    shifted,
+    walk,
+)
 
 
 def run(op, target, half, S, J, first, second, delays, begin, sign):
@@ -83,15 +88,6 @@ def test_a_stem_in_lanes_is_the_one_followed_alone(width):
             np.testing.assert_allclose(mv[:, lane], one.reshape(-1, width).mean(axis=1), atol=1e-12)
 
 
-CASES = {
-    "no local mean": (0, [0.5, 0.9, 0.0], [0.0, 0.3, 0.0], [0, 2, 4]),
-    "local mean": (12, [0.5, 0.9, 0.0, 0.7, 0.2], [0.0, 0.3, 0.0, 0.7, 0.1], [-1, 1, 5]),
-    "integrator": (15, [1.0, 1.0, 0.95], [0.0, 0.6, 0.0], [-1, 3, 9]),
-    "integrator about the mean": (0, [1.0], [0.4], [-1, 4]),
-    "one candidate": (9, [0.8], [0.0], [3]),
-}
-
-
 @pytest.mark.parametrize("sign", [0.0, 1.0, -1.0])
 @pytest.mark.parametrize("case", CASES)
 def test_every_whole_dead_time_against_the_twin(case, sign):
@@ -102,21 +98,12 @@ def test_every_whole_dead_time_against_the_twin(case, sign):
         S = rng.uniform(0.2, 5.0, 3)
         J = S * rng.uniform(0.0, 1.0, 3)
         true = response(op, S[0], J[0], first[0], second[0], half)
-        noise = rng.normal(0.0, np.ptp(true) / 5.0, N)
-        target = about_local_mean((-2.0 if seed % 2 else 2.0) * np.roll(true, delays[-1] + 1) + noise, half)
+        target = noisy(true, delays[-1] + 1, half, rng, -1.0 if seed % 2 else 1.0)
         begin = half + delays[-1] + 2
         error, gain, best = run(op, target, half, S, J, first, second, delays, begin, sign)
         for i in range(3):
-            fits = list(candidates(op, target, half, S[i], J[i], first, second, delays, begin, sign))
-            slow = min(fits, key=lambda fit: fit.left) if fits else None
-            if slow is None:
-                assert best[i, 0] == -1.0
-                assert gain[i] == 0.0
-                assert error[i] == pytest.approx(np.sum(target[begin : N - half] ** 2))
-                continue
-            assert error[i] == pytest.approx(slow.left, rel=1e-9)
-            assert gain[i] == pytest.approx(slow.gain, rel=1e-7)
-            assert best[i].tolist() == [slow.pair, slow.delay, 0.0]
+            fits = candidates(op, target, half, S[i], J[i], first, second, delays, begin, sign)
+            assert_best(error[i], gain[i], best[i], fits, target[begin : N - half])
 
 
 @settings(max_examples=30)
@@ -135,8 +122,7 @@ def test_a_dead_time_between_samples_is_found_exactly(S, ratio, delay, part, gai
     first, second, delays = [0.6, 1.0 if integrates else 0.85, 0.0], [0.0, 0.4, 0.0], np.arange(-1, 7)
     y = response(op, S, ratio * S, first[1], second[1], half)
     begin, end = half + 8, N - half
-    target = np.zeros(N)
-    target[begin:end] = gain * ((1 - part) * shifted(y, delay, begin, end) + part * shifted(y, delay + 1, begin, end))
+    target = between(y, delay, part, gain, begin, end)
     error, found, best = run(op, target, half, [S], [ratio * S], first, second, delays, begin, 1.0)
     power = float(np.sum(target**2))
     if power < 1e-3 * gain**2 * S**2:

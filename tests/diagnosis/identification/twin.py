@@ -5,8 +5,26 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import pytest
 
 import naive
+
+N = 160
+CASES = {
+    "no local mean": (0, [0.5, 0.9, 0.0], [0.0, 0.3, 0.0], [0, 2, 4]),
+    "local mean": (12, [0.5, 0.9, 0.0, 0.7, 0.2], [0.0, 0.3, 0.0, 0.7, 0.1], [-1, 1, 5]),
+    "integrator": (15, [1.0, 1.0, 0.95], [0.0, 0.6, 0.0], [-1, 3, 9]),
+    "integrator about the mean": (0, [1.0], [0.4], [-1, 4]),
+    "one candidate": (9, [0.8], [0.0], [3]),
+    "more lags than a lane holds": (9, np.linspace(0.0, 0.95, 11), np.zeros(11), [0, 3]),
+}
+"""Half width of the local mean, decays of two lags, dead times without neighbours."""
+
+
+def walk(seed, n=N):
+    """A signal that wanders, turns and rests."""
+    rng = np.random.default_rng(seed)
+    return 50.0 + np.cumsum(rng.normal(0.0, 1.0, n) * (rng.random(n) > 0.2))
 
 
 def about_local_mean(x, half):
@@ -39,6 +57,19 @@ def response(op, S, J, first, second, half):
 def shifted(y, delay, begin, end):
     """Samples begin <= k < end of y, `delay` + 1 samples late: a stem seen within the sample has delay -1."""
     return y[begin - 1 - delay : end - 1 - delay]
+
+
+def noisy(y, late, half, rng, sign):
+    """A target that answers so many samples late, with a gain of two and noise."""
+    return about_local_mean(2.0 * sign * np.roll(y, late) + rng.normal(0.0, np.ptp(y) / 5.0, y.size), half)
+
+
+def between(y, delay, part, gain, begin, end):
+    """A target that answers at a dead time between two samples, without noise; zero outside its window."""
+    target = np.zeros(y.size)
+    here, late = (shifted(y, delay + k, begin, end) for k in (0, 1))
+    target[begin:end] = gain * ((1.0 - part) * here + part * late)
+    return target
 
 
 class Fit(NamedTuple):
@@ -82,3 +113,15 @@ def candidates(op, target, half, S, J, first, second, delays, begin, sign, fract
                 weights, left = least_squares([here, shifted(y, d + 1, begin, end)], aim)
                 if weights[0] * weights[1] > 0.0 and weights[0] * sign >= 0.0:
                     yield Fit(left, pair, int(d), (float(weights[0]), float(weights[1])))
+
+
+def assert_best(error, gain, best, fits, window):
+    """That a kernel found the whole dead time that leaves least, or nothing where nothing answers."""
+    slow = min(fits, key=lambda fit: fit.left, default=None)
+    if slow is None:
+        assert (gain, best[0]) == (0.0, -1.0)
+        assert error == pytest.approx(np.sum(window**2))
+        return
+    assert error == pytest.approx(slow.left, rel=1e-9)
+    assert gain == pytest.approx(slow.gain, rel=1e-7)
+    assert best.tolist() == [slow.pair, slow.delay, 0.0]
