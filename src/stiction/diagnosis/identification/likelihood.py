@@ -184,7 +184,7 @@ def _fanned(prediction: Prediction, tried: Trials, swing: float) -> Trials:
 
     The valleys of the coarse grids can all lie beside a dip narrower than their steps; the best of them is then off by
     a tenth or two. Of 158 simulated loops whose true valve is more likely than any that was tried (seeds 201 and 202)
-    the fan finds the dip of 72.
+    the fan finds the dip of 72 when it reaches 1.3 either way.
     """
     best = tried.best
     good = _try(prediction, good_valve(best)).cost[0]

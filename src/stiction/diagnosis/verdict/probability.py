@@ -36,7 +36,8 @@ __all__ = ["UNDECIDED", "causes", "counted"]
 UNDECIDED = (0.48, 0.52)
 """Probabilities of stiction between which nothing is called."""
 POOL = 0.85
-"""What the log odds of the first table count [-]; those of the second count the rest."""
+"""What the log odds of the first table count [-]; those of the second count the rest. Of 0.75, 0.8, 0.85 and 0.9 the
+last two tell all 23 recorded loops right that are left out, and 0.85 more simulated ones (`calibrate.py`)."""
 SAFE, FLOOR = 0.999, 1e-4
 """Largest share given to deadband, and smallest of stiction by the second table: no table is surer than that [-]."""
 
