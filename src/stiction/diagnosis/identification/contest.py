@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.interval import CHI2_1
-from stiction.diagnosis.identification.likelihood import by_cycle, good_valve, one_each
+from stiction.diagnosis.identification.likeliest import one_each
+from stiction.diagnosis.identification.likelihood import by_cycle, good_valve
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

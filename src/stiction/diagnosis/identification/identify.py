@@ -12,7 +12,8 @@ import numpy as np
 from stiction.diagnosis.identification.contest import Contest, contest, drift
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, interval, limit
-from stiction.diagnosis.identification.likelihood import Prediction, most_likely, prediction_of, stem_of
+from stiction.diagnosis.identification.likeliest import most_likely
+from stiction.diagnosis.identification.likelihood import Prediction, prediction_of, stem_of
 from stiction.diagnosis.identification.own_samples import shows_own_samples
 from stiction.diagnosis.identification.piece import Piece, search_piece, with_stem
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
