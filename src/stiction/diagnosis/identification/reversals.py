@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.likelihood import Prediction
 
-__all__ = ["from_reversals"]
+__all__ = ["distinct", "from_reversals", "turns"]
 
 STARTS = 3
 """Reversals begun from, spread over the first half of the record [-]."""
@@ -88,13 +88,13 @@ def from_reversals(coarse: Prediction, fine: Prediction, swing: float) -> NDArra
         `Trials`; none where OP has no reversal with a record of some length after it.
     """
     cycle = 2.0 * fine.samples * fine.width / fine.ends.size
-    turns = np.empty(fine.op.size, dtype=np.int64)
-    turns = turns[: _turns(fine.op, max(int(cycle / 4.0), 2), fine.op.size // 2, turns)]
-    if turns.size == 0:
+    room = np.empty(fine.op.size, dtype=np.int64)
+    ends = room[: turns(fine.op, max(int(cycle / 4.0), 2), fine.op.size // 2, room)]
+    if ends.size == 0:
         return np.empty((0, 4))
     shortest = int(max(CYCLES * cycle, SHORTEST * coarse.width))
     found = []
-    for at in np.unique(turns[np.linspace(0, turns.size - 1, STARTS).astype(int)]):
+    for at in np.unique(ends[np.linspace(0, ends.size - 1, STARTS).astype(int)]):
         reversal = _reversal(coarse, fine, int(at), int(cycle / 2.0))
         if reversal.op.size >= shortest:
             S, J, _ = _climb(reversal, swing, shortest)
@@ -157,7 +157,7 @@ def _best(
     place = (stem - part.op[0]) / (0.5 * (S + J))
     cost = trials_of(part, np.column_stack([S, J / S, np.ones(S.size), place])).cost
     chosen, bounds = np.empty(kept, dtype=np.int64), np.empty((kept, 4))
-    count = _distinct(reversal.op, size, reversal.way, trials, np.argsort(cost), chosen, bounds)
+    count = distinct(reversal.op, size, reversal.way, trials, np.argsort(cost), chosen, bounds)
     return trials[chosen[:count]], bounds[:count]
 
 
@@ -187,7 +187,7 @@ def _about(
 
 
 @kernel
-def _turns(op, reach, last, out):
+def turns(op, reach, last, out):
     """Fill `out` with the samples before `last` where OP is largest or smallest within `reach` either way; how many."""
     count = 0
     for k in range(reach, min(last, op.shape[0] - reach)):
@@ -204,7 +204,7 @@ def _turns(op, reach, last, out):
 
 
 @kernel
-def _distinct(op, size, way, trials, order, chosen, bounds):
+def distinct(op, size, way, trials, order, chosen, bounds):
     """Fill `chosen` with the first of `trials` in `order` that slip differently, and their `bounds`; how many.
 
     A trial is S, J and how far OP went since its last slip when `op` begins, at a reversal that it came to by `way`.

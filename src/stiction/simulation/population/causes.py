@@ -27,7 +27,7 @@ PER_PERIOD = (8.0, 200.0)
 SAMPLES = (500, 4000)
 """Shortest and longest record [samples]."""
 MOVED = 0.25
-"""Share of the sticky loops, and of those with play, that a load or the set point moves, cycle or not [-]."""
+"""Share of the sticky loops that a load or the set point moves, whether or not they cycle by themselves [-]."""
 CYCLES = (6.0, 60.0)
 """Fewest and most periods of a record [-]."""
 
@@ -60,7 +60,7 @@ def stiction(rng: np.random.Generator) -> Plan | None:
 
 
 def _moved(rng: np.random.Generator, loop: Loop, valve: Valve, S: float, J: float) -> Plan:
-    """A valve whose loop a random load or set point moves, OP asked for little more than S; no cycle needed."""
+    """A sticky valve whose loop a random load or set point moves, OP asked for little more than S; no cycle needed."""
     plan = _random_load(rng, loop)
     if rng.random() < 0.5:
         slow = lagged(rng, plan.n, float(rng.uniform(20.0, 100.0)) * plan.every)
@@ -76,10 +76,8 @@ def _moved(rng: np.random.Generator, loop: Loop, valve: Valve, S: float, J: floa
 
 
 def deadband(rng: np.random.Generator) -> Plan | None:
-    """Play in the valve: of an integrating process, the one place where it makes a cycle, or of a loop that a load moves."""
+    """Play in the valve of an integrating process: the one place where it makes a cycle of its own."""
     dt = float(rng.choice(DT))
-    if rng.random() < MOVED:
-        return _moved(rng, _loop(rng, dt), *deadband_valve(rng))
     return _limit_cycle(rng, dt, *deadband_valve(rng), kind="integrating")
 
 

@@ -1,0 +1,112 @@
+"""From a reversal of OP on, a stem that rests after every sample is followed slip by slip."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as some
+
+import stiction as st
+from stiction.diagnosis.identification.reversals import distinct, turns
+
+
+def slips(op, way, S, J, past):
+    """Samples at which He's valve slips, by its definition; its last slip was `past` before the reversal op[0]."""
+    fs, fd = (S + J) / 2.0, (S - J) / 2.0
+    x, out = op[0] - way * (past + fd), []
+    for k, u in enumerate(op):
+        if abs(u - x) > fs * (1.0 + 1e-9):
+            x = u - np.copysign(fd, u - x)
+            out.append(k)
+    return out
+
+
+def swinging(seed, n=160):
+    rng = np.random.default_rng(seed)
+    k = np.arange(n)
+    return 5.0 * np.cos(2.0 * np.pi * k / rng.uniform(15.0, 60.0)) + np.cumsum(rng.normal(0.0, 0.1, n))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    seed=some.integers(0, 10_000),
+    S=some.floats(1.0, 8.0),
+    ratio=some.floats(0.05, 1.0),
+    share=some.floats(0.0, 0.95),
+    inside=some.tuples(some.floats(0.01, 0.99), some.floats(0.01, 0.99)),
+)
+def test_valves_within_the_bounds_slip_alike_and_those_beyond_do_not(seed, S, ratio, share, inside):
+    op = swinging(seed)
+    J = ratio * S
+    past = share * J
+    chosen, bounds = np.empty(1, dtype=np.int64), np.empty((1, 4))
+    assert distinct(op, op.size, 1.0, np.array([[S, J, past]]), np.arange(1), chosen, bounds) == 1
+    S_low, S_high, J_low, J_high = bounds[0]
+    assert S_low <= S * (1.0 + 1e-9)
+    assert S_high > S
+    assert J_low <= J * (1.0 + 1e-9)
+    assert J_high > J
+    own = slips(op, 1.0, S, J, past)
+    S_in = S_low + inside[0] * (min(S_high, S + 2.0) - S_low)
+    J_in = J_low + inside[1] * (min(J_high, J + 2.0) - J_low)
+    assume(past < J_in < S_in)
+    assert slips(op, 1.0, S_in, J_in, past) == own
+    if np.isfinite(S_high):
+        assert slips(op, 1.0, S_high * 1.001, J, past) != own
+    if J_high * 1.001 < S:
+        assert slips(op, 1.0, S, J_high * 1.001, past) != own
+
+
+def test_valves_that_slip_alike_are_one():
+    op = swinging(3)
+    trials = np.array([[3.0, 1.0, 0.0], [3.0 + 1e-6, 1.0, 0.0], [5.0, 1.0, 0.0], [3.0, 2.5, 0.0]])
+    chosen, bounds = np.empty(4, dtype=np.int64), np.empty((4, 4))
+    count = distinct(op, op.size, 1.0, trials, np.arange(4), chosen, bounds)
+    assert chosen[:count].tolist() == [0, 2, 3]
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=some.integers(0, 10_000), reach=some.integers(2, 20))
+def test_turns_are_the_extremes_of_their_surroundings(seed, reach):
+    op = np.round(swinging(seed), 1)
+    out = np.empty(op.size, dtype=np.int64)
+    found = out[: turns(op, reach, op.size, out)].tolist()
+    expected = []
+    for k in range(reach, op.size - reach):
+        before, after = op[k - reach : k], op[k + 1 : k + 1 + reach]
+        high = (before < op[k]).all() and (after <= op[k]).all()
+        low = (before > op[k]).all() and (after >= op[k]).all()
+        if high or low:
+            expected.append(k)
+    assert found == expected
+
+
+FIRST_ORDER = st.FOPDT(1.2, 8.0, 3.0), st.PID(0.5, 6.0)
+SLOW = st.FOPDT(2.0, 30.0, 6.0), st.PID(0.9, 25.0)
+LEVEL = st.Integrating(0.02, 4.0), st.PID(4.0, 40.0)
+
+
+@pytest.mark.parametrize(
+    ("valve", "S", "J", "plant", "noise", "period"),
+    [
+        (st.Stenman(4.0), 4.0, 4.0, FIRST_ORDER, 0.0, 60.0),
+        (st.Stenman(4.0), 4.0, 4.0, FIRST_ORDER, 0.03, 65.0),
+        (st.Stenman(3.0), 3.0, 3.0, LEVEL, 0.01, 86.0),
+        (st.He(2.5, 0.6), 3.1, 1.9, SLOW, 0.01, 129.0),
+        (st.He(2.4, 1.1), 3.5, 1.3, LEVEL, 0.03, 84.0),
+    ],
+)
+def test_a_valve_that_rests_is_found_where_the_record_is_clear(valve, S, J, plant, noise, period):
+    # The likelihood is a needle here: before reversals were gone through, S came out up to 1.47 of what it is.
+    process, controller = plant
+    n, level = 1700, plant is LEVEL
+    load = 5.0 * (np.arange(n) > 5) * ((np.arange(n) < 40) | (not level))
+    loop = st.Loop(controller, valve, process, dt=1.0, noise=noise)
+    run = st.simulate(loop, 50.0, float(n), load, seed=1, pv_start=50.0, op_start=50.0).window(300, n)
+    found = st.identify(replace(run, mv=None, integrating=level), period=period)
+    assert pytest.approx(S, rel=0.01) == found.S
+    assert pytest.approx(J, rel=0.05) == found.J
+    assert found.S_low <= S <= found.S_high
