@@ -45,12 +45,13 @@ def diagnosis() -> Section:
                 rows.append(Row(f"{n:,} samples, {name}", took * 1e3, "ms", "asked", asked * 1e3, asked / took, 1.0))
                 found.append(f"{name} {st.diagnose(record).verdict}")
                 times.append(took)
-    usual = sorted(times[: len(times) // 2])[len(times) // 4] * 1e3
+    half = len(times) // 2
+    usual = statistics.median(times[:half]) * 1e3
     rows += [Row("2 000 samples, median", usual, "ms", f"{name}, then", told, told / usual) for name, told in PEERS]
     peak = _peak_memory()
     rows.append(Row("30,000 samples, peak memory", peak, "MB", "asked", ASKED_MEMORY, ASKED_MEMORY / peak, 1.0))
     how = "processor time, all threads added up: what the wall clock shows on a core with nothing else to do"
-    note = f"found at 2 000 samples: {', '.join(found[:3])}; at 30 000: {', '.join(found[3:])}"
+    note = f"found at 2 000 samples: {', '.join(found[:half])}; at 30 000: {', '.join(found[half:])}"
     return Section("Diagnosis of one loop, warm, on one core", rows, (how, note))
 
 
@@ -83,7 +84,12 @@ def _loops(n: int) -> dict[str, LoopRecord]:
     rng = np.random.default_rng(3)
     kick, swing = np.where(np.arange(n) < 20, 6.0, 0.0), 3.0 * np.sin(2.0 * np.pi * np.arange(n) / 60.0)
     white = np.convolve(rng.normal(size=n + 30), np.ones(30) / 6.0, "valid")[:n]
-    cases = {"sticky": (st.Kano(5.0, 3.0), kick), "driven": (st.Ideal(), swing), "quiet": (st.Ideal(), white)}
+    cases = {
+        "sticky": (st.Kano(5.0, 3.0), kick),
+        "resting": (st.He(3.5, 1.5), np.where(np.arange(n) > 5, 6.0, 0.0)),
+        "driven": (st.Ideal(), swing),
+        "quiet": (st.Ideal(), white),
+    }
     out = {}
     for name, (valve, load) in cases.items():
         loop = st.Loop(st.PID(0.4, 8.0), valve, st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=0.1)

@@ -92,6 +92,16 @@ def test_straight_lines_between_samples_of_a_slow_historian_are_counted(every):
     assert straight(np.round(x, 4), np.round(y, 4), 1e-4, 1e-4) == pytest.approx(drawn, rel=0.1)
 
 
+def test_lines_between_the_steps_of_a_coarse_signal_are_counted_beside_a_fine_one():
+    # Every 16th sample kept of a transmitter with four steps: the lines between make a lattice sixteen times finer.
+    k, kept = np.arange(800), np.arange(0, 800, 16)
+    rng = np.random.default_rng(3)
+    op, pv = np.interp(k, kept, rng.normal(size=kept.size)), np.interp(k, kept, 16.0 * rng.integers(0, 4, kept.size))
+    assert lattice(pv) == pytest.approx(1.0)
+    assert straight(op, pv, lattice(op), lattice(pv)) > 0.5 * k.size
+    assert straight(op, 16.0 * rng.integers(0, 4, k.size), lattice(op), 16.0) == 0
+
+
 def test_straight_lines_that_a_loop_makes_by_itself_are_not_counted():
     # Stuck without noise: PV stands off the set point, OP ramps.
     pv = np.where(K // 40 % 2, 1.0, -1.0)

@@ -186,6 +186,11 @@ def straight(x: NDArray[np.float64], y: NDArray[np.float64], x_step: float, y_st
     y_tolerance = max(EXACT * swing(y), 2.01 * y_step)
     y_steep = np.abs(y_slope) > max(1e-6 * swing(y), 5.0 * y_step)
     both = _sums((y_bend <= y_tolerance) & y_steep[1:] & y_steep[:-1], first, last) >= last - first
+    if not x_step:
+        # Lines between the steps of a coarse signal make a lattice of their own, on which they are not steep.
+        moves = np.abs(y_slope) > 1e-6 * swing(y)
+        on_line = (y_bend <= EXACT * swing(y)) & moves[1:] & moves[:-1]
+        both |= _sums(on_line, first, last) >= last - first
     second = _sums(y_bend, first, last)
     third = _sums(np.abs(np.diff(np.diff(y_slope), append=np.nan)), first, last - 1)
     rough = (third > second) & (second > 3.0 * max(y_tolerance, y_step) * (last - first))

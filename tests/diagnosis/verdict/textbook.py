@@ -1,7 +1,7 @@
 """Loops as a textbook has them, simulated here by plain recursions with nothing of ours, and what is told of them.
 
-The tables of the verdict were found on `simulation.population`. These loops are another hand's: lambda tuning, valves by
-their definitions, steps of the set point, loads that wander; few shapes, and less noise.
+The tables of the verdict were found on `simulation.population`. These loops are another hand's: lambda tuning, valves
+by their definitions, steps of the set point, loads that wander; few shapes, and less noise.
 
 Run as a script: python tests/diagnosis/verdict/textbook.py --loops 600 --seed 2 --jobs 2
 """
@@ -134,13 +134,15 @@ def drawn(seed: int, i: int) -> Textbook:
         sp, wave = np.zeros((2, n))
         sp[int(rng.integers(50, 200)) :] = size * abs(plant.gain)
         if cause == "external disturbance":
-            wave = abs(plant.gain) * rng.uniform(1.0, 5.0) * np.sin(2.0 * np.pi * np.arange(n) / rng.uniform(15.0, 120.0))
+            wave = (
+                abs(plant.gain) * rng.uniform(1.0, 5.0) * np.sin(2.0 * np.pi * np.arange(n) / rng.uniform(15.0, 120.0))
+            )
         wander = float(rng.choice([0.0, 0.01, 0.03])) if cause not in ("none", "tight tuning") else 0.1
         load = np.cumsum(rng.normal(0.0, wander, n)) * (0.1 if plant.integrating else 1.0)
         noise = float(rng.choice([0.0, 0.005, 0.02, 0.05])) * size * abs(plant.gain) * rng.normal(size=n)
         op, pv = _run(plant, Kc, Ti, Stem(kind, S, J), sp, wave, load, noise)
         op, pv, sp = op[BEFORE:] + 50.0, pv[BEFORE:], sp[BEFORE:]
-        inside = np.isfinite(op).all() and 0.0 < op.min() and op.max() < 100.0 and np.ptp(op) > 0.3
+        inside = np.isfinite(op).all() and op.min() > 0.0 and op.max() < 100.0 and np.ptp(op) > 0.3
         if not inside or (cause in ("stiction", "deadband") and np.ptp(op[-op.size // 3 :]) < 1.05 * S):
             continue
         every = int(rng.choice([1, 1, 1, 2, 5]))
@@ -161,25 +163,50 @@ def _told(task: tuple[int, int]) -> Told:
     return Told(loop, st.diagnose(loop.record))
 
 
+def counted(rows: list[Told]) -> dict[str, float]:
+    """How sticky loops come out: share told, share of S within 10 %, share of intervals that hold it."""
+    valves = [(row.found.identification, row.loop.S) for row in rows]
+    return {
+        "loops": len(rows),
+        "told": float(np.mean([row.found.verdict == "stiction" for row in rows])),
+        "S within 10 %": float(np.mean([abs(valve.S / S - 1.0) < 0.1 for valve, S in valves])),
+        "interval holds S": float(np.mean([valve.S_low <= S <= valve.S_high for valve, S in valves])),
+    }
+
+
+def judged(rows: list[Told]) -> list[Told]:
+    """The sticky loops that are not refused."""
+    return [row for row in rows if row.loop.cause == "stiction" and row.found.identification is not None]
+
+
+def alarms(rows: list[Told]) -> int:
+    """Loops whose valve does not stick, called sticky with a probability above 0.9."""
+    return sum(row.found.probability > 0.9 for row in rows if row.loop.cause != "stiction")
+
+
 def table(rows: list[Told]) -> str:
-    """Causes told, S by valve, and confident errors."""
+    """Causes told, the sticky ones by valve and by how they were recorded, and confident errors."""
     out = []
     for cause in dict.fromkeys(CAUSES):
-        own = [row.found for row in rows if row.loop.cause == cause]
-        out.append(f"{cause:22}{len(own):4}  " + ", ".join(f"{c} {k}" for c, k in Counter(d.cause for d in own).most_common()))
-    sticky = [row for row in rows if row.loop.cause == "stiction" and row.found.identification is not None]
-    for name, of in (("valve", lambda loop: loop.valve), ("every", lambda loop: loop.every), ("all", lambda loop: "")):
-        for value in sorted({of(row.loop) for row in sticky}):
-            own = [row for row in sticky if of(row.loop) == value]
-            valves = [(row.found.identification, row.loop.S) for row in own]
-            close = np.mean([abs(valve.S / S - 1.0) < 0.1 for valve, S in valves])
-            holds = np.mean([valve.S_low <= S <= valve.S_high for valve, S in valves])
-            told = np.mean([row.found.verdict == "stiction" for row in own])
-            out.append(f"{name} {value!s:10}{len(own):4} sticky, told {told:.2f}, S within 10 % {close:.2f}, interval {holds:.2f}")
+        own = Counter(row.found.cause for row in rows if row.loop.cause == cause)
+        out.append(f"{cause:22}{own.total():4}  {', '.join(f'{name} {n}' for name, n in own.most_common())}")
+    sticky = judged(rows)
+    groups = {"all sticky": sticky}
+    for row in sticky:
+        groups.setdefault(row.loop.valve, []).append(row)
+        groups.setdefault(f"every {row.loop.every}", []).append(row)
+    out += [
+        f"{name:12}" + ", ".join(f"{what} {value:.3g}" for what, value in counted(groups[name]).items())
+        for name in sorted(groups)
+    ]
     missed = sum(row.found.probability < 0.1 for row in sticky)
-    alarms = sum(row.found.probability > 0.9 for row in rows if row.loop.cause != "stiction")
-    out.append(f"sticky below 0.1: {missed}; others above 0.9: {alarms}")
-    return "\n".join(out)
+    return "\n".join([*out, f"sticky below 0.1: {missed}; others above 0.9: {alarms(rows)}"])
+
+
+def run(loops: int, seed: int, jobs: int) -> list[Told]:
+    """Diagnose so many loops of a seed."""
+    with get_context("fork").Pool(jobs) as pool:
+        return pool.map(_told, [(seed, i) for i in range(loops)], chunksize=4)
 
 
 def main() -> None:
@@ -188,8 +215,7 @@ def main() -> None:
     ask.add_argument("--seed", type=int, default=2)
     ask.add_argument("--jobs", type=int, default=2)
     given = ask.parse_args()
-    with get_context("fork").Pool(given.jobs) as pool:
-        print(table(pool.map(_told, [(given.seed, i) for i in range(given.loops)], chunksize=4)))
+    print(table(run(given.loops, given.seed, given.jobs)))
 
 
 if __name__ == "__main__":
