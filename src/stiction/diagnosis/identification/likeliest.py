@@ -48,7 +48,9 @@ FAN_STEP, FAN_REACH, FAN_J, FAN_PLACES = 0.008, 1.5, 6, 3
 FAN_SAMPLES, FAN_VALLEYS = 500, (0.008, 0.05, 12)
 """Samples in the middle of the record that the fan is looked at on, and the valleys followed from there [-]."""
 WORTH = 12.0
-"""Twice the log likelihood by which the best valve must beat a good one for the last two to be worth their time [-]."""
+"""Twice the log likelihood by which the best valve must beat a good one for the fan to be worth its time [-]."""
+CLEAR = 60.0
+"""The same for reversals to be: less is no needle [-]."""
 RIVAL = 0.3
 """Share of that by which a resting stem may be worse than the best for reversals to be gone through; of 76 simulated
 loops of He's and Stenman's valve it was 0.28 at most, of 45 of Kano's usually 0.45 [-]."""
@@ -93,7 +95,7 @@ def most_likely(prediction: Prediction, fine: Prediction, swing: float) -> Trial
     if gain > WORTH:
         tried = _fanned(fine, tried, swing)
         resting = float(tried.cost[tried.valve[:, 2] == 1.0].min(initial=np.inf))
-        if resting - tried.cost.min() < RIVAL * gain:
+        if gain > CLEAR and resting - tried.cost.min() < RIVAL * gain:
             tried = joined(tried, trials_of(fine, from_reversals(prediction, fine, swing)))
     return _closer(fine, tried, STAGES[1:], swing)
 
