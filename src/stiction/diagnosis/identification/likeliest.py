@@ -88,7 +88,7 @@ def most_likely(prediction: Prediction, fine: Prediction, swing: float) -> Trial
     if fine.width < prediction.width:
         tried = _closer(prediction, tried, STAGES[:1], swing)
         # Of each S and each J the best, since a finer record may prefer another.
-        again = np.concatenate([tried.valve[one_each(tried)], tried.valve[np.argsort(tried.cost)[:100]]])
+        again = np.concatenate([tried.valve[one_each(tried)], tried.valve[tried.ranked()[:100]]])
         tried = trials_of(fine, again)
     tried = _closer(fine, tried, STAGES[:1], swing)
     gain = float(trials_of(fine, good_valve(tried.best)).cost[0] - tried.cost.min())
@@ -181,7 +181,7 @@ def one_each(trials: Trials) -> NDArray[np.int64]:
     ndarray
         Their places among the trials, the most likely of all first.
     """
-    order = np.argsort(trials.cost, kind="stable")
+    order = trials.ranked()
     S, ratio = trials.valve[order, 0], trials.valve[order, 1]
     bins = np.round(np.log(S) / S_BIN).astype(int), np.round(S * ratio / (J_BIN * S[0])).astype(int)
     first = np.concatenate([np.unique(one, return_index=True)[1] for one in bins])
@@ -190,7 +190,7 @@ def one_each(trials: Trials) -> NDArray[np.int64]:
 
 def _valleys(tried: Trials, S_step: float, J_step: float, keep: int) -> list[NDArray[np.float64]]:
     """The most likely valves, each more than a step and a half away from the better ones."""
-    order = np.argsort(tried.cost)[: 32 * LANES]
+    order = tried.ranked()[: 32 * LANES]
     rest = tried.valve[order]
     logs = np.column_stack([np.log(rest[:, 0]) / (1.5 * S_step), rest[:, 1] / (1.5 * J_step), rest[:, 2] * 1e3])
     chosen = np.empty(keep, dtype=np.int64)

@@ -41,6 +41,8 @@ LONGEST = 24, 48
 """Longest lag of the stem, for the coarse and for the last searches [samples]."""
 LEAN_ORDER, LEAN_LONGEST = 6, 20
 """Lags of the PV, and longest lag of the stem [samples], in short windows."""
+EQUAL = 5
+"""Decimals of the cost that count: valves that slip alike cost the same, and rounding shall not choose [-]."""
 FLOOR = 1e-8
 """Prediction error that none falls below, as a share of the PV's variance [-]: noise-free data are rounded data."""
 MOST_SAMPLES = 4000
@@ -88,10 +90,14 @@ class Trials(NamedTuple):
     cost: NDArray[np.float64]
     """N ln(sum of squares / N): minus twice the log likelihood but for a constant, shape (n,)."""
 
+    def ranked(self) -> NDArray[np.int64]:
+        """Places of the trials, the most likely first, shape (n,)."""
+        return np.argsort(np.round(self.cost, EQUAL), kind="stable")
+
     @property
     def best(self) -> NDArray[np.float64]:
         """The most likely valve, shape (4,)."""
-        return self.valve[int(np.argmin(self.cost))]
+        return self.valve[self.ranked()[0]]
 
 
 def prediction_of(signals: Signals, *, fine: bool = False) -> Prediction:

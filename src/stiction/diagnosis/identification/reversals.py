@@ -155,9 +155,9 @@ def _best(
     S, J, past = trials.T
     stem = reversal.op[0] - reversal.way * (past + 0.5 * (S - J))
     place = (stem - part.op[0]) / (0.5 * (S + J))
-    cost = trials_of(part, np.column_stack([S, J / S, np.ones(S.size), place])).cost
+    tried = trials_of(part, np.column_stack([S, J / S, np.ones(S.size), place]))
     chosen, bounds = np.empty(kept, dtype=np.int64), np.empty((kept, 4))
-    count = distinct(reversal.op, size, reversal.way, trials, np.argsort(cost), chosen, bounds)
+    count = distinct(reversal.op, size, reversal.way, trials, tried.ranked(), chosen, bounds)
     return trials[chosen[:count]], bounds[:count]
 
 
