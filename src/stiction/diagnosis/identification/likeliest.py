@@ -52,8 +52,8 @@ WORTH = 12.0
 CLEAR = 60.0
 """The same for reversals to be: less is no needle [-]."""
 RIVAL = 0.3
-"""Share of that by which a resting stem may be worse than the best for reversals to be gone through; of 76 simulated
-loops of He's and Stenman's valve it was 0.28 at most, of 45 of Kano's usually 0.45 [-]."""
+"""Share of that by which a resting stem may be worse than the best for reversals to be gone through [-]. Of 50 clear
+loops of He's and Stenman's valve (`tests/diagnosis/verdict/textbook.py`, seed 2) it was 0.24 at most."""
 FROM_WINDOW, FROM_WHOLE = (0.01, 0.05, 10), (0.03, 0.2, 6)
 """How far apart the valleys are that the closer searches begin with, over S and J / S, and how many [-]."""
 S_BIN, J_BIN = 0.02, 0.03
