@@ -21,19 +21,25 @@ import stiction as st
 from stiction.apps.labels import read_labels
 from stiction.diagnosis.verdict.diagnose import findings
 from stiction.diagnosis.verdict.features import Features
-from stiction.diagnosis.verdict.probability import FLOOR, POOL, SAFE, UNDECIDED
+from stiction.diagnosis.verdict.probability import FLOOR, JUMP, POOL, SAFE, SIGNS, UNDECIDED
 from stiction.diagnosis.verdict.weighing import COLUMNS, CONSTANT, weighing
 from stiction.simulation.population import CAUSES, population
 
 NAMES = Features._fields
+STICTION, PLAY = CAUSES.index("stiction"), CAUSES.index("deadband")
 HERE = Path(st.__file__).parent / "diagnosis" / "verdict"
-RIDGE_STICKS, RIDGE_CAUSES = 2.0, 1.0
+RIDGE_STICKS, RIDGE_CAUSES = 4.0, 1.0
 REAL = 0.6
 """What all real loops weigh together, against all simulated ones [-]."""
-CORE = ("band", "advantage", "grip", "floor")
+CORE = ("band", "advantage", "grip")
 """Features that every choice begins with."""
 SHARE_REAL = 0.35
 """What the loss on the real loops left out counts, against that on simulated ones, when features are chosen [-]."""
+PARTS = ((0, 4), (0, 3), (1, 4))
+"""Quarters of a real record from which to which it is a row: what is told should not hang on where a record begins."""
+OF_JUMPS = ("likely_jump_gain", "own_samples")
+"""Features of the third table."""
+JUMPS = [NAMES.index(name) for name in OF_JUMPS]
 LEAST_GAIN = 0.001
 MOST = 14
 FOLDS = 4
@@ -116,28 +122,30 @@ def of_case(case):
 
 
 def gather(folder, loops, seed, jobs):
-    """Rows of the simulated loops (cause first) and of the real ones, and the real ones' groups, labels and names."""
+    """Rows of the simulated loops, cause first, and of the real ones, with their labels, groups and names."""
     from population import each  # the page beside this script
 
     simulated = np.array(list(each(of_case, population(loops, seed=seed), jobs, loops)))
-    labels = read_labels(str(folder))
-    real = np.array([row(st.read(one.path, dt=one.dt, loop_type=one.loop_type)[0]) for one in labels])
-    sticky = np.array([one.label == "stiction" for one in labels])
+    real, of = [], []
+    for one in read_labels(str(folder)):
+        record = st.read(one.path, dt=one.dt, loop_type=one.loop_type)[0]
+        for first, last in PARTS:
+            real.append(row(record.window(first * len(record) // 4, last * len(record) // 4)))
+            of.append((one.label == "stiction", one.group, one.file, (first, last) == PARTS[0]))
+    told = np.isfinite(real).all(axis=1)
+    sticky, group, record, whole = (np.array(column)[told] for column in zip(*of, strict=True))
     return {
-        "simulated": simulated,
-        "real": real,
-        "sticky": sticky,
-        "group": np.array([one.group for one in labels]),
-        "record": np.array([one.file for one in labels]),
-    }
+        "simulated": simulated, "real": np.array(real)[told], "sticky": sticky, "group": group, "record": record,
+        "whole": whole,
+    }  # fmt: skip
 
 
 class Sticks:
     """The first table: fits on the simulated loops that are no deadband, and on the real ones."""
 
     def __init__(self, lines, X, y, real, sticky, group):
-        own = y != CAUSES.index("deadband")
-        self.lines, self.X, self.y = lines, X[own], (y[own] == CAUSES.index("stiction")).astype(float)
+        own = y != PLAY
+        self.lines, self.X, self.y = lines, X[own], (y[own] == STICTION).astype(float)
         self.real, self.sticky, self.group = real, sticky.astype(float), group
         self.share = np.array([1.0 / np.sum(group == g) for g in group])
         self.tested = np.arange(self.y.size) % TESTED == 0
@@ -177,40 +185,64 @@ class Sticks:
         return chosen
 
 
-def pooled(p, scores):
-    """Probability of stiction by both tables, as `probability.causes` has it."""
+def fit_jumps(lines, X, y):
+    """Weights of the third table: stiction against play on loops that integrate, both counting the same."""
+    own = (X[:, NAMES.index("integrating")] == 1.0) & ((y == STICTION) | (y == PLAY))
+    sticky = y[own] == STICTION
+    weight = np.where(sticky, 0.5 / sticky.mean(), 0.5 / (1.0 - sticky.mean()))
+    return fit_sticks(lines(X[own], JUMPS), sticky.astype(float), weight)
+
+
+def pooled(p, scores, jump):
+    """Probability of each cause by all tables, as `probability.causes` has it."""
     q = np.exp(scores - scores.max(1, keepdims=True))
     q /= q.sum(1, keepdims=True)
-    play = np.minimum(q[:, CAUSES.index("deadband")], SAFE)
-    alike = np.clip(q[:, CAUSES.index("stiction")] / (1.0 - play), FLOOR, 1.0 - FLOOR)
+    jump = (1.0 - JUMP) * (scores[:, STICTION] - scores[:, PLAY]) + JUMP * jump
+    band = q[:, STICTION] + q[:, PLAY]
+    play = np.minimum(band * squash(-jump), SAFE)
+    alike = np.clip((band - play) / (1.0 - play), FLOOR, 1.0 - FLOOR)
     p = np.clip(p, 1e-12, 1.0 - 1e-12)
-    return squash(POOL * np.log(p / (1.0 - p)) + (1.0 - POOL) * np.log(alike / (1.0 - alike))) * (1.0 - play)
+    sticks = squash(POOL * np.log(p / (1.0 - p)) + (1.0 - POOL) * np.log(alike / (1.0 - alike))) * (1.0 - play)
+    rest = ((1.0 - sticks - play) / np.maximum(1.0 - band, 1e-12))[:, np.newaxis]
+    both = q * rest
+    both[:, STICTION], both[:, PLAY] = sticks, play
+    return both
 
 
 def fourfold(X, y, real, sticky, group, chosen):
     """Print accuracy and calibration on simulated loops not fitted, by both tables pooled and by the second alone."""
     every, fold = list(range(len(NAMES))), np.arange(y.size) % FOLDS
-    p, scores = np.empty(y.size), np.empty((y.size, len(CAUSES)))
+    p, jump, scores = np.empty(y.size), np.empty(y.size), np.empty((y.size, len(CAUSES)))
     for k in range(FOLDS):
         fitted, left = fold != k, fold == k
         lines = Lines(X[fitted])
         first = Sticks(lines, X[fitted], y[fitted], real, sticky, group)
         p[left] = squash(lines(X[left], chosen) @ first.fit(chosen))
-        scores[left] = lines(X[left], every) @ fit_causes(lines(X[fitted], every), y[fitted])
+        scores[left] = scored(X[left], lines, fit_causes(lines(X[fitted], every), y[fitted]))
+        jump[left] = lines(X[left], JUMPS) @ fit_jumps(lines, X[fitted], y[fitted])
     alone = np.exp(scores - scores.max(1, keepdims=True))
     alone /= alone.sum(1, keepdims=True)
-    stiction = CAUSES.index("stiction")
-    both = alone.copy()
-    both[:, stiction] = pooled(p, scores)
-    others = [k for k, cause in enumerate(CAUSES) if cause not in ("stiction", "deadband")]
-    rest = 1.0 - both[:, stiction] - both[:, CAUSES.index("deadband")]
-    both[:, others] *= (rest / np.maximum(both[:, others].sum(1), 1e-12))[:, np.newaxis]
-    for name, shares in (("both tables", both), ("the second table alone", alone)):
+    for name, shares in (("all tables", pooled(p, scores, jump)), ("the second table alone", alone)):
         named = shares.argmax(1)
         accuracy = np.mean([np.mean(named[y == k] == k) for k in range(len(CAUSES))])
-        told, bins = shares[:, stiction], np.minimum((10.0 * shares[:, stiction]).astype(int), 9)
-        error = sum(abs((told - (y == stiction))[bins == b].sum()) for b in range(10)) / y.size
+        told, bins = shares[:, STICTION], np.minimum((10.0 * shares[:, STICTION]).astype(int), 9)
+        error = sum(abs((told - (y == STICTION))[bins == b].sum()) for b in range(10)) / y.size
         print(f"simulated loops left out, {name}: balanced accuracy {accuracy:.3f}, calibration error {error:.3f}")
+    pair = (X[:, NAMES.index("integrating")] == 1.0) & ((y == STICTION) | (y == PLAY))
+    for share in (0.0, 0.25, 0.5, 0.75, 1.0):
+        odds = ((1.0 - share) * (scores[:, STICTION] - scores[:, PLAY]) + share * jump)[pair]
+        sticks, plays = (
+            np.logaddexp(0.0, sign * odds[y[pair] == k]).mean() for k, sign in ((STICTION, -1.0), (PLAY, 1.0))
+        )
+        print(f"third table counting {share}: log loss {sticks:.3f} on sticky integrating loops, {plays:.3f} on play")
+
+
+def scored(X, lines, W):
+    """Log odds of each cause; none of a transmitter that shows no sign of a fault."""
+    scores = lines(X, list(range(len(NAMES)))) @ W
+    signs = [X[:, NAMES.index(sign)] > least for sign, least in SIGNS.items()]
+    scores[~np.any(signs, axis=0), CAUSES.index("sensor")] = -np.inf
+    return scores
 
 
 def log_loss(p, y, weight=None):
@@ -252,21 +284,28 @@ def main() -> None:
     simulated = np.concatenate([one["simulated"] for one in kept])
     simulated = simulated[np.isfinite(simulated).all(axis=1)]
     X, y = simulated[:, 1:], simulated[:, 0].astype(int)
-    real, sticky, group, files = (kept[0][name] for name in ("real", "sticky", "group", "record"))
+    real, sticky, group, files, whole = (kept[0][name] for name in ("real", "sticky", "group", "record", "whole"))
     lines = Lines(X)
     first = Sticks(lines, X, y, real, sticky, group)
     chosen = first.select() if given.select else [NAMES.index(name) for name in weighing("sticks").features]
     print("features of the first table:", ", ".join(NAMES[k] for k in chosen))
     every = list(range(len(NAMES)))
     W = fit_causes(lines(X, every), y)
-    scores = lines(real, every) @ W
-    tell(pooled(first.left_out(chosen), scores), sticky, group, files)
+    b = fit_jumps(lines, X, y)
+    scores, jump = scored(real, lines, W), lines(real, JUMPS) @ b
+    p = pooled(first.left_out(chosen), scores, jump)[:, STICTION]
+    tell(p[whole], sticky[whole], group[whole], files[whole])
+    parts = log_loss(p[~whole], sticky[~whole], first.share[~whole])
+    right = np.average(np.where(sticky, p > 0.5, p < 0.5)[~whole], weights=first.share[~whole])
+    print(f"three quarters of them: {right:.3f} right, log loss {parts:.3f}")
     fourfold(X, y, real, sticky, group, chosen)
     alone = np.exp(scores - scores.max(1, keepdims=True))
+    alone = alone[:, STICTION] / alone.sum(1)
     print("the second table alone, on the real loops:")
-    tell(alone[:, CAUSES.index("stiction")] / alone.sum(1), sticky, group, files)
+    tell(alone[whole], sticky[whole], group[whole], files[whole])
     if given.write:
         write("sticks", lines.rows("stiction", first.fit(chosen), chosen))
+        write("jumps", lines.rows("jump", b, JUMPS))
         write("causes", (line for k, cause in enumerate(CAUSES) for line in lines.rows(cause, W[:, k], every)))
 
 

@@ -49,7 +49,6 @@ def test_loops_that_oscillate_for_other_reasons_raise_no_alarm():
 
 
 NOT_NAMED = {
-    "none": short_of("two of five short loops with a good valve, sluggish or moved by a load, are called stiction"),
     "stiction": short_of("two of five short sticky loops are not told: one behind a swinging door, one called none"),
 }
 

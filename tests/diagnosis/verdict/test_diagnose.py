@@ -13,6 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 import stiction as st
+from stiction.diagnosis.verdict.diagnose import findings
+from stiction.diagnosis.verdict.probability import causes
 from stiction.errors import RecordError
 
 N = 600
@@ -241,3 +243,34 @@ def test_play_on_a_level_is_not_called_stiction():
     assert found.oscillation.oscillating
     assert found.verdict != "stiction"
     assert found.cause == "deadband"
+
+
+def test_the_likelier_a_jump_the_less_a_valve_has_mere_play():
+    loop = st.Loop(st.PID(3.0, 60.0), st.Kano(3.0, 1.0), st.Integrating(0.02, 6.0), dt=1.0, noise=0.02)
+    load = np.where(np.arange(900) < 20, 2.0, 0.0)
+    run = st.simulate(loop, 50.0, 900.0, load, 2, pv_start=50.0, op_start=50.0, tag="LC1", loop_type="level")
+    row = findings(replace(run, mv=None)).features
+    assert row is not None
+    told = [causes(row._replace(likely_jump_gain=gain)) for gain in np.linspace(0.0, 1.0, 9)]
+    assert all(np.diff([one["stiction"] / one["deadband"] for one in told]) > 0.0)
+    assert told[0]["deadband"] > 0.5 > told[-1]["deadband"]
+    assert [sum(one.values()) for one in told] == pytest.approx([1.0] * 9)
+
+
+def upset(valve, first, width):
+    """A loop that rests but for one pulse of its load."""
+    loop = st.Loop(st.PID(0.4, 8.0), valve, st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=0.1)
+    load = np.where((np.arange(2000) >= first) & (np.arange(2000) < first + width), 6.0, 0.0)
+    run = st.simulate(loop, 70.0, 2000.0, load, seed=1, pv_start=70.0, op_start=50.0, loop_type="flow")
+    return st.diagnose(replace(run, mv=None))
+
+
+@pytest.mark.parametrize("width", [5, 20, 200])
+def test_one_upset_of_a_good_loop_is_nothing_wrong(width):
+    found = upset(st.Ideal(), 700, width)
+    assert (found.verdict, found.cause) == ("no_stiction", "none")
+
+
+@pytest.mark.parametrize("valve", [st.He(4.0, 1.0), st.Kano(3.0, 0.0)], ids=["He", "play"])
+def test_a_stem_that_rests_in_its_band_is_no_faulty_transmitter(valve):
+    assert upset(valve, 0, 20).causes["sensor"] < 0.01

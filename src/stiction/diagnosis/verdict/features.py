@@ -26,6 +26,9 @@ LEAST_FIT = 0.02
 """Share explained below which a comparison weighs no less [-]."""
 PERIOD_WEIGHT = 3.0
 """How much more the comparison about the period of an oscillating loop weighs [-]."""
+CLEAR_JUMP = 0.5
+"""`likely_jump_gain` beyond which a jump is clear [-]: half of the simulated loops that stick pass it, of the others one
+in twenty, by chance (`simulation.population`, seed 101)."""
 LEAST_LEFT = 1e-3
 """Share of the PV's energy that is left unexplained at least [-]."""
 
@@ -85,6 +88,8 @@ class Features(NamedTuple):
     """The same of the whole record where it shows the controller's own samples, else 0 [-]."""
     likely_jump_gain: float
     """The same scale of the log likelihood by which it beats a valve that hardly jumps [-]."""
+    likely_jump_clear: float
+    """What of it is beyond what chance gives [-]."""
     own_samples: float
     """1 where it does."""
     likely_band: float
@@ -212,6 +217,7 @@ def features(
     limit = None if main.linear is None else ultimate(main.linear, controller, part.dt)
     own = own_cycle(main, controller, period, part.dt) if math.isfinite(period) else None
     known = math.isfinite(close.beats_good)
+    jump_gain = _log(close.jump_gain) if known else 0.0
     rhythm = rhythm_of(part, oscillation)
     sensor = sensor_of(part)
     rows = {row.method: row for row in evidence if row.valid and math.isfinite(row.index)}
@@ -241,7 +247,8 @@ def features(
         likely_gain=_log(close.gain) if known else 0.0,
         likely_gain_in_part=_log(close.gain_in_part) if known else 0.0,
         likely_gain_seen=_log(close.gain) if known and close.own_samples else 0.0,
-        likely_jump_gain=_log(close.jump_gain) if known else 0.0,
+        likely_jump_gain=jump_gain,
+        likely_jump_clear=max(jump_gain - CLEAR_JUMP, 0.0),
         own_samples=float(close.own_samples),
         likely_band=min(close.S / swing, 1.5),
         likely_S_low=close.S_low / likely_S,

@@ -75,7 +75,7 @@ def weighing(name: str) -> Weighing:
     Parameters
     ----------
     name : str
-        "sticks" or "causes".
+        "sticks", "causes" or "jumps".
 
     Returns
     -------

@@ -162,13 +162,16 @@ def saturation(rng: np.random.Generator) -> Plan | None:
 
 
 def none(rng: np.random.Generator) -> Plan | None:
-    """Nothing wrong: a random load, set-point steps, a slow controller, a quiet loop, the slave of a cascade."""
-    kind = str(rng.choice(["load", "steps", "sluggish", "quiet", "cascade"], p=[0.35, 0.2, 0.2, 0.1, 0.15]))
+    """Nothing wrong: a random load, steps, a slow controller, a quiet loop, the slave of a cascade, one event."""
+    kinds = {"load": 0.3, "steps": 0.15, "sluggish": 0.2, "quiet": 0.1, "cascade": 0.15, "event": 0.1}
+    kind = str(rng.choice(list(kinds), p=list(kinds.values())))
     if kind == "load":
         return _random_load(rng)
     if kind == "quiet":
         return replace(_random_load(rng, largest=0.3), kind=kind)
     loop = _loop(rng)
+    if kind == "event":
+        return _event(rng, loop)
     if kind == "sluggish":
         loop = scaled(loop, float(rng.uniform(0.05, 0.3)))
         return replace(_random_load(rng, loop), kind=kind)
@@ -179,6 +182,19 @@ def none(rng: np.random.Generator) -> Plan | None:
     else:
         series = lagged(rng, plan.n, float(rng.uniform(20.0, 100.0)) * plan.every) / 2.0
     return replace(with_series(plan, sp=size * series), kind=kind)
+
+
+def _event(rng: np.random.Generator, loop: Loop) -> Plan:
+    """A quiet loop that one pulse or one step moves, of the load or of the set point."""
+    plan = replace(_random_load(rng, loop, largest=0.1), kind="event")
+    series = np.zeros(plan.n)
+    first = int(plan.n * rng.uniform(0.0, 0.9))
+    last = plan.n if rng.random() < 0.5 else first + plan.every * int(np.exp(rng.uniform(np.log(5.0), np.log(200.0))))
+    series[first:last] = float(rng.choice([-1.0, 1.0])) * float(rng.uniform(2.0, 8.0))
+    if rng.random() < 0.5:
+        return with_series(plan, load=series)
+    gain = abs(complex(loop.process.at(2j * np.pi / (100.0 * loop.dt))))
+    return replace(with_series(plan, sp=gain * series), kind="event of the set point")
 
 
 PLANS: dict[str, Callable[[np.random.Generator], Plan | None]] = {
