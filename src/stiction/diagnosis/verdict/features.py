@@ -27,8 +27,8 @@ LEAST_FIT = 0.02
 PERIOD_WEIGHT = 3.0
 """How much more the comparison about the period of an oscillating loop weighs [-]."""
 CLEAR_JUMP = 0.5
-"""`likely_jump_gain` beyond which a jump is clear [-]: half of the simulated loops that stick pass it, of the others one
-in twenty, by chance (`simulation.population`, seed 101)."""
+"""`likely_jump_gain` beyond which a jump is clear [-]: half of the simulated loops that stick pass it, of the others
+one in twenty, by chance (`simulation.population`, seed 101)."""
 LEAST_LEFT = 1e-3
 """Share of the PV's energy that is left unexplained at least [-]."""
 
