@@ -125,6 +125,11 @@ def test_version(run):
     assert run("--version").out.strip() == stiction.__version__
 
 
+def test_the_package_can_be_run(run):
+    told = subprocess.run([sys.executable, "-m", "stiction", "frobnicate"], capture_output=True, text=True, timeout=60)
+    assert (told.returncode, told.stderr) == (2, run("frobnicate").err)
+
+
 def test_doctor_finds_this_environment_whole(run):
     done = run("doctor", "--json")
     checks = {check["name"]: check for check in json.loads(done.out)}

@@ -120,6 +120,7 @@ def test_the_order_of_two_probabilities_stays(p, q):
 def test_the_reason_says_how_much():
     told = held_back(0.8, quality(("cycles",))).why
     assert told == "The data are in doubt (cycles), which makes 0.80 a 0.78."
+    assert held_back(0.5, quality(("cycles",))).why == "The data are in doubt (cycles)."
     assert held_back(0.001, quality(("held",))).why == "The data allow no less than 0.10 (held)."
     assert held_back(0.001, quality(("held", "cycles"))).why == "The data allow no less than 0.10 (held)."
     # Of the logarithms of the odds nine tenths are kept of the way from even, and from one to three; then four fifths.

@@ -137,7 +137,8 @@ def held_back(
         return HeldBack(min(max(drawn, LEAST), MOST), f"The data allow {bound} ({', '.join(hiding)}).")
     if not doubts:
         return HeldBack(probability, "")
-    return HeldBack(drawn, f"The data are in doubt ({', '.join(doubts)}), which makes {probability:.2f} a {drawn:.2f}.")
+    why, before, after = f"The data are in doubt ({', '.join(doubts)})", f"{probability:.2f}", f"{drawn:.2f}"
+    return HeldBack(drawn, f"{why}, which makes {before} a {after}." if before != after else f"{why}.")
 
 
 def _doubts(quality: Quality, saturation: float) -> list[str]:
