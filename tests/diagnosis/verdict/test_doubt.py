@@ -105,6 +105,13 @@ def test_of_a_valve_that_is_not_seen_nothing_is_sure(p):
     assert ("valve not seen" in found.why) is not (LEAST <= p <= MOST)
 
 
+@given(p=some.floats(0.0, 1.0))
+def test_a_valve_whose_jump_is_clear_is_never_surely_good(p):
+    found = held_back(p, quality(()), jump_clear=True)
+    assert found.probability == max(p, LEAST)
+    assert ("a jump is likely" in found.why) is (p < LEAST)
+
+
 @given(p=some.floats(0.0, 0.5))
 def test_saturation_that_is_the_finding_is_no_doubt(p):
     assert held_back(p, quality(("saturation",)), saturation=0.6) == (p, "")

@@ -109,8 +109,13 @@ def diagnose(record: LoopRecord) -> Diagnosis:
         told, main = stem.weighed(told), stem.identified(main)
     before = told["stiction"]
     shown_by_stem = main is not own
-    nothing = explains_nothing(main) if not shown_by_stem and told["sensor"] + told["saturation"] < FAULT_SEEN else ""
-    held = held_back(before, seen.quality, told["saturation"], own_samples=own.own_samples, valve_seen=not nothing)
+    blamed = told["sensor"] + told["saturation"] >= FAULT_SEEN
+    nothing = explains_nothing(main) if not (shown_by_stem or blamed) else ""
+    jump_clear = seen.features.likely_jump_clear > 0.0 and not (blamed or (stem is not None and stem.used))
+    held = held_back(
+        before, seen.quality, told["saturation"],
+        own_samples=own.own_samples, valve_seen=not nothing, jump_clear=jump_clear,
+    )  # fmt: skip
     rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
     verdict = "undecided" if nothing else _verdict(held.probability)

@@ -6,7 +6,9 @@ A gate that lowers the confidence says that the record is not what the controlle
 one below 0.1 or the other way round, 565 of them on sticky loops. So a record that may have lost what shows the valve
 does not speak beyond `LEAST` and `MOST`: one that certain gates call in question, or others by more than `BEYOND`, one
 whose OP is rounded to few steps, one much of which is left out, and one whose samples are not the controller's own and
-few. The limits leave one of the 578, and were chosen to bound few of 4 000 other loops (seeds 11 and 12).
+few. The limits leave one of the 578, and were chosen to bound few of 4 000 other loops (seeds 11 and 12). Two that later
+counts turned were added to: a valve is never surely good whose jump is likelier than chance makes it (a clock that
+jumped once, seed 601), and 5 % of missing samples, not 15, may hide a jump (seed 602).
 
 What is not known of a loop lies between one valve in four, the share of the loops that oscillate because of it (20 to
 30 %: [srinivasan2005c]_), and even. Each doubt draws the log odds towards that, and none of them to the other side:
@@ -48,7 +50,7 @@ FIRST, FURTHER = 0.9, 0.8
 """What the log odds keep for the first doubt, and for each further one [-]."""
 HIDES = ("held", "compression", "exception", "averaging", "length", "resampled", "saturation", "replay")
 """Gates that lower the confidence in a record that may have lost what shows the valve."""
-BEYOND = {"missing": 15.0, "frozen": 10.0, "clock": 2.0}
+BEYOND = {"missing": 5.0, "frozen": 10.0, "clock": 2.0}
 """Those for which that holds beyond a value: missing and frozen samples [%], jumps of the clock [-]."""
 STEPS = 100.0
 """Steps that OP swings over below which they may hide a slip [-]."""
@@ -89,6 +91,7 @@ def held_back(
     *,
     own_samples: bool = False,
     valve_seen: bool = True,
+    jump_clear: bool = False,
 ) -> HeldBack:
     """Draw a probability towards what is not known for each doubt about the data, and keep it from being sure.
 
@@ -104,6 +107,8 @@ def held_back(
         Whether the record shows the controller's own samples: few of them, for a cycle or in all, then hide nothing.
     valve_seen : bool
         Whether OP explains enough of the PV to see a valve by (`explains_nothing`).
+    jump_clear : bool
+        Whether the likelihood of a jump is beyond chance (`features.CLEAR_JUMP`): such a valve is never surely good.
 
     Returns
     -------
@@ -132,6 +137,8 @@ def held_back(
     hiding = _hides(doubts, quality, own_samples=own_samples)
     if not valve_seen:
         hiding.append("valve not seen")
+    if jump_clear and drawn < LEAST:
+        hiding.append("a jump is likely")
     if hiding and not LEAST <= drawn <= MOST:
         bound = f"no more than {MOST:.2f}" if drawn > MOST else f"no less than {LEAST:.2f}"
         return HeldBack(min(max(drawn, LEAST), MOST), f"The data allow {bound} ({', '.join(hiding)}).")
