@@ -6,9 +6,9 @@ A gate that lowers the confidence says that the record is not what the controlle
 one below 0.1 or the other way round, 565 of them on sticky loops. So a record that may have lost what shows the valve
 does not speak beyond `LEAST` and `MOST`: one that certain gates call in question, or others by more than `BEYOND`, one
 whose OP is rounded to few steps, one much of which is left out, and one whose samples are not the controller's own and
-few. The limits leave one of the 578, and were chosen to bound few of 4 000 other loops (seeds 11 and 12). Two that later
-counts turned were added to: a valve is never surely good whose jump is likelier than chance makes it (a clock that
-jumped once, seed 601), and 5 % of missing samples, not 15, may hide a jump (seed 602).
+few. The limits leave one of the 578, and were chosen to bound few of 4 000 other loops (seeds 11 and 12). Two more were
+mended after later counts: a valve is never surely good whose jump is likelier than chance makes it (a clock that jumped
+once, seed 601), and 5 % of missing samples, not 15, may hide a jump (seed 602).
 
 What is not known of a loop lies between one valve in four, the share of the loops that oscillate because of it (20 to
 30 %: [srinivasan2005c]_), and even. Each doubt draws the log odds towards that, and none of them to the other side:
