@@ -213,6 +213,15 @@ def test_an_intermittent_valve_sticks_where_it_is_told():
         assert 0.35 < (last - first) / len(case.record) < 0.75
 
 
+def test_one_event_moves_a_quiet_loop():
+    cases = [c for c in population(150, ("none",), seed=3, historian=False, noise=0.0) if "event" in c.kind]
+    assert {case.kind for case in cases} == {"event", "event of the set point"}
+    for case in cases:
+        op = case.record.op
+        moved = [np.ptp(part) for part in np.array_split(op, 20)]
+        assert max(moved) > 5.0 * np.median(moved)
+
+
 @pytest.mark.parametrize("shape", SHAPES)
 def test_waves_have_their_period_and_size(shape):
     x = wave(np.random.default_rng(3), shape, 4000, 50.0)
