@@ -27,7 +27,7 @@ FEATURES = {
     "likely_gain_in_part": "the same in the third of the record where it is largest",
     "likely_gain_seen": "the same where the record shows the controller's own samples",
     "likely_jump_gain": "likelihood of a valve that jumps over one that hardly does",
-    "likely_jump_clear": "what of it is beyond chance",
+    "likely_jump_clear": "likelihood of a jump beyond what chance gives",
     "own_samples": "the record shows the controller's own samples",
     "likely_band": "S by likelihood takes so much of the OP's swing",
     "likely_jump_low": "lower end of the interval of J over S",

@@ -40,12 +40,12 @@ def digits(value: float, unit: str = "", significant: int = 3) -> str:
 
     Examples
     --------
-    >>> digits(3.14159, "%"), digits(1234.5), digits(float("nan"), "s")
-    ('3.14\xa0%', '1234', '–')
+    >>> digits(3.14159, "%"), digits(1234.5), digits(99.87, significant=2), digits(float("nan"), "s")
+    ('3.14\xa0%', '1234', '100', '–')
     """
     if not math.isfinite(value):
         return "–"
-    text = f"{value:.0f}" if abs(value) >= 10**significant else f"{value:.{significant}g}"
+    text = f"{value:.0f}" if abs(value) >= 10**significant - 0.5 else f"{value:.{significant}g}"
     return f"{text}\u00a0{unit}" if unit else text
 
 

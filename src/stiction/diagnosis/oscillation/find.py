@@ -30,10 +30,31 @@ if TYPE_CHECKING:
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["find_oscillation"]
+__all__ = ["find_oscillation", "in_seconds"]
 
 EVENT_SHARE = 0.5  # amplitude a of Haegglund's limit over that of a sine with the signal's deviation
 EVENTS, CROSSINGS = 10, 30  # load events that make an oscillation, among so many half periods
+
+
+def in_seconds(duration: float) -> str:
+    """A duration as text, never with a power of ten.
+
+    Parameters
+    ----------
+    duration : float
+        Duration [s].
+
+    Returns
+    -------
+    str
+        Four digits at least where it is long, at most where it is short.
+
+    Examples
+    --------
+    >>> in_seconds(95.25), in_seconds(0.123456), in_seconds(43200.0)
+    ('95.25 s', '0.1235 s', '43200 s')
+    """
+    return f"{duration:.0f} s" if duration >= 1000.0 else f"{duration:.4g} s"
 
 
 def find_oscillation(record: LoopRecord) -> Oscillation:
@@ -86,14 +107,14 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
     oscillating = bool(best.regular or (best.repeats and events >= needed))
     period = best.period * record.dt
     pace = "10 or more" if best.regularity >= MOST_REGULAR else f"{best.regularity:.2f}"
-    text = f"{seen} repeats every {period:.4g} s, {best.cycles:.0f} times, with regularity {pace}"
+    text = f"{seen} repeats every {in_seconds(period)}, {best.cycles:.0f} times, with regularity {pace}"
     if best.regular:
         reason = f"{text[0].upper()}{text[1:]} (above 1 is regular)."
     elif oscillating:
         reason = f"Irregular ({best.regularity:.2f}), but {events} of {CROSSINGS} half periods are load events."
     else:
         lack = "does not stand out of noise" if not best.repeats else f"has regularity {best.regularity:.2f} (needs 1)"
-        reason = f"No regular oscillation: the best candidate, {period:.4g} s, {lack}."
+        reason = f"No regular oscillation: the best candidate, {in_seconds(period)}, {lack}."
     if best is by_error and best.regular and op is not None:
         agrees = octave(op, best.period)
         same = agrees.period > 0.0 and abs(agrees.period / best.period - 1.0) < 0.15
@@ -102,7 +123,7 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
     if oscillating and best is by_error:
         share, others = further_oscillations(error, best.period, record.dt)
     if others:
-        beside = " and ".join(f"{other.period:.4g} s ({other.share:.0%})" for other in others)
+        beside = " and ".join(f"{in_seconds(other.period)} ({other.share:.0%})" for other in others)
         reason += f" It carries {share:.0%} of the error's variance; another oscillation repeats every {beside}."
     return Oscillation(
         oscillating=oscillating,

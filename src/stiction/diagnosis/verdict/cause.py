@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
+from stiction.diagnosis.oscillation import in_seconds
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -112,7 +114,8 @@ def _undecided(other: str, causes: Mapping[str, float], found: Identification, r
     if not rhythm.oscillating or rhythm.cycles < FEW_CYCLES:
         wanted.append("a longer record")
     if rhythm.oscillating and rhythm.period < FEW_SAMPLES * dt:
-        wanted.append(f"samples every {rhythm.period / FEW_SAMPLES / 2.0:.2g} s or faster, without compression")
+        often = in_seconds(float(f"{rhythm.period / FEW_SAMPLES / 2.0:.2g}"))
+        wanted.append(f"samples every {often} or faster, without compression")
     wanted.append("the valve stroked by a ramp in manual, or the stem's position")
     what = "no fault" if other == "none" else other
     return Cause(
@@ -133,14 +136,14 @@ def _deadband(found: Identification, rhythm: Oscillation) -> tuple[str, str]:
 
 def _tight_tuning(found: Identification, rhythm: Oscillation) -> tuple[str, str]:
     return (
-        f"The loop rings every {rhythm.period:.4g} s as a loop does that is close to its limit of stability; a sticky "
-        f"valve {fits(found)}.",
+        f"The loop rings every {in_seconds(rhythm.period)} as a loop does that is close to its limit of stability; "
+        f"a sticky valve {fits(found)}.",
         "Lower the controller gain or raise the integral time, then look again.",
     )
 
 
 def _external(found: Identification, rhythm: Oscillation) -> tuple[str, str]:
-    cycle = f"cycles every {rhythm.period:.4g} s" if rhythm.oscillating else "is moved"
+    cycle = f"cycles every {in_seconds(rhythm.period)}" if rhythm.oscillating else "is moved"
     return (
         f"The loop {cycle}, and a sticky valve {fits(found)}: something outside drives it.",
         "Look for the source upstream or in coupled loops with the same period.",
