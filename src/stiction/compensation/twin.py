@@ -22,6 +22,7 @@ from stiction.compensation.surroundings import Surroundings
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.errors import RecordError
 from stiction.models import Kano, Loop
+from stiction.records.durations import in_seconds
 from stiction.records.quality import usable_part
 
 if TYPE_CHECKING:
@@ -83,8 +84,8 @@ class Twin:
         """The comparison in a sentence or two."""
         a, b = self.measured, self.simulated
         return (
-            f"{self.reason} Record: period {a.period:.4g} s, OP amplitude {a.amplitude_op:.3g} %, PV amplitude "
-            f"{a.amplitude_pv:.3g}; twin: {b.period:.4g} s, {b.amplitude_op:.3g} %, {b.amplitude_pv:.3g}."
+            f"{self.reason} Record: period {in_seconds(a.period)}, OP amplitude {a.amplitude_op:.3g} %, PV amplitude "
+            f"{a.amplitude_pv:.3g}; twin: {in_seconds(b.period)}, {b.amplitude_op:.3g} %, {b.amplitude_pv:.3g}."
         )
 
     def to_dict(self) -> dict[str, Any]:

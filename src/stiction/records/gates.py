@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.durations import in_seconds
 from stiction.records.gate import LEAST_CYCLES, LEAST_SAMPLES, Gate, Severity, View, at_least, at_most
 from stiction.records.historian_gates import averaging, clock, compression, exception, held, replay, resampled
 from stiction.records.signals import not_a_percentage
@@ -51,7 +52,7 @@ def cycles(view: View) -> Gate | None:
         return None
     count = view.part.duration / view.period
     hint = "; record ten cycles or more" if count < FEW_CYCLES else ""
-    why = f"{count:.1f} cycles of {view.period:.4g} s in the usable stretch{hint}."
+    why = f"{count:.1f} cycles of {in_seconds(view.period)} in the usable stretch{hint}."
     return at_least("cycles", count, FEW_CYCLES, LEAST_CYCLES, why)
 
 
@@ -71,9 +72,9 @@ def sampling(view: View) -> Gate | None:
         return None
     why = f"OP and PV hardly resemble their last values (correlation {memory:.2f}): "
     if memory < ALTERNATING:
-        why += f"they alternate, a cycle takes less than {3 * view.record.dt:.4g} s; record ten times as fast."
+        why += f"they alternate, a cycle takes less than {in_seconds(3 * view.record.dt)}; record ten times as fast."
         return Gate("sampling", "refuses", memory, ALTERNATING, why)
-    why += f"noise alone, or movement faster than {4 * view.record.dt:.4g} s per cycle; record faster."
+    why += f"noise alone, or movement faster than {in_seconds(4 * view.record.dt)} per cycle; record faster."
     return Gate("sampling", "lowers", memory, MEMORY, why)
 
 
@@ -139,7 +140,8 @@ def missing_values(view: View) -> Gate:
     longest = max((last - first for first, last in runs(gone)), default=0) * view.record.dt
     bridged = missing(view.part)
     why = f"{share:.3g} % of the samples are missing"
-    why += f", the longest gap lasts {longest:.4g} s, {bridged.sum()} were bridged by the last value" if share else ""
+    if share:
+        why += f", the longest gap lasts {in_seconds(longest)}, {bridged.sum()} were bridged by the last value"
     if 100.0 * _share(bridged) > BRIDGED:
         why += "; repair the connection to the historian and record again."
         return Gate("missing", "refuses", 100.0 * _share(bridged), BRIDGED, why)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stiction.records.durations import in_seconds
 from stiction.records.gate import LEAST_SAMPLES, Gate, View, at_least, at_most
 from stiction.records.replay import replayed
 from stiction.records.storage import (
@@ -106,7 +107,7 @@ def averaging(view: View) -> Gate | None:
     window = averaging_window(view.op, view.pv)
     if not window:
         return None
-    why = f"OP and PV are moving averages over {window * view.record.dt:.4g} s"
+    why = f"OP and PV are moving averages over {in_seconds(window * view.record.dt)}"
     remedy = "; export raw values."
     if view.period is None:
         return Gate("averaging", "lowers", window, 1, why + remedy)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import RecordError
+from stiction.records.durations import in_seconds
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -169,8 +170,8 @@ def _lay(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: str, hol
     longest = max(HOLD_LIMIT * grid.dt, hold or 0.0)
     grid.pick = np.where(moments - t[last] <= longest, rows[last], -1)
     grid.guesses.append(
-        f"The stamps are uneven ({steps.min():.4g} to {steps.max():.4g} s): each value is held until the next, every "
-        f"{grid.dt:.6g} s, for at most {longest:.4g} s."
+        f"The stamps are uneven ({in_seconds(steps.min())} to {in_seconds(steps.max())}): each value is held until the "
+        f"next, every {grid.dt:.6g} s, for at most {in_seconds(longest)}."
     )
 
 

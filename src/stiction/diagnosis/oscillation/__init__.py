@@ -1,6 +1,6 @@
 """Is the loop oscillating: how fast, how regularly, how large, and at how many periods at once."""
 
-from stiction.diagnosis.oscillation.find import find_oscillation, in_seconds
+from stiction.diagnosis.oscillation.find import find_oscillation
 from stiction.diagnosis.oscillation.further import cycle_average, further_oscillations
 from stiction.diagnosis.oscillation.rhythm import autocorrelation
 from stiction.diagnosis.oscillation.signals import about_drift, control_error, filled, half_cycles, smooth
@@ -14,6 +14,5 @@ __all__ = [
     "find_oscillation",
     "further_oscillations",
     "half_cycles",
-    "in_seconds",
     "smooth",
 ]

@@ -24,37 +24,17 @@ from stiction.diagnosis.oscillation.further import further_oscillations
 from stiction.diagnosis.oscillation.rhythm import MOST_REGULAR, octave, strongest
 from stiction.diagnosis.oscillation.signals import about_drift, control_error, filled, smooth
 from stiction.diagnosis.result import Oscillation
+from stiction.records.durations import in_seconds
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["find_oscillation", "in_seconds"]
+__all__ = ["find_oscillation"]
 
 EVENT_SHARE = 0.5  # amplitude a of Haegglund's limit over that of a sine with the signal's deviation
 EVENTS, CROSSINGS = 10, 30  # load events that make an oscillation, among so many half periods
-
-
-def in_seconds(duration: float) -> str:
-    """A duration as text, never with a power of ten.
-
-    Parameters
-    ----------
-    duration : float
-        Duration [s].
-
-    Returns
-    -------
-    str
-        Four digits at least where it is long, at most where it is short.
-
-    Examples
-    --------
-    >>> in_seconds(95.25), in_seconds(0.123456), in_seconds(43200.0)
-    ('95.25 s', '0.1235 s', '43200 s')
-    """
-    return f"{duration:.0f} s" if duration >= 1000.0 else f"{duration:.4g} s"
 
 
 def find_oscillation(record: LoopRecord) -> Oscillation:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from stiction.diagnosis.oscillation import in_seconds
+from stiction.records.durations import in_seconds
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
