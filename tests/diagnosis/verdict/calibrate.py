@@ -210,7 +210,7 @@ def pooled(p, scores, jump):
 
 
 def fourfold(X, y, real, sticky, group, chosen):
-    """Print accuracy and calibration on simulated loops not fitted, by both tables pooled and by the second alone."""
+    """Print accuracy and calibration on simulated loops not fitted, by all tables pooled and by the second alone."""
     every, fold = list(range(len(NAMES))), np.arange(y.size) % FOLDS
     p, jump, scores = np.empty(y.size), np.empty(y.size), np.empty((y.size, len(CAUSES)))
     for k in range(FOLDS):

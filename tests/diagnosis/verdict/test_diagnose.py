@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import re
 from dataclasses import replace
@@ -14,8 +15,11 @@ from hypothesis import strategies as some
 
 import stiction as st
 from stiction.diagnosis.verdict.diagnose import findings
+from stiction.diagnosis.verdict.doubt import LEAST
 from stiction.diagnosis.verdict.probability import causes
 from stiction.errors import RecordError
+
+page = importlib.import_module("stiction.diagnosis.verdict.diagnose")
 
 N = 600
 REQUIRED = {
@@ -255,6 +259,18 @@ def test_the_likelier_a_jump_the_less_a_valve_has_mere_play():
     assert all(np.diff([one["stiction"] / one["deadband"] for one in told]) > 0.0)
     assert told[0]["deadband"] > 0.5 > told[-1]["deadband"]
     assert [sum(one.values()) for one in told] == pytest.approx([1.0] * 9)
+
+
+def test_a_likely_jump_is_never_surely_none(monkeypatch):
+    run = sticky()
+    row = findings(run).features
+    assert row is not None
+    assert row.likely_jump_clear > 0.0
+    good = {cause: 0.999 * (cause == "none") + 0.001 * (cause == "stiction") for cause in causes(row)}
+    monkeypatch.setattr(page, "causes", lambda _: good)
+    found = st.diagnose(run)
+    assert found.probability == LEAST
+    assert "a jump is likely" in found.reason
 
 
 def upset(valve, first, width):
