@@ -146,8 +146,8 @@ def reliability(rows: list[dict[str, float]], loops: int) -> str:
     for row in rows:
         x, y = panel.at(row["told"], row["sticky"])
         panel.parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{OP}"/>')
-        aside = (-12, 12) if row["sticky"] > 0.95 else (-6, -8) if row["told"] > 0.2 else (10, 5)
-        aside = (0, -8) if row["told"] < 0.1 else aside
+        low = (0, -8) if row["told"] < 0.1 else (10, 5)
+        aside = low if row["told"] < 0.2 else (-12, 12) if row["sticky"] > 0.95 else (-6, -8)
         panel.label(x + aside[0], y + aside[1], f"{row['loops']:.0f}", "end" if aside[0] < 0 else "start")
     panel.ticks([0.0, 0.2, 0.4, 0.6, 0.8, 1.0], [0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
     panel.label(60, 20, f"share of loops that stick, of {loops} simulated; the numbers are loops", colour=OP)
