@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -11,9 +12,10 @@ from hypothesis import strategies as some
 
 import naive
 import stiction as st
-from stiction.diagnosis.identification.contest import drift
+from stiction.diagnosis.identification.contest import WIDE, drift
 from stiction.diagnosis.identification.likelihood import by_cycle, prediction_of, stem_of
 from stiction.diagnosis.identification.signals import prepare
+from stiction.simulation.historian import sampled
 
 from .loops import KNOWN, run_of
 
@@ -135,3 +137,18 @@ def test_irregular_time_stamps_leave_the_truth_in_the_interval(tmp_path, jitter,
     found = st.identify(replace(st.read(path)[0], integrating=False), period=known.period)
     assert pytest.approx(known.S, rel=close) == found.S
     assert found.S_low <= known.S <= found.S_high
+
+
+def test_S_of_a_slow_record_is_corrected_for_what_OP_does_between_its_samples():
+    # The band that trips at every second sample is 0.95 of S here, since noise trips the valve between them as well.
+    shares = []
+    for name, seed in product(("reverse gain, every 5 s", "second order"), range(8)):
+        known = KNOWN[name]
+        run = sampled(run_of(known, 0.05, seed=seed, samples=2400), 2.0 * known.loop.dt)
+        found = st.identify(replace(run, mv=None), period=known.period)
+        assert "not recorded" in found.reason
+        assert found.S_low <= known.S <= found.S_high
+        assert WIDE * found.S_low <= found.S * (1.0 + 1e-9)
+        assert found.S_high >= WIDE * found.S * (1.0 - 1e-9)
+        shares.append(found.S / known.S)
+    assert np.exp(np.log(shares).mean()) == pytest.approx(1.0, abs=0.03)

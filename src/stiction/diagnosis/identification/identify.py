@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.identification.contest import Contest, contest, drift
+from stiction.diagnosis.identification.contest import WIDE, Contest, contest, drift
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, interval, limit
 from stiction.diagnosis.identification.likeliest import most_likely
@@ -69,11 +69,11 @@ def identify(
     this is done in stretches of about eight periods, at most eight. It gives the error surface and, without
     `closer`, S and J: those of the stretch that agrees best with the others, with the profile likelihood's interval.
 
-    The closer search maximises the likelihood of the PV's prediction errors over the whole record (see
-    `likelihood`), which a disturbance that goes round the closed loop does not pull. The interval holds all valves
-    that Vuong's test does not find worse from half cycle to half cycle (see `contest`); it is wide where the record
-    does not show the controller's own samples, since the OP between them trips the valve unseen. The process is the
-    best one behind that valve's stem, by simulation.
+    The closer search maximises the likelihood of the PV's prediction errors over the whole record (see `likelihood`),
+    which a disturbance that goes round the closed loop does not pull. The interval holds all valves that Vuong's test
+    does not find worse from half cycle to half cycle (see `contest`). Where the record does not show the controller's
+    own samples OP trips the valve unseen between them: S is then corrected for the noise on OP, and its interval is a
+    factor of 1.4 either way or more. The process is the best one behind that valve's stem, by simulation.
 
     References
     ----------
@@ -135,7 +135,8 @@ class Search:
         stem = stem_of(whole, found.valve[0])
         pieces = [with_stem(one, _part(stem, one.signals), sign, self.record.integrating) for one in self.pieces]
         closely = _closely("kano", self.record, signals, pieces, fine, found, stem)
-        return replace(closely, own_samples=seen, rough=self.rough)
+        told = "" if seen else f"OP between the samples is not recorded: S is known to a factor of {WIDE:g} at best."
+        return replace(closely, own_samples=seen, rough=self.rough, reason=f"{told} {closely.reason}".strip())
 
 
 def search(record: LoopRecord, period: float | None, controller: ControllerFit | None = None) -> Search:
@@ -226,13 +227,21 @@ def _closely(
             continue
         cycles = slice(int(ends[0]), max(int(ends[1]), int(ends[0]) + 1))
         own = found.best_in(cycles)
-        stretches.append(_stretch(piece, len(record), float(own[0]), float(own[1])))
+        size = float(own[0]) + found.beyond
+        stretches.append(_stretch(piece, len(record), size, float(own[0] * own[1]) / size))
         if found.sticks_in(cycles):
             hours.append(0.5 * (first + last) * signals.dt / 3600.0)
-            bands.append(float(own[0]))
+            bands.append(size)
     speaks = min(pieces, key=lambda piece: piece.error)
     result = _result(
-        model, record, signals, pieces, speaks, (S, S * ratio), (*found.S_range, *found.J_range), stretches
+        model,
+        record,
+        signals,
+        pieces,
+        speaks,
+        (S + found.beyond, S * ratio),
+        (*found.S_range, *found.J_range),
+        stretches,
     )
     slope, error = drift(hours, bands)
     at = np.minimum(np.arange(len(record)), stem.size - 1)
