@@ -100,8 +100,10 @@ def _amplitudes(record: LoopRecord, samples: float) -> tuple[NDArray[np.float64]
 def _wander(amplitudes: NDArray[np.float64], noise: float) -> float:
     """Half the distance of the 16th and 84th percentile over the median, less twice what noise explains, held at 1."""
     inner = amplitudes[1:-1] if amplitudes.size > 5 else amplitudes  # a record may begin or end within a transient
-    low, middle, high = np.percentile(inner, [16.0, 50.0, 84.0])
-    return min(max(float((high - low) / (2.0 * middle)) - 2.0 * noise / float(middle), 0.0), 1.0)
+    low, middle, high = (float(x) for x in np.percentile(inner, [16.0, 50.0, 84.0]))
+    if not middle > 0.0:  # the error stands still for half of the periods
+        return 1.0
+    return min(max((high - low) / (2.0 * middle) - 2.0 * noise / middle, 0.0), 1.0)
 
 
 def _decay(amplitudes: NDArray[np.float64]) -> float:
