@@ -17,6 +17,7 @@ from stiction.diagnosis.verdict.doubt import (
     HIDES,
     KEPT,
     LEAST,
+    LINES,
     MOST,
     STEPS,
     UNKNOWN,
@@ -71,7 +72,8 @@ def test_where_much_of_the_record_is_left_out_nothing_is_sure(p):
 
 @pytest.mark.parametrize("name", BEYOND)
 def test_a_little_of_what_can_hide_a_valve_hides_none(name):
-    assert held_back(1e-6, quality((name,), value=BEYOND[name])).probability < LEAST / 100.0
+    little = quality((name,), value=BEYOND[name])
+    assert held_back(1e-6, little, own_samples=True).probability < LEAST / 100.0
     beyond = held_back(1e-6, quality((name,), value=1.01 * BEYOND[name]))
     assert beyond == (LEAST, f"The data allow no less than 0.10 ({name}).")
 
@@ -84,9 +86,18 @@ def test_an_op_of_few_steps_hides_slips_whether_or_not_its_gate_lowers(p):
     assert held_back(p, fine) == (p, "")
 
 
-def test_few_samples_hide_nothing_where_they_are_the_controllers_own():
-    assert held_back(0.001, quality(("sampling",))).probability == LEAST
-    assert held_back(0.001, quality(("sampling",)), own_samples=True).probability < 0.03
+@given(p=some.floats(0.0, 1.0))
+def test_a_few_straight_lines_of_OP_hide_slips_whether_or_not_their_gate_lowers(p):
+    lines = Quality((Gate("compression", "ok", LINES + 1.0, 10.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
+    assert held_back(p, lines).probability == min(max(p, LEAST), MOST)
+    none = Quality((Gate("compression", "ok", LINES, 10.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
+    assert held_back(p, none) == (p, "")
+
+
+@pytest.mark.parametrize("name", ["sampling", "clock"])
+def test_few_samples_and_a_jump_of_the_clock_hide_nothing_in_the_controllers_own_samples(name):
+    assert held_back(0.001, quality((name,))).probability == LEAST
+    assert held_back(0.001, quality((name,)), own_samples=True).probability < 0.03
 
 
 @given(p=some.floats(0.0, 1.0))
