@@ -64,6 +64,29 @@ def test_a_short_record_says_nothing():
     assert not shows_own_samples(run(CONTROLLERS["PI"]).window(0, 20))
 
 
+def slow_integral(samples=2400):
+    """A loop whose controller hardly integrates: a historian's means of it obey nearly the same equation."""
+    known = KNOWN["reverse gain, every 5 s"]
+    loop = replace(known.loop, controller=replace(known.loop.controller, Ti=5e3))
+    record = replace(run_of(replace(known, loop=loop), 0.02, 0.5, samples=samples), mv=None)
+    return known, record
+
+
+def test_means_of_a_controller_that_hardly_integrates_are_not_taken_for_its_own_samples():
+    known, record = slow_integral()
+    means = averaged(record, 2.0 * record.dt)
+    assert fit_controller(means).exact
+    assert not st.identify(means, period=known.period).own_samples
+    assert st.identify(record, period=known.period).own_samples
+
+
+def test_rounded_samples_are_still_the_controllers_own():
+    known, record = slow_integral()
+    rounded = replace(record, op=record.op.round(4), pv=record.pv.round(4), sp=record.sp.round(4))
+    assert not shows_own_samples(rounded)
+    assert st.identify(rounded, period=known.period).own_samples
+
+
 def test_a_filtered_derivative_leaves_the_interval_narrow():
     # The fit of the controller knows no filter, and takes the record for a slower one: S could then be a ninth.
     known = KNOWN["first order"]
