@@ -9,7 +9,7 @@ import pytest
 
 import stiction as st
 from stiction.diagnosis.identification.controller import fit_controller
-from stiction.diagnosis.identification.own_samples import shows_own_samples
+from stiction.diagnosis.identification.own_samples import are_own_samples, shows_own_samples
 from stiction.simulation.historian import averaged, interpolated, sampled
 
 from .loops import KNOWN, run_of
@@ -78,6 +78,12 @@ def test_means_of_a_controller_that_hardly_integrates_are_not_taken_for_its_own_
     assert fit_controller(means).exact
     assert not st.identify(means, period=known.period).own_samples
     assert st.identify(record, period=known.period).own_samples
+
+
+def test_an_OP_often_at_its_limit_shows_the_controllers_own_samples_by_the_moves_between():
+    record = run(replace(CONTROLLERS["PI"], op_limits=(0.0, 5.0)), noise=0.2)
+    assert not shows_own_samples(record)
+    assert are_own_samples(record, fit_controller(record))
 
 
 def test_rounded_samples_are_still_the_controllers_own():

@@ -60,6 +60,8 @@ class ControllerFit(NamedTuple):
     """Whether the record shows the controller's own samples: then all but rounding of the moves is explained."""
     why: str = ""
     """Which comparison was made, what was left out, and why no form is named where none is."""
+    left: float = math.nan
+    """Share of the OP's moves that no form of controller explains [-]."""
 
 
 def fit_controller(record: LoopRecord) -> ControllerFit:
@@ -136,7 +138,8 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
         why += f"; {bumps} bumps left out"
     if not moving:
         why += "; the set point is constant, so that parts on the error and on the PV are the same"
-    return _named(found, why + ".", exact=exact)
+    left = energy_of(full) / energy_of(data.y)
+    return _named(found, why + ".", exact=exact)._replace(left=left)
 
 
 def _named(found: FormFit, why: str, *, exact: bool) -> ControllerFit:

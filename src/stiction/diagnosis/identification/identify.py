@@ -14,7 +14,7 @@ from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, interval, limit
 from stiction.diagnosis.identification.likeliest import most_likely
 from stiction.diagnosis.identification.likelihood import Prediction, prediction_of, stem_of
-from stiction.diagnosis.identification.own_samples import is_rounded, shows_own_samples
+from stiction.diagnosis.identification.own_samples import are_own_samples
 from stiction.diagnosis.identification.piece import Piece, search_piece, with_stem
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
 from stiction.diagnosis.result import ErrorSurface, Identification, ProcessFit, Stretch
@@ -129,7 +129,7 @@ class Search:
         if signals.thinned > 1:
             fine = prediction_of(prepare(self.record, self.period, fine=True), fine=True)
         tried = most_likely(coarse, fine, float(np.ptp(signals.op)))
-        seen = (self.controller.exact and is_rounded(self.record.op)) or shows_own_samples(self.record)
+        seen = are_own_samples(self.record, self.controller)
         found = contest(fine, tried, seen=seen)
         whole = fine if fine.first == 0 else fine._replace(op=signals.op)
         stem = stem_of(whole, found.valve[0])

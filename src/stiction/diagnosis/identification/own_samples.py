@@ -9,9 +9,10 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stiction.diagnosis.identification.controller import ControllerFit
     from stiction.records.record import LoopRecord
 
-__all__ = ["is_rounded", "shows_own_samples"]
+__all__ = ["are_own_samples", "is_rounded", "shows_own_samples"]
 
 EXACT = 1e-9
 """Unexplained share of the moves [-] up to which nothing but the rounding of numbers is left of them."""
@@ -79,6 +80,36 @@ def shows_own_samples(record: LoopRecord) -> bool:
     return False
 
 
+def are_own_samples(record: LoopRecord, controller: ControllerFit) -> bool:
+    """Whether a record shows the controller's own samples, by the controller found or by `shows_own_samples`.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        A record with PV.
+    controller : ControllerFit
+        The controller found, which leaves out limits and bumps.
+
+    Returns
+    -------
+    bool
+        True where the controller explains the moves of OP to the last digit, or to the rounding where OP or PV is
+        rounded: of values that are not, the little that it leaves is what OP did between the samples.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> from stiction.diagnosis.identification.controller import fit_controller
+    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
+    >>> run = st.simulate(loop, sp=10.0, duration=2000.0, seed=1)
+    >>> are_own_samples(run, fit_controller(run))
+    True
+    """
+    assert record.pv is not None
+    rounded = is_rounded(record.op) or is_rounded(record.pv)
+    return (controller.exact and (controller.left <= EXACT or rounded)) or shows_own_samples(record)
+
+
 def is_rounded(x: NDArray[np.float64]) -> bool:
     """Whether all values lie on a grid, in whatever unit: their distances are multiples of one step.
 
@@ -94,8 +125,7 @@ def is_rounded(x: NDArray[np.float64]) -> bool:
 
     Notes
     -----
-    What a controller leaves of the moves of a rounded OP may be the rounding; of values that are not rounded it is what
-    OP did between the samples.
+    The smallest distance between two values may be up to `MOST_STEPS` steps.
 
     Examples
     --------
