@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from stiction.records.storage import lattice
 
+if TYPE_CHECKING:
     from stiction.diagnosis.identification.controller import ControllerFit
     from stiction.records.record import LoopRecord
 
-__all__ = ["are_own_samples", "is_rounded", "shows_own_samples"]
+__all__ = ["are_own_samples", "shows_own_samples"]
 
 EXACT = 1e-9
 """Unexplained share of the moves [-] up to which nothing but the rounding of numbers is left of them."""
@@ -20,9 +20,6 @@ APART, MOST_APART = 8.0, 0.1
 """Median residuals beyond which a move is left out (a gap, a bump, a limit), and the largest share of them [-]."""
 FEWEST_ROWS = 30
 """Moves below which nothing is said."""
-OFF_GRID, MOST_STEPS = 0.01, 8
-"""How far values that are rounded lie from their grid, as a share of its step, and how many steps the smallest distance
-between two of them is at most [-]."""
 
 
 def shows_own_samples(record: LoopRecord) -> bool:
@@ -106,36 +103,6 @@ def are_own_samples(record: LoopRecord, controller: ControllerFit) -> bool:
     True
     """
     assert record.pv is not None
-    rounded = is_rounded(record.op) or is_rounded(record.pv)
-    return (controller.exact and (controller.left <= EXACT or rounded)) or shows_own_samples(record)
-
-
-def is_rounded(x: NDArray[np.float64]) -> bool:
-    """Whether all values lie on a grid, in whatever unit: their distances are multiples of one step.
-
-    Parameters
-    ----------
-    x : ndarray
-        A signal, NaN where it is missing.
-
-    Returns
-    -------
-    bool
-        False also of a signal that does not move.
-
-    Notes
-    -----
-    The smallest distance between two values may be up to `MOST_STEPS` steps.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> noise = np.random.default_rng(1).normal(size=500)
-    >>> is_rounded(noise), is_rounded(4.0 + 0.16 * noise.round(2))
-    (False, True)
-    """
-    apart = np.diff(np.unique(x[np.isfinite(x)].astype(np.float64)))
-    if apart.size == 0:
-        return False
-    steps = apart / apart.min() * np.arange(1.0, MOST_STEPS + 1.0)[:, np.newaxis]
-    return bool(np.any(np.all(np.abs(steps - np.round(steps)) < OFF_GRID, axis=1)))
+    if controller.exact and (controller.left <= EXACT or lattice(record.op) > 0.0 or lattice(record.pv) > 0.0):
+        return True
+    return shows_own_samples(record)
