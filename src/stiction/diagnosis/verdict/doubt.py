@@ -10,8 +10,9 @@ few. The limits, fewer than 900 samples among them, left one of the 578, and wer
 loops (seeds 11 and 12). Five more were mended after later counts: a valve is never surely good whose jump is likelier
 than chance makes it (a clock that jumped once, seed 601), 5 % of missing samples, not 15, or of frozen ones, not 10,
 may hide a jump (seeds 602 and 601), and so may one jump of the clock in samples that are not the controller's own, or
-a few straight lines of a swinging door (seed 801). Of 73 000 trials (seeds 301, 601, 602, 701, 702 and 801) none is
-turned now; the longest record that would be, did fewer than 800 samples not bound it, holds 703.
+a few straight lines of a swinging door (seed 801). Put to 73 000 stored trials (seeds 301, 601, 602, 701, 702 and 801),
+whose probabilities were not counted again, these rules turn none; the longest record that they would turn, did fewer
+than 800 samples not bound it, holds 703.
 
 What is not known of a loop lies between one valve in four, the share of the loops that oscillate because of it (20 to
 30 %: [srinivasan2005c]_), and even. Each doubt draws the log odds towards that, and none of them to the other side:
