@@ -237,6 +237,8 @@ class Identification:
     """What limits the estimate, in a sentence; empty when nothing does."""
     linear: ProcessFit | None = None
     """The process found with a good valve."""
+    lag: float = 0.0
+    """Lag of the actuator, which holds the air behind OP [s]; 0 where none stands out."""
     stretches: tuple[Stretch, ...] = ()
     """What each stretch of the record says by itself, in order."""
     drift: float = float("nan")
@@ -271,7 +273,8 @@ class Identification:
         )
         return (own + "; " if own else "") + (
             f"S = {self.S:.2f} % (95 % {self.S_low:.2f} to {self.S_high:.2f}), "
-            f"J = {self.J:.2f} % (95 % {self.J_low:.2f} to {self.J_high:.2f}); "
+            f"J = {self.J:.2f} % (95 % {self.J_low:.2f} to {self.J_high:.2f})"
+            f"{f', behind a lag of {self.lag:.3g} s' if self.lag > 0.0 else ''}; "
             f"simulation explains {self.fit:.0f} % of the PV, a good valve {self.fit_linear:.0f} %."
         )
 
@@ -284,6 +287,7 @@ class Identification:
             "S_high": _number(self.S_high),
             "J_low": _number(self.J_low),
             "J_high": _number(self.J_high),
+            "lag": _number(self.lag),
             "model": self.model,
             "fit": _number(self.fit),
             "fit_linear": _number(self.fit_linear),

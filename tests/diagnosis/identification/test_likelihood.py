@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from itertools import product
 
@@ -16,6 +17,7 @@ from stiction.diagnosis.identification.contest import WIDE, drift
 from stiction.diagnosis.identification.likelihood import by_cycle, prediction_of, stem_of
 from stiction.diagnosis.identification.signals import prepare
 from stiction.simulation.historian import sampled
+from stiction.simulation.population.valves import physical_valve
 
 from .loops import KNOWN, run_of
 
@@ -27,6 +29,16 @@ def he(op, fs, fd):
         if abs(u - x) > fs * (1.0 + 1e-9):
             x = float(u - np.copysign(fd, u - x))
         out.append(x)
+    return np.array(out)
+
+
+def behind(op, lag):
+    """Air behind a first-order lag: each sample it goes on to what OP is held at."""
+    if not lag:
+        return op
+    out = [op[0]]
+    for u in op[1:]:
+        out.append(u - (u - out[-1]) * math.exp(-1.0 / lag))
     return np.array(out)
 
 
@@ -48,15 +60,16 @@ def by_least_squares(prediction, mv):
     S=some.floats(0.3, 1.2),
     ratio=some.floats(0.0, 1.0),
     stops=some.sampled_from([0.0, 1.0]),
+    lag=some.sampled_from([0.0, 0.7, 3.0]),
 )
-def test_the_squares_left_are_those_of_a_regression(name, S, ratio, stops):
+def test_the_squares_left_are_those_of_a_regression(name, S, ratio, stops, lag):
     known = KNOWN[name]
     record = replace(run_of(known, 0.05, samples=450), mv=None)
     prediction = prediction_of(prepare(record, known.period))
     S *= known.S
-    valve = np.array([[S, ratio, stops, 0.0]])
-    J = S * ratio
-    mv = he(record.op, (S + J) / 2.0, (S - J) / 2.0) if stops else np.array(naive.kano(list(record.op), S, J))
+    valve = np.array([[S, ratio, stops, 0.0, lag]])
+    J, air = S * ratio, behind(record.op, lag)
+    mv = he(air, (S + J) / 2.0, (S - J) / 2.0) if stops else np.array(naive.kano(list(air), S, J))
     used = prediction.pv.size * prediction.width
     left = by_least_squares(prediction, mv[:used])
     halves = by_cycle(prediction, valve)[0]
@@ -66,6 +79,27 @@ def test_the_squares_left_are_those_of_a_regression(name, S, ratio, stops):
         own = left[first - prediction.begin : last - prediction.begin].sum()
         assert half == pytest.approx(own, rel=2e-2, abs=1e-3 * left.sum())
     assert stem_of(prediction, valve[0]) == pytest.approx(mv[:used])
+
+
+def test_the_lag_of_an_actuator_is_found_and_does_not_pass_for_stiction():
+    # Mass, spring and air of a published valve, whose converter and actuator take 3.571 s to follow OP (garcia2008).
+    valve, S, J = physical_valve("nominal", 4.0, 2.0)
+    loop = st.Loop(st.PID(0.4, 10.0), valve, st.FOPDT(1.5, 15.0, 4.0), dt=1.0, noise=0.05)
+    sp = 50.0 + 8.0 * np.repeat(np.random.default_rng(1).uniform(-1.0, 1.0, 31), 60)[:1800]
+    record = replace(st.simulate(loop, sp, 1800.0, seed=1, pv_start=50.0, op_start=50.0).window(100, 1800), mv=None)
+    found = st.identify(record, period=100.0)
+    assert found.lag == pytest.approx(3.571, rel=0.1)
+    assert pytest.approx(S, rel=0.05) == found.S
+    assert found.J_low <= J <= found.J_high
+    assert f"behind a lag of {found.lag:.3g} s" in found.summary()
+    assert found.to_dict()["lag"] == found.lag
+
+
+def test_a_valve_without_one_has_no_lag():
+    known = KNOWN["first order"]
+    found = st.identify(replace(run_of(known, 0.05), mv=None), period=known.period)
+    assert found.lag == 0.0
+    assert "lag" not in found.summary()
 
 
 def test_a_valve_that_rests_after_every_sample_is_found():

@@ -94,10 +94,11 @@ def test_rounded_samples_are_still_the_controllers_own():
 
 
 def test_a_filtered_derivative_leaves_the_interval_narrow():
-    # The fit of the controller knows no filter, and takes the record for a slower one: S could then be a ninth.
+    # The fit of the controller knows no filter, and takes the record for a slower one: S could then be a ninth. Down to
+    # 0.85 of it a lag of the actuator explains the record as well.
     known = KNOWN["first order"]
     loop = replace(known.loop, controller=replace(known.loop.controller, Td=1.0, N=5.0))
     record = replace(run_of(replace(known, loop=loop), 0.1, samples=1800), mv=None)
     assert not fit_controller(record).exact
     found = st.identify(record, period=known.period)
-    assert 0.9 * known.S < found.S_low <= known.S <= found.S_high < 1.1 * known.S
+    assert 0.8 * known.S < found.S_low <= known.S <= found.S_high < 1.1 * known.S

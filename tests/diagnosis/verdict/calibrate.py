@@ -2,9 +2,9 @@
 
 python tests/diagnosis/verdict/calibrate.py ../shared/data --loops 4900 --seed 21 --jobs 2 [--select] [--write]
 
-The rows of features are kept in a file (--rows) and computed only where it is missing. With --select the features of
-the first table are chosen again, one after the other, by what each adds on simulated loops that were not fitted and
-on real loops left out; without it those of the table in use are kept.
+--keep keeps the rows of features in a file, --rows goes on from such files. With --select the features of the first
+table are chosen again, one after the other, by what each adds on simulated loops that were not fitted and on real
+loops left out; without it those of the table in use are kept.
 """
 
 from __future__ import annotations
@@ -274,13 +274,15 @@ def main() -> None:
     ask.add_argument("--loops", type=int, default=4900)
     ask.add_argument("--seed", type=int, default=21)
     ask.add_argument("--jobs", type=int, default=1)
-    ask.add_argument("--rows", type=Path, nargs="*", default=[Path("rows.npz")], help="files of rows, made if missing")
+    ask.add_argument("--keep", type=Path, help="file to keep the rows of all loops in")
+    ask.add_argument("--rows", type=Path, nargs="+", help="files that kept rows, in place of new ones")
     ask.add_argument("--select", action="store_true", help="choose the features of the first table again")
     ask.add_argument("--write", action="store_true", help="write the tables into the package")
     given = ask.parse_args()
-    if not given.rows[0].exists():
-        np.savez(given.rows[0], **gather(given.folder, given.loops, given.seed, given.jobs))
-    kept = [np.load(file) for file in given.rows]
+    kept = [np.load(file) for file in given.rows or ()]
+    kept = kept or [gather(given.folder, given.loops, given.seed, given.jobs)]
+    if given.keep:
+        np.savez(given.keep, **kept[0])
     simulated = np.concatenate([one["simulated"] for one in kept])
     simulated = simulated[np.isfinite(simulated).all(axis=1)]
     X, y = simulated[:, 1:], simulated[:, 0].astype(int)

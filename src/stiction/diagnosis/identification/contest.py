@@ -9,7 +9,7 @@ import numpy as np
 
 from stiction.diagnosis.identification.interval import CHI2_1
 from stiction.diagnosis.identification.likeliest import one_each
-from stiction.diagnosis.identification.likelihood import by_cycle, good_valve
+from stiction.diagnosis.identification.likelihood import LAG_WORTH, by_cycle, good_valve
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -52,7 +52,7 @@ class Contest(NamedTuple):
     """The most likely valve against its rivals."""
 
     valve: NDArray[np.float64]
-    """Valves compared as in `Trials`; the first is the most likely, the last a good one. Shape (n, 4)."""
+    """Valves compared as in `Trials`; the first is the most likely, the last a good one. Shape (n, 5)."""
     error: NDArray[np.float64]
     """Sum of squares that each leaves in each half cycle, shape (n, n_halves)."""
     worse: NDArray[np.float64]
@@ -69,7 +69,7 @@ class Contest(NamedTuple):
     """What S is larger by than the band that trips at the record's samples [% of span]; the interval has it."""
 
     def best_in(self, cycles: slice) -> NDArray[np.float64]:
-        """The sticky valve that leaves least in some of the cycles, shape (4,)."""
+        """The sticky valve that leaves least in some of the cycles, shape (5,)."""
         return self.valve[int(np.argmin(self.error[:-1, cycles].sum(axis=1)))]
 
     def gain(self, parts: int = 1) -> float:
@@ -126,7 +126,8 @@ def contest(prediction: Prediction, trials: Trials, *, seen: bool) -> Contest:
     error = by_cycle(prediction, valve)
     variance = float(error[0].sum()) / prediction.samples
     apart = (error - error[0]) / variance
-    behind, n = apart.sum(axis=1), apart.shape[1]
+    lagged = (valve[:, 4] > 0.0).astype(float)
+    behind, n = apart.sum(axis=1) + LAG_WORTH * (lagged - lagged[0]), apart.shape[1]
     worse = behind / np.sqrt(np.maximum(n * apart.var(axis=1, ddof=1), 1e-300))
     limits = SEEN if seen else UNSEEN
     few = STUDENT[min(n - 2, len(STUDENT) - 1)] / STUDENT[-1]

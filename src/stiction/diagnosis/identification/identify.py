@@ -73,7 +73,10 @@ def identify(
     which a disturbance that goes round the closed loop does not pull. The interval holds all valves that Vuong's test
     does not find worse from half cycle to half cycle (see `contest`). Where the record does not show the controller's
     own samples OP trips the valve unseen between them: S is then corrected for the noise on OP, and its interval is a
-    factor of 1.4 either way or more. The process is the best one behind that valve's stem, by simulation.
+    factor of 1.4 either way or more. An actuator that lags is looked for too, and found where its likelihood stands
+    out: by OP itself its valve would look stickier than it is. Of other than the controller's own samples that only
+    counts in how far a sticky valve beats a good one. The process is the best one behind that valve's stem, by
+    simulation.
 
     References
     ----------
@@ -128,15 +131,27 @@ class Search:
         coarse = fine = prediction_of(signals)
         if signals.thinned > 1:
             fine = prediction_of(prepare(self.record, self.period, fine=True), fine=True)
-        tried = most_likely(coarse, fine, float(np.ptp(signals.op)))
         seen = are_own_samples(self.record, self.controller)
-        found = contest(fine, tried, seen=seen)
+        tried = most_likely(coarse, fine, float(np.ptp(signals.op)))
+        # What OP does between samples that are not the controller's own passes for a lag, and S for less than it is: a
+        # lag then only counts in how far a sticky valve beats a good one.
+        found = contest(fine, tried if seen else tried.without_lag(), seen=seen)
+        clearest = found if seen or tried.best[4] == 0.0 else contest(fine, tried, seen=seen)
         whole = fine if fine.first == 0 else fine._replace(op=signals.op)
         stem = stem_of(whole, found.valve[0])
         pieces = [with_stem(one, _part(stem, one.signals), sign, self.record.integrating) for one in self.pieces]
         closely = _closely("kano", self.record, signals, pieces, fine, found, stem)
         told = "" if seen else f"OP between the samples is not recorded: S is known to a factor of {WIDE:g} at best."
-        return replace(closely, own_samples=seen, rough=self.rough, reason=f"{told} {closely.reason}".strip())
+        return replace(
+            closely,
+            beats_good=float(clearest.worse[-1]),
+            gain=clearest.gain(),
+            gain_in_part=clearest.gain(3),
+            jump_gain=clearest.jump_gain,
+            own_samples=seen,
+            rough=self.rough,
+            reason=f"{told} {closely.reason}".strip(),
+        )
 
 
 def search(record: LoopRecord, period: float | None, controller: ControllerFit | None = None) -> Search:
@@ -251,10 +266,7 @@ def _closely(
         mv=mv,
         drift=slope,
         drift_error=error,
-        beats_good=float(found.worse[-1]),
-        gain=found.gain(),
-        gain_in_part=found.gain(3),
-        jump_gain=found.jump_gain,
+        lag=float(found.valve[0, 4]) * record.dt,
     )
 
 

@@ -25,6 +25,7 @@ __all__ = [
     "by_cycle",
     "good_valve",
     "joined",
+    "kept",
     "lean",
     "part_of",
     "prediction_of",
@@ -45,6 +46,8 @@ EQUAL = 5
 """Decimals of the cost that count: valves that slip alike cost the same, and rounding shall not choose [-]."""
 FLOOR = 1e-8
 """Prediction error that none falls below, as a share of the PV's variance [-]: noise-free data are rounded data."""
+LAG_WORTH = 8.0
+"""Twice the log likelihood that a lag of the actuator has to be worth [-]."""
 MOST_SAMPLES = 4000
 """Samples foretold at most, those in the middle of the record: more tell S no better, and take longer [-]."""
 UNKNOWN_SCALE = 36.0
@@ -86,9 +89,11 @@ class Trials(NamedTuple):
     """Valves tried."""
 
     valve: NDArray[np.float64]
-    """S [% of span], J / S [-], 1 for a stem that rests after every sample, place at the start; shape (n, 4)."""
+    """S [% of span], J / S [-], 1 for a stem that rests after every sample, place at the start, lag of the actuator
+    [samples of OP]; shape (n, 5)."""
     cost: NDArray[np.float64]
-    """N ln(sum of squares / N): minus twice the log likelihood but for a constant, shape (n,)."""
+    """N ln(sum of squares / N): minus twice the log likelihood but for a constant, and what a lag has to be worth;
+    shape (n,)."""
 
     def ranked(self) -> NDArray[np.int64]:
         """Places of the trials, the most likely first, shape (n,)."""
@@ -96,8 +101,13 @@ class Trials(NamedTuple):
 
     @property
     def best(self) -> NDArray[np.float64]:
-        """The most likely valve, shape (4,)."""
+        """The most likely valve, shape (5,)."""
         return self.valve[self.ranked()[0]]
+
+    def without_lag(self) -> Trials:
+        """Those whose actuator does not lag."""
+        prompt = self.valve[:, 4] == 0.0
+        return Trials(self.valve[prompt], self.cost[prompt])
 
 
 def prediction_of(signals: Signals, *, fine: bool = False) -> Prediction:
@@ -177,7 +187,12 @@ def lean(prediction: Prediction) -> Prediction:
 
 
 def valves(
-    S: NDArray[np.float64], ratio: NDArray[np.float64], stops: float, place: NDArray[np.float64], swing: float
+    S: NDArray[np.float64],
+    ratio: NDArray[np.float64],
+    stops: float,
+    place: NDArray[np.float64],
+    swing: float,
+    lag: float = 0.0,
 ) -> NDArray[np.float64]:
     """All combinations.
 
@@ -193,18 +208,21 @@ def valves(
         Place at the start [half bands].
     swing : float
         Largest S [% of span].
+    lag : float
+        Lag of the actuator [samples of OP].
 
     Returns
     -------
-    ndarray, shape (n, 4)
+    ndarray, shape (n, 5)
         Valves as in `Trials`.
     """
-    valve = np.empty((S.size, ratio.size, place.size, 4))
+    valve = np.empty((S.size, ratio.size, place.size, 5))
     valve[..., 0] = np.minimum(S, swing)[:, np.newaxis, np.newaxis]
     valve[..., 1] = ratio[:, np.newaxis]
     valve[..., 2] = stops
     valve[..., 3] = place
-    return valve.reshape(-1, 4)
+    valve[..., 4] = lag
+    return valve.reshape(-1, 5)
 
 
 def trials_of(prediction: Prediction, valve: NDArray[np.float64]) -> Trials:
@@ -214,7 +232,7 @@ def trials_of(prediction: Prediction, valve: NDArray[np.float64]) -> Trials:
     ----------
     prediction : Prediction
         What is foretold.
-    valve : ndarray, shape (n, 4)
+    valve : ndarray, shape (n, 5)
         Valves as in `Trials`.
 
     Returns
@@ -223,7 +241,7 @@ def trials_of(prediction: Prediction, valve: NDArray[np.float64]) -> Trials:
         The same with the cost of each.
     """
     left = _errors(prediction, valve, np.empty(0, dtype=np.int64))[0]
-    return Trials(valve, prediction.samples * np.log(left / prediction.samples))
+    return Trials(valve, prediction.samples * np.log(left / prediction.samples) + LAG_WORTH * (valve[:, 4] > 0.0))
 
 
 def joined(one: Trials, other: Trials) -> Trials:
@@ -249,7 +267,7 @@ def by_cycle(prediction: Prediction, valve: NDArray[np.float64]) -> NDArray[np.f
     ----------
     prediction : Prediction
         What is foretold.
-    valve : ndarray, shape (n, 4)
+    valve : ndarray, shape (n, 5)
         Valves as in `Trials`.
 
     Returns
@@ -267,7 +285,7 @@ def stem_of(prediction: Prediction, valve: NDArray[np.float64]) -> NDArray[np.fl
     ----------
     prediction : Prediction
         What is foretold.
-    valve : ndarray, shape (4,)
+    valve : ndarray, shape (5,)
         A valve as in `Trials`.
 
     Returns
@@ -275,36 +293,52 @@ def stem_of(prediction: Prediction, valve: NDArray[np.float64]) -> NDArray[np.fl
     ndarray, shape (n_samples * width,)
         Stem position [% of span].
     """
-    mv, work = np.empty((1, prediction.op.size)), np.empty((3, 1))
-    S, ratio, stops, place = (np.full(1, x) for x in valve)
-    stems(prediction.op, 1, S, S * ratio, stops, place, work[0], work[1], work[2], mv)
+    mv, work = np.empty((1, prediction.op.size)), np.empty((4, 1))
+    S, ratio, stops, place, lag = valve[:, np.newaxis]
+    stems(prediction.op, 1, S, S * ratio, stops, place, kept(lag), work[0], work[1], work[2], work[3], mv)
     return mv[0]
 
 
 def good_valve(valve: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A valve that follows OP: the same one with a band too small to matter.
+    """A valve that follows OP: the same one with a band too small to matter; a lag before it is the process's.
 
     Parameters
     ----------
-    valve : ndarray, shape (4,)
+    valve : ndarray, shape (5,)
         A valve as in `Trials`.
 
     Returns
     -------
-    ndarray, shape (1, 4)
+    ndarray, shape (1, 5)
         The good one.
     """
-    return np.array([[1e-6 * valve[0], 0.0, 0.0, 0.0]])
+    return np.array([[1e-6 * valve[0], 0.0, 0.0, 0.0, 0.0]])
+
+
+def kept(lag: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Share of its way to OP that the air behind a lag still has before it after a sample.
+
+    Parameters
+    ----------
+    lag : ndarray
+        Lags [samples].
+
+    Returns
+    -------
+    ndarray
+        exp(-1 / lag); 0 of no lag.
+    """
+    return np.exp(-1.0 / np.maximum(lag, 1e-3))
 
 
 def _errors(
     prediction: Prediction, valve: NDArray[np.float64], ends: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    S, ratio, stops, place = (np.ascontiguousarray(column) for column in valve.T)
+    S, ratio, stops, place, lag = (np.ascontiguousarray(column) for column in valve.T)
     left, blocks = np.empty(S.size), np.empty((S.size, ends.size))
     work = desk(prediction.pv.size, prediction.order, prediction.edges)
     prediction_errors(
         prediction.op, prediction.width, prediction.pv, prediction.order, prediction.edges, prediction.begin, FLOOR,
-        S, S * ratio, stops, place, ends, left, blocks, work,
+        S, S * ratio, stops, place, kept(lag), ends, left, blocks, work,
     )  # fmt: skip
     return left, blocks

@@ -30,7 +30,7 @@ class Desk(NamedTuple):
     mv: NDArray[np.float64]
     """Stem positions, a valve a row, shape (n_lanes, n_samples)."""
     valve: NDArray[np.float64]
-    """Vectors: S, J, rule, place, position, direction, stem; shape (7, n_lanes)."""
+    """Vectors: S, J, rule, place, share kept, position, direction, air, stem; shape (9, n_lanes)."""
     past: NDArray[np.float64]
     """Products of the PV's lags with one another, their sums in the last column, shape (order + 1, order + 2)."""
     cross: NDArray[np.float64]
@@ -67,7 +67,7 @@ def desk(n_samples: int, order: int, edges: NDArray[np.int64]) -> Desk:
     lags, weights = int(edges[-1]) - 1, order + edges.size
     return Desk(
         mv=np.empty((LANES, n_samples)),
-        valve=np.empty((7, LANES)),
+        valve=np.empty((9, LANES)),
         past=np.empty((order + 1, order + 2)),
         cross=np.empty((lags + 1, order + 1)),
         stem=np.empty((lags + 1, lags + 1)),
@@ -79,26 +79,27 @@ def desk(n_samples: int, order: int, edges: NDArray[np.int64]) -> Desk:
 
 
 @kernel
-def stems(op, width, S, J, stops, place, x, moving, mean, mv):
+def stems(op, width, S, J, stops, place, keep, x, moving, air, mean, mv):
     """Fill `mv` (n_lanes, n_blocks) with each stem's mean over blocks of `width` samples of `op`.
 
-    The rule is Kano's of `follow`; where `stops` is 1 a stem rests again after every sample, as He's does. Each
-    begins `place` half bands off the first OP. `x`, `moving` and `mean` (n_lanes,) are work space.
+    The rule is Kano's of `follow`, of the air, which keeps a share `keep` of its way to OP from sample to sample; where `stops` is 1 a stem
+    rests again after every sample, as He's does. Each begins `place` half bands off the first OP. `x`, `moving`, `air`
+    and `mean` (n_lanes,) are work space.
     """
     lanes, n = mv.shape
     share = 1.0 / width
-    before = op[0]
     for v in range(lanes):
-        x[v] = before + place[v] * 0.5 * (S[v] + J[v])
+        x[v] = op[0] + place[v] * 0.5 * (S[v] + J[v])
         moving[v] = 0.0
+        air[v] = op[0]
     for k in range(n):
         for v in range(lanes):
             mean[v] = 0.0
         for i in range(k * width, (k + 1) * width):
-            u = op[i]
-            du = u - before
-            before = u
             for v in range(lanes):
+                u = op[i] + keep[v] * (air[v] - op[i])
+                du = u - air[v]
+                air[v] = u
                 e = u - x[v]
                 way = 1.0 if e > 0.0 else -1.0
                 way = way if abs(e) > 0.5 * (S[v] + J[v]) * (1.0 + 1e-9) else 0.0
@@ -111,14 +112,14 @@ def stems(op, width, S, J, stops, place, x, moving, mean, mv):
 
 
 @kernel
-def prediction_errors(op, width, pv, order, edges, begin, floor, S, J, stops, place, ends, left, blocks, work):
+def prediction_errors(op, width, pv, order, edges, begin, floor, S, J, stops, place, keep, ends, left, blocks, work):
     """Fill `left` (n,) with the sum of squares that each valve leaves of `pv` (n_samples,) from `begin` on.
 
     `op` holds `width` samples for each one of `pv`. The regression takes a constant, `order` lags of the PV, and
     sums of the stem's lags edges[g] <= lag < edges[g + 1]; a lag of at least 1 keeps the noise that the controller
     hands on to the OP out of its own prediction. `floor` is the square that no sample falls below. `ends`
     (n_blocks,) are the samples at which blocks of time end, `blocks` (n, n_blocks) what is left in each; both may
-    be empty. `S`, `J`, `stops` and `place` (n,) are those of `stems`.
+    be empty. `S`, `J`, `stops`, `place` and `keep` (n,) are those of `stems`.
     """
     n = pv.shape[0]
     mv, valve, past, cross, stem = work.mv, work.valve, work.past, work.cross, work.stem
@@ -138,8 +139,8 @@ def prediction_errors(op, width, pv, order, edges, begin, floor, S, J, stops, pl
         filled = min(lanes, S.shape[0] - base)
         for v in range(lanes):
             i = base + min(v, filled - 1)
-            valve[0, v], valve[1, v], valve[2, v], valve[3, v] = S[i], J[i], stops[i], place[i]
-        stems(op, width, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], valve[6], mv)
+            valve[0, v], valve[1, v], valve[2, v], valve[3, v], valve[4, v] = S[i], J[i], stops[i], place[i], keep[i]
+        stems(op, width, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], valve[6], valve[7], valve[8], mv)
         for v in range(filled):
             _centre(mv[v])
             _products(pv, mv[v], order, lags, begin, cross, stem)

@@ -83,7 +83,7 @@ def from_reversals(coarse: Prediction, fine: Prediction, swing: float) -> NDArra
 
     Returns
     -------
-    ndarray, shape (n, 4)
+    ndarray, shape (n, 5)
         The likeliest valve from each reversal, with its likeliest place at the start of the fine record, as in
         `Trials`; none where OP has no reversal with a record of some length after it.
     """
@@ -91,7 +91,7 @@ def from_reversals(coarse: Prediction, fine: Prediction, swing: float) -> NDArra
     room = np.empty(fine.op.size, dtype=np.int64)
     ends = room[: turns(fine.op, max(int(cycle / 4.0), 2), fine.op.size // 2, room)]
     if ends.size == 0:
-        return np.empty((0, 4))
+        return np.empty((0, 5))
     shortest = int(max(CYCLES * cycle, SHORTEST * coarse.width))
     found = []
     for at in np.unique(ends[np.linspace(0, ends.size - 1, STARTS).astype(int)]):
@@ -100,7 +100,7 @@ def from_reversals(coarse: Prediction, fine: Prediction, swing: float) -> NDArra
             S, J, _ = _climb(reversal, swing, shortest)
             tried = trials_of(lean(fine), valves(np.array([S]), np.array([J / S]), 1.0, AT_START, swing))
             found.append(tried.best)
-    return np.array(found).reshape(-1, 4)
+    return np.array(found).reshape(-1, 5)
 
 
 def _reversal(coarse: Prediction, fine: Prediction, at: int, back: int) -> Reversal:
@@ -155,7 +155,7 @@ def _best(
     S, J, past = trials.T
     stem = reversal.op[0] - reversal.way * (past + 0.5 * (S - J))
     place = (stem - part.op[0]) / (0.5 * (S + J))
-    tried = trials_of(part, np.column_stack([S, J / S, np.ones(S.size), place]))
+    tried = trials_of(part, np.column_stack([S, J / S, np.ones(S.size), place, np.zeros(S.size)]))
     chosen, bounds = np.empty(kept, dtype=np.int64), np.empty((kept, 4))
     count = distinct(reversal.op, size, reversal.way, trials, tried.ranked(), chosen, bounds)
     return trials[chosen[:count]], bounds[:count]
