@@ -140,7 +140,8 @@ def drawn(seed: int, i: int) -> Textbook:
         wander = float(rng.choice([0.0, 0.01, 0.03])) if cause not in ("none", "tight tuning") else 0.1
         load = np.cumsum(rng.normal(0.0, wander, n)) * (0.1 if plant.integrating else 1.0)
         noise = float(rng.choice([0.0, 0.005, 0.02, 0.05])) * size * abs(plant.gain) * rng.normal(size=n)
-        op, pv = _run(plant, Kc, Ti, Stem(kind, S, J), sp, wave, load, noise)
+        with np.errstate(over="ignore", invalid="ignore"):  # one without bounds is drawn again
+            op, pv = _run(plant, Kc, Ti, Stem(kind, S, J), sp, wave, load, noise)
         op, pv, sp = op[BEFORE:] + 50.0, pv[BEFORE:], sp[BEFORE:]
         inside = np.isfinite(op).all() and op.min() > 0.0 and op.max() < 100.0 and np.ptp(op) > 0.3
         if not inside or (cause in ("stiction", "deadband") and np.ptp(op[-op.size // 3 :]) < 1.05 * S):

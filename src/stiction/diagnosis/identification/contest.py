@@ -108,7 +108,8 @@ def contest(prediction: Prediction, trials: Trials, *, seen: bool) -> Contest:
     -----
     No (S, J) valve is the true one, so that the curvature of the likelihood says too little of the error. Vuong's
     test asks whether a rival foretells worse by its own scatter from half cycle to half cycle, a slip each. A rival
-    less than 3.84 in twice the log likelihood behind is never left out.
+    less than 3.84 in twice the log likelihood behind is never left out. A valve whose actuator lags is `LAG_WORTH`
+    further behind.
 
     Between samples that are not the controller's own the noise on OP trips the valve: the band that trips at the
     samples is smaller than S, by what OP goes beyond its samples (`BEYOND`), and no likelihood tells S within a third

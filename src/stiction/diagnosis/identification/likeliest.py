@@ -50,7 +50,7 @@ FAN_STEP, FAN_REACH, FAN_J, FAN_PLACES = 0.008, 1.5, 6, 3
 FAN_SAMPLES, FAN_VALLEYS = 500, (0.008, 0.05, 12)
 """Samples in the middle of the record that the fan is looked at on, and the valleys followed from there [-]."""
 LEAST_LAG, LAG_CYCLES, LAG_STEP = 0.7, 0.1, 0.6
-"""Smallest lag of the actuator looked for [samples of OP], the largest [cycles], and the step over its logarithm [-]."""
+"""Smallest lag of the actuator looked for [samples of OP], the largest [cycles], and the step over ln of it [-]."""
 LAG_S, LAG_J, LAG_VALLEYS = (-0.5, 0.2, 0.02), 4, (0.02, 0.1, 3)
 """The fan behind each lag: ln S about the best valve's from, to, step; points over J / S; valleys followed [-]."""
 LAG_STAGES, LAG_POINTS = ((0.35, 0.08), (0.15, 0.04)), 7
@@ -107,7 +107,7 @@ def most_likely(prediction: Prediction, fine: Prediction, swing: float) -> Trial
         tried = _fanned(fine, tried, swing)
         going_on, resting = (float(tried.cost[tried.valve[:, 2] == rule].min(initial=np.inf)) for rule in (0.0, 1.0))
         if going_on - resting < LAG_RIVAL * gain:
-            tried = joined(tried, _lagged(fine, tried, swing))
+            tried = _lagged(fine, tried, swing)
         if gain > CLEAR and resting - tried.cost.min() < RIVAL * gain:
             tried = joined(tried, trials_of(fine, from_reversals(prediction, fine, swing)))
     return _closer(fine, tried, STAGES[1:], swing)
@@ -135,11 +135,11 @@ def _fanned(prediction: Prediction, tried: Trials, swing: float) -> Trials:
 
 
 def _lagged(prediction: Prediction, tried: Trials, swing: float) -> Trials:
-    """Valves whose actuator lags: they trip late, and by OP itself they look stickier than they are."""
+    """Look for an actuator that lags: its valve trips late, and looks stickier than it is by OP itself."""
     cycle = 2.0 * prediction.samples * prediction.width / prediction.ends.size
     lags = np.exp(np.arange(np.log(LEAST_LAG), np.log(LAG_CYCLES * cycle), LAG_STEP))
     if lags.size == 0:
-        return Trials(np.empty((0, 5)), np.empty(0))
+        return tried
     middle, place = _middle(prediction), np.zeros(1)
     S = tried.best[0] * np.exp(np.arange(*LAG_S))
     S, ratio = S[swing > S], np.linspace(0.0, 1.0, LAG_J)
@@ -156,7 +156,7 @@ def _lagged(prediction: Prediction, tried: Trials, swing: float) -> Trials:
             valves(S, found.best[1:2], 0.0, place, swing, found.best[4] * np.exp(way)) for way in (-step, 0.0, step)
         ]
         found = joined(found, trials_of(prediction, np.concatenate(closer)))
-    return found
+    return joined(tried, found)
 
 
 def _middle(prediction: Prediction) -> Prediction:
@@ -197,7 +197,7 @@ def _closer(
                 valley[0] * (1.0 + S_step * steps),
                 np.unique(np.clip(valley[1] + J_step * steps, 0.0, 1.0)),
                 valley[2],
-                np.clip(valley[3] + place_step * steps, -1.0, 1.0) if valley[2] or place_step > FORGOTTEN else valley[3:4],
+                _places(valley, place_step),
                 swing,
                 valley[4],
             )
@@ -217,6 +217,13 @@ def _closer(
         ]
         tried = joined(tried, trials_of(prediction, np.concatenate(about)))
     return tried
+
+
+def _places(valley: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    """Places at the start about a valley's; for a stem that goes on only while the steps are wide."""
+    if valley[2] == 0.0 and step <= FORGOTTEN:
+        return valley[3:4]
+    return np.clip(valley[3] + step * np.arange(-1, 2), -1.0, 1.0)
 
 
 def one_each(trials: Trials) -> NDArray[np.int64]:

@@ -241,7 +241,9 @@ def trials_of(prediction: Prediction, valve: NDArray[np.float64]) -> Trials:
         The same with the cost of each.
     """
     left = _errors(prediction, valve, np.empty(0, dtype=np.int64))[0]
-    return Trials(valve, prediction.samples * np.log(left / prediction.samples) + LAG_WORTH * (valve[:, 4] > 0.0))
+    cost = prediction.samples * np.log(left / prediction.samples)
+    cost[valve[:, 4] > 0.0] += LAG_WORTH
+    return Trials(valve, cost)
 
 
 def joined(one: Trials, other: Trials) -> Trials:
@@ -294,7 +296,7 @@ def stem_of(prediction: Prediction, valve: NDArray[np.float64]) -> NDArray[np.fl
         Stem position [% of span].
     """
     mv, work = np.empty((1, prediction.op.size)), np.empty((4, 1))
-    S, ratio, stops, place, lag = valve[:, np.newaxis]
+    S, ratio, stops, place, lag = (np.full(1, x) for x in valve)
     stems(prediction.op, 1, S, S * ratio, stops, place, kept(lag), work[0], work[1], work[2], work[3], mv)
     return mv[0]
 

@@ -82,9 +82,9 @@ def desk(n_samples: int, order: int, edges: NDArray[np.int64]) -> Desk:
 def stems(op, width, S, J, stops, place, keep, x, moving, air, mean, mv):
     """Fill `mv` (n_lanes, n_blocks) with each stem's mean over blocks of `width` samples of `op`.
 
-    The rule is Kano's of `follow`, of the air, which keeps a share `keep` of its way to OP from sample to sample; where `stops` is 1 a stem
-    rests again after every sample, as He's does. Each begins `place` half bands off the first OP. `x`, `moving`, `air`
-    and `mean` (n_lanes,) are work space.
+    The rule is Kano's of `follow`, of the air, which keeps a share `keep` of its way to OP from sample to sample; where
+    `stops` is 1 a stem rests again after every sample, as He's does. Each begins `place` half bands off the first OP.
+    `x`, `moving`, `air` and `mean` (n_lanes,) are work space.
     """
     lanes, n = mv.shape
     share = 1.0 / width
