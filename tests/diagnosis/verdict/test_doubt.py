@@ -17,8 +17,8 @@ from stiction.diagnosis.verdict.doubt import (
     HIDES,
     KEPT,
     LEAST,
-    LINES,
     MOST,
+    SOME,
     STEPS,
     UNKNOWN,
     explains_nothing,
@@ -86,12 +86,12 @@ def test_an_op_of_few_steps_hides_slips_whether_or_not_its_gate_lowers(p):
     assert held_back(p, fine) == (p, "")
 
 
-@given(p=some.floats(0.0, 1.0))
-def test_a_few_straight_lines_of_OP_hide_slips_whether_or_not_their_gate_lowers(p):
-    lines = Quality((Gate("compression", "ok", LINES + 1.0, 10.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
-    assert held_back(p, lines).probability == min(max(p, LEAST), MOST)
-    none = Quality((Gate("compression", "ok", LINES, 10.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
-    assert held_back(p, none) == (p, "")
+@given(p=some.floats(0.0, 1.0), name=some.sampled_from(sorted(SOME)))
+def test_a_few_straight_lines_or_held_samples_hide_slips_whether_or_not_their_gate_lowers(p, name):
+    more = Quality((Gate(name, "ok", SOME[name] + 1.0, 50.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
+    assert held_back(p, more).probability == min(max(p, LEAST), MOST)
+    few = Quality((Gate(name, "ok", SOME[name], 50.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
+    assert held_back(p, few) == (p, "")
 
 
 @pytest.mark.parametrize("name", ["sampling", "clock"])

@@ -39,8 +39,8 @@ __all__ = [
     "HIDES",
     "KEPT",
     "LEAST",
-    "LINES",
     "MOST",
+    "SOME",
     "STEPS",
     "UNKNOWN",
     "HeldBack",
@@ -57,8 +57,9 @@ HIDES = ("held", "compression", "exception", "averaging", "length", "resampled",
 """Gates that lower the confidence in a record that may have lost what shows the valve."""
 BEYOND = {"missing": 5.0, "frozen": 5.0, "clock": 2.0}
 """Those for which that holds beyond a value: missing and frozen samples [%], jumps of the clock [-]."""
-LINES = 2.0
-"""Share of OP on exactly straight lines beyond which these may hide or feign a slip, gate or no gate [%]."""
+SOME = {"compression": 2.0, "held": 5.0}
+"""Shares of OP on exactly straight lines, and of samples that repeat the last one, beyond which these may hide or feign
+a slip, whether or not their gate lowers [%]."""
 STEPS = 100.0
 """Steps that OP swings over below which they may hide a slip [-]."""
 LEAST, MOST = 0.1, 0.9
@@ -171,8 +172,7 @@ def _hides(doubts: list[str], quality: Quality, *, own_samples: bool) -> list[st
     ]
     if value.get("op resolution", STEPS) < STEPS:
         names.append("op resolution")
-    if value.get("compression", 0.0) > LINES and "compression" not in names:
-        names.append("compression")
+    names += [name for name, most in SOME.items() if value.get(name, 0.0) > most and name not in names]
     names += [name for name in ("sampling", "clock") if name in doubts and name not in names and not own_samples]
     if not own_samples and "length" not in names and quality.last - quality.first < FEW:
         names.append("few samples")
