@@ -55,7 +55,7 @@ FIRST, FURTHER = 0.9, 0.8
 """What the log odds keep for the first doubt, and for each further one [-]."""
 HIDES = ("held", "compression", "exception", "averaging", "length", "resampled", "saturation", "replay")
 """Gates that lower the confidence in a record that may have lost what shows the valve."""
-BEYOND = {"missing": 5.0, "frozen": 5.0, "clock": 2.0}
+BEYOND = {"missing": 5.0, "frozen": 5.0, "clock": 1.0}
 """Those for which that holds beyond a value: missing and frozen samples [%], jumps of the clock [-]."""
 SOME = {"compression": 2.0, "held": 5.0}
 """Shares of OP on exactly straight lines, and of samples that repeat the last one, beyond which these may hide or feign
