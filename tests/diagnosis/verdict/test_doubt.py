@@ -18,7 +18,6 @@ from stiction.diagnosis.verdict.doubt import (
     KEPT,
     LEAST,
     MOST,
-    SOME,
     STEPS,
     UNKNOWN,
     explains_nothing,
@@ -86,11 +85,11 @@ def test_an_op_of_few_steps_hides_slips_whether_or_not_its_gate_lowers(p):
     assert held_back(p, fine) == (p, "")
 
 
-@given(p=some.floats(0.0, 1.0), name=some.sampled_from(sorted(SOME)))
-def test_a_few_straight_lines_or_held_samples_hide_slips_whether_or_not_their_gate_lowers(p, name):
-    more = Quality((Gate(name, "ok", SOME[name] + 1.0, 50.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
+@given(p=some.floats(0.0, 1.0), name=some.sampled_from(sorted(BEYOND)))
+def test_what_can_hide_a_slip_does_so_beyond_a_value_whether_or_not_its_gate_lowers(p, name):
+    more = Quality((Gate(name, "ok", BEYOND[name] + 1.0, 50.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
     assert held_back(p, more).probability == min(max(p, LEAST), MOST)
-    few = Quality((Gate(name, "ok", SOME[name], 50.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
+    few = Quality((Gate(name, "ok", BEYOND[name], 50.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
     assert held_back(p, few) == (p, "")
 
 
@@ -139,8 +138,8 @@ def test_the_reason_says_how_much():
     told = held_back(0.8, quality(("cycles",))).why
     assert told == "The data are in doubt (cycles), which makes 0.80 a 0.78."
     assert held_back(0.5, quality(("cycles",))).why == "The data are in doubt (cycles)."
-    assert held_back(0.001, quality(("held",))).why == "The data allow no less than 0.10 (held)."
-    assert held_back(0.001, quality(("held", "cycles"))).why == "The data allow no less than 0.10 (held)."
+    assert held_back(0.001, quality(("replay",))).why == "The data allow no less than 0.10 (replay)."
+    assert held_back(0.001, quality(("replay", "cycles"))).why == "The data allow no less than 0.10 (replay)."
     # Of the logarithms of the odds nine tenths are kept of the way from even, and from one to three; then four fifths.
     assert odds(held_back(0.8, quality(("sampling",))).probability) == pytest.approx(4.0**0.9)
     assert odds(held_back(1 / 13, quality(("manual",))).probability) == pytest.approx(4.0**-0.9 / 3.0)

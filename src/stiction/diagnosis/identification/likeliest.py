@@ -151,10 +151,9 @@ def _lagged(prediction: Prediction, tried: Trials, swing: float) -> Trials:
         ]
     found = trials_of(prediction, np.concatenate(seeds))
     for step, reach in LAG_STAGES:
-        S = found.best[0] * np.exp(reach * np.linspace(-1.0, 1.0, LAG_POINTS))
-        closer = [
-            valves(S, found.best[1:2], 0.0, place, swing, found.best[4] * np.exp(way)) for way in (-step, 0.0, step)
-        ]
+        best = found.best
+        S = best[0] * np.exp(reach * np.linspace(-1.0, 1.0, LAG_POINTS))
+        closer = [valves(S, best[1:2], 0.0, place, swing, best[4] * np.exp(way)) for way in (-step, 0.0, step)]
         found = joined(found, trials_of(prediction, np.concatenate(closer)))
     return joined(tried, found)
 
