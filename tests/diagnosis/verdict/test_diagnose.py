@@ -273,6 +273,17 @@ def test_a_likely_jump_is_never_surely_none(monkeypatch):
     assert "a jump is likely" in found.reason
 
 
+def test_a_sticky_valve_that_explains_far_more_is_never_called_good():
+    # One upset, then the stem rests for good: no cycle, and all that a calm loop shows speaks for a good valve.
+    found = upset(st.He(4.0, 1.0), 0, 20)
+    valve = found.identification
+    assert valve is not None
+    assert valve.fit - valve.fit_linear > 90.0
+    assert (found.verdict, found.cause, found.probability) == ("undecided", "unknown", LEAST)
+    assert "yet the rest of what was found speaks for no fault" in found.reason
+    assert "ramp" in found.action
+
+
 def upset(valve, first, width):
     """A loop that rests but for one pulse of its load."""
     loop = st.Loop(st.PID(0.4, 8.0), valve, st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=0.1)

@@ -18,8 +18,10 @@ from stiction.diagnosis.verdict.doubt import (
     KEPT,
     LEAST,
     MOST,
+    MUCH_MORE,
     STEPS,
     UNKNOWN,
+    explains_much_more,
     explains_nothing,
     held_back,
     only_saturated,
@@ -122,6 +124,13 @@ def test_a_valve_whose_jump_is_clear_is_never_surely_good(p):
     assert ("a jump is likely" in found.why) is (p < LEAST)
 
 
+@given(p=some.floats(0.0, 1.0))
+def test_a_good_valve_that_explains_much_less_is_never_surely_good(p):
+    found = held_back(p, quality(()), torn=True)
+    assert found.probability == max(p, LEAST)
+    assert ("a sticky valve explains much more" in found.why) is (p < LEAST)
+
+
 @given(p=some.floats(0.0, 0.5))
 def test_saturation_that_is_the_finding_is_no_doubt(p):
     assert held_back(p, quality(("saturation",)), saturation=0.6) == (p, "")
@@ -179,6 +188,10 @@ def test_where_op_does_not_move_pv_nothing_is_said_of_the_valve():
     assert "no more than 12 %" in explains_nothing(replace(found, fit=11.0, fit_linear=12.0))
     assert explains_nothing(replace(found, fit=20.0, fit_linear=12.0)) == ""
     assert explains_nothing(replace(found, fit=-5.0, fit_linear=40.0)) == ""
+    better = replace(found, fit=40.0 + MUCH_MORE + 1.0, fit_linear=40.0, gain=1.0)
+    assert explains_much_more(better)
+    assert not explains_much_more(replace(better, fit_linear=42.0))
+    assert not explains_much_more(replace(better, gain=-1.0))
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
+from stiction.diagnosis.verdict.probability import UNDECIDED
 from stiction.records.durations import in_seconds
 
 if TYPE_CHECKING:
@@ -118,12 +119,14 @@ def _undecided(other: str, causes: Mapping[str, float], found: Identification, r
         wanted.append(f"samples every {often} or faster, without compression")
     wanted.append("the valve stroked by a ramp in manual, or the stem's position")
     what = "no fault" if other == "none" else other
-    return Cause(
-        "unknown",
-        f"The data do not decide between stiction ({causes['stiction']:.2f}) and {what} ({causes[other]:.2f}): a "
-        f"sticky valve {fits(found)}.",
-        f"What would decide: {'; '.join(wanted)}.",
-    )
+    if causes["stiction"] < UNDECIDED[0]:
+        why = f"A sticky valve {fits(found)}, yet the rest of what was found speaks for {what} ({causes[other]:.2f})."
+    else:
+        why = (
+            f"The data do not decide between stiction ({causes['stiction']:.2f}) and {what} ({causes[other]:.2f}): a "
+            f"sticky valve {fits(found)}."
+        )
+    return Cause("unknown", why, f"What would decide: {'; '.join(wanted)}.")
 
 
 def _deadband(found: Identification, rhythm: Oscillation) -> tuple[str, str]:

@@ -12,7 +12,14 @@ from stiction.diagnosis.identification.identify import search
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence, Identification
 from stiction.diagnosis.verdict.cause import named_cause, not_seen
-from stiction.diagnosis.verdict.doubt import FAULT_SEEN, UNKNOWN, explains_nothing, held_back, only_saturated
+from stiction.diagnosis.verdict.doubt import (
+    FAULT_SEEN,
+    UNKNOWN,
+    explains_much_more,
+    explains_nothing,
+    held_back,
+    only_saturated,
+)
 from stiction.diagnosis.verdict.features import Features, features
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
 from stiction.diagnosis.verdict.stem import stem_shown
@@ -111,14 +118,18 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     shown_by_stem = main is not own
     blamed = told["sensor"] + told["saturation"] >= FAULT_SEEN
     nothing = explains_nothing(main) if not (shown_by_stem or blamed) else ""
-    jump_clear = seen.features.likely_jump_clear > 0.0 and not (blamed or (stem is not None and stem.used))
+    by_itself = not (blamed or (stem is not None and stem.used))
+    jump_clear = by_itself and seen.features.likely_jump_clear > 0.0
+    torn = by_itself and explains_much_more(own)
     held = held_back(
         before, seen.quality, told["saturation"],
-        own_samples=own.own_samples, valve_seen=not nothing, jump_clear=jump_clear,
+        own_samples=own.own_samples, valve_seen=not nothing, jump_clear=jump_clear, torn=torn,
     )  # fmt: skip
     rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
-    verdict = "undecided" if nothing else _verdict(held.probability)
+    verdict = _verdict(held.probability)
+    if nothing or (torn and verdict == "no_stiction"):
+        verdict = "undecided"
     cause = named_cause(verdict, told, main, seen.oscillation, record.dt)
     if nothing:
         cause = not_seen(nothing, told)
