@@ -1,10 +1,11 @@
 """Find the weights of the verdict again, judge each real loop by weights found without it, and write the tables.
 
-python tests/diagnosis/verdict/calibrate.py ../shared/data --loops 4900 --seed 21 --jobs 2 [--select] [--write]
+python tests/diagnosis/verdict/calibrate.py ../shared/data --loops 4900 --seed 21 --jobs 2 [--write]
 
---keep keeps the rows of features in a file, --rows goes on from such files. With --select the features of the first
-table are chosen again, one after the other, by what each adds on simulated loops that were not fitted and on real
-loops left out; without it those of the table in use are kept.
+--keep keeps the rows of features in a file, --rows goes on from such files. The features of the first table are chosen
+by many samples of the loops, one feature after the other, by what each adds on simulated loops that were not fitted and
+on real loops left out; its weights are the means of theirs. A real loop is judged by the samples that do not hold it,
+with weights found without it: neither its features nor its weights know the loop.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 import csv
 import warnings
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +23,8 @@ import stiction as st
 from stiction.apps.labels import read_labels
 from stiction.diagnosis.verdict.diagnose import findings
 from stiction.diagnosis.verdict.features import Features
-from stiction.diagnosis.verdict.probability import FLOOR, JUMP, POOL, SAFE, SIGNS, UNDECIDED
-from stiction.diagnosis.verdict.weighing import COLUMNS, CONSTANT, weighing
+from stiction.diagnosis.verdict.probability import FLOOR, JUMP, OTHERS, SAFE, SIGNS, UNDECIDED
+from stiction.diagnosis.verdict.weighing import COLUMNS, CONSTANT
 from stiction.simulation.population import CAUSES, population
 
 NAMES = Features._fields
@@ -41,7 +43,12 @@ OF_JUMPS = ("likely_jump_gain", "own_samples")
 """Features of the third table."""
 JUMPS = [NAMES.index(name) for name in OF_JUMPS]
 LEAST_GAIN = 0.001
-MOST = 14
+MOST = 8
+"""What a feature must take off the loss to be chosen, and how many are at most [-]."""
+BAGS, OF_REAL, OF_SIMULATED = 32, 0.75, 0.35
+"""Samples of the loops that choose features, and the shares of the real and of the simulated loops in each [-]."""
+FEWEST = 3
+"""Samples that must choose a feature for it to be in the table: what fewer choose may be by chance [-]."""
 FOLDS = 4
 """Parts that the simulated loops are left out in, to see how well they are told."""
 TESTED = 5
@@ -157,19 +164,19 @@ class Sticks:
         weight = np.r_[np.ones(own.sum()), REAL * own.sum() / self.share.sum() * self.share[keep]]
         return fit_sticks(F, np.r_[self.y[own], self.sticky[keep]], weight, start)
 
-    def left_out(self, chosen, *, whole=True):
-        """Probability of each real record by weights found without its loop."""
-        p, start = np.empty(self.sticky.size), self.fit(chosen, whole=whole)
+    def left_out(self, chosen):
+        """Probability of each real record by weights found without its loop and the simulated loops tested."""
+        p, start = np.empty(self.sticky.size), self.fit(chosen, whole=False)
         for g in np.unique(self.group):
             own = self.group == g
-            p[own] = squash(self.lines(self.real[own], chosen) @ self.fit(chosen, g, start, whole=whole))
+            p[own] = squash(self.lines(self.real[own], chosen) @ self.fit(chosen, g, start, whole=False))
         return p
 
     def loss(self, chosen):
         """Mean log loss on the simulated loops not fitted, and its weighted share on the real ones left out."""
         b = self.fit(chosen, whole=False)
         simulated = log_loss(squash(self.lines(self.X[self.tested], chosen) @ b), self.y[self.tested])
-        return simulated + SHARE_REAL * log_loss(self.left_out(chosen, whole=False), self.sticky, self.share)
+        return simulated + SHARE_REAL * log_loss(self.left_out(chosen), self.sticky, self.share)
 
     def select(self):
         chosen = [NAMES.index(name) for name in CORE]
@@ -181,8 +188,49 @@ class Sticks:
                 break
             best = loss
             chosen.append(k)
-            print(f"  {NAMES[k]}: loss {loss:.4f}", flush=True)
         return chosen
+
+
+def choose(bag, lines, X, y, real, sticky, group):
+    """The real loops in a sample of the loops, and the features that it chooses."""
+    draw, loops = np.random.default_rng([77, bag]), np.unique(group)
+    held = draw.permutation(loops)[: int(OF_REAL * loops.size)]
+    own, rows = draw.random(y.size) < OF_SIMULATED, np.isin(group, held)
+    return held, Sticks(lines, X[own], y[own], real[rows], sticky[rows], group[rows]).select()
+
+
+class Committee:
+    """What all samples of the loops choose: a table of the features that several choose, of mean weights."""
+
+    def __init__(self, bags):
+        count = np.bincount([k for _, chosen in bags for k in chosen], minlength=len(NAMES))
+        self.features = [int(k) for k in np.argsort(-count, kind="stable") if count[k] >= FEWEST]
+        self.count, self.bags = count[self.features], bags
+
+    def fit(self, sticks):
+        """Mean weights: constant, slope and bend of each feature."""
+        kept = [[k for k in chosen if k in self.features] for _, chosen in self.bags]
+        return np.mean([self._weights(sticks.fit(chosen), chosen) for chosen in kept], axis=0)
+
+    def left_out(self, sticks):
+        """Log odds of each real record by the samples that do not hold its loop, with weights found without it.
+
+        All that these chose counts: which features several samples chose, others that hold the loop have a say in.
+        """
+        odds, judges = np.zeros((2, sticks.sticky.size))
+        for held, chosen in self.bags:
+            start = sticks.fit(chosen)
+            for g in np.setdiff1d(sticks.group, held):
+                own = sticks.group == g
+                odds[own] += sticks.lines(sticks.real[own], chosen) @ sticks.fit(chosen, g, start)
+                judges[own] += 1.0
+        return odds / judges
+
+    def _weights(self, b, chosen):
+        at, n = np.array([self.features.index(k) for k in chosen]), len(self.features)
+        out = np.zeros(1 + 2 * n)
+        out[0], out[1 + at], out[1 + n + at] = b[0], b[1 : 1 + at.size], b[1 + at.size :]
+        return out
 
 
 def fit_jumps(lines, X, y):
@@ -202,14 +250,14 @@ def pooled(p, scores, jump):
     play = np.minimum(band * squash(-jump), SAFE)
     alike = np.clip((band - play) / (1.0 - play), FLOOR, 1.0 - FLOOR)
     p = np.clip(p, 1e-12, 1.0 - 1e-12)
-    sticks = squash(POOL * np.log(p / (1.0 - p)) + (1.0 - POOL) * np.log(alike / (1.0 - alike))) * (1.0 - play)
+    sticks = squash(np.log(p / (1.0 - p)) + OTHERS * np.log(alike / (1.0 - alike))) * (1.0 - play)
     rest = ((1.0 - sticks - play) / np.maximum(1.0 - band, 1e-12))[:, np.newaxis]
     both = q * rest
     both[:, STICTION], both[:, PLAY] = sticks, play
     return both
 
 
-def fourfold(X, y, real, sticky, group, chosen):
+def fourfold(X, y, real, sticky, group, committee):
     """Print accuracy and calibration on simulated loops not fitted, by all tables pooled and by the second alone."""
     every, fold = list(range(len(NAMES))), np.arange(y.size) % FOLDS
     p, jump, scores = np.empty(y.size), np.empty(y.size), np.empty((y.size, len(CAUSES)))
@@ -217,7 +265,7 @@ def fourfold(X, y, real, sticky, group, chosen):
         fitted, left = fold != k, fold == k
         lines = Lines(X[fitted])
         first = Sticks(lines, X[fitted], y[fitted], real, sticky, group)
-        p[left] = squash(lines(X[left], chosen) @ first.fit(chosen))
+        p[left] = squash(lines(X[left], committee.features) @ committee.fit(first))
         scores[left] = scored(X[left], lines, fit_causes(lines(X[fitted], every), y[fitted]))
         jump[left] = lines(X[left], JUMPS) @ fit_jumps(lines, X[fitted], y[fitted])
     alone = np.exp(scores - scores.max(1, keepdims=True))
@@ -269,6 +317,8 @@ def write(name, rows):
 
 
 def main() -> None:
+    from population import each  # the page beside this script
+
     ask = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     ask.add_argument("folder", type=Path)
     ask.add_argument("--loops", type=int, default=4900)
@@ -276,7 +326,6 @@ def main() -> None:
     ask.add_argument("--jobs", type=int, default=1)
     ask.add_argument("--keep", type=Path, help="file to keep the rows of all loops in")
     ask.add_argument("--rows", type=Path, nargs="+", help="files that kept rows, in place of new ones")
-    ask.add_argument("--select", action="store_true", help="choose the features of the first table again")
     ask.add_argument("--write", action="store_true", help="write the tables into the package")
     given = ask.parse_args()
     kept = [np.load(file) for file in given.rows or ()]
@@ -289,24 +338,26 @@ def main() -> None:
     real, sticky, group, files, whole = (kept[0][name] for name in ("real", "sticky", "group", "record", "whole"))
     lines = Lines(X)
     first = Sticks(lines, X, y, real, sticky, group)
-    chosen = first.select() if given.select else [NAMES.index(name) for name in weighing("sticks").features]
-    print("features of the first table:", ", ".join(NAMES[k] for k in chosen))
+    asked = partial(choose, lines=lines, X=X, y=y, real=real, sticky=sticky, group=group)
+    committee = Committee(list(each(asked, range(BAGS), given.jobs, BAGS)))
+    voices = zip(committee.features, committee.count, strict=True)
+    print(f"features of the first table, of {BAGS}:", ", ".join(f"{NAMES[k]} {n}" for k, n in voices))
     every = list(range(len(NAMES)))
     W = fit_causes(lines(X, every), y)
     b = fit_jumps(lines, X, y)
     scores, jump = scored(real, lines, W), lines(real, JUMPS) @ b
-    p = pooled(first.left_out(chosen), scores, jump)[:, STICTION]
+    p = pooled(squash(committee.left_out(first)), scores, jump)[:, STICTION]
     tell(p[whole], sticky[whole], group[whole], files[whole])
     parts = log_loss(p[~whole], sticky[~whole], first.share[~whole])
     right = np.average(np.where(sticky, p > 0.5, p < 0.5)[~whole], weights=first.share[~whole])
     print(f"three quarters of them: {right:.3f} right, log loss {parts:.3f}")
-    fourfold(X, y, real, sticky, group, chosen)
+    fourfold(X, y, real, sticky, group, committee)
     alone = np.exp(scores - scores.max(1, keepdims=True))
     alone = alone[:, STICTION] / alone.sum(1)
     print("the second table alone, on the real loops:")
     tell(alone[whole], sticky[whole], group[whole], files[whole])
     if given.write:
-        write("sticks", lines.rows("stiction", first.fit(chosen), chosen))
+        write("sticks", lines.rows("stiction", committee.fit(first), committee.features))
         write("jumps", lines.rows("jump", b, JUMPS))
         write("causes", (line for k, cause in enumerate(CAUSES) for line in lines.rows(cause, W[:, k], every)))
 
