@@ -47,7 +47,7 @@ UNDECIDED = (0.48, 0.52)
 OTHERS = 0.25
 """What the log odds of the other tables count beside those of the first, which as means are less sure than they ought
 to be [-]. Of 0.2, 0.25, 0.33 and 0.4 the first two tell 21 of the 23 recorded loops right that are left out, the others
-20; the more it is, the more simulated ones are told right (balanced accuracy 0.901 to 0.909, seed 12)."""
+19; the more it is, the more simulated ones are told right (balanced accuracy 0.901 to 0.909, seed 12)."""
 JUMP = 0.35
 """What the log odds of the third table count in those of a jump [-]. Half leaves the least log loss between play and
 stiction on simulated integrating loops left out, less keeps more loops with play (`calibrate.py`)."""
