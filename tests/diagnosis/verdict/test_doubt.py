@@ -18,6 +18,7 @@ from stiction.diagnosis.verdict.doubt import (
     KEPT,
     LEAST,
     MOST,
+    MOST_KEPT,
     MUCH_MORE,
     STEPS,
     UNKNOWN,
@@ -69,6 +70,8 @@ def test_doubts_draw_towards_what_is_not_known_and_bound(p, names):
 def test_where_much_of_the_record_is_left_out_nothing_is_sure(p):
     assert LEAST <= held_back(p, quality(first=round(1000 * (1.0 - KEPT)) + 1)).probability <= MOST
     assert held_back(p, quality(first=round(1000 * (1.0 - KEPT))), own_samples=True) == (p, "")
+    assert LEAST <= held_back(p, quality(first=2 * round(1000 * (1.0 - MOST_KEPT)) + 2, rows=2000)).probability <= MOST
+    assert held_back(p, quality(first=2 * round(1000 * (1.0 - MOST_KEPT)), rows=2000)) == (p, "")
 
 
 @pytest.mark.parametrize("name", BEYOND)
