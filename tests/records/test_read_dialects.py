@@ -7,6 +7,7 @@ import pytest
 
 from stiction.errors import RecordError
 from stiction.records import read
+from stiction.records.columns import signal_of, unit_of
 
 HEADERS = {
     "suffixes": ("Time,FIC-101.PV,FIC-101.OP,FIC-101.SP", "FIC-101"),
@@ -207,6 +208,20 @@ def test_op_in_fraction_by_its_unit_is_converted(signals, table, read_text):
     t, pv, op, _ = signals
     [record] = read_text(table("time_s,PV,OP [0-1]", t, pv, op / 100))
     np.testing.assert_allclose(record.op, op, rtol=1e-14)
+
+
+@pytest.mark.parametrize("header", ["time_s,PV_bar,OP_mA", "time_s,PV degC,OP mA", 'time_s,"pv_m3/h","op_ma"'])
+def test_a_unit_may_stand_behind_its_signal_without_brackets(header, signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table(header, t, pv, 4 + 0.16 * op))
+    np.testing.assert_allclose(record.op, op, rtol=1e-12)
+    np.testing.assert_array_equal(record.pv, pv)
+
+
+@pytest.mark.parametrize(("name", "found"), [("FC1.MA", ("FC1", "MA")), ("FC1_MA", ("FC1", "MA")), ("MA", ("", "MA"))])
+def test_a_mode_is_no_unit(name, found):
+    assert signal_of(name) == found
+    assert unit_of(name) == ""
 
 
 def test_op_in_milliamperes_by_its_unit_is_converted_and_said(signals, table, read_text):

@@ -9,7 +9,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
-from stiction.records.dialects import INDEX_WORDS, OUTPUT_WHEN_ALONE, SIGNAL_WORDS, TIME_UNITS, TIME_WORDS
+from stiction.records.dialects import (
+    INDEX_WORDS,
+    OUTPUT_WHEN_ALONE,
+    SIGNAL_WORDS,
+    TIME_UNITS,
+    TIME_WORDS,
+    UNIT_WORDS,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -23,6 +30,10 @@ _WORDS = "|".join(re.escape(word) for word in _BY_LENGTH)
 _BEHIND = re.compile(rf"(.*?[^./\\:|_\s-])\s*[./\\:|_\s-]+({_WORDS})")
 _BEFORE = re.compile(rf"({_WORDS})(?:[._\s:-]+(?=.*\d)(.+)|(\d+))")
 _UNIT = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
+_MEASURED = "|".join(re.escape(word) for word in _BY_LENGTH if _WORD_TO_SIGNAL[word] in ("pv", "sp", "op", "mv"))
+_UNIT_BEHIND = re.compile(
+    rf"\s*[\"']?({_MEASURED})[_\s]+({'|'.join(map(re.escape, UNIT_WORDS))})[\"']?\s*", re.IGNORECASE
+)
 _BLOCK = re.compile(r"/P?ID\w*$|/PID_\w+$", re.IGNORECASE)
 
 
@@ -41,13 +52,19 @@ class Assignment:
 
 
 def unit_of(name: str) -> str:
-    """Return the unit in brackets at the end of a column name, upper case."""
-    found = _UNIT.search(name)
+    """Return the unit at the end of a column name, in brackets or behind the word of a signal, upper case."""
+    found = _UNIT.search(_bracketed(name))
     return found.group(1).strip().upper() if found else ""
 
 
+def _bracketed(name: str) -> str:
+    """A signal with its unit behind it as one with the unit in brackets: ``OP_mA`` -> ``OP [mA]``."""
+    found = _UNIT_BEHIND.fullmatch(name)
+    return f"{found.group(1)} [{found.group(2)}]" if found else name
+
+
 def _word(name: str) -> str:
-    return " ".join(_UNIT.sub("", name).strip().strip("\"'").upper().split())
+    return " ".join(_UNIT.sub("", _bracketed(name)).strip().strip("\"'").upper().split())
 
 
 def time_unit(name: str, unit: str) -> float | None:
@@ -70,8 +87,8 @@ def signal_of(name: str) -> tuple[str, str] | None:
 
     Examples
     --------
-    >>> signal_of("FIC-101.PV"), signal_of("Set point [t/h]"), signal_of("FLOW")
-    (('FIC-101', 'PV'), ('', 'SET POINT'), None)
+    >>> signal_of("FIC-101.PV"), signal_of("Set point [t/h]"), signal_of("OP_mA"), signal_of("FLOW")
+    (('FIC-101', 'PV'), ('', 'SET POINT'), ('', 'OP'), None)
     """
     word = _word(name)
     if word in _WORD_TO_SIGNAL:

@@ -19,6 +19,7 @@ __all__ = [
     "STATUS_WORDS",
     "TIME_UNITS",
     "TIME_WORDS",
+    "UNIT_WORDS",
     "loop_type_of",
 ]
 
@@ -45,6 +46,12 @@ SIGNAL_WORDS: dict[str, tuple[str, ...]] = {
     "quality": ("QUALITY", "QUAL", "OPC QUALITY"),
 }
 """Signal -> its names, alone (`PV`) or behind a tag (`FIC-101.PV`, `FIC-101/PID1/PV.CV`)."""
+
+UNIT_WORDS = (
+    *("%", "PCT", "PERCENT", "MA", "BAR", "BARG", "MBAR", "KPA", "MPA", "PSI", "DEGC", "DEGF", "°C", "°F"),
+    *("T/H", "KG/H", "KG/S", "M3/H", "L/MIN", "L/H", "L/S", "GPM", "MM", "CM", "RPM", "PPM", "PH"),
+)
+"""Units that stand behind a signal without brackets: `OP_mA`, `PV bar`."""
 
 OUTPUT_WHEN_ALONE = ("MV",)
 """Valve position beside an OP, but the controller output where a loop has no other (CENTUM, GE)."""
