@@ -224,6 +224,10 @@ def test_a_mode_is_no_unit(name, found):
     assert unit_of(name) == ""
 
 
+def test_a_gas_is_no_controller_output():
+    assert signal_of("CO_ppm") is None
+
+
 def test_op_in_milliamperes_by_its_unit_is_converted_and_said(signals, table, read_text):
     t, pv, op, _ = signals
     text = table("time_s,PV,OP [mA]", t, pv, 4 + 0.16 * op)

@@ -49,9 +49,10 @@ SIGNAL_WORDS: dict[str, tuple[str, ...]] = {
 
 UNIT_WORDS = (
     *("%", "PCT", "PERCENT", "MA", "BAR", "BARG", "MBAR", "KPA", "MPA", "PSI", "DEGC", "DEGF", "°C", "°F"),
-    *("T/H", "KG/H", "KG/S", "M3/H", "L/MIN", "L/H", "L/S", "GPM", "MM", "CM", "RPM", "PPM", "PH"),
+    *("T/H", "KG/H", "KG/S", "M3/H", "L/MIN", "L/H", "L/S", "GPM", "MM", "CM", "RPM"),
 )
-"""Units that stand behind a signal without brackets: `OP_mA`, `PV bar`."""
+"""Units that stand behind a signal without brackets: `OP_mA`, `PV bar`. None of them is a concentration's, since
+`CO ppm` is a gas and no controller output."""
 
 OUTPUT_WHEN_ALONE = ("MV",)
 """Valve position beside an OP, but the controller output where a loop has no other (CENTUM, GE)."""
