@@ -22,13 +22,13 @@ def short_of(what):
     return pytest.mark.xfail(reason=what, strict=True)
 
 
-@short_of("19 of 30; 27 are asked")
+@short_of("15 of 30; 27 are asked")
 def test_sticky_loops_are_found():
     rows = judged(30, ("stiction",), SEED, SHORT)
     assert sum(row.right for row in rows) >= 27, listed(row for row in rows if not row.right)
 
 
-@short_of("S within 10 % in 14 of the 25 where J shows; 9 in 10 are asked")
+@short_of("S within 10 % in 18 of the 25 where J shows; 9 in 10 are asked")
 def test_S_is_measured_where_J_shows():
     rows = [row for row in judged(30, ("stiction",), SEED, SHORT) if row.visible]
     assert sum(row.S_close for row in rows) >= 0.9 * len(rows), listed(row for row in rows if not row.S_close)
