@@ -68,8 +68,8 @@ LEAST, MOST = 0.1, 0.9
 FEW = 800
 """Samples below which a record that does not show the controller's own ones does not speak beyond these either [-]."""
 KEPT, MOST_KEPT = 0.75, 0.9
-"""Share of the record below which what was left out might have said something else [-]: anywhere a doubt; a bound, and
-no doubt, from the second on where the record does not show the controller's own samples."""
+"""Share of the record below which what was left out might have said something else [-]. Below the first it is a doubt
+and a bound, below the second a bound alone where the record does not show the controller's own samples."""
 FAULT_SEEN = 0.5
 """Probability of a faulty sensor or of saturation that explains why OP explains nothing; of saturation, beyond which an
 OP at its limit is a finding and no doubt [-]."""
