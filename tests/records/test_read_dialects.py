@@ -210,12 +210,16 @@ def test_op_in_fraction_by_its_unit_is_converted(signals, table, read_text):
     np.testing.assert_allclose(record.op, op, rtol=1e-14)
 
 
-@pytest.mark.parametrize("header", ["time_s,PV_bar,OP_mA", "time_s,PV degC,OP mA", 'time_s,"pv_m3/h","op_ma"'])
-def test_a_unit_may_stand_behind_its_signal_without_brackets(header, signals, table, read_text):
+@pytest.mark.parametrize(
+    ("header", "unit"),
+    [("time_s,PV_bar,OP_mA", "bar"), ("time_s,PV degC,OP mA", "degC"), ('time_s,"pv_m3/h","op_ma"', "m3/h")],
+)
+def test_a_unit_may_stand_behind_its_signal_without_brackets(header, unit, signals, table, read_text):
     t, pv, op, _ = signals
     [record] = read_text(table(header, t, pv, 4 + 0.16 * op))
     np.testing.assert_allclose(record.op, op, rtol=1e-12)
     np.testing.assert_array_equal(record.pv, pv)
+    assert record.provenance.pv_unit == unit
 
 
 @pytest.mark.parametrize(("name", "found"), [("FC1.MA", ("FC1", "MA")), ("FC1_MA", ("FC1", "MA")), ("MA", ("", "MA"))])

@@ -102,7 +102,7 @@ def test_confidence_words(verdict, p, said):
 
 def test_text_from_files_is_escaped(tmp_path):
     evil = "</script><script>alert(1)</script><b>"
-    origin = Provenance(evil, evil, {"op": evil}, (evil,), 5, 0)
+    origin = Provenance(evil, evil, {"op": evil}, (evil,), 5, 0, pv_unit=evil)
     bad = replace(
         diagnosis(), record=replace(record(), tag=evil, provenance=origin), reason=evil, action=evil, cause=evil
     )

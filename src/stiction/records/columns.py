@@ -52,9 +52,9 @@ class Assignment:
 
 
 def unit_of(name: str) -> str:
-    """Return the unit at the end of a column name, in brackets or behind the word of a signal, upper case."""
+    """Return the unit at the end of a column name, in brackets or behind the word of a signal, as it is written."""
     found = _UNIT.search(_bracketed(name))
-    return found.group(1).strip().upper() if found else ""
+    return found.group(1).strip() if found else ""
 
 
 def _bracketed(name: str) -> str:
@@ -70,7 +70,7 @@ def _word(name: str) -> str:
 def time_unit(name: str, unit: str) -> float | None:
     """Return the seconds per unit of a time column: `time_ms`, `Time [min]` or a units row."""
     tail = _word(name).replace("_", " ").rsplit(" ", 1)[-1]
-    for text in (unit_of(name), unit.upper(), tail):
+    for text in (unit_of(name).upper(), unit.upper(), tail):
         if text in TIME_UNITS:
             return TIME_UNITS[text]
     return None

@@ -255,5 +255,6 @@ def _loop(
             bad_texts=dict(texts),
             clock_jumps=grid.clock_jumps,
             made_up=_made_up(table, grid, [signals[role] for role in ("op", "pv") if role in signals]),
+            pv_unit=units[signals["pv"]] if units and "pv" in signals else "",
         ),
     )

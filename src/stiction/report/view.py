@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -57,6 +58,11 @@ class View:
         """Title of the time axis."""
         start = self.diagnosis.record.start
         return f"Time{f' since {start:%Y-%m-%d %H:%M}' if start else ''} [{self.unit[0]}]"
+
+    @property
+    def pv_unit(self) -> str:
+        """Unit of the PV as the source names it, for the title of an axis."""
+        return escape(self.diagnosis.record.provenance.pv_unit) or "engineering units"
 
     @cached_property
     def cycles(self) -> slice:

@@ -32,7 +32,7 @@ def model_fit(view: View) -> Figure | None:
             "anchor": "y2",
             "range": [float(view.time[first]), float(view.time[last - 1])],
         },
-        "yaxis": {"domain": [0.36, 1.0], "title": {"text": "PV<br>[engineering units]"}},
+        "yaxis": {"domain": [0.36, 1.0], "title": {"text": f"PV<br>[{view.pv_unit}]"}},
         "yaxis2": {"domain": [0.0, 0.28], "title": {"text": "residual"}, "zeroline": True, "zerolinecolor": look.FAINT},
         "hovermode": "x",
     }

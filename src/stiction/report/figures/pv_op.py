@@ -49,7 +49,7 @@ def pv_op(view: View) -> Figure | None:
         )
     layout = {
         "xaxis": {"title": {"text": "OP (controller output) [% of span]"}},
-        "yaxis": {"title": {"text": "PV [engineering units]"}},
+        "yaxis": {"title": {"text": f"PV [{view.pv_unit}]"}},
     }
     n = cut.stop - cut.start
     caption = f"The last {words.span(n * record.dt)} of the analysed stretch, early samples pale and late ones dark" + (

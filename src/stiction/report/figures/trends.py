@@ -42,7 +42,7 @@ def trends(view: View) -> Figure:
     hidden = {"range": [0.0, 1.0], "visible": False, "fixedrange": True}
     layout: dict[str, Any] = {
         "xaxis": {"title": {"text": view.time_title}, "anchor": "y2", "range": [0.0, float(view.time[-1])]},
-        "yaxis": {"domain": [0.54, 1.0], "title": {"text": f"{shown}<br>[engineering units]"}, "visible": upper},
+        "yaxis": {"domain": [0.54, 1.0], "title": {"text": f"{shown}<br>[{view.pv_unit}]"}, "visible": upper},
         "yaxis2": {"domain": [0.0, 0.46 if upper else 1.0], "title": {"text": "OP<br>[% of span]"}},
         "yaxis3": {"overlaying": "y", **hidden},
         "yaxis4": {"overlaying": "y2", **hidden},
