@@ -94,14 +94,16 @@ def _tell(found: "Sequence[LimitCycle]") -> None:
 
 def row(cycle: "LimitCycle") -> list[Any]:
     """Return what the tables say of one cycle."""
+    from stiction.report.words import digits
+
     exact = cycle.exact.period if cycle.exact is not None else cycle.period if cycle.method == "continuous" else None
     return [
         cycle.kind,
         cycle.family or "-",
         {True: "stable", False: "unstable", None: "unknown"}[cycle.stable],
-        f"{cycle.period:.4g}",
-        f"{cycle.amplitude:.4g}",
-        f"{cycle.pv_amplitude:.4g}",
-        "" if exact is None else f"{exact:.5g}",
+        digits(cycle.period, significant=4),
+        digits(cycle.amplitude, significant=4),
+        digits(cycle.pv_amplitude, significant=4),
+        "" if exact is None else digits(exact, significant=5),
         cycle.trust,
     ]
