@@ -77,16 +77,20 @@ def count(n: int, noun: str) -> str:
 
 
 def interval(value: float, low: float, high: float) -> tuple[str, str, str]:
-    """Return a value and the ends of its interval with the decimals that the interval's width warrants.
+    """Return a value and the ends of its interval with the decimals that its width warrants, for two digits or more.
 
     Examples
     --------
-    >>> interval(3.0, 2.7, 3.3), interval(21.99, 21.97, 22.02), interval(4.0, float("nan"), 5.0)
-    (('3.0', '2.7', '3.3'), ('21.99', '21.97', '22.02'), ('4', '–', '5'))
+    >>> interval(3.0, 2.7, 3.3), interval(21.99, 21.97, 22.02), interval(2.04, 0.6, 3.4)
+    (('3.0', '2.7', '3.3'), ('21.99', '21.97', '22.02'), ('2.0', '0.6', '3.4'))
+    >>> interval(4.0, float("nan"), 5.0)
+    ('4', '–', '5')
     """
     if not all(map(math.isfinite, (value, low, high))):
         return digits(value), digits(low), digits(high)
-    decimals = 2 if high <= low else min(max(-math.floor(math.log10(0.4 * (high - low))), 0), 3)
+    by_width = 2 if high <= low else -math.floor(math.log10(0.4 * (high - low)))
+    by_size = 1 - math.floor(math.log10(max(abs(value), 0.1)))
+    decimals = min(max(by_width, by_size, 0), 3)
     return f"{value:.{decimals}f}", f"{low:.{decimals}f}", f"{high:.{decimals}f}"
 
 
