@@ -11,7 +11,7 @@ import pytest
 import stiction as st
 from stiction.errors import ParameterError
 from stiction.simulation.historian import EFFECTS
-from stiction.simulation.population import CAUSES, population
+from stiction.simulation.population import CAUSES, plant_population, population
 from stiction.simulation.population.loads import SHAPES, lagged, wave
 from stiction.simulation.population.plan import Plan
 from stiction.simulation.population.processes import KINDS, draw_loop, margin, scaled
@@ -242,3 +242,45 @@ def test_noise_is_a_share_of_the_swing(noise):
         swing = np.ptp(case.record.pv)
         assert case.noise == case.loop.noise <= noise * swing
         assert (case.noise > 0.0) == (noise > 0.0)
+
+
+@cache
+def kept_by_a_plant():
+    return tuple(plant_population(90, seed=4))
+
+
+def test_a_plants_loops_are_a_seed_and_one_in_three_sticks():
+    cases, again = kept_by_a_plant(), list(plant_population(4, seed=4))
+    for one, two in zip(cases, again, strict=False):
+        np.testing.assert_array_equal(one.record.op, two.record.op)
+        np.testing.assert_array_equal(one.record.pv, two.record.pv)
+    assert [case.sticky for case in cases] == [i % 3 == 0 for i in range(90)]
+    assert {case.cause for case in cases} == {"stiction", "none", "external disturbance", "tight tuning"}
+    assert len({case.record.tag for case in cases}) == 90
+
+
+def test_a_plants_records_are_slower_than_its_controllers():
+    for case in kept_by_a_plant():
+        record = case.record
+        assert record.mv is None
+        assert 490 <= record.op.size == record.pv.size <= 2000
+        assert np.isfinite([record.op, record.pv]).all()
+        assert np.mean((record.op <= 0.1) | (record.op >= 99.9)) < 0.03
+        assert record.dt / case.loop.dt == pytest.approx(round(record.dt / case.loop.dt))
+        assert bool(set(case.effects) & {"averaging", "sampling"}) == (record.dt > case.loop.dt)
+        assert record.integrating == (record.loop_type == "level")
+        assert set(case.effects) <= set(EFFECTS)
+    slower = [case.record.dt > case.loop.dt for case in kept_by_a_plant()]
+    assert np.mean(slower) > 0.7
+    moved = [np.ptp(case.record.sp) > 0.0 for case in kept_by_a_plant() if case.record.sp is not None]
+    assert 0.3 < np.mean(moved) < 0.8
+
+
+def test_a_plants_sticky_valve_sticks_and_slips():
+    for case in kept_by_a_plant():
+        if not case.sticky:
+            assert (case.S, case.J) == (0.0, 0.0)
+            continue
+        assert 0.2 <= case.S <= 10.0
+        assert 0.1 * case.S * (1.0 - 1e-9) <= case.J <= case.S * (1.0 + 1e-9)
+        assert np.ptp(case.record.op) > 0.2 * case.S

@@ -16,6 +16,7 @@ FEATURES = {
     "usual": "a loop of which nothing is known",
     "stem": "what the recorded valve position shows; S takes so much of OP's swing",
     "likeness": "likeness to simulated loops that stick, all findings weighed",
+    "plant": "likeness to loops that stick as a plant's historian keeps them, all findings weighed",
     "band": "S takes so much of the OP's swing",
     "floor": "S takes at least so much of it",
     "band_here": "S takes so much of the OP's swing in the closer comparison",

@@ -1,6 +1,6 @@
 """Find the weights of the verdict again, judge each real loop by weights found without it, and write the tables.
 
-python tests/diagnosis/verdict/calibrate.py ../shared/data --loops 4900 --seed 21 --jobs 2 [--write]
+python tests/diagnosis/verdict/calibrate.py ../shared/data --loops 7000 --plants 4800 --seed 101 --jobs 2 [--write]
 
 --keep keeps the rows of features in a file, --rows goes on from such files. The features of the first table are chosen
 by many samples of the loops, one feature after the other, by what each adds on simulated loops that were not fitted and
@@ -23,14 +23,19 @@ import stiction as st
 from stiction.apps.labels import read_labels
 from stiction.diagnosis.verdict.diagnose import findings
 from stiction.diagnosis.verdict.features import Features
-from stiction.diagnosis.verdict.probability import FLOOR, JUMP, OTHERS, SAFE, SIGNS, UNDECIDED
+from stiction.diagnosis.verdict.probability import FLOOR, JUMP, LESS, OTHERS, PLANT, SAFE, SIGNS, UNDECIDED
 from stiction.diagnosis.verdict.weighing import COLUMNS, CONSTANT
-from stiction.simulation.population import CAUSES, population
+from stiction.simulation.population import CAUSES, plant_population, population
 
 NAMES = Features._fields
 STICTION, PLAY = CAUSES.index("stiction"), CAUSES.index("deadband")
 HERE = Path(st.__file__).parent / "diagnosis" / "verdict"
 RIDGE_STICKS, RIDGE_CAUSES = 4.0, 1.0
+RIDGE_PLANT = 0.4
+"""Ridge of the fourth table to each loop that it is found on [-]: so strong that no feature counts much for being told
+apart from others, which is what does not carry over from simulated to recorded loops."""
+STICKY_PLANTS = 0.4
+"""What the sticky loops of a plant's historian weigh together, against the others [-]."""
 REAL = 0.6
 """What all real loops weigh together, against all simulated ones [-]."""
 CORE = ("band", "advantage", "grip")
@@ -82,10 +87,10 @@ def squash(odds):
     return 1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0)))
 
 
-def fit_sticks(F, y, weight, start=None):
+def fit_sticks(F, y, weight, start=None, ridge=RIDGE_STICKS):
     """Weights of a logistic regression with a ridge, by Newton's method."""
     b = np.zeros(F.shape[1]) if start is None else start.copy()
-    ridge = RIDGE_STICKS * np.diag([0.0, *np.ones(F.shape[1] - 1)])
+    ridge = ridge * np.diag([0.0, *np.ones(F.shape[1] - 1)])
     for _ in range(20):
         p = squash(F @ b)
         slope = F.T @ (weight * (p - y)) + ridge @ b
@@ -128,11 +133,12 @@ def of_case(case):
     return [CAUSES.index(case.cause), *row(case.record)]
 
 
-def gather(folder, loops, seed, jobs):
+def gather(folder, loops, plants, seed, jobs):
     """Rows of the simulated loops, cause first, and of the real ones, with their labels, groups and names."""
     from population import each  # the page beside this script
 
     simulated = np.array(list(each(of_case, population(loops, seed=seed), jobs, loops)))
+    kept = np.array(list(each(of_case, plant_population(plants, seed), jobs, plants)))
     real, of = [], []
     for one in read_labels(str(folder)):
         record = st.read(one.path, dt=one.dt, loop_type=one.loop_type)[0]
@@ -142,8 +148,8 @@ def gather(folder, loops, seed, jobs):
     told = np.isfinite(real).all(axis=1)
     sticky, group, record, whole = (np.array(column)[told] for column in zip(*of, strict=True))
     return {
-        "simulated": simulated, "real": np.array(real)[told], "sticky": sticky, "group": group, "record": record,
-        "whole": whole,
+        "simulated": simulated, "plants": kept, "real": np.array(real)[told], "sticky": sticky, "group": group,
+        "record": record, "whole": whole,
     }  # fmt: skip
 
 
@@ -241,7 +247,31 @@ def fit_jumps(lines, X, y):
     return fit_sticks(lines(X[own], JUMPS), sticky.astype(float), weight)
 
 
-def pooled(p, scores, jump):
+class Plant:
+    """The fourth table: of loops as a plant's historian keeps them, and what tells these from the others."""
+
+    def __init__(self, X, P, sticky):
+        self.every = list(range(len(NAMES)))
+        own = np.r_[np.ones(len(P)), np.zeros(len(X))]
+        self.lines, both = Lines(P), np.r_[P, X]
+        self.sticks = self._fit(P, sticky, STICKY_PLANTS)
+        self.kept = self._fit(both, own, 0.5)
+
+    def _fit(self, X, y, share):
+        weight = np.where(y == 1.0, share / y.mean(), (1.0 - share) / (1.0 - y.mean()))
+        return fit_sticks(self.lines(X, self.every), y, weight, ridge=RIDGE_PLANT * y.size)
+
+    def __call__(self, X):
+        """Log odds that the valve sticks, and probability that a plant's historian kept the record."""
+        F = self.lines(X, self.every)
+        return F @ self.sticks, squash(F @ self.kept)
+
+    def rows(self):
+        for outcome, b in (("stiction", self.sticks), ("plant", self.kept)):
+            yield from self.lines.rows(outcome, b, self.every)
+
+
+def pooled(p, scores, jump, plant):
     """Probability of each cause by all tables, as `probability.causes` has it."""
     q = np.exp(scores - scores.max(1, keepdims=True))
     q /= q.sum(1, keepdims=True)
@@ -250,14 +280,17 @@ def pooled(p, scores, jump):
     play = np.minimum(band * squash(-jump), SAFE)
     alike = np.clip((band - play) / (1.0 - play), FLOOR, 1.0 - FLOOR)
     p = np.clip(p, 1e-12, 1.0 - 1e-12)
-    sticks = squash(np.log(p / (1.0 - p)) + OTHERS * np.log(alike / (1.0 - alike))) * (1.0 - play)
+    odds, kept = plant
+    odds = (1.0 - kept * LESS) * np.log(p / (1.0 - p)) + kept * PLANT * odds
+    odds += (1.0 - kept) * OTHERS * np.log(alike / (1.0 - alike))
+    sticks = squash(odds) * (1.0 - play)
     rest = ((1.0 - sticks - play) / np.maximum(1.0 - band, 1e-12))[:, np.newaxis]
     both = q * rest
     both[:, STICTION], both[:, PLAY] = sticks, play
     return both
 
 
-def fourfold(X, y, real, sticky, group, committee):
+def fourfold(X, y, plant, real, sticky, group, committee):
     """Print accuracy and calibration on simulated loops not fitted, by all tables pooled and by the second alone."""
     every, fold = list(range(len(NAMES))), np.arange(y.size) % FOLDS
     p, jump, scores = np.empty(y.size), np.empty(y.size), np.empty((y.size, len(CAUSES)))
@@ -270,7 +303,7 @@ def fourfold(X, y, real, sticky, group, committee):
         jump[left] = lines(X[left], JUMPS) @ fit_jumps(lines, X[fitted], y[fitted])
     alone = np.exp(scores - scores.max(1, keepdims=True))
     alone /= alone.sum(1, keepdims=True)
-    for name, shares in (("all tables", pooled(p, scores, jump)), ("the second table alone", alone)):
+    for name, shares in (("all tables", pooled(p, scores, jump, plant(X))), ("the second table alone", alone)):
         named = shares.argmax(1)
         accuracy = np.mean([np.mean(named[y == k] == k) for k in range(len(CAUSES))])
         told, bins = shares[:, STICTION], np.minimum((10.0 * shares[:, STICTION]).astype(int), 9)
@@ -293,6 +326,12 @@ def scored(X, lines, W):
     return scores
 
 
+def told(rows):
+    """Features and causes of the loops that are not refused."""
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    return rows[:, 1:], rows[:, 0].astype(int)
+
+
 def log_loss(p, y, weight=None):
     return float(np.average(-np.log(np.clip(np.where(y == 1.0, p, 1.0 - p), 5e-3, 1.0)), weights=weight))
 
@@ -303,7 +342,7 @@ def tell(p, sticky, group, files):
     unsure = (p >= UNDECIDED[0]) & (p <= UNDECIDED[1])
     loops = [right[group == g].mean() > 0.5 for g in np.unique(group)]
     sure = int(np.where(sticky, p < 0.1, p > 0.9).sum())
-    print(f"left out one loop at a time: {right.sum()} of {p.size} records, {sum(loops)} of {len(loops)} loops right")
+    print(f"{right.sum()} of {p.size} records, {sum(loops)} of {len(loops)} loops right")
     print(f"{unsure.sum()} records undecided, {sure} wrong with more than 0.9")
     for name, chance, truth in zip(files[~right], p[~right], sticky[~right], strict=True):
         print(f"  {name}: {'stiction' if truth else 'no_stiction'}, probability {chance:.2f}")
@@ -321,20 +360,19 @@ def main() -> None:
 
     ask = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     ask.add_argument("folder", type=Path)
-    ask.add_argument("--loops", type=int, default=4900)
-    ask.add_argument("--seed", type=int, default=21)
+    ask.add_argument("--loops", type=int, default=7000)
+    ask.add_argument("--plants", type=int, default=4800)
+    ask.add_argument("--seed", type=int, default=101)
     ask.add_argument("--jobs", type=int, default=1)
     ask.add_argument("--keep", type=Path, help="file to keep the rows of all loops in")
     ask.add_argument("--rows", type=Path, nargs="+", help="files that kept rows, in place of new ones")
     ask.add_argument("--write", action="store_true", help="write the tables into the package")
     given = ask.parse_args()
     kept = [np.load(file) for file in given.rows or ()]
-    kept = kept or [gather(given.folder, given.loops, given.seed, given.jobs)]
+    kept = kept or [gather(given.folder, given.loops, given.plants, given.seed, given.jobs)]
     if given.keep:
         np.savez(given.keep, **kept[0])
-    simulated = np.concatenate([one["simulated"] for one in kept])
-    simulated = simulated[np.isfinite(simulated).all(axis=1)]
-    X, y = simulated[:, 1:], simulated[:, 0].astype(int)
+    (X, y), (P, of_plant) = (told(np.concatenate([one[name] for one in kept])) for name in ("simulated", "plants"))
     real, sticky, group, files, whole = (kept[0][name] for name in ("real", "sticky", "group", "record", "whole"))
     lines = Lines(X)
     first = Sticks(lines, X, y, real, sticky, group)
@@ -346,12 +384,18 @@ def main() -> None:
     W = fit_causes(lines(X, every), y)
     b = fit_jumps(lines, X, y)
     scores, jump = scored(real, lines, W), lines(real, JUMPS) @ b
-    p = pooled(squash(committee.left_out(first)), scores, jump)[:, STICTION]
+    plant = Plant(X, P, (of_plant == STICTION).astype(float))
+    odds, kept = plant(real)
+    print(f"recorded loops look kept by a plant's historian by {np.median(kept):.2f}, simulated ones by", end=" ")
+    print(f"{np.median(plant(X)[1]):.2f}; the fourth table alone, found without any recorded loop:")
+    tell(squash(odds[whole]), sticky[whole], group[whole], files[whole])
+    p = pooled(squash(committee.left_out(first)), scores, jump, (odds, kept))[:, STICTION]
+    print("all tables, one loop left out at a time:")
     tell(p[whole], sticky[whole], group[whole], files[whole])
     parts = log_loss(p[~whole], sticky[~whole], first.share[~whole])
     right = np.average(np.where(sticky, p > 0.5, p < 0.5)[~whole], weights=first.share[~whole])
     print(f"three quarters of them: {right:.3f} right, log loss {parts:.3f}")
-    fourfold(X, y, real, sticky, group, committee)
+    fourfold(X, y, plant, real, sticky, group, committee)
     alone = np.exp(scores - scores.max(1, keepdims=True))
     alone = alone[:, STICTION] / alone.sum(1)
     print("the second table alone, on the real loops:")
@@ -359,6 +403,7 @@ def main() -> None:
     if given.write:
         write("sticks", lines.rows("stiction", committee.fit(first), committee.features))
         write("jumps", lines.rows("jump", b, JUMPS))
+        write("plant", plant.rows())
         write("causes", (line for k, cause in enumerate(CAUSES) for line in lines.rows(cause, W[:, k], every)))
 
 

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import stiction as st
-from stiction.simulation.population import CAUSES, population
+from stiction.simulation.population import CAUSES, plant_population, population
 
 OTHERS = ("deadband", "tight tuning", "external disturbance", "sensor", "saturation")
 """Causes other than stiction for which a loop oscillates or moves."""
@@ -125,6 +125,11 @@ def judged(
     return tuple(rows)
 
 
+def judged_plants(n: int, seed: int, jobs: int = 1) -> tuple[Judged, ...]:
+    """Diagnose `n` loops as a plant's historian keeps them."""
+    return tuple(each(judge, plant_population(n, seed), jobs, n))
+
+
 def each(work, things, jobs: int, n: int):
     """`work` on each thing, in their order, by `jobs` processes; says how far it is on a terminal."""
     import sys
@@ -200,6 +205,8 @@ def measures(rows) -> dict[str, object]:
         "confident_false_alarms": share(r.probability > SURE for r in rest),
         "confident_false_alarms_by_cause": dict(Counter(r.truth for r in alarms)),
         "confident_misses": share(r.probability < 1.0 - SURE for r in sticky),
+        "sticky_told": share(r.right for r in sticky),
+        "others_told": share(r.right for r in rest),
         "undecided": share(r.undecided for r in rows),
         "refused": share(r.refused for r in rows),
         "wrong_verdict": share(not r.right and not r.undecided for r in rows),
@@ -251,12 +258,16 @@ def main() -> None:
     parser.add_argument("--causes", nargs="+", choices=CAUSES, default=CAUSES)
     parser.add_argument("--longest", type=int, help="only records of at most so many samples")
     parser.add_argument("--position", action="store_true", help="with the valve's position as it is reported")
+    parser.add_argument("--plant", action="store_true", help="loops as a plant's historian keeps them")
     parser.add_argument("--wrong", action="store_true", help="list what is wrong, or S beyond 10 %% though J shows")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--json", type=Path, help="write measures and rows to this file")
     chosen = parser.parse_args()
     causes = tuple(chosen.causes)
-    rows = judged(chosen.loops, causes, chosen.seed, chosen.longest, chosen.jobs, position=chosen.position)
+    if chosen.plant:
+        rows = judged_plants(chosen.loops, chosen.seed, chosen.jobs)
+    else:
+        rows = judged(chosen.loops, causes, chosen.seed, chosen.longest, chosen.jobs, position=chosen.position)
     print(table(rows))
     if chosen.position:
         print(by_position(rows))

@@ -75,7 +75,7 @@ def weighing(name: str) -> Weighing:
     Parameters
     ----------
     name : str
-        "sticks", "causes" or "jumps".
+        "sticks", "causes", "jumps" or "plant".
 
     Returns
     -------

@@ -2,5 +2,6 @@
 
 from stiction.simulation.population.case import CAUSES, Case
 from stiction.simulation.population.draw import population
+from stiction.simulation.population.plant import plant_population
 
-__all__ = ["CAUSES", "Case", "population"]
+__all__ = ["CAUSES", "Case", "plant_population", "population"]
