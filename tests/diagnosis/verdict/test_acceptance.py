@@ -9,6 +9,8 @@ from dataclasses import replace
 import pytest
 
 import stiction as st
+from stiction.diagnosis.verdict.diagnose import findings
+from stiction.diagnosis.verdict.weighing import weighing
 from stiction.simulation.population import CAUSES
 
 from .population import OTHERS, judged, listed, measures, table
@@ -109,3 +111,22 @@ def test_real_loops(records):
     ]
     assert len(labels) >= 20
     assert len(wrong) <= 0.15 * len(labels), "".join(wrong)
+
+
+def test_a_table_that_has_seen_no_recorded_loop_tells_them(records):
+    plant, right = weighing("plant"), defaultdict(list)
+    sticks = plant.outcomes.index("stiction")
+    with (records / "labels.csv").open(newline="") as file:
+        for row in csv.DictReader(file):
+            (record,) = st.read(
+                records / row["file"],
+                dt=float(row["dt_s"]),
+                loop_type={"concentration": "analyser"}.get(row["loop_type"], row["loop_type"]),
+            )
+            found = findings(record).features
+            assert found is not None, row["file"]
+            odds = plant.constant + plant.added([getattr(found, name) for name in plant.features]).sum(axis=0)
+            right[row["group"]].append((odds[sticks] > 0.0) == (row["label"] == "stiction"))
+    loops = {group: 2 * sum(told) > len(told) for group, told in right.items()}
+    assert len(loops) >= 20
+    assert sum(loops.values()) >= 0.9 * len(loops), [group for group, told in loops.items() if not told]
