@@ -5,7 +5,8 @@ python tests/diagnosis/verdict/calibrate.py ../shared/data --loops 7000 --plants
 --keep keeps the rows of features in a file, --rows goes on from such files. The features of the first table are chosen
 by many samples of the loops, one feature after the other, by what each adds on simulated loops that were not fitted and
 on real loops left out; its weights are the means of theirs. A real loop is judged by the samples that do not hold it,
-with weights found without it: neither its features nor its weights know the loop.
+with weights found without it: neither its features nor its weights know the loop. The fourth table is found without any
+real loop at all.
 """
 
 from __future__ import annotations
@@ -17,25 +18,30 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import minimize
+from weights import (  # the page beside this script
+    JUMPS,
+    NAMES,
+    PLAY,
+    STICTION,
+    Lines,
+    Plant,
+    fit_causes,
+    fit_jumps,
+    fit_sticks,
+    log_loss,
+    pooled,
+    scored,
+    squash,
+)
 
 import stiction as st
 from stiction.apps.labels import read_labels
 from stiction.diagnosis.verdict.diagnose import findings
-from stiction.diagnosis.verdict.features import Features
-from stiction.diagnosis.verdict.probability import FLOOR, JUMP, LESS, OTHERS, PLANT, SAFE, SIGNS, UNDECIDED
-from stiction.diagnosis.verdict.weighing import COLUMNS, CONSTANT
+from stiction.diagnosis.verdict.probability import UNDECIDED
+from stiction.diagnosis.verdict.weighing import COLUMNS
 from stiction.simulation.population import CAUSES, plant_population, population
 
-NAMES = Features._fields
-STICTION, PLAY = CAUSES.index("stiction"), CAUSES.index("deadband")
 HERE = Path(st.__file__).parent / "diagnosis" / "verdict"
-RIDGE_STICKS, RIDGE_CAUSES = 4.0, 1.0
-RIDGE_PLANT = 0.4
-"""Ridge of the fourth table to each loop that it is found on [-]: so strong that no feature counts much for being told
-apart from others, which is what does not carry over from simulated to recorded loops."""
-STICKY_PLANTS = 0.4
-"""What the sticky loops of a plant's historian weigh together, against the others [-]."""
 REAL = 0.6
 """What all real loops weigh together, against all simulated ones [-]."""
 CORE = ("band", "advantage", "grip")
@@ -44,9 +50,6 @@ SHARE_REAL = 0.35
 """What the loss on the real loops left out counts, against that on simulated ones, when features are chosen [-]."""
 PARTS = ((0, 4), (0, 3), (1, 4))
 """Quarters of a real record from which to which it is a row: what is told should not hang on where a record begins."""
-OF_JUMPS = ("likely_jump_gain", "own_samples")
-"""Features of the third table."""
-JUMPS = [NAMES.index(name) for name in OF_JUMPS]
 LEAST_GAIN = 0.001
 MOST = 8
 """What a feature must take off the loss to be chosen, and how many are at most [-]."""
@@ -58,68 +61,6 @@ FOLDS = 4
 """Parts that the simulated loops are left out in, to see how well they are told."""
 TESTED = 5
 """One simulated loop in so many is left out of the fits."""
-
-
-class Lines:
-    """Each feature as a straight line with a bend at its median, in standard deviations."""
-
-    def __init__(self, X):
-        self.low, self.high = np.quantile(X, (0.002, 0.998), axis=0)
-        held = np.clip(X, self.low, self.high)
-        self.usual, self.scale, self.knot = held.mean(0), held.std(0) + 1e-9, np.median(held, axis=0)
-
-    def __call__(self, X, chosen):
-        held = np.clip(X, self.low, self.high)
-        line = (held - self.usual) / self.scale
-        bend = (np.maximum(held - self.knot, 0.0) - np.maximum(self.usual - self.knot, 0.0)) / self.scale
-        return np.hstack([np.ones((len(X), 1)), line[:, chosen], bend[:, chosen]])
-
-    def rows(self, outcome, b, chosen):
-        """Rows of a file of weights."""
-        yield outcome, CONSTANT, "", "", "", "", f"{b[0]:.4g}", ""
-        for i, k in enumerate(chosen):
-            slope, bend = b[1 + i] / self.scale[k], b[1 + len(chosen) + i] / self.scale[k]
-            numbers = (self.low[k], self.high[k], self.usual[k], self.knot[k], slope, bend)
-            yield outcome, NAMES[k], *(f"{x:.5g}" for x in numbers)
-
-
-def squash(odds):
-    return 1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0)))
-
-
-def fit_sticks(F, y, weight, start=None, ridge=RIDGE_STICKS):
-    """Weights of a logistic regression with a ridge, by Newton's method."""
-    b = np.zeros(F.shape[1]) if start is None else start.copy()
-    ridge = ridge * np.diag([0.0, *np.ones(F.shape[1] - 1)])
-    for _ in range(20):
-        p = squash(F @ b)
-        slope = F.T @ (weight * (p - y)) + ridge @ b
-        step = np.linalg.solve((F * (weight * p * (1.0 - p) + 1e-9)[:, np.newaxis]).T @ F + ridge, slope)
-        b -= step
-        if np.abs(step).max() < 1e-4:
-            break
-    return b
-
-
-def fit_causes(F, y):
-    """Weights of a multinomial logistic regression with a ridge, shape (n_terms, n_causes)."""
-    k = len(CAUSES)
-    Y = np.eye(k)[y]
-
-    def loss(flat):
-        W = flat.reshape(-1, k)
-        Z = F @ W
-        Z -= Z.max(1, keepdims=True)
-        P = np.exp(Z)
-        total = P.sum(1, keepdims=True)
-        value = -(Y * (Z - np.log(total))).sum() + 0.5 * RIDGE_CAUSES * (W[1:] ** 2).sum()
-        slope = F.T @ (P / total - Y)
-        slope[1:] += RIDGE_CAUSES * W[1:]
-        return value, slope.ravel()
-
-    return minimize(loss, np.zeros(F.shape[1] * k), jac=True, method="L-BFGS-B", options={"maxiter": 300}).x.reshape(
-        -1, k
-    )
 
 
 def row(record):
@@ -239,57 +180,6 @@ class Committee:
         return out
 
 
-def fit_jumps(lines, X, y):
-    """Weights of the third table: stiction against play on loops that integrate, both counting the same."""
-    own = (X[:, NAMES.index("integrating")] == 1.0) & ((y == STICTION) | (y == PLAY))
-    sticky = y[own] == STICTION
-    weight = np.where(sticky, 0.5 / sticky.mean(), 0.5 / (1.0 - sticky.mean()))
-    return fit_sticks(lines(X[own], JUMPS), sticky.astype(float), weight)
-
-
-class Plant:
-    """The fourth table: of loops as a plant's historian keeps them, and what tells these from the others."""
-
-    def __init__(self, X, P, sticky):
-        self.every = list(range(len(NAMES)))
-        own = np.r_[np.ones(len(P)), np.zeros(len(X))]
-        self.lines, both = Lines(P), np.r_[P, X]
-        self.sticks = self._fit(P, sticky, STICKY_PLANTS)
-        self.kept = self._fit(both, own, 0.5)
-
-    def _fit(self, X, y, share):
-        weight = np.where(y == 1.0, share / y.mean(), (1.0 - share) / (1.0 - y.mean()))
-        return fit_sticks(self.lines(X, self.every), y, weight, ridge=RIDGE_PLANT * y.size)
-
-    def __call__(self, X):
-        """Log odds that the valve sticks, and probability that a plant's historian kept the record."""
-        F = self.lines(X, self.every)
-        return F @ self.sticks, squash(F @ self.kept)
-
-    def rows(self):
-        for outcome, b in (("stiction", self.sticks), ("plant", self.kept)):
-            yield from self.lines.rows(outcome, b, self.every)
-
-
-def pooled(p, scores, jump, plant):
-    """Probability of each cause by all tables, as `probability.causes` has it."""
-    q = np.exp(scores - scores.max(1, keepdims=True))
-    q /= q.sum(1, keepdims=True)
-    jump = (1.0 - JUMP) * (scores[:, STICTION] - scores[:, PLAY]) + JUMP * jump
-    band = q[:, STICTION] + q[:, PLAY]
-    play = np.minimum(band * squash(-jump), SAFE)
-    alike = np.clip((band - play) / (1.0 - play), FLOOR, 1.0 - FLOOR)
-    p = np.clip(p, 1e-12, 1.0 - 1e-12)
-    odds, kept = plant
-    odds = (1.0 - kept * LESS) * np.log(p / (1.0 - p)) + kept * PLANT * odds
-    odds += (1.0 - kept) * OTHERS * np.log(alike / (1.0 - alike))
-    sticks = squash(odds) * (1.0 - play)
-    rest = ((1.0 - sticks - play) / np.maximum(1.0 - band, 1e-12))[:, np.newaxis]
-    both = q * rest
-    both[:, STICTION], both[:, PLAY] = sticks, play
-    return both
-
-
 def fourfold(X, y, plant, real, sticky, group, committee):
     """Print accuracy and calibration on simulated loops not fitted, by all tables pooled and by the second alone."""
     every, fold = list(range(len(NAMES))), np.arange(y.size) % FOLDS
@@ -318,22 +208,10 @@ def fourfold(X, y, plant, real, sticky, group, committee):
         print(f"third table counting {share}: log loss {sticks:.3f} on sticky integrating loops, {plays:.3f} on play")
 
 
-def scored(X, lines, W):
-    """Log odds of each cause; none of a transmitter that shows no sign of a fault."""
-    scores = lines(X, list(range(len(NAMES)))) @ W
-    signs = [X[:, NAMES.index(sign)] > least for sign, least in SIGNS.items()]
-    scores[~np.any(signs, axis=0), CAUSES.index("sensor")] = -np.inf
-    return scores
-
-
 def told(rows):
     """Features and causes of the loops that are not refused."""
     rows = rows[np.isfinite(rows).all(axis=1)]
     return rows[:, 1:], rows[:, 0].astype(int)
-
-
-def log_loss(p, y, weight=None):
-    return float(np.average(-np.log(np.clip(np.where(y == 1.0, p, 1.0 - p), 5e-3, 1.0)), weights=weight))
 
 
 def tell(p, sticky, group, files):

@@ -76,7 +76,7 @@ def plant_population(n: int, seed: int = 0) -> Iterator[Case]:
     --------
     >>> from stiction.simulation.population import plant_population
     >>> [(case.cause, case.record.dt >= case.loop.dt) for case in plant_population(2, seed=2)]
-    [('stiction', True), ('external disturbance', True)]
+    [('stiction', True), ('tight tuning', True)]
     """
     for i in range(n):
         rng = np.random.default_rng([seed, i, PLANT])
