@@ -18,7 +18,8 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from weights import (  # the page beside this script
+from population import each  # a page beside this script, as the next
+from weights import (
     JUMPS,
     NAMES,
     PLAY,
@@ -76,8 +77,6 @@ def of_case(case):
 
 def gather(folder, loops, plants, seed, jobs):
     """Rows of the simulated loops, cause first, and of the real ones, with their labels, groups and names."""
-    from population import each  # the page beside this script
-
     simulated = np.array(list(each(of_case, population(loops, seed=seed), jobs, loops)))
     kept = np.array(list(each(of_case, plant_population(plants, seed), jobs, plants)))
     real, of = [], []
@@ -234,8 +233,6 @@ def write(name, rows):
 
 
 def main() -> None:
-    from population import each  # the page beside this script
-
     ask = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     ask.add_argument("folder", type=Path)
     ask.add_argument("--loops", type=int, default=7000)
