@@ -230,6 +230,15 @@ def test_a_mode_is_no_unit(name, found):
 
 def test_a_gas_is_no_controller_output():
     assert signal_of("CO_ppm") is None
+    assert signal_of("Stack CO %") is None
+
+
+@pytest.mark.parametrize("header", ["time_s,TIC-7.PV degC,TIC-7.OP mA", "time_s,TIC-7_PV_degC,TIC-7_OP_mA"])
+def test_a_unit_may_stand_behind_a_loop_and_its_signal(header, signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table(header, t, pv, 4 + 0.16 * op))
+    assert (record.tag, record.provenance.pv_unit) == ("TIC-7", "degC")
+    np.testing.assert_allclose(record.op, op, rtol=1e-12)
 
 
 def test_op_in_milliamperes_by_its_unit_is_converted_and_said(signals, table, read_text):

@@ -31,8 +31,9 @@ _BEHIND = re.compile(rf"(.*?[^./\\:|_\s-])\s*[./\\:|_\s-]+({_WORDS})")
 _BEFORE = re.compile(rf"({_WORDS})(?:[._\s:-]+(?=.*\d)(.+)|(\d+))")
 _UNIT = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
 _MEASURED = "|".join(re.escape(word) for word in _BY_LENGTH if _WORD_TO_SIGNAL[word] in ("pv", "sp", "op", "mv"))
+_UNITS = "|".join(map(re.escape, UNIT_WORDS))
 _UNIT_BEHIND = re.compile(
-    rf"\s*[\"']?({_MEASURED})[_\s]+({'|'.join(map(re.escape, UNIT_WORDS))})[\"']?\s*", re.IGNORECASE
+    rf"\s*[\"']?((?:.*[^./\\:|_\s-][./\\:|_-]+)?(?:{_MEASURED}))[_\s]+({_UNITS})[\"']?\s*", re.IGNORECASE
 )
 _BLOCK = re.compile(r"/P?ID\w*$|/PID_\w+$", re.IGNORECASE)
 
@@ -58,7 +59,7 @@ def unit_of(name: str) -> str:
 
 
 def _bracketed(name: str) -> str:
-    """A signal with its unit behind it as one with the unit in brackets: ``OP_mA`` -> ``OP [mA]``."""
+    """A signal with its unit behind it as one with the unit in brackets: ``FIC-1.OP_mA`` -> ``FIC-1.OP [mA]``."""
     found = _UNIT_BEHIND.fullmatch(name)
     return f"{found.group(1)} [{found.group(2)}]" if found else name
 
@@ -87,8 +88,8 @@ def signal_of(name: str) -> tuple[str, str] | None:
 
     Examples
     --------
-    >>> signal_of("FIC-101.PV"), signal_of("Set point [t/h]"), signal_of("OP_mA"), signal_of("FLOW")
-    (('FIC-101', 'PV'), ('', 'SET POINT'), ('', 'OP'), None)
+    >>> signal_of("FIC-101.PV"), signal_of("Set point [t/h]"), signal_of("FIC-1.OP_mA"), signal_of("FLOW")
+    (('FIC-101', 'PV'), ('', 'SET POINT'), ('FIC-1', 'OP'), None)
     """
     word = _word(name)
     if word in _WORD_TO_SIGNAL:
