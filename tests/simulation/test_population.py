@@ -276,7 +276,7 @@ def test_a_plants_records_are_slower_than_its_controllers():
     assert 0.3 < np.mean(moved) < 0.8
 
 
-def test_a_plants_sticky_valve_sticks_and_slips():
+def test_a_plants_sticky_valve_has_a_band_and_is_asked_to_leave_it():
     for case in kept_by_a_plant():
         if not case.sticky:
             assert (case.S, case.J) == (0.0, 0.0)

@@ -18,7 +18,7 @@ from stiction.simulation.historian import averaged, quantised, sampled
 from stiction.simulation.population.case import Case
 from stiction.simulation.population.loads import SHAPES, lagged, steps, wave
 from stiction.simulation.population.plan import Plan
-from stiction.simulation.population.processes import MARGIN, margin, scaled
+from stiction.simulation.population.processes import guarded, log_uniform, margin, scaled
 from stiction.simulation.population.valves import LEAST_JUMP, sticky_valve
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def _draw(rng: np.random.Generator, tag: str, *, sticky: bool) -> Case | None:
     dt_shown = float(rng.choice(list(RECORD_DT), p=list(RECORD_DT.values())))
     dt = float(rng.choice([x for x in CONTROLLER_DT if x <= dt_shown]))
     drawn = _loop(rng, dt)
-    n = int(dt_shown / dt) * int(_log(rng, *SAMPLES))
+    n = int(dt_shown / dt) * int(log_uniform(rng, *SAMPLES))
     if drawn is None or n > MOST_SAMPLES:
         return None
     loop, kind, ultimate = drawn
@@ -107,7 +107,7 @@ def _recorded(rng: np.random.Generator, plan: Plan, cause: str, kind: str, tag: 
     swing, op_swing = _swing(clean.pv), _swing(clean.op)
     if not (swing > 0.0 and op_swing > 0.02):
         return None
-    level = min(swing * _log(rng, 0.003, 0.5), 0.1 * op_swing / abs(plan.loop.controller.Kc))
+    level = min(swing * log_uniform(rng, 0.003, 0.5), 0.1 * op_swing / abs(plan.loop.controller.Kc))
     colour = float(rng.choice([0.0, 0.0, rng.uniform(1.0, 5.0)]))
     run = plan.run(level * lagged(rng, plan.n, colour))
     if not _sound(run):
@@ -118,7 +118,10 @@ def _recorded(rng: np.random.Generator, plan: Plan, cause: str, kind: str, tag: 
         shown, effects = keep(run, plan.every * run.dt), [effect]
     if rng.random() < 0.3:
         op_step = float(rng.choice([0.0, 0.01, 0.1]))
-        shown, effects = quantised(shown, op=op_step, pv=swing * _log(rng, 1e-4, 0.02)), [*effects, "quantisation"]
+        shown, effects = (
+            quantised(shown, op=op_step, pv=swing * log_uniform(rng, 1e-4, 0.02)),
+            [*effects, "quantisation"],
+        )
     sp = shown.sp if rng.random() < 0.75 else None
     shown = replace(shown, tag=tag, loop_type=kind, integrating=kind == "level", sp=sp, mv=None)
     return Case(
@@ -130,60 +133,57 @@ def _recorded(rng: np.random.Generator, plan: Plan, cause: str, kind: str, tag: 
 def _loop(rng: np.random.Generator, dt: float) -> tuple[Loop, str, float] | None:
     """Draw a loop with a good valve, what it controls, and its period at the limit of stability [s]."""
     kind = str(rng.choice(list(KINDS), p=list(KINDS.values())))
-    gain = _log(rng, 0.2, 5.0)
+    gain = log_uniform(rng, 0.2, 5.0)
     process: TransferFunction
     if kind == "level":
-        gain, dead_time, lag = gain / _log(rng, 200.0, 2000.0), _log(rng, 1.0, 30.0), _log(rng, 1.0, 20.0)
+        gain, dead_time, lag = (
+            gain / log_uniform(rng, 200.0, 2000.0),
+            log_uniform(rng, 1.0, 30.0),
+            log_uniform(rng, 1.0, 20.0),
+        )
         process = Integrating(gain, dead_time, lag)
-        closed = (dead_time + lag) * _log(rng, 1.0, 15.0)
-        Kc, Ti = 1.0 / (gain * (closed + dead_time)), 4.0 * (closed + dead_time) * _log(rng, 0.5, 2.0)
+        closed = (dead_time + lag) * log_uniform(rng, 1.0, 15.0)
+        Kc, Ti = 1.0 / (gain * (closed + dead_time)), 4.0 * (closed + dead_time) * log_uniform(rng, 0.5, 2.0)
     elif kind == "flow":
-        process = FOPDT(gain, _log(rng, 0.5, 8.0), _log(rng, 0.3, 3.0))
-        Kc, Ti = _log(rng, 0.1, 0.9) / gain, _log(rng, 2.0, 60.0)
+        process = FOPDT(gain, log_uniform(rng, 0.5, 8.0), log_uniform(rng, 0.3, 3.0))
+        Kc, Ti = log_uniform(rng, 0.1, 0.9) / gain, log_uniform(rng, 2.0, 60.0)
     elif kind == "pressure":
-        tau, dead_time = _log(rng, 5.0, 120.0), _log(rng, 1.0, 8.0)
+        tau, dead_time = log_uniform(rng, 5.0, 120.0), log_uniform(rng, 1.0, 8.0)
         process = FOPDT(gain, tau, dead_time)
-        closed = tau * _log(rng, 0.3, 2.0)
-        Kc = tau / (gain * (closed + dead_time)) * _log(rng, 0.3, 1.0)
-        Ti = min(tau, 4.0 * (closed + dead_time)) * _log(rng, 0.5, 2.0)
+        closed = tau * log_uniform(rng, 0.3, 2.0)
+        Kc = tau / (gain * (closed + dead_time)) * log_uniform(rng, 0.3, 1.0)
+        Ti = min(tau, 4.0 * (closed + dead_time)) * log_uniform(rng, 0.5, 2.0)
     else:
-        tau, lag, dead_time = _log(rng, 30.0, 600.0), _log(rng, 5.0, 60.0), _log(rng, 5.0, 60.0)
+        tau, lag, dead_time = log_uniform(rng, 30.0, 600.0), log_uniform(rng, 5.0, 60.0), log_uniform(rng, 5.0, 60.0)
         process = SOPDT(gain, tau, lag, dead_time)
-        closed = max(dead_time, 0.3 * tau) * _log(rng, 0.7, 3.0)
+        closed = max(dead_time, 0.3 * tau) * log_uniform(rng, 0.7, 3.0)
         Kc = tau / (gain * (closed + dead_time + lag / 2.0))
-        Ti = min(tau, 4.0 * (closed + dead_time)) * _log(rng, 0.5, 2.0)
+        Ti = min(tau, 4.0 * (closed + dead_time)) * log_uniform(rng, 0.5, 2.0)
     weight = float(rng.choice([1.0, 0.0], p=[0.8, 0.2]))
-    loop = Loop(PID(Kc, Ti, b=weight, op_limits=(0.0, 100.0)), Ideal(), process, dt)
-    found = margin(loop)
-    if found is None:
-        return None
-    loop = scaled(loop, min(1.0, found[0] / MARGIN))
-    if rng.random() < 0.3:
-        mirrored = TransferFunction(-process.num, process.den, process.dead_time)
-        loop = replace(loop, process=mirrored, controller=replace(loop.controller, Kc=-loop.controller.Kc))
-    return loop, kind, found[1]
+    found = guarded(rng, Loop(PID(Kc, Ti, b=weight, op_limits=(0.0, 100.0)), Ideal(), process, dt))
+    return None if found is None else (found[0], kind, found[1])
 
 
 def _sticky(rng: np.random.Generator, plan: Plan, ultimate: float) -> tuple[str, Plan | None]:
     """The plan with a sticky valve, OP asked for what makes it slip now and then; None where it comes to rest."""
-    S = _log(rng, 0.2, 6.0)
+    S = log_uniform(rng, 0.2, 6.0)
     J = S * float(rng.uniform(LEAST_JUMP, 1.0))
     valve, S, J = (
         (Kano(S, J), S, J) if rng.random() < 0.35 else sticky_valve(rng, plan.loop.dt, str(rng.choice(MODELS)))
     )
     moved = str(rng.choice(list(MOVED), p=list(MOVED.values())))
     if moved == "cycle":
-        load = 0.3 * S * float(rng.random()) ** 2 * lagged(rng, plan.n, _log(rng, 5.0, 1000.0) / plan.loop.dt)
+        load = 0.3 * S * float(rng.random()) ** 2 * lagged(rng, plan.n, log_uniform(rng, 5.0, 1000.0) / plan.loop.dt)
         load[: max(int(ultimate / plan.loop.dt), 20)] += 0.7 * S
         plan = replace(plan, load=load)
     else:
-        asked = _log(rng, *ASKED)
+        asked = log_uniform(rng, *ASKED)
         plan = (
             replace(plan, sp=_slave(rng, plan, asked))
             if moved == "slave"
             else replace(plan, load=_load(rng, plan, asked))
         )
-        size = S / _log(rng, 0.25, 1.2) / max(_swing(plan.run().op), 1e-9)
+        size = S / log_uniform(rng, 0.25, 1.2) / max(_swing(plan.run().op), 1e-9)
         plan = replace(plan, sp=size * plan.sp, load=size * plan.load)
     plan = replace(plan, loop=replace(plan.loop, valve=valve), kind=moved, S=S, J=J)
     run = plan.run()
@@ -195,17 +195,17 @@ def _sticky(rng: np.random.Generator, plan: Plan, ultimate: float) -> tuple[str,
 def _good(rng: np.random.Generator, plan: Plan, ultimate: float) -> tuple[str, Plan]:
     """The plan with what moves a loop whose valve is good, and its cause."""
     kind = str(rng.choice(list(GOOD), p=[share for _, share in GOOD.values()]))
-    asked, dt = _log(rng, *ASKED), plan.loop.dt
+    asked, dt = log_uniform(rng, *ASKED), plan.loop.dt
     changes: dict[str, NDArray[np.float64]] = {}
     if kind in ("slave", "fast slave"):
         changes["sp"] = _slave(rng, plan, asked, fast=kind == "fast slave")
     elif kind == "steps":
         size = asked / 2.0 * _gain(plan.loop, max(10.0 * plan.loop.process.dead_time, 20.0 * dt))
-        changes["sp"] = size * steps(rng, plan.n, plan.n / _log(rng, 2.0, 20.0))
+        changes["sp"] = size * steps(rng, plan.n, plan.n / log_uniform(rng, 2.0, 20.0))
         changes["load"] = _load(rng, plan, 0.05 * asked)
     elif kind == "wave":
         shortest = max(6.0 * plan.every * dt, 2.0 * ultimate)
-        period = _log(rng, shortest, max(plan.n * dt / 6.0, 1.3 * shortest))
+        period = log_uniform(rng, shortest, max(plan.n * dt / 6.0, 1.3 * shortest))
         shape = str(rng.choice(list(SHAPES), p=list(SHAPES.values())))
         series = asked / 2.0 * wave(rng, shape, plan.n, period / dt, jitter=float(rng.choice([0.0, 0.03])))
         where = str(rng.choice(["load", "sp", "pv_load"], p=[0.6, 0.2, 0.2]))
@@ -224,27 +224,27 @@ def _good(rng: np.random.Generator, plan: Plan, ultimate: float) -> tuple[str, P
 def _slave(rng: np.random.Generator, plan: Plan, asked: float, *, fast: bool = False) -> NDArray[np.float64]:
     """Set point that another controller moves, so that OP moves by about `asked` [% of span], shape (n,)."""
     dt = plan.loop.dt
-    lag = _log(rng, 10.0, 40.0) if fast else _log(rng, 40.0, 1500.0)
+    lag = log_uniform(rng, 10.0, 40.0) if fast else log_uniform(rng, 40.0, 1500.0)
     series = lagged(rng, plan.n, lag / dt)
     if rng.random() < 0.5:
-        series = _smoothed(series, _log(rng, 5.0, 100.0) / dt)
+        series = _smoothed(series, log_uniform(rng, 5.0, 100.0) / dt)
     series = series / series.std()
     if rng.random() < 0.5:
-        series = series + _log(rng, 0.005, 0.1) * lagged(rng, plan.n, 0.0)
+        series = series + log_uniform(rng, 0.005, 0.1) * lagged(rng, plan.n, 0.0)
     every = int(rng.choice([1, 1, 2, 10]))
     series = np.repeat(series[::every], every)[: plan.n]
     if rng.random() < 0.5:
-        series = series + _log(rng, 0.2, 2.0) * np.linspace(-1.0, 1.0, plan.n)
+        series = series + log_uniform(rng, 0.2, 2.0) * np.linspace(-1.0, 1.0, plan.n)
     return asked / 4.0 * _gain(plan.loop, lag) * series
 
 
 def _load(rng: np.random.Generator, plan: Plan, asked: float) -> NDArray[np.float64]:
     """Random load, at times with steps or a ramp, so that OP moves by about `asked` [% of span], shape (n,)."""
-    series = lagged(rng, plan.n, _log(rng, 5.0, 1500.0) / plan.loop.dt)
+    series = lagged(rng, plan.n, log_uniform(rng, 5.0, 1500.0) / plan.loop.dt)
     if rng.random() < 0.3:
         series = series + steps(rng, plan.n, plan.n / 10.0)
     if rng.random() < 0.3:
-        series = series + _log(rng, 0.3, 3.0) * np.linspace(-1.0, 1.0, plan.n)
+        series = series + log_uniform(rng, 0.3, 3.0) * np.linspace(-1.0, 1.0, plan.n)
     return asked / 4.0 * series
 
 
@@ -269,8 +269,3 @@ def _gain(loop: Loop, lag: float) -> float:
 def _swing(x: NDArray[np.float64] | None) -> float:
     assert x is not None
     return float(np.subtract(*np.percentile(x, (99, 1)))) if np.isfinite(x).all() else 0.0
-
-
-def _log(rng: np.random.Generator, low: float, high: float) -> float:
-    """A number between `low` and `high`, even in its logarithm."""
-    return float(np.exp(rng.uniform(np.log(low), np.log(high))))

@@ -12,7 +12,7 @@ from stiction.models import FOPDT, PID, SOPDT, Ideal, Integrating, Loop, Transfe
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["KINDS", "draw_loop", "margin", "scaled"]
+__all__ = ["KINDS", "draw_loop", "guarded", "log_uniform", "margin", "scaled"]
 
 KINDS = {"flow": 0.25, "first order": 0.25, "second order": 0.2, "integrating": 0.3}
 """Kinds of process and how often they come."""
@@ -28,19 +28,22 @@ def draw_loop(rng: np.random.Generator, dt: float, kind: str | None = None) -> t
     margin at all.
     """
     kind = str(rng.choice(list(KINDS), p=list(KINDS.values()))) if kind is None else kind
-    gain = _log(rng, 0.1, 10.0)
+    gain = log_uniform(rng, 0.1, 10.0)
     lag2 = 0.0
     if kind == "integrating":
-        dead_time, lag2 = _log(rng, 1.0, 12.0) * dt, float(rng.choice([0.0, 1.0])) * _log(rng, 1.0, 10.0) * dt
+        dead_time, lag2 = (
+            log_uniform(rng, 1.0, 12.0) * dt,
+            float(rng.choice([0.0, 1.0])) * log_uniform(rng, 1.0, 10.0) * dt,
+        )
         gain = gain / (rng.uniform(20.0, 100.0) * dt)
         process = Integrating(gain, dead_time, lag2)
-        closed = (dead_time + lag2) * _log(rng, 1.0, 5.0)
+        closed = (dead_time + lag2) * log_uniform(rng, 1.0, 5.0)
         Kc = 1.0 / (gain * (closed + dead_time))
-        Ti = 4.0 * (closed + dead_time) * _log(rng, 0.6, 2.0)
+        Ti = 4.0 * (closed + dead_time) * log_uniform(rng, 0.6, 2.0)
     else:
-        tau, dead_time = _log(rng, 1.0, 3.0), rng.uniform(0.2, 2.0)
+        tau, dead_time = log_uniform(rng, 1.0, 3.0), rng.uniform(0.2, 2.0)
         if kind != "flow":
-            tau, dead_time = _log(rng, 3.0, 40.0), _log(rng, 1.0, 12.0)
+            tau, dead_time = log_uniform(rng, 3.0, 40.0), log_uniform(rng, 1.0, 12.0)
         tau, dead_time = float(tau) * dt, float(dead_time) * dt
         process = FOPDT(gain, tau, dead_time)
         if kind == "second order":
@@ -51,11 +54,13 @@ def draw_loop(rng: np.random.Generator, dt: float, kind: str | None = None) -> t
                 process = TransferFunction(np.array([gain * zero, gain]), process.den, dead_time)
         delay = dead_time + lag2 / 2.0
         simc = bool(rng.random() < 0.5)
-        closed = max(delay, 0.3 * tau) * _log(rng, 0.5, 2.0) if simc else (tau + lag2) * _log(rng, 0.7, 3.0)
+        closed = (
+            max(delay, 0.3 * tau) * log_uniform(rng, 0.5, 2.0) if simc else (tau + lag2) * log_uniform(rng, 0.7, 3.0)
+        )
         Kc = (tau + lag2 / 2.0) / (gain * (closed + delay))
         Ti = min(tau + lag2 / 2.0, 4.0 * (closed + delay)) if simc else tau + lag2
         if rng.random() < 0.3:
-            Kc, Ti = Kc * _log(rng, 0.3, 1.0), Ti * _log(rng, 0.5, 2.0)
+            Kc, Ti = Kc * log_uniform(rng, 0.3, 1.0), Ti * log_uniform(rng, 0.5, 2.0)
     pid = bool(rng.random() < 0.25) and kind != "flow"
     controller = PID(
         Kc,
@@ -67,15 +72,25 @@ def draw_loop(rng: np.random.Generator, dt: float, kind: str | None = None) -> t
         op_limits=(0.0, 100.0),
         integral=str(rng.choice(["backward", "forward"], p=[0.8, 0.2])),
     )
-    loop = Loop(controller, Ideal(), process, dt)
+    found = guarded(rng, Loop(controller, Ideal(), process, dt))
+    return None if found is None else (found[0], kind)
+
+
+def guarded(rng: np.random.Generator, loop: Loop) -> tuple[Loop, float] | None:
+    """The loop with a gain margin of at least `MARGIN`, three in ten mirrored, and its period at the limit [s].
+
+    None where it has no margin at all.
+    """
     found = margin(loop)
     if found is None:
         return None
     loop = scaled(loop, min(1.0, found[0] / MARGIN))
     if rng.random() < 0.3:
+        process = loop.process
+        assert isinstance(process, TransferFunction)
         mirrored = TransferFunction(-process.num, process.den, process.dead_time)
         loop = replace(loop, process=mirrored, controller=replace(loop.controller, Kc=-loop.controller.Kc))
-    return loop, kind
+    return loop, found[1]
 
 
 def scaled(loop: Loop, factor: float) -> Loop:
@@ -119,6 +134,6 @@ def _controller(loop: Loop, back: NDArray[np.complex128]) -> NDArray[np.complex1
     return p[0] + p[1] * late / (1.0 - back) + p[2] * (1.0 - back) / (1.0 - p[3] * back)
 
 
-def _log(rng: np.random.Generator, low: float, high: float) -> float:
+def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
     """A number between `low` and `high`, even in its logarithm."""
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
