@@ -179,20 +179,22 @@ class Committee:
         return out
 
 
-def fourfold(X, y, plant, real, sticky, group, committee):
+def fourfold(X, y, P, of_plant, real, sticky, group, committee):
     """Print accuracy and calibration on simulated loops not fitted, by all tables pooled and by the second alone."""
     every, fold = list(range(len(NAMES))), np.arange(y.size) % FOLDS
     p, jump, scores = np.empty(y.size), np.empty(y.size), np.empty((y.size, len(CAUSES)))
+    fourth = np.empty((2, y.size))
     for k in range(FOLDS):
         fitted, left = fold != k, fold == k
         lines = Lines(X[fitted])
         first = Sticks(lines, X[fitted], y[fitted], real, sticky, group)
         p[left] = squash(lines(X[left], committee.features) @ committee.fit(first))
+        fourth[:, left] = Plant(X[fitted], P, of_plant)(X[left])
         scores[left] = scored(X[left], lines, fit_causes(lines(X[fitted], every), y[fitted]))
         jump[left] = lines(X[left], JUMPS) @ fit_jumps(lines, X[fitted], y[fitted])
     alone = np.exp(scores - scores.max(1, keepdims=True))
     alone /= alone.sum(1, keepdims=True)
-    for name, shares in (("all tables", pooled(p, scores, jump, plant(X))), ("the second table alone", alone)):
+    for name, shares in (("all tables", pooled(p, scores, jump, fourth)), ("the second table alone", alone)):
         named = shares.argmax(1)
         accuracy = np.mean([np.mean(named[y == k] == k) for k in range(len(CAUSES))])
         told, bins = shares[:, STICTION], np.minimum((10.0 * shares[:, STICTION]).astype(int), 9)
@@ -259,7 +261,8 @@ def main() -> None:
     W = fit_causes(lines(X, every), y)
     b = fit_jumps(lines, X, y)
     scores, jump = scored(real, lines, W), lines(real, JUMPS) @ b
-    plant = Plant(X, P, (of_plant == STICTION).astype(float))
+    of_plant = (of_plant == STICTION).astype(float)
+    plant = Plant(X, P, of_plant)
     odds, kept = plant(real)
     print(f"recorded loops look kept by a plant's historian by {np.median(kept):.2f}, simulated ones by", end=" ")
     print(f"{np.median(plant(X)[1]):.2f}; the fourth table alone, found without any recorded loop:")
@@ -270,7 +273,7 @@ def main() -> None:
     parts = log_loss(p[~whole], sticky[~whole], first.share[~whole])
     right = np.average(np.where(sticky, p > 0.5, p < 0.5)[~whole], weights=first.share[~whole])
     print(f"three quarters of them: {right:.3f} right, log loss {parts:.3f}")
-    fourfold(X, y, plant, real, sticky, group, committee)
+    fourfold(X, y, P, of_plant, real, sticky, group, committee)
     alone = np.exp(scores - scores.max(1, keepdims=True))
     alone = alone[:, STICTION] / alone.sum(1)
     print("the second table alone, on the real loops:")

@@ -264,6 +264,8 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write measures and rows to this file")
     chosen = parser.parse_args()
     causes = tuple(chosen.causes)
+    if chosen.plant and (causes != CAUSES or chosen.longest or chosen.position):
+        parser.error("--plant draws causes and records of its own: leave out --causes, --longest and --position")
     if chosen.plant:
         rows = judged_plants(chosen.loops, chosen.seed, chosen.jobs)
     else:
