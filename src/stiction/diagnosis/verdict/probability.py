@@ -1,6 +1,6 @@
 r"""From the features of a record to the probability of each cause.
 
-Four tables of weights, all logistic regressions with a small ridge (`weighing` has their form):
+Four tables of weights, all logistic regressions with a ridge, small but for the last (`weighing` has their form):
 
 - `sticks.csv` tells a valve that sticks from everything else that is no mere deadband. It weighs the features that keep
   their meaning from simulated to recorded loops, and was found on both: its weights are the means of many tables, each
@@ -19,10 +19,10 @@ Of a valve with a band the second and the third table together say whether it ju
 
 with q' the shares of the second table and j the log odds of the third. To the log odds of stiction by the first table
 those by the tables found on simulated loops are added, of which each counts as far as the record looks like what it was
-found on, at most w = `OTHERS` and v = `PLANT`, the first table by up to u = `LESS` less where the fourth counts; the
+found on, at most w = `OTHERS` and m = `PLANT`, the first table by up to u = `LESS` less where the fourth counts; the
 second deals out what is left over the other causes:
 
-.. math:: \text{logit}\,p = (1 - k u)\,\text{logit}\,p_1 + (1 - k)\,w\,\text{logit}\,\frac{q_s}{1 - q_d} + k\,v\,l
+.. math:: \text{logit}\,p = (1 - k u)\,\text{logit}\,p_1 + (1 - k)\,w\,\text{logit}\,\frac{q_s}{1 - q_d} + k\,m\,l
 
 .. math:: P(\text{stiction}) = p\,(1 - q_d), \quad P(\text{deadband}) = q_d, \quad
     P(c) = (1 - p)(1 - q_d)\, q_c / \textstyle\sum_{c'} q_{c'}
