@@ -170,10 +170,8 @@ def _kind(cycle: LimitCycle) -> str:
 
 
 def _name(cycle: LimitCycle) -> str:
-    from stiction.report.words import digits
-
     family = f"{cycle.family}, " if cycle.family else ""
-    return f"{family}{digits(cycle.period, significant=4)} s, {'stable' if cycle.stable else 'unstable'}"
+    return f"{family}{words.digits(cycle.period, significant=4)} s, {'stable' if cycle.stable else 'unstable'}"
 
 
 def _curve(z: NDArray[Any], name: str, line: dict[str, Any]) -> dict[str, Any]:
