@@ -131,6 +131,21 @@ def test_manual_without_a_mode(good):
     assert analysis_window(record) == (0, 900)
 
 
+def test_an_op_that_never_rests_and_then_does_was_in_manual(good):
+    op = good.op.copy()
+    op[900:920] = 50.0
+    short = replace(good, op=op)
+    assert gate(short, "manual").value == pytest.approx(100.0 * 20.0 / N)
+    assert analysis_window(short) == (0, 900)
+    op[900:920] = good.op[900:920]
+    op[900:908] = 50.0
+    assert analysis_window(replace(good, op=op)) == (0, N)
+    # Rounded, it rests now and then, and for no one's hand.
+    rests = np.round(good.op)
+    rests[900:920] = 50.0
+    assert analysis_window(replace(good, op=rests)) == (0, N)
+
+
 @pytest.mark.parametrize("also_op", [True, False])
 def test_a_frozen_stretch_is_left_out_and_is_not_manual(good, also_op):
     op, pv = good.op.copy(), good.pv.copy()

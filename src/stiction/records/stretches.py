@@ -40,7 +40,9 @@ SCALES = ((0.0, 100.0), (0.0, 1.0), (4.0, 20.0))
 MANUAL = 60
 """Samples for which OP must rest, PV moving, to count as in manual when the mode was not recorded; PV, to be frozen."""
 FROZEN = 12
-"""Samples for which PV must rest to be frozen where it hardly ever repeats a value."""
+"""Samples for which PV must rest to be frozen, or OP to be in manual, where it hardly ever repeats a value."""
+SELDOM = 0.02
+"""Share of a record that shorter rests take where a signal hardly ever repeats a value [-]."""
 TEARS = 20
 """Clock jumps above which no more are looked for."""
 FEW = 5
@@ -155,14 +157,17 @@ def _span_ends(op: NDArray[np.float64]) -> Iterator[NDArray[np.bool_]]:
 
 
 def in_manual(record: LoopRecord) -> NDArray[np.bool_]:
-    """Mark where the mode says so or OP rests for long while PV moves, shape (n_samples,)."""
+    """Mark where the mode says so or OP rests for long while PV moves, shape (n_samples,).
+
+    Long is less where OP hardly ever rests: no controller that moves at every sample forgets to for a dozen.
+    """
     mask = np.zeros(len(record), dtype=bool) if record.auto is None else ~record.auto
-    still = np.concatenate([[False], np.diff(_bridged(record.op)) == 0.0])
     at_limit = saturated(record)
-    for start, last in runs(still):
-        first = start - 1
-        enough = last - first >= max(MANUAL, len(record) // 20)
-        if enough and not at_limit[first:last].all() and _moves(record.pv, first, last):
+    rests = [(start - 1, last) for start, last in runs(_still(record.op)) if not at_limit[start - 1 : last].all()]
+    short = sum(last - first for first, last in rests if last - first < FROZEN)
+    enough = FROZEN if short < SELDOM * len(record) else max(MANUAL, len(record) // 20)
+    for first, last in rests:
+        if last - first >= enough and _moves(record.pv, first, last):
             mask[first:last] = True
     return mask
 
@@ -175,10 +180,10 @@ def frozen(record: LoopRecord) -> NDArray[np.bool_]:
     mask = np.zeros(len(record), dtype=bool)
     if record.pv is None:
         return mask
-    rests = runs(np.concatenate([[False], np.diff(_bridged(record.pv)) == 0.0]))
+    rests = runs(_still(record.pv))
     lengths = np.array([last - first for first, last in rests], dtype=np.int64)
     long = lengths >= max(MANUAL, len(record) // 20)
-    if lengths[lengths < FROZEN].sum() < 0.02 * len(record):
+    if lengths[lengths < FROZEN].sum() < SELDOM * len(record):
         long = lengths >= FROZEN
     others = lengths[~long]
     if not 1 <= long.sum() <= FEW or (others.size and 4 * others.max() > lengths[long].min()):
@@ -255,6 +260,11 @@ def _bridged(x: NDArray[np.float64]) -> NDArray[np.float64]:
         if last - first > BRIDGE:
             out[first:last] = np.nan
     return out
+
+
+def _still(x: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Mark where a signal repeats its last value, shape (n_samples,)."""
+    return np.concatenate([[False], np.diff(_bridged(x)) == 0.0])
 
 
 def filled(x: NDArray[np.float64]) -> NDArray[np.float64]:
