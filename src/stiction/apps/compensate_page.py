@@ -52,7 +52,8 @@ def advice_blocks(advice: Advice) -> list[Block]:
         blocks += [_done(trial)]
     if trial.twin is not None:
         said = told.twin_told(trial)
-        blocks += [Heading("The twin"), Text(said) if said else None, figures.twin_overlay(trial.twin), _twin(trial)]
+        overlay = figures.twin_overlay(trial.twin, words.pv_unit(advice.diagnosis))
+        blocks += [Heading("The twin"), Text(said) if said else None, overlay, _twin(trial)]
     if trial.retuning is not None:
         blocks += [Heading("Retuning"), Text(trial.retuning.reason), figures.retuning(trial.retuning)]
     if advice.work_order is not None:

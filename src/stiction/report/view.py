@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -62,7 +61,7 @@ class View:
     @property
     def pv_unit(self) -> str:
         """Unit of the PV as the source names it, for the title of an axis."""
-        return escape(self.diagnosis.record.provenance.pv_unit) or "engineering units"
+        return words.pv_unit(self.diagnosis)
 
     @cached_property
     def cycles(self) -> slice:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from html import escape
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ __all__ = [
     "headline",
     "interval",
     "method",
+    "pv_unit",
     "setting",
     "span",
     "stiction_size",
@@ -120,6 +122,11 @@ def method(name: str) -> str:
     ('Rossi and Scali', 'He curve fit')
     """
     return _METHODS.get(name, name[:1].upper() + name[1:].replace("_", " "))
+
+
+def pv_unit(found: Diagnosis | None) -> str:
+    """Return the unit of the PV as its source names it, for the title of an axis."""
+    return (escape(found.record.provenance.pv_unit) if found is not None else "") or "engineering units"
 
 
 def cited(key: str) -> str:

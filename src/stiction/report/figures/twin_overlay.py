@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["twin_overlay"]
 
 
-def twin_overlay(twin: Twin) -> Figure | None:
+def twin_overlay(twin: Twin, pv_unit: str) -> Figure | None:
     """Return three periods of record and twin, PV above and OP below; None where there is nothing to compare."""
     if not twin.overlay:
         return None
@@ -32,7 +32,7 @@ def twin_overlay(twin: Twin) -> Figure | None:
             })  # fmt: skip
     layout = {
         "xaxis": {"title": {"text": f"Time [{name}]"}, "anchor": "y2"},
-        "yaxis": {"domain": [0.54, 1.0], "title": {"text": "PV<br>[engineering units]"}},
+        "yaxis": {"domain": [0.54, 1.0], "title": {"text": f"PV<br>[{pv_unit}]"}},
         "yaxis2": {"domain": [0.0, 0.46], "title": {"text": "OP<br>[% of span]"}},
         "hovermode": "x",
     }
