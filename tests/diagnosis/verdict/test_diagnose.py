@@ -18,6 +18,7 @@ from stiction.diagnosis.verdict.diagnose import findings
 from stiction.diagnosis.verdict.doubt import LEAST
 from stiction.diagnosis.verdict.probability import causes
 from stiction.errors import RecordError
+from stiction.simulation.historian import averaged
 
 page = importlib.import_module("stiction.diagnosis.verdict.diagnose")
 
@@ -282,6 +283,20 @@ def test_a_sticky_valve_that_explains_far_more_is_never_called_good():
     assert (found.verdict, found.cause, found.probability) == ("undecided", "unknown", LEAST)
     assert "yet the rest of what was found speaks for no fault" in found.reason
     assert "ramp" in found.action
+
+
+def test_what_only_the_dense_search_sees_counts_as_well():
+    # Means of five seconds of a stem that rests but for one slip: the likeliest valve explains nothing of the slip.
+    loop = st.Loop(st.PID(0.25, 20.0), st.He(2.1, 0.9), st.FOPDT(1.3, 5.0, 2.0), dt=1.0, noise=0.03)
+    load = np.where(np.arange(9000) < 20, 2.0, 0.0)
+    run = st.simulate(loop, 50.0, 9000.0, load, seed=5, pv_start=50.0, op_start=44.0, loop_type="flow")
+    found = st.diagnose(averaged(replace(run, mv=None), 5.0))
+    valve = found.identification
+    assert valve is not None
+    assert valve.rough is not None
+    assert valve.fit < valve.fit_linear < 5.0 < 40.0 < valve.rough.fit
+    assert (found.verdict, found.cause, found.probability) == ("undecided", "unknown", LEAST)
+    assert f"A sticky valve explains {valve.rough.fit:.0f} %" in found.reason
 
 
 def upset(valve, first, width):

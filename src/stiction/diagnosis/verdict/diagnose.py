@@ -15,6 +15,7 @@ from stiction.diagnosis.verdict.cause import named_cause, not_seen
 from stiction.diagnosis.verdict.doubt import (
     FAULT_SEEN,
     UNKNOWN,
+    against_good,
     explains_much_more,
     explains_nothing,
     held_back,
@@ -119,18 +120,18 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     blamed = told["sensor"] + told["saturation"] >= FAULT_SEEN
     nothing = explains_nothing(main) if not (shown_by_stem or blamed) else ""
     by_itself = not (blamed or (stem is not None and stem.used))
-    jump_clear = by_itself and seen.features.likely_jump_clear > 0.0
     torn = by_itself and explains_much_more(own)
     held = held_back(
-        before, seen.quality, told["saturation"],
-        own_samples=own.own_samples, valve_seen=not nothing, jump_clear=jump_clear, torn=torn,
+        before, seen.quality, told["saturation"], own_samples=own.own_samples, valve_seen=not nothing,
+        against=against_good(own, seen.features) if by_itself else (),
     )  # fmt: skip
     rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
     verdict = _verdict(held.probability)
     if nothing or (torn and verdict == "no_stiction"):
         verdict = "undecided"
-    cause = named_cause(verdict, told, main, seen.oscillation, record.dt)
+    words = max((main, main.rough or main), key=lambda one: one.fit) if torn and verdict == "undecided" else main
+    cause = named_cause(verdict, told, words, seen.oscillation, record.dt)
     if nothing:
         cause = not_seen(nothing, told)
     shown = windows(seen.part, main, seen.quality.first) if verdict != "no_stiction" else ()

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.verdict.features import Features
 
-__all__ = ["UNDECIDED", "causes", "counted"]
+__all__ = ["UNDECIDED", "causes", "counted", "kept_by_plant"]
 
 UNDECIDED = (0.48, 0.52)
 """Probabilities of stiction between which nothing is called."""
@@ -106,6 +106,27 @@ def counted(row: Features) -> tuple[Counted, ...]:
     return tuple(sorted(_weighed(row, _simulated(row)), key=lambda one: -abs(one.log_odds)))
 
 
+def kept_by_plant(row: Features) -> float:
+    """Likeness of a record to what a plant's historian keeps.
+
+    Parameters
+    ----------
+    row : Features
+        What was found in the record.
+
+    Returns
+    -------
+    float
+        Probability, by the fourth table, that it comes from there and not from the wider population [-].
+    """
+    return _probability(_fourth(row)["plant"])
+
+
+def _fourth(row: Features) -> dict[str, float]:
+    """Log odds by the fourth table."""
+    return dict(zip(weighing("plant").outcomes, _scores("plant", row).tolist(), strict=True))
+
+
 def _simulated(row: Features) -> dict[str, float]:
     """Shares by the second table, those of stiction and deadband by the third as well."""
     named = weighing("causes")
@@ -133,7 +154,7 @@ def _weighed(row: Features, share: dict[str, float]) -> list[Counted]:
     values = [float(getattr(row, name)) for name in sticks.features]
     alike = min(max(share["stiction"] / (1.0 - share["deadband"]), FLOOR), 1.0 - FLOOR)
     usual = float(sticks.constant[0])
-    plant = dict(zip(weighing("plant").outcomes, _scores("plant", row).tolist(), strict=True))
+    plant = _fourth(row)
     usual_there = float(weighing("plant").constant[weighing("plant").outcomes.index("stiction")])
     kept = _probability(plant["plant"])
     first = 1.0 - kept * LESS
