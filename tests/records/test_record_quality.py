@@ -140,10 +140,11 @@ def test_an_op_that_never_rests_and_then_does_was_in_manual(good):
     op[900:920] = good.op[900:920]
     op[900:908] = 50.0
     assert analysis_window(replace(good, op=op)) == (0, N)
-    # Rounded, it rests now and then, and for no one's hand.
+    # Rounded, or by a controller slower than the record, it rests now and then, and for no one's hand.
     rests = np.round(good.op)
     rests[900:920] = 50.0
     assert analysis_window(replace(good, op=rests)) == (0, N)
+    assert gate(replace(good, op=np.repeat(good.op[::20], 20)), "manual").value == 0.0
 
 
 @pytest.mark.parametrize("also_op", [True, False])

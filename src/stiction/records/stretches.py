@@ -46,7 +46,7 @@ SELDOM = 0.02
 TEARS = 20
 """Clock jumps above which no more are looked for."""
 FEW = 5
-"""Rests above which PV rests as a habit."""
+"""Rests above which a signal rests as a habit."""
 LIVELY = 12
 """Values that OP must take off its extremes for these to be limits, and not two of the few values it was stored in."""
 
@@ -159,13 +159,15 @@ def _span_ends(op: NDArray[np.float64]) -> Iterator[NDArray[np.bool_]]:
 def in_manual(record: LoopRecord) -> NDArray[np.bool_]:
     """Mark where the mode says so or OP rests for long while PV moves, shape (n_samples,).
 
-    Long is less where OP hardly ever rests: no controller that moves at every sample forgets to for a dozen.
+    Long is less where OP hardly ever rests: no controller that moves at every sample forgets to for a dozen. One that
+    is slower than the record rests again and again, and is not meant.
     """
     mask = np.zeros(len(record), dtype=bool) if record.auto is None else ~record.auto
     at_limit = saturated(record)
     rests = [(start - 1, last) for start, last in runs(_still(record.op)) if not at_limit[start - 1 : last].all()]
-    short = sum(last - first for first, last in rests if last - first < FROZEN)
-    enough = FROZEN if short < SELDOM * len(record) else max(MANUAL, len(record) // 20)
+    lengths = np.array([last - first for first, last in rests])
+    seldom = lengths[lengths < FROZEN].sum() < SELDOM * len(record) and np.sum(lengths >= FROZEN) <= FEW
+    enough = FROZEN if seldom else max(MANUAL, len(record) // 20)
     for first, last in rests:
         if last - first >= enough and _moves(record.pv, first, last):
             mask[first:last] = True
