@@ -130,8 +130,9 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     verdict = _verdict(held.probability)
     if nothing or (torn and verdict == "no_stiction"):
         verdict = "undecided"
-    words = max((main, main.rough or main), key=lambda one: one.fit) if torn and verdict == "undecided" else main
-    cause = named_cause(verdict, told, words, seen.oscillation, record.dt)
+    if torn and verdict == "undecided":
+        main = max((main, main.rough or main), key=lambda one: one.fit)  # the one that explains so much
+    cause = named_cause(verdict, told, main, seen.oscillation, record.dt)
     if nothing:
         cause = not_seen(nothing, told)
     shown = windows(seen.part, main, seen.quality.first) if verdict != "no_stiction" else ()
