@@ -96,12 +96,12 @@ def gather(folder, loops, plants, seed, jobs):
 class Sticks:
     """The first table: fits on the simulated loops that are no deadband, and on the real ones."""
 
-    def __init__(self, lines, X, y, real, sticky, group):
+    def __init__(self, lines, X, y, number, real, sticky, group):
         own = y != PLAY
         self.lines, self.X, self.y = lines, X[own], (y[own] == STICTION).astype(float)
         self.real, self.sticky, self.group = real, sticky.astype(float), group
         self.share = np.array([1.0 / np.sum(group == g) for g in group])
-        self.tested = np.arange(self.y.size) % TESTED == 0
+        self.tested = number[own] % TESTED == 0
 
     def fit(self, chosen, left_out=None, start=None, *, whole=True):
         keep = np.ones(self.sticky.size, bool) if left_out is None else self.group != left_out
@@ -137,12 +137,15 @@ class Sticks:
         return chosen
 
 
-def choose(bag, lines, X, y, real, sticky, group):
-    """The real loops in a sample of the loops, and the features that it chooses."""
+def choose(bag, lines, X, y, number, real, sticky, group):
+    """The real loops in a sample of the loops, and the features that it chooses.
+
+    A simulated loop is drawn by its `number`, so that one more that is refused changes no other's lot.
+    """
     draw, loops = np.random.default_rng([77, bag]), np.unique(group)
     held = draw.permutation(loops)[: int(OF_REAL * loops.size)]
-    own, rows = draw.random(y.size) < OF_SIMULATED, np.isin(group, held)
-    return held, Sticks(lines, X[own], y[own], real[rows], sticky[rows], group[rows]).select()
+    own, rows = draw.random(number[-1] + 1)[number] < OF_SIMULATED, np.isin(group, held)
+    return held, Sticks(lines, X[own], y[own], number[own], real[rows], sticky[rows], group[rows]).select()
 
 
 class Committee:
@@ -179,15 +182,15 @@ class Committee:
         return out
 
 
-def fourfold(X, y, P, of_plant, real, sticky, group, committee):
+def fourfold(X, y, number, P, of_plant, real, sticky, group, committee):
     """Print accuracy and calibration on simulated loops not fitted, by all tables pooled and by the second alone."""
-    every, fold = list(range(len(NAMES))), np.arange(y.size) % FOLDS
+    every, fold = list(range(len(NAMES))), number % FOLDS
     p, jump, scores = np.empty(y.size), np.empty(y.size), np.empty((y.size, len(CAUSES)))
     fourth = np.empty((2, y.size))
     for k in range(FOLDS):
         fitted, left = fold != k, fold == k
         lines = Lines(X[fitted])
-        first = Sticks(lines, X[fitted], y[fitted], real, sticky, group)
+        first = Sticks(lines, X[fitted], y[fitted], number[fitted], real, sticky, group)
         p[left] = squash(lines(X[left], committee.features) @ committee.fit(first))
         fourth[:, left] = Plant(X[fitted], P, of_plant)(X[left])
         scores[left] = scored(X[left], lines, fit_causes(lines(X[fitted], every), y[fitted]))
@@ -210,9 +213,9 @@ def fourfold(X, y, P, of_plant, real, sticky, group, committee):
 
 
 def told(rows):
-    """Features and causes of the loops that are not refused."""
-    rows = rows[np.isfinite(rows).all(axis=1)]
-    return rows[:, 1:], rows[:, 0].astype(int)
+    """Features, causes and numbers of the loops that are not refused."""
+    number = np.flatnonzero(np.isfinite(rows).all(axis=1))
+    return rows[number, 1:], rows[number, 0].astype(int), number
 
 
 def tell(p, sticky, group, files):
@@ -249,11 +252,12 @@ def main() -> None:
     kept = kept or [gather(given.folder, given.loops, given.plants, given.seed, given.jobs)]
     if given.keep:
         np.savez(given.keep, **kept[0])
-    (X, y), (P, of_plant) = (told(np.concatenate([one[name] for one in kept])) for name in ("simulated", "plants"))
+    X, y, number = told(np.concatenate([one["simulated"] for one in kept]))
+    P, of_plant, _ = told(np.concatenate([one["plants"] for one in kept]))
     real, sticky, group, files, whole = (kept[0][name] for name in ("real", "sticky", "group", "record", "whole"))
     lines = Lines(X)
-    first = Sticks(lines, X, y, real, sticky, group)
-    asked = partial(choose, lines=lines, X=X, y=y, real=real, sticky=sticky, group=group)
+    first = Sticks(lines, X, y, number, real, sticky, group)
+    asked = partial(choose, lines=lines, X=X, y=y, number=number, real=real, sticky=sticky, group=group)
     committee = Committee(list(each(asked, range(BAGS), given.jobs, BAGS)))
     voices = zip(committee.features, committee.count, strict=True)
     print(f"features of the first table, of {BAGS}:", ", ".join(f"{NAMES[k]} {n}" for k, n in voices))
@@ -273,7 +277,7 @@ def main() -> None:
     parts = log_loss(p[~whole], sticky[~whole], first.share[~whole])
     right = np.average(np.where(sticky, p > 0.5, p < 0.5)[~whole], weights=first.share[~whole])
     print(f"three quarters of them: {right:.3f} right, log loss {parts:.3f}")
-    fourfold(X, y, P, of_plant, real, sticky, group, committee)
+    fourfold(X, y, number, P, of_plant, real, sticky, group, committee)
     alone = np.exp(scores - scores.max(1, keepdims=True))
     alone = alone[:, STICTION] / alone.sum(1)
     print("the second table alone, on the real loops:")

@@ -23,7 +23,7 @@ __all__ = ["Contest", "contest", "drift"]
 SEEN = {"S": 4.5, "J": 5.0}
 """Student's statistic, as of many cycles, up to which a valve stays in the interval, where the record shows the
 controller's own samples [-]."""
-UNSEEN = {"S": 3.5, "J": 6.5}
+UNSEEN = {"S": 2.5, "J": 6.5}
 """The same where it does not: what OP does between the samples then trips the valve unseen. With the least widths
 below by how often the interval holds the truth of simulated sticky loops (`simulation.population`): of 1 146 whose own
 samples show, seeds 301 to 304, in 0.96; of the 808 others in 0.96."""
@@ -41,6 +41,10 @@ BEYOND = 0.85
 """How much further OP goes between such samples than at them, at both ends of the band together, in standard deviations
 of its noise [-]. With it the median of S found over S is 0.99 in the 808 loops above, without it 0.94; white noise of
 which one value in two or five is recorded would go 1.1 or 2.3 beyond a level, were OP not on its way."""
+GOES_ON = 4.0
+"""Moves of OP from sample to sample, the median, by which S may be larger where such samples are not the controller's
+own [-]: OP goes on between them, and means of it hide how far.
+"""
 STANDS_OUT = 12.0
 """Twice the log likelihood by which a sticky valve beats a good one in a stretch where it sticks: twice the 95 %
 point of two parameters, since the best of many valves is taken [-]."""
@@ -113,7 +117,7 @@ def contest(prediction: Prediction, trials: Trials, *, seen: bool) -> Contest:
 
     Between samples that are not the controller's own the noise on OP trips the valve: the band that trips at the
     samples is smaller than S, by what OP goes beyond its samples (`BEYOND`), and no likelihood tells S within a third
-    (`WIDE`).
+    (`WIDE`), nor, where OP moves far from sample to sample, within some of these moves (`GOES_ON`).
 
     References
     ----------
@@ -141,7 +145,9 @@ def contest(prediction: Prediction, trials: Trials, *, seen: bool) -> Contest:
         return max(min(float(inside.min()), low), 0.0), max(float(inside.max()), high)
 
     size, jump = float(best[0]) + beyond, float(best[0] * best[1])
-    S_range = ends(S + beyond, "S", *((size - least, size + least) if seen else (size / WIDE, size * WIDE)))
+    away = GOES_ON * float(np.median(np.abs(np.diff(prediction.op))))
+    about = (size - least, size + least) if seen else (size / WIDE, max(size * WIDE, size + away))
+    S_range = ends(S + beyond, "S", *about)
     J_range = ends(J, "J", jump - least, jump + least)
     small = trials.cost[trials.valve[:, 1] < HARDLY]
     jump_gain = float(small.min() - trials.cost.min()) if small.size else 0.0
