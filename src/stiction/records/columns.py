@@ -13,17 +13,23 @@ from stiction.records.dialects import (
     INDEX_WORDS,
     OUTPUT_WHEN_ALONE,
     SIGNAL_WORDS,
+    TAG_WORDS,
     TIME_UNITS,
     TIME_WORDS,
     UNIT_WORDS,
+    VALUE_WORDS,
 )
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["Assignment", "assign", "choose_names", "unit_of"]
+__all__ = ["NUMBERS", "Assignment", "assign", "choose_names", "signal_of", "unit_of"]
 
-SIGNALS = ("pv", "sp", "op", "mv", "valve_signal", "mode", "bad", "quality")
+NUMBERS = ("pv", "sp", "op", "mv", "valve_signal")
+"""Signals that are numbers."""
+FLAGS = ("bad", "quality")
+"""Columns that say which rows count; as ``pv quality`` they say it of one signal alone."""
+SIGNALS = (*NUMBERS, "mode", *FLAGS)
 _WORD_TO_SIGNAL = {word: signal for signal, words in SIGNAL_WORDS.items() for word in words}
 _BY_LENGTH = sorted(_WORD_TO_SIGNAL, key=len, reverse=True)
 _WORDS = "|".join(re.escape(word) for word in _BY_LENGTH)
@@ -35,6 +41,7 @@ _UNITS = "|".join(map(re.escape, UNIT_WORDS))
 _UNIT_BEHIND = re.compile(
     rf"\s*[\"']?((?:.*[^./\\:|_\s-][./\\:|_-]+)?(?:{_MEASURED}))[_\s]+({_UNITS})[\"']?\s*", re.IGNORECASE
 )
+_DATE_FORM = re.compile(r"[dmyhsfapDMYHSFAPTZ:./ -]+")
 _BLOCK = re.compile(r"/P?ID\w*$|/PID_\w+$", re.IGNORECASE)
 
 
@@ -46,9 +53,12 @@ class Assignment:
     """One column, or a date and a time of day."""
     index: int | None = None
     """A column that only counts the samples."""
+    tag: int | None = None
+    """A column that says whose row it is."""
     loops: dict[str, dict[str, int]] = field(default_factory=dict)
     """Tag ("" when the header has none) -> signal -> column."""
-    ignored: list[str] = field(default_factory=list)
+    chosen: str | None = None
+    """Tag of the loop that the user named columns of."""
     guesses: list[str] = field(default_factory=list)
 
 
@@ -123,16 +133,27 @@ def choose_names(header: list[list[str]]) -> tuple[list[str], list[str]]:
         for above, below in zip(upper, lower, strict=True):
             tag = above or tag
             known = signal_of(below)
-            joined.append(f"{tag}.{below}" if known and known[0] == "" and not _is_time(tag) else above or below)
+            if known and known[0] == "" and not _is_time(tag):
+                joined.append(f"{tag}.{below}")
+            elif _word(below) in VALUE_WORDS and signal_of(tag):
+                joined.append(tag)
+            else:
+                joined.append(below if _is_time(below) else above or below)
         candidates.append(joined)
     names = max(candidates, key=found)
-    units = next((row for row in header if row is not names and _are_units(row)), [""] * len(names))
+    rows = [row for row in header if row is not names and _are_units(row)]
+    units = max(rows, key=lambda row: sum(_is_unit(cell) for cell in row), default=[""] * len(names))
     return names, [unit_of(name) or unit for name, unit in zip(names, units, strict=True)]
 
 
+def _is_unit(cell: str) -> bool:
+    return cell.upper() in UNIT_WORDS or cell.upper() in TIME_UNITS
+
+
 def _are_units(row: list[str]) -> bool:
-    filled = [cell for cell in row if cell]
-    return bool(filled) and all(len(cell) <= 12 for cell in filled) and not any(signal_of(cell) for cell in filled)
+    """No cell is long but the form of the dates, and none a signal but a unit that is a word for one as well (mA)."""
+    filled = [cell for cell in row if cell and not _DATE_FORM.fullmatch(cell)]
+    return bool(filled) and all(len(cell) <= 12 and (_is_unit(cell) or not signal_of(cell)) for cell in filled)
 
 
 def assign(names: list[str], width: int, columns: Mapping[str, str | int] | None, name: str) -> Assignment:
@@ -145,7 +166,8 @@ def assign(names: list[str], width: int, columns: Mapping[str, str | int] | None
     width : int
         Number of columns.
     columns : mapping, optional
-        Signal -> column name or index (from 0), given by the user; then nothing but the time column is guessed.
+        Signal -> column name or index (from 0), given by the user. The other columns are guessed; where the user
+        names a PV, an OP or another number, only its loop is kept.
     name : str
         File name, for messages.
 
@@ -156,34 +178,85 @@ def assign(names: list[str], width: int, columns: Mapping[str, str | int] | None
     """
     given = Assignment()
     taken = {signal.lower(): _find(signal, column, names, width, name) for signal, column in (columns or {}).items()}
+    free = [i for i in range(len(names)) if i not in taken.values()]
     if "time" in taken:
         given.time = [taken.pop("time")]
     else:
-        given.time = [i for i, text in enumerate(names) if _is_time(text) and i not in taken.values()]
-    for i, text in enumerate(names):
-        if not given.time and given.index is None and i == 0 and _word(text) in INDEX_WORDS and i not in taken.values():
-            given.index = i
-    if columns:
-        given.loops[""] = taken
-        return given
-    for i, text in enumerate(names):
-        pair = signal_of(text)
-        if pair is None:
-            if i not in given.time and i != given.index and text:
-                given.ignored.append(text)
+        given.time = [i for i in free if _is_time(names[i])]
+    if not given.time and 0 in free and _word(names[0]) in INDEX_WORDS:
+        given.index = 0
+    found: dict[str, dict[str, list[int]]] = {}
+    for i in free:
+        if i in given.time or i == given.index:
             continue
-        tag, word = pair
-        signals = given.loops.setdefault(tag, {})
-        signal = _WORD_TO_SIGNAL[word]
-        if signal in signals:
-            raise RecordError(
-                f"{name}: columns {names[signals[signal]]!r} and {text!r} are both the {signal.upper()} of one loop; "
-                f"say which with columns={{'{signal}': ...}} (--columns)."
-            )
-        signals[signal] = i
+        if pair := signal_of(names[i]):
+            found.setdefault(pair[0], {}).setdefault(_WORD_TO_SIGNAL[pair[1]], []).append(i)
+        elif given.tag is None and _word(names[i]) in TAG_WORDS:
+            given.tag = i
+    _flags_of_signals(found)
+    if taken:
+        given.chosen = _put_in(taken, found, names)
+    for tag, signals in found.items():
+        _output_beside_position(signals, names, given)
+        for signal, cols in signals.items():
+            if len(cols) > 1:
+                raise RecordError(
+                    f"{name}: columns {names[cols[0]]!r} and {names[cols[1]]!r} are both the {signal.upper()} of one "
+                    f"loop; say which with columns={{'{signal.split()[-1]}': ...}} (--columns)."
+                )
+        given.loops[tag] = {signal: cols[0] for signal, cols in signals.items()}
     _shorten_blocks(given)
-    _output_when_alone(given, names)
     return given
+
+
+def _flags_of_signals(found: dict[str, dict[str, list[int]]]) -> None:
+    """Give a flag that is one signal's to that signal: ``FIC-1.PV.Quality``, or one behind each of several signals."""
+    place = {i: (tag, role) for tag, signals in found.items() for role in NUMBERS for i in signals.get(role, ())}
+    for tag in list(found):
+        owner = signal_of(tag) if set(found[tag]) <= set(FLAGS) else None
+        role = _WORD_TO_SIGNAL[owner[1]] if owner else ""
+        if owner and role in found.get(owner[0], {}):
+            for flag, cols in found.pop(tag).items():
+                found[owner[0]][f"{role} {flag}"] = cols
+            continue
+        for flag in FLAGS:
+            cols = found[tag].get(flag, [])
+            if len(cols) > 1 and all(i - 1 in place for i in cols):
+                for i in found[tag].pop(flag):
+                    owner_tag, role = place[i - 1]
+                    found[owner_tag][f"{role} {flag}"] = [i]
+
+
+def _put_in(taken: dict[str, int], found: dict[str, dict[str, list[int]]], names: list[str]) -> str | None:
+    """Put the columns that the user named where they belong; the tag of their loop, None where they make none."""
+    pairs = [signal_of(names[i]) for i in taken.values()] if names else []
+    tags = {pair[0] for pair in pairs if pair and pair[0] in found}
+    others = [tag for tag, signals in found.items() if set(signals) & set(NUMBERS)]
+    if len(tags) == 1:
+        tag = tags.pop()
+    elif not tags and len(others) == 1:
+        tag = others[0]
+    else:
+        tag = ""
+        if tags:
+            found.pop("", None)
+    found.setdefault(tag, {}).update({signal: [i] for signal, i in taken.items()})
+    return tag if set(taken) & set(NUMBERS) else None
+
+
+def _output_beside_position(signals: dict[str, list[int]], names: list[str], given: Assignment) -> None:
+    """A column MV is the controller output where the loop has no other, also beside a valve position."""
+    outputs = [i for i in signals.get("mv", ()) if (pair := signal_of(names[i])) and pair[1] in OUTPUT_WHEN_ALONE]
+    if "op" in signals or len(outputs) != 1:
+        return
+    signals["op"] = outputs
+    signals["mv"].remove(outputs[0])
+    if not signals["mv"]:
+        del signals["mv"]
+    given.guesses.append(
+        f"Column {names[outputs[0]]} is taken as the controller output (OP), as there is no other; "
+        "if it is the valve position, name the OP column."
+    )
 
 
 def _find(signal: str, column: str | int, names: Sequence[str], width: int, name: str) -> int:
@@ -207,17 +280,3 @@ def _shorten_blocks(given: Assignment) -> None:
     short = {tag: _BLOCK.sub("", tag) for tag in given.loops}
     counts = Counter(short.values())
     given.loops = {short[tag] if counts[short[tag]] == 1 else tag: signals for tag, signals in given.loops.items()}
-
-
-def _output_when_alone(given: Assignment, names: list[str]) -> None:
-    for signals in given.loops.values():
-        column = signals.get("mv")
-        if column is None or "op" in signals:
-            continue
-        pair = signal_of(names[column])
-        if pair and pair[1] in OUTPUT_WHEN_ALONE:
-            signals["op"] = signals.pop("mv")
-            given.guesses.append(
-                f"Column {names[column]} is taken as the controller output (OP), as there is no other; "
-                "if it is the valve position, name the OP column."
-            )

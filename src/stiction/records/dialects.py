@@ -9,7 +9,9 @@ from __future__ import annotations
 import re
 
 __all__ = [
+    "BAD_WORDS",
     "FRACTION_UNITS",
+    "GOOD_WORDS",
     "INDEX_WORDS",
     "LETTER_TO_LOOP_TYPE",
     "MISSING_WORDS",
@@ -17,9 +19,11 @@ __all__ = [
     "OUTPUT_WHEN_ALONE",
     "SIGNAL_WORDS",
     "STATUS_WORDS",
+    "TAG_WORDS",
     "TIME_UNITS",
     "TIME_WORDS",
     "UNIT_WORDS",
+    "VALUE_WORDS",
     "loop_type_of",
 ]
 
@@ -34,7 +38,7 @@ SIGNAL_WORDS: dict[str, tuple[str, ...]] = {
     ),
     "op": (
         *("OP", "OUT", "CO", "OUTPUT", "CONTROLLER OUTPUT", "CONTROL OUTPUT", "STELLGRÖSSE"),
-        *("OUT.CV", "OUT.VALUE", "LMN", "CVEU"),  # DeltaV, fieldbus blocks, PCS 7, Rockwell PIDE
+        *("OUT.CV", "OUT.VALUE", "OP.VALUE", "LMN", "CVEU"),  # DeltaV, fieldbus blocks, PCS 7, Rockwell PIDE
     ),
     "mv": (
         *("MV", "VALVE POSITION", "VALVE_POSITION", "POSITION", "STEM POSITION", "STEM", "TRAVEL", "VALVE TRAVEL"),
@@ -43,9 +47,19 @@ SIGNAL_WORDS: dict[str, tuple[str, ...]] = {
     "valve_signal": ("VALVE_SIGNAL", "VALVE SIGNAL"),
     "mode": ("MODE", "MODE.ACTUAL", "MODE.ACT", "MODE_ACTUAL", "MODE ACTUAL", "MD", "AUTO", "AUTO/MAN", "A/M", "MA"),
     "bad": ("BAD", "IS BAD", "BAD FLAG"),
-    "quality": ("QUALITY", "QUAL", "OPC QUALITY"),
+    "quality": ("QUALITY", "QUAL", "OPC QUALITY", "QUALITY CODE", "STATUS", "VALIDITY"),
 }
-"""Signal -> its names, alone (`PV`) or behind a tag (`FIC-101.PV`, `FIC-101/PID1/PV.CV`)."""
+"""Signal -> its names, alone (`PV`) or behind a tag (`FIC-101.PV`, `FIC-101/PID1/PV.CV`). The quality of one signal
+stands behind it (`FIC-101.PV.Quality`)."""
+
+TAG_WORDS = (
+    *("TAG", "TAGNAME", "TAG NAME", "TAG_NAME", "POINT", "POINT NAME", "POINTNAME", "SIGNAL", "VARIABLE", "LOOP"),
+    *("LOOP NAME", "CONTROLLER", "NAME", "VARNAME", "SERIES", "METRIC", "ITEM", "ITEM NAME", "POINT PARAMETER"),
+)
+"""A column that says whose row it is."""
+
+VALUE_WORDS = ("VALUE", "VAL", "READING", "VARVALUE", "VVALUE", "IP_TREND_VALUE", "_VALUE")
+"""A column of the values of whatever the row's tag is."""
 
 UNIT_WORDS = (
     *("%", "PCT", "PERCENT", "MA", "BAR", "BARG", "MBAR", "KPA", "MPA", "PSI", "DEGC", "DEGF", "°C", "°F"),
@@ -85,6 +99,12 @@ STATUS_WORDS = (
     *("UNCERTAIN", "QUESTIONABLE", "ARC OFF-LINE", "DOUBTFUL", "ERROR", "#VALUE!", "#REF!", "TRUE", "FALSE"),
 )
 """Historian texts in the place of a number. Any other text counts as missing too; these tell data from header."""
+
+GOOD_WORDS = ("GOOD", "OK", "G", "VALID", "NORMAL")
+"""Status of a good value; a number may be one as well (see `signals.good_codes`)."""
+
+BAD_WORDS = ("BAD", "UNCERTAIN", "INVALID", "QUESTIONABLE", "DOUBTFUL")
+"""How the status of a value that does not count begins."""
 
 MODES: dict[str, bool] = {
     **dict.fromkeys(("AUTO", "AUT", "AUTOMATIC", "A", "CAS", "CASC", "CASCADE", "C", "RCAS", "RSP"), True),

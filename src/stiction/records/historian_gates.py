@@ -17,7 +17,7 @@ from stiction.records.storage import (
 )
 from stiction.records.stretches import saturated
 
-__all__ = ["averaging", "clock", "compression", "exception", "held", "replay", "resampled"]
+__all__ = ["averaging", "clock", "compression", "exception", "held", "outliers", "replay", "resampled"]
 
 STRAIGHT = 10.0
 """Samples that may lie on straight lines between two others [%]."""
@@ -137,6 +137,17 @@ def clock(view: View) -> Gate:
         else "The clock runs evenly."
     )
     return at_most("clock", jumps, 0, np.inf, why)
+
+
+def outliers(view: View) -> Gate | None:
+    """Count values that stand alone far off all others."""
+    count = view.record.provenance.outliers
+    if not count:
+        return None
+    why = (
+        f"{count} values stand alone far off all others and count as missing; check how the historian writes bad ones."
+    )
+    return at_most("outliers", count, 0, np.inf, why)
 
 
 def resampled(view: View) -> Gate | None:

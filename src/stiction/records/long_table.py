@@ -1,6 +1,6 @@
-"""Long tables, a row for each tag and time: every tag on its own time stamps, as a historian stores by exception.
+"""Tables whose tags have time stamps of their own: a row for each tag and time, or a time column for each tag.
 
-A stored value stands until the tag's next one; nothing is drawn between them.
+So a historian stores by exception. A stored value stands until the tag's next one; nothing is drawn between them.
 """
 
 from __future__ import annotations
@@ -11,22 +11,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import RecordError
+from stiction.records.columns import signal_of
+from stiction.records.dialects import SIGNAL_WORDS, TAG_WORDS, VALUE_WORDS
 from stiction.records.numbers import is_number, to_numbers
+from stiction.records.signals import not_good
 from stiction.records.table import Columns
-from stiction.records.timestamps import Stamps
+from stiction.records.timestamps import Stamps, is_stamp
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from stiction.records.table import Table
 
-__all__ = ["LongTable", "long_columns", "widened"]
+__all__ = ["LongTable", "apart", "long_columns", "widened"]
 
-_TAG = ("TAG", "TAGNAME", "TAG NAME", "TAG_NAME", "POINT", "POINT NAME", "SIGNAL", "VARIABLE")
-_VALUE = ("VALUE", "VAL", "READING")
-_QUALITY = ("QUALITY", "QUAL", "OPC QUALITY", "STATUS")
 MAX_TAGS = 400
 _BEST = 10.0
 """Percentile of a tag's steps that is taken as the time between two scans [%]."""
@@ -34,34 +34,64 @@ _LONGEST_REST = 20.0
 """Usual steps of the file (their 90th percentile) over which a value is held; beyond it all tags are missing."""
 
 
-def long_columns(names: Sequence[str]) -> dict[str, int] | None:
-    """Columns of tag, value and quality of a long table, None where it is none.
+def long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = (), decimal: str = ".") -> dict[str, int]:
+    """Columns of tag, value and quality of a long table; none where it is none.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Column names.
+    sample : sequence of rows
+        First rows: where no name tells, tags stand in a column of names of signals, values in the first of numbers.
+    decimal : str
+        Decimal mark of the numbers.
 
     Examples
     --------
+    >>> from stiction.records.long_table import long_columns
     >>> long_columns(["Tag", "Timestamp", "Value"]), long_columns(["Time", "FIC-1.PV", "FIC-1.OP"])
-    ({'tag': 0, 'value': 2}, None)
+    ({'tag': 0, 'value': 2}, {})
+    >>> long_columns(["what", "when", "x"], [["FIC-1.PV", "2026-02-01 10:00", "3.5"]])
+    {'tag': 0, 'value': 2}
     """
     words = [name.strip().upper() for name in names]
+    roles = {"tag": TAG_WORDS, "value": VALUE_WORDS, "quality": SIGNAL_WORDS["quality"]}
     given = {
         role: next(i for i, word in enumerate(words) if word in known)
-        for role, known in (("tag", _TAG), ("value", _VALUE), ("quality", _QUALITY))
+        for role, known in roles.items()
         if any(word in known for word in words)
     }
-    return given if {"tag", "value"} <= set(given) else None
+    if sample:
+        columns = [[row[i].strip() for row in sample if i < len(row) and row[i].strip()] for i in range(len(names))]
+        tags = [i for i, cells in enumerate(columns) if cells and all(map(signal_of, cells))]
+        values = [
+            i
+            for i, cells in enumerate(columns)
+            if i not in tags and cells and all(is_number(cell, decimal) and not is_stamp(cell) for cell in cells)
+        ]
+        if tags and (values or "value" in given):
+            given = {**given, "tag": tags[0], "value": given.get("value", values[0] if values else -1)}
+    return given if {"tag", "value"} <= set(given) else {}
 
 
 class LongTable:
-    """A long table laid out wide, a row for each time at which any tag was stored (see `table.Table`)."""
+    """Such a table laid out wide, a row for each time at which any tag was stored (see `table.Table`)."""
 
-    def __init__(self, table: Table, stamps: Stamps, cells: dict[str, tuple[NDArray[np.int64], list[str]]]) -> None:
+    def __init__(
+        self,
+        table: Table,
+        stamps: Stamps,
+        names: Sequence[str],
+        cells: list[tuple[NDArray[np.int64], list[str]]],
+        units: Sequence[str] = (),
+    ) -> None:
         self.source, self.first_line, self.decimal, self.guesses = (
             *(table.source, table.first_line, table.decimal),
             list(table.guesses),
         )
         self.stamps = stamps
-        self.header = [["time", *cells]]
-        self._cells = list(cells.values())
+        self.header = [["time", *names], *([["", *units]] if units else [])]
+        self._cells = cells
         steps = [np.diff(stamps.seconds[rows]) for rows, _ in self._cells if len(rows) > 2]
         self.dt = min((float(np.percentile(step, _BEST)) for step in steps), default=0.0)
         usual = float(np.percentile(np.diff(stamps.seconds), 90.0)) if len(stamps.seconds) > 1 else 0.0
@@ -98,7 +128,9 @@ class LongTable:
         return taken
 
 
-def widened(table: Table, columns: dict[str, int], time: int, parse: Callable[[list[str]], Stamps]) -> LongTable:
+def widened(
+    table: Table, columns: dict[str, int], time: Sequence[int], parse: Callable[[dict[int, list[str]]], Stamps]
+) -> LongTable:
     """Lay a long table out wide.
 
     Parameters
@@ -107,43 +139,105 @@ def widened(table: Table, columns: dict[str, int], time: int, parse: Callable[[l
         The long table.
     columns : dict
         What `long_columns` found.
-    time : int
-        Column of the time stamps.
+    time : sequence of int
+        Columns of the time stamps.
     parse : callable
-        From cells of time to `Stamps`.
+        From cells of all time columns to `Stamps`.
 
     Raises
     ------
     RecordError
         When there are more than `MAX_TAGS` tags or no stamp is understood.
     """
-    taken = table.take([time, *columns.values()], [])
-    stamps = parse(taken.text[time])
+    taken = table.take([*time, *columns.values()], [])
+    stamps = parse(taken.text)
     known = np.flatnonzero(np.isfinite(stamps.seconds))
     if known.size < 2:
         raise RecordError(
             f"{table.source.name}: the time stamps of the long table are not understood; give time_format."
         )
-    seconds, row = np.unique(stamps.seconds[known], return_inverse=True)
     tags = np.array([tag.strip() for tag in taken.text[columns["tag"]]], dtype=object)[known]
     values = np.array(taken.text[columns["value"]], dtype=object)[known]
+    guesses = list(stamps.guesses)
     if "quality" in columns:
-        from stiction.records.signals import is_good
-
-        good = [is_good(taken.text[columns["quality"]][k].strip().upper()) for k in known]
-        values[~np.array(good)] = "BAD"
+        values[not_good(taken.text[columns["quality"]], "of the quality", guesses)[known]] = "BAD"
     names = list(dict.fromkeys(tags))
     if len(names) > MAX_TAGS:
         raise RecordError(
             f"{table.source.name}: holds {len(names)} tags; {MAX_TAGS} are read at once, export fewer loops."
         )
-    cells: dict[str, tuple[NDArray[np.int64], list[str]]] = {}
-    for name in names:
-        mine = np.flatnonzero(tags == name)
-        mine = mine[np.argsort(row[mine], kind="stable")]
-        last = np.append(np.diff(row[mine]) > 0, True)
-        cells[name] = row[mine][last].astype(np.int64), list(values[mine][last])
-    guesses = list(stamps.guesses)
     if lost := len(stamps.seconds) - known.size:
         guesses.append(f"{lost} rows without a readable time stamp were left out.")
-    return LongTable(table, Stamps(seconds, stamps.kind, guesses), cells)
+    mine = [np.flatnonzero(tags == name) for name in names]
+    columns_of = [(stamps.seconds[known][rows], list(values[rows])) for rows in mine]
+    return _joined(table, names, columns_of, Stamps(stamps.seconds, stamps.kind, guesses))
+
+
+def apart(
+    table: Table,
+    names: Sequence[str],
+    units: Sequence[str],
+    times: Mapping[int, int],
+    parse: Callable[[int, list[str]], Stamps],
+    empty: Sequence[str] = ("",),
+) -> LongTable | None:
+    """Lay out a table in which columns have time stamps of their own.
+
+    Parameters
+    ----------
+    table : Table
+        The table.
+    names, units : sequence of str
+        Those of its columns.
+    times : mapping
+        Column -> column of its time stamps.
+    parse : callable
+        From a column of time and its cells to `Stamps`.
+    empty : sequence of str
+        Cells, in capitals, at which nothing was stored.
+
+    Returns
+    -------
+    LongTable or None
+        None where all time columns tell the same time, row by row, or none can be read.
+    """
+    taken = table.take(sorted({*times, *times.values()}), [])
+    stamps = {column: parse(column, taken.text[column]) for column in sorted(set(times.values()))}
+    first, *others = stamps.values()
+    if not np.isfinite(first.seconds).any() or (others and all(_same_clock(first, other) for other in others)):
+        return None
+    columns_of = []
+    for column, time in times.items():
+        seconds = stamps[time].seconds
+        stored = [k for k, cell in enumerate(taken.text[column]) if cell.strip().upper() not in empty]
+        stored = [k for k in stored if np.isfinite(seconds[k])]
+        columns_of.append((seconds[stored], [taken.text[column][k] for k in stored]))
+    guesses = list(dict.fromkeys(guess for one in stamps.values() for guess in one.guesses))
+    told = Stamps(first.seconds, first.kind, guesses)
+    return _joined(table, [names[i] for i in times], columns_of, told, [units[i] for i in times])
+
+
+def _same_clock(one: Stamps, other: Stamps) -> bool:
+    """Whether two time columns are apart by the same time in every row."""
+    apart = one.seconds - other.seconds
+    known = np.isfinite(apart)
+    empty = np.isnan(one.seconds) & np.isnan(other.seconds)
+    return bool(known.any() and np.all(known | empty) and np.ptp(apart[known]) < 1e-3)
+
+
+def _joined(
+    table: Table,
+    names: Sequence[str],
+    columns: Sequence[tuple[NDArray[np.float64], list[str]]],
+    stamps: Stamps,
+    units: Sequence[str] = (),
+) -> LongTable:
+    """Columns, each of times and cells, on all their times; of a column's cells at one time the last counts."""
+    seconds = np.unique(np.concatenate([when for when, _ in columns]))
+    cells = []
+    for when, texts in columns:
+        order = np.argsort(when, kind="stable")
+        row = np.searchsorted(seconds, when[order])
+        last = np.append(np.diff(row) > 0, True) if row.size else np.zeros(0, dtype=bool)
+        cells.append((row[last].astype(np.int64), [texts[k] for k in order[last]]))
+    return LongTable(table, Stamps(seconds, stamps.kind, stamps.guesses), names, cells, units)

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import RecordError
-from stiction.records.columns import Assignment, assign, choose_names, time_unit
-from stiction.records.dialects import loop_type_of
+from stiction.records.columns import NUMBERS, Assignment, assign, choose_names, time_unit
+from stiction.records.dialects import MISSING_WORDS, loop_type_of
 from stiction.records.epochs import parse_numbers
-from stiction.records.long_table import LongTable, long_columns, widened
+from stiction.records.long_table import LongTable, apart, long_columns, widened
 from stiction.records.numbers import to_numbers
 from stiction.records.record import LoopRecord, Provenance
 from stiction.records.resample import Grid, regular_grid
 from stiction.records.signals import automatic, flagged_rows, in_percent
-from stiction.records.timestamps import Stamps, is_clock, is_date, is_stamp, parse_texts
+from stiction.records.timestamps import is_clock, is_date, is_stamp, parse_texts
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,11 +25,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.records.table import Columns, Table
+    from stiction.records.timestamps import Stamps
 
 __all__ = ["MIN_ROWS", "Options", "loops_of"]
 
 MIN_ROWS = 10
-_NUMBERS = ("pv", "sp", "op", "mv", "valve_signal")
+SPARSE, LONGEST_BLANK = 0.5, 20
+"""Share of the first rows that hold both OP and PV below which each is stored at its own times, and rows in a row
+without one of them up to which that is so [-]; more are gaps."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +57,8 @@ def loops_of(table: Table, options: Options) -> list[LoopRecord]:
         With the one thing that keeps the table from being a record.
     """
     name = table.source.name
+    table, options = _laid_out(table, options)
     names, units = choose_names(table.header)
-    if not options.columns and (columns := long_columns(names)):
-        table = _widened(table, columns, names, units, options)
-        names, units = choose_names(table.header)
     width = len(table.sample[0]) if not names else len(names)
     if not names and not options.columns:
         raise RecordError(
@@ -68,30 +69,105 @@ def loops_of(table: Table, options: Options) -> list[LoopRecord]:
     _keep_loops(given, names, table, options)
     _find_time(given, table, options)
     roles = list(given.loops.values())
-    text = {*given.time, *(s[role] for s in roles for role in ("mode", "bad", "quality") if role in s)}
+    text = {*given.time, *(i for s in roles for role, i in s.items() if role not in NUMBERS)}
+    text |= {given.tag} if given.tag is not None else set()
     numeric_time = len(given.time) == 1 and table.is_numeric(given.time[0]) and options.time_format is None
     if isinstance(table, LongTable):
         text, numeric_time = text - set(given.time), False
     if numeric_time:
         text -= set(given.time)
-    numbers = {s[role] for s in roles for role in _NUMBERS if role in s} | set(given.time if numeric_time else [])
+    numbers = {s[role] for s in roles for role in NUMBERS if role in s} | set(given.time if numeric_time else [])
     taken = table.take(sorted(text - numbers), sorted(numbers))
     if taken.rows < MIN_ROWS:
         raise RecordError(f"{name}: has {taken.rows} rows of data; {MIN_ROWS} or more are needed, hundreds are useful.")
-    grid = _grid(given, taken, table, options, names, units, numeric_time)
+    shared = {role: i for role, i in given.loops.get("", {}).items() if role in ("bad", "quality", "mode")}
     records, dead = [], []
-    shared = {role: given.loops[""][role] for role in ("bad", "quality", "mode") if role in given.loops.get("", {})}
-    for tag, signals in given.loops.items():
-        if not {"op"} <= set(signals):
-            continue
-        try:
-            records.append(_loop(tag, {**shared, **signals}, table, taken, grid, names, units, given, options))
-        except RecordError as error:
-            dead.append(error)
+    for whose, part in _by_tag(taken, given, options, name).items():
+        grid = _grid(given, part, table, options, names, units, numeric_time)
+        for tag, signals in given.loops.items():
+            if "op" not in signals:
+                continue
+            try:
+                records.append(
+                    _loop(whose or tag, {**shared, **signals}, table, part, grid, names, units, given, options)
+                )
+            except RecordError as error:
+                dead.append(error)
     if not records:
         raise dead[0]
     told = tuple(f"Left out: {error}" for error in dead)
     return [replace(r, provenance=replace(r.provenance, guesses=(*r.provenance.guesses, *told))) for r in records]
+
+
+def _laid_out(table: Table, options: Options) -> tuple[Table, Options]:
+    """The table with a row for each time and a column for each signal, and the options by its column names."""
+    names, units = choose_names(table.header)
+    if not names:
+        return table, options
+    named = {signal: _name_of(column, names) for signal, column in (options.columns or {}).items()}
+    given = assign(names, len(names), {s: column for s, column in named.items() if column in names}, table.source.name)
+    laid: LongTable | None = None
+    if not any(_is_loop(signals) for signals in given.loops.values()):
+        if columns := long_columns(names, () if given.chosen else table.sample, table.decimal):
+            laid = _widened(table, columns, given, names, units, options)
+    elif times := _own_times(given, table):
+
+        def parse(time: int, cells: list[str]) -> Stamps:
+            return _stamps([time], {time: cells}, table, names, units, options)
+
+        several = len(set(times.values())) > 1
+        laid = apart(table, names, units, times, parse, ("",) if several else MISSING_WORDS)
+    if laid is None:
+        return table, options
+    return laid, replace(options, columns={signal: i for signal, i in named.items() if signal.lower() != "time"})
+
+
+def _name_of(column: str | int, names: list[str]) -> str | int:
+    """The column's name as it is written; what is none stays, lest it be the tag of a long table."""
+    if isinstance(column, str):
+        same = [name for name in names if name.strip().upper() == column.strip().upper()]
+        if same or not column.isdecimal():
+            return same[0] if same else column
+    return names[int(column)] if 0 <= int(column) < len(names) else column
+
+
+def _is_loop(signals: dict[str, int]) -> bool:
+    return "op" in signals and ("pv" in signals or "mv" in signals)
+
+
+def _own_times(given: Assignment, table: Table) -> dict[int, int]:
+    """Column -> column of its time stamps where the signals of a table are not stored at the same times; else empty."""
+    used = sorted({i for signals in given.loops.values() for i in signals.values()})
+    times = [max((time for time in given.time if time < i), default=-1) for i in used]
+    if len(given.time) > 1:
+        return dict(zip(used, times, strict=True)) if set(times) == set(given.time) else {}
+    loop = next((signals for signals in given.loops.values() if _is_loop(signals)), None)
+    if not given.time or given.tag is not None or loop is None or "pv" not in loop:
+        return {}
+    stored = np.array([[_stored(row, loop[role]) for role in ("op", "pv")] for row in table.sample])
+    if stored.all(axis=1).mean() >= SPARSE or stored.sum(axis=0).min() < MIN_ROWS:
+        return {}
+    blank = max(int(np.diff(np.flatnonzero(np.r_[True, there, True])).max()) - 1 for there in stored.T)
+    return dict.fromkeys(used, given.time[0]) if blank <= LONGEST_BLANK else {}
+
+
+def _stored(row: list[str], column: int) -> bool:
+    return column < len(row) and row[column].strip().upper() not in MISSING_WORDS
+
+
+def _by_tag(taken: Columns, given: Assignment, options: Options, name: str) -> dict[str, Columns]:
+    """Rows of each loop where a column says whose they are; all of them under no tag where none does."""
+    if given.tag is None or set(given.loops) != {""}:
+        return {"": taken}
+    tags = np.array([cell.strip() for cell in taken.text[given.tag]], dtype=object)
+    rows = {tag: np.flatnonzero(tags == tag) for tag in dict.fromkeys(tags)}
+    rows = {tag: own for tag, own in rows.items() if tag and own.size >= MIN_ROWS}
+    if options.tag is not None and rows:
+        asked = {tag: own for tag, own in rows.items() if tag.lower() == options.tag.lower()}
+        if not asked:
+            raise RecordError(f"{name}: has no loop {options.tag!r}; its loops are {', '.join(list(rows)[:20])}.")
+        rows = asked
+    return {tag: taken.part(own) for tag, own in rows.items()} or {"": taken}
 
 
 def _find_time(given: Assignment, table: Table, options: Options) -> None:
@@ -117,7 +193,9 @@ def _find_time(given: Assignment, table: Table, options: Options) -> None:
 def _keep_loops(given: Assignment, names: list[str], table: Table, options: Options) -> None:
     """Drop what is no loop and pick the loop that was asked for."""
     name = table.source.name
-    usable = {tag: s for tag, s in given.loops.items() if "op" in s and ("pv" in s or "mv" in s)}
+    usable = {tag: s for tag, s in given.loops.items() if _is_loop(s)}
+    if given.chosen is not None:
+        usable = {tag: s for tag, s in usable.items() if tag == given.chosen}
     if not usable:
         seen = ", ".join(f"{names[i]} = {role.upper()}" for s in given.loops.values() for role, i in s.items() if names)
         raise RecordError(
@@ -125,7 +203,8 @@ def _keep_loops(given: Assignment, names: list[str], table: Table, options: Opti
             f"{', '.join(names[:20]) or '(no header)'}{f' (recognised: {seen})' if seen else ''}; "
             "say which is which with columns={'pv': ..., 'op': ...}."
         )
-    if left := [tag for tag, s in given.loops.items() if tag and tag not in usable and set(s) & set(_NUMBERS)]:
+    others = {} if given.chosen is not None else given.loops
+    if left := [tag for tag, s in others.items() if tag and tag not in usable and set(s) & set(NUMBERS)]:
         given.guesses.append(f"Left out, as PV or OP is missing: {', '.join(left[:10])}{' ...' if left[10:] else ''}.")
     if options.tag is not None and (len(usable) > 1 or "" not in usable):
         chosen = [tag for tag in usable if tag.lower() == options.tag.lower()]
@@ -155,32 +234,48 @@ def _grid(
     if isinstance(table, LongTable):
         stamps, hold, dt = table.stamps, table.hold, options.dt or table.dt or None
     elif numeric:
-        unit = time_unit(names[first] if names else "", units[first] if units else "")
-        stamps = parse_numbers(taken.numbers[first], unit)
+        stamps = parse_numbers(taken.numbers[first], _unit_of_time(first, names, units))
     else:
-        cells = taken.text[first]
-        if len(given.time) == 2:
-            cells = [f"{day} {clock}" for day, clock in zip(cells, taken.text[given.time[1]], strict=True)]
-        stamps = parse_texts(cells, day_first=options.day_first, time_format=options.time_format)
+        stamps = _stamps(given.time, taken.text, table, names, units, options)
     grid = regular_grid(stamps, dt, name, table.first_line, hold)
     grid.guesses[:0] = stamps.guesses
     return grid
 
 
-def _widened(table: Table, columns: dict[str, int], names: list[str], units: list[str], options: Options) -> LongTable:
-    """Lay a long table out wide, by its first time column."""
-    time = next((i for i in assign(names, len(names), None, table.source.name).time), None)
-    if time is None:
+def _unit_of_time(column: int, names: list[str], units: list[str]) -> float | None:
+    return time_unit(names[column] if names else "", units[column] if units else "")
+
+
+def _stamps(
+    time: list[int],
+    text: Mapping[int, list[str]],
+    table: Table,
+    names: list[str],
+    units: list[str],
+    options: Options,
+) -> Stamps:
+    """Time of each row from the cells of one column, or of a date and a time of day."""
+    cells = text[time[0]]
+    if len(time) == 2:
+        cells = [f"{day} {clock}" for day, clock in zip(cells, text[time[1]], strict=True)]
+    elif table.is_numeric(time[0]) and options.time_format is None:
+        return parse_numbers(to_numbers(cells, table.decimal)[0], _unit_of_time(time[0], names, units))
+    return parse_texts(cells, day_first=options.day_first, time_format=options.time_format)
+
+
+def _widened(
+    table: Table, columns: dict[str, int], given: Assignment, names: list[str], units: list[str], options: Options
+) -> LongTable:
+    """Lay a long table out wide, by its time column."""
+    first = [row for row in table.sample if row]
+    stamped = [i for i in range(len(names)) if all(i < len(row) and is_stamp(row[i]) for row in first)]
+    time = Assignment(time=given.time or stamped[:1])
+    if not time.time:
         raise RecordError(f"{table.source.name}: is a long table without a time column; export the time stamps too.")
-    unit = time_unit(names[time], units[time])
-    numeric = table.is_numeric(time) and options.time_format is None
-
-    def parse(cells: list[str]) -> Stamps:
-        if numeric:
-            return parse_numbers(to_numbers(cells, table.decimal)[0], unit)
-        return parse_texts(cells, day_first=options.day_first, time_format=options.time_format)
-
-    return widened(table, columns, time, parse)
+    _find_time(time, table, options)
+    long = widened(table, columns, time.time, lambda text: _stamps(time.time, text, table, names, units, options))
+    long.guesses += time.guesses
+    return long
 
 
 def _made_up(table: Table, grid: Grid, columns: list[int]) -> int:
@@ -206,14 +301,23 @@ def _loop(
     source = table.source
     shown = {role: names[i] if names else f"column {i}" for role, i in signals.items()}
     guesses = [*table.guesses, *given.guesses, *grid.guesses]
-    bad_rows = flagged_rows(signals, taken)
+    bad_rows = flagged_rows(signals, taken, names, guesses)
+    if bad_rows.all():
+        raise RecordError(
+            f"{source.name}: all {taken.rows} rows of {tag or source.stem} are flagged as bad; export good values, or "
+            "leave out the column of the flags if it is wrong."
+        )
+    flagged = int(bad_rows.sum())
     texts: Counter[str] = Counter()
-    values: dict[str, NDArray | None] = dict.fromkeys(_NUMBERS)
-    for role in _NUMBERS:
+    values: dict[str, NDArray | None] = dict.fromkeys(NUMBERS)
+    for role in NUMBERS:
         if role not in signals:
             continue
         column = taken.numbers[signals[role]].copy()
-        column[bad_rows] = np.nan
+        mine = flagged_rows(signals, taken, names, guesses, role)
+        if mine.any():
+            guesses.append(f"{int(mine.sum())} values of {shown[role]} are flagged as bad and count as missing.")
+        column[bad_rows | mine] = np.nan
         texts += Counter({text: n for text, n in taken.texts[signals[role]].items() if text})
         values[role] = x = np.where(grid.pick >= 0, column[grid.pick], np.nan)
         if role in ("op", "pv") and not np.isfinite(x).any():
@@ -225,7 +329,7 @@ def _loop(
     if texts:
         listed = ", ".join(f"{n} x {text!r}" for text, n in texts.most_common(5))
         guesses.append(f"Texts in the place of numbers count as missing: {listed}.")
-    if flagged := int(bad_rows.sum()):
+    if flagged:
         guesses.append(f"{flagged} rows are flagged as bad and count as missing.")
     op = values["op"]
     assert op is not None

@@ -9,6 +9,7 @@ import numpy as np
 
 from stiction.errors import require_positive
 from stiction.records.gates import GATES, Gate, View
+from stiction.records.outliers import without_outliers
 from stiction.records.stretches import analysis_window, missing, usable_part
 
 if TYPE_CHECKING:
@@ -97,6 +98,7 @@ def assess(record: LoopRecord, period: float | None = None) -> Quality:
     """
     if period is not None:
         period = require_positive("period", period, "s")
+    record = without_outliers(record)
     first, last = analysis_window(record)
     view = View(record, record.window(first, last), period)
     gates = tuple(gate for check in GATES if (gate := check(view)) is not None)

@@ -66,7 +66,8 @@ def read(
     tag : str, optional
         Which loop of a file with several; the name of the loop where the header has none.
     columns : mapping, optional
-        Signal (time, pv, sp, op, mv, mode, bad, quality) -> column name, or index from 0.
+        Signal (time, pv, sp, op, mv, mode, bad, quality) -> column name, or index from 0; the others are found by their
+        names.
     loop_type : str, optional
         One of `LOOP_TYPES`; the tag's first ISA-5.1 letter when not given.
     delimiter, decimal : str, optional

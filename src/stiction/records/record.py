@@ -41,6 +41,8 @@ class Provenance:
     """Times that the clock ran backwards or changed to or from summer time."""
     made_up: int = 0
     """Samples for which the reader held an earlier value, as the time stamps were uneven."""
+    outliers: int = 0
+    """Values that stood alone far off all others and count as missing (see `records.outliers`)."""
     pv_unit: str = ""
     """Unit of the PV, where the source names it."""
 

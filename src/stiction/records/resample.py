@@ -54,7 +54,8 @@ def regular_grid(stamps: Stamps, dt: float | None, name: str, line: int, hold: f
     line : int
         Line of the first row, for messages.
     hold : float, optional
-        Longest time over which an unevenly recorded value is held [s]; `HOLD_LIMIT` periods when not given.
+        Longest time over which a value stands [s], where rows are written when a value changes. When not given, an
+        unevenly recorded one is held for `HOLD_LIMIT` periods.
 
     Raises
     ------
@@ -72,7 +73,7 @@ def regular_grid(stamps: Stamps, dt: float | None, name: str, line: int, hold: f
         first = line + int(np.flatnonzero(~np.isfinite(stamps.seconds))[0])
         grid.guesses.append(f"{lost} rows without a readable time stamp were left out (first near line {first}).")
     t, rows = _in_order(stamps.seconds[known], known, stamps.kind, grid)
-    t = _spread_rounded(t, grid)
+    t = _spread_rounded(t, rows, grid)
     t, rows = _without_repeats(t, rows, grid)
     if len(t) < 2:
         raise RecordError(f"{name}, line {line}: all time stamps are equal; give dt if the rows are evenly sampled.")
@@ -107,27 +108,35 @@ def _undo_summer_time(t: NDArray, usual: float, grid: Grid) -> NDArray:
     steps = np.diff(t)
     near = 0.5 * usual
     for k in np.flatnonzero(np.abs(steps + _HOUR - usual) < near):
-        shift[k + 1 :] += _HOUR
-        grid.clock_jumps += 1
-        grid.guesses.append(
-            f"The clock goes back one hour at {_moment(t[k], 'local')}: taken as the end of summer time."
-        )
+        moment = _moment(float(t[k]), "local")
+        if _clocks_change(moment):
+            shift[k + 1 :] += _HOUR
+            grid.clock_jumps += 1
+            grid.guesses.append(f"The clock goes back one hour at {moment}: taken as the end of summer time.")
     for k in np.flatnonzero(np.abs(steps - _HOUR - usual) < near):
         moment = _moment(float(t[k]), "local")
-        if moment.weekday() == 6 and moment.hour < 3 and moment.month in (3, 4, 9, 10, 11):
+        if _clocks_change(moment):
             shift[k + 1 :] -= _HOUR
             grid.clock_jumps += 1
             grid.guesses.append(f"The clock goes forward one hour at {moment}: taken as the start of summer time.")
     return t + shift
 
 
-def _spread_rounded(t: NDArray, grid: Grid) -> NDArray:
-    """Stamps rounded to the minute (or second) repeat k times each: spread the rows evenly."""
-    values, counts = np.unique(t, return_counts=True)
+def _clocks_change(moment: datetime) -> bool:
+    """Whether clocks are changed about then: in the small hours of a Sunday in spring or autumn."""
+    return moment.weekday() == 6 and moment.hour < 3 and moment.month in (3, 4, 9, 10, 11)
+
+
+def _spread_rounded(t: NDArray, rows: NDArray, grid: Grid) -> NDArray:
+    """Stamps rounded to the minute (or second) repeat k times each, row after row: spread the rows evenly."""
+    values, first, counts = np.unique(t, return_index=True, return_counts=True)
     if len(values) < 4:
         return t
     k = int(np.median(counts[1:-1]))
     if k < 2 or np.mean(counts[1:-1] == k) < 0.9:
+        return t
+    apart = np.maximum.reduceat(rows, first) - np.minimum.reduceat(rows, first)
+    if np.mean(apart == counts - 1) < 0.9:  # the same time twice in a file is no rounding
         return t
     step = float(np.median(np.diff(values)))
     place = np.concatenate([np.arange(c) + (max(0, k - c) if i == 0 else 0) for i, c in enumerate(counts)])
@@ -160,6 +169,10 @@ def _lay(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: str, hol
     if np.abs(off).max() <= 0.3 * grid.dt:
         grid.pick = np.full(int(place[-1]) + 1, -1, dtype=np.int64)
         grid.pick[place.astype(np.int64)] = rows
+        if hold is not None:
+            last = np.searchsorted(place, np.arange(grid.pick.size), side="right") - 1
+            stands = (np.arange(grid.pick.size) - place[last]) * grid.dt <= hold
+            grid.pick = np.where(stands, rows[last], grid.pick)
         if missing := int((grid.pick < 0).sum()):
             gaps = int((whole > 1).sum())
             grid.guesses.append(f"{missing} samples in {gaps} gaps of the time stamps are missing (left as NaN).")

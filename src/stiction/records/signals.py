@@ -2,37 +2,92 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.dialects import FRACTION_UNITS, MISSING_WORDS, MODES
+from stiction.records.dialects import BAD_WORDS, FRACTION_UNITS, GOOD_WORDS, MISSING_WORDS, MODES
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from stiction.records.resample import Grid
     from stiction.records.table import Columns
 
-__all__ = ["automatic", "flagged_rows", "in_percent", "is_good", "not_a_percentage"]
+__all__ = ["automatic", "flagged_rows", "good_codes", "in_percent", "not_a_percentage", "not_good"]
 
 
-def flagged_rows(signals: dict[str, int], taken: Columns) -> NDArray[np.bool_]:
-    """Rows that a `bad` or `quality` column marks, shape (n_rows,)."""
+def flagged_rows(
+    signals: dict[str, int], taken: Columns, names: list[str], guesses: list[str], owner: str = ""
+) -> NDArray[np.bool_]:
+    """Rows that the flags of a loop mark, or those of the signal `owner` alone, shape (n_rows,)."""
     flagged = np.zeros(taken.rows, dtype=bool)
-    if "bad" in signals:
-        cells = taken.text[signals["bad"]]
+    bad, quality = (signals.get(f"{owner} {flag}".strip()) for flag in ("bad", "quality"))
+    if bad is not None:
+        cells = taken.text[bad]
         flagged |= np.array([cell.strip().upper() not in ("0", "0.0", "FALSE", *MISSING_WORDS) for cell in cells])
-    if "quality" in signals:
-        cells = taken.text[signals["quality"]]
-        flagged |= np.array([not is_good(cell.strip().upper()) for cell in cells])
+    if quality is not None:
+        flagged |= not_good(taken.text[quality], names[quality] if names else f"column {quality}", guesses)
     return flagged
 
 
-def is_good(quality: str) -> bool:
-    """Whether a status in capitals is good: OPC codes from 192 are, an empty cell says nothing."""
-    return int(quality) >= 192 if quality.isdigit() else quality.startswith("GOOD") or quality in MISSING_WORDS
+def not_good(cells: Sequence[str], shown: str, guesses: list[str]) -> NDArray[np.bool_]:
+    """Rows whose quality is not good, shape (n_rows,); none where the column `shown` is not understood."""
+    codes = [cell.strip().upper() for cell in cells]
+    told = Counter(codes)
+    good = good_codes(told)
+    if good is None:
+        listed = ", ".join(repr(code) for code, _ in told.most_common(3))
+        guesses.append(f"Column {shown} says {listed}, none of it known as good or bad: it was not used.")
+        return np.zeros(len(codes), dtype=bool)
+    if odd := [code for code in good if code not in MISSING_WORDS and not _known_good(code)]:
+        guesses.append(f"Column {shown}: {odd[0]!r}, which most rows have, is taken as good.")
+    return np.array([code not in good for code in codes])
+
+
+def good_codes(told: Counter[str]) -> set[str] | None:
+    """Which codes of a quality column mean good; None where nothing tells.
+
+    Parameters
+    ----------
+    told : Counter
+        Code in capitals -> rows that have it.
+
+    Returns
+    -------
+    set of str or None
+        Words of `GOOD_WORDS`, OPC codes from 192 to 255, and an empty cell, which says nothing. Where there is neither
+        word nor such a code, the number that most rows have (OPC UA writes 0, WinCC 128, others 100).
+
+    Examples
+    --------
+    >>> from collections import Counter
+    >>> from stiction.records.signals import good_codes
+    >>> good_codes(Counter({"192": 90, "24": 3})), good_codes(Counter({"0": 90, "2150694912": 3}))
+    ({'192'}, {'0'})
+    """
+    good = {code for code in told if _known_good(code)}
+    empty = {code for code in told if code in MISSING_WORDS}
+    if good or len(empty) == len(told) or any(code.startswith(BAD_WORDS) for code in told):
+        return good | empty
+    code, rows = told.most_common(1)[0]
+    return {code} | empty if _as_code(code) is not None and 2 * rows > told.total() else None
+
+
+def _known_good(code: str) -> bool:
+    number = _as_code(code)
+    return 192 <= number <= 255 if number is not None else code in GOOD_WORDS or code.startswith("GOOD")
+
+
+def _as_code(code: str) -> int | None:
+    """A quality as a number; hexadecimal ones begin with 0x."""
+    if re.fullmatch(r"0X[0-9A-F]{1,8}", code):
+        return int(code, 16)
+    return int(code) if re.fullmatch(r"[0-9]{1,10}", code) else None
 
 
 def in_percent(op: NDArray, unit: str, op_range: tuple[float, float] | None, guesses: list[str]) -> NDArray:

@@ -31,6 +31,15 @@ class Columns:
     lines: NDArray | None = None
     """Line of the file for each row, for messages; None when row k stands on `first_line` + k."""
 
+    def part(self, rows: NDArray) -> Columns:
+        """Some of the rows; the texts are counted over all."""
+        return Columns(
+            text={i: [cells[k] for k in rows] for i, cells in self.text.items()},
+            numbers={i: values[rows] for i, values in self.numbers.items()},
+            texts=self.texts,
+            rows=len(rows),
+        )
+
 
 class Table(Protocol):
     """What a reader page offers to `stiction.records.loops`."""

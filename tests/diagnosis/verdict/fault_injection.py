@@ -3,7 +3,7 @@
 A flip is a confident verdict turned into the confident opposite: none is allowed. A refusal is right when a gate that
 the reason shows belongs to an effect put in.
 
-Run as a script: python tests/diagnosis/verdict/fault_injection.py --loops 200 --pairs 91 --jobs 2
+Run as a script: python tests/diagnosis/verdict/fault_injection.py --loops 200 --pairs 105 --jobs 2
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import argparse
 import json
 import sys
 from collections import Counter
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import combinations
 from multiprocessing import get_context
 from pathlib import Path
@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 import stiction as st
-from stiction.simulation.historian import EFFECTS, spoil
+from stiction.simulation.historian import spoil
 from stiction.simulation.population import CAUSES, population
 
 SURE = 0.9
@@ -42,9 +42,25 @@ GATES = {
     "manual": {"manual", "length", "cycles"},
     "saturation": {"saturation", "length", "cycles"},
     "units": {"op scale"},
+    "bad values": {"outliers", "missing"},
 }  # fmt: skip
 """Effect -> gates that may refuse for it. A stretch that is lost or left out leaves a shorter one: too few samples or
 cycles are its reason too."""
+
+
+NAMES = tuple(GATES)
+"""Effects: those of `EFFECTS`, and codes for bad values."""
+CODES = (0.0, 100.0, 110.0, -9999.0, 32767.0, 1e38)
+"""What historians write in the place of a bad value."""
+
+
+def with_bad_values(record, strength, seed):
+    """The record with up to five codes for bad values in OP or in PV."""
+    rng = np.random.default_rng(seed)
+    name, code = str(rng.choice(["op", "pv"])), float(rng.choice(CODES))
+    x = getattr(record, name).copy()
+    x[rng.choice(x.size, 1 + round(4.0 * strength), replace=False)] = code
+    return replace(record, **{name: x})
 
 
 @dataclass(frozen=True)
@@ -86,7 +102,8 @@ class Trial:
 def spoiled(record, effects, strengths, seed):
     """The record after the effects, one after the other."""
     for effect, strength in zip(effects, strengths, strict=True):
-        record = spoil(record, effect, strength, seed)
+        bad = effect == "bad values"
+        record = with_bad_values(record, strength, seed) if bad else spoil(record, effect, strength, seed)
     return record
 
 
@@ -97,10 +114,10 @@ def trials(task) -> list[Trial]:
     if plain.identification is None:
         return []
     rng = np.random.default_rng(seed)
-    both = list(combinations(EFFECTS, 2))
+    both = list(combinations(NAMES, 2))
     chosen = [both[k] for k in np.sort(rng.permutation(len(both))[:pairs])]
     out = []
-    for effects in [*((name,) for name in EFFECTS), *chosen]:
+    for effects in [*((name,) for name in NAMES), *chosen]:
         strengths = tuple(float(s) for s in rng.random(len(effects)))
         again = int(rng.integers(2**31))
         found = st.diagnose(spoiled(case.record, effects, strengths, again))
@@ -138,7 +155,7 @@ def table(rows) -> str:
     for head, size in (("alone", 1), ("in pairs", 2)):
         own = [row for row in rows if len(row.effects) == size]
         if own:
-            by = {name: [row for row in own if name in row.effects] for name in EFFECTS}
+            by = {name: [row for row in own if name in row.effects] for name in NAMES}
             for name, some in {f"{head}, all": own, **by}.items():
                 out.append(f"{name:16}" + "".join(f"{n:>18}" for n in counted(some).values()))
     wrong = Counter((row.effects, row.gates) for row in rows if row.refused and not row.right_reason)
@@ -174,7 +191,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Spoil loops and see whether a confident verdict flips.")
     parser.add_argument("--loops", type=int, default=200, help="loops, half of them sticky")
     parser.add_argument("--seed", type=int, default=55)
-    parser.add_argument("--pairs", type=int, default=91, help="pairs of effects for each loop, out of 91")
+    parser.add_argument("--pairs", type=int, default=105, help="pairs of effects for each loop, out of 105")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--json", type=Path, help="write counts and trials to this file")
     chosen = parser.parse_args()

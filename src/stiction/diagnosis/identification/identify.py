@@ -19,6 +19,7 @@ from stiction.diagnosis.identification.piece import Piece, search_piece, with_st
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
 from stiction.diagnosis.result import ErrorSurface, Identification, ProcessFit, Stretch
 from stiction.errors import ParameterError, RecordError
+from stiction.records.outliers import without_outliers
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -95,6 +96,7 @@ def identify(
         raise ParameterError(f"model = {model!r} is not identified; use {', '.join(map(repr, MODELS))}.")
     if period is not None and not 0.0 < period < math.inf:
         raise ParameterError(f"period = {period} s is not a period; give the oscillation's or leave it out.")
+    record = without_outliers(record)
     known = search(record, period)
     found = known.closer() if closer else known.rough
     if model == "stenman":

@@ -26,6 +26,7 @@ from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
 from stiction.diagnosis.verdict.stem import stem_shown
 from stiction.diagnosis.verdict.windows import said, windows
 from stiction.errors import RecordError
+from stiction.records.outliers import without_outliers
 from stiction.records.quality import assess, usable_part
 
 if TYPE_CHECKING:
@@ -182,6 +183,7 @@ def findings(record: LoopRecord) -> Findings:
     """
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV.")
+    record = without_outliers(record)
     if record.sp is not None and not np.isfinite(record.sp).any():
         record = replace(record, sp=None)
     part = usable_part(record)

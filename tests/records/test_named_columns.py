@@ -1,0 +1,108 @@
+"""Columns that the user names beside those that are guessed, units in a row of their own, and flags of one signal."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stiction.errors import RecordError
+
+
+@pytest.fixture(scope="module")
+def double(signals, table):
+    """A loop with two controller outputs, the first half of it in automatic."""
+    t, pv, op, sp = signals
+    mode = ["AUTO" if k < len(t) / 2 else "MAN" for k in range(len(t))]
+    return table("time_s,FIC-1.PV,FIC-1.SP,FIC-1.OP,FIC-1.MODE,FIC-1.OUT", t, pv, sp, op, mode, op + 7.0)
+
+
+def test_one_column_named_leaves_the_others_guessed(signals, double, read_text):
+    _, pv, op, sp = signals
+    with pytest.raises(RecordError, match=r"'FIC-1.OP' and 'FIC-1.OUT' are both the OP"):
+        read_text(double)
+    [record] = read_text(double, columns={"op": "FIC-1.OUT"})
+    assert (record.tag, record.loop_type) == ("FIC-1", "flow")
+    np.testing.assert_array_equal(record.op, op + 7.0)
+    np.testing.assert_array_equal(record.pv, pv)
+    np.testing.assert_array_equal(record.sp, sp)
+    assert record.auto.tolist() == [True] * (len(op) // 2) + [False] * (len(op) - len(op) // 2)
+
+
+def test_a_time_column_named_leaves_all_loops(signals, table, read_text):
+    t, pv, op, _ = signals
+    text = table("when,FIC-1.PV,FIC-1.OP,LIC-2.PV,LIC-2.OP", t, pv, op, pv, op)
+    assert [one.tag for one in read_text(text, columns={"time": "when"})] == ["FIC-1", "LIC-2"]
+    assert [one.tag for one in read_text(text, columns={"time": "when", "op": "LIC-2.OP"})] == ["LIC-2"]
+
+
+def test_names_that_say_nothing_join_the_only_loop(signals, table, read_text):
+    t, pv, op, sp = signals
+    [record] = read_text(table("time_s,Flow,Set point,Steam", t, pv, sp, op), columns={"pv": "Flow", "op": "Steam"})
+    np.testing.assert_array_equal(record.sp, sp)
+
+
+def test_columns_of_two_loops_make_one_of_their_own(signals, table, read_text):
+    t, pv, op, sp = signals
+    text = table("time_s,FIC-1.PV,FIC-1.SP,FIC-1.OP,LIC-2.PV,LIC-2.OP", t, pv, sp, op, 2 * pv, op)
+    [record] = read_text(text, columns={"pv": "LIC-2.PV", "op": "FIC-1.OP"})
+    assert record.sp is None
+    np.testing.assert_array_equal(record.pv, 2 * pv)
+
+
+def test_mv_beside_a_valve_position_is_the_output(signals, table, read_text):
+    t, pv, op, sp = signals
+    [record] = read_text(table("time_s,PV,SV,MV,Valve position", t, pv, sp, op, op - 1.0))
+    np.testing.assert_array_equal(record.op, op)
+    np.testing.assert_array_equal(record.mv, op - 1.0)
+    assert any("taken as the controller output" in guess for guess in record.provenance.guesses)
+
+
+@pytest.mark.parametrize("units", [",t/h,t/h,mA", "dd.mm.yyyy hh:mm:ss,t/h,t/h,mA", "s,t/h,t/h,MA"])
+def test_milliamperes_in_a_row_of_units(signals, table, read_text, units):
+    t, pv, op, sp = signals
+    [record] = read_text(table(["Time,FIC-1.PV,FIC-1.SP,FIC-1.OP", units], t, pv, sp, 4.0 + 0.16 * op))
+    np.testing.assert_allclose(record.op, op, atol=1e-9)
+    assert record.provenance.pv_unit == "t/h"
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "time_s,FIC-1.PV,FIC-1.PV Quality,FIC-1.OP,FIC-1.OP Quality",
+        "time_s,FIC-1.PV,FIC-1.PV.Status,FIC-1.OP,FIC-1.OP.Status",
+        "time_s,FIC-1.PV.Value,FIC-1.PV.Quality,FIC-1.OP.Value,FIC-1.OP.Quality",
+        "time_s,FIC-1.PV,Quality,FIC-1.OP,Quality",
+        "time_s,PV,Status,OP,Status",
+    ],
+)
+@pytest.mark.parametrize("codes", [("Good", "Bad"), ("192", "0"), ("0xC0", "0x18"), ("OK", "Invalid")])
+def test_the_quality_of_one_signal_is_that_signals(signals, table, read_text, header, codes):
+    t, pv, op, _ = signals
+    bad = np.arange(len(t)) % 20 == 3
+    quality = [codes[k] for k in bad.astype(int)]
+    [record] = read_text(table(header, t, np.where(bad, 0.0, pv), quality, op, [codes[0]] * len(t)))
+    np.testing.assert_array_equal(record.pv, np.where(bad, np.nan, pv))
+    np.testing.assert_array_equal(record.op, op)
+    assert f"{bad.sum()} values of {header.split(',')[1]} are flagged" in " ".join(record.provenance.guesses)
+
+
+@pytest.mark.parametrize(("good", "bad"), [("128", "64"), ("0", "2150694912"), ("100", "0"), ("VALID", "INVALID")])
+def test_good_in_other_codes(signals, table, read_text, good, bad):
+    t, pv, op, _ = signals
+    [record] = read_text(table("time_s,PV,OP,Quality", t, pv, op, [bad if k == 5 else good for k in range(len(t))]))
+    assert np.flatnonzero(np.isnan(record.pv)).tolist() == [5]
+    told = any(f"'{good}', which most rows have" in guess for guess in record.provenance.guesses)
+    assert told == good.isdigit()
+
+
+def test_a_status_that_is_no_quality_is_not_used(signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table("time_s,PV,OP,Status", t, pv, op, ["RUN" if k % 2 else "STOP" for k in range(len(t))]))
+    assert np.isfinite(record.op).all()
+    assert any("none of it known" in guess for guess in record.provenance.guesses)
+
+
+def test_nothing_but_bad_rows(signals, table, read_text):
+    t, pv, op, _ = signals
+    with pytest.raises(RecordError, match=r"all 120 rows of .* are flagged as bad"):
+        read_text(table("time_s,PV,OP,Quality", t, pv, op, ["Bad"] * len(t)))

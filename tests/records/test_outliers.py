@@ -1,0 +1,70 @@
+"""Values that stand alone far off all others: they are missing, told, and turn no verdict."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import stiction as st
+from stiction.records import LoopRecord, assess
+from stiction.records.outliers import far_off, without_outliers
+
+
+@pytest.fixture(scope="module")
+def sticky():
+    loop = st.Loop(st.PID(0.4, 5.0), st.Kano(5.0, 3.0), st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=0.1)
+    run = st.simulate(loop, 70.0, 2000.0, 6.0, seed=1, pv_start=70.0, op_start=50.0, loop_type="flow")
+    return replace(run, mv=None)
+
+
+@pytest.mark.parametrize("name", ["op", "pv"])
+@pytest.mark.parametrize("code", [100.0, 0.0, -9999.0, 1e38])
+def test_one_bad_value_in_two_thousand_turns_no_verdict(sticky, name, code):
+    x = getattr(sticky, name).copy()
+    x[700] = code
+    spoilt = replace(sticky, **{name: x})
+    plain, found = st.diagnose(sticky), st.diagnose(spoilt)
+    assert plain.verdict == found.verdict == "stiction"
+    assert found.probability > 0.9
+    assert pytest.approx(plain.identification.S, rel=0.03) == found.identification.S
+    if name == "op" or abs(code) > 200.0:
+        assert [gate.why for gate in found.quality.reservations if gate.name == "outliers"]
+        assert pytest.approx(5.0, rel=0.05) == st.identify(spoilt, period=83.0).S
+
+
+def test_nothing_is_taken_off_a_good_record(sticky):
+    assert without_outliers(sticky) is sticky
+
+
+@pytest.mark.parametrize(("length", "count"), [(1, 1), (2, 2), (3, 0), (40, 0)])
+def test_an_upset_of_more_than_two_samples_is_none(length, count):
+    x = np.random.default_rng(0).normal(50.0, 1.0, 2000)
+    x[900 : 900 + length] += 80.0
+    assert far_off(x, 1.0).sum() == count
+
+
+def test_what_comes_often_is_none():
+    x = np.random.default_rng(0).normal(50.0, 1.0, 2000)
+    x[::100] += 80.0
+    assert not far_off(x, 1.0).any()
+
+
+def test_a_spike_of_the_transmitter_that_the_controller_hands_on_stays():
+    rng = np.random.default_rng(0)
+    pv = 60.0 + np.sin(np.arange(1500) / 9.0) + rng.normal(0.0, 0.1, 1500)
+    pv[[300, 800, 1200]] += 6.0
+    record = LoopRecord("FIC-1", 1.0, op=50.0 - 2.0 * (pv - 60.0), pv=pv)
+    assert without_outliers(record) is record
+
+
+def test_the_gate_counts_them_and_the_receipt_names_one():
+    x = np.sin(np.arange(600) / 9.0)
+    op = 50.0 + x
+    op[[100, 400]] = 0.0
+    quality = assess(LoopRecord("FIC-1", 1.0, op=op, pv=x))
+    assert [(gate.value, gate.severity) for gate in quality.gates if gate.name == "outliers"] == [(2, "lowers")]
+    assert without_outliers(LoopRecord("FIC-1", 1.0, op=op, pv=x)).provenance.guesses == (
+        "2 values far off all others count as missing (such as OP 0).",
+    )
