@@ -137,10 +137,11 @@ def pooled(p, scores, jump, plant):
 
 
 def scored(X, lines, W):
-    """Log odds of each cause; none of a transmitter that shows no sign of a fault."""
+    """Log odds of each cause; none of a transmitter or a limit that shows no sign."""
     scores = lines(X, list(range(len(NAMES)))) @ W
-    signs = [X[:, NAMES.index(sign)] > least for sign, least in SIGNS.items()]
-    scores[~np.any(signs, axis=0), CAUSES.index("sensor")] = -np.inf
+    for cause, signs in SIGNS.items():
+        shown = [X[:, NAMES.index(sign)] > least for sign, least in signs.items()]
+        scores[~np.any(shown, axis=0), CAUSES.index(cause)] = -np.inf
     return scores
 
 

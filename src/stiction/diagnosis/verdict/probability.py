@@ -59,10 +59,14 @@ two 22 are told right, and of their parts 58 of 66 in place of 60."""
 JUMP = 0.35
 """What the log odds of the third table count in those of a jump [-]. Half leaves the least log loss between play and
 stiction on simulated integrating loops left out, less keeps more loops with play (`calibrate.py`)."""
-SIGNS = {"coarse": 0.02, "still": 0.1, "spikes": 0.0}
-"""Signs of a faulty transmitter, and beyond what they are one [-]. Without any it is not blamed: a stem that rests in
-its band, or one upset of a quiet loop, has tails like a bad transmitter's. Of simulated loops with a faulty one 2.6 %
-show none, of the others 95 % (`simulation.population`, seed 101)."""
+SIGNS = {
+    "sensor": {"coarse": 0.02, "still": 0.1, "spikes": 0.0},
+    "saturation": {"at_limit": 0.0, "saturated": 0.0},
+}  # fmt: skip
+"""Signs of a faulty transmitter and of an OP at its limit, and beyond what they are one [-]. Without any these are not
+blamed: a stem that rests in its band, or one upset of a quiet loop, has tails like a bad transmitter's. Of simulated
+loops with a faulty one 2.6 % show none, of the others 95 %; of those at a limit 0.1 %, of the others 97 %
+(`simulation.population`, seed 101)."""
 SAFE, FLOOR = 0.999, 1e-4
 """Largest share given to deadband, and smallest of stiction by the second table: no table is surer than that [-]."""
 
@@ -131,8 +135,9 @@ def _simulated(row: Features) -> dict[str, float]:
     """Shares by the second table, those of stiction and deadband by the third as well."""
     named = weighing("causes")
     scores = _scores("causes", row)
-    if not any(getattr(row, sign) > least for sign, least in SIGNS.items()):
-        scores[named.outcomes.index("sensor")] = -math.inf
+    for cause, signs in SIGNS.items():
+        if not any(getattr(row, sign) > least for sign, least in signs.items()):
+            scores[named.outcomes.index(cause)] = -math.inf
     shares = np.exp(scores - scores.max())
     share = dict(zip(named.outcomes, (shares / shares.sum()).tolist(), strict=True))
     score = dict(zip(named.outcomes, scores.tolist(), strict=True))
