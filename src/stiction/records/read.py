@@ -93,6 +93,7 @@ def read(
     Examples
     --------
     >>> import io
+    >>> from stiction.records import read
     >>> lines = ["time_s,FIC-101.PV,FIC-101.OP", *(f"{k},{50 + k % 5},{40 + k % 7}" for k in range(60))]
     >>> [record] = read(io.BytesIO(chr(10).join(lines).encode()))
     >>> record.tag, record.loop_type, record.dt, len(record)
