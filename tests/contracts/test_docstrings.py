@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import dataclasses
+import doctest
 import importlib
 import inspect
 import pkgutil
@@ -14,6 +15,7 @@ from pathlib import Path
 import pytest
 
 import stiction as st
+from stiction import records
 
 PACKAGE = Path(st.__file__).parent
 HEADING = re.compile(r"^([A-Z][\w ]+)\n-{3,}$", re.M)
@@ -24,6 +26,8 @@ WITH_DOC = (ast.Module, ast.ClassDef, ast.FunctionDef)
 
 MODULES = [importlib.import_module(m.name) for m in pkgutil.walk_packages(st.__path__, "stiction.")]
 FACE = {name: getattr(st, name) for name in st.__all__ if name != "__version__" and hasattr(st, name)}
+RECORDS = {name: getattr(records, name) for name in records.__all__ if callable(getattr(records, name))}
+FACE |= RECORDS
 FACE = {name: thing for name, thing in FACE.items() if not (isinstance(thing, type) and issubclass(thing, Exception))}
 RESULTS = {
     name: getattr(module, name)
@@ -100,6 +104,15 @@ def test_function_tells_what_it_returns(name):
 def test_example_is_there(name):
     """Constructors and functions show one; results, told field by field, are made by functions that do."""
     assert ">>> " in sections(inspect.getdoc(FACE[name])).get("Examples", "")
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_example_runs_as_it_is_pasted(name):
+    """It imports what it uses: whoever copies it has none of the page's own names."""
+    runner, said = doctest.DocTestRunner(), []
+    for example in doctest.DocTestFinder(exclude_empty=True).find(RECORDS[name], name, globs={}):
+        runner.run(example, out=said.append)
+    assert not runner.failures, "".join(said)
 
 
 @pytest.mark.parametrize("name", RESULTS)

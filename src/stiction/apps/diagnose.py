@@ -27,6 +27,8 @@ class Failure(NamedTuple):
     """Loop, where it came so far."""
     reason: str
     """What was wrong, and what to do about it."""
+    fault: Exception | None = None
+    """What the program stumbled over, where file and loop may be in order."""
 
 
 def diagnose(
@@ -102,6 +104,8 @@ def diagnose(
 
 def judge(files: tuple[str, ...], options: dict[str, Any], target: Path | None, *, as_json: bool, explain: bool) -> int:
     """Read, diagnose, tell and write; return the exit code."""
+    from traceback import format_exception
+
     from stiction.apps.findings import as_object, tell
     from stiction.apps.output import note, print_json, say
     from stiction.records import receipt
@@ -115,10 +119,15 @@ def judge(files: tuple[str, ...], options: dict[str, Any], target: Path | None, 
         print_json([*(diagnosis.to_dict() for diagnosis in diagnoses), *map(as_object, failures)])
     else:
         tell(diagnoses, failures, explain=explain)
+    faults = [failure.fault for failure in failures if failure.fault is not None]
     if not diagnoses:
+        if faults:
+            raise faults[0]
         for failure in failures[1:] if len(failures) > 1 and as_json else ():
             note(f"stiction: {failure.reason}")
         raise RecordError(failures[0].reason if len(failures) == 1 else "no file could be used; see the reasons above.")
+    for fault in faults:
+        note("".join(format_exception(fault)).rstrip())
     if target is not None:
         from stiction.report import write_report
 
@@ -155,6 +164,10 @@ def _read(files: tuple[str, ...], options: dict[str, Any]) -> tuple[list["LoopRe
             records += read(file, **options)
         except RecordError as error:
             failures.append(Failure(file, None, in_options(str(error))))
+        except StictionError:
+            raise
+        except Exception as error:
+            failures.append(_fault(file, None, error))
     return records, failures
 
 
@@ -169,4 +182,11 @@ def _diagnose(records: list["LoopRecord"]) -> tuple[list["Diagnosis"], list[Fail
             diagnoses.append(verdict_of(record))
         except StictionError as error:
             failures.append(Failure(record.provenance.source, record.tag, str(error)))
+        except Exception as error:
+            failures.append(_fault(record.provenance.source, record.tag, error))
     return diagnoses, failures
+
+
+def _fault(file: str, tag: str | None, error: Exception) -> Failure:
+    told = " ".join(f"{type(error).__name__}: {error}".split())
+    return Failure(file, tag, f"a fault of the program, not yours ({told}); please report it.", error)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 from collections import Counter
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,8 @@ from stiction.records.source import text_encoding
 from stiction.records.table import Columns
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from _csv import Reader as CsvReader
+    from collections.abc import Iterable, Iterator, Sequence
 
     from stiction.records.source import Source
 
@@ -59,8 +61,11 @@ class CsvTable:
         head = [line for line, _ in zip(self._lines(), range(_LOOK_AHEAD), strict=False)]
         layout = sniff(source.name, head, delimiter, decimal)
         self.header, self.decimal, self.width = layout.header, layout.decimal, layout.width
-        self.first_line = layout.skip + 1
         self._delimiter = layout.delimiter
+        above = self._cut(head)
+        for _ in range(layout.skip):
+            next(above)
+        self.first_line = above.line_num + 1
         self.sample = [row for _, row in zip(range(_LOOK_AHEAD), self._rows(), strict=False)]
         self.guesses: list[str] = []
         if encoding not in ("utf-8", "utf-8-sig"):
@@ -129,16 +134,25 @@ class CsvTable:
         lines = self._lines()
         for _ in range(self.first_line - 1):
             next(lines, None)
-        if self._delimiter == " ":
-            lines = (line.strip() for line in lines)
-        reader = csv.reader(lines, delimiter=self._delimiter, skipinitialspace=True)
-        while True:
+        reader = self._cut(lines)
+        for number in itertools.count(1):
+            row, why = [], ""
             try:
                 row = next(reader)
             except StopIteration:
                 return
             except csv.Error as error:
-                where = self.first_line - 1 + reader.line_num
-                raise RecordError(f"{self.source.name}, line {where}: cannot be cut into columns ({error}).") from None
+                why = str(error)
+            if reader.line_num > number:
+                # A quote that is never closed would swallow the rows after it.
+                why = "a cell in quotes goes on over the next line; take the quote or the line break out"
+            if why:
+                where = self.first_line - 1 + number
+                raise RecordError(f"{self.source.name}, line {where}: cannot be cut into columns ({why}).")
             if any(cell and not cell.isspace() for cell in row):
                 yield row
+
+    def _cut(self, lines: Iterable[str]) -> CsvReader:
+        if self._delimiter == " ":
+            lines = (line.strip() for line in lines)
+        return csv.reader(lines, delimiter=self._delimiter, skipinitialspace=True)

@@ -35,9 +35,9 @@ class Gate:
     severity: Severity
     """"ok", "lowers" the confidence, or "refuses" the record."""
     value: float
-    """What was found."""
+    """What was found [unit of the check: samples, cycles, %, ...]."""
     limit: float
-    """The limit that counts: the one passed, or the next one to be passed."""
+    """The limit that counts: the one passed, or the next one to be passed [the same unit]."""
     why: str
     """A sentence on what was found and what to do."""
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.records.dialects import MISSING_WORDS
+from stiction.records.record import LARGEST
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -69,7 +70,7 @@ def to_numbers(cells: Sequence[str], decimal: str) -> tuple[NDArray[np.float64],
     values : ndarray, shape (n_rows,)
         The numbers, in the column's unit.
     texts : Counter
-        Text -> number of cells; empty cells are counted under "".
+        Text -> number of cells; empty cells are counted under "", numbers beyond 1e100 under "infinite".
 
     Examples
     --------
@@ -89,7 +90,7 @@ def to_numbers(cells: Sequence[str], decimal: str) -> tuple[NDArray[np.float64],
     else:
         if missing := int(np.isnan(values).sum()):
             texts[""] += missing
-    infinite = np.isinf(values)
+    infinite = np.abs(values) > LARGEST
     if infinite.any():
         values[infinite] = np.nan
         texts["infinite"] += int(infinite.sum())

@@ -90,7 +90,8 @@ def assess(record: LoopRecord, period: float | None = None) -> Quality:
 
     Examples
     --------
-    >>> from stiction.records import LoopRecord
+    >>> import numpy as np
+    >>> from stiction.records import LoopRecord, assess
     >>> t = np.arange(400.0)
     >>> record = LoopRecord("FIC-101", 1.0, op=50 + np.sin(t / 6.1), pv=3 + np.cos(t / 6.1))
     >>> assess(record, period=38.3).usable, assess(record, period=200.0).refusals[0].name

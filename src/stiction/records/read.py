@@ -94,6 +94,7 @@ def read(
     Examples
     --------
     >>> import io
+    >>> from stiction.records import read
     >>> lines = ["time_s,FIC-101.PV,FIC-101.OP", *(f"{k},{50 + k % 5},{40 + k % 7}" for k in range(60))]
     >>> [record] = read(io.BytesIO(chr(10).join(lines).encode()))
     >>> record.tag, record.loop_type, record.dt, len(record)
@@ -106,7 +107,13 @@ def read(
     if delimiter is not None and (len(delimiter) != 1 or delimiter in "\r\n\"'"):
         raise ParameterError(f"delimiter = {delimiter!r} is not one character; give for example ',' or ';' or a tab.")
     if op_range is not None:
-        low, high = (require_finite("op_range", value) for value in op_range)
+        try:
+            zero, full = op_range
+        except (TypeError, ValueError):
+            raise ParameterError(
+                f"op_range = {op_range!r} is no pair of numbers; give the OP at 0 % and at 100 %, for example (4, 20)."
+            ) from None
+        low, high = require_finite("op_range", zero), require_finite("op_range", full)
         if not low < high:
             raise ParameterError(
                 f"op_range = ({low:g}, {high:g}) is empty; give the OP at 0 % and a larger one at 100 %."

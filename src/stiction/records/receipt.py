@@ -74,9 +74,14 @@ def receipt(records: Iterable[LoopRecord]) -> Receipt:
     records : iterable of LoopRecord
         What `read` returned.
 
+    Returns
+    -------
+    Receipt
+        A line for each record, and what was guessed in any of them.
+
     Examples
     --------
-    >>> from stiction.records import LoopRecord
+    >>> from stiction.records import LoopRecord, receipt
     >>> receipt([LoopRecord("FIC-101", 1.0, op=[50.0, 51.0], pv=[3.0, 3.1])]).lines[0].samples
     2
     """

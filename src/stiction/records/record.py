@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
+from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 __all__ = ["LOOP_TYPES", "LoopRecord", "Provenance"]
 
 LOOP_TYPES = ("flow", "level", "pressure", "temperature", "analyser", "other")
+LARGEST = 1e100
+"""Size above which a value is no measurement but a sign for a bad one, as is the largest float [any unit]."""
+_SIGNALS = ("op", "pv", "sp", "mv", "valve_signal", "auto")
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +55,9 @@ class Provenance:
 class LoopRecord:
     """Evenly sampled signals of one control loop; NaN marks a missing value.
 
+    The record keeps read-only copies of its signals. In them an infinite value, or one beyond 1e100, is missing too.
+    Records are equal when all their fields are, NaN to NaN; equal ones have the same hash.
+
     Parameters
     ----------
     tag : str
@@ -62,7 +69,7 @@ class LoopRecord:
     pv : array_like, shape (n_samples,), optional
         Process variable [engineering units]; left out when only a valve was stroked.
     sp : array_like, shape (n_samples,), optional
-        Set point [engineering units of the PV].
+        Set point [engineering units of the PV]; None when all of it is missing, as `mv` and `valve_signal` are then.
     mv : array_like, shape (n_samples,), optional
         Valve position really reached [% of span].
     valve_signal : array_like, shape (n_samples,), optional
@@ -82,15 +89,16 @@ class LoopRecord:
     Raises
     ------
     RecordError
-        When the signals are not one-dimensional or differ in length.
+        When the signals are not one-dimensional or differ in length, or `auto` has a missing value.
     ParameterError
         When `dt` is not positive or `loop_type` is unknown.
 
     Examples
     --------
+    >>> from stiction.records import LoopRecord
     >>> record = LoopRecord("FIC-101", 1.0, op=[50.0, 51.0], pv=[3.0, 3.1], loop_type="flow")
-    >>> len(record), record.duration
-    (2, 2.0)
+    >>> len(record), record.duration, record == record.window(0, 2)
+    (2, 2.0, True)
     """
 
     tag: str
@@ -118,9 +126,19 @@ class LoopRecord:
         for name in ("pv", "sp", "mv", "valve_signal"):
             value = getattr(self, name)
             if value is not None:
-                put(self, name, _signal(name, value, n))
+                signal = _signal(name, value, n)
+                unknown = name != "pv" and n > 0 and bool(np.isnan(signal).all())
+                put(self, name, None if unknown else signal)
         if self.auto is not None:
-            put(self, "auto", _signal("auto", self.auto, n).astype(bool))
+            put(self, "auto", _mode(self.auto, n))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, LoopRecord):
+            return NotImplemented
+        return all(_same(getattr(self, each.name), getattr(other, each.name)) for each in fields(self))
+
+    def __hash__(self) -> int:
+        return hash((self.tag, self.dt, len(self)))
 
     def __len__(self) -> int:
         return int(self.op.shape[0])
@@ -136,22 +154,64 @@ class LoopRecord:
         return len(self) * self.dt
 
     def window(self, first: int, last: int) -> LoopRecord:
-        """Cut the samples `first` <= k < `last` as a record of their own."""
-        cut = slice(first, last)
+        """Cut the samples `first` <= k < `last` as a record of their own.
+
+        Its provenance tells of the cut: `bad` is counted in it. Which samples were made up, and where the clock jumped,
+        is not known: `made_up` is taken in proportion, and `clock_jumps` stays, as the most that there can be.
+
+        Parameters
+        ----------
+        first, last : int
+            First sample and one past the last; a negative one counts from the end, as in a slice.
+
+        Returns
+        -------
+        LoopRecord
+            The signals between them; `start` is the time of the first one.
+
+        Examples
+        --------
+        >>> from datetime import datetime
+        >>> from stiction.records import LoopRecord
+        >>> record = LoopRecord("FIC-101", 60.0, op=[50.0, 51.0, 52.0], start=datetime(2026, 3, 2))
+        >>> str(record.window(1, 3).start), record.window(1, 3).op
+        ('2026-03-02 00:01:00', array([51., 52.]))
+        """
+        begin, end, _ = slice(first, last).indices(len(self))
         parts: dict[str, Any] = {
-            name: None if getattr(self, name) is None else getattr(self, name)[cut]
-            for name in ("op", "pv", "sp", "mv", "valve_signal", "auto")
+            name: None if getattr(self, name) is None else getattr(self, name)[begin:end] for name in _SIGNALS
         }
-        return replace(self, **parts)
+        bad = np.isnan(parts["op"]) if self.pv is None else np.isnan(parts["op"] + parts["pv"])
+        made_up = round(self.provenance.made_up * bad.size / max(1, len(self)))
+        origin = replace(self.provenance, bad=int(bad.sum()), made_up=made_up)
+        start = self.start and self.start + timedelta(seconds=begin * self.dt)
+        return replace(self, **parts, start=start, provenance=origin)
 
 
 def _signal(name: str, value: ArrayLike, n: int | None) -> NDArray[np.float64]:
     try:
-        array = np.ascontiguousarray(value, dtype=np.float64)
+        array = np.array(value, dtype=np.float64, order="C")
     except (TypeError, ValueError):
         raise RecordError(f"{name} is not a series of numbers; give a one-dimensional array.") from None
     if array.ndim != 1:
         raise RecordError(f"{name} has {array.ndim} dimensions; give a one-dimensional array.")
     if n is not None and array.shape[0] != n:
         raise RecordError(f"{name} has {array.shape[0]} samples but op has {n}; give signals of equal length.")
+    array[~(np.abs(array) <= LARGEST)] = np.nan
+    array.flags.writeable = False
     return array
+
+
+def _mode(value: ArrayLike, n: int) -> NDArray[np.bool_]:
+    mode = _signal("auto", value, n)
+    if unknown := int(np.isnan(mode).sum()):
+        raise RecordError(f"auto has {unknown} missing values; say True or False of each sample, or leave auto out.")
+    auto = mode.astype(bool)
+    auto.flags.writeable = False
+    return auto
+
+
+def _same(a: object, b: object) -> bool:
+    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+        return np.array_equal(a, b, equal_nan=True)
+    return a is b if a is None or b is None else bool(a == b)

@@ -218,6 +218,11 @@ def torn(record: LoopRecord) -> NDArray[np.bool_]:
 def analysis_window(record: LoopRecord) -> tuple[int, int]:
     """Find the longest stretch in automatic, OP not clipped, PV not frozen, no clock jump, no gap above `BRIDGE`.
 
+    Parameters
+    ----------
+    record : LoopRecord
+        What was recorded.
+
     Returns
     -------
     first, last : int
@@ -225,7 +230,7 @@ def analysis_window(record: LoopRecord) -> tuple[int, int]:
 
     Examples
     --------
-    >>> from stiction.records import LoopRecord
+    >>> from stiction.records import LoopRecord, analysis_window
     >>> op = [50.0, 51.0, float("nan"), 52.0] + 9 * [float("nan")] + [50.0, 51.0]
     >>> analysis_window(LoopRecord("FIC-101", 1.0, op=op, pv=op))
     (0, 4)
@@ -241,7 +246,27 @@ def analysis_window(record: LoopRecord) -> tuple[int, int]:
 
 
 def usable_part(record: LoopRecord) -> LoopRecord:
-    """Cut the analysis window as a record of its own, its small gaps bridged by holding the last value, and said so."""
+    """Cut the analysis window as a record of its own, its small gaps bridged by holding the last value, and said so.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        What was recorded.
+
+    Returns
+    -------
+    LoopRecord
+        The samples of `analysis_window`, OP and PV without a gap; empty when there is no such stretch. Its `start` is
+        that of the window, and `bad` in its provenance counts the samples that were bridged.
+
+    Examples
+    --------
+    >>> from stiction.records import LoopRecord, usable_part
+    >>> op = 7 * [float("nan")] + [50.0, 51.0, float("nan"), 52.0]
+    >>> part = usable_part(LoopRecord("FIC-101", 1.0, op=op, pv=op))
+    >>> part.op.tolist(), part.provenance.bad, part.provenance.guesses
+    ([50.0, 51.0, 51.0, 52.0], 1, ('1 missing samples were bridged by holding the last value.',))
+    """
     part = record.window(*analysis_window(record))
     signals = {name: getattr(part, name) for name in ("op", "pv", "sp", "mv", "valve_signal")}
     held = {name: filled(x) for name, x in signals.items() if x is not None and len(x)}

@@ -1,0 +1,73 @@
+"""A fault of the program in one loop or file is a row of its own; the verdicts of the others are told."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+import stiction as st
+import stiction.records
+
+
+@pytest.fixture
+def plant(folder, sticky_csv, healthy_csv):
+    """Three files, of which the program stumbles over the second."""
+    (folder / "sticky.csv").write_text(sticky_csv)
+    (folder / "odd.csv").write_text(sticky_csv.replace("FIC-101", "ODD-1"))
+    (folder / "healthy.csv").write_text(healthy_csv)
+    return ("sticky.csv", "odd.csv", "healthy.csv")
+
+
+@pytest.fixture(params=["reading", "judging"])
+def stumbles(request, monkeypatch):
+    """The program divides by zero while it reads or judges the odd loop."""
+    read, diagnose = stiction.records.read, st.diagnose
+
+    def reading(file, **options):
+        return [1 / 0] if file == "odd.csv" else read(file, **options)
+
+    def judging(record):
+        return 1 / 0 if record.tag == "ODD-1" else diagnose(record)
+
+    if request.param == "reading":
+        monkeypatch.setattr(stiction.records, "read", reading)
+    else:
+        monkeypatch.setattr(st, "diagnose", judging)
+
+
+def test_the_others_are_told(run, plant, stumbles):
+    done = run("diagnose", *plant, "--no-report")
+    assert done.code == 1
+    [row] = [line for line in done.out.splitlines() if "not diagnosed" in line]
+    assert "a fault of the program, not yours (ZeroDivisionError: division by zero); please report it." in row
+    assert "FIC-101" in done.out
+    assert "healthy" in done.out
+    assert done.err.count("Traceback") == 1
+    assert run("diagnose", *plant[1:], "--no-report").code == 0
+
+
+def test_json_stays_a_list_with_an_object_for_each(run, plant, stumbles):
+    done = run("diagnose", *plant, "--json")
+    found = json.loads(done.out)
+    assert [entry["file"] for entry in found] == ["sticky.csv", "healthy.csv", "odd.csv"]
+    assert [entry["verdict"] for entry in found] == ["stiction", "no_stiction", "undecided"]
+    assert "ZeroDivisionError" in found[2]["error"]
+
+
+def test_a_fault_that_leaves_nothing_is_70(run, plant, stumbles):
+    done = run("diagnose", "odd.csv", "--no-report")
+    assert done.code == 70
+    assert done.err.count("Traceback") == 1
+    assert "a fault of the program" in done.err
+    again = run("diagnose", "odd.csv", "odd.csv", "--json")
+    assert again.code == 70
+    assert len(json.loads(again.out)) == 2
+
+
+def test_a_wrong_option_is_still_the_caller_s(run, plant, monkeypatch):
+    def refusing(file, **options):
+        raise st.ParameterError("dt = -1 s is not positive; give a value above 0.")
+
+    monkeypatch.setattr(stiction.records, "read", refusing)
+    assert run("diagnose", *plant, "--no-report").code == 2
