@@ -115,6 +115,13 @@ def test_four_header_rows(case, read_text):
     assert record.provenance.pv_unit == "t/h"
 
 
+def test_line_ends_within_a_heading(read_text):
+    block = '"Trend\nexport"\n\nTime,"FIC101.PV\n[t/h]",FIC101.SP,"FIC101.OP\n[%]"\n'
+    [record] = read_text(block + rows())
+    assert (record.tag, record.start, len(record), record.provenance.rows) == ("FIC101", START, N, N)
+    assert record.provenance.guesses == ("1 lines above the header were passed over.",)
+
+
 def test_influx_annotations(read_text):
     block = (
         "#group,false,false,true,true,false,false,false\n"

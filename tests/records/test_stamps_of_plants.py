@@ -95,6 +95,16 @@ def test_forms_of_stamps(form, signals, table, read_text):
     np.testing.assert_array_equal(record.op, op)
 
 
+def test_a_zone_by_its_name_is_a_wall_clock_and_said_so(signals, table, read_text):
+    _, pv, op, _ = signals
+    [record] = read_text(table("Time,PV,OP", cells(FORMS["Java"]), pv, op))
+    assert record.start == START
+    assert any("zone CET is not looked up" in guess for guess in record.provenance.guesses)
+    [record] = read_text(table("Time,PV,OP", [cell.replace("CET", "UTC") for cell in cells(FORMS["Java"])], pv, op))
+    assert record.start == START.replace(tzinfo=UTC)
+    assert record.provenance.guesses == ()
+
+
 def test_forms_of_stamps_without_a_known_name(signals, table, read_text):
     _, pv, op, _ = signals
     for form in FORMS.values():

@@ -43,11 +43,16 @@ class Layout:
     """Written lines above the header."""
 
 
-def split(lines: list[str], delimiter: str) -> list[list[str]]:
-    """Cut lines into cells, honouring quotes; runs of spaces count as one delimiter."""
+def split(lines: list[str], delimiter: str) -> tuple[list[list[str]], list[int]]:
+    """Cut lines into rows of cells, with the lines above each row; quotes may hold line ends, spaces may repeat."""
     if delimiter == " ":
         lines = [line.strip() for line in lines]
-    return list(csv.reader(lines, delimiter=delimiter, skipinitialspace=True))
+    reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
+    ends, rows = [0], []
+    for row in reader:
+        rows.append(row)
+        ends.append(reader.line_num)
+    return rows, ends[:-1]
 
 
 def sniff(name: str, lines: list[str], delimiter: str | None, decimal: str | None) -> Layout:
@@ -65,7 +70,7 @@ def sniff(name: str, lines: list[str], delimiter: str | None, decimal: str | Non
     there = [mark for mark in DELIMITERS if mark == "," or any(mark in line for line in lines)]
     for mark in (delimiter,) if delimiter else there:
         try:
-            cells = split(lines, mark)
+            cells, above_row = split(lines, mark)
         except csv.Error as error:
             broken = f"a quote that never closes ({error})"
             continue
@@ -82,7 +87,7 @@ def sniff(name: str, lines: list[str], delimiter: str | None, decimal: str | Non
                 above = len(cells[first - 1]) if first and not header else 0
                 twice = mark == "," and above > 1 and width in (2 * above - 1, 2 * above)
                 doubled = f"rows of {width} cells under a header of {above}: a decimal comma between commas" * twice
-                best_score, best = score, Layout(mark, point, header, first, width, passed_over)
+                best_score, best = score, Layout(mark, point, header, above_row[first], width, passed_over)
     if doubled or (broken and best is None):
         raise RecordError(
             f"{name}: holds {doubled or broken}; export it with semicolons between columns, or without quotes."
