@@ -172,3 +172,11 @@ def test_a_header_that_comes_again_on_each_page_costs_no_row(read_text):
 def test_a_block_without_a_header_is_refused_with_the_line_of_the_data(read_text):
     with pytest.raises(RecordError, match="line 4: there is no header above the 4 columns"):
         read_text("Trend export\nInterval [s],1\n\n" + rows())
+
+
+def test_a_mode_behind_empty_cells_is_no_zone_of_the_clock(read_text):
+    lines = [line.replace(",", "\t") + "\tAUTO" for line in rows(10).splitlines()]
+    lines[:5] = [line.split("\t")[0] + "\t\t\t\tAUTO" for line in lines[:5]]
+    [record] = read_text("\n".join([f"{NAMES},FIC101.MODE".replace(",", "\t"), *lines]) + "\n")
+    assert (record.tag, record.dt, record.start, len(record)) == ("FIC101", 1.0, START, 10)
+    np.testing.assert_array_equal(record.op[5:], values(10)[2][5:])

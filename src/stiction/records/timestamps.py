@@ -22,8 +22,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Stamps", "is_clock", "is_date", "is_stamp", "parse_texts"]
 
+_BLANKS = r"[^\S\t]*"  # a tab parts cells, and a word in the next cell is no zone
 _CLOCK = re.compile(
-    r"(\d{1,2}):(\d{2})(?::(\d{2})(?:[.,:](\d+))?)?(?:\s*([AaPp])\.?[Mm]\.?)?\s*(Z|[A-Z]{3,4}|[+-]\d{2}(?::?\d{2})?)?"
+    r"(\d{1,2}):(\d{2})(?::(\d{2})(?:[.,:](\d+))?)?"
+    rf"(?:{_BLANKS}([AaPp])\.?[Mm]\.?)?{_BLANKS}(Z|[A-Z]{{3,4}}|[+-]\d{{2}}(?::?\d{{2}})?)?"
 )
 _CELL = re.compile(r"(?:([^:]+?)(?:T|[ ,]+|$))?(\d{1,2}:.*)?")
 _YMD = re.compile(r"(\d{4})[-/.](\d{1,2})[-/.](\d{1,2})")
