@@ -60,6 +60,20 @@ def test_csv_is_read_back(run, folder):
     assert record.mv[0] == 50.0
 
 
+def test_a_file_of_another_is_left_alone(run, folder):
+    for name, text in (("mine.html", "<html>my page</html>"), ("mine.csv", "Time,FIC101.PV,FIC101.OP\n0,1,2\n")):
+        (folder / name).write_text(text)
+        for verb in (("simulate",), ("stroke",), ("valve-test", "plan", "step", "--start", "50")):
+            done = run(*verb, "--out", name)
+            assert done.code == 3
+            assert f"{name} was not written by stiction and is left alone; name another file with --out" in done.err
+            assert (folder / name).read_text() == text
+    (folder / "empty.csv").touch()
+    assert run("simulate", "--duration", "300", "--out", "empty.csv").code == 0
+    assert run("stroke", "--out", "empty.csv").code == 0
+    assert (folder / "empty.csv").read_text().startswith("time_s,OP,MV\n")
+
+
 def test_a_compensator_in_the_loop_and_back_from_its_file(run, folder):
     knocker = "knocker:amplitude=1.5,width=2,interval=5"
     done = run("simulate", "--duration", "300", "--compensator", knocker, "--out", "a.csv")

@@ -28,7 +28,7 @@ BAD = {
     "no OP": (f"time_s,PV,XX\n{ROWS}".encode(), "no loop with PV and OP.*time_s, PV, XX.*columns="),
     "no header": (ROWS.encode(), "line 1: there is no header.*columns="),
     "two PV": (f"PV,PV,OP\n{ROWS}".encode(), "'PV' and 'PV' are both the PV"),
-    "no time": (f"foo,PV,OP\n{ROWS}".encode(), "no time column; give.*dt="),
+    "no time": (f"foo,PV,OP\n{ROWS}".encode(), "no column is known as time; if 'foo' is.*columns=.*dt="),
     "three rows": (b"time_s,PV,OP\n0,1,2\n1,2,3\n2,3,4\n", "has 3 rows of data; 10 or more"),
     "all missing": (b"time_s,PV,OP\n" + b"".join(b"%d,Bad,5\n" % k for k in range(50)), "column PV: holds no number"),
     "text as OP": (
@@ -36,7 +36,7 @@ BAD = {
         "column OP: holds no number.*'open'",
     ),
     "time stands still": (b"time_s,PV,OP\n" + b"5,1,2\n" * 50, "all time stamps are equal; give dt"),
-    "time not understood": (b"Time,PV,OP\n" + b"soon,1,2\n" * 50, "line 2: the time stamps are not understood; give"),
+    "time not understood": (b"Time,PV,OP\n" + b"soon,1,2\n" * 50, "line 2: 'soon' is no time stamp known here; give"),
     "a century's gap": (
         b"time_s,PV,OP\n" + b"".join(b"%d,1,2\n" % (k if k < 30 else k + 10**9) for k in range(60)),
         "rows 30 and 31 .* 1e\\+09 s apart.*cut the file",

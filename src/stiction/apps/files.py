@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import tempfile
 from pathlib import Path
@@ -12,8 +13,18 @@ from stiction.errors import RecordError
 if TYPE_CHECKING:
     from stiction.records import LoopRecord
 
-__all__ = ["check_folder", "check_report", "check_target", "csv_text", "plant_csv", "write_csv", "write_text"]
+__all__ = [
+    "check_csv",
+    "check_folder",
+    "check_report",
+    "check_target",
+    "csv_text",
+    "plant_csv",
+    "write_csv",
+    "write_text",
+]
 
+_SIGNALS = re.compile(rb"time_s(,(SP|PV|OP|MV|VALVE_SIGNAL))+\r?\n")
 _MARK = b'<meta name="generator" content="stiction'
 
 
@@ -54,6 +65,20 @@ def check_report(path: str) -> Path:
     target = check_target(path)
     if target.exists() and (not target.is_file() or _MARK not in _head(target)):
         raise RecordError(f"{target} was not written by stiction and is left alone; name another file with --report.")
+    return target
+
+
+def check_csv(path: str) -> Path:
+    """Do as `check_target` does, and refuse to replace a file that does not begin as `csv_text` does.
+
+    Raises
+    ------
+    RecordError
+        When the signals could not be written, or would replace something else.
+    """
+    target = check_target(path)
+    if target.is_file() and target.stat().st_size and not _SIGNALS.match(_head(target)):
+        raise RecordError(f"{target} was not written by stiction and is left alone; name another file with --out.")
     return target
 
 

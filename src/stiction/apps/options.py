@@ -48,18 +48,32 @@ def in_options(sentence: str) -> str:
     'say which is which with --column pv=NAME --column op=2.'
     >>> in_options("give op_range=(0, 4095) to convert, or day_first=False.")
     'give --op-range 0 4095 to convert, or --no-day-first.'
+    >>> in_options("give time_format='...' (--time-format) or dt= (--dt).")
+    'give --time-format "..." or --dt.'
     >>> in_options("give controller=PID(Kc, Ti).")
     'give --controller pi:Kc=..,Ti=...'
     """
 
     def columns(found: re.Match[str]) -> str:
-        pairs = re.findall(r"'(\w+)': ([^,}]+)", found[1])
-        return " ".join(f"--column {signal}={'NAME' if name == '...' else name}" for signal, name in pairs)
+        pairs = re.findall(r"'(\w+)': ('[^']*'|[^,}]+)", found[1])
+        return " ".join(f"--column {_word(f'{signal}={_bare(name)}')}" for signal, name in pairs)
 
-    sentence = re.sub(r"columns=\{([^}]*)\}", columns, sentence)
+    sentence = re.sub(r"columns=\{((?:'[^']*'|[^}'])*)\}", columns, sentence)
+    sentence = re.sub(r"time_format='([^']*)'(?: \(--time-format\))?", r'--time-format "\1"', sentence)
+    sentence = re.sub(r"(?<![\w./'-])time_format(?!\w|\.\w)", "--time-format", sentence)
+    sentence = re.sub(r"\b(give|or) dt\b(?!=)", r"\1 --dt", sentence)
     sentence = re.sub(r"op_range=\(([^,]+), ([^)]+)\)", r"--op-range \1 \2", sentence)
     sentence = re.sub(r"decimal='(.)'", r'--decimal "\1"', sentence)
     sentence = sentence.replace("day_first=True", "--day-first").replace("day_first=False", "--no-day-first")
     sentence = sentence.replace("controller=PID(Kc, Ti)", "--controller pi:Kc=..,Ti=..")
     sentence = sentence.replace("columns=", "--column SIGNAL=NAME").replace(" (--columns)", "")
     return sentence.replace("dt= (--dt)", "--dt")
+
+
+def _bare(name: str) -> str:
+    return "NAME" if name == "..." else name.strip("'")
+
+
+def _word(text: str) -> str:
+    """An argument as a shell takes it for one word."""
+    return text if re.fullmatch(r"[\w./:=+-]+", text) else f'"{text}"'

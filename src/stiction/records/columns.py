@@ -88,7 +88,7 @@ def time_unit(name: str, unit: str) -> float | None:
 
 
 def _is_time(name: str) -> bool:
-    word = _word(name)
+    word = _word(name).lstrip("_")
     head, _, tail = word.replace("_", " ").rpartition(" ")
     return word in TIME_WORDS or word.replace("_", " ") in TIME_WORDS or (head in TIME_WORDS and tail in TIME_UNITS)
 

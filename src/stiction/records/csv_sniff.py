@@ -1,15 +1,19 @@
-"""Guess how a text table is written: delimiter, decimal mark, where the header ends."""
+"""Guess how a text table is written: delimiter, decimal mark, where the header ends.
+
+Each row is seen as a word with a letter for each cell, such as ``tnn-`` for a stamp, two numbers and an empty cell.
+"""
 
 from __future__ import annotations
 
 import csv
+import itertools
 import re
 from collections import Counter
 from dataclasses import dataclass
 
 from stiction.errors import RecordError
 from stiction.records.dialects import MISSING_WORDS, STATUS_WORDS
-from stiction.records.numbers import is_number
+from stiction.records.numbers import as_number, is_number
 from stiction.records.timestamps import is_clock, is_date, is_stamp
 
 __all__ = ["Layout", "grouped_cell", "sniff", "split"]
@@ -17,6 +21,10 @@ __all__ = ["Layout", "grouped_cell", "sniff", "split"]
 DELIMITERS = (",", ";", "\t", "|", " ")
 _GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
 _FILLERS = {*MISSING_WORDS, *STATUS_WORDS}
+_NUMBER, _GROUPED, _STAMP, _FILLER, _TEXT = "ngt-x"
+_SENSE = {_NUMBER: 1.0, _STAMP: 1.0, _GROUPED: 0.9, _FILLER: 0.5, _TEXT: 0.0}
+_VALUES = {_NUMBER, _STAMP}
+_HEADER_ROWS = 6
 
 
 @dataclass(frozen=True)
@@ -35,11 +43,16 @@ class Layout:
     """Written lines above the header."""
 
 
-def split(lines: list[str], delimiter: str) -> list[list[str]]:
-    """Cut lines into cells, honouring quotes; runs of spaces count as one delimiter."""
+def split(lines: list[str], delimiter: str) -> tuple[list[list[str]], list[int]]:
+    """Cut lines into rows of cells, with the lines above each row; quotes may hold line ends, spaces may repeat."""
     if delimiter == " ":
         lines = [line.strip() for line in lines]
-    return list(csv.reader(lines, delimiter=delimiter, skipinitialspace=True))
+    reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
+    ends, rows = [0], []
+    for row in reader:
+        rows.append(row)
+        ends.append(reader.line_num)
+    return rows, ends[:-1]
 
 
 def sniff(name: str, lines: list[str], delimiter: str | None, decimal: str | None) -> Layout:
@@ -54,25 +67,27 @@ def sniff(name: str, lines: list[str], delimiter: str | None, decimal: str | Non
         delimiter = delimiter or marked.group(1)
     best: Layout | None = None
     best_score, broken, doubled = 0.0, "", ""
-    for mark in (delimiter,) if delimiter else DELIMITERS:
+    there = [mark for mark in DELIMITERS if mark == "," or any(mark in line for line in lines)]
+    for mark in (delimiter,) if delimiter else there:
         try:
-            cells = split(lines, mark)
+            cells, above_row = split(lines, mark)
         except csv.Error as error:
             broken = f"a quote that never closes ({error})"
             continue
         for point in (decimal,) if decimal else (".", ","):
-            first = next((i for i, row in enumerate(cells) if _is_data(row, point, mark)), None)
+            words = ["".join(_letter(cell, point, mark) for cell in row) for row in cells]
+            first = _first_row(cells, words, point)
             if first is None:
                 continue
-            data = [row for row in cells[first:] if any(cell.strip() for cell in row)]
+            data = [word for row, word in zip(cells[first:], words[first:], strict=True) if _is_written(row)]
             width = Counter(map(len, data)).most_common(1)[0][0]
-            score = _score(data, width, point, mark)
+            score = _score(data, width)
             if score > best_score + 1e-9:
-                header, passed_over = _header(cells[:first], width, data[0])
+                header, passed_over = _header(cells[:first], words[:first], width, cells[first])
                 above = len(cells[first - 1]) if first and not header else 0
                 twice = mark == "," and above > 1 and width in (2 * above - 1, 2 * above)
                 doubled = f"rows of {width} cells under a header of {above}: a decimal comma between commas" * twice
-                best_score, best = score, Layout(mark, point, header, first, width, passed_over)
+                best_score, best = score, Layout(mark, point, header, above_row[first], width, passed_over)
     if doubled or (broken and best is None):
         raise RecordError(
             f"{name}: holds {doubled or broken}; export it with semicolons between columns, or without quotes."
@@ -86,26 +101,68 @@ def sniff(name: str, lines: list[str], delimiter: str | None, decimal: str | Non
     return best
 
 
-def _score(data: list[list[str]], width: int, decimal: str, delimiter: str) -> float:
+def _is_written(row: list[str]) -> bool:
+    return any(cell.strip() for cell in row)
+
+
+def _letter(cell: str, decimal: str, delimiter: str) -> str:
+    text = cell.strip()
+    if text.upper() in _FILLERS:
+        return _FILLER
+    if is_number(text, decimal, grouped=False):
+        return _NUMBER
+    if is_stamp(text):
+        return _STAMP
+    if decimal == "." and delimiter == "," and _GROUPS.fullmatch(text):
+        return _NUMBER  # quoted "1,234" between commas is more likely a group of thousands
+    return _GROUPED if is_number(text, decimal) else _TEXT
+
+
+def _score(data: list[str], width: int) -> float:
     """Share of cells that make sense; a single column counts half, one more column a little."""
-    good = sum(_sense(cell, decimal, delimiter) for row in data if len(row) == width for cell in row)
+    good = sum(_SENSE[letter] for word in data if len(word) == width for letter in word)
     return good / sum(map(len, data)) * (1.0 if width > 1 else 0.5) + 0.001 * min(width, 50)
 
 
-def _sense(cell: str, decimal: str, delimiter: str) -> float:
-    text = cell.strip()
-    if text.upper() in _FILLERS:
-        return 0.5
-    if is_number(text, decimal, grouped=False) or is_stamp(text):
-        return 1.0
-    if decimal == "." and delimiter == "," and _GROUPS.fullmatch(text):
-        return 1.0  # quoted "1,234" between commas is more likely a group of thousands
-    return 0.9 if is_number(text, decimal) else 0.0
+def _first_row(cells: list[list[str]], words: list[str], decimal: str) -> int | None:
+    """The row from which on the rows, taken together, are most like those of the lower half."""
+    plain = [word.replace(_GROUPED, _NUMBER) for word in words]
+    written = [i for i, row in enumerate(cells) if _is_written(row)]
+    lower = written[len(written) // 2 :]
+    if not lower:
+        return None
+    width = Counter(len(plain[i]) for i in lower).most_common(1)[0][0]
+    lower = [i for i in lower if len(plain[i]) == width]
+    usual = ""
+    for column in zip(*(plain[i] for i in lower), strict=True):
+        known = Counter(letter for letter in column if letter != _FILLER)
+        usual += known.most_common(1)[0][0] if known else _FILLER
+    numbers = [j for j, letter in enumerate(usual) if letter == _NUMBER]
+    rising = (j for j in numbers if _only_rises([as_number(cells[i][j], decimal) for i in lower]))
+    key = usual.index(_STAMP) if _STAMP in usual else next(rising, None)
+    best, first, total = 0.0, None, 0.0
+    for i in reversed(written):
+        total += _likeness(plain[i], usual, key)
+        if total >= best and _VALUES & set(plain[i]):
+            best, first = total, i
+    return first
 
 
-def _is_data(row: list[str], decimal: str, delimiter: str) -> bool:
-    marks = [_sense(cell, decimal, delimiter) for cell in row if cell.strip()]
-    return any(mark > 0.5 for mark in marks) and 2 * sum(mark > 0.0 for mark in marks) >= len(marks)
+def _only_rises(values: list[float]) -> bool:
+    """Whether numbers go one way only, as time and counters do."""
+    pairs = [(a, b) for a, b in itertools.pairwise(values) if a == a and b == b]
+    return bool(pairs) and (all(a < b for a, b in pairs) or all(a > b for a, b in pairs))
+
+
+def _likeness(word: str, usual: str, key: int | None) -> float:
+    """From -1, no row of the table, to 1; the key column, time or a counter, says most about a row."""
+    pairs = list(zip(word, usual, strict=False))
+    alike = sum(a in _VALUES and b in (a, _FILLER) for a, b in pairs)
+    shown = word[key] if key is not None and key < len(word) else _FILLER
+    if key is not None and shown == usual[key]:
+        return alike / len(usual)
+    other = sum(b in _VALUES and a not in (b, _FILLER) for a, b in pairs)
+    return -1.0 if shown != _FILLER else (alike - other) / len(usual)
 
 
 def grouped_cell(rows: list[list[str]], layout: Layout) -> str | None:
@@ -115,13 +172,24 @@ def grouped_cell(rows: list[list[str]], layout: Layout) -> str | None:
     return next((cell for row in rows for cell in row if _GROUPS.fullmatch(cell.strip())), None)
 
 
-def _header(rows: list[list[str]], width: int, data: list[str]) -> tuple[list[list[str]], int]:
-    """Up to three rows just above the data and as wide as it, and how many written lines above are none."""
+def _header(rows: list[list[str]], words: list[str], width: int, data: list[str]) -> tuple[list[list[str]], int]:
+    """A few rows just above the data and as wide as it, and how many written lines above are none.
+
+    Lines of a title block have a value behind the word in the first cell, or a blank line between them and the header.
+    """
     header: list[list[str]] = []
-    rest = [[row[0].lstrip("# "), *row[1:]] for row in rows if any(cell.strip("# ") for cell in row)]
-    while rest and len(header) < 3 and abs(len(rest[-1]) - width) <= 1:
-        row = rest.pop()
+    written = sum(any(cell.strip("# ") for cell in row) for row in rows)
+    for row, word in zip(reversed(rows), reversed(words), strict=True):
+        blank = not any(cell.strip("# ") for cell in row)
+        if len(header) == _HEADER_ROWS or (blank and any(all(above) for above in header)):
+            break
+        if blank or (row[0].strip() and _VALUES & set(word)):
+            continue
+        if abs(len(row) - width) > 1:
+            break
         if len(row) < width and len(data) > 1 and is_date(data[0]) and is_clock(data[1]):
             row = ["Date", *row]  # "2026-02-01 10:00:00 1.5" between spaces under one heading
         header.insert(0, [" ".join(cell.split()) for cell in [*row, ""][:width]])
-    return header, len(rest)
+    plain = [row for row in header if not re.match(r"#\s*\w", row[0])]
+    header = [[row[0].lstrip("# "), *row[1:]] for row in plain or header]
+    return header, written - len(header)

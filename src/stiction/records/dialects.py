@@ -1,6 +1,6 @@
 """The words plants use, in one table to edit: column names, status texts, modes, units, tag letters.
 
-A new control system is a few more words here and a test in ``tests/records/test_dialects.py``.
+A new control system is a few more words here and a test in ``tests/records/test_read_dialects.py``.
 All words are upper case; a column name is compared after trimming, upper-casing and cutting a unit in brackets.
 """
 
@@ -74,6 +74,18 @@ OUTPUT_WHEN_ALONE = ("MV",)
 TIME_WORDS = (
     *("TIME", "TIMESTAMP", "TIME STAMP", "DATETIME", "DATE TIME", "DATE/TIME", "DATE", "T", "ELAPSED", "CLOCK"),
     *("LOCAL TIME", "UTC", "TIME UTC", "EPOCH", "ZEIT", "ZEITSTEMPEL", "DATUM", "UHRZEIT", "HEURE", "FECHA", "HORA"),
+    *("TS", "T STAMP", "TIMESTRING", "TIME STRING", "IP TREND TIME"),  # Ignition, WinCC, IP.21
+    *("UNIX", "UNIXTIME", "UNIX TIME", "UNIX TIMESTAMP", "EPOCH TIME", "ELAPSED TIME", "SECONDS"),
+    *(
+        "TIMESTAMP LOCAL",
+        "TIMESTAMP UTC",
+        "LOCAL TIMESTAMP",
+        "UTC TIMESTAMP",
+        "UTC TIME",
+        "DATE & TIME",
+        "DATE AND TIME",
+    ),
+    *("SOURCETIMESTAMP", "SOURCE TIMESTAMP", "SERVERTIMESTAMP", "SERVER TIMESTAMP"),  # OPC UA
 )
 INDEX_WORDS = ("", "SAMPLE", "INDEX", "N", "K", "ROW", "NO", "NO.", "#", "SAMPLE NO", "SAMPLE INDEX")
 

@@ -1,4 +1,4 @@
-"""Time columns of numbers: seconds, milliseconds, Unix epochs, Excel and MATLAB serial days, or yyyymmddhhmmss."""
+"""Time columns of numbers: seconds, milliseconds, Unix epochs, serial days (Excel, MATLAB, WinCC), yyyymmddhhmmss."""
 
 from __future__ import annotations
 
@@ -25,12 +25,17 @@ class _Epoch(NamedTuple):
     longest_step: float
     """Median step above which the numbers are something else."""
     kind: str
+    named: float | None = None
+    """Seconds per unit that the header names, where that is not `scale`."""
 
 
 # Years 1980 to 2100 in each notation; serial days must also step by less than an hour, else they may be seconds.
 _EPOCHS = (
     _Epoch("Excel serial days", 29221, 73051, 86400.0, 25569.0, 1.0 / 24.0, "local"),
     _Epoch("MATLAB serial days", 723181, 767011, 86400.0, 719529.0, 1.0 / 24.0, "local"),
+    _Epoch(
+        "millionths of a day since 1899 (WinCC)", 2.9221e10, 7.3051e10, 0.0864, 2.5569e10, 1e6 / 24.0, "local", 1e-3
+    ),
     _Epoch("seconds since 1970 (UTC)", 3.15e8, 4.11e9, 1.0, 0.0, np.inf, "utc"),
     _Epoch("milliseconds since 1970 (UTC)", 3.15e11, 4.11e12, 1e-3, 0.0, np.inf, "utc"),
     _Epoch("microseconds since 1970 (UTC)", 3.15e14, 4.11e15, 1e-6, 0.0, np.inf, "utc"),
@@ -68,9 +73,9 @@ def parse_numbers(values: NDArray[np.float64], unit: float | None) -> Stamps:
     step = float(np.median(np.abs(np.diff(finite))))
     for epoch in _EPOCHS:
         fits = epoch.low <= low and high <= epoch.high and step <= epoch.longest_step
-        if fits and (unit is None or np.isclose(unit, epoch.scale)):
+        if fits and (unit is None or np.isclose(unit, epoch.named or epoch.scale)):
             seconds = (values - epoch.zero) * epoch.scale
-            if epoch.scale == 86400.0:  # a serial day carries about a microsecond of rounding
+            if epoch.longest_step < np.inf:  # a serial day carries about a microsecond of rounding
                 seconds = np.round(seconds, 3)
             return Stamps(seconds, epoch.kind, [f"The time column is taken as {epoch.name}."])
     if unit is None and step >= _LONG_STEP and step % 300.0:

@@ -186,6 +186,18 @@ def _find_time(given: Assignment, table: Table, options: Options) -> None:
         if several > len(given.time):
             given.guesses.append(f"Of {several} time columns the first is used for all signals.")
     if not given.time and options.dt is None:
+        names, _ = choose_names(table.header)
+        known = {given.index, *(i for signals in given.loops.values() for i in signals.values())}
+        for i in sorted({*range(len(table.sample[0]))} - known):
+            cells = [row[i] for row in table.sample if i < len(row)]
+            steps = np.diff(to_numbers(cells, table.decimal)[0])
+            one_way = len(steps) > 0 and ((steps > 0).all() or (steps < 0).all())
+            if one_way or 2 * sum(map(is_stamp, cells)) > len(cells):
+                column = names[i] if names and names[i] else i
+                raise RecordError(
+                    f"{table.source.name}: no column is known as time; if {column!r} is, say so with "
+                    f"columns={{'time': {column!r}}}, or give the sampling period with dt= (--dt) in seconds."
+                )
         counted = " only a sample index" if given.index is not None else " no time column"
         raise RecordError(f"{table.source.name}: has{counted}; give the sampling period with dt= (--dt) in seconds.")
 

@@ -68,7 +68,11 @@ def regular_grid(stamps: Stamps, dt: float | None, name: str, line: int, hold: f
     if dt is not None and (len(known) < 2 or np.ptp(stamps.seconds[known]) == 0.0):
         return Grid(np.arange(len(stamps.seconds)), dt, guesses=["The time stamps are of no use: dt is as given."])
     if len(known) < 2:
-        raise RecordError(f"{name}, line {line}: the time stamps are not understood; give time_format or dt.")
+        row, cell = stamps.unread or (0, "")
+        raise RecordError(
+            f"{name}, line {line + row}: {cell!r} is no time stamp known here; "
+            "give time_format='...' (--time-format) or dt= (--dt)."
+        )
     if lost:
         first = line + int(np.flatnonzero(~np.isfinite(stamps.seconds))[0])
         grid.guesses.append(f"{lost} rows without a readable time stamp were left out (first near line {first}).")

@@ -1,0 +1,211 @@
+"""Time columns as plants name and write them, against the times that were written."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+import pytest
+
+from stiction.apps.options import in_options
+from stiction.errors import RecordError
+
+START = datetime(2026, 2, 1, 10, 0, 0)
+EPOCH = 1769940000  # date -u -d 2026-02-01T10:00:00 +%s
+
+EPOCHS = ["t_stamp", "ts", "_time", "unix_time", "unix_timestamp", "Epoch Time", "timestamp_local", "Unix Time [ms]"]
+SECONDS = ["seconds", "Seconds", "Elapsed Time (s)", "elapsed_time_s", "_time"]
+STAMPED = ["t_stamp", "IP_TREND_TIME", "TimeString", "_time", "SourceTimestamp", "Server Timestamp", "Date & Time"]
+
+FORMS = {
+    "Java": lambda t: t.strftime("%a %b %d %H:%M:%S CET %Y"),
+    "Unix date": lambda t: f"{t:%a %b} {t.day:2d} {t:%H:%M:%S %Y}",
+    "dots in the clock": lambda t: t.strftime("%d.%m.%Y %H.%M.%S"),
+    "dots in the clock, ISO day": lambda t: t.strftime("%Y-%m-%d %H.%M.%S"),
+    "day and clock without marks": lambda t: t.strftime("%Y%m%d %H%M%S"),
+    "clock first": lambda t: t.strftime("%H:%M:%S 2026-02-%d"),
+    "clock first, month by name": lambda t: t.strftime("%I:%M:%S %p %d-Feb-26"),
+}
+
+
+def cells(form, n=120, step=1, start=START):
+    return [form(start + timedelta(seconds=step * k)) for k in range(n)]
+
+
+@pytest.mark.parametrize("name", EPOCHS)
+def test_epochs_by_the_names_of_historians(name, signals, table, read_text):
+    t, pv, op, _ = signals
+    scale = 1000 if "ms" in name else 1
+    [record] = read_text(table(f"{name},PV,OP", [str((EPOCH + 5 * int(k)) * scale) for k in t], pv, op))
+    assert (record.dt, record.start, len(record)) == (5.0, START.replace(tzinfo=UTC), len(t))
+    np.testing.assert_array_equal(record.op, op)
+
+
+@pytest.mark.parametrize("name", SECONDS)
+def test_seconds_by_the_names_of_historians(name, signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table(f"{name},PV,OP", 0.5 * t, pv, op))
+    assert (record.dt, record.start, len(record)) == (0.5, None, len(t))
+
+
+@pytest.mark.parametrize("name", STAMPED)
+def test_stamps_by_the_names_of_historians(name, signals, table, read_text):
+    _, pv, op, _ = signals
+    [record] = read_text(table(f"No,{name},PV,OP", ["7"] * len(pv), cells(str), pv, op))
+    assert (record.dt, record.start, len(record)) == (1.0, START, len(pv))
+
+
+def test_millionths_of_a_day_of_wincc(signals, table, read_text):
+    # WinCC counts days as Excel does, and writes them times a million under a name that says milliseconds.
+    days = (START - datetime(1899, 12, 30)) / timedelta(days=1)
+    _, pv, op, _ = signals
+    stamps = [f"{(days + k / 86400) * 1e6:.4f}" for k in range(len(pv))]
+    [record] = read_text(table("Time_ms,PV,OP", stamps, pv, op))
+    assert record.dt == pytest.approx(1.0, abs=1e-6)
+    assert record.start is not None
+    assert abs(record.start - START) < timedelta(milliseconds=2)
+    assert any("millionths of a day" in guess for guess in record.provenance.guesses)
+
+
+def test_a_column_that_may_be_the_time_is_named(signals, table, read_text):
+    t, pv, op, _ = signals
+    says = r"no column is known as time; if 'Tick' is, say so with columns=\{'time': 'Tick'\}, or give .* dt= \(--dt\)"
+    for column in (t, EPOCH + t, t[::-1], cells(str)):
+        with pytest.raises(RecordError, match=says) as caught:
+            read_text(table("PV,Tick,OP", pv, column, op))
+    shown = in_options(str(caught.value))
+    assert "if 'Tick' is, say so with --column time=Tick, or give the sampling period with --dt in seconds" in shown
+    with pytest.raises(RecordError, match=r"columns=\{'time': 'Tick'\}"):
+        read_text(table("Tick,PV,OP", t, pv, op), columns={"pv": "PV", "op": "OP"})
+    [record] = read_text(table("Tick,PV,OP", t, pv, op), columns={"time": "Tick", "pv": "PV", "op": "OP"})
+    assert record.dt == 1.0
+
+
+def test_a_column_that_moves_both_ways_is_no_time(signals, table, read_text):
+    _, pv, op, sp = signals
+    with pytest.raises(RecordError, match=r"has no time column; give the sampling period with dt= \(--dt\)"):
+        read_text(table("Flow,PV,OP,Level", pv + 1, pv, op, sp))
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_forms_of_stamps(form, signals, table, read_text):
+    _, pv, op, _ = signals
+    [record] = read_text(table("Time,PV,OP", cells(FORMS[form]), pv, op))
+    assert (record.dt, record.start, len(record)) == (1.0, START, len(pv))
+    np.testing.assert_array_equal(record.op, op)
+
+
+def test_a_zone_by_its_name_is_a_wall_clock_and_said_so(signals, table, read_text):
+    _, pv, op, _ = signals
+    [record] = read_text(table("Time,PV,OP", cells(FORMS["Java"]), pv, op))
+    assert record.start == START
+    assert any("zone CET is not looked up" in guess for guess in record.provenance.guesses)
+    [record] = read_text(table("Time,PV,OP", [cell.replace("CET", "UTC") for cell in cells(FORMS["Java"])], pv, op))
+    assert record.start == START.replace(tzinfo=UTC)
+    assert record.provenance.guesses == ()
+
+
+def test_forms_of_stamps_without_a_known_name(signals, table, read_text):
+    _, pv, op, _ = signals
+    for form in FORMS.values():
+        [record] = read_text(table("Wann,PV,OP", cells(form), pv, op))
+        assert (record.dt, record.start) == (1.0, START)
+
+
+def test_the_clock_first_leaves_the_order_of_the_date_a_guess(signals, table, read_text):
+    _, pv, op, _ = signals
+    text = table("Time,PV,OP", cells(lambda t: t.strftime("%H:%M:%S %d/%m/%Y")), pv, op)
+    [record] = read_text(text)
+    assert record.start == START
+    assert any("day_first=False" in guess for guess in record.provenance.guesses)
+    assert read_text(text, day_first=False)[0].start == datetime(2026, 1, 2, 10)
+
+
+@pytest.mark.parametrize("mark", [".", ","])
+def test_minutes_and_seconds_as_excel_shows_them(mark, signals, table, read_text):
+    t, pv, op, _ = signals
+    stamps = [f"{int(s) // 60 % 60:02d}:{s % 60:04.1f}".replace(".", mark) for s in 45.5 * t]
+    assert stamps[:3] == [f"00:00{mark}0", f"00:45{mark}5", f"01:31{mark}0"]
+    [record] = read_text(table("Time;PV;OP", stamps, pv, op, delimiter=";", decimal=mark))
+    assert (record.dt, record.start, len(record)) == (45.5, None, len(t))  # 90 minutes: twice over the hour
+    assert any("minutes and seconds" in guess for guess in record.provenance.guesses)
+
+
+def test_timedeltas_of_pandas(signals, table, read_text):
+    _, pv, op, _ = signals
+    for step, form in ((900, "{0} days {1:02d}:{2:02d}:{3:02d}"), (900, "{0} days {1:02d}:{2:02d}:{3:02d}.500000")):
+        spans = [divmod(step * k, 60) for k in range(len(pv))]
+        stamps = [form.format(m // 1440, m // 60 % 24, m % 60, s) for m, s in spans]
+        [record] = read_text(table("Time,PV,OP", stamps, pv, op))
+        assert (record.dt, record.start, len(record)) == (900.0, None, len(pv))
+    python = [str(timedelta(seconds=900 * k)) for k in range(len(pv))]
+    assert python[-1] == "1 day, 5:45:00"
+    [record] = read_text(table("Time;PV;OP", python, pv, op, delimiter=";"))
+    assert (record.dt, len(record)) == (900.0, len(pv))
+
+
+@pytest.mark.parametrize("first", [0, 20, 90])
+def test_elapsed_hours_beyond_a_day(first, signals, table, read_text):
+    _, pv, op, _ = signals
+    minutes = [60 * first + 15 * k for k in range(len(pv))]
+    stamps = [f"{m // 60:02d}:{m % 60:02d}:00" for m in minutes]
+    [record] = read_text(table("Time,PV,OP", stamps, pv, op))
+    assert (record.dt, record.start, len(record)) == (900.0, None, len(pv))
+    np.testing.assert_array_equal(record.op, op)
+    assert any("time elapsed" in guess for guess in record.provenance.guesses)
+
+
+def test_the_year_first_in_two_digits(signals, table, read_text):
+    _, pv, op, _ = signals
+    stamps = cells(lambda t: t.strftime("%y/%m/%d %H:%M:%S"))
+    assert stamps[0] == "26/02/01 10:00:00"
+    [record] = read_text(table("Time,PV,OP", stamps, pv, op))
+    assert record.start == START
+    assert any("26/02/01 are read year, month, day" in guess for guess in record.provenance.guesses)
+    # Over midnight 11/02/01 would be a year later, were the year last.
+    late = datetime(2011, 2, 1, 23, 30)
+    stamps = cells(lambda t: t.strftime("%y/%m/%d %H:%M:%S"), step=60, start=late)
+    [record] = read_text(table("Time,PV,OP", stamps, pv, op))
+    assert (record.dt, record.start, len(record)) == (60.0, late, len(pv))
+    assert any("follow each other" in guess for guess in record.provenance.guesses)
+    # A last number above 31 can only be a year.
+    stamps = cells(lambda t: t.strftime("%d/%m/%y %H:%M:%S"), start=datetime(1998, 2, 1, 10))
+    assert read_text(table("Time,PV,OP", stamps, pv, op))[0].start == datetime(1998, 2, 1, 10)
+
+
+def test_am_and_pm_point_to_the_month_first_where_nothing_else_tells(signals, table, read_text):
+    _, pv, op, _ = signals
+    stamps = cells(lambda t: f"{t.month}/{t.day}/{t:%Y %I:%M:%S %p}")
+    assert stamps[0] == "2/1/2026 10:00:00 AM"
+    [record] = read_text(table("Time,PV,OP", stamps, pv, op))
+    assert record.start == START
+    assert any("month before day" in guess and "AM" in guess for guess in record.provenance.guesses)
+    # Over midnight the days tell better than AM and PM do.
+    late = datetime(2026, 2, 1, 23, 59)
+    stamps = cells(lambda t: t.strftime("%d/%m/%Y %I:%M:%S %p"), start=late)
+    [record] = read_text(table("Time,PV,OP", stamps, pv, op))
+    assert (record.start, record.dt, len(record)) == (late, 1.0, len(pv))
+
+
+def test_the_first_stamp_that_is_not_known_is_quoted(signals, table, read_text):
+    _, pv, op, _ = signals
+    with pytest.raises(RecordError) as caught:
+        read_text(table(["Trend", "Time,PV,OP"], ["Q1-2026 #3"] * len(pv), pv, op))
+    assert "line 3: 'Q1-2026 #3' is no time stamp known here; give time_format='...'" in str(caught.value)
+    shown = in_options(str(caught.value))
+    assert shown.endswith('is no time stamp known here; give --time-format "..." or --dt.')
+    with pytest.raises(
+        RecordError, match=r"time_format '%d\.%m' does not fit the stamps, such as '2026-02-01 10:00:00'"
+    ):
+        read_text(table("Time,PV,OP", cells(str), pv, op), time_format="%d.%m")
+
+
+def test_remedies_are_told_in_options():
+    assert in_options("time_format '%Q' is no strptime format.") == "--time-format '%Q' is no strptime format."
+    assert in_options("the stamps are not understood; give time_format.").endswith("give --time-format.")
+    assert in_options("all stamps are equal; give dt if they are even.").endswith("give --dt if they are even.")
+    assert in_options("cut the file there, or give dt.").endswith("or give --dt.")
+    assert (
+        in_options("say so with columns={'time': 'Local clock (s)'}.") == 'say so with --column "time=Local clock (s)".'
+    )
+    assert in_options("time_format.csv: dt is as given.") == "time_format.csv: dt is as given."
