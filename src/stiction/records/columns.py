@@ -115,7 +115,7 @@ def signal_of(name: str) -> tuple[str, str] | None:
 
 
 def choose_names(header: list[list[str]]) -> tuple[list[str], list[str]]:
-    """Choose column names and units out of up to three header rows.
+    """Choose column names and units out of the header rows.
 
     A header may be names, units, description in any order, or the tag in one row and the signal in the next.
     """

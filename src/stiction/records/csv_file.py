@@ -62,10 +62,7 @@ class CsvTable:
         layout = sniff(source.name, head, delimiter, decimal)
         self.header, self.decimal, self.width = layout.header, layout.decimal, layout.width
         self._delimiter = layout.delimiter
-        above = self._cut(head)
-        for _ in range(layout.skip):
-            next(above)
-        self.first_line = above.line_num + 1
+        self.first_line = layout.skip + 1
         self.sample = [row for _, row in zip(range(_LOOK_AHEAD), self._rows(), strict=False)]
         self.guesses: list[str] = []
         if encoding not in ("utf-8", "utf-8-sig"):

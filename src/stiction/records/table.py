@@ -46,7 +46,7 @@ class Table(Protocol):
 
     source: Source
     header: list[list[str]]
-    """Header rows, up to three, each as wide as the data; empty when there is none."""
+    """Header rows, each as wide as the data; empty when there is none."""
     sample: list[list[str]]
     """The first rows of data as text."""
     first_line: int
