@@ -103,7 +103,7 @@ class Evidence:
     index: float
     """The method's index [-]; NaN when it could not be computed."""
     threshold: float
-    """The index above which the method votes for stiction [-]."""
+    """The index from which the method votes for stiction [-]."""
     vote: Verdict
     """What the method says."""
     valid: bool
@@ -232,7 +232,8 @@ class Identification:
     mv: NDArray[np.float64] = field(repr=False, compare=False)
     """Estimated valve position [% of span], shape (n_samples,) of the stretch analysed."""
     pv: NDArray[np.float64] = field(repr=False, compare=False)
-    """PV simulated from the OP with the fitted valve and process [engineering units], same shape."""
+    """PV simulated from the OP with the fitted valve and process [engineering units], same shape; NaN where it was not
+    compared: of an oscillation half a period at both ends, and what lies between stretches that do not meet."""
     reason: str = ""
     """What limits the estimate, in a sentence; empty when nothing does."""
     linear: ProcessFit | None = None

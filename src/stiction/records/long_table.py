@@ -153,8 +153,10 @@ def widened(
     stamps = parse(taken.text)
     known = np.flatnonzero(np.isfinite(stamps.seconds))
     if known.size < 2:
+        row, cell = stamps.unread or (0, "")
         raise RecordError(
-            f"{table.source.name}: the time stamps of the long table are not understood; give time_format."
+            f"{table.source.name}, line {table.first_line + row}: {cell!r} is no time stamp known here; "
+            "give time_format='...' (--time-format)."
         )
     tags = np.array([tag.strip() for tag in taken.text[columns["tag"]]], dtype=object)[known]
     values = np.array(taken.text[columns["value"]], dtype=object)[known]

@@ -21,6 +21,7 @@ __all__ = [
     "clipped",
     "filled",
     "frozen",
+    "held_set_point",
     "in_manual",
     "missing",
     "runs",
@@ -246,7 +247,7 @@ def analysis_window(record: LoopRecord) -> tuple[int, int]:
 
 
 def usable_part(record: LoopRecord) -> LoopRecord:
-    """Cut the analysis window as a record of its own, its small gaps bridged by holding the last value, and said so.
+    """Cut the analysis window as a record of its own, what is missing of its signals bridged, and said so.
 
     Parameters
     ----------
@@ -256,8 +257,10 @@ def usable_part(record: LoopRecord) -> LoopRecord:
     Returns
     -------
     LoopRecord
-        The samples of `analysis_window`, OP and PV without a gap; empty when there is no such stretch. Its `start` is
-        that of the window, and `bad` in its provenance counts the samples that were bridged.
+        The samples of `analysis_window`; empty when there is no such stretch. OP, PV, valve position and valve signal
+        hold the last value over at most `BRIDGE` samples, and are NaN in longer gaps; the set point is held over any
+        gap, see `held_set_point`. `start` is that of the window, `bad` of the provenance counts the samples that were
+        bridged, and its guesses say what was done.
 
     Examples
     --------
@@ -267,15 +270,61 @@ def usable_part(record: LoopRecord) -> LoopRecord:
     >>> part.op.tolist(), part.provenance.bad, part.provenance.guesses
     ([50.0, 51.0, 51.0, 52.0], 1, ('1 missing samples were bridged by holding the last value.',))
     """
-    part = record.window(*analysis_window(record))
-    signals = {name: getattr(part, name) for name in ("op", "pv", "sp", "mv", "valve_signal")}
-    held = {name: filled(x) for name, x in signals.items() if x is not None and len(x)}
+    first, last = analysis_window(record)
+    part = record.window(first, last)
+    if not len(part):
+        return part
+    sp, about_sp = held_set_point(record, first, last)
+    signals = {name: getattr(part, name) for name in ("op", "pv", "mv", "valve_signal")}
+    held = {name: _bridged(x) for name, x in signals.items() if x is not None}
     count = int(missing(part).sum())
-    if not count:
-        return replace(part, **held)
-    told = f"{count} missing samples were bridged by holding the last value."
-    origin = replace(part.provenance, guesses=(*part.provenance.guesses, told))
-    return replace(part, **held, provenance=origin)
+    bridged = f"{count} missing samples were bridged by holding the last value." if count else ""
+    told = tuple(text for text in (bridged, about_sp) if text)
+    if not told:
+        return replace(part, **held, sp=sp)
+    origin = replace(part.provenance, guesses=(*part.provenance.guesses, *told))
+    return replace(part, **held, sp=sp, provenance=origin)
+
+
+def held_set_point(
+    record: LoopRecord, first: int = 0, last: int | None = None
+) -> tuple[NDArray[np.float64] | None, str]:
+    """Hold a set point over what is missing of it: what is stored on change only did not change.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        The record.
+    first, last : int, optional
+        The samples ``first <= k < last`` that are asked for; all by default.
+
+    Returns
+    -------
+    sp : ndarray, shape (last - first,), or None
+        The set point of these without gaps [engineering units]; before the first value stored it is taken to have been
+        that one. None where none is known in their first half.
+    told : str
+        What was guessed, in a sentence; empty where nothing was.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.records import LoopRecord
+    >>> op, sp = np.arange(4.0), np.array([np.nan, 3.0, np.nan, 4.0])
+    >>> held, told = held_set_point(LoopRecord("FIC-101", 1.0, op=op, sp=sp))
+    >>> held.tolist(), told
+    ([3.0, 3.0, 3.0, 4.0], 'The set point of the first 1 of 4 samples is taken to be the first stored.')
+    """
+    if record.sp is None:
+        return None, ""
+    sp = filled(record.sp)[first:last]
+    unknown = int(np.count_nonzero(~np.isfinite(sp)))
+    which = f"The set point of the first {unknown} of {sp.size} samples"
+    if 2 * unknown > sp.size:
+        return None, f"{which} is not known, and it is left out."
+    if not unknown:
+        return sp, ""
+    return np.concatenate([np.repeat(sp[unknown], unknown), sp[unknown:]]), f"{which} is taken to be the first stored."
 
 
 def _bridged(x: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -295,7 +295,7 @@ def test_what_cannot_be_identified_says_why():
         st.identify(bad(pv=None))
     with pytest.raises(RecordError, match=r"29 samples.*at least 30"):
         st.identify(run.window(0, 29))
-    with pytest.raises(RecordError, match="no valid sample"):
+    with pytest.raises(RecordError, match="FC1 has 0 samples with both OP and PV"):
         st.identify(bad(pv=np.full(420, np.nan)))
     with pytest.raises(ParameterError, match="model = 'dahl'"):
         st.identify(run, "dahl")

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+import stiction as st
+from stiction.diagnosis.identification.model_signals import signals_of
 from stiction.diagnosis.identification.signals import bridge_gaps, hold_gaps, prepare
 from stiction.errors import RecordError
 from stiction.records.record import LoopRecord
@@ -58,6 +62,29 @@ def record(n, dt=1.0, seed=0):
 def test_a_pv_is_needed():
     with pytest.raises(RecordError, match="FC1 has no PV"):
         prepare(LoopRecord("FC1", 1.0, op=np.arange(99.0)), None)
+
+
+@pytest.mark.parametrize("model", ["kano", "stenman", "three_parameter"])
+@pytest.mark.parametrize("missing", ["op", "pv"])
+def test_rows_without_values_are_no_samples(missing, model):
+    given = record(2000)
+    few = np.where(np.isin(np.arange(2000), [3, 400, 900, 1300, 1999]), getattr(given, missing), nan)
+    with pytest.raises(RecordError, match=r"FC1 has 5 samples with both OP and PV, of 2000; .* at least 30"):
+        st.identify(replace(given, **{missing: few}), model)
+
+
+def test_samples_are_counted_where_both_are_there():
+    given, k = record(60), np.arange(60)
+    together = replace(given, op=np.where(k < 45, given.op, nan), pv=np.where(k >= 15, given.pv, nan))
+    assert prepare(together, None).pv.size == 60
+    with pytest.raises(RecordError, match="FC1 has 29 samples"):
+        prepare(replace(together, pv=np.where(k >= 16, given.pv, nan)), None)
+
+
+def test_a_model_is_not_fitted_to_a_position_of_a_few_samples():
+    given = record(2000)
+    with pytest.raises(RecordError, match="FC1 has 5 samples with both OP and MV"):
+        signals_of(replace(given, mv=np.where(np.arange(2000) < 5, given.op, nan)), None)
 
 
 @pytest.mark.parametrize("period", [None, 40.0, 41.0])

@@ -24,7 +24,22 @@ def short_of(what):
     return pytest.mark.xfail(reason=what, strict=True)
 
 
-@short_of("15 of 30; 27 are asked")
+REACHED = {"sticky loops found, of 30": 17, "S within 10 %, of 25": 18, "sticky loops named, of 20": 14}
+"""Counted with the tables in use. A little noise of a new count is let pass, one loop; more is a step back."""
+
+
+def test_no_step_back_from_what_was_reached():
+    rows, others = judged(30, ("stiction",), SEED, SHORT), judged(20, ("stiction",), 31, 700)
+    counted = (
+        sum(row.right for row in rows),
+        sum(row.S_close for row in rows if row.visible),
+        sum(row.cause == "stiction" for row in others),
+    )
+    for (what, reached), now in zip(REACHED.items(), counted, strict=True):
+        assert now >= reached - 1, f"{what}: {now}, {reached} were reached"
+
+
+@short_of("17 of 30; 27 are asked")
 def test_sticky_loops_are_found():
     rows = judged(30, ("stiction",), SEED, SHORT)
     assert sum(row.right for row in rows) >= 27, listed(row for row in rows if not row.right)

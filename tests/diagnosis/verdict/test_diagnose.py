@@ -178,9 +178,9 @@ def test_a_driven_loop_is_called_so():
     assert found.probability < 0.4
 
 
-def test_the_first_row_of_the_evidence_is_the_verdicts_own():
+def test_the_first_row_of_the_evidence_is_the_identifications_own():
     found = diagnosed("sticky")
-    assert found.evidence[0].vote == found.verdict
+    assert (found.evidence[0].method, found.evidence[0].vote) == ("simulation_error", "stiction")
     assert len({row.method for row in found.evidence}) == len(found.evidence)
     assert all(row.source for row in found.evidence)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -49,6 +50,60 @@ def quality(lowers=(), refuses=(), first=5, rows=1000, value=1.0):
     gates = tuple(Gate(name, "lowers", value, 0.0, "Why.") for name in lowers)
     gates += tuple(Gate(name, "refuses", 1.0, 0.0, "Why.") for name in refuses)
     return Quality(gates, not refuses, rows, float(rows), 0.0, first, rows)
+
+
+def hides(name):
+    """Whether a value of a gate that itself finds nothing keeps a probability from being sure."""
+    return lambda x: bounded(Quality((Gate(name, "ok", x, 0.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000))
+
+
+def bounded(quality, *, own_samples=False):
+    return [held_back(p, quality, own_samples=own_samples).probability for p in (1e-6, 1.0 - 1e-6)] == [0.1, 0.9]
+
+
+def kept(rows, *, own_samples):
+    """Whether so much of a record of so many rows keeps it."""
+    return lambda share: bounded(quality(first=rows - round(share * rows), rows=rows), own_samples=own_samples)
+
+
+def fits(fit, fit_linear=0.0):
+    return SimpleNamespace(fit=fit, fit_linear=fit_linear, rough=None, gain=1.0, own_samples=False)
+
+
+LIMITS = [
+    ("steps of OP", hides("op resolution"), 100.0, 99.0),
+    ("missing samples [%]", hides("missing"), 5.0, 5.1),
+    ("frozen samples [%]", hides("frozen"), 5.0, 5.1),
+    ("held samples [%]", hides("held"), 5.0, 5.1),
+    ("straight lines [%]", hides("compression"), 2.0, 2.1),
+    ("jumps of the clock", hides("clock"), 1.0, 2.0),
+    ("samples", lambda n: bounded(quality(first=0, rows=n)), 800, 799),
+    ("share kept", kept(1000, own_samples=True), 0.75, 0.749),
+    ("share kept of other samples", kept(2000, own_samples=False), 0.9, 0.8995),
+    ("one loop in four", lambda p: held_back(p, quality(("replay",))).probability != pytest.approx(p), 0.25, 0.24),
+    ("even odds", lambda p: held_back(p, quality(("replay",))).probability != pytest.approx(p), 0.5, 0.51),
+    ("saturation that is the finding", lambda p: bool(held_back(0.4, quality(("saturation",)), p).why), 0.5, 0.49),
+    ("explained by chance [%]", lambda fit: bool(explains_nothing(fits(fit))), 15.0, 14.9),
+    ("explains much more [%]", lambda fit: explains_much_more(fits(fit)), 30.0, 30.1),
+]
+"""What is limited, whether a value lies beyond the limit, the last value that does not and one that does."""
+
+
+@pytest.mark.parametrize(("beyond", "inside", "outside"), [row[1:] for row in LIMITS], ids=[row[0] for row in LIMITS])
+def test_limits(beyond, inside, outside):
+    assert not beyond(inside)
+    assert beyond(outside)
+
+
+def test_the_limits_are_all_in_the_table():
+    assert set(BEYOND) == {"missing", "frozen", "held", "compression", "clock"}
+    assert set(HIDES) == {"exception", "averaging", "length", "resampled", "saturation", "replay"}
+
+
+@pytest.mark.parametrize(("likeness", "told"), [(0.5, ()), (0.51, (SLOW,))])
+def test_the_limit_of_likeness_to_a_plants_record(monkeypatch, likeness, told):
+    monkeypatch.setattr("stiction.diagnosis.verdict.doubt.kept_by_plant", lambda _row: likeness)
+    assert against_good(fits(50.0, 50.0), SimpleNamespace(likely_jump_clear=0.0)) == told
 
 
 @given(p=some.floats(0.0, 1.0))

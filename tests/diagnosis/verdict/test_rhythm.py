@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -24,6 +26,14 @@ EVERY_40 = find_oscillation(STEADY)
 def test_a_steady_oscillation_does_not_wander():
     assert EVERY_40.period == pytest.approx(40.0, rel=0.01)
     assert rhythm_of(STEADY, EVERY_40).wander == pytest.approx(0.0, abs=0.01)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-12, 1e12])
+def test_decay_does_not_depend_on_the_unit_of_the_pv(unit):
+    dying = recorded(np.exp(-np.arange(20.0) / 9.0))
+    found = rhythm_of(replace(dying, pv=unit * dying.pv, sp=unit * dying.sp), EVERY_40)
+    # Seven periods of 20 in the first third, seven in the last, 13 from the one's median to the other's.
+    assert found.decay == pytest.approx(14.0 / 9.0, rel=0.1)
 
 
 @pytest.mark.filterwarnings("error")

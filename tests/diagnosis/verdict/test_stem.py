@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 import stiction as st
+from stiction.diagnosis.identification.position import watch
 from stiction.diagnosis.verdict.probability import causes
 from stiction.diagnosis.verdict.stem import MOST, Shown, stem_shown
 from stiction.report.story import story
@@ -64,12 +65,15 @@ def test_a_position_that_is_none_changes_nothing_but_the_reason(kind):
 
 
 def test_without_a_position_nothing_of_it_is_asked(monkeypatch):
-    record = replace(loop(5.0, 3.0), mv=None)
-    before = st.diagnose(record).to_dict()
-    monkeypatch.setattr(page, "stem_shown", lambda part: pytest.fail("asked") if part.mv is not None else None)
-    assert st.diagnose(record).to_dict() == before
-    assert "stem" not in {row["method"] for row in before["evidence"]} | {one["feature"] for one in before["counted"]}
-    assert stem_shown(record) is None
+    asked = []
+    stem = importlib.import_module("stiction.diagnosis.verdict.stem")
+    monkeypatch.setattr(stem, "watch", lambda *signals: asked.append(signals) or watch(*signals))
+    with_one = loop(5.0, 3.0)
+    told = [st.diagnose(record).to_dict() for record in (replace(with_one, mv=None), with_one)]
+    assert len(asked) == 1
+    np.testing.assert_array_equal(asked[0][1], with_one.mv)
+    named = [{row["method"] for row in one["evidence"]} | {row["feature"] for row in one["counted"]} for one in told]
+    assert ["stem" in names for names in named] == [False, True]
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import numpy as np
 
 from stiction.diagnosis.oscillation import about_drift, control_error, filled, half_cycles, smooth
 from stiction.diagnosis.result import Evidence
+from stiction.records.stretches import BRIDGE, runs
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.result import Oscillation
     from stiction.records.record import LoopRecord
 
-__all__ = ["action", "coarse", "half_periods", "judge", "objections", "swing"]
+__all__ = ["action", "coarse", "half_periods", "judge", "objections", "swing", "with_position"]
 
 FEWEST_CYCLES = 4.0
 FEWEST_SAMPLES = 8.0
@@ -123,6 +124,43 @@ def objections(
         other = "its type is unknown" if record.integrating is None else "this process is of the other kind"
         found.append(f"made for {made} process, {other}")
     return found
+
+
+def with_position(record: LoopRecord) -> tuple[LoopRecord, list[str]]:
+    """Cut the longest stretch in which the valve position was recorded: a held one would pass for a valve that sticks.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        The loop.
+
+    Returns
+    -------
+    record : LoopRecord
+        The stretch, with no gap of the position above `records.stretches.BRIDGE` samples; the record itself where it
+        has no position.
+    lack : list of str
+        Why that is not enough, a clause; empty where the stretch is half of the record or more.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.records import LoopRecord
+    >>> op = np.arange(20.0)
+    >>> part, lack = with_position(LoopRecord("FIC-101", 1.0, op=op, mv=np.where(op < 8.0, op, np.nan)))
+    >>> len(part), lack
+    (8, ['the valve position is recorded for only 8 of 20 samples in a row, half are needed'])
+    """
+    if record.mv is None:
+        return record, []
+    there = np.isfinite(record.mv)
+    for first, last in runs(~there):
+        if first > 0 and last < there.size and last - first <= BRIDGE:
+            there[first:last] = True
+    first, last = max(runs(there), key=lambda run: run[1] - run[0], default=(0, 0))
+    n = len(record)
+    few = f"the valve position is recorded for only {last - first} of {n} samples in a row, half are needed"
+    return record.window(first, last), [few] if 2 * (last - first) < n else []
 
 
 def judge(

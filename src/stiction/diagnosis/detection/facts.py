@@ -148,8 +148,9 @@ def detect_all(record: LoopRecord, oscillation: Oscillation) -> tuple[Evidence, 
     Examples
     --------
     >>> import numpy as np
+    >>> from stiction.diagnosis.detection import detect_all
     >>> from stiction.diagnosis.oscillation import find_oscillation
-    >>> from stiction.records.record import LoopRecord
+    >>> from stiction.records import LoopRecord
     >>> phase = np.arange(2000) % 50 / 50
     >>> op, pv = 4 * np.abs(phase - 0.5), np.where(phase < 0.5, 3.0, 1.0)
     >>> record = LoopRecord("FC1", 1.0, op=op, pv=pv, loop_type="flow")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.detection.evidence import judge, objections, swing
+from stiction.diagnosis.detection.evidence import judge, objections, swing, with_position
 from stiction.diagnosis.oscillation import smooth
 from stiction.models.compiled import kernel
 
@@ -35,7 +35,7 @@ def kano_patterns(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     ----------
     record : LoopRecord
         OP and, in this order, the measured valve position, the slope of an integrating PV, or PV; valid for flow and
-        pressure (A) and level (C).
+        pressure (A) and level (C). Of a position that was recorded for a part of it the longest stretch is looked at.
     oscillation : Oscillation
         What `find_oscillation` says of the record.
 
@@ -44,6 +44,7 @@ def kano_patterns(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     Evidence
         `index` is rho [-], the share of time.
     """
+    record, lack = with_position(record)
     op, name = swing(record, oscillation, "op"), "error" if record.mv is None else "mv"
     moved = swing(record, oscillation, name)
     index = float("nan")
@@ -59,7 +60,7 @@ def kano_patterns(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     )
     types = () if record.mv is not None else ("flow", "pressure", "level")
     against = objections(record, oscillation, loop_types=types)
-    return judge("kano_patterns", index, 0.5, LINEAR, why, against, source="kano2004")
+    return judge("kano_patterns", index, 0.5, LINEAR, why, [*against, *lack], source="kano2004")
 
 
 def still_time(op: NDArray[np.float64], moved: NDArray[np.float64]) -> float:

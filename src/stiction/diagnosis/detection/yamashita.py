@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.detection.evidence import action, coarse, judge, objections, swing
+from stiction.diagnosis.detection.evidence import action, coarse, judge, objections, swing, with_position
 from stiction.diagnosis.oscillation import filled
 
 if TYPE_CHECKING:
@@ -39,7 +39,8 @@ def yamashita(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     Parameters
     ----------
     record : LoopRecord
-        OP and, in this order, the measured valve position or PV; valid for flow and pressure loops.
+        OP and, in this order, the measured valve position or PV; valid for flow and pressure loops. Of a position
+        that was recorded for a part of it the longest stretch is looked at.
     oscillation : Oscillation
         What `find_oscillation` says of the record; sets how far samples are averaged.
 
@@ -48,6 +49,7 @@ def yamashita(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     Evidence
         `index` is rho_3 [-].
     """
+    record, lack = with_position(record)
     op, moved = filled(record.op), filled(record.mv if record.mv is not None else record.pv)
     rho_1 = rho_3 = float("nan")
     if op is not None and moved is not None:
@@ -62,7 +64,7 @@ def yamashita(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         "valve could not make; noise gives 25 % and 11 %. PV stands for the valve only in a fast loop."
     )
     against = objections(record, oscillation, loop_types=() if record.mv is not None else ("flow", "pressure"))
-    return judge("yamashita", rho_3, 0.25, 0.25, why, against, source="yamashita2006")
+    return judge("yamashita", rho_3, 0.25, 0.25, why, [*against, *lack], source="yamashita2006")
 
 
 def symbols(x: NDArray[np.float64]) -> NDArray[np.intp]:

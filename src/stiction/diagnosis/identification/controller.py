@@ -93,6 +93,7 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
     Examples
     --------
     >>> import stiction as st
+    >>> from stiction.diagnosis.identification import fit_controller
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
     >>> found = fit_controller(st.simulate(loop, sp=10.0, duration=2000.0))
     >>> found.form, round(found.Kc, 3), round(found.Ti, 2)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.controller import fit_controller
-from stiction.diagnosis.identification.signals import FEWEST_SAMPLES, hold_gaps, pieces_of, prepare
+from stiction.diagnosis.identification.signals import hold_gaps, pieces_of, prepare, require_enough
 from stiction.diagnosis.identification.valve_trials import Processes, Stretches
 from stiction.errors import RecordError
 
@@ -44,14 +44,14 @@ def signals_of(record: LoopRecord, period: float | None) -> Stretches:
         When the record is too short, or OP, PV or MV does not vary.
     """
     by_stem = record.mv is not None
+    if record.mv is not None:
+        require_enough(record, "MV", record.mv)
     for name, x in (("OP", record.op), ("MV" if by_stem else "PV", record.mv if by_stem else record.pv)):
         if x is not None and not np.ptp(hold_gaps(x)) > 1e-9 * np.nanmax(np.abs(x)):
             raise RecordError(f"{record.tag}: {name} does not vary; nothing can be identified.")
     if record.mv is not None:
         op, mv = hold_gaps(record.op), hold_gaps(record.mv)
         n = op.size
-        if n < FEWEST_SAMPLES:
-            raise RecordError(f"{record.tag} has {n} samples; an identification needs at least {FEWEST_SAMPLES}.")
         scale = period / record.dt if period is not None else n / 5.0
         return Stretches(
             op=op,

@@ -16,7 +16,7 @@ from stiction.diagnosis.identification.watched import watched
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["LEAST", "Watched", "Watching", "noise_of", "swing_of", "watch"]
+__all__ = ["LEAST", "LONGEST", "Watched", "Watching", "longest_seen", "noise_of", "swing_of", "watch"]
 
 CAP = 4.0
 """c: deviation at which the stem is taken to be where it is seen, in standard deviations of the noise [-]."""
@@ -126,6 +126,35 @@ class _Sight(NamedTuple):
         return 1.0 - float(left[0]) / float(np.nanvar(self.y))
 
 
+def longest_seen(y: NDArray[np.float64]) -> slice:
+    """The part of a position that is compared.
+
+    Parameters
+    ----------
+    y : ndarray, shape (n_samples,)
+        Position [any unit]; NaN where it was not recorded.
+
+    Returns
+    -------
+    slice
+        Of `LONGEST` samples in a row those from the first to the last that was recorded, where most were, and nearest
+        to the middle of the record; empty where none was.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> longest_seen(np.where(np.arange(14_000) < 6500, 50.0, np.nan))
+    slice(500, 6500, None)
+    """
+    spare = max(y.size - LONGEST, 0)
+    recorded = np.concatenate([[0], np.cumsum(np.isfinite(y))])
+    count = recorded[recorded.size - 1 - spare :] - recorded[: spare + 1]
+    most = np.flatnonzero(count == count.max())
+    first = int(most[np.argmin(np.abs(most - spare // 2))])
+    there = first + np.flatnonzero(np.isfinite(y[first : first + LONGEST]))
+    return slice(int(there[0]), int(there[-1]) + 1) if there.size else slice(0, 0)
+
+
 def swing_of(x: NDArray[np.float64]) -> float:
     """98 % range of a signal, in its unit, which a few spikes do not widen."""
     return float(np.subtract(*np.nanpercentile(x, (99, 1))))
@@ -179,7 +208,7 @@ def watch(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> Watch
     Parameters
     ----------
     op : ndarray, shape (n_samples,)
-        Controller output without gaps [% of span].
+        Controller output without gaps [% of span]; no more than `LONGEST` samples are compared (see `longest_seen`).
     y : ndarray, shape (n_samples,)
         Position [any unit]; NaN are passed over.
     step : float
@@ -199,8 +228,8 @@ def watch(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> Watch
     >>> bool(abs(found.S - 3.0) < 0.1 and abs(found.J - 1.5) < 0.15)
     True
     """
-    middle = max((op.size - LONGEST) // 2, 0)
-    op, y = np.ascontiguousarray(op[middle : middle + LONGEST]), np.ascontiguousarray(y[middle : middle + LONGEST])
+    seen = longest_seen(y)
+    op, y = np.ascontiguousarray(op[seen]), np.ascontiguousarray(y[seen])
     slopes, of_unit = _slopes(op, y, step)
     sigma = min(noise_of(one, step) for one in (y, *(y - slope * op for slope in slopes)))
     sigma = max(sigma, 1e-3 * float(np.nanstd(y)))

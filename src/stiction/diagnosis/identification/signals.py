@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["Signals", "bridge_gaps", "hold_gaps", "pieces_of", "prepare"]
+__all__ = ["Signals", "bridge_gaps", "hold_gaps", "pieces_of", "prepare", "require_enough"]
 
 SAMPLES_PER_PERIOD = 36
 """Samples of an oscillation that are kept."""
@@ -64,6 +64,38 @@ def bridge_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.interp(np.arange(x.size), np.flatnonzero(good), x[good])
 
 
+def require_enough(record: LoopRecord, name: str, x: NDArray[np.float64]) -> None:
+    """Refuse a record in which OP and another signal were seldom recorded together.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        The record.
+    name : str
+        Name of the other signal.
+    x : ndarray, shape (n_samples,)
+        The other signal, in its unit.
+
+    Raises
+    ------
+    RecordError
+        When fewer than 30 samples hold both.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.records import LoopRecord
+    >>> op = np.arange(40.0)
+    >>> require_enough(LoopRecord("FIC-101", 1.0, op=op), "PV", op)
+    """
+    both = int(np.count_nonzero(np.isfinite(record.op) & np.isfinite(x)))
+    if both < FEWEST_SAMPLES:
+        raise RecordError(
+            f"{record.tag} has {both} samples with both OP and {name}, of {len(record)}; an identification needs at "
+            f"least {FEWEST_SAMPLES}: record more of the loop, or more of its {name}."
+        )
+
+
 def prepare(record: LoopRecord, period: float | None, *, fine: bool = False) -> Signals:
     """Fill gaps, thin where the record is long, and take the local mean off the PV.
 
@@ -84,12 +116,11 @@ def prepare(record: LoopRecord, period: float | None, *, fine: bool = False) -> 
     Raises
     ------
     RecordError
-        When the record has no PV, is too short, or OP or PV has no valid sample.
+        When the record has no PV, or fewer than 30 samples with both OP and PV.
     """
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; an identification needs OP and PV.")
-    if len(record) < FEWEST_SAMPLES:
-        raise RecordError(f"{record.tag} has {len(record)} samples; an identification needs at least {FEWEST_SAMPLES}.")
+    require_enough(record, "PV", record.pv)
     op, pv, dt = bridge_gaps(record.op), bridge_gaps(record.pv), record.dt
     # Rounded, lest the unit of time decide how a tie on the grids of the search falls.
     span = round(period / dt, 6) if period is not None else op.size / 5.0

@@ -25,6 +25,7 @@ from stiction.diagnosis.oscillation.rhythm import MOST_REGULAR, octave, stronges
 from stiction.diagnosis.oscillation.signals import about_drift, control_error, filled, smooth
 from stiction.diagnosis.result import Oscillation
 from stiction.records.durations import in_seconds
+from stiction.records.stretches import held_set_point
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -43,7 +44,8 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
     Parameters
     ----------
     record : LoopRecord
-        Control error (SP - PV, or PV where no SP was recorded) and OP are used; missing values are bridged.
+        Control error (SP - PV, or PV where SP was not recorded, or not before the middle) and OP are used; missing
+        values are bridged.
 
     Returns
     -------
@@ -63,7 +65,8 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
     Examples
     --------
     >>> import numpy as np
-    >>> from stiction.records.record import LoopRecord
+    >>> from stiction.diagnosis import find_oscillation
+    >>> from stiction.records import LoopRecord
     >>> t = np.arange(1000.0)
     >>> wave = np.sin(2 * np.pi * t / 40)
     >>> found = find_oscillation(LoopRecord("FC1", 1.0, op=50 + wave, pv=3 * wave))
@@ -73,7 +76,8 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
     error = control_error(record)
     op = filled(record.op)
     if error is None:
-        return _none("PV is missing or does not move, so there is no error to look at.")
+        what = "PV is missing or does not move" if filled(record.pv) is None else "PV is where SP is"
+        return _none(f"{what}, so there is no error to look at.")
     by_error = strongest(error)
     best, seen = by_error, "the control error"
     if not by_error.regular and op is not None:
@@ -99,6 +103,8 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
         agrees = octave(op, best.period)
         same = agrees.period > 0.0 and abs(agrees.period / best.period - 1.0) < 0.15
         reason += " OP has the same period." if same else " OP does not share it."
+    if record.sp is not None and held_set_point(record)[0] is None:
+        reason += " SP is missing in the first half of the record or more: PV was looked at alone."
     share, others = float("nan"), ()
     if oscillating and best is by_error:
         share, others = further_oscillations(error, best.period, record.dt)

@@ -42,7 +42,7 @@ def further_oscillations(
     Parameters
     ----------
     error : ndarray, shape (n_samples,)
-        Control error.
+        Control error [engineering units].
     samples_per_period : float
         Period of the main oscillation over sampling period [-].
     dt : float
@@ -58,6 +58,7 @@ def further_oscillations(
     Examples
     --------
     >>> import numpy as np
+    >>> from stiction.diagnosis.oscillation import further_oscillations
     >>> t = np.arange(2000)
     >>> share, others = further_oscillations(np.sin(t * 2 * np.pi / 100) + 0.5 * np.sin(t * 2 * np.pi / 23), 100.0, 1.0)
     >>> round(share, 1), [round(other.period) for other in others]
@@ -88,7 +89,30 @@ def further_oscillations(
 
 
 def cycle_average(x: NDArray[np.float64], samples_per_period: float) -> NDArray[np.float64]:
-    """Mean of `x` over its cycles, laid out again along the cycles found, shape (n_samples,); 0 outside of them."""
+    """Mean of a signal over its cycles, laid out again along the cycles found.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        Signal without gaps [any unit].
+    samples_per_period : float
+        Period over sampling period [-].
+
+    Returns
+    -------
+    ndarray, shape (n_samples,)
+        The mean cycle about zero [unit of `x`]; 0 before the first and after the last whole cycle.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.diagnosis.oscillation import cycle_average
+    >>> t = np.arange(2000)
+    >>> slow, fast = np.sin(2 * np.pi * t / 100), np.sin(2 * np.pi * t / 23)
+    >>> mean = cycle_average(slow + fast, 100.0)
+    >>> bool(np.std((mean - slow)[200:1800]) < 0.2)
+    True
+    """
     band = about_drift(smooth(x, samples_per_period / 2.0), samples_per_period)
     positive = band > 0.0
     at = np.flatnonzero(~positive[:-1] & positive[1:])

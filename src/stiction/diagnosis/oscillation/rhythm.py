@@ -54,7 +54,28 @@ NOTHING = Rhythm(np.nan, np.nan, np.nan, 0.0, 0.0, np.empty(0))
 
 
 def autocorrelation(x: NDArray[np.float64], longest: float = np.inf) -> NDArray[np.float64]:
-    """Autocorrelation at lags 0 .. 3/4 n, or `longest` [-], each lag over the pairs it has (unbiased), 1 at lag 0."""
+    """Autocorrelation of a signal, each lag over the pairs that it has (unbiased).
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        Signal without gaps [any unit].
+    longest : float
+        Lags given at most [samples]; three quarters of the record by default.
+
+    Returns
+    -------
+    ndarray, shape (n_lags,)
+        Autocorrelation at lags 0, 1, 2 ... [-], 1 at lag 0; all 0 of a signal that does not move.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.diagnosis.oscillation import autocorrelation
+    >>> wave = np.sin(2 * np.pi * np.arange(400) / 20)
+    >>> autocorrelation(wave, 21)[[0, 10, 20]].round(2).tolist()
+    [1.0, -1.0, 1.0]
+    """
     n = x.shape[0]
     lags = int(max(2, min((3 * n) // 4, longest)))
     size = 1 << (n + lags - 1).bit_length()

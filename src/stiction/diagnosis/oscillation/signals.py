@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.stretches import held_set_point
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -15,14 +17,54 @@ __all__ = ["about_drift", "control_error", "filled", "half_cycles", "smooth"]
 
 
 def control_error(record: LoopRecord) -> NDArray[np.float64] | None:
-    """SP - PV, or -PV without a set point [engineering units], shape (n_samples,); None where PV does not move."""
+    """SP - PV, or -PV where no set point is known (see `records.stretches.held_set_point`).
+
+    Parameters
+    ----------
+    record : LoopRecord
+        The loop.
+
+    Returns
+    -------
+    ndarray, shape (n_samples,), or None
+        The error, missing values bridged by straight lines [engineering units]; None where PV does not move.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.diagnosis.oscillation import control_error
+    >>> from stiction.records import LoopRecord
+    >>> pv = np.arange(8.0)
+    >>> control_error(LoopRecord("FIC-101", 1.0, op=pv, pv=pv, sp=np.full(8, 2.0))).tolist()
+    [2.0, 1.0, 0.0, -1.0, -2.0, -3.0, -4.0, -5.0]
+    """
     if record.pv is None:
         return None
-    return filled(-record.pv if record.sp is None else record.sp - record.pv)
+    sp, _ = held_set_point(record)
+    return filled(-record.pv if sp is None else sp - record.pv)
 
 
 def filled(x: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-    """Bridge missing values by straight lines; None when under half of the signal is there or it never moves."""
+    """Bridge missing values by straight lines.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,), or None
+        Signal [any unit]; NaN are missing.
+
+    Returns
+    -------
+    ndarray, shape (n_samples,), or None
+        The signal without gaps, its ends held; None where under half of it or under 8 samples are there, or where it
+        never moves.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.diagnosis.oscillation import filled
+    >>> filled(np.array([0.0, 1.0, np.nan, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0])).tolist()
+    [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]
+    """
     if x is None:
         return None
     good = np.isfinite(x)
@@ -36,7 +78,27 @@ def filled(x: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
 
 
 def smooth(x: NDArray[np.float64], width: float) -> NDArray[np.float64]:
-    """Centred moving average over `width` samples, a fractional number, with straight lines beyond the ends."""
+    """Centred moving average, with straight lines beyond the ends.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        Signal without gaps [any unit].
+    width : float
+        Samples averaged, a fractional number [-].
+
+    Returns
+    -------
+    ndarray, shape (n_samples,)
+        The average [unit of `x`].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.diagnosis.oscillation import smooth
+    >>> smooth(np.array([0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0]), 3.0)[1:4].round(6).tolist()
+    [1.0, 1.0, 1.0]
+    """
     n = x.shape[0]
     half = (min(width, n - 1.0) - 1.0) / 2.0
     if half <= 0.0:
@@ -61,7 +123,29 @@ def _end(x: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def about_drift(x: NDArray[np.float64], samples_per_period: float) -> NDArray[np.float64]:
-    """Take off the moving average over one period: the wave stays as it is, slower drift goes."""
+    """Take off the moving average over one period: the wave stays as it is, slower drift goes.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        Signal without gaps [any unit].
+    samples_per_period : float
+        Period over sampling period [-].
+
+    Returns
+    -------
+    ndarray, shape (n_samples,)
+        The signal about its drift [unit of `x`].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.diagnosis.oscillation import about_drift
+    >>> t = np.arange(200.0)
+    >>> wave = np.sin(2 * np.pi * t / 20)
+    >>> bool(np.abs(about_drift(wave + 0.5 * t, 20.0) - wave)[20:180].max() < 1e-9)
+    True
+    """
     return x - smooth(x, samples_per_period)
 
 
@@ -86,6 +170,7 @@ def half_cycles(x: NDArray[np.float64], samples_per_period: float) -> NDArray[np
     Examples
     --------
     >>> import numpy as np
+    >>> from stiction.diagnosis.oscillation import half_cycles
     >>> half_cycles(np.sin(2 * np.pi * (np.arange(100) + 0.5) / 20), 20.0)[:3].tolist()
     [[10, 20], [20, 30], [30, 40]]
     """

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.detection import detect_all
+from stiction.diagnosis.detection.evidence import judge
 from stiction.diagnosis.identification.identify import search
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence, Identification
@@ -28,6 +29,7 @@ from stiction.diagnosis.verdict.windows import said, windows
 from stiction.errors import RecordError
 from stiction.records.outliers import without_outliers
 from stiction.records.quality import assess, usable_part
+from stiction.records.stretches import held_set_point
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.controller import ControllerFit
@@ -43,6 +45,10 @@ SHORTEST_PERIOD = 8
 """Samples per period below which a local mean over one period says nothing about the valve."""
 PLAIN_REASONS = ("exception", "compression", "missing", "op moves", "pv moves", "manual", "saturation")
 """Refusals that others follow from; that of a record which is too short as a whole comes before them."""
+
+STICKS, FOLLOWS = 0.45, 0.1
+"""S over the OP's swing from which the identification by itself votes for stiction, and up to which against [-]: a loop
+that cycles because of its valve moves OP through the band and little more, noise and drift fit bands of a tenth."""
 
 AT_LIMIT = "Check sizing and limits of the valve, then record the loop off its limits."
 """What to do where OP rests at a limit."""
@@ -110,17 +116,17 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     seen = findings(record)
     if seen.features is None:
         return _cannot_tell(seen)
-    main, stem = seen.found[seen.speaks], seen.stem
-    own = main
+    own = main = seen.found[seen.speaks]
+    stem = seen.stem if seen.stem is not None and seen.stem.used else None
     told, weights = causes(seen.features), counted(seen.features)
-    if stem is not None and stem.used:
+    if stem is not None:
         weights = (stem.counted(told), *weights)
-        told, main = stem.weighed(told), stem.identified(main)
+        told = stem.weighed(told)
+        main = main if stem.what == "good" else stem.identified(main)  # a good valve has no band to give
     before = told["stiction"]
-    shown_by_stem = main is not own
-    blamed = told["sensor"] + told["saturation"] >= FAULT_SEEN
-    nothing = explains_nothing(main) if not (shown_by_stem or blamed) else ""
-    by_itself = not (blamed or (stem is not None and stem.used))
+    unseen = explains_nothing(own)
+    by_itself = stem is None and told["sensor"] + told["saturation"] < FAULT_SEEN
+    nothing = unseen if by_itself else ""
     torn = by_itself and explains_much_more(own)
     held = held_back(
         before, seen.quality, told["saturation"], own_samples=own.own_samples, valve_seen=not nothing,
@@ -137,9 +143,11 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     if nothing:
         cause = not_seen(nothing, told)
     shown = windows(seen.part, main, seen.quality.first) if verdict != "no_stiction" else ()
-    if shown_by_stem and not any(window.verdict == "stiction" for window in shown):
+    if stem is not None and not any(window.verdict == "stiction" for window in shown):
         shown = ()
-    spoken = (cause.reason, stem.why if stem is not None else "", said(shown, record.dt), held.why)
+    by_position = seen.stem.why if seen.stem is not None else ""
+    _, of_set_point = held_set_point(seen.record, seen.quality.first, seen.quality.last)
+    spoken = (cause.reason, by_position, said(shown, record.dt), of_set_point, held.why)
     return Diagnosis(
         record=seen.record,
         verdict=verdict,
@@ -148,7 +156,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
         reason=" ".join(text for text in spoken if text),
         action=cause.action,
         oscillation=seen.oscillation,
-        evidence=(_own_row(own, held.probability, seen.features.band), *seen.evidence),
+        evidence=(_own_row(own, seen.features.band, unseen), *seen.evidence),
         quality=seen.quality,
         identification=main,
         settings={
@@ -184,8 +192,6 @@ def findings(record: LoopRecord) -> Findings:
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV.")
     record = without_outliers(record)
-    if record.sp is not None and not np.isfinite(record.sp).any():
-        record = replace(record, sp=None)
     part = usable_part(record)
     oscillation = find_oscillation(part)
     quality = assess(record, oscillation.period if oscillation.oscillating else None)
@@ -224,20 +230,14 @@ def _verdict(probability: float) -> Verdict:
     return "stiction" if probability > UNDECIDED[1] else "no_stiction" if probability < UNDECIDED[0] else "undecided"
 
 
-def _own_row(found: Identification, probability: float, band: float) -> Evidence:
-    """The identification as a row of the evidence table."""
-    return Evidence(
-        method="simulation_error",
-        index=band,
-        threshold=0.45,
-        vote=_verdict(probability),
-        valid=True,
-        why=(
-            f"S takes {100.0 * band:.0f} % of the OP's swing; the PV simulated from OP is explained to "
-            f"{found.fit:.1f} % with a sticky valve, to {found.fit_linear:.1f} % with a good one."
-        ),
-        source="srinivasan2005",
+def _own_row(found: Identification, band: float, unseen: str) -> Evidence:
+    """The identification as a row of the evidence table; `unseen` says why it does not see the valve."""
+    why = (
+        f"S takes {100.0 * band:.0f} % of the OP's swing; the PV simulated from OP is explained to "
+        f"{found.fit:.1f} % with a sticky valve, to {found.fit_linear:.1f} % with a good one."
     )
+    against = ["OP does not move the PV"] if unseen else []
+    return judge("simulation_error", band, STICKS, FOLLOWS, why, against, source="srinivasan2005")
 
 
 def _cannot_tell(seen: Findings) -> Diagnosis:

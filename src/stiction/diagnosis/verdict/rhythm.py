@@ -112,4 +112,5 @@ def _decay(amplitudes: NDArray[np.float64]) -> float:
     if third < 2:
         return 0.0
     first, last = float(np.median(amplitudes[:third])), float(np.median(amplitudes[-third:]))
-    return float(np.clip(math.log(max(first, 1e-12) / max(last, 1e-12)), -2.0, 2.0))
+    least = 1e-12 * float(amplitudes.max())
+    return float(np.clip(math.log(max(first, least) / max(last, least)), -2.0, 2.0))

@@ -31,10 +31,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.position import LEAST, swing_of, watch
+from stiction.diagnosis.identification.position import longest_seen, swing_of, watch
+from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.result import Counted, Evidence
 from stiction.records.storage import exception_deviation, lattice
-from stiction.records.stretches import filled
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -131,12 +131,12 @@ class Shown(NamedTuple):
         return Counted("stem", self.valve.S / self.swing, float("nan"), _odds(self.weighed(causes)) - _odds(causes))
 
     def evidence(self) -> Evidence:
-        """It as a row of the evidence table."""
+        """It as a row of the evidence table, by the smaller log odds: it sticks that has a band and a jump."""
         if not self.used:
-            return Evidence("stem", float("nan"), LEAST, "undecided", False, self.why, "kano2004")
-        sticks = self.band > 0.0 and self.jump > 0.0
-        vote: Verdict = "stiction" if sticks else "no_stiction"
-        return Evidence("stem", self.valve.S / self.swing, LEAST, vote, True, self.why, "kano2004")
+            return Evidence("stem", float("nan"), 0.0, "undecided", False, self.why, "kano2004")
+        odds = min(self.band, self.jump)
+        vote: Verdict = "stiction" if odds > 0.0 else "no_stiction"
+        return Evidence("stem", odds, 0.0, vote, True, self.why, "kano2004")
 
     def identified(self, found: Identification) -> Identification:
         """An identification with the S and J that the position shows; process and simulations stay."""
@@ -172,11 +172,20 @@ def stem_shown(part: LoopRecord) -> Shown | None:
     """
     if part.mv is None:
         return None
-    op = part.op if part.valve_signal is None else part.valve_signal
-    if np.isfinite(part.mv).sum() < FEWEST or not np.isfinite(op).any():
-        return Shown("missing", f"The valve position has fewer than {FEWEST} samples, and is not used.")
-    op, y = filled(op), part.mv
-    if not (swing_of(op) > 0.0 and swing_of(y) > 1e-9 * float(np.nanmax(np.abs(y)))):
+    sent = part.op if part.valve_signal is None else part.valve_signal
+    # Where it is not known what the valve was sent, its position says nothing.
+    y = np.where(np.isfinite(sent), part.mv, np.nan)
+    cut = longest_seen(y)
+    y = y[cut]
+    there = np.isfinite(y)
+    if there.sum() < FEWEST:
+        return Shown(
+            "missing",
+            f"Fewer than {FEWEST} samples of the valve position can be compared with what the valve was sent; the "
+            "record is judged without it.",
+        )
+    op = hold_gaps(sent)[cut]
+    if not (swing_of(op[there]) > 0.0 and swing_of(y) > 1e-9 * float(np.nanmax(np.abs(y)))):
         return Shown(
             "frozen",
             "The recorded valve position stands still while OP moves: its transmitter hangs, or the stem is stuck "
