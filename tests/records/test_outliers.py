@@ -45,6 +45,14 @@ def test_an_upset_of_more_than_two_samples_is_none(length, count):
     assert far_off(x, 1.0).sum() == count
 
 
+@pytest.mark.parametrize("way", [(43.9, 43.6), (43.5, 44.0, 43.6)])
+@pytest.mark.parametrize("at", [0, 700])
+def test_what_goes_back_in_steps_is_an_upset(way, at):
+    x = np.random.default_rng(0).normal(43.3, 0.01, 1500)
+    x[at : at + len(way)] = way
+    assert not far_off(x, 1.0).any()
+
+
 def test_what_comes_often_is_none():
     x = np.random.default_rng(0).normal(50.0, 1.0, 2000)
     x[::100] += 80.0

@@ -22,6 +22,8 @@ __all__ = ["far_off", "without_outliers"]
 
 RUN = 2
 """Samples in a row that are an outlier at most [-]; more are an upset."""
+AT_ONCE = 0.75
+"""Share of the way there, and of the way back, that is one step [-]."""
 SHARE = 0.005
 """Share of a record beyond which such values are a habit of the loop [-]."""
 OP_OFF, OTHERS_OFF = 1.0, 5.0
@@ -45,7 +47,7 @@ def far_off(x: NDArray[np.float64], widths: float) -> NDArray[np.bool_]:
     --------
     >>> import numpy as np
     >>> from stiction.records.outliers import far_off
-    >>> x = np.sin(np.arange(300.0))
+    >>> x = np.sin(np.arange(900.0))
     >>> x[[40, 200, 201, 202]] = 9.0
     >>> np.flatnonzero(far_off(x, 1.0)).tolist()
     [40]
@@ -55,9 +57,13 @@ def far_off(x: NDArray[np.float64], widths: float) -> NDArray[np.bool_]:
     if finite.size == 0:
         return mask
     low, high = np.percentile(finite, (1.0, 99.0))
-    away = widths * (high - low)
+    middle, away = 0.5 * (low + high), widths * (high - low)
     for first, last in runs((x < low - away) | (x > high + away)):
-        mask[first:last] = last - first <= RUN
+        farthest = np.abs(x[first:last] - middle).max()
+        there = abs(x[first] - x[first - 1]) if first else farthest
+        back = abs(x[last - 1] - x[last]) if last < x.size else farthest
+        # What goes there and back in steps, or has a gap beside it, may be an upset.
+        mask[first:last] = last - first <= RUN and min(there, back) >= AT_ONCE * farthest
     return mask if mask.sum() <= max(SHARE * finite.size, 1.0) else np.zeros(x.size, dtype=bool)
 
 

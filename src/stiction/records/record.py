@@ -55,7 +55,8 @@ class Provenance:
 class LoopRecord:
     """Evenly sampled signals of one control loop; NaN marks a missing value.
 
-    The record keeps read-only copies of its signals. In them an infinite value, or one beyond 1e100, is missing too.
+    Signals given as arrays of floats are kept as they are and not copied, lest a long run be held twice. An infinite
+    value, or one beyond 1e100, is missing too.
     Records are equal when all their fields are, NaN to NaN; equal ones have the same hash.
 
     Parameters
@@ -190,15 +191,15 @@ class LoopRecord:
 
 def _signal(name: str, value: ArrayLike, n: int | None) -> NDArray[np.float64]:
     try:
-        array = np.array(value, dtype=np.float64, order="C")
+        array = np.ascontiguousarray(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise RecordError(f"{name} is not a series of numbers; give a one-dimensional array.") from None
     if array.ndim != 1:
         raise RecordError(f"{name} has {array.ndim} dimensions; give a one-dimensional array.")
     if n is not None and array.shape[0] != n:
         raise RecordError(f"{name} has {array.shape[0]} samples but op has {n}; give signals of equal length.")
-    array[~(np.abs(array) <= LARGEST)] = np.nan
-    array.flags.writeable = False
+    if np.fmax.reduce(array, initial=-np.inf) > LARGEST or np.fmin.reduce(array, initial=np.inf) < -LARGEST:
+        return np.where(np.abs(array) <= LARGEST, array, np.nan)
     return array
 
 
@@ -206,9 +207,7 @@ def _mode(value: ArrayLike, n: int) -> NDArray[np.bool_]:
     mode = _signal("auto", value, n)
     if unknown := int(np.isnan(mode).sum()):
         raise RecordError(f"auto has {unknown} missing values; say True or False of each sample, or leave auto out.")
-    auto = mode.astype(bool)
-    auto.flags.writeable = False
-    return auto
+    return mode.astype(bool)
 
 
 def _same(a: object, b: object) -> bool:

@@ -33,6 +33,7 @@ FEATURES = {
     "likely_band": "S by likelihood takes so much of the OP's swing",
     "likely_jump": "J over S by likelihood",
     "likely_jump_low": "lower end of the interval of J over S",
+    "likely_jump_high": "upper end of the interval of J over S",
     "likely_S_low": "lower end of the interval of S over S",
     "likely_S_high": "upper end of the interval of S over S, a third of it",
     "S_low": "lower end of the rough interval of S over S",

@@ -280,7 +280,8 @@ def test_a_sticky_valve_that_explains_far_more_is_never_called_good():
     valve = found.identification
     assert valve is not None
     assert valve.fit - valve.fit_linear > 90.0
-    assert (found.verdict, found.cause, found.probability) == ("undecided", "unknown", LEAST)
+    assert (found.verdict, found.cause) == ("undecided", "unknown")
+    assert LEAST <= found.probability < 0.2
     assert "yet the rest of what was found speaks for no fault" in found.reason
     assert "ramp" in found.action
 

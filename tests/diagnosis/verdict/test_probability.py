@@ -43,6 +43,8 @@ def twin(row):
     second = odds("causes", values)
     if values["coarse"] <= 0.02 and values["still"] <= 0.1 and values["spikes"] <= 0.0:
         second.pop("sensor")
+    if values["at_limit"] <= 0.0 and values["saturated"] <= 0.0:
+        second.pop("saturation")
     whole = sum(math.exp(score) for score in second.values())
     share = {cause: math.exp(score) / whole for cause, score in second.items()}
     jump = (1.0 - page.JUMP) * (second["stiction"] - second["deadband"]) + page.JUMP * odds("jumps", values)["jump"]
