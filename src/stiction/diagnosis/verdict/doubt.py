@@ -78,8 +78,11 @@ and a bound, below the second a bound alone where the record does not show the c
 FAULT_SEEN = 0.5
 """Probability of a faulty sensor or of saturation that explains why OP explains nothing; of saturation, beyond which an
 OP at its limit is a finding and no doubt [-]."""
-MUCH_LEFT_OUT = "much left out"
-"""Name of the doubt where less is kept."""
+MUCH_LEFT_OUT, FEW_SAMPLES = "much left out", "few samples"
+"""Names of the doubt where less is kept, and of the bound of records of fewer than `FEW` samples."""
+SURELY = 0.005
+"""Probability below which few samples alone are no bound [-]: in 73 000 trials of fault injection (seeds 301 to 907)
+they held one sure sticky valve that would have been told less, and in 6 000 loops none (seeds 10, 12 and 13)."""
 HARMLESS = ("op scale",)
 """Gates that say how to read S and J, and nothing about how sure they are."""
 FOLLOWS = ("length", "cycles")
@@ -159,6 +162,8 @@ def held_back(
     kept = FIRST * FURTHER ** (len(doubts) - 1)
     drawn = 1.0 / (1.0 + math.exp(-usual - kept * (odds - usual))) if doubts else probability
     hiding = _hides(doubts, quality, own_samples=own_samples)
+    if hiding == [FEW_SAMPLES] and drawn < SURELY:
+        hiding = []
     if not valve_seen:
         hiding.append("valve not seen")
     if drawn < LEAST:
@@ -191,7 +196,7 @@ def _hides(doubts: list[str], quality: Quality, *, own_samples: bool) -> list[st
     if not own_samples and MUCH_LEFT_OUT not in names and _kept(quality) < MOST_KEPT:
         names.append(MUCH_LEFT_OUT)
     if not own_samples and "length" not in names and quality.last - quality.first < FEW:
-        names.append("few samples")
+        names.append(FEW_SAMPLES)
     return names
 
 
