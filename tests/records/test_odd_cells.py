@@ -104,7 +104,7 @@ def test_a_record_with_such_a_number_is_judged_like_one_with_a_gap(signal):
     }
     signals[signal][100] = np.nan
     gap = st.diagnose(st.LoopRecord("FIC-1", 1.0, **signals))
-    signals[signal][100] = sys.float_info.max
+    signals[signal] = np.where(k == 100, sys.float_info.max, signals[signal])
     huge = st.diagnose(st.LoopRecord("FIC-1", 1.0, **signals))
     assert (huge.verdict, huge.probability, huge.record) == (gap.verdict, gap.probability, gap.record)
 

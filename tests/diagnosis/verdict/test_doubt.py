@@ -23,6 +23,7 @@ from stiction.diagnosis.verdict.doubt import (
     MOST_KEPT,
     MUCH_MORE,
     STEPS,
+    SURELY,
     UNKNOWN,
     against_good,
     explains_much_more,
@@ -77,7 +78,8 @@ LIMITS = [
     ("held samples [%]", hides("held"), 5.0, 5.1),
     ("straight lines [%]", hides("compression"), 2.0, 2.1),
     ("jumps of the clock", hides("clock"), 1.0, 2.0),
-    ("samples", lambda n: bounded(quality(first=0, rows=n)), 800, 799),
+    ("samples", lambda n: held_back(0.01, quality(first=0, rows=n)).probability == 0.1, 800, 799),
+    ("surely, of few samples", lambda p: held_back(p, quality(first=0, rows=700)).probability == 0.1, 0.0049, 0.005),
     ("share kept", kept(1000, own_samples=True), 0.75, 0.749),
     ("share kept of other samples", kept(2000, own_samples=False), 0.9, 0.8995),
     ("one loop in four", lambda p: held_back(p, quality(("replay",))).probability != pytest.approx(p), 0.25, 0.24),
@@ -168,10 +170,12 @@ def test_few_samples_and_a_jump_of_the_clock_hide_nothing_in_the_controllers_own
 @given(p=some.floats(0.0, 1.0))
 def test_a_short_record_of_other_samples_than_the_controllers_is_never_sure(p):
     short = quality(first=0, rows=FEW - 1)
-    assert held_back(p, short).probability == min(max(p, LEAST), MOST)
-    assert ("few samples" in held_back(p, short).why) is not (LEAST <= p <= MOST)
+    least = LEAST if p >= SURELY else 0.0
+    assert held_back(p, short).probability == min(max(p, least), MOST)
+    assert ("few samples" in held_back(p, short).why) is not (least <= p <= MOST)
     assert held_back(p, short, own_samples=True) == (p, "")
-    assert LEAST <= held_back(p, quality(("cycles",), first=0, rows=FEW - 1)).probability <= MOST
+    assert held_back(p, quality(("cycles",), first=0, rows=FEW - 1)).probability <= MOST
+    assert held_back(p, quality(("clock",), first=0, rows=FEW - 1)).probability >= LEAST
 
 
 @given(p=some.floats(0.0, 1.0))

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.detection.evidence import judge
 from stiction.diagnosis.identification.identify import search

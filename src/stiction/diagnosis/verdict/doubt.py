@@ -48,6 +48,7 @@ __all__ = [
     "MOST_KEPT",
     "MUCH_MORE",
     "STEPS",
+    "SURELY",
     "UNKNOWN",
     "HeldBack",
     "against_good",
