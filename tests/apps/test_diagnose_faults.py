@@ -53,6 +53,7 @@ def test_json_stays_a_list_with_an_object_for_each(run, plant, stumbles):
     assert [entry["file"] for entry in found] == ["sticky.csv", "healthy.csv", "odd.csv"]
     assert [entry["verdict"] for entry in found] == ["stiction", "no_stiction", "undecided"]
     assert "ZeroDivisionError" in found[2]["error"]
+    assert found[2]["action"] == "Report the fault."
 
 
 def test_a_fault_that_leaves_nothing_is_70(run, plant, stumbles):

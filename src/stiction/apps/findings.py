@@ -61,7 +61,7 @@ def as_object(failure: Failure) -> dict[str, Any]:
         "probability": None,
         "cause": "unknown",
         "reason": failure.reason,
-        "action": "Mend the file or say how to read it.",
+        "action": "Report the fault." if failure.fault else "Mend the file or say how to read it.",
         "stiction": None,
         "oscillation": None,
         "evidence": [],

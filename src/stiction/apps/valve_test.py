@@ -103,6 +103,8 @@ def analyse(
     column: Annotated[tuple[str, ...], Parameter(negative="")] = (),
     tag: str | None = None,
     dt: float | None = None,
+    time_format: str | None = None,
+    day_first: bool | None = None,
     report: Report = None,
     as_json: Json = False,
 ) -> int:
@@ -126,6 +128,10 @@ def analyse(
         Which valve of a file with several.
     dt
         Sampling period in seconds, where the file has no time.
+    time_format
+        How time stamps are written, as in "%d.%m.%Y %H:%M:%S".
+    day_first
+        Whether 01/02/2026 is the first of February.
     as_json
         Print the result as JSON.
     """
@@ -138,7 +144,9 @@ def analyse(
 
     def result(path: str):
         try:
-            records = read(path, columns=columns_of(column), tag=tag, dt=dt)
+            records = read(
+                path, columns=columns_of(column), tag=tag, dt=dt, time_format=time_format, day_first=day_first
+            )
         except RecordError as error:
             raise RecordError(in_options(str(error))) from None
         if len(records) > 1:
