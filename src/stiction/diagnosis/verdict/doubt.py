@@ -1,19 +1,12 @@
 r"""What doubts about the data do to a probability, and to the word of a record that they refuse.
 
-A gate that lowers the confidence says that the record is not what the controller saw. Put through every effect of
-`simulation.historian`, sticky loops lose what shows the valve and look like loops with a good one: of 23 600 trials on
-360 loops (seeds 401 and 501, as `fault_injection.py` makes them) 578 would have turned a probability beyond 0.9 into
-one below 0.1 or the other way round, 565 of them on sticky loops. So a record that may have lost what shows the valve
-does not speak beyond `LEAST` and `MOST`: one that certain gates call in question, or others by more than `BEYOND`, one
-whose OP is rounded to few steps, one much of which is left out, and one whose samples are not the controller's own and
-few. The limits, fewer than 900 samples among them, left one of the 578, and were chosen to bound few of 4 000 other
-loops (seeds 11 and 12). Eight more were mended after later counts: a valve is never surely good whose jump is likelier
-than chance makes it (a clock that jumped once, seed 601), 5 % of missing samples, not 15, or of frozen ones, not 10,
-may hide a jump (seeds 602 and 601), and so may one jump of the clock in samples that are not the controller's own, or a
-few straight lines of a swinging door (seed 801), a few held values (seed 901), two jumps of the clock in any samples
-(seed 902) or, with other tables, a sixth of a record that is left out (seed 902 again). Put to 73 000 stored trials
-(seeds 301, 601, 602, 701, 702 and 801), whose probabilities were not counted again, the rules up to seed 801 turn none;
-the longest record that they would turn, did fewer than 800 samples not bound it, holds 703.
+A gate that lowers the confidence says that the record is not what the controller saw. Put through the effects of
+`simulation.historian`, alone and in pairs, sticky loops lose what shows the valve and look like loops with a good one;
+few go the other way. A record that may have lost it does not speak beyond `LEAST` and `MOST`: one that certain gates
+call in question (`HIDES`), or others by more than `BEYOND`, one whose OP is rounded to few steps (`STEPS`), one much of
+which is left out (`KEPT`, `MOST_KEPT`), and one whose samples are not the controller's own and few (`FEW`, but for
+`SURELY`). The limits were chosen so that no trial turns a probability beyond 0.9 into one below 0.1, or back, and few
+sound records are bound; `docs/verdict.md` says which trials chose and which only counted.
 
 What is not known of a loop lies between one valve in four, the share of the loops that oscillate because of it (20 to
 30 %: [srinivasan2005c]_), and even. Each doubt draws the log odds towards that, and none of them to the other side:
