@@ -118,6 +118,11 @@ def test_in_manual_op_rests_and_pv_goes_on(told):
         assert np.flatnonzero(~found.auto)[0] == still[0]
 
 
+def test_a_stretch_in_manual_of_no_sample_leaves_the_record():
+    record = LoopRecord("FC1", 1.0, op=np.arange(10.0), pv=np.arange(10.0))
+    assert all(historian.part_manual(record, 0.02, seed, told=True) is record for seed in range(40))
+
+
 def test_limits_steps_and_units():
     record = walk()
     assert np.mean(historian.clipped(record, 0.3).op == historian.clipped(record, 0.3).op.max()) == pytest.approx(0.3)

@@ -243,14 +243,16 @@ def part_manual(record: LoopRecord, share: float, seed: int = 0, *, told: bool =
     (4, 7)
     """
     rng = np.random.default_rng(seed)
-    (stretch,) = _stretches(len(record), _share(share), 1, rng)
+    ((first, last),) = _stretches(len(record), _share(share), 1, rng)
+    if first == last:
+        return record
     inside = np.zeros(len(record), dtype=bool)
-    inside[slice(*stretch)] = True
-    parts: dict[str, Any] = {"op": np.where(inside, record.op[min(stretch[0], len(record) - 1)], record.op)}
+    inside[first:last] = True
+    parts: dict[str, Any] = {"op": np.where(inside, record.op[first], record.op)}
     if record.pv is not None:
         noise = float(np.nanmedian(np.abs(np.diff(record.pv, 2)))) / 0.6745 / 6.0**0.5
-        age = np.arange(len(record)) - stretch[0]
-        start, end = record.pv[stretch[0]], float(np.nanmedian(record.pv))
+        age = np.arange(len(record)) - first
+        start, end = record.pv[first], float(np.nanmedian(record.pv))
         settling = end + (start - end) * np.exp(-np.maximum(age, 0) / 20.0) + rng.normal(0.0, 1.0, age.size) * noise
         parts["pv"] = np.where(inside, settling, record.pv)
     if told:
