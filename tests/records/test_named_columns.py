@@ -99,7 +99,7 @@ def test_a_status_that_is_no_quality_is_not_used(signals, table, read_text):
     t, pv, op, _ = signals
     [record] = read_text(table("time_s,PV,OP,Status", t, pv, op, ["RUN" if k % 2 else "STOP" for k in range(len(t))]))
     assert np.isfinite(record.op).all()
-    assert any("none of it known" in guess for guess in record.provenance.guesses)
+    assert any("is not known as good or bad" in guess for guess in record.provenance.guesses)
 
 
 def test_nothing_but_bad_rows(signals, table, read_text):

@@ -76,3 +76,32 @@ def test_the_gate_counts_them_and_the_receipt_names_one():
     assert without_outliers(LoopRecord("FIC-1", 1.0, op=op, pv=x)).provenance.guesses == (
         "2 values far off all others count as missing (such as OP 0).",
     )
+
+
+def test_a_code_that_the_reader_holds_is_one(sticky):
+    every = np.arange(len(sticky)) // 3 * 3
+    op = sticky.op.copy()
+    op[699] = -9999.0
+    held = replace(sticky, op=op[every], provenance=replace(sticky.provenance, made_up=1333))
+    assert np.flatnonzero(np.isnan(without_outliers(held).op)).tolist() == [699, 700, 701]
+
+
+def test_a_kick_at_a_step_of_the_set_point_is_a_move_of_the_valve():
+    rng = np.random.default_rng(0)
+    sp = np.where(np.arange(1500) < 700, 60.0, 63.0)
+    op = 50.0 + rng.normal(0.0, 0.3, 1500)
+    op[700] += 20.0
+    record = LoopRecord("TIC-1", 1.0, op=op, pv=sp + rng.normal(0.0, 0.1, 1500), sp=sp)
+    assert without_outliers(record) is record
+    assert np.isnan(without_outliers(replace(record, sp=None, pv=60.0 + rng.normal(0.0, 0.1, 1500))).op[700])
+
+
+def test_a_trip_in_the_last_samples_and_a_constant_stay():
+    x = np.random.default_rng(0).normal(50.0, 1.0, 2000)
+    x[-2:] = 0.0
+    assert not far_off(x, 1.0).any()
+    x[-2:] = -9999.0
+    assert np.flatnonzero(far_off(x, 1.0)).tolist() == [1998, 1999]
+    still = np.full(2000, 20.0)
+    still[900] = 20.1
+    assert not far_off(still, 1.0).any()

@@ -106,7 +106,7 @@ STATUS_WORDS = (
 """Historian texts in the place of a number. Any other text counts as missing too; these tell data from header."""
 
 GOOD_WORDS = ("GOOD", "OK", "G", "VALID", "NORMAL")
-"""Status of a good value; a number may be one as well (see `signals.good_codes`)."""
+"""Status of a good value; a number may be one as well (see `signals.bad_codes`)."""
 
 BAD_WORDS = ("BAD", "UNCERTAIN", "INVALID", "QUESTIONABLE", "DOUBTFUL")
 """How the status of a value that does not count begins."""

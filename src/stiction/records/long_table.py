@@ -6,6 +6,7 @@ So a historian stores by exception. A stored value stands until the tag's next o
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ from stiction.errors import RecordError
 from stiction.records.columns import signal_of
 from stiction.records.dialects import SIGNAL_WORDS, TAG_WORDS, VALUE_WORDS
 from stiction.records.numbers import is_number, to_numbers
+from stiction.records.resample import untangled
 from stiction.records.signals import not_good
 from stiction.records.table import Columns
 from stiction.records.timestamps import Stamps, is_stamp
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LongTable", "apart", "long_columns", "widened"]
 
+NO_NUMBERS = {word for signal in ("mode", "bad", "quality") for word in SIGNAL_WORDS[signal]}
 MAX_TAGS = 400
 _BEST = 10.0
 """Percentile of a tag's steps that is taken as the time between two scans [%]."""
@@ -63,7 +66,7 @@ def long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = (), dec
     }
     if sample:
         columns = [[row[i].strip() for row in sample if i < len(row) and row[i].strip()] for i in range(len(names))]
-        tags = [i for i, cells in enumerate(columns) if cells and all(map(signal_of, cells))]
+        tags = [i for i, cells in enumerate(columns) if cells and _are_tags(cells)]
         values = [
             i
             for i, cells in enumerate(columns)
@@ -72,6 +75,13 @@ def long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = (), dec
         if tags and (values or "value" in given):
             given = {**given, "tag": tags[0], "value": given.get("value", values[0] if values else -1)}
     return given if {"tag", "value"} <= set(given) else {}
+
+
+def _are_tags(cells: Sequence[str]) -> bool:
+    """Whether each cell names a signal that is a number, of a loop or of several."""
+    pairs = {signal_of(cell) for cell in set(cells)}
+    known = all(pair and pair[1] not in NO_NUMBERS for pair in pairs)
+    return known and (len(pairs) > 1 or all(pair and pair[0] for pair in pairs))
 
 
 class LongTable:
@@ -93,9 +103,10 @@ class LongTable:
         self.header = [["time", *names], *([["", *units]] if units else [])]
         self._cells = cells
         steps = [np.diff(stamps.seconds[rows]) for rows, _ in self._cells if len(rows) > 2]
-        self.dt = min((float(np.percentile(step, _BEST)) for step in steps), default=0.0)
+        self.dt = min(map(_scan, steps), default=0.0)
         usual = float(np.percentile(np.diff(stamps.seconds), 90.0)) if len(stamps.seconds) > 1 else 0.0
         self.hold = _LONGEST_REST * usual
+        self._stands = [self._until(i, names[i - 1]) for i in range(1, len(names) + 1)]
         self.sample = [["0", *(cells[0] if cells else "" for _, cells in self._cells)]]
         count = sum(len(rows) for rows, _ in self._cells)
         self.guesses.append(
@@ -108,24 +119,45 @@ class LongTable:
         return 2 * sum(is_number(cell, self.decimal) for cell in cells) > len(cells)
 
     def stored_at(self, column: int) -> NDArray[np.int64]:
-        """Row of the value that stands at each row, -1 before the first, shape (n_rows,)."""
-        rows = self._cells[column - 1][0]
-        return np.append(rows, -1)[np.searchsorted(rows, np.arange(len(self.stamps.seconds)), side="right") - 1]
+        """Row of the value that stands at each row, -1 where none does, shape (n_rows,)."""
+        return np.append(self._cells[column - 1][0], -1)[self._which(column)]
+
+    def _until(self, column: int, name: str) -> float:
+        """How long a value of a column stands [s]: a set point and a mode until the next."""
+        pair, rows = signal_of(name), self._cells[column - 1][0]
+        if len(rows) < 3 or not pair or pair[1] in (*SIGNAL_WORDS["sp"], *NO_NUMBERS):
+            return np.inf
+        return max(self.hold, _LONGEST_REST * float(np.percentile(np.diff(self.stamps.seconds[rows]), 90.0)))
+
+    def _which(self, column: int) -> NDArray[np.int64]:
+        """Which of a column's values stands at each row, -1 where none does, shape (n_rows,)."""
+        rows, seconds = self._cells[column - 1][0], self.stamps.seconds
+        which = np.searchsorted(rows, np.arange(seconds.size), side="right") - 1
+        age = seconds - seconds[np.append(rows, 0)[which]]
+        return np.where(age <= self._stands[column - 1], which, -1)
 
     def take(self, text: Sequence[int], numbers: Sequence[int]) -> Columns:
         """Give tags as text or as numbers at every row."""
         n = len(self.stamps.seconds)
         taken = Columns(rows=n)
         for i in text:
-            where = np.searchsorted(self._cells[i - 1][0], np.arange(n), side="right") - 1
+            where = self._which(i)
             cells = self._cells[i - 1][1]
             taken.text[i] = [cells[k] if k >= 0 else "" for k in where]
         for i in numbers:
             values, texts = to_numbers(self._cells[i - 1][1], self.decimal) if i else (np.zeros(0), Counter[str]())
-            where = np.searchsorted(self._cells[i - 1][0], np.arange(n), side="right") - 1
-            taken.numbers[i] = np.append(values, np.nan)[where]
+            taken.numbers[i] = np.append(values, np.nan)[self._which(i)]
             taken.texts[i] = texts
         return taken
+
+
+def _scan(steps: NDArray[np.float64]) -> float:
+    """Time between two scans of a tag [s]: a short number where one is as near as the steps are to one another."""
+    usual, least = (float(np.percentile(steps, share)) for share in (50.0, _BEST))
+    dt = usual if least >= 0.7 * usual else least
+    near = 0.005 * dt if least < (1.0 - 1e-6) * usual else 1e-6 * dt
+    shorter = (float(f"{dt:.{digits}g}") for digits in range(1, 5))
+    return next((short for short in shorter if abs(short - dt) <= near), dt)
 
 
 def widened(
@@ -149,7 +181,7 @@ def widened(
     RecordError
         When there are more than `MAX_TAGS` tags or no stamp is understood.
     """
-    taken = table.take([*time, *columns.values()], [])
+    taken = table.take(sorted({*time, *columns.values()}), [])
     stamps = parse(taken.text)
     known = np.flatnonzero(np.isfinite(stamps.seconds))
     if known.size < 2:
@@ -204,7 +236,7 @@ def apart(
         None where all time columns tell the same time, row by row, or none can be read.
     """
     taken = table.take(sorted({*times, *times.values()}), [])
-    stamps = {column: parse(column, taken.text[column]) for column in sorted(set(times.values()))}
+    stamps = {column: untangled(parse(column, taken.text[column])) for column in sorted(set(times.values()))}
     first, *others = stamps.values()
     if not np.isfinite(first.seconds).any() or (others and all(_same_clock(first, other) for other in others)):
         return None
@@ -215,16 +247,14 @@ def apart(
         stored = [k for k in stored if np.isfinite(seconds[k])]
         columns_of.append((seconds[stored], [taken.text[column][k] for k in stored]))
     guesses = list(dict.fromkeys(guess for one in stamps.values() for guess in one.guesses))
-    told = Stamps(first.seconds, first.kind, guesses)
+    jumps = max(one.clock_jumps for one in stamps.values())
+    told = Stamps(first.seconds, first.kind, guesses, clock_jumps=jumps)
     return _joined(table, [names[i] for i in times], columns_of, told, [units[i] for i in times])
 
 
 def _same_clock(one: Stamps, other: Stamps) -> bool:
-    """Whether two time columns are apart by the same time in every row."""
-    apart = one.seconds - other.seconds
-    known = np.isfinite(apart)
-    empty = np.isnan(one.seconds) & np.isnan(other.seconds)
-    return bool(known.any() and np.all(known | empty) and np.ptp(apart[known]) < 1e-3)
+    """Whether two time columns say the same in every row."""
+    return bool(np.allclose(one.seconds, other.seconds, rtol=0.0, atol=1e-3, equal_nan=True))
 
 
 def _joined(
@@ -242,4 +272,4 @@ def _joined(
         row = np.searchsorted(seconds, when[order])
         last = np.append(np.diff(row) > 0, True) if row.size else np.zeros(0, dtype=bool)
         cells.append((row[last].astype(np.int64), [texts[k] for k in order[last]]))
-    return LongTable(table, Stamps(seconds, stamps.kind, stamps.guesses), names, cells, units)
+    return LongTable(table, replace(stamps, seconds=seconds), names, cells, units)

@@ -24,16 +24,18 @@ RUN = 2
 """Samples in a row that are an outlier at most [-]; more are an upset."""
 AT_ONCE = 0.75
 """Share of the way there, and of the way back, that is one step [-]."""
+AT_ENDS = 20.0
+"""The same distance beyond which the first or last sample, which nothing goes back from, is one [-]."""
 SHARE = 0.005
 """Share of a record beyond which such values are a habit of the loop [-]."""
 OP_OFF, OTHERS_OFF = 1.0, 5.0
 """Distance from the others beyond which a value is one, in widths of all but a hundredth at both ends [-]. A PV that
 spikes less far is a transmitter's fault, and a finding."""
 NEAR = 2
-"""Samples about a spike of the PV in which OP spikes because of it [-]."""
+"""Samples about a spike of the PV, or a step of the set point, in which OP kicks because of it [-]."""
 
 
-def far_off(x: NDArray[np.float64], widths: float) -> NDArray[np.bool_]:
+def far_off(x: NDArray[np.float64], widths: float, held: int = 1) -> NDArray[np.bool_]:
     """Mark what stands alone far off all others, shape (n_samples,).
 
     Parameters
@@ -42,6 +44,8 @@ def far_off(x: NDArray[np.float64], widths: float) -> NDArray[np.bool_]:
         A signal.
     widths : float
         Distance from the others, in widths of all of them but a hundredth at both ends [-].
+    held : int
+        Samples for which a stored value stands [-].
 
     Examples
     --------
@@ -57,14 +61,19 @@ def far_off(x: NDArray[np.float64], widths: float) -> NDArray[np.bool_]:
     if finite.size == 0:
         return mask
     low, high = np.percentile(finite, (1.0, 99.0))
-    middle, away = 0.5 * (low + high), widths * (high - low)
-    for first, last in runs((x < low - away) | (x > high + away)):
+    width, middle = high - low, 0.5 * (low + high)
+    if not width > 0.0:
+        return mask
+    for first, last in runs((x < low - widths * width) | (x > high + widths * width)):
         farthest = np.abs(x[first:last] - middle).max()
-        there = abs(x[first] - x[first - 1]) if first else farthest
-        back = abs(x[last - 1] - x[last]) if last < x.size else farthest
+        at_end = farthest if farthest > AT_ENDS * width else 0.0
+        there = abs(x[first] - x[first - 1]) if first else at_end
+        back = abs(x[last - 1] - x[last]) if last < x.size else at_end
+        values = 1 + np.count_nonzero(np.diff(x[first:last]))
         # What goes there and back in steps, or has a gap beside it, may be an upset.
-        mask[first:last] = last - first <= RUN and min(there, back) >= AT_ONCE * farthest
-    return mask if mask.sum() <= max(SHARE * finite.size, 1.0) else np.zeros(x.size, dtype=bool)
+        at_once = min(there, back) >= AT_ONCE * farthest
+        mask[first:last] = at_once and values <= RUN and last - first <= RUN * held
+    return mask if mask.sum() <= max(SHARE * finite.size, held) else np.zeros(x.size, dtype=bool)
 
 
 def without_outliers(record: LoopRecord) -> LoopRecord:
@@ -81,10 +90,15 @@ def without_outliers(record: LoopRecord) -> LoopRecord:
         The same one where there is none.
     """
     signals = {name: x for name in ("op", "pv", "mv") if (x := getattr(record, name)) is not None}
-    marks = {name: far_off(x, OP_OFF if name == "op" else OTHERS_OFF) for name, x in signals.items()}
-    if record.pv is not None and marks["op"].any():
-        spikes = np.convolve(far_off(record.pv, OP_OFF), np.ones(2 * NEAR + 1), "same") > 0.0
-        marks["op"] &= ~spikes | marks["pv"]
+    held = -(-len(record) // max(1, len(record) - record.provenance.made_up))
+    marks = {name: far_off(x, OP_OFF if name == "op" else OTHERS_OFF, held) for name, x in signals.items()}
+    if marks["op"].any():
+        kicks = np.zeros(len(record), dtype=bool)
+        if record.sp is not None:
+            kicks[1:] = np.diff(record.sp) != 0.0
+        if record.pv is not None:
+            kicks |= far_off(record.pv, OP_OFF, held) & ~marks["pv"]
+        marks["op"] &= ~(np.convolve(kicks, np.ones(2 * NEAR + 1), "same") > 0.0)
     count = int(sum(mark.sum() for mark in marks.values()))
     if not count:
         return record

@@ -6,7 +6,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 from stiction.errors import ParameterError, RecordError, require_finite, require_positive
-from stiction.records.loops import Options, loops_of
+from stiction.records.layout import Options
+from stiction.records.loops import loops_of
 from stiction.records.source import load, text_encoding
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ valve that the controller did not ask for.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from stiction.records.timestamps import Stamps
 
-__all__ = ["Grid", "regular_grid"]
+__all__ = ["Grid", "regular_grid", "untangled"]
 
 HOLD_LIMIT = 10
 """Sampling periods over which an unevenly recorded value is held; beyond it the time counts as missing."""
@@ -62,7 +62,7 @@ def regular_grid(stamps: Stamps, dt: float | None, name: str, line: int, hold: f
     RecordError
         When fewer than two stamps are understood, time stands still, or the stamps span far more than was recorded.
     """
-    grid = Grid(np.empty(0, dtype=np.int64), dt or 1.0)
+    grid = Grid(np.empty(0, dtype=np.int64), dt or 1.0, clock_jumps=stamps.clock_jumps)
     known = np.flatnonzero(np.isfinite(stamps.seconds))
     lost = len(stamps.seconds) - len(known)
     if dt is not None and (len(known) < 2 or np.ptp(stamps.seconds[known]) == 0.0):
@@ -85,6 +85,29 @@ def regular_grid(stamps: Stamps, dt: float | None, name: str, line: int, hold: f
         grid.start = _moment(float(t[0]), stamps.kind)
     _lay(t, rows, dt, grid, name, hold)
     return grid
+
+
+def untangled(stamps: Stamps) -> Stamps:
+    """Stamps of a column of its own, clock changes undone and those rounded spread, row by row.
+
+    Parameters
+    ----------
+    stamps : Stamps
+        Time of each row, in the order of the file.
+
+    Returns
+    -------
+    Stamps
+        The same rows, with what was guessed.
+    """
+    known = np.flatnonzero(np.isfinite(stamps.seconds))
+    if known.size < 2:
+        return stamps
+    grid = Grid(np.empty(0, dtype=np.int64), 1.0)
+    t, rows = _in_order(stamps.seconds[known], known, stamps.kind, grid)
+    seconds = np.full(stamps.seconds.size, np.nan)
+    seconds[rows] = _spread_rounded(t, rows, grid)
+    return replace(stamps, seconds=seconds, guesses=[*stamps.guesses, *grid.guesses], clock_jumps=grid.clock_jumps)
 
 
 def _in_order(t: NDArray, rows: NDArray, kind: str, grid: Grid) -> tuple[NDArray, NDArray]:
@@ -127,8 +150,9 @@ def _undo_summer_time(t: NDArray, usual: float, grid: Grid) -> NDArray:
 
 
 def _clocks_change(moment: datetime) -> bool:
-    """Whether clocks are changed about then: in the small hours of a Sunday in spring or autumn."""
-    return moment.weekday() == 6 and moment.hour < 3 and moment.month in (3, 4, 9, 10, 11)
+    """Whether clocks are changed about then: from midnight to three on a Sunday in spring or autumn."""
+    about = moment + timedelta(minutes=5)
+    return about.weekday() == 6 and 60 * about.hour + about.minute <= 190 and about.month in (3, 4, 9, 10, 11)
 
 
 def _spread_rounded(t: NDArray, rows: NDArray, grid: Grid) -> NDArray:

@@ -18,7 +18,11 @@ if TYPE_CHECKING:
     from stiction.records.resample import Grid
     from stiction.records.table import Columns
 
-__all__ = ["automatic", "flagged_rows", "good_codes", "in_percent", "not_a_percentage", "not_good"]
+__all__ = ["automatic", "bad_codes", "flagged_rows", "in_percent", "not_a_percentage", "not_good"]
+
+MOSTLY = 0.9
+"""Share of the rows that are good in a column that tells the quality [-]; in another one, such as a status of the
+plant, words that are not known say nothing."""
 
 
 def flagged_rows(
@@ -36,21 +40,16 @@ def flagged_rows(
 
 
 def not_good(cells: Sequence[str], shown: str, guesses: list[str]) -> NDArray[np.bool_]:
-    """Rows whose quality is not good, shape (n_rows,); none where the column `shown` is not understood."""
+    """Rows that the quality in the column `shown` marks as bad, shape (n_rows,)."""
     codes = [cell.strip().upper() for cell in cells]
-    told = Counter(codes)
-    good = good_codes(told)
-    if good is None:
-        listed = ", ".join(repr(code) for code, _ in told.most_common(3))
-        guesses.append(f"Column {shown} says {listed}, none of it known as good or bad: it was not used.")
-        return np.zeros(len(codes), dtype=bool)
-    if odd := [code for code in good if code not in MISSING_WORDS and not _known_good(code)]:
-        guesses.append(f"Column {shown}: {odd[0]!r}, which most rows have, is taken as good.")
-    return np.array([code not in good for code in codes])
+    bad, guess = bad_codes(Counter(codes))
+    if guess:
+        guesses.append(f"Column {shown}: {guess}")
+    return np.array([code in bad for code in codes])
 
 
-def good_codes(told: Counter[str]) -> set[str] | None:
-    """Which codes of a quality column mean good; None where nothing tells.
+def bad_codes(told: Counter[str]) -> tuple[set[str], str]:
+    """Which codes of a quality or status mean bad, and what was guessed.
 
     Parameters
     ----------
@@ -59,23 +58,34 @@ def good_codes(told: Counter[str]) -> set[str] | None:
 
     Returns
     -------
-    set of str or None
-        Words of `GOOD_WORDS`, OPC codes from 192 to 255, and an empty cell, which says nothing. Where there is neither
-        word nor such a code, the number that most rows have (OPC UA writes 0, WinCC 128, others 100).
+    bad : set of str
+        What begins with one of `BAD_WORDS`. Where `MOSTLY` all rows have a word of `GOOD_WORDS`, a code of OPC from 192
+        to 255 or, without any, one number (OPC UA writes 0, WinCC 128, others 100), all other codes too. An empty cell
+        says nothing.
+    guess : str
+        A sentence; empty where nothing was guessed.
 
     Examples
     --------
     >>> from collections import Counter
-    >>> from stiction.records.signals import good_codes
-    >>> good_codes(Counter({"192": 90, "24": 3})), good_codes(Counter({"0": 90, "2150694912": 3}))
-    ({'192'}, {'0'})
+    >>> from stiction.records.signals import bad_codes
+    >>> bad_codes(Counter({"192": 90, "24": 3})), bad_codes(Counter({"RUN": 90, "BAD": 3}))[0]
+    (({'24'}, ''), {'BAD'})
     """
+    bad = {code for code in told if code.startswith(BAD_WORDS)}
     good = {code for code in told if _known_good(code)}
-    empty = {code for code in told if code in MISSING_WORDS}
-    if good or len(empty) == len(told) or any(code.startswith(BAD_WORDS) for code in told):
-        return good | empty
-    code, rows = told.most_common(1)[0]
-    return {code} | empty if _as_code(code) is not None and 2 * rows > told.total() else None
+    said = {code: rows for code, rows in told.items() if code not in MISSING_WORDS}
+    usual = max(said, key=lambda code: said[code], default="")
+    guess = ""
+    if not good and _as_code(usual) is not None and said[usual] >= MOSTLY * sum(said.values()):
+        good, guess = {usual}, f"{usual!r}, which most rows have, is taken as good."
+    unknown = set(said) - good - bad
+    if sum(said[code] for code in good) >= MOSTLY * sum(said.values()):
+        return bad | unknown, guess
+    if unknown:
+        most = max(unknown, key=lambda code: said[code])
+        guess = f"{most!r} is not known as good or bad, and {said[most]} rows that have it are used."
+    return bad, guess
 
 
 def _known_good(code: str) -> bool:
@@ -87,7 +97,7 @@ def _as_code(code: str) -> int | None:
     """A quality as a number; hexadecimal ones begin with 0x."""
     if re.fullmatch(r"0X[0-9A-F]{1,8}", code):
         return int(code, 16)
-    return int(code) if re.fullmatch(r"[0-9]{1,10}", code) else None
+    return int(code.removesuffix(".0")) if re.fullmatch(r"[0-9]{1,10}(\.0)?", code) else None
 
 
 def in_percent(op: NDArray, unit: str, op_range: tuple[float, float] | None, guesses: list[str]) -> NDArray:

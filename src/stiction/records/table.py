@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from collections import Counter
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
@@ -32,11 +32,11 @@ class Columns:
     """Line of the file for each row, for messages; None when row k stands on `first_line` + k."""
 
     def part(self, rows: NDArray) -> Columns:
-        """Some of the rows; the texts are counted over all."""
+        """Some of the rows; which of them held texts is not known."""
         return Columns(
             text={i: [cells[k] for k in rows] for i, cells in self.text.items()},
             numbers={i: values[rows] for i, values in self.numbers.items()},
-            texts=self.texts,
+            texts={i: Counter() for i in self.texts},
             rows=len(rows),
         )
 

@@ -89,6 +89,8 @@ class Stamps:
     guesses: list[str] = field(default_factory=list)
     unread: tuple[int, str] | None = None
     """Row and text of the first cell that was not understood."""
+    clock_jumps: int = 0
+    """Times that the clock jumped, as far as that was mended."""
 
 
 def is_clock(cell: str) -> bool:
