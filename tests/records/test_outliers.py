@@ -27,10 +27,10 @@ def test_one_bad_value_in_two_thousand_turns_no_verdict(sticky, name, code):
     spoilt = replace(sticky, **{name: x})
     plain, found = st.diagnose(sticky), st.diagnose(spoilt)
     assert plain.verdict == found.verdict == "stiction"
-    assert found.probability > 0.9
+    assert found.probability == 0.9  # as much as such data allow
+    assert [gate.name for gate in found.quality.reservations if gate.name == "outliers"]
     assert pytest.approx(plain.identification.S, rel=0.03) == found.identification.S
     if name == "op" or abs(code) > 200.0:
-        assert [gate.why for gate in found.quality.reservations if gate.name == "outliers"]
         assert pytest.approx(5.0, rel=0.05) == st.identify(spoilt, period=83.0).S
 
 
@@ -55,7 +55,7 @@ def test_what_goes_back_in_steps_is_an_upset(way, at):
 
 def test_what_comes_often_is_none():
     x = np.random.default_rng(0).normal(50.0, 1.0, 2000)
-    x[::100] += 80.0
+    x[::40] += 80.0
     assert not far_off(x, 1.0).any()
 
 

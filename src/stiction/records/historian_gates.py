@@ -6,6 +6,7 @@ import numpy as np
 
 from stiction.records.durations import in_seconds
 from stiction.records.gate import LEAST_SAMPLES, Gate, View, at_least, at_most
+from stiction.records.outliers import OP_OFF, far_off, held_for
 from stiction.records.replay import replayed
 from stiction.records.storage import (
     averaging_window,
@@ -140,14 +141,13 @@ def clock(view: View) -> Gate:
 
 
 def outliers(view: View) -> Gate | None:
-    """Count values that stand alone far off all others."""
-    count = view.record.provenance.outliers
-    if not count:
+    """Count values that stand alone far off all others, and spikes of PV beside them."""
+    left_out, record = view.record.provenance.outliers, view.record
+    spikes = 0 if record.pv is None else int(far_off(record.pv, OP_OFF, held_for(record)).sum())
+    if not left_out + spikes:
         return None
-    why = (
-        f"{count} values stand alone far off all others and count as missing; check how the historian writes bad ones."
-    )
-    return at_most("outliers", count, 0, np.inf, why)
+    why = f"{left_out} values stand alone far off all others and count as missing, {spikes} of PV spike and count"
+    return at_most("outliers", left_out + spikes, 0, np.inf, f"{why}; check how the historian writes bad values.")
 
 
 def resampled(view: View) -> Gate | None:

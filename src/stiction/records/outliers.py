@@ -18,18 +18,20 @@ if TYPE_CHECKING:
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["far_off", "without_outliers"]
+__all__ = ["OP_OFF", "far_off", "held_for", "without_outliers"]
 
+REST = 2.5, 97.5
+"""Percentiles between which the others lie [%]."""
 RUN = 2
 """Samples in a row that are an outlier at most [-]; more are an upset."""
 AT_ONCE = 0.75
 """Share of the way there, and of the way back, that is one step [-]."""
 AT_ENDS = 20.0
 """The same distance beyond which the first or last sample, which nothing goes back from, is one [-]."""
-SHARE = 0.005
+SHARE = 0.02
 """Share of a record beyond which such values are a habit of the loop [-]."""
 OP_OFF, OTHERS_OFF = 1.0, 5.0
-"""Distance from the others beyond which a value is one, in widths of all but a hundredth at both ends [-]. A PV that
+"""Distance from the others beyond which a value is one, in widths of all but a fortieth at both ends [-]. A PV that
 spikes less far is a transmitter's fault, and a finding."""
 NEAR = 2
 """Samples about a spike of the PV, or a step of the set point, in which OP kicks because of it [-]."""
@@ -43,7 +45,7 @@ def far_off(x: NDArray[np.float64], widths: float, held: int = 1) -> NDArray[np.
     x : ndarray, shape (n_samples,)
         A signal.
     widths : float
-        Distance from the others, in widths of all of them but a hundredth at both ends [-].
+        Distance from the others, in widths of all of them but a fortieth at both ends [-].
     held : int
         Samples for which a stored value stands [-].
 
@@ -60,7 +62,7 @@ def far_off(x: NDArray[np.float64], widths: float, held: int = 1) -> NDArray[np.
     finite = x[np.isfinite(x)]
     if finite.size == 0:
         return mask
-    low, high = np.percentile(finite, (1.0, 99.0))
+    low, high = np.percentile(finite, REST)
     width, middle = high - low, 0.5 * (low + high)
     if not width > 0.0:
         return mask
@@ -74,6 +76,22 @@ def far_off(x: NDArray[np.float64], widths: float, held: int = 1) -> NDArray[np.
         at_once = min(there, back) >= AT_ONCE * farthest
         mask[first:last] = at_once and values <= RUN and last - first <= RUN * held
     return mask if mask.sum() <= max(SHARE * finite.size, held) else np.zeros(x.size, dtype=bool)
+
+
+def held_for(record: LoopRecord) -> int:
+    """Samples for which a stored value of a record stands [-], on average and rounded up.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        What was recorded.
+
+    Returns
+    -------
+    int
+        1 where the reader made nothing up.
+    """
+    return -(-len(record) // max(1, len(record) - record.provenance.made_up))
 
 
 def without_outliers(record: LoopRecord) -> LoopRecord:
@@ -90,7 +108,7 @@ def without_outliers(record: LoopRecord) -> LoopRecord:
         The same one where there is none.
     """
     signals = {name: x for name in ("op", "pv", "mv") if (x := getattr(record, name)) is not None}
-    held = -(-len(record) // max(1, len(record) - record.provenance.made_up))
+    held = held_for(record)
     marks = {name: far_off(x, OP_OFF if name == "op" else OTHERS_OFF, held) for name, x in signals.items()}
     if marks["op"].any():
         kicks = np.zeros(len(record), dtype=bool)

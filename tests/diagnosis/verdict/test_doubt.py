@@ -99,7 +99,9 @@ def test_limits(beyond, inside, outside):
 
 def test_the_limits_are_all_in_the_table():
     assert set(BEYOND) == {"missing", "frozen", "held", "compression", "clock"}
-    assert set(HIDES) == {"exception", "averaging", "length", "resampled", "saturation", "replay"}
+    assert set(HIDES) == {
+        *("exception", "averaging", "length", "manual", "outliers", "resampled", "saturation", "replay"),
+    }
 
 
 @pytest.mark.parametrize(("likeness", "told"), [(0.5, ()), (0.51, (SLOW,))])
@@ -225,8 +227,8 @@ def test_the_reason_says_how_much():
     assert held_back(0.001, quality(("replay", "cycles"))).why == "The data allow no less than 0.10 (replay)."
     # Of the logarithms of the odds nine tenths are kept of the way from even, and from one to three; then four fifths.
     assert odds(held_back(0.8, quality(("sampling",))).probability) == pytest.approx(4.0**0.9)
-    assert odds(held_back(1 / 13, quality(("manual",))).probability) == pytest.approx(4.0**-0.9 / 3.0)
-    assert odds(held_back(1 / 13, quality(("manual", "cycles"))).probability) == pytest.approx(4.0**-0.72 / 3.0)
+    assert odds(held_back(1 / 13, quality(("op scale", "pv resolution"))).probability) == pytest.approx(4.0**-0.9 / 3.0)
+    assert odds(held_back(1 / 13, quality(("pv resolution", "cycles"))).probability) == pytest.approx(4.0**-0.72 / 3.0)
     assert held_back(0.3, quality(("sampling",))).probability == pytest.approx(0.3)
 
 
@@ -235,7 +237,7 @@ def test_every_name_is_that_of_a_gate():
     record = LoopRecord("FC1", 1.0, op=50 + np.sin(k / 9) + 0.1 * rng.normal(size=900), pv=np.cos(k / 9))
     view = View(record, record, 56.5)
     names = {gate.name for check in GATES if (gate := check(view)) is not None}
-    names |= {"averaging", "resampled"}  # say nothing where there is nothing to say
+    names |= {"averaging", "outliers", "resampled"}  # say nothing where there is nothing to say
     assert {*HIDES, *BEYOND, "op resolution", "sampling"} <= names
 
 
