@@ -105,3 +105,12 @@ def test_a_trip_in_the_last_samples_and_a_constant_stay():
     still = np.full(2000, 20.0)
     still[900] = 20.1
     assert not far_off(still, 1.0).any()
+
+
+def test_a_set_point_that_moves_all_the_time_explains_no_bad_value():
+    rng = np.random.default_rng(0)
+    sp = 60.0 + np.cumsum(rng.normal(0.0, 0.01, 1500))
+    op = 50.0 + rng.normal(0.0, 0.3, 1500)
+    op[[300, 700]] = -9999.0
+    record = LoopRecord("FIC-1", 1.0, op=op, pv=sp + rng.normal(0.0, 0.1, 1500), sp=sp)
+    assert np.flatnonzero(np.isnan(without_outliers(record).op)).tolist() == [300, 700]

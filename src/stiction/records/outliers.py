@@ -113,7 +113,8 @@ def without_outliers(record: LoopRecord) -> LoopRecord:
     if marks["op"].any():
         kicks = np.zeros(len(record), dtype=bool)
         if record.sp is not None:
-            kicks[1:] = np.diff(record.sp) != 0.0
+            moved = np.abs(np.diff(record.sp)) > 0.0
+            kicks[1:] = moved & (moved.mean() <= SHARE)  # a set point that moves all the time explains no kick
         if record.pv is not None:
             kicks |= far_off(record.pv, OP_OFF, held) & ~marks["pv"]
         marks["op"] &= ~(np.convolve(kicks, np.ones(2 * NEAR + 1), "same") > 0.0)

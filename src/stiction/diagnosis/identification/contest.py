@@ -39,8 +39,8 @@ WIDE = 1.4
 """Factor up to which S may be off either way where the record does not show the controller's own samples [-]."""
 BEYOND = 0.85
 """How much further OP goes between such samples than at them, at both ends of the band together, in standard deviations
-of its noise [-]. With it the median of S found over S is 0.99 in 808 loops (seeds 301 to 304), without it 0.94; white noise of
-which one value in two or five is recorded would go 1.1 or 2.3 beyond a level, were OP not on its way."""
+of its noise [-]. With it the median of S found over S is 0.99 in 808 loops (seeds 301 to 304), without it 0.94; white
+noise of which one value in two or five is recorded would go 1.1 or 2.3 beyond a level, were OP not on its way."""
 GOES_ON = 4.0
 """Moves of OP from sample to sample, the median, by which S may be larger where such samples are not the controller's
 own [-]: OP goes on between them, and means of it hide how far. Of 417 such loops of a plant's historian
