@@ -114,3 +114,16 @@ def test_a_set_point_that_moves_all_the_time_explains_no_bad_value():
     op[[300, 700]] = -9999.0
     record = LoopRecord("FIC-1", 1.0, op=op, pv=sp + rng.normal(0.0, 0.1, 1500), sp=sp)
     assert np.flatnonzero(np.isnan(without_outliers(record).op)).tolist() == [300, 700]
+
+
+@pytest.mark.parametrize("code", [-9999.0, 1e6])
+def test_a_bad_value_says_nothing_of_the_scale_of_op(read_text, code):
+    k = np.arange(600)
+    op = 12.0 + 2.0 * np.sin(k / 9.5)
+    op[300] = code
+    rows = [f"{i},{200 + np.cos(i / 9.5):.3f},{x:.4f}" for i, x in zip(k, op, strict=True)]
+    [record] = read_text("\n".join(["time_s,PV,OP [mA]", *rows]))
+    good = np.delete(record.op, 300)
+    assert good.min() == pytest.approx(37.5, abs=0.01)
+    assert good.max() == pytest.approx(62.5, abs=0.01)
+    assert any("OP is given in mA" in guess for guess in record.provenance.guesses)

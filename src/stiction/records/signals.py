@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.records.dialects import BAD_WORDS, FRACTION_UNITS, GOOD_WORDS, MISSING_WORDS, MODES
+from stiction.records.outliers import OP_OFF, far_off
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -102,7 +103,8 @@ def _as_code(code: str) -> int | None:
 
 def in_percent(op: NDArray, unit: str, op_range: tuple[float, float] | None, guesses: list[str]) -> NDArray:
     """OP in % of span where its range is known; otherwise as it stands, with a word on what it looks like."""
-    low, high = float(np.nanmin(op)), float(np.nanmax(op))
+    seen = op[np.isfinite(op) & ~far_off(op, OP_OFF)]  # a code for a bad value says nothing of the scale
+    low, high = float(seen.min()), float(seen.max())
     if op_range is not None:
         zero, span = op_range[0], op_range[1] - op_range[0]
         return (op - zero) * (100.0 / span)
