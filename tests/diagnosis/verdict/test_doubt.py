@@ -78,7 +78,7 @@ LIMITS = [
     ("held samples [%]", hides("held"), 5.0, 5.1),
     ("straight lines [%]", hides("compression"), 2.0, 2.1),
     ("jumps of the clock", hides("clock"), 1.0, 2.0),
-    ("samples", lambda n: held_back(0.01, quality(first=0, rows=n)).probability == 0.1, 800, 799),
+    ("samples", lambda n: held_back(0.01, quality(first=0, rows=n)).probability == 0.1, 880, 879),
     ("surely, of few samples", lambda p: held_back(p, quality(first=0, rows=700)).probability == 0.1, 0.0049, 0.005),
     ("share kept", kept(1000, own_samples=True), 0.75, 0.749),
     ("share kept of other samples", kept(2000, own_samples=False), 0.9, 0.8995),
@@ -107,7 +107,17 @@ def test_the_limits_are_all_in_the_table():
 @pytest.mark.parametrize(("likeness", "told"), [(0.5, ()), (0.51, (SLOW,))])
 def test_the_limit_of_likeness_to_a_plants_record(monkeypatch, likeness, told):
     monkeypatch.setattr("stiction.diagnosis.verdict.doubt.kept_by_plant", lambda _row: likeness)
-    assert against_good(fits(50.0, 50.0), SimpleNamespace(likely_jump_clear=0.0)) == told
+    assert against_good(fits(50.0, 50.0), SimpleNamespace(likely_jump_clear=0.0, advantage=0.0)) == told
+
+
+@pytest.mark.parametrize(
+    ("gain", "advantage", "told"),
+    [(-1.0, 0.5, ()), (-1.0, 0.51, ("the searches disagree",)), (0.0, 0.9, ())],
+)
+def test_the_limit_of_what_the_searches_may_disagree(monkeypatch, gain, advantage, told):
+    monkeypatch.setattr("stiction.diagnosis.verdict.doubt.kept_by_plant", lambda _row: 0.0)
+    found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, gain=gain, own_samples=True)
+    assert against_good(found, SimpleNamespace(likely_jump_clear=0.0, advantage=advantage)) == told
 
 
 @given(p=some.floats(0.0, 1.0))
