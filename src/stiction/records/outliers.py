@@ -121,9 +121,9 @@ def without_outliers(record: LoopRecord) -> LoopRecord:
     count = int(sum(mark.sum() for mark in marks.values()))
     if not count:
         return record
-    held = {name: np.where(marks[name], np.nan, x) for name, x in signals.items()}
+    kept = {name: np.where(marks[name], np.nan, x) for name, x in signals.items()}
     told = ", ".join(f"{name.upper()} {signals[name][mark][0]:.4g}" for name, mark in marks.items() if mark.any())
     guess = f"{count} values far off all others count as missing (such as {told})."
     origin = record.provenance
     origin = replace(origin, guesses=(*origin.guesses, guess), outliers=origin.outliers + count)
-    return replace(record, **held, provenance=origin)
+    return replace(record, **kept, provenance=origin)
