@@ -69,7 +69,7 @@ def laid_out(table: Table, options: Options) -> list[tuple[Table, Options]]:
     named = {signal: _name_of(column, names) for signal, column in (options.columns or {}).items()}
     given = assign(names, len(names), {s: column for s, column in named.items() if column in names}, table.source.name)
     loops = {tag: signals for tag, signals in given.loops.items() if is_loop(signals)}
-    laid: list[LongTable | None] = []
+    laid: list[LongTable] = []
     if not loops:
         if columns := long_columns(names, () if given.chosen else table.sample, table.decimal):
             laid = [_widened(table, columns, given, names, units, options)]
@@ -79,15 +79,12 @@ def laid_out(table: Table, options: Options) -> list[tuple[Table, Options]]:
             return stamps_of([time], {time: cells}, table, names, units, options)
 
         several = len(set(times.values())) > 1
-        empty = ("",) if several else MISSING_WORDS
-        laid = [apart(table, names, units, times, parse, empty)]
         asked = [tag for tag in loops if options.tag is None or tag.lower() == options.tag.lower()]
-        if several and laid[0] is not None and len(loops) > 1 and asked:
-            shared = given.loops.get("", {}).values()
-            columns = [sorted({*loops[tag].values(), *shared}) for tag in asked]
-            laid = [apart(table, names, units, {i: times[i] for i in own}, parse, empty) for own in columns]
+        shared = given.loops.get("", {}).values()
+        groups = [sorted({*loops[tag].values(), *shared}) for tag in asked] if several else []
+        laid = apart(table, names, units, times, groups or [list(times)], parse, ("",) if several else MISSING_WORDS)
     own = replace(options, columns={signal: i for signal, i in named.items() if signal.lower() != "time"})
-    return [(one, own) for one in laid if one is not None] or [(table, options)]
+    return [(one, own) for one in laid] or [(table, options)]
 
 
 def _name_of(column: str | int, names: list[str]) -> str | int:

@@ -212,9 +212,10 @@ def apart(
     names: Sequence[str],
     units: Sequence[str],
     times: Mapping[int, int],
+    groups: Sequence[Sequence[int]],
     parse: Callable[[int, list[str]], Stamps],
     empty: Sequence[str] = ("",),
-) -> LongTable | None:
+) -> list[LongTable]:
     """Lay out a table in which columns have time stamps of their own.
 
     Parameters
@@ -225,6 +226,8 @@ def apart(
         Those of its columns.
     times : mapping
         Column -> column of its time stamps.
+    groups : sequence of sequences of int
+        Columns that go into one table each.
     parse : callable
         From a column of time and its cells to `Stamps`.
     empty : sequence of str
@@ -232,24 +235,26 @@ def apart(
 
     Returns
     -------
-    LongTable or None
-        None where all time columns tell the same time, row by row, or none can be read.
+    list of LongTable
+        One for each group; none where all time columns tell the same time, row by row, or the first cannot be read.
     """
     taken = table.take(sorted({*times, *times.values()}), [])
     stamps = {column: untangled(parse(column, taken.text[column])) for column in sorted(set(times.values()))}
     first, *others = stamps.values()
     if not np.isfinite(first.seconds).any() or (others and all(_same_clock(first, other) for other in others)):
-        return None
-    columns_of = []
+        return []
+    stored = {}
     for column, time in times.items():
-        seconds = stamps[time].seconds
-        stored = [k for k, cell in enumerate(taken.text[column]) if cell.strip().upper() not in empty]
-        stored = [k for k in stored if np.isfinite(seconds[k])]
-        columns_of.append((seconds[stored], [taken.text[column][k] for k in stored]))
+        seconds, cells = stamps[time].seconds, taken.text[column]
+        rows = [k for k, cell in enumerate(cells) if cell.strip().upper() not in empty and np.isfinite(seconds[k])]
+        stored[column] = seconds[rows], [cells[k] for k in rows]
     guesses = list(dict.fromkeys(guess for one in stamps.values() for guess in one.guesses))
     jumps = max(one.clock_jumps for one in stamps.values())
     told = Stamps(first.seconds, first.kind, guesses, clock_jumps=jumps)
-    return _joined(table, [names[i] for i in times], columns_of, told, [units[i] for i in times])
+    return [
+        _joined(table, [names[i] for i in own], [stored[i] for i in own], told, [units[i] for i in own])
+        for own in groups
+    ]
 
 
 def _same_clock(one: Stamps, other: Stamps) -> bool:

@@ -18,6 +18,7 @@ __all__ = [
     "BRIDGE",
     "analysis_window",
     "at_limits",
+    "bridged",
     "clipped",
     "filled",
     "frozen",
@@ -87,7 +88,7 @@ def saturated(record: LoopRecord) -> NDArray[np.bool_]:
     """
     mask = clipped(record)
     flat = _flat(record)
-    for at in _span_ends(_bridged(record.op)):
+    for at in _span_ends(bridged(record.op)):
         mask |= _resting(record, at, flat)
     return mask
 
@@ -97,7 +98,7 @@ def clipped(record: LoopRecord) -> NDArray[np.bool_]:
 
     There the OP that was stored need not be the one the valve was sent; at 0 and 100 % it is.
     """
-    op = _bridged(record.op)
+    op = bridged(record.op)
     mask = np.zeros(len(op), dtype=bool)
     finite = op[np.isfinite(op)]
     if finite.size == 0 or np.unique(finite).size < LIVELY + 2:
@@ -276,10 +277,10 @@ def usable_part(record: LoopRecord) -> LoopRecord:
         return part
     sp, about_sp = held_set_point(record, first, last)
     signals = {name: getattr(part, name) for name in ("op", "pv", "mv", "valve_signal")}
-    held = {name: _bridged(x) for name, x in signals.items() if x is not None}
+    held = {name: bridged(x) for name, x in signals.items() if x is not None}
     count = int(missing(part).sum())
-    bridged = f"{count} missing samples were bridged by holding the last value." if count else ""
-    told = tuple(text for text in (bridged, about_sp) if text)
+    about_gaps = f"{count} missing samples were bridged by holding the last value." if count else ""
+    told = tuple(text for text in (about_gaps, about_sp) if text)
     if not told:
         return replace(part, **held, sp=sp)
     origin = replace(part.provenance, guesses=(*part.provenance.guesses, *told))
@@ -327,8 +328,14 @@ def held_set_point(
     return np.concatenate([np.repeat(sp[unknown], unknown), sp[unknown:]]), f"{which} is taken to be the first stored."
 
 
-def _bridged(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Hold the last value over up to `BRIDGE` missing samples: a rest is one rest though some of it was lost."""
+def bridged(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Hold the last value over up to `BRIDGE` missing samples: a rest is one rest though some of it was lost.
+
+    Examples
+    --------
+    >>> bridged(np.array([1.0, np.nan, 2.0, *6 * [np.nan]]))[:4]
+    array([ 1.,  1.,  2., nan])
+    """
     if np.isfinite(x).all():
         return x
     out = filled(x)
@@ -340,7 +347,7 @@ def _bridged(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _still(x: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Mark where a signal repeats its last value, shape (n_samples,)."""
-    return np.concatenate([[False], np.diff(_bridged(x)) == 0.0])
+    return np.concatenate([[False], np.diff(bridged(x)) == 0.0])
 
 
 def filled(x: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from stiction.diagnosis.oscillation import about_drift, control_error, filled, half_cycles, smooth
 from stiction.diagnosis.result import Evidence
-from stiction.records.stretches import BRIDGE, runs
+from stiction.records.stretches import bridged, runs
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -153,11 +153,7 @@ def with_position(record: LoopRecord) -> tuple[LoopRecord, list[str]]:
     """
     if record.mv is None:
         return record, []
-    there = np.isfinite(record.mv)
-    for first, last in runs(~there):
-        if first > 0 and last < there.size and last - first <= BRIDGE:
-            there[first:last] = True
-    first, last = max(runs(there), key=lambda run: run[1] - run[0], default=(0, 0))
+    first, last = max(runs(np.isfinite(bridged(record.mv))), key=lambda run: run[1] - run[0], default=(0, 0))
     n = len(record)
     few = f"the valve position is recorded for only {last - first} of {n} samples in a row, half are needed"
     return record.window(first, last), [few] if 2 * (last - first) < n else []
