@@ -117,10 +117,26 @@ def test_undecided_is_an_answer_and_an_order_to_test(run, folder):
 
 
 def test_an_older_text_is_not_taken_for_this_one(run, folder, healthy_csv):
-    (folder / "k.st").write_text("an older block")
+    older = "(*\nKnocker for the sticking valve of loop FIC-101.\nWritten 2026-01-31 by stiction 0.1.\n*)\n"
+    (folder / "k.st").write_text(older)
     done = run("compensate", "-", "--structured-text", "k.st", stdin=healthy_csv.encode())
     assert "k.st is an older one" in done.out
-    assert (folder / "k.st").read_text() == "an older block"
+    assert (folder / "k.st").read_text() == older
+
+
+@pytest.mark.parametrize("option", ["--structured-text", "--work-order", "--report"])
+def test_a_file_of_another_is_left_alone(option, run, folder, sticky_file):
+    (folder / "mine.txt").write_text("(* my own block, see # Work order: control valve of FIC-7 *)")
+    done = run("compensate", sticky_file, option, "mine.txt")
+    assert done.code == 3
+    assert f"mine.txt was not written by stiction and is left alone; name another file with {option}" in done.err
+    assert (folder / "mine.txt").read_text().startswith("(* my own block")
+
+
+def test_what_it_wrote_is_written_again(run, folder, sticky_file):
+    files = ["--structured-text", "k.st", "--work-order", "w.md", "--report", "r.html"]
+    for _ in range(2):
+        assert run("compensate", sticky_file, "--seeds", "1", *files).code == 1
 
 
 def test_several_loops_of_a_file(run, folder, sticky_csv, healthy_csv):
@@ -170,7 +186,7 @@ def test_a_loop_that_breaks_is_a_row(run, folder, sticky_file, monkeypatch):
         (["a.csv", "--jsn"], 2, "Did you mean --json"),
         (["a.csv", "--work-order", "a.csv"], 2, "would replace the record"),
         (["a.csv", "--work-order", "o", "--structured-text", "o"], 2, "would replace --structured-text"),
-        (["a.csv", "--report", "a.csv"], 3, "not written by stiction"),
+        (["a.csv", "--report", "a.csv"], 2, "--report a.csv would replace the record a.csv"),
         (["a.csv", "--structured-text", "none/k.st"], 3, "Cannot write"),
         (["none.csv"], 3, "no such file"),
         (["--valve", "ideal"], 2, "no S and J"),

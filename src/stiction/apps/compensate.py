@@ -176,19 +176,19 @@ def _targets(
     files: tuple[str, ...], report: str | None, structured_text: str | None, work_order: str | None
 ) -> dict[str, Path]:
     """The files to write, looked at before the work."""
-    from stiction.apps.files import check_report, check_target
+    from stiction.apps.files import check_report, check_target, check_text
 
     asked = {"--report": report, "--structured-text": structured_text, "--work-order": work_order}
     targets: dict[str, Path] = {}
     for option, name in asked.items():
         if name is None:
             continue
-        target = (check_report if option == "--report" else check_target)(name)
+        target = check_target(name)
         others = {Path(file).resolve(): f"the record {file}" for file in files}
         others |= {path.resolve(): other for other, path in targets.items()}
         if target.resolve() in others:
             raise ParameterError(f"{option} {name} would replace {others[target.resolve()]}; name another file.")
-        targets[option] = target
+        targets[option] = check_report(name) if option == "--report" else check_text(name, option)
     return targets
 
 

@@ -14,17 +14,22 @@ if TYPE_CHECKING:
     from stiction.records import LoopRecord
 
 __all__ = [
-    "check_csv",
     "check_folder",
     "check_report",
     "check_target",
+    "check_text",
     "csv_text",
     "plant_csv",
     "write_csv",
     "write_text",
 ]
 
-_SIGNALS = re.compile(rb"time_s(,(SP|PV|OP|MV|VALVE_SIGNAL))+\r?\n")
+_TEXTS = {
+    "--out": re.compile(rb"time_s(,(SP|PV|OP|MV|VALVE_SIGNAL))+\r?\n"),
+    "--structured-text": re.compile(rb"\(\*.*?Written \d{4}-\d\d-\d\d by stiction ", re.DOTALL),
+    "--work-order": re.compile(rb"# Work order: control valve of "),
+}
+"""How the files begin that these options write."""
 _MARK = b'<meta name="generator" content="stiction'
 
 
@@ -68,17 +73,17 @@ def check_report(path: str) -> Path:
     return target
 
 
-def check_csv(path: str) -> Path:
-    """Do as `check_target` does, and refuse to replace a file that does not begin as `csv_text` does.
+def check_text(path: str, option: str) -> Path:
+    """Do as `check_target` does, and refuse to replace a file that does not begin as those that the option writes.
 
     Raises
     ------
     RecordError
-        When the signals could not be written, or would replace something else.
+        When the text could not be written, or would replace something else.
     """
     target = check_target(path)
-    if target.is_file() and target.stat().st_size and not _SIGNALS.match(_head(target)):
-        raise RecordError(f"{target} was not written by stiction and is left alone; name another file with --out.")
+    if target.is_file() and target.stat().st_size and not _TEXTS[option].match(_head(target)):
+        raise RecordError(f"{target} was not written by stiction and is left alone; name another file with {option}.")
     return target
 
 

@@ -85,7 +85,7 @@ def simulate(
     as_json
         Print period and amplitudes as JSON, and the CSV only where --out says.
     """
-    from stiction.apps.files import check_csv, write_csv
+    from stiction.apps.files import check_text, write_csv
     from stiction.apps.loop_text import make_loop, settings_of
     from stiction.apps.output import note, print_json, say
     from stiction.apps.signal_text import levels
@@ -96,7 +96,7 @@ def simulate(
         "op_start": op_start, "noise": noise, "dt": dt, "duration": duration, "seed": seed, "tag": tag,
     }  # fmt: skip
     settings = settings_of(loop, typed, DEFAULTS)
-    target = None if out is None or out == "-" else check_csv(out)
+    target = None if out is None or out == "-" else check_text(out, "--out")
     made = make_loop(settings)
     from stiction.diagnosis.oscillation import find_oscillation
     from stiction.errors import require_positive

@@ -40,13 +40,13 @@ def stroke(
     as_json
         Print the signals as JSON.
     """
-    from stiction.apps.files import check_csv, check_report, write_csv
+    from stiction.apps.files import check_report, check_text, write_csv
     from stiction.apps.model_text import valve as make_valve
     from stiction.apps.output import print_json, say
     from stiction.apps.signal_text import op_signal
     from stiction.errors import require_positive
 
-    target = None if out is None or out == "-" else check_csv(out)
+    target = None if out is None or out == "-" else check_text(out, "--out")
     page = None if report is None else check_report(report)
     made = make_valve(valve)
     series, step = op_signal(op, require_positive("dt", dt, "s"))

@@ -63,11 +63,11 @@ def plan(
         Print the plan as JSON, and the CSV only where --out says.
     """
     from stiction import plan_ramp_test, plan_step_test
-    from stiction.apps.files import check_csv, write_csv
+    from stiction.apps.files import check_text, write_csv
     from stiction.apps.output import note, print_json, say
     from stiction.records import LoopRecord
 
-    target = None if out is None or out == "-" else check_csv(out)
+    target = None if out is None or out == "-" else check_text(out, "--out")
     if kind == "ramp":
         if low is None or high is None:
             raise ParameterError("a ramp test needs --low and --high, the range of the OP in % of span.")
