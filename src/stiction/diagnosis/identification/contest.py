@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Contest", "contest", "drift"]
 
-SEEN = {"S": 4.5, "J": 5.0}
+SEEN = {"S": 4.0, "J": 5.0}
 """Student's statistic, as of many cycles, up to which a valve stays in the interval, where the record shows the
 controller's own samples [-]."""
 UNSEEN = {"S": 2.5, "J": 6.5}

@@ -298,7 +298,7 @@ def _result(
         S_low=S_low,
         S_high=S_high,
         J_low=J_low,
-        J_high=J_high,
+        J_high=min(J_high, S_high),
         process=_process(speaks.process, signals),
         fit=100.0 * (1.0 - float(weight @ np.array([one.error for one in pieces]))),
         fit_linear=100.0 * (1.0 - float(weight @ np.array([one.linear.error[0, 0] for one in pieces]))),
