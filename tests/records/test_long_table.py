@@ -88,3 +88,18 @@ def test_several_loops_bad_values_and_any_order_of_columns(signals, read_text):
     assert np.isnan(level.pv[7])
     assert np.isnan(level.pv).sum() == 1
     assert level.provenance.bad_texts == {"BAD": 1}
+
+
+@pytest.mark.parametrize("by_tag", [True, False], ids=["tag after tag", "time after time"])
+def test_the_hour_that_comes_twice_is_there_twice(by_tag, read_text):
+    k = np.arange(300)
+    pv, op = np.round(np.sin(k / 9.0), 3), np.round(50.0 + np.cos(k / 9.0), 3)
+    wall = [datetime(2026, 10, 25) + timedelta(minutes=i - 60 * (i >= 180)) for i in range(300)]
+    rows = [(f"FIC-1.{name}", when, x[i]) for name, x in (("PV", pv), ("OP", op)) for i, when in enumerate(wall)]
+    if not by_tag:
+        rows = [row for pair in zip(rows[:300], rows[300:], strict=True) for row in pair]
+    [record] = read_text("\n".join(["Tag,Time,Value", *(f"{tag},{when},{value}" for tag, when, value in rows)]))
+    assert (record.dt, len(record), record.provenance.clock_jumps) == (60.0, 300, 1)
+    np.testing.assert_array_equal(record.op, op)
+    np.testing.assert_array_equal(record.pv, pv)
+    assert sum("summer time" in guess for guess in record.provenance.guesses) == 1

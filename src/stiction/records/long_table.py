@@ -203,8 +203,11 @@ def widened(
     if lost := len(stamps.seconds) - known.size:
         guesses.append(f"{lost} rows without a readable time stamp were left out.")
     mine = [np.flatnonzero(tags == name) for name in names]
-    columns_of = [(stamps.seconds[known][rows], list(values[rows])) for rows in mine]
-    return _joined(table, names, columns_of, Stamps(stamps.seconds, stamps.kind, guesses))
+    clocks = [untangled(Stamps(stamps.seconds[known][rows], stamps.kind)) for rows in mine]
+    columns_of = [(clock.seconds, list(values[rows])) for clock, rows in zip(clocks, mine, strict=True)]
+    guesses += dict.fromkeys(guess for clock in clocks for guess in clock.guesses)
+    jumps = max(clock.clock_jumps for clock in clocks)
+    return _joined(table, names, columns_of, Stamps(stamps.seconds, stamps.kind, guesses, clock_jumps=jumps))
 
 
 def apart(
