@@ -39,7 +39,7 @@ def test_a_good_record_passes_every_gate(good):
     assert quality.usable
     assert faults(good, PERIOD) == {}
     assert (quality.first, quality.last, quality.rows, quality.duration, quality.bad_percent) == (0, N, N, N, 0.0)
-    assert len(quality.gates) == 17
+    assert len(quality.gates) == 18
     assert all(g.why.endswith(".") for g in quality.gates)
     assert quality.summary().startswith("usable")
     assert json.loads(json.dumps(quality.to_dict(), allow_nan=False))["gates"][0]["name"] == "length"
@@ -49,6 +49,15 @@ def test_a_good_record_passes_every_gate(good):
 def test_cycles(good, period, severity):
     found = gate(good, "cycles", period)
     assert (found.severity, found.value) == (severity, N / period)
+
+
+@pytest.mark.parametrize(("ways", "severity"), [(2, "lowers"), (6, "lowers"), (7, "ok")])
+def test_turns_of_op_and_no_ripple_on_its_way(ways, severity):
+    way = np.linspace(0.0, 10.0, 200)
+    op = np.concatenate([way if k % 2 == 0 else way[::-1] for k in range(ways)])
+    ripple = 0.004 * np.sin(np.arange(op.size))
+    found = gate(LoopRecord("FIC-101", 1.0, op=50.0 + op + ripple, pv=op), "op turns")
+    assert (found.severity, found.value, found.limit) == (severity, ways - 1, 6)
 
 
 @pytest.mark.parametrize(("period", "severity"), [(12.0, "ok"), (6.0, "lowers"), (3.0, "refuses")])

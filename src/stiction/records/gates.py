@@ -32,6 +32,8 @@ MEMORY = 0.1
 """Likeness of a signal to its last value below which its movement is not resolved [-]."""
 BRIDGED = 40.0
 """Samples of the usable stretch that may be bridged [%]."""
+FEW_TURNS, TURN = 2 * LEAST_CYCLES, 0.01
+"""Times that OP turns round below which confidence is lowered, and what counts as turning, as a share of its swing."""
 
 ALTERNATING = -0.6
 """Likeness that a cycle of less than three samples leaves, cos(2 pi / 3) = -0.5 and a margin [-]."""
@@ -89,6 +91,18 @@ def op_moves(view: View) -> Gate:
     moved = swing(view.part.op if len(view.part) else view.record.op)
     why = f"OP moves by {moved:.3g}." if moved > 0 else "OP is constant: the loop is in manual or OP was not recorded."
     return Gate("op moves", "ok" if moved > 0 else "refuses", moved, 0.0, why)
+
+
+def op_turns(view: View) -> Gate | None:
+    """Count how often OP turns round: friction shows nowhere else."""
+    moved = swing(view.op)
+    if not moved > 0.0:
+        return None
+    moves = np.diff(np.round(view.op / (TURN * moved)))
+    ways = np.sign(moves[moves != 0.0])
+    count = int(np.sum(ways[1:] != ways[:-1]))
+    hint = ", where alone a valve shows its friction; record while it moves" if count < FEW_TURNS else ""
+    return at_least("op turns", count, FEW_TURNS, -np.inf, f"OP turns round {count} times{hint}.")
 
 
 def pv_moves(view: View) -> Gate:
@@ -197,7 +211,8 @@ def _share(mask: NDArray[np.bool_]) -> float:
 
 
 GATES = (
-    *(length, cycles, sampling, op_moves, pv_moves, saturation, manual, frozen_pv, missing_values, op_scale),
-    *(op_resolution, pv_resolution, compression, exception, held, averaging, replay, clock, outliers, resampled),
+    *(length, cycles, sampling, op_moves, op_turns, pv_moves, saturation, manual, frozen_pv, missing_values),
+    *(op_scale, op_resolution, pv_resolution, compression, exception, held, averaging, replay, clock),
+    *(outliers, resampled),
 )
 """All gates, in the order in which they are reported."""
