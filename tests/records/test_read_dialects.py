@@ -233,11 +233,19 @@ def test_a_gas_is_no_controller_output():
     assert signal_of("Stack CO %") is None
 
 
-@pytest.mark.parametrize("header", ["time_s,TIC-7.PV degC,TIC-7.OP mA", "time_s,TIC-7_PV_degC,TIC-7_OP_mA"])
-def test_a_unit_may_stand_behind_a_loop_and_its_signal(header, signals, table, read_text):
+@pytest.mark.parametrize(
+    ("header", "tag", "kind"),
+    [
+        ("time_s,TIC-7.PV degC,TIC-7.OP mA", "TIC-7", "temperature"),
+        ("time_s,TIC-7_PV_degC,TIC-7_OP_mA", "TIC-7", "temperature"),
+        ("time_s,Oven temperature PV degC,Oven temperature OP mA", "Oven temperature", "temperature"),
+        ("time_s,Oven PV degC,Oven OP mA", "Oven", "other"),
+    ],
+)
+def test_a_unit_may_stand_behind_a_loop_and_its_signal(header, tag, kind, signals, table, read_text):
     t, pv, op, _ = signals
     [record] = read_text(table(header, t, pv, 4 + 0.16 * op))
-    assert (record.tag, record.provenance.pv_unit) == ("TIC-7", "degC")
+    assert (record.tag, record.loop_type, record.provenance.pv_unit) == (tag, kind, "degC")
     np.testing.assert_allclose(record.op, op, rtol=1e-12)
 
 

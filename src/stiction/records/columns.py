@@ -39,8 +39,9 @@ _UNIT = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
 _MEASURED = "|".join(re.escape(word) for word in _BY_LENGTH if _WORD_TO_SIGNAL[word] in ("pv", "sp", "op", "mv"))
 _UNITS = "|".join(map(re.escape, UNIT_WORDS))
 _UNIT_BEHIND = re.compile(
-    rf"\s*[\"']?((?:.*[^./\\:|_\s-][./\\:|_-]+)?(?:{_MEASURED}))[_\s]+({_UNITS})[\"']?\s*", re.IGNORECASE
-)
+    rf"\s*[\"']?((?:.*[^./\\:|_\s-](?:[./\\:|_-]+|[./\\:|_\s-]+(?!CO\b)))?(?:{_MEASURED}))[_\s]+({_UNITS})[\"']?\s*",
+    re.IGNORECASE,
+)  # behind a space CO may be a gas: `Stack CO %`
 _DATE_FORM = re.compile(r"[dmyhsfapDMYHSFAPTZ:./ -]+")
 _BLOCK = re.compile(r"/P?ID\w*$|/PID_\w+$", re.IGNORECASE)
 
@@ -98,8 +99,8 @@ def signal_of(name: str) -> tuple[str, str] | None:
 
     Examples
     --------
-    >>> signal_of("FIC-101.PV"), signal_of("Set point [t/h]"), signal_of("FIC-1.OP_mA"), signal_of("FLOW")
-    (('FIC-101', 'PV'), ('', 'SET POINT'), ('FIC-1', 'OP'), None)
+    >>> signal_of("FIC-101.PV"), signal_of("Set point [t/h]"), signal_of("Tank level OP mA"), signal_of("FLOW")
+    (('FIC-101', 'PV'), ('', 'SET POINT'), ('Tank level', 'OP'), None)
     """
     word = _word(name)
     if word in _WORD_TO_SIGNAL:
