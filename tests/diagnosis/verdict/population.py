@@ -230,7 +230,7 @@ def table(rows) -> str:
     if errors.size:
         quantiles = np.quantile(errors, (0.5, 0.75, 0.9, 0.95), method="inverted_cdf")
         steps = ", ".join(f"{q} {e:.1f}" for q, e in zip((50, 75, 90, 95), quantiles, strict=True))
-        out += ["", f"error of S where J shows [%]: {steps}"]
+        out += ["", f"error of S where J shows [%]: {steps}", "", by_sampling(rows)]
     out += ["", *(f"{name}: {x:.3f}" if isinstance(x, float) else f"{name}: {x}" for name, x in found.items())][:-2]
     return "\n".join(out)
 
@@ -242,12 +242,28 @@ def by_position(rows) -> str:
         own = [r for r in rows if r.position == kind]
         out.append(f"{kind:14}{len(own):7}{sum(r.position_used for r in own):7}{sum(r.right for r in own):7}")
     used = [r for r in rows if r.sticky and r.position_used and not r.refused]
-    out += ["", f"{'sticky, used':14}{'loops':>7}{'found':>7}{'S 5 %':>7}{'S 10 %':>7}{'held':>7}"]
-    for name, of in (("own samples", True), ("slower", False)):
-        own = [r for r in used if r.own_samples is of]
-        counts = (r.right for r in own), (r.S_error <= 0.05 for r in own), (r.S_close for r in own)
-        held = sum(r.S_low <= r.S <= r.S_high for r in own)
-        out.append(f"{name:14}{len(own):7}" + "".join(f"{sum(count):7}" for count in counts) + f"{held:7}")
+    groups = {"own samples": True, "slower": False}
+    named = {name: [r for r in used if r.own_samples is own] for name, own in groups.items()}
+    return "\n".join([*out, "", sizes("sticky, used", named)])
+
+
+def by_sampling(rows) -> str:
+    """S where J shows, by whether the record shows the controller's own samples and whether a historian touched it."""
+    groups: dict[str, list[Judged]] = {"own samples": [], "own, touched": [], "slower": [], "refused": []}
+    for r in rows:
+        if r.sticky and r.visible:
+            own = "own, touched" if r.effects else "own samples"
+            groups["refused" if r.refused else own if r.own_samples else "slower"].append(r)
+    return sizes("J shows", groups)
+
+
+def sizes(title: str, groups: dict[str, list[Judged]]) -> str:
+    """How near S is in each group, and how often its interval holds the true one."""
+    out = [f"{title:14}{'loops':>7}{'found':>7}{'S 5 %':>7}{'S 10 %':>7}{'held':>7}"]
+    for name, own in groups.items():
+        held = (r.S_low <= r.S <= r.S_high for r in own)
+        counts = (r.right for r in own), (r.S_error <= 0.05 for r in own), (r.S_close for r in own), held
+        out.append(f"{name:14}{len(own):7}" + "".join(f"{sum(count):7}" for count in counts))
     return "\n".join(out)
 
 
