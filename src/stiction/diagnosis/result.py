@@ -169,13 +169,17 @@ class Stretch:
     J: float
     """Slip jump [% of span]."""
     fit: float
-    """Share of the PV's variation that the sticky valve explains in it [%]."""
+    """Share of the PV's variation that a sticky valve explains in it [%]: the record's, or the stretch's own where its
+    S is another."""
     fit_linear: float
     """The same for a good valve [%]."""
+    gain: float = float("nan")
+    """Twice the log likelihood by which a sticky valve foretells it better than a good one [-]; NaN where not asked."""
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
-        return {name: _number(getattr(self, name)) for name in ("first", "last", "S", "J", "fit", "fit_linear")}
+        numbers = {name: _number(getattr(self, name)) for name in ("S", "J", "fit", "fit_linear", "gain")}
+        return {"first": self.first, "last": self.last, **numbers}
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,6 +246,9 @@ class Identification:
     """Lag of the actuator, which holds the air behind OP [s]; 0 where none stands out."""
     stretches: tuple[Stretch, ...] = ()
     """What each stretch of the record says by itself, in order."""
+    S_bootstrap: tuple[float, float] = (float("nan"), float("nan"))
+    """Ends between which the likeliest S lies in 95 of 100 draws of the record's half cycles [% of span]: how far S hangs
+    on single cycles. The interval of S is wider, since no (S, J) valve is the true one."""
     drift: float = float("nan")
     """Change of S over the record [% of span per h]; NaN of fewer than four stretches in which the valve sticks."""
     drift_error: float = float("nan")
@@ -288,6 +295,7 @@ class Identification:
             "S_high": _number(self.S_high),
             "J_low": _number(self.J_low),
             "J_high": _number(self.J_high),
+            "S_bootstrap": [_number(end) for end in self.S_bootstrap],
             "lag": _number(self.lag),
             "model": self.model,
             "fit": _number(self.fit),

@@ -64,7 +64,8 @@ def nonlinearity(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         f"The control error is {'easier' if index > 1.0 else 'no easier'} to predict than linear signals of its "
         f"spectrum: N {index:.2f}, above 1 something in the loop is nonlinear, not only a valve."
     )
-    return judge("nonlinearity", index, 1.0, 0.5, why, against, source="thornhill2005")
+    # A low N clears no valve: what sticks may leave the error a sine.
+    return judge("nonlinearity", index, 1.0, -np.inf, why, against, source="thornhill2005")
 
 
 def nonlinearity_index(x: NDArray[np.float64], per_period: int) -> float:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.identification.contest import WIDE, Contest, contest, drift
+from stiction.diagnosis.identification.contest import STANDS_OUT, WIDE, Contest, contest, drift
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, interval, limit
 from stiction.diagnosis.identification.likeliest import most_likely
@@ -22,6 +22,8 @@ from stiction.errors import ParameterError, RecordError
 from stiction.records.outliers import without_outliers
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from stiction.diagnosis.identification.controller import ControllerFit
@@ -31,6 +33,8 @@ __all__ = ["Search", "identify", "search"]
 
 MODELS = ("kano", "stenman", "three_parameter")
 """Valve models that are identified."""
+ANOTHER = 0.1
+"""How far off the record's S that of a stretch is beyond which its own valve is simulated in it, as a share [-]."""
 
 
 def identify(
@@ -141,12 +145,18 @@ class Search:
         found = contest(fine, tried if seen else tried.without_lag(), seen=seen)
         clearest = found if seen or tried.best[4] == 0.0 else contest(fine, tried, seen=seen)
         whole = fine if fine.first == 0 else fine._replace(op=signals.op)
+
+        def behind(one: Piece, valve: NDArray[np.float64]) -> Piece:
+            return with_stem(one, _part(stem_of(whole, valve), one.signals), sign, self.record.integrating)
+
+        closely = _closely("kano", self.record, signals, self.pieces, fine, found, behind)
         stem = stem_of(whole, found.valve[0])
-        pieces = [with_stem(one, _part(stem, one.signals), sign, self.record.integrating) for one in self.pieces]
-        closely = _closely("kano", self.record, signals, pieces, fine, found, stem)
+        at = np.minimum(np.arange(len(self.record)), stem.size - 1)
         told = "" if seen else f"OP between the samples is not recorded: S is known to a factor of {WIDE:g} at best."
         return replace(
             closely,
+            mv=np.where(np.isfinite(closely.mv), closely.mv, stem[at]),
+            S_bootstrap=found.bootstrap(),
             beats_good=float(clearest.worse[-1]),
             gain=clearest.gain(),
             gain_in_part=clearest.gain(3),
@@ -228,15 +238,16 @@ def _closely(
     model: str,
     record: LoopRecord,
     signals: Signals,
-    pieces: list[Piece],
+    searched: list[Piece],
     prediction: Prediction,
     found: Contest,
-    stem: NDArray[np.float64],
+    behind: Callable[[Piece, NDArray[np.float64]], Piece],
 ) -> Identification:
-    """By likelihood; the process is that of the stretch it explains best."""
+    """By likelihood; the process is that of the stretch it explains best, `behind` the valve."""
     S, ratio = (float(x) for x in found.valve[0, :2])
+    pieces = [behind(one, found.valve[0]) for one in searched]
     stretches, hours, bands = [], [], []
-    for piece in pieces:
+    for one, piece in zip(searched, pieces, strict=True):
         first, last = piece.signals.first, piece.signals.first + piece.signals.target.size
         halves = (prediction.first + prediction.ends) * prediction.width
         ends = np.searchsorted(halves, (first * signals.thinned, last * signals.thinned))
@@ -246,8 +257,11 @@ def _closely(
         cycles = slice(int(ends[0]), max(int(ends[1]), int(ends[0]) + 1))
         own = found.best_in(cycles)
         size = float(own[0]) + found.beyond
-        stretches.append(_stretch(piece, len(record), size, float(own[0] * own[1]) / size))
-        if found.sticks_in(cycles):
+        gain = found.gain_in(cycles)
+        if gain > STANDS_OUT and abs(own[0] / S - 1.0) > ANOTHER:
+            piece = min(piece, behind(one, own), key=lambda piece: piece.error)
+        stretches.append(_stretch(piece, len(record), size, float(own[0] * own[1]) / size, gain))
+        if gain > STANDS_OUT:
             hours.append(0.5 * (first + last) * signals.dt / 3600.0)
             bands.append(size)
     speaks = min(pieces, key=lambda piece: piece.error)
@@ -262,15 +276,7 @@ def _closely(
         stretches,
     )
     slope, error = drift(hours, bands)
-    at = np.minimum(np.arange(len(record)), stem.size - 1)
-    mv = np.where(np.isfinite(result.mv), result.mv, stem[at])
-    return replace(
-        result,
-        mv=mv,
-        drift=slope,
-        drift_error=error,
-        lag=float(found.valve[0, 4]) * record.dt,
-    )
+    return replace(result, drift=slope, drift_error=error, lag=float(found.valve[0, 4]) * record.dt)
 
 
 def _result(
@@ -326,7 +332,7 @@ def _process(found: tuple[float, float, float, float], signals: Signals) -> Proc
     )
 
 
-def _stretch(piece: Piece, samples: int, S: float, ratio: float) -> Stretch:
+def _stretch(piece: Piece, samples: int, S: float, ratio: float, gain: float = math.nan) -> Stretch:
     """One stretch in the record's samples."""
     signals = piece.signals
     first, last = signals.first, signals.first + signals.target.size
@@ -337,6 +343,7 @@ def _stretch(piece: Piece, samples: int, S: float, ratio: float) -> Stretch:
         J=S * ratio,
         fit=100.0 * (1.0 - piece.error),
         fit_linear=100.0 * (1.0 - float(piece.linear.error[0, 0])),
+        gain=gain,
     )
 
 

@@ -5,7 +5,8 @@ The identification searches stretches of about eight periods by themselves; here
 
 - it `sticks` where the band found takes `BAND` of the OP's swing in it, as a cycle of the valve's own must have
   (OP_pp >= S), and the sticky valve explains the PV better than a good one;
-- it does not stick (`no_stiction`) where it fails either, and wherever a good valve explains most of a PV that
+- it does not stick (`no_stiction`) where it fails either (`undecided` where only the latter, but a sticky valve foretells
+  the PV better: S may have changed in its midst), and wherever a good valve explains most of a PV that
   answers an OP smaller than the record's S: a valve that sticks would have rested;
 - otherwise such a window is `undecided`: OP moves too little to free the valve, and nothing shows. So is one in which
   the band fits but explains less than half of the PV.
@@ -21,12 +22,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.identification.contest import STANDS_OUT
 from stiction.diagnosis.result import Window
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stiction.diagnosis.result import Identification, Verdict
+    from stiction.diagnosis.result import Identification, Stretch, Verdict
     from stiction.records.record import LoopRecord
 
 __all__ = ["Window", "said", "windows"]
@@ -80,17 +82,19 @@ def windows(part: LoopRecord, found: Identification, start: int = 0) -> tuple[Wi
     for piece, first, last in zip(pieces, starts, ends, strict=True):
         op = part.op[piece.first : piece.last]
         swing = float(np.ptp(op[np.isfinite(op)])) if np.isfinite(op).any() else 0.0
-        verdict = _verdict(piece.S, swing, usual, piece.fit, piece.fit_linear)
+        verdict = _verdict(piece, swing, usual)
         judged.append(Window(start + first, start + last, verdict, piece.S, piece.J, piece.fit, piece.fit_linear))
     return tuple(judged)
 
 
-def _verdict(S: float, swing: float, usual: float, fit: float, fit_linear: float) -> Verdict:
+def _verdict(piece: Stretch, swing: float, usual: float) -> Verdict:
     if swing < STILL * usual:
-        return "no_stiction" if fit_linear > HALF else "undecided"
-    if swing * BAND > S or fit <= fit_linear:
+        return "no_stiction" if piece.fit_linear > HALF else "undecided"
+    if swing * BAND > piece.S:
         return "no_stiction"
-    return "stiction" if fit > HALF else "undecided"
+    if piece.fit <= piece.fit_linear:
+        return "undecided" if piece.gain > STANDS_OUT else "no_stiction"
+    return "stiction" if piece.fit > HALF else "undecided"
 
 
 def said(found: Sequence[Window], dt: float) -> str:
