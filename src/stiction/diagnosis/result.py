@@ -247,8 +247,8 @@ class Identification:
     stretches: tuple[Stretch, ...] = ()
     """What each stretch of the record says by itself, in order."""
     S_bootstrap: tuple[float, float] = (float("nan"), float("nan"))
-    """Ends between which the likeliest S lies in 95 of 100 draws of the record's half cycles [% of span]: how far S hangs
-    on single cycles. The interval of S is wider, since no (S, J) valve is the true one."""
+    """Ends between which the likeliest S lies in 95 of 100 draws of the record's half cycles [% of span]: how far S
+    hangs on single cycles. The interval of S is wider, since no (S, J) valve is the true one."""
     drift: float = float("nan")
     """Change of S over the record [% of span per h]; NaN of fewer than four stretches in which the valve sticks."""
     drift_error: float = float("nan")

@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import csv
 import warnings
+from datetime import date
 from functools import partial
 from pathlib import Path
 
@@ -230,8 +231,9 @@ def tell(p, sticky, group, files):
         print(f"  {name}: {'stiction' if truth else 'no_stiction'}, probability {chance:.2f}")
 
 
-def write(name, rows):
+def write(name, rows, loops):
     with (HERE / f"{name}.csv").open("w", newline="") as file:
+        file.write(f"# Found by tests/diagnosis/verdict/calibrate.py on {date.today()} from {loops}.\n")
         out = csv.writer(file, lineterminator="\n")
         out.writerow(COLUMNS)
         out.writerows(rows)
@@ -283,10 +285,15 @@ def main() -> None:
     print("the second table alone, on the real loops:")
     tell(alone[whole], sticky[whole], group[whole], files[whole])
     if given.write:
-        write("sticks", lines.rows("stiction", committee.fit(first), committee.features))
-        write("jumps", lines.rows("jump", b, JUMPS))
-        write("plant", plant.rows())
-        write("causes", (line for k, cause in enumerate(CAUSES) for line in lines.rows(cause, W[:, k], every)))
+        drawn = "" if given.rows else f", seed {given.seed}"
+        simulated = f"{len(X)} loops of simulation.population{drawn}"
+        plants = f"{simulated}; {len(P)} of plant_population{drawn}"
+        recorded = f"{simulated}; {whole.sum()} records of {np.unique(group).size} recorded loops"
+        causes = (line for k, cause in enumerate(CAUSES) for line in lines.rows(cause, W[:, k], every))
+        write("sticks", lines.rows("stiction", committee.fit(first), committee.features), recorded)
+        write("jumps", lines.rows("jump", b, JUMPS), simulated)
+        write("plant", plant.rows(), plants)
+        write("causes", causes, simulated)
 
 
 if __name__ == "__main__":

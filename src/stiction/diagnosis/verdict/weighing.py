@@ -2,6 +2,7 @@
 
 A feature x, held between `low` and `high`, adds slope (x - usual) + bend (max(x - knot, 0) - max(usual - knot, 0)): a
 straight line with one bend, nothing where the feature has its usual value, the mean over the records it was found on.
+The first line of each file says which these were, and when.
 """
 
 from __future__ import annotations
@@ -88,7 +89,7 @@ def weighing(name: str) -> Weighing:
     (('stiction',), True)
     """
     text = files("stiction.diagnosis.verdict").joinpath(f"{name}.csv").read_text(encoding="utf-8")
-    rows = list(csv.DictReader(text.splitlines()))
+    rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
     outcomes = tuple(dict.fromkeys(row["outcome"] for row in rows))
     features = tuple(dict.fromkeys(row["feature"] for row in rows if row["feature"] != CONSTANT))
     told = {(row["feature"], row["outcome"]): row for row in rows}
