@@ -8,8 +8,9 @@ from datetime import datetime
 import numpy as np
 
 import stiction as st
+from stiction.diagnosis.identified import ErrorSurface, Identification, ProcessFit
 from stiction.diagnosis.oscillation import find_oscillation
-from stiction.diagnosis.result import Diagnosis, ErrorSurface, Evidence, Identification, ProcessFit
+from stiction.diagnosis.result import Diagnosis, Evidence
 from stiction.records.quality import assess
 from stiction.records.record import Provenance
 

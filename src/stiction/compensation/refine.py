@@ -25,7 +25,7 @@ from stiction.simulation import stroke
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.diagnosis.result import Identification
+    from stiction.diagnosis.identified import Identification
     from stiction.models import TransferFunction
     from stiction.records.record import LoopRecord
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.result import Identification
+    from stiction.diagnosis.identified import Identification
 
 __all__ = ["Suspect", "suspects"]
 

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.compensation.refine import Refined
-    from stiction.diagnosis.result import Diagnosis, Identification
+    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.result import Diagnosis
     from stiction.models import PID
     from stiction.records.record import LoopRecord
 

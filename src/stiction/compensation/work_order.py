@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.compensation.result import CompensationTrial
-    from stiction.diagnosis.result import Diagnosis, Identification
+    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.result import Diagnosis
     from stiction.diagnosis.valvetests.plan import TestPlan
 
 __all__ = ["WorkOrder", "work_order"]

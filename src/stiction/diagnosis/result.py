@@ -1,4 +1,4 @@
-"""What a diagnosis says: the oscillation, the evidence, the identified valve and process, the verdict."""
+"""What a diagnosis says: the oscillation, the evidence, the windows, the verdict; what was identified: `identified`."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from stiction.diagnosis.identified import plain
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stiction.diagnosis.identification.controller import ControllerFit
+    from stiction.diagnosis.identified import Identification
     from stiction.records import LoopRecord, Quality
 
 __all__ = [
     "Counted",
     "Diagnosis",
-    "ErrorSurface",
     "Evidence",
     "FurtherOscillation",
-    "Identification",
     "Oscillation",
-    "ProcessFit",
-    "Stretch",
     "Verdict",
     "Window",
 ]
@@ -43,9 +43,9 @@ class FurtherOscillation:
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
         return {
-            "period_s": _number(self.period),
-            "regularity": _number(self.regularity),
-            "share": _number(self.share),
+            "period_s": plain(self.period),
+            "regularity": plain(self.regularity),
+            "share": plain(self.share),
         }
 
 
@@ -83,13 +83,13 @@ class Oscillation:
         """JSON-ready form."""
         return {
             "oscillating": self.oscillating,
-            "period_s": _number(self.period),
-            "regularity": _number(self.regularity),
-            "amplitude_pv": _number(self.amplitude_pv),
-            "amplitude_op": _number(self.amplitude_op),
-            "cycles": _number(self.cycles),
+            "period_s": plain(self.period),
+            "regularity": plain(self.regularity),
+            "amplitude_pv": plain(self.amplitude_pv),
+            "amplitude_op": plain(self.amplitude_op),
+            "cycles": plain(self.cycles),
             "load_events": self.load_events,
-            "share": _number(self.share),
+            "share": plain(self.share),
             "others": [other.to_dict() for other in self.others],
         }
 
@@ -117,69 +117,13 @@ class Evidence:
         """JSON-ready form."""
         return {
             "method": self.method,
-            "index": _number(self.index),
-            "threshold": _number(self.threshold),
+            "index": plain(self.index),
+            "threshold": plain(self.threshold),
             "vote": self.vote,
             "valid": self.valid,
             "why": self.why,
             "source": self.source,
         }
-
-
-@dataclass(frozen=True, slots=True)
-class ProcessFit:
-    """The linear process found together with the valve."""
-
-    gain: float
-    """Steady gain [PV units per % of span]; for an integrating process [PV units per % per second]."""
-    time_constant: float
-    """Time constant [s]."""
-    dead_time: float
-    """Dead time [s]."""
-    integrating: bool
-    """True when the process integrates."""
-    lag: float = 0.0
-    """The smaller of two lags in series, part of `time_constant` [s]; 0 where one was enough."""
-
-
-@dataclass(frozen=True, slots=True)
-class ErrorSurface:
-    """Simulation error of the best process for each (S, J): the floor on which the search ran."""
-
-    S: NDArray[np.float64]
-    """Values of S tried [% of span], shape (n_S,)."""
-    J: NDArray[np.float64]
-    """Ratios J / S tried [-], shape (n_J,)."""
-    error: NDArray[np.float64]
-    """Sum of squared simulation error over that of the PV about its drift [-], shape (n_S, n_J)."""
-    limit: float
-    """Error below which (S, J) lies in the 95 % region [-]."""
-
-
-@dataclass(frozen=True, slots=True)
-class Stretch:
-    """What one stretch of the record says by itself: drift of S, and stiction that comes and goes."""
-
-    first: int
-    """First sample of the stretch in the record as analysed."""
-    last: int
-    """One past its last sample."""
-    S: float
-    """Deadband plus stickband [% of span]."""
-    J: float
-    """Slip jump [% of span]."""
-    fit: float
-    """Share of the PV's variation that a sticky valve explains in it [%]: the record's, or the stretch's own where its
-    S is another."""
-    fit_linear: float
-    """The same for a good valve [%]."""
-    gain: float = float("nan")
-    """Twice the log likelihood by which a sticky valve foretells it better than a good one [-]; NaN where not asked."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        numbers = {name: _number(getattr(self, name)) for name in ("S", "J", "fit", "fit_linear", "gain")}
-        return {"first": self.first, "last": self.last, **numbers}
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,123 +147,8 @@ class Window:
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
-        numbers = {name: _number(getattr(self, name)) for name in ("S", "J", "fit", "fit_linear")}
+        numbers = {name: plain(getattr(self, name)) for name in ("S", "J", "fit", "fit_linear")}
         return {"first": self.first, "last": self.last, "verdict": self.verdict, **numbers}
-
-
-@dataclass(frozen=True, slots=True)
-class Identification:
-    """Stiction and process found together from OP and PV."""
-
-    model: str
-    """Valve model fitted."""
-    S: float
-    """Deadband plus stickband [% of span]."""
-    J: float
-    """Slip jump [% of span]."""
-    S_low: float
-    """Lower end of the 95 % interval of S [% of span]."""
-    S_high: float
-    """Upper end of the 95 % interval of S [% of span]."""
-    J_low: float
-    """Lower end of the 95 % interval of J [% of span]."""
-    J_high: float
-    """Upper end of the 95 % interval of J [% of span]."""
-    process: ProcessFit
-    """The process found with the sticky valve."""
-    fit: float
-    """Share of the PV's variation that the sticky valve and process explain in simulation [%]."""
-    fit_linear: float
-    """The same for the best linear process with a good valve [%]."""
-    surface: ErrorSurface = field(repr=False, compare=False)
-    """The whole error surface."""
-    mv: NDArray[np.float64] = field(repr=False, compare=False)
-    """Estimated valve position [% of span], shape (n_samples,) of the stretch analysed."""
-    pv: NDArray[np.float64] = field(repr=False, compare=False)
-    """PV simulated from the OP with the fitted valve and process [engineering units], same shape; NaN where it was not
-    compared: of an oscillation half a period at both ends, and what lies between stretches that do not meet."""
-    reason: str = ""
-    """What limits the estimate, in a sentence; empty when nothing does."""
-    linear: ProcessFit | None = None
-    """The process found with a good valve."""
-    lag: float = 0.0
-    """Lag of the actuator, which holds the air behind OP [s]; 0 where none stands out."""
-    stretches: tuple[Stretch, ...] = ()
-    """What each stretch of the record says by itself, in order."""
-    S_bootstrap: tuple[float, float] = (float("nan"), float("nan"))
-    """Ends between which the likeliest S lies in 95 of 100 draws of the record's half cycles [% of span]: how far S
-    hangs on single cycles. The interval of S is wider, since no (S, J) valve is the true one."""
-    drift: float = float("nan")
-    """Change of S over the record [% of span per h]; NaN of fewer than four stretches in which the valve sticks."""
-    drift_error: float = float("nan")
-    """Standard error of the drift [% of span per h]."""
-    beats_good: float = float("nan")
-    """Vuong's statistic by which the sticky valve foretells the PV better than a good one, cycle by cycle [-]; NaN
-    where only the dense search was made."""
-    gain: float = float("nan")
-    """Twice the log likelihood by which it does [-]."""
-    gain_in_part: float = float("nan")
-    """The same in the third of the record where it is largest [-]."""
-    jump_gain: float = float("nan")
-    """Twice the log likelihood by which it beats a valve that hardly jumps [-]."""
-    own_samples: bool = False
-    """Whether the record shows the controller's own samples, so that nothing trips the valve unseen."""
-    rough: Identification | None = field(default=None, repr=False, compare=False)
-    """What the dense search by simulation error found by itself; None where this is it."""
-    parameters: dict[str, float] = field(default_factory=dict)
-    """The model's own parameters where they are not S and J: d, or sb and sj [% of span] and r [% of span / s]."""
-    parameter_intervals: dict[str, tuple[float, float]] = field(default_factory=dict)
-    """Their 95 % intervals [as above]; r may reach infinity: then a stem that never follows explains the record too."""
-
-    def summary(self) -> str:
-        """The finding in a line."""
-        own = ", ".join(
-            f"{name} = {value:.3g} (95 % {low:.3g} to {high:.3g})"
-            for (name, value), (low, high) in zip(
-                self.parameters.items(), self.parameter_intervals.values(), strict=True
-            )
-        )
-        return (own + "; " if own else "") + (
-            f"S = {self.S:.2f} % (95 % {self.S_low:.2f} to {self.S_high:.2f}), "
-            f"J = {self.J:.2f} % (95 % {self.J_low:.2f} to {self.J_high:.2f})"
-            f"{f', behind a lag of {self.lag:.3g} s' if self.lag > 0.0 else ''}; "
-            f"simulation explains {self.fit:.0f} % of the PV, a good valve {self.fit_linear:.0f} %."
-        )
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return {
-            "S": _number(self.S),
-            "J": _number(self.J),
-            "S_low": _number(self.S_low),
-            "S_high": _number(self.S_high),
-            "J_low": _number(self.J_low),
-            "J_high": _number(self.J_high),
-            "S_bootstrap": [_number(end) for end in self.S_bootstrap],
-            "lag": _number(self.lag),
-            "model": self.model,
-            "fit": _number(self.fit),
-            "fit_linear": _number(self.fit_linear),
-            "process": {
-                "gain": _number(self.process.gain),
-                "time_constant": _number(self.process.time_constant),
-                "dead_time": _number(self.process.dead_time),
-                "integrating": self.process.integrating,
-                "lag": _number(self.process.lag),
-            },
-            "stretches": [stretch.to_dict() for stretch in self.stretches],
-            "drift_per_h": _number(self.drift),
-            "drift_error_per_h": _number(self.drift_error),
-            "beats_good": _number(self.beats_good),
-            "gain": _number(self.gain),
-            "gain_in_part": _number(self.gain_in_part),
-            "jump_gain": _number(self.jump_gain),
-            "own_samples": self.own_samples,
-            "parameters": {name: _number(value) for name, value in self.parameters.items()},
-            "parameter_intervals": {
-                name: [_number(end) for end in ends] for name, ends in self.parameter_intervals.items()
-            },
-        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -337,7 +166,7 @@ class Counted:
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
-        return {"feature": self.feature, **{k: _number(getattr(self, k)) for k in ("value", "usual", "log_odds")}}
+        return {"feature": self.feature, **{k: plain(getattr(self, k)) for k in ("value", "usual", "log_odds")}}
 
 
 @dataclass(frozen=True, slots=True)
@@ -372,6 +201,8 @@ class Diagnosis:
     """Probability of each cause [-]; empty where the record could not be judged."""
     counted: tuple[Counted, ...] = ()
     """What each feature did to the probability of stiction before any doubt about the data, the strongest first."""
+    controller: ControllerFit | None = None
+    """The controller found from OP and error; None when the record did not allow a search."""
 
     def summary(self) -> str:
         """The verdict in a sentence or two."""
@@ -390,13 +221,10 @@ class Diagnosis:
             "reason": self.reason,
             "action": self.action,
             "stiction": found.to_dict() if found is not None else None,
+            "controller": self.controller.to_dict() if self.controller is not None else None,
             "oscillation": self.oscillation.to_dict(),
             "evidence": [row.to_dict() for row in self.evidence],
             "quality": self.quality.to_dict(),
             "windows": [window.to_dict() for window in self.windows],
             "counted": [one.to_dict() for one in self.counted],
         }
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 from stiction.report import words
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.result import Diagnosis, Identification
+    from stiction.diagnosis.identification.controller import ControllerFit
+    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.result import Diagnosis
 
 __all__ = ["FEATURES", "Step", "Tabled", "causes_step", "counted_step", "story"]
 
@@ -116,6 +118,8 @@ def story(diagnosis: Diagnosis) -> list[Step]:
         Step("What are the data worth?", diagnosis.quality.summary().splitlines()),
         Step("Does the loop oscillate?", _rhythm(diagnosis)),
     ]
+    if diagnosis.controller is not None:
+        steps.append(Step("Which controller moves OP?", [controlled(diagnosis.controller)]))
     if found is not None:
         steps.append(Step("Which valve and process explain the PV?", _explained(found)))
     stem = [row.why for row in diagnosis.evidence if row.method == "stem"]
@@ -144,6 +148,25 @@ def _rhythm(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
+def controlled(found: ControllerFit) -> str:
+    """The controller found, its settings with standard errors, and what it explains, in a sentence."""
+    if found.form == "unknown":
+        return f"No form of controller explains it. {found.why}"
+    settings = [f"Kc {_with_error(found.Kc, found.Kc_error)} % per PV unit"] if found.Kc else []
+    if 0.0 < found.Ti < math.inf:
+        settings.append(f"Ti {_with_error(found.Ti, found.Ti_error)} s")
+    if not found.Kc:
+        settings.append(f"Ki {words.digits(found.Ki)} % per PV unit and s")
+    if found.Td:
+        settings.append(f"Td {words.digits(found.Td)} s")
+    samples = "; the record shows its own samples" if found.exact else ""
+    return f"{found.form} with {', '.join(settings)}: explains {100.0 * found.fit:.0f} % of OP{samples}."
+
+
+def _with_error(value: float, error: float) -> str:
+    return words.digits(value) + (f" \u00b1 {words.digits(error, significant=1)}" if error > 1e-6 * abs(value) else "")
+
+
 def _explained(found: Identification) -> list[str]:
     process = found.process
     if process.integrating:
@@ -152,6 +175,9 @@ def _explained(found: Identification) -> list[str]:
         lags = words.span(process.time_constant)
         kind = f"gain {words.digits(process.gain)} PV units per %, time constant {lags}"
     lines = [found.summary(), f"Process: {kind}, dead time {words.span(process.dead_time)}."]
+    if math.isfinite(found.S_bootstrap[0]):
+        low, high = (words.digits(end) for end in found.S_bootstrap)
+        lines.append(f"In 95 of 100 draws of the record's half cycles the likeliest S lies between {low} and {high} %.")
     if math.isfinite(found.drift):
         lines.append(f"S changes by {found.drift:.2g} % per hour (standard error {found.drift_error:.2g}).")
     return [*lines, found.reason] if found.reason else lines

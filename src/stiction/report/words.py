@@ -8,7 +8,8 @@ from html import escape
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.result import Diagnosis, Identification
+    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.result import Diagnosis
     from stiction.report.blocks import Mark
 
 __all__ = [

@@ -28,16 +28,17 @@ from .twin import (
 
 
 def run(op, target, half, S, J, first, second, delays, begin, sign):
-    """The kernel with its work space: error, gain, best."""
+    """The kernel with its work space: error, gain, best, by_delay."""
     n, m = op.size, len(S)
     error, gain, best = np.empty(m), np.empty(m), np.empty((m, 3))
     delays = np.asarray(delays, np.int64)
+    by_delay = np.empty((m, delays.size))
     page.search(
         op, 1, target, half, np.asarray(S, float), np.asarray(J, float), np.asarray(first, float),
-        np.asarray(second, float), delays, begin, float(sign), error, gain, best,
+        np.asarray(second, float), delays, begin, float(sign), error, gain, best, by_delay,
         page.work_space(n, half, len(first), delays, begin, m),
     )  # fmt: skip
-    return error, gain, best
+    return error, gain, best, by_delay
 
 
 @settings(max_examples=40)
@@ -100,10 +101,14 @@ def test_every_whole_dead_time_against_the_twin(case, sign):
         true = response(op, S[0], J[0], first[0], second[0], half)
         target = noisy(true, delays[-1] + 1, half, rng, -1.0 if seed % 2 else 1.0)
         begin = half + delays[-1] + 2
-        error, gain, best = run(op, target, half, S, J, first, second, delays, begin, sign)
+        error, gain, best, by_delay = run(op, target, half, S, J, first, second, delays, begin, sign)
+        energy = float(np.sum(target[begin : N - half] ** 2))
         for i in range(3):
-            fits = candidates(op, target, half, S[i], J[i], first, second, delays, begin, sign)
+            fits = list(candidates(op, target, half, S[i], J[i], first, second, delays, begin, sign))
             assert_best(error[i], gain[i], best[i], fits, target[begin : N - half])
+            whole = [fit for fit in fits if len(fit.weights) == 1]
+            left = [min((fit.left for fit in whole if fit.delay == d), default=energy) for d in delays]
+            np.testing.assert_allclose(by_delay[i], left, rtol=1e-9)
 
 
 @settings(max_examples=30)
@@ -123,7 +128,7 @@ def test_a_dead_time_between_samples_is_found_exactly(S, ratio, delay, part, gai
     y = response(op, S, ratio * S, first[1], second[1], half)
     begin, end = half + 8, N - half
     target = between(y, delay, part, gain, begin, end)
-    error, found, best = run(op, target, half, [S], [ratio * S], first, second, delays, begin, 1.0)
+    error, found, best, _ = run(op, target, half, [S], [ratio * S], first, second, delays, begin, 1.0)
     power = float(np.sum(target**2))
     if power < 1e-3 * gain**2 * S**2:
         return  # the stem hardly moved
@@ -145,7 +150,7 @@ def test_what_is_reported_is_what_a_least_squares_fit_of_it_leaves(seed, sign):
     target = about_local_mean(2.0 * response(op, 2.0, 1.0, 0.8, 0.5, half) + rng.normal(0.0, 0.5, N), half)
     begin, end = half + 7, N - half
     S, J = [1.0, 2.0, 3.0], [0.5, 1.0, 0.0]
-    error, gain, best = run(op, target, half, S, J, first, second, delays, begin, sign)
+    error, gain, best, _ = run(op, target, half, S, J, first, second, delays, begin, sign)
     for i in range(3):
         fits = list(candidates(op, target, half, S[i], J[i], first, second, delays, begin, sign))
         whole = min(fit.left for fit in fits if len(fit.weights) == 1)
@@ -163,7 +168,7 @@ def test_what_is_reported_is_what_a_least_squares_fit_of_it_leaves(seed, sign):
 def test_a_stem_that_never_moves_explains_nothing():
     op = 50.0 + np.sin(np.arange(N) / 5.0)
     target = about_local_mean(np.sin(np.arange(N) / 5.0), 10)
-    error, gain, best = run(op, target, 10, [30.0], [3.0], [0.5, 1.0], [0.0, 0.0], [-1, 0, 1], 13, 0.0)
+    error, gain, best, _ = run(op, target, 10, [30.0], [3.0], [0.5, 1.0], [0.0, 0.0], [-1, 0, 1], 13, 0.0)
     assert error[0] == pytest.approx(np.sum(target[13 : N - 10] ** 2))
     assert gain[0] == 0.0
     assert best[0, 0] == -1.0

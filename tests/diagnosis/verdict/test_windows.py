@@ -7,12 +7,13 @@ from dataclasses import replace
 from functools import cache
 from itertools import islice, pairwise
 
+import numpy as np
 import pytest
 
 import stiction as st
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Window
-from stiction.diagnosis.verdict.windows import said, windows
+from stiction.diagnosis.verdict.windows import changes, said, windows
 from stiction.report.figures import windows as strip
 from stiction.report.view import View
 from stiction.simulation.population import population
@@ -114,3 +115,40 @@ def test_windows_reach_json_and_the_page():
     assert [trace["name"] for trace in figure.plot["data"]] == ["sticks", "follows", "cannot tell"]
     assert figure.plot["data"][0]["x"] == pytest.approx([5.0 / 60.0, 35.0 / 60.0])  # minutes
     assert "sticks in 2 of 4 windows" in figure.caption
+
+
+@cache
+def tightened(S):
+    """A valve of S = 5 %, and from the middle on another one of S [% of span]."""
+    runs = [
+        st.simulate(
+            st.Loop(st.PID(0.4, 5.0), st.Kano(size, 0.6 * size), st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=0.1),
+            70.0, 2000.0, 6.0, seed=seed, pv_start=70.0, op_start=50.0, loop_type="flow",
+        )
+        for seed, size in ((1, 5.0), (2, S))
+    ]  # fmt: skip
+    joined = {name: np.concatenate([getattr(run, name) for run in runs]) for name in ("op", "pv", "sp")}
+    return st.diagnose(replace(runs[0], mv=None, auto=None, valve_signal=None, **joined))
+
+
+@pytest.mark.parametrize("S", [5.0, 4.0, 3.0])
+def test_a_valve_that_sticks_by_another_S_sticks_in_its_windows(S):
+    rows = [w for w in tightened(S).windows if w.last <= 2000 or w.first >= 2000]
+    assert {w.verdict for w in rows} == {"stiction"}
+    for window in rows:
+        assert (S if window.first >= 2000 else 5.0) == pytest.approx(window.S, rel=0.08)
+        assert window.fit > window.fit_linear
+    assert all(w.verdict != "no_stiction" for w in tightened(S).windows)
+
+
+def test_a_drift_of_S_is_told_where_it_is_plain():
+    assert "S falls by" in tightened(3.0).reason
+    assert "over the record" not in tightened(5.0).reason
+    found = tightened(5.0).identification
+    hour = {"duration": 3600.0}
+    assert changes(replace(found, S=5.0, drift=-1.0, drift_error=0.3), **hour) == (
+        "S falls by 1 % over the record (-1 % per hour)."
+    )
+    assert changes(replace(found, S=5.0, drift=1.0, drift_error=0.4), **hour) == ""
+    assert changes(replace(found, S=11.0, drift=1.0, drift_error=0.1), **hour) == ""
+    assert changes(replace(found, S=5.0, drift=float("nan"), drift_error=0.1), **hour) == ""

@@ -69,7 +69,7 @@ def best_behind(
     rounding = n * (ROUNDING * np.abs(stem).max()) ** 2
     _best_behind(
         (stem - stem.mean())[:, np.newaxis], target, half, decays, pairs, delays, begin, sign, rounding,
-        error, gain, best, marks, opens, closes, about, answer, late, np.empty((5, lanes)),
+        error, gain, best, np.empty((1, delays.size)), marks, opens, closes, about, answer, late, np.empty((5, lanes)),
         np.empty((lanes, delays.size)), np.empty((marks.size, 2, lanes)),
     )  # fmt: skip
     return float(error[0]), float(gain[0]), best[0]
@@ -77,10 +77,12 @@ def best_behind(
 
 @kernel
 def _best_behind(
-    stem, target, half, decays, pairs, delays, begin, sign, rounding, error, gain, best,
+    stem, target, half, decays, pairs, delays, begin, sign, rounding, error, gain, best, by_delay,
     marks, opens, closes, about, answer, late, lane, cross, square,
 ):  # fmt: skip
-    """Fill `error`, `gain` (1,) and `best` (1, 3) as `search` does for a valve; `pairs` of the lanes hold lags.
+    """Fill `error`, `gain` (1,), `best` (1, 3) and `by_delay` (1, n_delays) as `search` does for a valve.
+
+    `pairs` of the lanes hold lags.
 
     The last six are work space, `about` (n_samples, 1) the stem about its local mean, `answer` (n_samples, n_lanes)
     what the lags make of it, and `late` (n_samples, n_delays) the target as an answer meets it before its dead time.
@@ -101,8 +103,11 @@ def _best_behind(
     _squares(answer, half, marks, lane[2], lane[3], lane[4], square)
     error[0], gain[0] = energy, 0.0
     best[0, 0], best[0, 1], best[0, 2] = -1.0, 0.0, 0.0
+    by_delay[:] = energy
     for q in range(pairs):
-        best_dead_time(q, 0, q, delays, sign, energy, rounding, error, gain, best, cross[q], square, opens, closes)
+        best_dead_time(
+            q, 0, q, delays, sign, energy, rounding, error, gain, best, by_delay, cross[q], square, opens, closes
+        )  # fmt: skip
 
 
 @kernel

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from stiction.diagnosis.identification.controller_forms import (
     positions,
 )
 from stiction.diagnosis.identification.signals import hold_gaps
+from stiction.diagnosis.identified import plain
 from stiction.errors import RecordError
 
 if TYPE_CHECKING:
@@ -62,6 +63,10 @@ class ControllerFit(NamedTuple):
     """Which comparison was made, what was left out, and why no form is named where none is."""
     left: float = math.nan
     """Share of the OP's moves that no form of controller explains [-]."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {name: plain(value) if isinstance(value, float) else value for name, value in self._asdict().items()}
 
 
 def fit_controller(record: LoopRecord) -> ControllerFit:

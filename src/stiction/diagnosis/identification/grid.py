@@ -49,6 +49,8 @@ class Surface(NamedTuple):
     """Index of its lag pair, whole and fractional dead time [samples], shape (n_S, n_J, 3)."""
     processes: Processes
     """The candidates."""
+    by_delay: NDArray[np.float64]
+    """Share left by the best lag pair at each whole dead time [-], shape (n_S, n_J, n_delays); empty behind a stem."""
 
 
 def dense_processes(
@@ -160,12 +162,13 @@ def explore(
     shape, valves = (S.size, ratio.size), S.size * ratio.size
     band, jump = np.repeat(S, ratio.size), np.outer(S, ratio).ravel()
     left, gain, best = np.empty(valves), np.empty(valves), np.empty((valves, 3))
+    by_delay = np.empty((valves, delays.size))
 
     def rows(part: slice) -> None:
         work = work_space(n, signals.half, first.size, delays, begin, band[part].size)
         search(
             signals.op, signals.thinned, signals.target, signals.half, band[part], jump[part], first, second,
-            delays, begin, float(sign), left[part], gain[part], best[part], work,
+            delays, begin, float(sign), left[part], gain[part], best[part], by_delay[part], work,
         )  # fmt: skip
 
     middle = valves // 2
@@ -174,8 +177,9 @@ def explore(
             list(pool.map(rows, (slice(0, middle), slice(middle, valves))))
     else:
         rows(slice(0, valves))
-    error = _shares(signals, begin, left)
-    return Surface(S, ratio, error.reshape(shape), gain.reshape(shape), best.reshape(*shape, 3), processes)
+    error, by_delay = (_shares(signals, begin, x) for x in (left, by_delay))
+    places = best.reshape(*shape, 3), processes, by_delay.reshape(*shape, delays.size)
+    return Surface(S, ratio, error.reshape(shape), gain.reshape(shape), *places)
 
 
 def explore_behind(signals: Signals, stem: NDArray[np.float64], processes: Processes, sign: float) -> Surface:
@@ -203,7 +207,8 @@ def explore_behind(signals: Signals, stem: NDArray[np.float64], processes: Proce
         seen, signals.target, signals.half, *processes.decays(), processes.delays, begin, float(sign)
     )
     error = _shares(signals, begin, np.array([[left]]))
-    return Surface(np.zeros(1), np.zeros(1), error, np.array([[gain]]), best.reshape(1, 1, 3), processes)
+    gains, place = np.array([[gain]]), best.reshape(1, 1, 3)
+    return Surface(np.zeros(1), np.zeros(1), error, gains, place, processes, np.empty((1, 1, 0)))
 
 
 def _begin(signals: Signals, processes: Processes) -> int:

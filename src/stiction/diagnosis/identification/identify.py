@@ -17,7 +17,7 @@ from stiction.diagnosis.identification.likelihood import Prediction, prediction_
 from stiction.diagnosis.identification.own_samples import are_own_samples
 from stiction.diagnosis.identification.piece import Piece, search_piece, with_stem
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
-from stiction.diagnosis.result import ErrorSurface, Identification, ProcessFit, Stretch
+from stiction.diagnosis.identified import ErrorSurface, Identification, ProcessFit, Stretch
 from stiction.errors import ParameterError, RecordError
 from stiction.records.outliers import without_outliers
 
@@ -291,8 +291,6 @@ def _result(
 ) -> Identification:
     energy = np.array([float(np.sum(one.signals.target**2)) for one in pieces])
     weight = energy / energy.sum()
-    dense = np.tensordot(weight, np.array([one.dense.error for one in pieces]), 1)
-    samples = sum(independent_samples(one) for one in pieces)
     mv, pv = _stitched(signals, pieces)
     at = np.minimum(np.arange(len(record)), signals.op.size - 1)
     S, J = valve
@@ -308,7 +306,7 @@ def _result(
         process=_process(speaks.process, signals),
         fit=100.0 * (1.0 - float(weight @ np.array([one.error for one in pieces]))),
         fit_linear=100.0 * (1.0 - float(weight @ np.array([one.linear.error[0, 0] for one in pieces]))),
-        surface=ErrorSurface(speaks.dense.S, speaks.dense.ratio, dense, limit(float(dense.min()), samples, CHI2_2)),
+        surface=_surface(signals, pieces, speaks, energy),
         mv=mv[at],
         pv=pv[at // signals.thinned],
         linear=_process(speaks.good, signals),
@@ -317,16 +315,31 @@ def _result(
     )
 
 
+def _surface(signals: Signals, pieces: list[Piece], speaks: Piece, energy: NDArray[np.float64]) -> ErrorSurface:
+    """The dense searches together, each stretch weighing by its energy; over dead times those that tried the same."""
+    S, ratio, delays = speaks.dense.S, speaks.dense.ratio, speaks.dense.processes.delays
+    error = np.average([one.dense.error for one in pieces], axis=0, weights=energy)
+    alike = np.array([np.array_equal(one.dense.processes.delays, delays) for one in pieces])
+    by_delay = [one.dense.by_delay for one, same in zip(pieces, alike, strict=True) if same]
+    late = np.average(by_delay, axis=0, weights=energy[alike]).min(axis=1)
+    samples = sum(independent_samples(one) for one in pieces)
+    most = limit(float(error.min()), samples, CHI2_2)
+    return ErrorSurface(S, ratio, error, most, np.maximum(delays + _late(signals), 0.0) * signals.dt, late)
+
+
+def _late(signals: Signals) -> float:
+    """What the answer to a mean over `thinned` samples, which speaks of their middle, is late by itself [samples]."""
+    return 0.5 * (1.0 - 1.0 / signals.thinned)
+
+
 def _process(found: tuple[float, float, float, float], signals: Signals) -> ProcessFit:
     """Gain, two lags and dead time in samples, as a process in seconds."""
     gain, first, second, delay = found
     integrating = bool(np.isinf(first))
-    # A mean over `thinned` samples speaks of their middle, the lags' answer to it of their end.
-    late = 0.5 * (1.0 - 1.0 / signals.thinned)
     return ProcessFit(
         gain=gain / (signals.dt if integrating else 1.0),
         time_constant=(second if integrating else first + second) * signals.dt,
-        dead_time=max(delay + late, 0.0) * signals.dt,
+        dead_time=max(delay + _late(signals), 0.0) * signals.dt,
         integrating=integrating,
         lag=0.0 if integrating else min(first, second) * signals.dt,
     )

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stiction.diagnosis.result import Identification, ProcessFit
+    from stiction.diagnosis.identified import Identification, ProcessFit
 
 __all__ = ["ModelFit", "Tied", "fit_model", "fit_process"]
 

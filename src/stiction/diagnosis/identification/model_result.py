@@ -12,7 +12,7 @@ from stiction.diagnosis.identification.model_fit import ModelFit, fit_process
 from stiction.diagnosis.identification.model_signals import rates_of, signals_of
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.identification.valve_trials import answer_of, stem_of
-from stiction.diagnosis.result import Identification, ProcessFit, Stretch
+from stiction.diagnosis.identified import Identification, ProcessFit, Stretch
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

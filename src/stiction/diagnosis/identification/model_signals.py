@@ -14,7 +14,7 @@ from stiction.errors import RecordError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.diagnosis.result import ProcessFit
+    from stiction.diagnosis.identified import ProcessFit
     from stiction.records.record import LoopRecord
 
 __all__ = ["begins_of", "near_processes", "rates_of", "signals_of", "wide_processes"]

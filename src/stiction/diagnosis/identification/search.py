@@ -185,8 +185,8 @@ def lag_pair(mv, centre, first, second, y):
 
 
 @kernel
-def search(op, width, target, half, S, J, first, second, delays, begin, sign, error, gain, best, work):
-    """Fill `error`, `gain` (n,) and `best` (n, 3) for each valve (S, J) (n,).
+def search(op, width, target, half, S, J, first, second, delays, begin, sign, error, gain, best, by_delay, work):
+    """Fill `error`, `gain` (n,), `best` (n, 3) and `by_delay` (n, n_delays) for each valve (S, J) (n,).
 
     `op` holds `width` samples for each one of `target` (n_samples,), the PV without its local mean; the stem is
     averaged alike.
@@ -195,7 +195,7 @@ def search(op, width, target, half, S, J, first, second, delays, begin, sign, er
     closed form: the answer is then a weighted mean of two shifts, and the two weights a least-squares problem of
     two unknowns. `error` is the sum of squares left by the best process, `gain` its least-squares gain,
     constrained to the sign of `sign` where that is not 0; `best` its lag pair, its delay and the
-    fraction of a sample to add. `work` is work space.
+    fraction of a sample to add; `by_delay` what the best lag pair leaves at each whole delay. `work` is work space.
     """
     n, lanes = work.mv.shape
     end = n - half
@@ -233,6 +233,8 @@ def search(op, width, target, half, S, J, first, second, delays, begin, sign, er
             best[i, 0] = -1.0
             best[i, 1] = 0.0
             best[i, 2] = 0.0
+            for d in range(delays.shape[0]):
+                by_delay[i, d] = energy
         for q in range(first.shape[0]):
             for v in range(lanes):
                 a[v], b[v] = first[q], second[q]
@@ -240,14 +242,14 @@ def search(op, width, target, half, S, J, first, second, delays, begin, sign, er
             for v in range(filled):
                 best_dead_time(
                     v, base + v, q, delays, sign, energy, 1e-12 * (end - begin) * S[base + v] ** 2, error, gain, best,
-                    work.cross[v, q * delays.shape[0] : (q + 1) * delays.shape[0]], work.square, work.opens,
+                    by_delay, work.cross[v, q * delays.shape[0] : (q + 1) * delays.shape[0]], work.square, work.opens,
                     work.closes,
                 )  # fmt: skip
 
 
 @kernel
-def best_dead_time(v, i, q, delays, sign, energy, rounding, error, gain, best, cross, square, opens, closes):
-    """Keep the best dead time of lag pair `q` for valve `i` if it beats what was found before.
+def best_dead_time(v, i, q, delays, sign, energy, rounding, error, gain, best, by_delay, cross, square, opens, closes):
+    """Keep the best dead time of lag pair `q` for valve `i` if it beats what was found before, and each dead time's.
 
     Its squares are in lane `v`, its products with the target in `cross` (n_delays,). A power up to `rounding` is no
     answer.
@@ -263,6 +265,7 @@ def best_dead_time(v, i, q, delays, sign, energy, rounding, error, gain, best, c
             continue
         if c * sign >= 0.0:
             left = energy - c * c / power
+            by_delay[i, d] = min(by_delay[i, d], left)
             if left < error[i]:
                 error[i] = left
                 gain[i] = c / power

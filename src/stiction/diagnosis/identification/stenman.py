@@ -19,7 +19,7 @@ from stiction.diagnosis.identification.model_signals import signals_of
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.valve_trials import Stretches
-    from stiction.diagnosis.result import Identification
+    from stiction.diagnosis.identified import Identification
     from stiction.records.record import LoopRecord
 
 __all__ = ["fit_stenman", "identify_stenman"]

@@ -21,7 +21,7 @@ from stiction.diagnosis.identification.stenman import fit_stenman
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.valve_trials import Stretches
-    from stiction.diagnosis.result import Identification
+    from stiction.diagnosis.identified import Identification
     from stiction.records.record import LoopRecord
 
 __all__ = ["fit_three_parameter", "identify_three_parameter"]

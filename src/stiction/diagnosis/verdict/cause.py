@@ -11,7 +11,8 @@ from stiction.records.durations import in_seconds
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from stiction.diagnosis.result import Identification, Oscillation, Verdict
+    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.result import Oscillation, Verdict
 
 __all__ = ["Cause", "named_cause", "not_seen"]
 

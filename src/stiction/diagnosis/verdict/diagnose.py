@@ -9,7 +9,7 @@ from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.detection.evidence import judge
 from stiction.diagnosis.identification.identify import search
 from stiction.diagnosis.oscillation import find_oscillation
-from stiction.diagnosis.result import Diagnosis, Evidence, Identification
+from stiction.diagnosis.result import Diagnosis, Evidence
 from stiction.diagnosis.verdict.cause import named_cause, not_seen
 from stiction.diagnosis.verdict.doubt import (
     FAULT_SEEN,
@@ -23,15 +23,17 @@ from stiction.diagnosis.verdict.doubt import (
 from stiction.diagnosis.verdict.features import Features, features
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
 from stiction.diagnosis.verdict.stem import stem_shown
-from stiction.diagnosis.verdict.windows import said, windows
+from stiction.diagnosis.verdict.windows import changes, said, windows
 from stiction.errors import RecordError
 from stiction.records.outliers import without_outliers
 from stiction.records.quality import assess, usable_part
+from stiction.records.storage import swing
 from stiction.records.stretches import held_set_point
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.controller import ControllerFit
     from stiction.diagnosis.identification.identify import Search
+    from stiction.diagnosis.identified import Identification
     from stiction.diagnosis.result import Oscillation, Verdict
     from stiction.diagnosis.verdict.stem import Shown
     from stiction.records.quality import Quality
@@ -145,7 +147,8 @@ def diagnose(record: LoopRecord) -> Diagnosis:
         shown = ()
     by_position = seen.stem.why if seen.stem is not None else ""
     _, of_set_point = held_set_point(seen.record, seen.quality.first, seen.quality.last)
-    spoken = (cause.reason, by_position, said(shown, record.dt), of_set_point, held.why)
+    drift = changes(main, seen.part.duration) if verdict == "stiction" else ""
+    spoken = (cause.reason, by_position, said(shown, record.dt), drift, of_set_point, held.why)
     return Diagnosis(
         record=seen.record,
         verdict=verdict,
@@ -154,7 +157,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
         reason=" ".join(text for text in spoken if text),
         action=cause.action,
         oscillation=seen.oscillation,
-        evidence=(_own_row(own, seen.features.band, unseen), *seen.evidence),
+        evidence=(_own_row(own.rough or own, seen.part, unseen), *seen.evidence),
         quality=seen.quality,
         identification=main,
         settings={
@@ -166,6 +169,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
         windows=shown,
         causes=told,
         counted=weights,
+        controller=seen.controller,
     )
 
 
@@ -228,13 +232,16 @@ def _verdict(probability: float) -> Verdict:
     return "stiction" if probability > UNDECIDED[1] else "no_stiction" if probability < UNDECIDED[0] else "undecided"
 
 
-def _own_row(found: Identification, band: float, unseen: str) -> Evidence:
-    """The identification as a row of the evidence table; `unseen` says why it does not see the valve."""
+def _own_row(found: Identification, part: LoopRecord, unseen: str) -> Evidence:
+    """The dense search as a row of the evidence table; `unseen` says why it does not see the valve."""
+    band = found.S / swing(part.op)
     why = (
         f"S takes {100.0 * band:.0f} % of the OP's swing; the PV simulated from OP is explained to "
         f"{found.fit:.1f} % with a sticky valve, to {found.fit_linear:.1f} % with a good one."
     )
     against = ["OP does not move the PV"] if unseen else []
+    if found.fit <= found.fit_linear and band > FOLLOWS:
+        against.append("a good valve explains as much")
     return judge("simulation_error", band, STICKS, FOLLOWS, why, against, source="srinivasan2005")
 
 

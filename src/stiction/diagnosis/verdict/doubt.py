@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from stiction.diagnosis.verdict.probability import kept_by_plant
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.result import Identification
+    from stiction.diagnosis.identified import Identification
     from stiction.diagnosis.verdict.features import Features
     from stiction.records.quality import Quality
 

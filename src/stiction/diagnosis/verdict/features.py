@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiction.diagnosis.identification.controller import ControllerFit
-    from stiction.diagnosis.result import Evidence, Identification, Oscillation
+    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.result import Evidence, Oscillation
     from stiction.records.record import LoopRecord
 
 __all__ = ["Features", "features"]

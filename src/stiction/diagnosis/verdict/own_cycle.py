@@ -14,7 +14,7 @@ from stiction.simulation.closed_loop import simulate
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.controller import ControllerFit
-    from stiction.diagnosis.result import Identification, ProcessFit
+    from stiction.diagnosis.identified import Identification, ProcessFit
     from stiction.models import TransferFunction
 
 __all__ = ["OwnCycle", "own_cycle", "process_of", "ultimate"]

@@ -40,7 +40,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.diagnosis.identification.position import Watched, Watching
-    from stiction.diagnosis.result import Identification, Verdict
+    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.result import Verdict
     from stiction.records.record import LoopRecord
 
 __all__ = ["Shown", "stem_shown"]

@@ -28,10 +28,11 @@ from stiction.diagnosis.result import Window
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stiction.diagnosis.result import Identification, Stretch, Verdict
+    from stiction.diagnosis.identified import Identification, Stretch
+    from stiction.diagnosis.result import Verdict
     from stiction.records.record import LoopRecord
 
-__all__ = ["Window", "said", "windows"]
+__all__ = ["Window", "changes", "said", "windows"]
 
 BAND = 0.25
 """S over the OP's swing above which a window sticks [-], set on intermittent loops of `simulation.population` (seed
@@ -40,6 +41,8 @@ none of the 25 in which it did for 15 % or less. Where the set point moves OP by
 band."""
 STILL = 0.5
 """OP's swing in a window over the record's S below which a stuck valve would not be freed [-]."""
+PLAINLY, MUCH = 3.0, 0.1
+"""Standard errors by which a drift of S is told [-], and the least change over the record, as a share of S [-]."""
 HALF = 50.0
 """Share of a window's PV that a valve must explain to show that it sticks, or in a still window that it follows [%]."""
 
@@ -134,3 +137,24 @@ def said(found: Sequence[Window], dt: float) -> str:
     doubtful = any(window.verdict == "undecided" for window in found)
     rest = "follows or cannot be told" if doubtful else "follows"
     return f"The valve sticks in {len(sticky)} of {len(found)} windows, {when}; in {others} it {rest}."
+
+
+def changes(found: Identification, duration: float) -> str:
+    """Say that S grows or falls over the record, where it plainly does.
+
+    Parameters
+    ----------
+    found : Identification
+        What was found.
+    duration : float
+        Length of what was analysed [s].
+
+    Returns
+    -------
+    str
+        A sentence; empty where the drift is less than `PLAINLY` standard errors or `MUCH` of S.
+    """
+    by = found.drift * duration / 3600.0
+    if not (abs(found.drift) > PLAINLY * found.drift_error and abs(by) > MUCH * found.S):
+        return ""
+    return f"S {'grows' if by > 0.0 else 'falls'} by {abs(by):.2g} % over the record ({found.drift:+.2g} % per hour)."

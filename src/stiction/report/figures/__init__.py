@@ -7,6 +7,7 @@ They compute nothing but what drawing needs (thinning, a spectrum for the eye).
 
 from stiction.report.figures.autocorrelation import autocorrelation
 from stiction.report.figures.before_after import before_after
+from stiction.report.figures.dead_time import dead_time
 from stiction.report.figures.error_surface import error_surface
 from stiction.report.figures.model_fit import model_fit
 from stiction.report.figures.pv_op import pv_op
@@ -23,6 +24,7 @@ from stiction.report.figures.windows import windows
 __all__ = [
     "autocorrelation",
     "before_after",
+    "dead_time",
     "error_surface",
     "model_fit",
     "pv_op",

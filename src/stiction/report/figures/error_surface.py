@@ -12,15 +12,17 @@ from stiction.report.blocks import Figure
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stiction.diagnosis.identified import ErrorSurface, Identification
     from stiction.report.view import View
 
-__all__ = ["error_surface"]
+__all__ = ["SHADES", "edges", "error_surface"]
 
-_SHADES = [[0.0, "#FFFFFF"], [0.08, "#EAF0F4"], [0.35, "#BDD0DD"], [1.0, "#6C8DA5"]]
+SHADES = [[0.0, "#FFFFFF"], [0.08, "#EAF0F4"], [0.35, "#BDD0DD"], [1.0, "#6C8DA5"]]
+"""Colours of an error, pale where it is small."""
 
 
 def error_surface(view: View) -> Figure | None:
-    """Return the map of the error over S and J / S with the 95 % region and the optimum; None without a search."""
+    """Return the map of the error over S and J / S, its region and best, and what is told; None without a search."""
     found = view.diagnosis.identification
     if found is None or min(found.surface.error.shape, default=0) < 2 or not np.isfinite(found.surface.error).any():
         return None
@@ -32,7 +34,7 @@ def error_surface(view: View) -> Figure | None:
             "x": surface.S,
             "y": surface.J,
             "z": error,
-            "colorscale": _SHADES,
+            "colorscale": SHADES,
             "zmin": float(np.nanmin(error)),
             "zmax": min(float(np.nanmax(error)), 1.0),
             "colorbar": look.colorbar("error [-]"),
@@ -54,44 +56,62 @@ def error_surface(view: View) -> Figure | None:
                 "name": "95 % region",
             }
         )
+    data.append(_best(surface))
     if np.isfinite([found.S, found.J]).all() and found.S > 0.0:
-        data.append(_optimum(found.S, found.J, found.S_low, found.S_high))
+        data.append(_told(found))
     S, S_low, S_high = words.interval(found.S, found.S_low, found.S_high)
     J, J_low, J_high = words.interval(found.J, found.J_low, found.J_high)
     layout = {
-        "xaxis": {"title": {"text": "S [% of span]"}, "range": _edges(surface.S)},
-        "yaxis": {"title": {"text": "J / S [-]"}, "range": _edges(surface.J)},
+        "xaxis": {"title": {"text": "S [% of span]"}, "range": edges(surface.S)},
+        "yaxis": {"title": {"text": "J / S [-]"}, "range": edges(surface.J)},
         "showlegend": True,
     }
-    caption = (
-        f"Pale is a good fit: best at S = {S} %, J = {J} %"
-        f" (S between {S_low} and {S_high} %, J between {J_low} and {J_high} %);"
-        " a long pale valley means that the data do not tell S and J apart."
-    )
-    return Figure({"data": data, "layout": layout}, "Error for each S and J", caption, height=400)
+    told = f"told is S = {S} % ({S_low} to {S_high} %), J = {J} % ({J_low} to {J_high} %)"
+    if found.rough is not None:
+        told += ", which foretells the PV best from sample to sample: loads pull a simulation away from it"
+    caption = f"Pale is a good fit; a long pale valley means that the data do not tell S and J apart. What is {told}."
+    return Figure({"data": data, "layout": layout}, "Simulation error for each S and J", caption, height=400)
 
 
-def _edges(grid: NDArray[np.float64]) -> list[float]:
+def edges(grid: NDArray[np.float64]) -> list[float]:
     """Outer edges of the cells about the grid's points."""
     return [float(1.5 * grid[0] - 0.5 * grid[1]), float(1.5 * grid[-1] - 0.5 * grid[-2])]
 
 
-def _optimum(S: float, J: float, low: float, high: float) -> dict[str, Any]:
-    point: dict[str, Any] = {
+def _best(surface: ErrorSurface) -> dict[str, Any]:
+    """The best of the map."""
+    i, j = np.unravel_index(int(np.nanargmin(surface.error)), surface.error.shape)
+    return {
         "type": "scatter",
         "mode": "markers",
-        "x": [S],
-        "y": [J / S],
-        "name": "optimum, 95 % interval of S",
-        "marker": {"symbol": "diamond", "size": 10, "color": "#FFFFFF", "line": {"color": look.INK, "width": 2}},
+        "x": [float(surface.S[i])],
+        "y": [float(surface.J[j])],
+        "name": "best simulation",
+        "marker": {"symbol": "x-thin", "size": 9, "line": {"color": look.INK, "width": 2}},
     }
-    if np.isfinite([low, high]).all():
-        point["error_x"] = {
+
+
+def _told(found: Identification) -> dict[str, Any]:
+    """S and J as told, with their intervals."""
+    ends = {"error_x": (found.S, found.S_low, found.S_high), "error_y": (found.J, found.J_low, found.J_high)}
+    bars = {
+        name: {
             "type": "data",
             "symmetric": False,
-            "array": [max(high - S, 0.0)],
-            "arrayminus": [max(S - low, 0.0)],
+            "array": [max(high - value, 0.0) / scale],
+            "arrayminus": [max(value - low, 0.0) / scale],
             "color": look.INK,
             "thickness": 1.5,
         }
-    return point
+        for (name, (value, low, high)), scale in zip(ends.items(), (1.0, found.S), strict=True)
+        if np.isfinite([low, high]).all()
+    }
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "x": [found.S],
+        "y": [found.J / found.S],
+        "name": "told, 95 % intervals",
+        "marker": {"symbol": "diamond", "size": 10, "color": "#FFFFFF", "line": {"color": look.INK, "width": 2}},
+        **bars,
+    }

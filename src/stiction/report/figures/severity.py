@@ -10,7 +10,7 @@ from stiction.report import words
 from stiction.report.markup import fragment
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.result import Identification
+    from stiction.diagnosis.identified import Identification
     from stiction.report.blocks import Html
 
 __all__ = ["BANDS", "severity"]
