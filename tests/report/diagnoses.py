@@ -30,7 +30,9 @@ def surface(S, J):
     """A valley about (S, J)."""
     s, ratio = np.linspace(0.0, 2.0 * S, 24), np.linspace(0.0, 1.2, 16)
     far = ((s[:, None] - S) / S) ** 2 + 0.15 * (ratio[None, :] - J / S) ** 2
-    return ErrorSurface(s, ratio, 0.03 + far, 0.05)
+    late = np.arange(8.0)
+    valley = ((s[:, None] + 0.4 * late[None, :] - S) / S) ** 2
+    return ErrorSurface(s, ratio, 0.03 + far, 0.05, 2.0 * late, 0.03 + valley)
 
 
 def identification(run, S=3.0, J=1.0):

@@ -70,7 +70,7 @@ def test_sections_stand_in_the_order_an_engineer_asks(tmp_path):
 
 def test_every_figure_has_a_label_and_a_caption(tmp_path):
     page = written(tmp_path, diagnosis())
-    assert len(page.labels) == len(page.captions) == len(page.plots) == 7
+    assert len(page.labels) == len(page.captions) == len(page.plots) == 8
     for label, caption in zip(page.labels, page.captions, strict=True):
         assert label.endswith(caption)
         assert caption.endswith(".")
@@ -225,7 +225,8 @@ def test_a_fit_without_numbers_shows_dashes(tmp_path):
     flat = replace(empty, surface=replace(fit.surface, error=np.full_like(fit.surface.error, np.inf)))
     page = written(tmp_path, replace(found, identification=flat))
     assert "nan" not in re.findall(r"[a-z]+", " ".join(page.text))
-    assert not any("Error for each" in label for label in page.labels)
+    assert not any("error for each" in label for label in page.labels)
+    assert any("error for each" in label for label in written(tmp_path, found).labels)
 
 
 def test_several_loops_come_as_a_table_worst_first(tmp_path):

@@ -1,0 +1,39 @@
+"""The contest of valves: what its half cycles say one by one, on errors made up."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stiction.diagnosis.identification.contest import Contest
+
+N = 120
+VALVES = np.array([[2.0, 0.5, 0.0, 0.0, 0.0], [3.0, 0.5, 0.0, 0.0, 0.0], [1e-6, 1.0, 0.0, 0.0, 0.0]])
+
+
+def contest(error, beyond=0.0):
+    """Valves of S = 2 % and S = 3 %, and a good one that leaves five more in each half cycle."""
+    error = np.vstack([error, np.asarray(error)[0] + 5.0])
+    return Contest(VALVES, error, np.zeros(3), (0.0, 0.0), (0.0, 0.0), 2.0, 0.0, beyond)
+
+
+@pytest.mark.parametrize("beyond", [0.0, 0.3])
+def test_draws_of_half_cycles_of_which_all_say_the_same(beyond):
+    found = contest(np.array([np.full(N, 1.0), np.full(N, 1.1)]), beyond)
+    assert found.bootstrap() == (2.0 + beyond, 2.0 + beyond)
+
+
+def test_draws_of_half_cycles_that_do_not_agree():
+    # Half say the one and half the other, so that either wins half of the draws: binomial, far from 2.5 %.
+    ways = np.where(np.arange(N) % 2 == 0, 1.0, 2.0)
+    assert contest(np.array([ways, 3.0 - ways])).bootstrap() == (2.0, 3.0)
+    # Of 60 % for the one the other wins where fewer than half are drawn of them: beyond 2.2 standard deviations.
+    ways = np.where(np.arange(N) < 0.6 * N, 1.0, 2.0)
+    assert contest(np.array([ways, 3.0 - ways])).bootstrap(20_000) == (2.0, 2.0)
+    assert contest(np.array([ways, 3.0 - ways])[:, ::4]).bootstrap(20_000) == (2.0, 3.0)
+
+
+def test_what_a_part_of_the_half_cycles_gains():
+    found = contest(np.array([np.full(N, 1.0), np.full(N, 2.0)]))
+    assert found.gain_in(slice(10, 20)) == pytest.approx(10 * 5.0 / 2.0)
+    assert found.gain(3) == pytest.approx(N / 3 * 5.0 / 2.0)
