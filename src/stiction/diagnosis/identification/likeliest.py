@@ -28,7 +28,10 @@ if TYPE_CHECKING:
 __all__ = ["most_likely", "one_each"]
 
 LEAST_SWING = 0.07
-"""Smallest S looked for, as a share of the OP's swing [-]."""
+"""Smallest S looked for first, as a share of the OP's swing [-]."""
+USUAL = (3.0, 30.0, 0.15)
+"""OP's usual swing is so many times [-] what it moves in a quarter of a cycle, at this percentile [%], from a share of
+its whole swing on [-]: where large steps of the set point make the latter many times what the valve's cycle needs."""
 WINDOWS, CYCLES, SHORTEST = 2, 6, 120
 """Windows searched by themselves first, and their length [cycles] but not less than [samples]."""
 N_S, N_J, N_PLACES = 75, 8, 3
@@ -86,23 +89,12 @@ def most_likely(prediction: Prediction, fine: Prediction, swing: float) -> Trial
     Trials
         The valves tried on the whole record in the last searches.
     """
-    valleys = []
-    for window in _windows(prediction):
-        tried = trials_of(window, _plane(swing, N_S, N_J, N_PLACES))
-        tried = _closer(window, tried, IN_WINDOW, swing)
-        valleys += _valleys(tried, *FROM_WINDOW)
-    tried = trials_of(prediction, _plane(swing, *COARSE, 1))
-    valleys += _valleys(tried, *FROM_WHOLE)
-    # Where the stem stood when a window began says nothing of where it stood when the record did.
-    seeds = [valves(valley[:1], valley[1:2], valley[2], PLACES[int(valley[2])], swing) for valley in valleys]
-    tried = joined(tried, trials_of(prediction, np.concatenate(seeds)))
-    if fine.width < prediction.width:
-        tried = _closer(prediction, tried, STAGES[:1], swing)
-        # Of each S and each J the best, since a finer record may prefer another.
-        again = np.concatenate([tried.valve[one_each(tried)], tried.valve[tried.ranked()[:100]]])
-        tried = trials_of(fine, again)
-    tried = _closer(fine, tried, STAGES[:1], swing)
-    gain = float(trials_of(fine, good_valve(tried.best)).cost[0] - tried.cost.min())
+    tried, gain = _coarsely(prediction, fine, LEAST_SWING * swing, swing)
+    usual = _usual_swing(prediction, swing)
+    if gain <= WORTH and usual < swing:
+        below, more = _coarsely(prediction, fine, LEAST_SWING * usual, LEAST_SWING * swing)
+        if more > CLEAR:
+            tried, gain, swing = below, more, usual
     if gain > WORTH:
         tried = _fanned(fine, tried, swing)
         going_on, resting = (float(tried.cost[tried.valve[:, 2] == rule].min(initial=np.inf)) for rule in (0.0, 1.0))
@@ -111,6 +103,27 @@ def most_likely(prediction: Prediction, fine: Prediction, swing: float) -> Trial
         if gain > CLEAR and resting - tried.cost.min() < RIVAL * gain:
             tried = joined(tried, trials_of(fine, from_reversals(prediction, fine, swing)))
     return _closer(fine, tried, STAGES[1:], swing)
+
+
+def _coarsely(prediction: Prediction, fine: Prediction, least: float, most: float) -> tuple[Trials, float]:
+    """Valves with S between two bounds, as far as the first step in the fine record; what they gain on a good one."""
+    valleys = []
+    for window in _windows(prediction):
+        tried = trials_of(window, _plane(least, most, N_S, N_J, N_PLACES))
+        tried = _closer(window, tried, IN_WINDOW, most)
+        valleys += _valleys(tried, *FROM_WINDOW)
+    tried = trials_of(prediction, _plane(least, most, *COARSE, 1))
+    valleys += _valleys(tried, *FROM_WHOLE)
+    # Where the stem stood when a window began says nothing of where it stood when the record did.
+    seeds = [valves(valley[:1], valley[1:2], valley[2], PLACES[int(valley[2])], most) for valley in valleys]
+    tried = joined(tried, trials_of(prediction, np.concatenate(seeds)))
+    if fine.width < prediction.width:
+        tried = _closer(prediction, tried, STAGES[:1], most)
+        # Of each S and each J the best, since a finer record may prefer another.
+        again = np.concatenate([tried.valve[one_each(tried)], tried.valve[tried.ranked()[:100]]])
+        tried = trials_of(fine, again)
+    tried = _closer(fine, tried, STAGES[:1], most)
+    return tried, float(trials_of(fine, good_valve(tried.best)).cost[0] - tried.cost.min())
 
 
 def _fanned(prediction: Prediction, tried: Trials, swing: float) -> Trials:
@@ -175,12 +188,21 @@ def _windows(prediction: Prediction) -> list[Prediction]:
     return [part_of(lean(prediction), first, size, begin) for first in np.linspace(0, n - size, count).astype(int)]
 
 
-def _plane(swing: float, n_S: int, n_J: int, n_places: int) -> NDArray[np.float64]:
+def _usual_swing(prediction: Prediction, swing: float) -> float:
+    """OP's swing where no large step of the set point makes it larger [% of span]."""
+    op, (times, percentile, share) = prediction.op, USUAL
+    quarter = round(0.5 * prediction.samples * prediction.width / prediction.ends.size)
+    quarter = min(max(quarter, 2), op.size)
+    moves = np.ptp(op[: op.size // quarter * quarter].reshape(-1, quarter), axis=1)
+    return min(max(times * float(np.percentile(moves, percentile)), share * swing), swing)
+
+
+def _plane(least: float, most: float, n_S: int, n_J: int, n_places: int) -> NDArray[np.float64]:
     """Valves of both rules over the plane."""
-    S, ratio = np.geomspace(LEAST_SWING * swing, swing, n_S), np.linspace(0.0, 1.0, n_J)
+    S, ratio = np.geomspace(least, most, n_S), np.linspace(0.0, 1.0, n_J)
     places = np.linspace(-0.6, 0.6, n_places) if n_places > 1 else np.zeros(1)
-    goes_on = valves(S, ratio, 0.0, np.zeros(1), swing)
-    rests = valves(S[2.0 * S[0] < S], ratio, 1.0, places, swing)
+    goes_on = valves(S, ratio, 0.0, np.zeros(1), most)
+    rests = valves(S[2.0 * S[0] < S], ratio, 1.0, places, most)
     return np.concatenate([goes_on, rests])
 
 
