@@ -199,7 +199,7 @@ def counted_step(diagnosis: Diagnosis) -> Step | None:
         ]
         for one in counted[:COUNTED]
     ]
-    line = f"All {len(counted)} findings together make the probability of stiction {probability:.2f}."
+    line = f"All {len(counted)} findings together make the probability of stiction {words.chance(probability)}."
     table = Tabled(["Finding", "Here", "Usually", "Log odds", "Speaks"], rows, ["Here", "Usually", "Log odds"])
     return Step("What counted?", [line], table)
 
@@ -209,7 +209,7 @@ def causes_step(diagnosis: Diagnosis) -> Step | None:
     if not diagnosis.causes:
         return None
     ranked = sorted(diagnosis.causes.items(), key=lambda item: -item[1])
-    rows = [[name, f"{share:.2f}"] for name, share in ranked]
+    rows = [[name, words.chance(share)] for name, share in ranked]
     return Step("Which cause?", [], Tabled(["Cause", "Probability"], rows, ["Probability"]))
 
 

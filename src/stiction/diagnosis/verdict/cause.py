@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from stiction.diagnosis.verdict.probability import UNDECIDED
+from stiction.records.digits import chance, interval
 from stiction.records.durations import in_seconds
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def named_cause(
     name = likely[0]
     reason, action = _OTHERS[name](found, oscillation)
     if causes[name] < PLAINLY:
-        reason += f" {name.capitalize()} is the likeliest cause ({causes[name]:.2f}), before {likely[1]}."
+        reason += f" {name.capitalize()} is the likeliest cause ({chance(causes[name])}), before {likely[1]}."
     return Cause(name, reason, action)
 
 
@@ -91,7 +91,7 @@ def not_seen(why: str, causes: Mapping[str, float]) -> Cause:
     if causes[name] < PLAINLY:
         return Cause("unknown", why, action)
     what = "Nothing else seems wrong with the loop" if name == "none" else f"The likeliest cause is {name}"
-    return Cause(name, f"{why} {what} ({causes[name]:.2f}).", action)
+    return Cause(name, f"{why} {what} ({chance(causes[name])}).", action)
 
 
 def fits(found: Identification) -> str:
@@ -100,9 +100,8 @@ def fits(found: Identification) -> str:
 
 
 def _stiction(found: Identification) -> Cause:
-    width = found.S_high - found.S_low
-    places = min(max(1 - math.floor(math.log10(width)), 0), 3) if width > 0.0 else 3
-    size = f"S = {found.S:.{places}f} % (95 % {found.S_low:.{places}f} to {found.S_high:.{places}f})"
+    S, low, high = interval(found.S, found.S_low, found.S_high)
+    size = f"S = {S} % (95 % {low} to {high})"
     return Cause(
         "stiction",
         f"A sticky valve with {size} {fits(found)}.",
@@ -121,11 +120,11 @@ def _undecided(other: str, causes: Mapping[str, float], found: Identification, r
     wanted.append("the valve stroked by a ramp in manual, or the stem's position")
     what = "no fault" if other == "none" else other
     if causes["stiction"] < UNDECIDED[0]:
-        why = f"A sticky valve {fits(found)}, yet the rest of what was found speaks for {what} ({causes[other]:.2f})."
+        why = f"A sticky valve {fits(found)}, yet the rest of what was found speaks for {what} ({chance(causes[other])})."
     else:
         why = (
-            f"The data do not decide between stiction ({causes['stiction']:.2f}) and {what} ({causes[other]:.2f}): a "
-            f"sticky valve {fits(found)}."
+            f"The data do not decide between stiction ({chance(causes['stiction'])}) and {what} ({chance(causes[other])}): "
+            f"a sticky valve {fits(found)}."
         )
     return Cause("unknown", why, f"What would decide: {'; '.join(wanted)}.")
 
