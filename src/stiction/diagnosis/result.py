@@ -207,7 +207,9 @@ class Diagnosis:
 
     def summary(self) -> str:
         """The verdict in a sentence or two."""
-        return f"{self.record.tag}: {self.verdict} (probability {chance(self.probability)}). {self.reason} {self.action}"
+        return (
+            f"{self.record.tag}: {self.verdict} (probability {chance(self.probability)}). {self.reason} {self.action}"
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form, as `stiction diagnose --json` prints it."""

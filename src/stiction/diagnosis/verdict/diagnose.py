@@ -139,7 +139,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
         verdict = "undecided"
     if torn and verdict == "undecided":
         main = max((main, main.rough or main), key=lambda one: one.fit)  # the one that explains so much
-    cause = named_cause(verdict, told, main, seen.oscillation, record.dt)
+    cause = named_cause(verdict, told, main, seen.oscillation, record.dt, weights)
     if nothing:
         cause = not_seen(nothing, told)
     shown = windows(seen.part, main, seen.quality.first) if verdict != "no_stiction" else ()
