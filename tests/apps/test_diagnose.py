@@ -102,6 +102,15 @@ def test_explain_tells_the_story_step_by_step(run, sticky_csv):
     assert places == sorted(places)
 
 
+def test_a_story_and_json_exclude_each_other(run, folder, sticky_csv):
+    (folder / "a.csv").write_text(sticky_csv)
+    done = run("diagnose", "a.csv", "--json", "--explain")
+    assert done.code == 2
+    assert done.out == ""
+    assert "--json and --explain exclude each other" in done.err
+    assert sorted(path.name for path in folder.iterdir()) == ["a.csv"]
+
+
 BAD_FILES = {
     "empty": (b"", "empty"),
     "binary": (bytes(range(256)) * 40, "binary"),

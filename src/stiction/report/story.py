@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from stiction.diagnosis.verdict.meaning import FEATURES
+from stiction.diagnosis.verdict.meaning import FEATURES, PRIOR
 from stiction.report import words
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["Step", "Tabled", "causes_step", "counted_step", "story"]
 
 COUNTED = 8
-"""Features named in the story."""
+"""Findings named in the story; the others are told together."""
 
 
 class Tabled(NamedTuple):
@@ -129,20 +129,30 @@ def counted_step(diagnosis: Diagnosis) -> Step | None:
     counted = diagnosis.counted
     if not counted:
         return None
-    probability = diagnosis.settings.get("before_doubts", diagnosis.probability)
     rows = [
-        [
+        _counted_row(
             FEATURES.get(one.feature, one.feature.replace("_", " ")),
+            one.log_odds,
             words.digits(one.value, significant=2),
             words.digits(one.usual, significant=2),
-            f"{one.log_odds:+.1f}",
-            "for stiction" if one.log_odds > 0.0 else "against",
-        ]
+        )
         for one in counted[:COUNTED]
     ]
-    line = f"All {len(counted)} findings together make the probability of stiction {words.chance(probability)}."
+    if counted[COUNTED:]:
+        rows.append(_counted_row("the others together", sum(one.log_odds for one in counted[COUNTED:])))
+    rows.append(_counted_row("all together", sum(one.log_odds for one in counted)))
+    found = words.count(sum(one.feature != PRIOR for one in counted), "finding")
+    probability = diagnosis.settings.get("before_doubts", diagnosis.probability)
+    line = (
+        f"{found}, and what is known of any loop, add up in log odds of stiction against all but play (deadband); with "
+        f"play beside it the probability of stiction is {words.chance(probability)}."
+    )
     table = Tabled(["Finding", "Here", "Usually", "Log odds", "Speaks"], rows, ["Here", "Usually", "Log odds"])
     return Step("What counted?", [line], table)
+
+
+def _counted_row(name: str, log_odds: float, value: str = "–", usual: str = "–") -> list[str]:
+    return [name, value, usual, f"{log_odds:+.1f}", "for stiction" if log_odds > 0.0 else "against"]
 
 
 def causes_step(diagnosis: Diagnosis) -> Step | None:
