@@ -148,7 +148,9 @@ def test_a_constant_op_is_not_judged(run, folder):
     [found] = json.loads(done.out)
     assert done.code == 0
     assert found["verdict"] == "undecided"
-    assert "OP" in found["reason"]
+    assert "OP is constant" in found["reason"]
+    assert "put the controller in automatic and record again" in found["reason"]
+    assert found["action"] == "Record the loop again as the reason asks."
 
 
 def test_zeros_without_end_are_refused_at_once():
