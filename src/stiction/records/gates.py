@@ -130,7 +130,7 @@ def manual(view: View) -> Gate:
     off = in_manual(view.record)
     seen = "by the mode" if view.record.auto is not None else "as OP rests while PV moves"
     why = f"The loop is in manual in {{:.3g}} % of the samples in {len(runs(off))} stretches ({seen}; left out)."
-    return _left_out("manual", off, 90, why, "put the controller in automatic and record again", view)
+    return _left_out("manual", off, 90, why, "record it in automatic", view)
 
 
 def frozen_pv(view: View) -> Gate:
