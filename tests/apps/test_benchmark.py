@@ -6,7 +6,8 @@ import json
 
 import pytest
 
-from stiction.apps.confusion import by_group, confusion
+from stiction.apps.benchmark import _tell
+from stiction.apps.confusion import by_cause, by_group, confusion, reliability
 
 
 def rows(*triples):
@@ -63,6 +64,18 @@ def test_a_folder_is_judged(run, folder, sticky_csv, healthy_csv):
     assert found["groups"]["right"] == 1
     assert [row["verdict"] for row in found["results"]] == ["stiction", "no_stiction", "undecided"]
     assert "is empty" in found["results"][2]["reason"]
+
+
+def test_no_probability_is_printed_as_certain(capsys):
+    row = {"group": "A", "file": "a.csv", "label": "no_stiction", "cause": "stiction", "reason": "It sticks."}
+    missed = [{**row, "verdict": "stiction", "probability": p} for p in (0.9956, 0.999, 0.9)]
+    cells = {"records": confusion(missed), "groups": confusion(missed), "causes": by_cause(missed)}
+    bins = reliability(missed[:2])
+    _tell({**cells, "reliability": bins, "calibration_error": 0.5, "seconds_per_record": 0.1}, missed, [])
+    told = capsys.readouterr().out
+    assert told.count(">0.99") == 3
+    assert "1.00" not in told
+    assert "0.90" in told
 
 
 @pytest.mark.parametrize(

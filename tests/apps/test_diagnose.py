@@ -102,6 +102,15 @@ def test_explain_tells_the_story_step_by_step(run, sticky_csv):
     assert places == sorted(places)
 
 
+def test_a_story_and_json_exclude_each_other(run, folder, sticky_csv):
+    (folder / "a.csv").write_text(sticky_csv)
+    done = run("diagnose", "a.csv", "--json", "--explain")
+    assert done.code == 2
+    assert done.out == ""
+    assert "--json and --explain exclude each other" in done.err
+    assert sorted(path.name for path in folder.iterdir()) == ["a.csv"]
+
+
 BAD_FILES = {
     "empty": (b"", "empty"),
     "binary": (bytes(range(256)) * 40, "binary"),
@@ -139,7 +148,9 @@ def test_a_constant_op_is_not_judged(run, folder):
     [found] = json.loads(done.out)
     assert done.code == 0
     assert found["verdict"] == "undecided"
-    assert "OP" in found["reason"]
+    assert "OP is constant" in found["reason"]
+    assert "put the controller in automatic and record again" in found["reason"]
+    assert found["action"] == "Record the loop again as the reason asks."
 
 
 def test_zeros_without_end_are_refused_at_once():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -31,7 +32,11 @@ def gate(record, name, period=None):
 
 
 def faults(record, period=None):
-    return {g.name: g.severity for g in assess(record, period).gates if g.severity != "ok"}
+    """Name -> severity of the gates that are not passed; each that refuses must ask for something."""
+    quality = assess(record, period)
+    for refusal in quality.refusals:
+        assert re.search("[;:,] (put|record|repair|export|check|set) ", refusal.why), refusal.why
+    return {g.name: g.severity for g in quality.gates if g.severity != "ok"}
 
 
 def test_a_good_record_passes_every_gate(good):

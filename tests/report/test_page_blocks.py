@@ -12,12 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as some
 from hypothesis.extra import numpy as some_arrays
 
+from stiction.diagnosis.verdict.meaning import FEATURES
 from stiction.diagnosis.verdict.weighing import weighing
 from stiction.errors import ParameterError
 from stiction.report import Cell, Columns, Figure, Fold, Heading, Html, Table, Text, render_page, thin
 from stiction.report.markup import shown
 from stiction.report.payload import to_json
-from stiction.report.story import FEATURES
 
 EVIL = '</script><script>window.hacked=1</script><img src=x onerror="window.hacked=1">'
 FIGURE = Figure({"data": [{"y": [1.0, 2.0], "name": EVIL}], "layout": {}}, f"Title {EVIL}", f"Caption {EVIL}")

@@ -13,12 +13,15 @@ import numpy as np
 import pytest
 
 from report.diagnoses import diagnosis, identification, record
+from stiction.diagnosis.result import Counted
 from stiction.errors import ParameterError
 from stiction.records.record import Provenance
 from stiction.report import figures, words, write_report
 from stiction.report.overview import worst_first
 from stiction.report.view import View
 
+COUNTED = (Counted("band", 0.7, 0.3, 2.4), Counted("usual", math.nan, math.nan, -1.7), Counted("share", 0.9, 0.5, -1.2))
+"""Findings as a diagnosis holds them."""
 SECTIONS = ["Trends", "Valve and process", "Oscillation", "Evidence", "Data quality", "Where this comes from"]
 
 
@@ -83,6 +86,27 @@ def test_headline_says_size_interval_and_confidence():
         == "Valve stiction: S = 3.0 % of span (95 %: 2.7 to 3.3), J = 1.0 % (0.7 to 1.4)"
     )
     assert words.confidence(found) == "High confidence (probability of stiction 0.94)"
+
+
+def test_a_small_valve_is_said_the_same_wherever_it_is_said():
+    small = {"S": 0.005668, "S_low": 0.004041, "S_high": 0.07918, "J": 0.002213, "J_low": 0.0, "J_high": 0.07905}
+    found = diagnosis(200, identification=replace(identification(record(200)), **small))
+    assert found.identification is not None
+    size = "S = 0.0057 % of span (95 %: 0.0040 to 0.0792), J = 0.0022 % (0.0000 to 0.0790)"
+    assert words.headline(found).replace("\u00a0", " ") == f"Valve stiction: {size}"
+    plain = "S = 0.0057 % (95 % 0.0040 to 0.0792), J = 0.0022 % (95 % 0.0000 to 0.0790); "
+    assert found.identification.summary().startswith(plain)
+
+
+@pytest.mark.parametrize(("p", "said"), [(0.9956, ">0.99"), (0.99, "0.99"), (0.9, "0.90")])
+def test_no_verdict_is_told_as_certain(tmp_path, p, said):
+    found = diagnosis(200, probability=p, causes={"stiction": p, "deadband": 0.0}, counted=COUNTED)
+    assert words.confidence(found).endswith(f"(probability of stiction {said})")
+    assert f"(probability {said})" in found.summary()
+    text = " ".join(written(tmp_path, found, diagnosis(200)).text)
+    assert said in text
+    assert "<0.01" in text
+    assert "0.00" not in [one.strip() for one in text.split()]
 
 
 @pytest.mark.parametrize(

@@ -71,7 +71,7 @@ def _headline(advice: Advice) -> Html:
     verdict = "stiction" if found is None else found.verdict
     facts = [("S", words.digits(trial.S, "% of span")), ("J", words.digits(trial.J, "% of span"))]
     if found is not None:
-        facts = [("Verdict", f"{words.VERDICTS[verdict]}, probability {found.probability:.2f}"), *facts]
+        facts = [("Verdict", f"{words.VERDICTS[verdict]}, probability {words.chance(found.probability)}"), *facts]
     if trial.twin is not None and trial.twin.measured.period > 0.0:
         facts.append(("Period", words.span(trial.twin.measured.period)))
     if trial.recommended and trial[trial.recommended].remedy.settings:

@@ -60,7 +60,8 @@ def diagnose(
     as_json
         Print a list with one object per loop, and nothing else, on the output.
     explain
-        Tell the story of each verdict step by step: data, oscillation, valve, what counted, causes, methods.
+        Tell the story of each verdict step by step: data, oscillation, valve, what counted, causes, methods. Not with
+        --json, which holds the numbers of the story.
     tag
         Only this loop of a file with several; the name of the loop where the header has none.
     dt
@@ -86,6 +87,11 @@ def diagnose(
         raise ParameterError("no file was named; give one or more CSV files, or - for the standard input.")
     if report is not None and no_report:
         raise ParameterError("--report and --no-report exclude each other; leave one of them out.")
+    if as_json and explain:
+        raise ParameterError(
+            "--json and --explain exclude each other: the story is text; leave one of them out. The JSON holds its "
+            "numbers: quality, oscillation, stiction, counted, causes, evidence."
+        )
     given = {
         "tag": tag, "dt": dt, "columns": columns_of(column), "loop_type": loop_type, "delimiter": delimiter,
         "decimal": decimal, "time_format": time_format, "op_range": op_range, "day_first": day_first,

@@ -76,7 +76,7 @@ def _row(diagnosis: Diagnosis) -> list[str]:
         diagnosis.record.tag,
         words.VERDICTS[diagnosis.verdict],
         diagnosis.cause,
-        f"{diagnosis.probability:.2f}",
+        words.chance(diagnosis.probability),
         size(diagnosis),
         words.span(rhythm.period) if rhythm.oscillating else "",
         diagnosis.action,

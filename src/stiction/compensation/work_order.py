@@ -12,6 +12,7 @@ from stiction.compensation.predicted import in_words, predicted
 from stiction.compensation.shop_tests import ACCEPTANCE, plan_acceptance, plan_before
 from stiction.compensation.suspects import Suspect, suspects
 from stiction.errors import ParameterError
+from stiction.records.digits import chance, interval
 from stiction.records.quality import usable_part
 
 if TYPE_CHECKING:
@@ -142,7 +143,7 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
     verdict, found = diagnosis.verdict, _sized(diagnosis)
     if verdict == "no_stiction" and diagnosis.cause != "deadband":
         raise ParameterError(
-            f"{diagnosis.record.tag}: the verdict is no stiction (probability {diagnosis.probability:.2f}, cause: "
+            f"{diagnosis.record.tag}: the verdict is no stiction (probability {chance(diagnosis.probability)}, cause: "
             f"{diagnosis.cause}), so there is nothing for the valve shop; see to the cause named."
         )
     op = _usual_op(diagnosis)
@@ -199,12 +200,13 @@ def _record(diagnosis: Diagnosis) -> str:
 def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
     found, cycle = _sized(diagnosis), diagnosis.oscillation
     verdict = {"stiction": "the valve sticks", "undecided": "cannot tell"}.get(diagnosis.verdict, "the valve has play")
-    lines = [f"Verdict: {verdict}; probability of stiction {diagnosis.probability:.2f}.", diagnosis.reason]
+    lines = [f"Verdict: {verdict}; probability of stiction {chance(diagnosis.probability)}.", diagnosis.reason]
     if found:
+        S = _with_ends("S", found.S, found.S_low, found.S_high)
+        J = _with_ends("J", found.J, found.J_low, found.J_high)
         lines += [
-            f"On each reversal the OP travels S = {found.S:.2f} % of span ({_interval(found.S_low, found.S_high)}) "
-            "before the stem moves.",
-            f"When it breaks loose it jumps by J = {found.J:.2f} % of span ({_interval(found.J_low, found.J_high)}).",
+            f"On each reversal the OP travels {S} before the stem moves.",
+            f"When it breaks loose it jumps by {J}.",
         ]
         lines += [f"Reservation: {found.reason}"] if found.reason else []
     if cycle.oscillating and math.isfinite(cycle.period):
@@ -223,8 +225,10 @@ def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def _interval(low: float, high: float) -> str:
-    return f"95 % {low:.2f} to {high:.2f}" if math.isfinite(low) and math.isfinite(high) else "interval unknown"
+def _with_ends(name: str, value: float, low: float, high: float) -> str:
+    at, least, most = interval(value, low, high)
+    ends = f"95 % {least} to {most}" if math.isfinite(low) and math.isfinite(high) else "interval unknown"
+    return f"{name} = {at} % of span ({ends})"
 
 
 def _to_fill_in(diagnosis: Diagnosis) -> tuple[str, ...]:

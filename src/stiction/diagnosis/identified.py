@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.records.digits import interval
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -145,9 +147,10 @@ class Identification:
                 self.parameters.items(), self.parameter_intervals.values(), strict=True
             )
         )
+        S, S_low, S_high = interval(self.S, self.S_low, self.S_high)
+        J, J_low, J_high = interval(self.J, self.J_low, self.J_high)
         return (own + "; " if own else "") + (
-            f"S = {self.S:.2f} % (95 % {self.S_low:.2f} to {self.S_high:.2f}), "
-            f"J = {self.J:.2f} % (95 % {self.J_low:.2f} to {self.J_high:.2f})"
+            f"S = {S} % (95 % {S_low} to {S_high}), J = {J} % (95 % {J_low} to {J_high})"
             f"{f', behind a lag of {self.lag:.3g} s' if self.lag > 0.0 else ''}; "
             f"simulation explains {self.fit:.0f} % of the PV, a good valve {self.fit_linear:.0f} %."
         )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from stiction.diagnosis.identified import plain
+from stiction.records.digits import chance
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -206,7 +207,9 @@ class Diagnosis:
 
     def summary(self) -> str:
         """The verdict in a sentence or two."""
-        return f"{self.record.tag}: {self.verdict} (probability {self.probability:.2f}). {self.reason} {self.action}"
+        return (
+            f"{self.record.tag}: {self.verdict} (probability {chance(self.probability)}). {self.reason} {self.action}"
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form, as `stiction diagnose --json` prints it."""

@@ -89,7 +89,8 @@ def _memory(x: NDArray[np.float64]) -> float:
 def op_moves(view: View) -> Gate:
     """Ask that OP moves, nothing is learnt about the valve otherwise."""
     moved = swing(view.part.op if len(view.part) else view.record.op)
-    why = f"OP moves by {moved:.3g}." if moved > 0 else "OP is constant: the loop is in manual or OP was not recorded."
+    still = "OP is constant: in manual, or OP was not recorded; put the controller in automatic and record again."
+    why = f"OP moves by {moved:.3g}." if moved > 0 else still
     return Gate("op moves", "ok" if moved > 0 else "refuses", moved, 0.0, why)
 
 
@@ -111,7 +112,8 @@ def pv_moves(view: View) -> Gate:
         return Gate("pv moves", "refuses", 0.0, 0.0, "PV was not recorded; record it beside OP.")
     assert view.part.pv is not None
     moved = swing(view.part.pv if len(view.part) else view.record.pv)
-    why = f"PV moves by {moved:.3g}." if moved > 0 else "PV is constant: a frozen transmitter or a wrong column."
+    still = "PV is constant: a frozen transmitter or a wrong column; repair the one or name the other and record again."
+    why = f"PV moves by {moved:.3g}." if moved > 0 else still
     return Gate("pv moves", "ok" if moved > 0 else "refuses", moved, 0.0, why)
 
 
@@ -120,7 +122,7 @@ def saturation(view: View) -> Gate:
     at_limit = saturated(view.record)
     left_out = " (left out)" if clipped(view.record).any() else ""
     why = f"OP rests at a limit in {{:.3g}} % of the samples in {len(runs(at_limit))} stretches{left_out}."
-    return _left_out("saturation", at_limit, 80, why, view)
+    return _left_out("saturation", at_limit, 80, why, "check sizing and limits, then record it off these", view)
 
 
 def manual(view: View) -> Gate:
@@ -128,20 +130,22 @@ def manual(view: View) -> Gate:
     off = in_manual(view.record)
     seen = "by the mode" if view.record.auto is not None else "as OP rests while PV moves"
     why = f"The loop is in manual in {{:.3g}} % of the samples in {len(runs(off))} stretches ({seen}; left out)."
-    return _left_out("manual", off, 90, why, view)
+    return _left_out("manual", off, 90, why, "record it in automatic", view)
 
 
 def frozen_pv(view: View) -> Gate:
     """Count samples in which PV stands still as it never does otherwise."""
     still = frozen(view.record)
     why = f"PV stands still for {{:.3g}} % of the samples in {len(runs(still))} stretches (left out)."
-    return _left_out("frozen", still, 80, why, view)
+    return _left_out("frozen", still, 80, why, "repair the transmitter or its connection and record again", view)
 
 
-def _left_out(name: str, mask: NDArray[np.bool_], refuses: float, why: str, view: View) -> Gate:
+def _left_out(name: str, mask: NDArray[np.bool_], refuses: float, why: str, remedy: str, view: View) -> Gate:
     """Lower above 5 %; refuse above a share, or when what is left is too little."""
     share = 100.0 * _share(mask)
     gate = at_most(name, share, 5, refuses, why.format(share))
+    if gate.severity == "refuses":
+        return replace(gate, why=f"{gate.why[:-1]}; {remedy}.")
     if gate.severity == "lowers" and view.too_little:
         return replace(gate, severity="refuses", why=f"{gate.why[:-1]}; what is left is too short: record longer.")
     return gate
@@ -160,7 +164,9 @@ def missing_values(view: View) -> Gate:
         why += "; repair the connection to the historian and record again."
         return Gate("missing", "refuses", 100.0 * _share(bridged), BRIDGED, why)
     if share > 2 and view.too_little:
-        return Gate("missing", "refuses", share, 2, f"{why}; what is left between the gaps is too short.")
+        return Gate(
+            "missing", "refuses", share, 2, f"{why}; what is left between the gaps is too short: record longer."
+        )
     return at_most("missing", share, 2, np.inf, f"{why}.")
 
 

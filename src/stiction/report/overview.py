@@ -73,7 +73,7 @@ def _row(k: int, diagnosis: Diagnosis) -> list[Cell]:
     return [
         Cell(record.tag, href=f"#{anchor(k)}"),
         Cell(verdict, sort=order, mark=words.MARKS[diagnosis.verdict]),
-        Cell(f"{diagnosis.probability:.2f}", sort=_finite(diagnosis.probability)),
+        Cell(words.chance(diagnosis.probability), sort=_finite(diagnosis.probability)),
         size,
         Cell(words.span(rhythm.period) if rhythm.oscillating else "–", sort=_finite(rhythm.period)),
         Cell(words.digits(rhythm.amplitude_op) if rhythm.oscillating else "–", sort=_finite(rhythm.amplitude_op)),

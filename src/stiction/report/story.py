@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
+from stiction.diagnosis.verdict.meaning import FEATURES, PRIOR
 from stiction.report import words
 
 if TYPE_CHECKING:
@@ -12,70 +13,10 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identified import Identification
     from stiction.diagnosis.result import Diagnosis
 
-__all__ = ["FEATURES", "Step", "Tabled", "causes_step", "counted_step", "story"]
+__all__ = ["Step", "Tabled", "causes_step", "counted_step", "story"]
 
-FEATURES = {
-    "usual": "a loop of which nothing is known",
-    "stem": "what the recorded valve position shows; S takes so much of OP's swing",
-    "likeness": "likeness to simulated loops that stick, all findings weighed",
-    "plant": "likeness to loops that stick as a plant's historian keeps them, all findings weighed",
-    "band": "S takes so much of the OP's swing",
-    "floor": "S takes at least so much of it",
-    "band_here": "S takes so much of the OP's swing in the closer comparison",
-    "advantage": "a sticky valve explains the PV better than a good one",
-    "better": "a sticky valve explains the PV better than a good one",
-    "better_by": "share of the PV that only a sticky valve explains",
-    "beats_good": "a sticky valve foretells the PV better, cycle by cycle",
-    "likely_gain": "likelihood of a sticky valve over a good one",
-    "likely_gain_in_part": "the same in the third of the record where it is largest",
-    "likely_gain_seen": "the same where the record shows the controller's own samples",
-    "likely_jump_gain": "likelihood of a valve that jumps over one that hardly does",
-    "likely_jump_clear": "likelihood of a jump beyond what chance gives",
-    "own_samples": "the record shows the controller's own samples",
-    "likely_band": "S by likelihood takes so much of the OP's swing",
-    "likely_jump": "J over S by likelihood",
-    "likely_jump_low": "lower end of the interval of J over S",
-    "likely_jump_high": "upper end of the interval of J over S",
-    "likely_S_low": "lower end of the interval of S over S",
-    "likely_S_high": "upper end of the interval of S over S, a third of it",
-    "S_low": "lower end of the rough interval of S over S",
-    "S_high": "upper end of the rough interval of S over S, a third of it",
-    "significance": "the difference is more than chance",
-    "grip": "band times share of the PV explained",
-    "fit": "share of the PV that a sticky valve explains",
-    "fit_linear": "share of the PV that a good valve explains",
-    "at_limit": "share of the record with OP at 0 or 100 %",
-    "saturated": "share of the record with OP at a limit",
-    "share": "share of the error that the oscillation carries",
-    "others": "share of the error that other oscillations carry",
-    "wander": "the amplitude changes from period to period",
-    "decay": "the oscillation dies out",
-    "regularity": "regularity of the oscillation",
-    "oscillating": "the loop oscillates",
-    "own_period": "valve, process and controller found cycle with the record's period",
-    "own_amplitude": "valve, process and controller found cycle with the record's amplitude",
-    "own_limit": "the period is that of a loop at its limit of stability",
-    "margin": "how near a good valve's loop is to its limit of stability",
-    "time_constant": "time constant of the process in periods",
-    "time_constant_linear": "time constant that a good valve would need",
-    "skew_pv": "PV leans to one side",
-    "skew_op": "OP leans to one side",
-    "tails_pv": "PV has peaks",
-    "tails_op": "OP has peaks",
-    "coarse": "PV is coarse",
-    "still": "PV rests while OP moves",
-    "spikes": "PV has spikes",
-    "set_point": "share of the PV that the set point moves",
-    "jump": "slip jump as a share of S",
-    "jump_gain": "a jump is needed to explain the PV",
-    "shape_op": "shape of OP by He's method",
-    "shape_pv": "shape of PV by Haegglund's method",
-    "votes": "votes of the published methods",
-    "integrating": "the process integrates",
-}
-"""What a feature means to a reader; the others go by their name."""
 COUNTED = 8
-"""Features named in the story."""
+"""Findings named in the story; the others are told together."""
 
 
 class Tabled(NamedTuple):
@@ -188,20 +129,30 @@ def counted_step(diagnosis: Diagnosis) -> Step | None:
     counted = diagnosis.counted
     if not counted:
         return None
-    probability = diagnosis.settings.get("before_doubts", diagnosis.probability)
     rows = [
-        [
+        _counted_row(
             FEATURES.get(one.feature, one.feature.replace("_", " ")),
+            one.log_odds,
             words.digits(one.value, significant=2),
             words.digits(one.usual, significant=2),
-            f"{one.log_odds:+.1f}",
-            "for stiction" if one.log_odds > 0.0 else "against",
-        ]
+        )
         for one in counted[:COUNTED]
     ]
-    line = f"All {len(counted)} findings together make the probability of stiction {probability:.2f}."
+    if counted[COUNTED:]:
+        rows.append(_counted_row("the others together", sum(one.log_odds for one in counted[COUNTED:])))
+    rows.append(_counted_row("all together", sum(one.log_odds for one in counted)))
+    found = words.count(sum(one.feature != PRIOR for one in counted), "finding")
+    probability = diagnosis.settings.get("before_doubts", diagnosis.probability)
+    line = (
+        f"{found}, and what is known of any loop, add up in log odds of stiction against all but play (deadband); with "
+        f"play beside it the probability of stiction is {words.chance(probability)}."
+    )
     table = Tabled(["Finding", "Here", "Usually", "Log odds", "Speaks"], rows, ["Here", "Usually", "Log odds"])
     return Step("What counted?", [line], table)
+
+
+def _counted_row(name: str, log_odds: float, value: str = "–", usual: str = "–") -> list[str]:
+    return [name, value, usual, f"{log_odds:+.1f}", "for stiction" if log_odds > 0.0 else "against"]
 
 
 def causes_step(diagnosis: Diagnosis) -> Step | None:
@@ -209,7 +160,7 @@ def causes_step(diagnosis: Diagnosis) -> Step | None:
     if not diagnosis.causes:
         return None
     ranked = sorted(diagnosis.causes.items(), key=lambda item: -item[1])
-    rows = [[name, f"{share:.2f}"] for name, share in ranked]
+    rows = [[name, words.chance(share)] for name, share in ranked]
     return Step("Which cause?", [], Tabled(["Cause", "Probability"], rows, ["Probability"]))
 
 

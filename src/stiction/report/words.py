@@ -7,6 +7,8 @@ import re
 from html import escape
 from typing import TYPE_CHECKING
 
+from stiction.records.digits import chance, digits, interval
+
 if TYPE_CHECKING:
     from stiction.diagnosis.identified import Identification
     from stiction.diagnosis.result import Diagnosis
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = [
     "MARKS",
     "VERDICTS",
+    "chance",
     "cited",
     "confidence",
     "count",
@@ -36,20 +39,6 @@ _METHODS = {
     "singhal_salsbury": "Singhal and Salsbury",
 }
 MARKS: dict[str, Mark] = {"stiction": "alert", "no_stiction": "good", "undecided": "unknown"}
-
-
-def digits(value: float, unit: str = "", significant: int = 3) -> str:
-    r"""Return a number as text with a few significant digits, or a dash; a space before the unit does not break.
-
-    Examples
-    --------
-    >>> digits(3.14159, "%"), digits(1234.5), digits(99.87, significant=2), digits(float("nan"), "s")
-    ('3.14\xa0%', '1234', '100', '–')
-    """
-    if not math.isfinite(value):
-        return "–"
-    text = f"{value:.0f}" if abs(value) >= 10**significant - 0.5 else f"{value:.{significant}g}"
-    return f"{text}\u00a0{unit}" if unit else text
 
 
 def span(seconds: float) -> str:
@@ -77,24 +66,6 @@ def time_unit(seconds: float) -> tuple[str, float]:
 def count(n: int, noun: str) -> str:
     """Return a number with its noun: `1 loop`, `2 loops`."""
     return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
-
-
-def interval(value: float, low: float, high: float) -> tuple[str, str, str]:
-    """Return a value and the ends of its interval with the decimals that its width warrants, for two digits or more.
-
-    Examples
-    --------
-    >>> interval(3.0, 2.7, 3.3), interval(21.99, 21.97, 22.02), interval(2.04, 0.6, 3.4)
-    (('3.0', '2.7', '3.3'), ('21.99', '21.97', '22.02'), ('2.0', '0.6', '3.4'))
-    >>> interval(4.0, float("nan"), 5.0)
-    ('4', '–', '5')
-    """
-    if not all(map(math.isfinite, (value, low, high))):
-        return digits(value), digits(low), digits(high)
-    by_width = 2 if high <= low else -math.floor(math.log10(0.4 * (high - low)))
-    by_size = 1 - math.floor(math.log10(max(abs(value), 0.1)))
-    decimals = min(max(by_width, by_size, 0), 3)
-    return f"{value:.{decimals}f}", f"{low:.{decimals}f}", f"{high:.{decimals}f}"
 
 
 def setting(value: object) -> str:
@@ -164,7 +135,7 @@ def headline(diagnosis: Diagnosis) -> str:
 def confidence(diagnosis: Diagnosis) -> str:
     """Return the confidence in words and as a number."""
     p = diagnosis.probability
-    said = f"probability of stiction {p:.2f}" if math.isfinite(p) else "no probability"
+    said = f"probability of stiction {chance(p)}" if math.isfinite(p) else "no probability"
     if diagnosis.verdict == "undecided" or not math.isfinite(p):
         return f"No verdict ({said})"
     certainty = p if diagnosis.verdict == "stiction" else 1.0 - p

@@ -158,6 +158,8 @@ def test_what_cannot_be_judged_is_undecided_and_says_why(name):
     assert (found.verdict, found.cause) == ("undecided", "unknown")
     assert found.identification is None
     assert re.search(REFUSED[name], found.reason), found.reason
+    if "as the reason asks" in found.action:
+        assert re.search("[;:,] (put|record|repair|export|check|set) ", found.reason.split(":", 1)[1]), found.reason
 
 
 @pytest.mark.parametrize(

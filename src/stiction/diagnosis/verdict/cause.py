@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, NamedTuple
 
+from stiction.diagnosis.verdict.meaning import strongest
 from stiction.diagnosis.verdict.probability import UNDECIDED
+from stiction.records.digits import chance, digits, interval
 from stiction.records.durations import in_seconds
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from stiction.diagnosis.identified import Identification
-    from stiction.diagnosis.result import Oscillation, Verdict
+    from stiction.diagnosis.result import Counted, Oscillation, Verdict
 
 __all__ = ["Cause", "named_cause", "not_seen"]
 
@@ -22,6 +23,15 @@ FEW_CYCLES = 10.0
 """Periods below which more of them would tell more."""
 FEW_SAMPLES = 15.0
 """Samples of a period below which a faster record would tell more."""
+UNSURE = 0.25, 0.75
+"""Probabilities of stiction between which what would decide is told with any call [-]: no call is of more than low
+confidence there (`report.words`)."""
+BY_CHANCE = 1.0
+"""Twice the log likelihood that one parameter more gains on average where there is nothing to gain [-]."""
+J_UNKNOWN = "J cannot be told from this record."
+"""What an identification says of a J that its interval leaves open."""
+HARDLY = 0.05
+"""J over S up to which a valve hardly jumps [-]."""
 
 
 class Cause(NamedTuple):
@@ -36,7 +46,12 @@ class Cause(NamedTuple):
 
 
 def named_cause(
-    verdict: Verdict, causes: Mapping[str, float], found: Identification, oscillation: Oscillation, dt: float
+    verdict: Verdict,
+    causes: Mapping[str, float],
+    found: Identification,
+    oscillation: Oscillation,
+    dt: float,
+    counted: Sequence[Counted] = (),
 ) -> Cause:
     """Put the likeliest cause into words.
 
@@ -52,22 +67,29 @@ def named_cause(
         Whether and how the loop oscillates.
     dt : float
         Sampling period [s].
+    counted : sequence of Counted
+        What each finding did to the probability of stiction.
 
     Returns
     -------
     Cause
-        Its name, with reason and action; `unknown` where the data do not decide, with what would decide.
+        Its name, with reason and action; `unknown` where the data do not decide. What would decide is told with that,
+        and with a call that is not sure (`UNSURE`).
     """
-    if verdict == "stiction":
-        return _stiction(found)
     likely = sorted((name for name in causes if name != "stiction"), key=lambda name: -causes[name])
+    deciding = _deciding(oscillation, dt)
+    unsure = UNSURE[0] < causes["stiction"] < UNSURE[1]
+    if verdict == "stiction":
+        return _stiction(found, causes, counted, deciding if unsure else "")
     if verdict == "undecided":
-        return _undecided(likely[0], causes, found, oscillation, dt)
+        return Cause("unknown", _undecided(likely[0], causes, found, counted), deciding)
     name = likely[0]
-    reason, action = _OTHERS[name](found, oscillation)
+    reason, action = _OTHERS[name](found, oscillation, counted)
+    if name == "deadband" and not _speaks(found) and causes[name] >= PLAINLY:
+        reason += f" By all that was found play is the likeliest cause ({chance(causes[name])})."
     if causes[name] < PLAINLY:
-        reason += f" {name.capitalize()} is the likeliest cause ({causes[name]:.2f}), before {likely[1]}."
-    return Cause(name, reason, action)
+        reason += f" {name.capitalize()} is the likeliest cause ({chance(causes[name])}), before {likely[1]}."
+    return Cause(name, reason, f"{action} {deciding}" if unsure else action)
 
 
 def not_seen(why: str, causes: Mapping[str, float]) -> Cause:
@@ -91,27 +113,86 @@ def not_seen(why: str, causes: Mapping[str, float]) -> Cause:
     if causes[name] < PLAINLY:
         return Cause("unknown", why, action)
     what = "Nothing else seems wrong with the loop" if name == "none" else f"The likeliest cause is {name}"
-    return Cause(name, f"{why} {what} ({causes[name]:.2f}).", action)
+    return Cause(name, f"{why} {what} ({chance(causes[name])}).", action)
 
 
 def fits(found: Identification) -> str:
-    """How well each valve explains the PV, as part of a sentence."""
-    return f"explains {found.fit:.0f} % of the PV's movement, a good valve {found.fit_linear:.0f} %"
+    """How well a sticky valve explains the PV, as part of a sentence; where no better, whether it foretells it so."""
+    sticky, good = _percent(found.fit), _percent(found.fit_linear)
+    if sticky > good:
+        return f"explains {sticky} % of the PV's movement, a good valve {good} %"
+    if found.gain > BY_CHANCE:
+        gain = digits(found.gain, significant=2)
+        return (
+            f"foretells the PV better than a good one, cycle by cycle (twice the log likelihood: {gain}), though it "
+            f"explains no more of its movement by simulation ({sticky} %, a good valve {good} %)"
+        )
+    return _no_more(sticky, good)
 
 
-def _stiction(found: Identification) -> Cause:
-    width = found.S_high - found.S_low
-    places = min(max(1 - math.floor(math.log10(width)), 0), 3) if width > 0.0 else 3
-    size = f"S = {found.S:.{places}f} % (95 % {found.S_low:.{places}f} to {found.S_high:.{places}f})"
-    return Cause(
-        "stiction",
-        f"A sticky valve with {size} {fits(found)}.",
-        "Check packing, actuator and positioner of the valve; confirm with a ramp or step test in manual. "
-        "Retuning will not cure it.",
+def _no_more(sticky: int, good: int) -> str:
+    return f"explains no more of the PV's movement than a good one ({sticky} %, a good valve {good} %)"
+
+
+def _percent(fit: float) -> int:
+    """A share as it is told: a valve that leaves more than there was explains nothing [%]."""
+    return max(round(fit), 0)
+
+
+def _speaks(found: Identification) -> bool:
+    """Whether `fits` says something for a band."""
+    return _percent(found.fit) > _percent(found.fit_linear) or found.gain > BY_CHANCE
+
+
+def _for(found: Identification, counted: Sequence[Counted]) -> str:
+    """How well a sticky valve explains the PV, and what else counted for it where that says nothing for it."""
+    most = "" if _speaks(found) else strongest(counted)
+    return f"{fits(found)}; what counted most for it: {most}" if most else fits(found)
+
+
+def _against(found: Identification, counted: Sequence[Counted]) -> str:
+    """How well a sticky valve explains the PV, and what counted against it where it does so better than a good one."""
+    sticky, good = _percent(found.fit), _percent(found.fit_linear)
+    if sticky <= good:
+        return _no_more(sticky, good)
+    most = strongest(counted, against=True)
+    return f"{fits(found)}; what counted most against it: {most}" if most else fits(found)
+
+
+def _stiction(found: Identification, causes: Mapping[str, float], counted: Sequence[Counted], deciding: str) -> Cause:
+    S, low, high = interval(found.S, found.S_low, found.S_high)
+    reason = f"A sticky valve with S = {S} % (95 % {low} to {high}) {_for(found, counted)}."
+    if J_UNKNOWN in found.reason:
+        reason += f" {J_UNKNOWN}"
+    if found.J_low <= HARDLY * found.S:
+        play = chance(causes["deadband"])
+        reason += f" Stiction differs from play (deadband) by J only; the probability of play is {play}."
+    if deciding:
+        action = (
+            f"Check packing, actuator and positioner of the valve; if it sticks, retuning will not cure it. {deciding}"
+        )
+    else:
+        action = (
+            "Check packing, actuator and positioner of the valve; confirm with a ramp or step test in manual. "
+            "Retuning will not cure it."
+        )
+    return Cause("stiction", reason, action)
+
+
+def _undecided(other: str, causes: Mapping[str, float], found: Identification, counted: Sequence[Counted]) -> str:
+    what = "no fault" if other == "none" else other
+    if causes["stiction"] < UNDECIDED[0]:
+        return (
+            f"A sticky valve {fits(found)}, yet the rest of what was found speaks for {what} ({chance(causes[other])})."
+        )
+    return (
+        f"The data do not decide between stiction ({chance(causes['stiction'])}) and {what} ({chance(causes[other])}): "
+        f"a sticky valve {_for(found, counted)}."
     )
 
 
-def _undecided(other: str, causes: Mapping[str, float], found: Identification, rhythm: Oscillation, dt: float) -> Cause:
+def _deciding(rhythm: Oscillation, dt: float) -> str:
+    """What would decide whether the valve sticks, in a sentence."""
     wanted = []
     if not rhythm.oscillating or rhythm.cycles < FEW_CYCLES:
         wanted.append("a longer record")
@@ -119,59 +200,53 @@ def _undecided(other: str, causes: Mapping[str, float], found: Identification, r
         often = in_seconds(float(f"{rhythm.period / FEW_SAMPLES / 2.0:.2g}"))
         wanted.append(f"samples every {often} or faster, without compression")
     wanted.append("the valve stroked by a ramp in manual, or the stem's position")
-    what = "no fault" if other == "none" else other
-    if causes["stiction"] < UNDECIDED[0]:
-        why = f"A sticky valve {fits(found)}, yet the rest of what was found speaks for {what} ({causes[other]:.2f})."
-    else:
-        why = (
-            f"The data do not decide between stiction ({causes['stiction']:.2f}) and {what} ({causes[other]:.2f}): a "
-            f"sticky valve {fits(found)}."
-        )
-    return Cause("unknown", why, f"What would decide: {'; '.join(wanted)}.")
+    return f"What would decide: {'; '.join(wanted)}."
 
 
-def _deadband(found: Identification, rhythm: Oscillation) -> tuple[str, str]:
-    del rhythm
+def _deadband(found: Identification, rhythm: Oscillation, counted: Sequence[Counted]) -> tuple[str, str]:
+    del rhythm, counted
+    S = interval(found.S, found.S_low, found.S_high)[0]
     return (
-        f"A valve with {found.S:.2g} % deadband and little or no slip jump {fits(found)}.",
+        f"A valve with {S} % deadband and little or no slip jump {fits(found)}.",
         "Look for play in linkage, actuator and positioner; integral action on this level cycles on any deadband.",
     )
 
 
-def _tight_tuning(found: Identification, rhythm: Oscillation) -> tuple[str, str]:
+def _tight_tuning(found: Identification, rhythm: Oscillation, counted: Sequence[Counted]) -> tuple[str, str]:
     return (
         f"The loop rings every {in_seconds(rhythm.period)} as a loop does that is close to its limit of stability; "
-        f"a sticky valve {fits(found)}.",
+        f"a sticky valve {_against(found, counted)}.",
         "Lower the controller gain or raise the integral time, then look again.",
     )
 
 
-def _external(found: Identification, rhythm: Oscillation) -> tuple[str, str]:
-    cycle = f"cycles every {in_seconds(rhythm.period)}" if rhythm.oscillating else "is moved"
+def _external(found: Identification, rhythm: Oscillation, counted: Sequence[Counted]) -> tuple[str, str]:
+    cycle = f"cycles every {in_seconds(rhythm.period)}, driven" if rhythm.oscillating else "is moved"
     return (
-        f"The loop {cycle}, and a sticky valve {fits(found)}: something outside drives it.",
+        f"The loop {cycle} from outside. A sticky valve {_against(found, counted)}.",
         "Look for the source upstream or in coupled loops with the same period.",
     )
 
 
-def _sensor(found: Identification, rhythm: Oscillation) -> tuple[str, str]:
-    del found, rhythm
+def _sensor(found: Identification, rhythm: Oscillation, counted: Sequence[Counted]) -> tuple[str, str]:
+    del found, rhythm, counted
     return (
         "The PV moves in steps, rests or jumps as the transmitter makes it, which can imitate a sticking valve.",
         "Check range, resolution, filter and wiring of the transmitter before the valve.",
     )
 
 
-def _saturation(found: Identification, rhythm: Oscillation) -> tuple[str, str]:
-    del found, rhythm
+def _saturation(found: Identification, rhythm: Oscillation, counted: Sequence[Counted]) -> tuple[str, str]:
+    del found, rhythm, counted
     return "The OP lies at its limit for part of the record.", "Check sizing and limits of the valve."
 
 
-def _none(found: Identification, rhythm: Oscillation) -> tuple[str, str]:
+def _none(found: Identification, rhythm: Oscillation, counted: Sequence[Counted]) -> tuple[str, str]:
+    del counted
     rest = "." if found.fit_linear > 80.0 else ", the rest is disturbance."
     what = "The oscillation is weak" if rhythm.oscillating else "No regular oscillation"
     return (
-        f"{what}; a good valve explains {found.fit_linear:.0f} % of the PV's movement{rest}",
+        f"{what}; a good valve explains {_percent(found.fit_linear)} % of the PV's movement{rest}",
         "No action on the valve.",
     )
 

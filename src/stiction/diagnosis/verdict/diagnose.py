@@ -139,7 +139,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
         verdict = "undecided"
     if torn and verdict == "undecided":
         main = max((main, main.rough or main), key=lambda one: one.fit)  # the one that explains so much
-    cause = named_cause(verdict, told, main, seen.oscillation, record.dt)
+    cause = named_cause(verdict, told, main, seen.oscillation, record.dt, weights)
     if nothing:
         cause = not_seen(nothing, told)
     shown = windows(seen.part, main, seen.quality.first) if verdict != "no_stiction" else ()
@@ -250,7 +250,10 @@ def _cannot_tell(seen: Findings) -> Diagnosis:
     quality = seen.quality
     first = ("length",) if any(g.name == "length" and quality.rows < g.limit for g in quality.gates) else PLAIN_REASONS
     refusals = sorted(quality.refusals, key=lambda gate: first.index(gate.name) if gate.name in first else len(first))
-    why = " ".join(gate.why for gate in refusals[:2]) or "OP or PV does not vary enough for a search."
+    why = (
+        " ".join(gate.why for gate in refusals[:2])
+        or "OP or PV does not vary enough for a search; record while it does."
+    )
     saturated = only_saturated(quality)
     return Diagnosis(
         record=seen.record,

@@ -23,6 +23,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from stiction.diagnosis.verdict.probability import kept_by_plant
+from stiction.records.digits import chance
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identified import Identification
@@ -171,7 +172,7 @@ def held_back(
         return HeldBack(min(max(drawn, LEAST), MOST), f"The data allow {bound} ({', '.join(hiding)}).")
     if not doubts:
         return HeldBack(probability, "")
-    why, before, after = f"The data are in doubt ({', '.join(doubts)})", f"{probability:.2f}", f"{drawn:.2f}"
+    why, before, after = f"The data are in doubt ({', '.join(doubts)})", chance(probability), chance(drawn)
     return HeldBack(drawn, f"{why}, which makes {before} a {after}." if before != after else f"{why}.")
 
 

@@ -1,0 +1,151 @@
+"""The words of a verdict: no reason argues against its verdict, and what is not sure is not told as a fact."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as some
+
+import stiction as st
+from stiction.diagnosis.identified import ErrorSurface, Identification, ProcessFit
+from stiction.diagnosis.result import Counted, Oscillation
+from stiction.diagnosis.verdict.cause import fits, named_cause
+from stiction.diagnosis.verdict.meaning import strongest
+
+NONE = np.empty(0)
+FOUND = Identification(
+    "kano", 3.0, 1.0, 2.7, 3.3, 0.7, 1.4, ProcessFit(3.0, 10.0, 10.0, False), 93.0, 41.0,
+    ErrorSurface(NONE, NONE, NONE, math.nan), NONE, NONE,
+)  # fmt: skip
+RHYTHM = Oscillation(True, 60.0, 5.0, 1.0, 3.0, 20.0, 0, 10)
+COUNTED = (
+    Counted("usual", math.nan, math.nan, 3.0),
+    Counted("band", 0.7, 0.31, 2.4),
+    Counted("share", 0.94, 0.5, -3.3),
+    Counted("advantage", 0.4, 0.2, 0.5),
+)
+NAMES = ("deadband", "tight tuning", "external disturbance", "sensor", "saturation", "none")
+
+
+def told(verdict, p, name="none", found=FOUND, **shares):
+    """A cause whose name has almost all that stiction leaves."""
+    causes = {"stiction": p, **dict.fromkeys(NAMES, 0.0), name: 1.0 - p, **shares}
+    return named_cause(verdict, causes, found, RHYTHM, 1.0, COUNTED)
+
+
+def fitting(fit, fit_linear, gain=math.nan):
+    return replace(FOUND, fit=fit, fit_linear=fit_linear, gain=gain)
+
+
+def test_a_valve_that_explains_more_is_said_to():
+    assert told("stiction", 0.9).reason == (
+        "A sticky valve with S = 3.0 % (95 % 2.7 to 3.3) explains 93 % of the PV's movement, a good valve 41 %."
+    )
+
+
+@pytest.mark.parametrize(("fit", "good"), [(40.7, 67.5), (99.9, 99.6), (84.2, 84.1), (-8.0, -3.0)])
+def test_a_valve_that_explains_no_more_is_called_sticky_for_what_counted(fit, good):
+    shares = f"({max(round(fit), 0)} %, a good valve {max(round(good), 0)} %)"
+    by_cycle = told("stiction", 0.9, found=fitting(fit, good, 106.6)).reason
+    assert "foretells the PV better than a good one, cycle by cycle (twice the log likelihood: 107), though" in by_cycle
+    assert f"explains no more of its movement by simulation {shares}." in by_cycle
+    for gain in (-5.8, 0.9, math.nan):
+        reason = told("stiction", 0.9, found=fitting(fit, good, gain)).reason
+        assert f"explains no more of the PV's movement than a good one {shares}; " in reason
+        assert "what counted most for it: S takes so much of the OP's swing (0.7, usually 0.31)." in reason
+        assert "foretells" not in reason
+        assert strongest(COUNTED) in told("undecided", 0.5, found=fitting(fit, good, gain)).reason
+
+
+@pytest.mark.parametrize("name", ["tight tuning", "external disturbance"])
+def test_a_good_valve_is_not_defended_with_a_sticky_one_that_explains_more(name):
+    against = "share of the error that the oscillation carries (0.94, usually 0.5)"
+    more = told("no_stiction", 0.05, name, fitting(90.0, 70.0, 50.0)).reason
+    assert more.endswith(f"a good valve 70 %; what counted most against it: {against}.")
+    for gain in (50.0, -50.0):
+        less = told("no_stiction", 0.05, name, fitting(70.0, 90.0, gain)).reason
+        assert less.endswith("explains no more of the PV's movement than a good one (70 %, a good valve 90 %).")
+
+
+def test_play_is_named_by_what_was_found():
+    plain = told("no_stiction", 0.05, "deadband").reason
+    assert plain == (
+        "A valve with 3.0 % deadband and little or no slip jump explains 93 % of the PV's movement, a good valve 41 %."
+    )
+    torn = told("no_stiction", 0.05, "deadband", fitting(50.0, 60.0, -1.0)).reason
+    assert torn.endswith("(50 %, a good valve 60 %). By all that was found play is the likeliest cause (0.95).")
+
+
+@given(fit=some.floats(-50.0, 100.0), good=some.floats(-50.0, 100.0), gain=some.floats(-100.0, 2000.0))
+def test_more_is_said_only_where_the_numbers_shown_are_more(fit, good, gain):
+    said = fits(fitting(fit, good, gain))
+    shown = [max(round(x), 0) for x in (fit, good)]
+    assert ("no more" in said) == (shown[0] <= shown[1])
+    assert ("foretells" in said) == (shown[0] <= shown[1] and gain > 1.0)
+    assert "-" not in said
+
+
+def test_a_jump_that_cannot_be_told_is_told():
+    wide = replace(FOUND, J_low=0.1, J_high=2.9, reason="OP is not recorded. J cannot be told from this record.")
+    reason = told("stiction", 0.8, "deadband", wide, deadband=0.15).reason
+    play = "Stiction differs from play (deadband) by J only; the probability of play is 0.15."
+    assert reason.endswith(f"J cannot be told from this record. {play}")
+    assert told("stiction", 0.8, found=replace(wide, J_low=0.5)).reason.endswith("J cannot be told from this record.")
+    assert told("stiction", 0.8, found=replace(FOUND, J_low=0.0)).reason.endswith("the probability of play is <0.01.")
+    assert "play" not in told("stiction", 0.8).reason
+
+
+def test_the_identification_says_so_in_the_words_that_are_looked_for():
+    loop = st.Loop(st.PID(0.4, 5.0), st.Kano(4.0, 1.0), st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=0.5)
+    run = st.simulate(loop, 70.0, 600.0, 6.0, seed=1, pv_start=70.0, op_start=50.0, loop_type="flow")
+    found = st.diagnose(replace(run, mv=None))
+    assert found.identification is not None
+    assert found.identification.J_high - found.identification.J_low > found.identification.S
+    assert found.verdict == "stiction"
+    assert "J cannot be told from this record." in found.reason
+
+
+@pytest.mark.parametrize("p", [0.53, 0.6, 0.74])
+def test_a_call_that_is_not_sure_says_what_would_decide(p):
+    sticks, follows = told("stiction", p), told("no_stiction", 1.0 - p)
+    for one in (sticks, follows):
+        assert "What would decide: " in one.action
+        assert one.action.endswith("the valve stroked by a ramp in manual, or the stem's position.")
+    assert "if it sticks, retuning will not cure it." in sticks.action
+    assert "Retuning will not" not in sticks.action
+    assert follows.action.startswith("No action on the valve. ")
+
+
+@pytest.mark.parametrize("p", [0.75, 0.9, 1.0])
+def test_a_sure_one_does_not(p):
+    assert told("stiction", p).action.endswith("Retuning will not cure it.")
+    assert told("no_stiction", 1.0 - p).action == "No action on the valve."
+
+
+def test_what_would_decide_is_the_same_list():
+    assert told("undecided", 0.5).action in told("stiction", 0.6).action
+    slow = replace(RHYTHM, cycles=4.0)
+    causes = {"stiction": 0.6, "deadband": 0.0, "none": 0.4}
+    action = named_cause("stiction", causes, FOUND, slow, 10.0).action
+    assert "What would decide: a longer record; samples every 2 s or faster, without compression; the valve" in action
+
+
+def test_a_real_record_is_not_argued_against(records):
+    # A plant's flow loop, sticky by its label: a good valve explains more by simulation, a sticky one by likelihood.
+    (record,) = st.read(records / "plant" / "2111FIC46005_20241014T2155.csv")
+    found = st.diagnose(record)
+    valve = found.identification
+    assert valve is not None
+    assert (found.verdict, valve.fit < valve.fit_linear, valve.gain > 0.0) == ("stiction", True, True)
+    assert "foretells the PV better than a good one, cycle by cycle" in found.reason
+
+
+def test_the_strongest_finding_is_none_of_the_constant():
+    assert strongest(COUNTED[:1]) == ""
+    assert strongest(COUNTED[2:3]) == ""
+    assert strongest(COUNTED[1:2], against=True) == ""
+    assert strongest((Counted("stem", 0.4, math.nan, 5.0), *COUNTED)).endswith("OP's swing (0.4)")

@@ -1,0 +1,46 @@
+"""Numbers as text: nothing that is something is shown as 0, and no probability as certain."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as some
+
+from stiction.records.digits import chance, interval
+
+
+@pytest.mark.parametrize(
+    ("told", "numbers"),
+    [
+        # S of a plant's analyser loop, whose OP hardly moves, and J of it.
+        ("0.0057 0.0040 0.0792", (0.005668, 0.004041, 0.07918)),
+        ("0.0015 0.0000 0.0791", (0.0015, 0.0, 0.07906)),
+        ("0.61 0.05 0.86", (0.614, 0.05341, 0.8596)),
+        ("21 15 29", (20.54, 14.67, 28.76)),
+        ("0.00 0.00 0.69", (0.0001, 0.0, 0.69)),
+        ("0 0 0", (0.0, 0.0, 0.0)),
+        ("5.00 5.00 5.00", (5.0, 5.0, 5.0)),
+        ("5.000 5.000 5.000", (5.0, 4.99999, 5.00001)),
+        ("100 95 105", (100.0, 95.0, 105.0)),
+    ],
+)
+def test_an_interval_by_hand(told, numbers):
+    assert " ".join(interval(*numbers)) == told
+
+
+@given(low=some.floats(0.0, 1.0), value=some.floats(1e-4, 1e3), wide=some.floats(1.0, 900.0))
+def test_what_is_something_is_never_shown_as_nothing(low, value, wide):
+    ends = interval(value, low * value, wide * value)
+    assert float(ends[0]) == pytest.approx(value, rel=0.5)
+    assert len({len(text.partition(".")[2]) for text in ends}) == 1
+
+
+@pytest.mark.parametrize(
+    ("told", "probability"),
+    [
+        (">0.99", 1.0), (">0.99", 0.9956), ("0.99", 0.9949), ("0.90", 0.9), ("0.10", 0.1), ("0.01", 0.0051),
+        ("<0.01", 0.0049), ("<0.01", 0.0), ("–", float("nan")),
+    ],
+)  # fmt: skip
+def test_no_probability_is_told_as_certain(told, probability):
+    assert chance(probability) == told

@@ -1,0 +1,54 @@
+"""The story of a verdict: what it shows as counted is what the probability was made of."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import stiction as st
+from report.diagnoses import diagnosis, record
+from stiction.diagnosis.result import Counted
+from stiction.report import words
+from stiction.report.story import COUNTED, counted_step, story
+
+
+@pytest.fixture(scope="module")
+def found():
+    return st.diagnose(record())
+
+
+def test_what_counted_adds_up_to_what_is_told(found):
+    step = counted_step(found)
+    assert step is not None
+    assert step.table is not None
+    *rows, others, total = step.table.rows
+    assert (others[0], total[0]) == ("the others together", "all together")
+    assert len(rows) == COUNTED < len(found.counted)
+    shown = [float(row[3]) for row in (*rows, others)]
+    assert sum(shown) == pytest.approx(float(total[3]), abs=0.05 * (len(shown) + 1))
+    # Stiction against all but play, before doubts drew stiction and left the others in proportion.
+    before, after = found.settings["before_doubts"], found.causes["stiction"]
+    play = found.causes["deadband"] * (1.0 - before) / (1.0 - after)
+    assert float(total[3]) == pytest.approx(math.log(before / (1.0 - before - play)), abs=0.06)
+    assert words.chance(before) in step.lines[0]
+    assert step.lines[0].startswith(f"{len(found.counted) - 1} findings, ")
+
+
+def test_few_findings_need_no_others():
+    few = (Counted("band", 0.7, 0.3, 2.4), Counted("usual", math.nan, math.nan, -1.7))
+    step = counted_step(diagnosis(200, counted=few))
+    assert step is not None
+    assert step.table is not None
+    assert [row[0] for row in step.table.rows][2:] == ["all together"]
+    assert step.table.rows[-1][3] == "+0.7"
+    assert step.lines[0].startswith("1 finding, ")
+    assert counted_step(diagnosis(200)) is None
+
+
+def test_no_share_of_a_cause_is_shown_as_nothing(found):
+    [table] = [step.table for step in story(found) if step.title == "Which cause?"]
+    assert table is not None
+    shown = [row[1] for row in table.rows]
+    assert "<0.01" in shown
+    assert not {"0.00", "1.00"} & set(shown)
