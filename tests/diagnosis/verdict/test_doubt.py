@@ -37,6 +37,8 @@ from stiction.records.quality import Quality
 from stiction.records.record import LoopRecord
 from stiction.simulation.population import plant_population
 
+HEALTHY = {"sensor": 0.0, "saturation": 0.0, "deadband": 0.0}
+"""Probabilities of causes with which nothing else is to blame."""
 LOWERING = ("cycles", "sampling", "pv resolution", "missing", "op resolution", "saturation", "frozen", "length")
 
 SLOW = "a historian's slow record"
@@ -107,7 +109,7 @@ def test_the_limits_are_all_in_the_table():
 @pytest.mark.parametrize(("likeness", "told"), [(0.5, ()), (0.51, (SLOW,))])
 def test_the_limit_of_likeness_to_a_plants_record(monkeypatch, likeness, told):
     monkeypatch.setattr("stiction.diagnosis.verdict.doubt.kept_by_plant", lambda _row: likeness)
-    assert against_good(fits(50.0, 50.0), SimpleNamespace(likely_jump_clear=0.0, advantage=0.0)) == told
+    assert against_good(fits(50.0, 50.0), SimpleNamespace(likely_jump_clear=0.0, advantage=0.0), HEALTHY) == told
 
 
 @pytest.mark.parametrize(
@@ -116,8 +118,52 @@ def test_the_limit_of_likeness_to_a_plants_record(monkeypatch, likeness, told):
 )
 def test_the_limit_of_what_the_searches_may_disagree(monkeypatch, gain, advantage, told):
     monkeypatch.setattr("stiction.diagnosis.verdict.doubt.kept_by_plant", lambda _row: 0.0)
-    found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, gain=gain, own_samples=True)
-    assert against_good(found, SimpleNamespace(likely_jump_clear=0.0, advantage=advantage)) == told
+    valve = {"S": 4.0, "S_low": 3.0, "beats_good": 0.0, "own_samples": True}
+    found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, gain=gain, **valve)
+    assert against_good(found, SimpleNamespace(likely_jump_clear=0.0, advantage=advantage), HEALTHY) == told
+
+
+PLAIN = "a sticky valve foretells the PV"
+"""What a valve is told to be whose S is plain, though its loop may be driven."""
+
+
+@pytest.mark.parametrize(
+    ("changed", "causes", "told"),
+    [
+        ({}, {}, (PLAIN,)),
+        ({"beats_good": 8.0}, {}, ()),
+        ({"S_low": 1.0}, {}, ()),
+        ({"own_samples": False}, {}, ()),
+        ({}, {"deadband": 0.5}, ()),
+        ({}, {"sensor": 0.3, "saturation": 0.2}, ()),
+    ],
+)
+def test_a_plain_valve_in_a_driven_loop(monkeypatch, changed, causes, told):
+    monkeypatch.setattr("stiction.diagnosis.verdict.doubt.kept_by_plant", lambda _row: 0.0)
+    plain = {"S": 4.0, "S_low": 1.01, "beats_good": 8.1, "own_samples": True}
+    found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, gain=500.0, **(plain | changed))
+    assert against_good(found, SimpleNamespace(likely_jump_clear=0.0, advantage=0.0), HEALTHY | causes) == told
+
+
+@pytest.mark.parametrize(("clear", "told"), [(0.33, ()), (0.34, ("a jump is plain",))])
+def test_a_jump_is_plain_whatever_else_is_wrong(clear, told):
+    row = SimpleNamespace(likely_jump_clear=clear, advantage=0.9)
+    assert against_good(fits(99.0), row, HEALTHY | {"saturation": 0.9}) == told
+
+
+def test_a_valve_that_slips_into_a_limit_is_not_surely_good():
+    """A loop whose set point asks for more than the valve gives, for a third of the time."""
+    loop = st.Loop(
+        st.PID(0.4, 12.0, op_limits=(0.0, 100.0)), st.Kano(6.0, 3.5), st.FOPDT(1.0, 12.0, 3.0), dt=1.0, noise=0.05
+    )
+    steps = 20.0 * (np.arange(3000.0) // 500 % 2) + 85.0
+    record = st.simulate(loop, steps, 3000.0, seed=3, pv_start=85.0, op_start=85.0, loop_type="flow")
+    found = st.diagnose(replace(record, mv=None))
+    assert found.settings["before_doubts"] < LEAST <= found.probability
+    assert found.verdict == "undecided"
+    assert "speaks for saturation" in found.reason
+    assert "a jump is plain" in found.reason
+    assert pytest.approx(6.0, rel=0.02) == found.identification.S
 
 
 @given(p=some.floats(0.0, 1.0))
@@ -206,14 +252,14 @@ def test_what_speaks_against_a_good_valve_keeps_it_from_being_surely_good(p):
 
 def test_slow_records_such_as_plants_keep_are_never_surely_good():
     seen = [(case, findings(case.record)) for case in plant_population(24, 3)]
-    told = [(case, st.diagnose(case.record), against_good(one.found[one.speaks], one.features)) for case, one in seen
-            if one.features is not None]  # fmt: skip
+    told = [(case, st.diagnose(case.record), against_good(one.found[one.speaks], one.features, HEALTHY))
+            for case, one in seen if one.features is not None]  # fmt: skip
     slow = [SLOW in against for case, _, against in told if case.record.dt > 3.0 * case.loop.dt]
     assert len(slow) > 12
     assert np.mean(slow) > 0.6
     assert min(found.probability for _, found, against in told if SLOW in against) >= LEAST
     # The controller's own samples hide no slip, however the rest of the record looks.
-    assert not any(SLOW in against_good(replace(one.found[one.speaks], own_samples=True), one.features)
+    assert not any(SLOW in against_good(replace(one.found[one.speaks], own_samples=True), one.features, HEALTHY)
                    for _, one in seen if one.features is not None)  # fmt: skip
 
 

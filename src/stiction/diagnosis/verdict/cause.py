@@ -88,7 +88,8 @@ def named_cause(
     if name == "deadband" and not _speaks(found) and causes[name] >= PLAINLY:
         reason += f" By all that was found play is the likeliest cause ({chance(causes[name])})."
     if causes[name] < PLAINLY:
-        reason += f" {name.capitalize()} is the likeliest cause ({chance(causes[name])}), before {likely[1]}."
+        first, second = ("no fault" if cause == "none" else cause for cause in likely[:2])
+        reason += f" {first.capitalize()} is the likeliest cause ({chance(causes[name])}), before {second}."
     return Cause(name, reason, f"{action} {deciding}" if unsure else action)
 
 
@@ -244,7 +245,7 @@ def _saturation(found: Identification, rhythm: Oscillation, counted: Sequence[Co
 def _none(found: Identification, rhythm: Oscillation, counted: Sequence[Counted]) -> tuple[str, str]:
     del counted
     rest = "." if found.fit_linear > 80.0 else ", the rest is disturbance."
-    what = "The oscillation is weak" if rhythm.oscillating else "No regular oscillation"
+    what = "No fault shows behind the oscillation" if rhythm.oscillating else "No regular oscillation"
     return (
         f"{what}; a good valve explains {_percent(found.fit_linear)} % of the PV's movement{rest}",
         "No action on the valve.",

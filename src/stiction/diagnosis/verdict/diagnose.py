@@ -13,6 +13,7 @@ from stiction.diagnosis.result import Diagnosis, Evidence
 from stiction.diagnosis.verdict.cause import named_cause, not_seen
 from stiction.diagnosis.verdict.doubt import (
     FAULT_SEEN,
+    PLAINLY_JUMPS,
     UNKNOWN,
     against_good,
     explains_much_more,
@@ -127,11 +128,11 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     unseen = explains_nothing(own)
     by_itself = stem is None and told["sensor"] + told["saturation"] < FAULT_SEEN
     nothing = unseen if by_itself else ""
-    torn = by_itself and explains_much_more(own)
+    against = against_good(own, seen.features, told) if stem is None else ()
+    torn = (by_itself and explains_much_more(own)) or PLAINLY_JUMPS in against
     held = held_back(
-        before, seen.quality, told["saturation"], own_samples=own.own_samples, valve_seen=not nothing,
-        against=against_good(own, seen.features) if by_itself else (),
-    )  # fmt: skip
+        before, seen.quality, told["saturation"], own_samples=own.own_samples, valve_seen=not nothing, against=against
+    )
     rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
     verdict = _verdict(held.probability)

@@ -26,6 +26,8 @@ from stiction.diagnosis.verdict.probability import kept_by_plant
 from stiction.records.digits import chance
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from stiction.diagnosis.identified import Identification
     from stiction.diagnosis.verdict.features import Features
     from stiction.records.quality import Quality
@@ -35,6 +37,7 @@ __all__ = [
     "BEYOND",
     "FAULT_SEEN",
     "FEW",
+    "FORETELLS",
     "HIDES",
     "KEPT",
     "LEAST",
@@ -42,6 +45,9 @@ __all__ = [
     "MOST",
     "MOST_KEPT",
     "MUCH_MORE",
+    "PLAINLY_JUMPS",
+    "PLAIN_JUMP",
+    "PLAIN_S",
     "STEPS",
     "SURELY",
     "UNKNOWN",
@@ -95,6 +101,15 @@ for the latter: when it was chosen three of 6 857 loops that do not stick and we
 APART = 0.5
 """What a sticky valve leaves less than a good one by simulation, as `features.advantage` has it, beyond which one that
 foretells worse is a contradiction [-]: in 28 of 8 000 simulated loops (seeds 10, 12, 13, 14), three of them sticky."""
+PLAIN_JUMP = 0.33
+"""`features.likely_jump_clear` beyond which a jump is plain whatever else is wrong with the loop [-]: of 91 loops told
+below `LEAST` with a faulty transmitter or a limit to blame and a likely jump, one of them sticky, none had 0.33 (seeds
+10, 12, 13, 14)."""
+PLAINLY_JUMPS = "a jump is plain"
+"""What is told of such a valve."""
+FORETELLS, PLAIN_S = 8.0, 0.25
+"""Vuong's statistic over a good valve, and the lower end of S over S, beyond which a sticky valve may be there though
+something else drives the loop [-]: 43 of 3 884 loops told below `LEAST` have both (same seeds), all of them good."""
 LIKE_A_PLANTS = 0.5
 """Likeness to a plant historian's record beyond which a slip may have left nothing to see [-]. When it was chosen 382
 of 1 500 such loops (`simulation.population.plant_population`, seed 16) were told below `LEAST` but for it, 55 of which
@@ -221,7 +236,7 @@ def only_saturated(quality: Quality) -> bool:
     return "saturation" in names and names <= {"saturation", *FOLLOWS}
 
 
-def against_good(found: Identification, row: Features) -> tuple[str, ...]:
+def against_good(found: Identification, row: Features, causes: Mapping[str, float]) -> tuple[str, ...]:
     """Say what keeps a valve from being surely good, though nothing is wrong with the data.
 
     Parameters
@@ -230,17 +245,25 @@ def against_good(found: Identification, row: Features) -> tuple[str, ...]:
         The comparison that the verdict rests on.
     row : Features
         What was found in the record.
+    causes : mapping of str to float
+        Probability of each cause, before any doubt [-].
 
     Returns
     -------
     tuple of str
         A jump beyond chance (`features.CLEAR_JUMP`), a sticky valve that explains much more, one that leaves far less
-        by simulation and foretells worse (a few copied samples spoil the likelihood of a record without noise), or
-        values such as a plant's historian keeps, slower than the controller's own: in these slips drown.
+        by simulation and foretells worse (a few copied samples spoil the likelihood of a record without noise), one
+        with a plain S that foretells better in cycle after cycle and is no play, or values such as a plant's historian
+        keeps, slower than the controller's own: in these slips drown. Where the transmitter or a limit of OP is to
+        blame, a jump that is plain (`PLAIN_JUMP`) only: what such a loop shows is else of their making.
     """
+    if causes["sensor"] + causes["saturation"] >= FAULT_SEEN:
+        return (PLAINLY_JUMPS,) if row.likely_jump_clear > PLAIN_JUMP else ()
+    plain_S = found.own_samples and found.S_low > PLAIN_S * found.S and causes["deadband"] < FAULT_SEEN
     seen = {
         "a jump is likely": row.likely_jump_clear > 0.0,
         "a sticky valve explains much more": explains_much_more(found),
+        "a sticky valve foretells the PV": plain_S and found.beats_good > FORETELLS,
         "the searches disagree": found.gain < 0.0 and row.advantage > APART,
         "a historian's slow record": not found.own_samples and kept_by_plant(row) > LIKE_A_PLANTS,
     }
