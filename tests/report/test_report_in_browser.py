@@ -71,7 +71,7 @@ def test_one_loop_draws_every_figure_and_a_zoom_moves_both_trends(tmp_path, visi
     for k in range(7):
         page.locator(".plot").nth(k).scroll_into_view_if_needed()
     until(page, "document.querySelectorAll('.plot .xy, .plot .draglayer').length >= 7")
-    assert drawn(page) == 7
+    assert drawn(page) == 8
     assert page.evaluate("document.documentElement.scrollWidth") <= 1280
     buttons = (
         page.locator(".plot").first.locator(".modebar-btn").evaluate_all("(all) => all.map((b) => b.dataset.title)")
@@ -138,7 +138,7 @@ def test_an_anchor_opens_a_loop_and_paper_clips_nothing_of_it(tmp_path, visit):
         ".filter((e) => e.offsetParent !== null || e.closest('.plot')).map((e) => e.getBoundingClientRect().right))"
     )
     assert widest <= 681
-    assert page.locator(".plot[data-drawn]").count() == 7
+    assert page.locator(".plot[data-drawn]").count() == 8
     page.evaluate("window.dispatchEvent(new Event('afterprint'))")
     page.emulate_media(media="screen")
     page.set_viewport_size({"width": 1280, "height": 900})
