@@ -122,14 +122,15 @@ class Identification:
     drift_error: float = float("nan")
     """Standard error of the drift [% of span per h]."""
     beats_good: float = float("nan")
-    """Vuong's statistic by which the sticky valve foretells the PV better than a good one, cycle by cycle [-]; NaN
-    where only the dense search was made."""
+    """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one, half cycle by half
+    cycle [-]; NaN where only the dense search was made. That valve's actuator may lag where the one told has none,
+    since the record does not show the controller's own samples; so in the next three."""
     gain: float = float("nan")
     """Twice the log likelihood by which it does [-]."""
     gain_in_part: float = float("nan")
     """The same in the third of the record where it is largest [-]."""
     jump_gain: float = float("nan")
-    """Twice the log likelihood by which it beats a valve that hardly jumps [-]."""
+    """Twice the log likelihood by which it beats the likeliest valve that hardly jumps [-]."""
     own_samples: bool = False
     """Whether the record shows the controller's own samples, so that nothing trips the valve unseen."""
     rough: Identification | None = field(default=None, repr=False, compare=False)

@@ -128,8 +128,11 @@ def saturation(view: View) -> Gate:
 def manual(view: View) -> Gate:
     """Count samples not in automatic: no feedback there."""
     off = in_manual(view.record)
-    seen = "by the mode" if view.record.auto is not None else "as OP rests while PV moves"
-    why = f"The loop is in manual in {{:.3g}} % of the samples in {len(runs(off))} stretches ({seen}; left out)."
+    where = f"{{:.3g}} % of the samples in {len(runs(off))} stretches"
+    if view.record.auto is not None:
+        why = f"The loop is in manual in {where} (by the mode; left out)."
+    else:
+        why = f"OP rests while PV moves, as in manual or within a controller's gap, in {where} (left out)."
     return _left_out("manual", off, 90, why, "record it in automatic", view)
 
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from stiction.diagnosis.identification.comparison import ModelComparison, ModelShare
 from stiction.diagnosis.identification.identify import identify
+from stiction.diagnosis.identification.interval import MODEL_ERROR
 from stiction.diagnosis.identification.model_fit import ModelFit, Tied, fit_model, fit_process
-from stiction.diagnosis.identification.model_result import MODEL_ERROR, independent_samples
+from stiction.diagnosis.identification.model_result import independent_samples
 from stiction.diagnosis.identification.model_signals import signals_of
 from stiction.diagnosis.identification.stenman import fit_stenman
 from stiction.diagnosis.identification.three_parameter import fit_three_parameter

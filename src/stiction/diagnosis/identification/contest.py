@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.interval import CHI2_1
+from stiction.diagnosis.identification.interval import CHI2_1, STUDENT
 from stiction.diagnosis.identification.likeliest import one_each
 from stiction.diagnosis.identification.likelihood import LAG_WORTH, by_cycle, good_valve
 
@@ -27,8 +27,6 @@ UNSEEN = {"S": 2.5, "J": 6.5}
 """The same where it does not: what OP does between the samples then trips the valve unseen. With the least widths
 below by how often the interval holds the truth of simulated sticky loops (`simulation.population`): of 388 whose own
 samples show, seed 311, in 0.96; of the 302 others in 0.98."""
-STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13, 2.09, 1.96)
-"""97.5 % points of Student's distribution with one to fifteen degrees of freedom, with about twenty, and with many."""
 MOST = 60
 """Valves compared at most beside those [-]."""
 HARDLY = 0.1

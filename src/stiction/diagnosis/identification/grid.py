@@ -15,7 +15,11 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.signals import Signals
 
-__all__ = ["Processes", "Surface", "dense_processes", "explore", "explore_behind", "near"]
+__all__ = ["LONGEST_DELAY", "OF_RECORD", "Processes", "Surface", "dense_processes", "explore", "explore_behind", "near"]
+
+
+LONGEST_DELAY, OF_RECORD = 0.45, 0.125
+"""Longest dead time tried, as a share of the period, and of the record [-]."""
 
 
 class Processes(NamedTuple):
@@ -74,7 +78,7 @@ def dense_processes(
     Processes
         The candidates.
     """
-    longest = min(0.45 * scale, n_samples / 8.0)
+    longest = min(LONGEST_DELAY * scale, OF_RECORD * n_samples)
     delays = np.unique(np.round(np.linspace(-1.0, max(longest, 2.0), n_delays)).astype(np.int64))
     if integrating:
         second = np.concatenate([[0.0], np.geomspace(0.02, 0.5, n_lags - 1) * scale])

@@ -70,7 +70,8 @@ def identify(
     Notes
     -----
     Every (S, J / S) of a 30 x 30 grid up to the OP's swing (a limit cycle needs OP_pp >= S) is tried with 100
-    processes of one lag, an integrator among them, and 10 dead times, by the error of the simulation. With a period
+    processes, 10 lags (an integrator among them where the loop's kind is not known, behind one where it integrates) by
+    10 dead times, by the error of the simulation. With a period
     this is done in stretches of about eight periods, at most eight. It gives the error surface and, without
     `closer`, S and J: those of the stretch that agrees best with the others, with the profile likelihood's interval.
 

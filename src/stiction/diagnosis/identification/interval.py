@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.grid import Surface
     from stiction.diagnosis.identification.piece import Piece
 
-__all__ = ["CHI2_1", "CHI2_2", "independent_samples", "interval", "limit"]
+__all__ = ["CHI2_1", "CHI2_2", "MODEL_ERROR", "STUDENT", "independent_samples", "interval", "limit"]
 
 CHI2_1, CHI2_2 = 3.841, 5.991
 """95 % points of the chi-square distribution with one and two degrees of freedom."""
-STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36)
-"""97.5 % points of Student's distribution with one to seven degrees of freedom."""
+STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13, 2.09, 1.96)
+"""97.5 % points of Student's distribution with one to fifteen degrees of freedom, with about twenty, and with many."""
 MODEL_ERROR = 0.002
 """Share of the PV's energy that a process of two lags and a sampled stem may leave however good the data are [-]."""
 FLOOR = 0.01

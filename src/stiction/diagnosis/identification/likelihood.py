@@ -263,7 +263,7 @@ def joined(one: Trials, other: Trials) -> Trials:
 
 
 def by_cycle(prediction: Prediction, valve: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Sum of squares that each valve leaves in each cycle.
+    """Sum of squares that each valve leaves in each half cycle.
 
     Parameters
     ----------
@@ -274,7 +274,7 @@ def by_cycle(prediction: Prediction, valve: NDArray[np.float64]) -> NDArray[np.f
 
     Returns
     -------
-    ndarray, shape (n, n_cycles)
+    ndarray, shape (n, n_halves)
         Sums of squares.
     """
     return _errors(prediction, valve, prediction.ends)[1]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.identification.interval import CHI2_1, MODEL_ERROR
 from stiction.diagnosis.identification.model_fit import ModelFit, fit_process
 from stiction.diagnosis.identification.model_signals import rates_of, signals_of
 from stiction.diagnosis.identification.signals import hold_gaps
@@ -19,12 +20,8 @@ if TYPE_CHECKING:
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["CHI2", "MODEL_ERROR", "independent_samples", "interval", "likely", "result_of"]
+__all__ = ["independent_samples", "interval", "likely", "result_of"]
 
-CHI2 = 3.841
-"""95 % point of the chi-square distribution with one degree of freedom."""
-MODEL_ERROR = 0.002
-"""Share of the energy that a process of two lags and a sampled stem may leave however good the data are [-]."""
 FLOOR = 0.015
 """Half width below which no interval of a band goes, as a share of S [-]."""
 PLACES = 0.05
@@ -73,7 +70,7 @@ def likely(fit: ModelFit) -> NDArray[np.bool_]:
     ndarray of bool, shape (n_valves,)
         True where the error is below the limit.
     """
-    limit = max(fit.error * float(np.exp(CHI2 / independent_samples(fit))), fit.error + MODEL_ERROR)
+    limit = max(fit.error * float(np.exp(CHI2_1 / independent_samples(fit))), fit.error + MODEL_ERROR)
     return fit.trials.error <= limit
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.controller import fit_controller
+from stiction.diagnosis.identification.grid import LONGEST_DELAY, OF_RECORD
 from stiction.diagnosis.identification.signals import hold_gaps, pieces_of, prepare, require_enough
 from stiction.diagnosis.identification.valve_trials import Processes, Stretches
 from stiction.errors import RecordError
@@ -18,9 +19,6 @@ if TYPE_CHECKING:
     from stiction.records.record import LoopRecord
 
 __all__ = ["begins_of", "near_processes", "rates_of", "signals_of", "wide_processes"]
-
-LONGEST_DELAY = 0.45
-"""Longest dead time tried, as a share of the period [-]."""
 
 
 def signals_of(record: LoopRecord, period: float | None) -> Stretches:
@@ -201,4 +199,4 @@ def near_processes(process: NDArray[np.float64], signals: Stretches, spread: flo
 
 def _longest(scale: float, n: int) -> int:
     """Longest dead time tried [samples]."""
-    return max(round(min(LONGEST_DELAY * scale, n / 8.0)), 2)
+    return max(round(min(LONGEST_DELAY * scale, OF_RECORD * n)), 2)

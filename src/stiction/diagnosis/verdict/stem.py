@@ -31,6 +31,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stiction.diagnosis.identification.interval import CHI2_1
 from stiction.diagnosis.identification.position import longest_seen, swing_of, watch
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.result import Counted, Evidence
@@ -64,8 +65,6 @@ UNCLEAR = 6.0
 """Squares of the noise [-] that the best valve may leave; 98 in 100 good ones and 95 in 100 sticky ones leave less."""
 ROUNDING = 0.6
 """Deviation from OP, in resolutions of the position, up to which 99 in 100 samples of an echo lie [-]."""
-CHI2 = 3.841
-"""95 % point of the chi-square distribution with one degree of freedom."""
 SEEN, UNSEEN = (4.0, 0.03), (32.0, 0.2)
 """How much further than a likelihood region of 95 % the intervals reach where the record shows the controller's own
 samples, and where OP between them trips the valve unseen: as a factor of the log likelihood, and beyond that as a share
@@ -259,7 +258,7 @@ def _alike(op: NDArray[np.float64], y: NDArray[np.float64]) -> float:
 def _interval(valve: Watched, axis: int, *, own: bool) -> tuple[float, float]:
     """Ends of the 95 % interval of S (0) or J (1) over the valves tried [% of span]."""
     value, (factor, share) = valve[axis], SEEN if own else UNSEEN
-    limit = (valve.left + LITTLE) * float(np.exp(factor * CHI2 / max(valve.turns, 1))) - LITTLE
+    limit = (valve.left + LITTLE) * float(np.exp(factor * CHI2_1 / max(valve.turns, 1))) - LITTLE
     inside = valve.tried[valve.tried[:, 2] <= limit, axis]
     low, high = (min(inside.min(), value), max(inside.max(), value)) if inside.size else (value, value)
     return max(float(low) - share * valve.S, 0.0), float(high) + share * valve.S
