@@ -55,6 +55,11 @@ def quality(lowers=(), refuses=(), first=5, rows=1000, value=1.0):
     return Quality(gates, not refuses, rows, float(rows), 0.0, first, rows)
 
 
+def spikes(number):
+    """Gates of a record that stores so many values far off all others."""
+    return quality(("outliers",), value=number)
+
+
 def hides(name):
     """Whether a value of a gate that itself finds nothing keeps a probability from being sure."""
     return lambda x: bounded(Quality((Gate(name, "ok", x, 0.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000))
@@ -87,6 +92,8 @@ LIMITS = [
     ("one loop in four", lambda p: held_back(p, quality(("replay",))).probability != pytest.approx(p), 0.25, 0.24),
     ("even odds", lambda p: held_back(p, quality(("replay",))).probability != pytest.approx(p), 0.5, 0.51),
     ("saturation that is the finding", lambda p: bool(held_back(0.4, quality(("saturation",)), p).why), 0.5, 0.49),
+    ("spikes that are the finding", lambda p: not held_back(0.4, spikes(6.0), sensor=p).why, 0.49, 0.5),
+    ("their number", lambda n: not held_back(0.4, spikes(n), sensor=0.9).why, 5.0, 6.0),
     ("explained by chance [%]", lambda fit: bool(explains_nothing(fits(fit))), 15.0, 14.9),
     ("explains much more [%]", lambda fit: explains_much_more(fits(fit)), 30.0, 30.1),
 ]

@@ -123,7 +123,7 @@ FACTS: dict[str, MethodFacts] = {
         signals=("pv",),
         holds_for="any process",
         asks="Is anything in the loop nonlinear?",
-        rule="N: nonlinear from 1, not to 0.5",
+        rule="N: nonlinear from 1; a low one clears no valve",
         source="thornhill2005",
     ),
 }

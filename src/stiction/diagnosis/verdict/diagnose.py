@@ -131,8 +131,9 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     against = against_good(own, seen.features, told) if stem is None else ()
     torn = (by_itself and explains_much_more(own)) or PLAINLY_JUMPS in against
     held = held_back(
-        before, seen.quality, told["saturation"], own_samples=own.own_samples, valve_seen=not nothing, against=against
-    )
+        before, seen.quality, told["saturation"], told["sensor"],
+        own_samples=own.own_samples, valve_seen=not nothing, against=against,
+    )  # fmt: skip
     rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
     verdict = _verdict(held.probability)

@@ -48,6 +48,7 @@ __all__ = [
     "PLAINLY_JUMPS",
     "PLAIN_JUMP",
     "PLAIN_S",
+    "SPIKES",
     "STEPS",
     "SURELY",
     "UNKNOWN",
@@ -78,8 +79,11 @@ KEPT, MOST_KEPT = 0.75, 0.9
 """Share of the record below which what was left out might have said something else [-]. Below the first it is a doubt
 and a bound, below the second a bound alone where the record does not show the controller's own samples."""
 FAULT_SEEN = 0.5
-"""Probability of a faulty sensor or of saturation that explains why OP explains nothing; of saturation, beyond which an
-OP at its limit is a finding and no doubt [-]."""
+"""Probability of a faulty sensor or of saturation that explains why OP explains nothing, and beyond which spikes of the
+PV, or an OP at its limit, are a finding and no doubt [-]."""
+SPIKES = 5.0
+"""Values far off all others beyond which they are the finding and no doubt where the transmitter is to blame [-]: a
+historian writes a code for a bad value a few times, a loose contact makes spikes all the time."""
 MUCH_LEFT_OUT, FEW_SAMPLES = "much left out", "few samples"
 """Names of the doubt where less is kept, and of the bound of records of fewer than `FEW` samples."""
 SURELY = 0.005
@@ -129,6 +133,7 @@ def held_back(
     probability: float,
     quality: Quality,
     saturation: float = 0.0,
+    sensor: float = 0.0,
     *,
     own_samples: bool = False,
     valve_seen: bool = True,
@@ -144,6 +149,8 @@ def held_back(
         The gates of the record.
     saturation : float
         Probability that saturation is what is wrong with the loop [-].
+    sensor : float
+        Probability that the transmitter is [-].
     own_samples : bool
         Whether the record shows the controller's own samples: few of them, for a cycle or in all, then hide nothing.
     valve_seen : bool
@@ -169,7 +176,7 @@ def held_back(
     >>> round(held_back(0.999, assess(record)).probability, 3), held_back(0.999, assess(record)).why
     (0.9, 'The data allow no more than 0.90 (length).')
     """
-    doubts = _doubts(quality, saturation)
+    doubts = _doubts(quality, saturation, sensor)
     sure = min(max(probability, 1e-12), 1.0 - 1e-12)
     unknown = min(max(sure, UNKNOWN[0]), UNKNOWN[1])
     odds, usual = (math.log(p / (1.0 - p)) for p in (sure, unknown))
@@ -191,10 +198,12 @@ def held_back(
     return HeldBack(drawn, f"{why}, which makes {before} a {after}." if before != after else f"{why}.")
 
 
-def _doubts(quality: Quality, saturation: float) -> list[str]:
-    """Names of the gates that lower, but for those that do not matter here."""
+def _doubts(quality: Quality, saturation: float, sensor: float) -> list[str]:
+    """Names of the gates that lower, but for those that do not matter here or are the finding themselves."""
     whole = _kept(quality) == 1.0  # at 0 and 100 % the OP is known, and nothing was left out
     harmless = (*HARMLESS, "saturation") if whole or saturation >= FAULT_SEEN else HARMLESS
+    spikes = {gate.name: gate.value for gate in quality.gates}.get("outliers", 0.0)
+    harmless = (*harmless, "outliers") if spikes > SPIKES and sensor >= FAULT_SEEN else harmless
     doubts = [gate.name for gate in quality.reservations if gate.name not in harmless]
     return [*doubts, MUCH_LEFT_OUT] if _kept(quality) < KEPT else doubts
 
