@@ -87,6 +87,7 @@ LIMITS = [
     ("jumps of the clock", hides("clock"), 1.0, 2.0),
     ("samples", lambda n: held_back(0.01, quality(first=0, rows=n)).probability == 0.1, 880, 879),
     ("surely, of few samples", lambda p: held_back(p, quality(first=0, rows=700)).probability == 0.1, 0.0049, 0.005),
+    ("surely, of few for a cycle", lambda p: held_back(p, quality(("sampling",))).probability == 0.1, 0.0031, 0.0032),
     ("share kept", kept(1000, own_samples=True), 0.75, 0.749),
     ("share kept of other samples", kept(2000, own_samples=False), 0.9, 0.8995),
     ("one loop in four", lambda p: held_back(p, quality(("replay",))).probability != pytest.approx(p), 0.25, 0.24),
