@@ -26,6 +26,7 @@ from stiction.diagnosis.verdict.doubt import (
     SURELY,
     UNKNOWN,
     against_good,
+    against_sticking,
     explains_much_more,
     explains_nothing,
     held_back,
@@ -129,6 +130,33 @@ def test_the_limit_of_what_the_searches_may_disagree(monkeypatch, gain, advantag
     valve = {"S": 4.0, "S_low": 3.0, "beats_good": 0.0, "own_samples": True}
     found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, gain=gain, **valve)
     assert against_good(found, SimpleNamespace(likely_jump_clear=0.0, advantage=advantage), HEALTHY) == told
+
+
+NOT_ITS_OWN, BEGINS = "the loop found makes no such cycle", "the oscillation begins within the record"
+"""What keeps a valve from surely sticking."""
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        ({}, (NOT_ITS_OWN,)),
+        ({"decay": -2.0}, (NOT_ITS_OWN, BEGINS)),
+        ({"decay": -2.0, "jump": 0.15}, (BEGINS,)),
+        ({"own_amplitude": 0.3}, ()),
+        ({"jump": 0.15}, ()),
+        ({"integrating": 1.0}, ()),
+        ({"regularity": 0.95, "decay": -2.0}, ()),
+        ({"oscillating": 0.0, "decay": -2.0}, ()),
+        ({"decay": -1.9, "jump": 0.5}, ()),
+    ],
+)
+def test_what_keeps_a_valve_from_surely_sticking(changed, told):
+    row = {"oscillating": 1.0, "regularity": 1.0, "own_amplitude": 0.29, "jump": 0.1, "integrating": 0.0, "decay": 0.0}
+    assert against_sticking(SimpleNamespace(**(row | changed))) == told
+    for p in (0.05, 0.6, 0.97):
+        found = held_back(p, quality(), against_sticking=told)
+        assert found.probability == (min(p, MOST) if told else p)
+        assert (NOT_ITS_OWN in found.why) is (NOT_ITS_OWN in told and p > MOST)
 
 
 PLAIN = "a sticky valve foretells the PV"

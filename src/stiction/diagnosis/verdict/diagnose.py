@@ -16,6 +16,7 @@ from stiction.diagnosis.verdict.doubt import (
     PLAINLY_JUMPS,
     UNKNOWN,
     against_good,
+    against_sticking,
     explains_much_more,
     explains_nothing,
     held_back,
@@ -133,6 +134,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     held = held_back(
         before, seen.quality, told["saturation"], told["sensor"],
         own_samples=own.own_samples, valve_seen=not nothing, against=against,
+        against_sticking=against_sticking(seen.features) if stem is None else (),
     )  # fmt: skip
     rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
