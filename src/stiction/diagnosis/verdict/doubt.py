@@ -122,8 +122,8 @@ something else drives the loop [-]: 43 of 3 884 loops told below `LEAST` have bo
 REGULAR, OWN_CYCLE, HARDLY_JUMPS, BEGINS = 0.95, 0.3, 0.15, -1.9
 """`features.regularity` above which an oscillation is regular, `own_amplitude` and `jump` below which the loop found
 does not make it, and `decay` below which it begins within the record [-]. Of 508 loops told beyond `MOST` (seeds 10,
-12, 13, 14) the first three hold for 14, six of which do not stick, the last for six; of 32 good ones told so on loops of
-another hand, on which they were chosen, for 17 and 8."""
+12, 13, 14) the first three hold for 14, six of which do not stick, the last for six; of 32 good ones told so on loops
+of another hand, on which they were chosen, for 17 and 8."""
 LIKE_A_PLANTS = 0.5
 """Likeness to a plant historian's record beyond which a slip may have left nothing to see [-]. When it was chosen 382
 of 1 500 such loops (`simulation.population.plant_population`, seed 16) were told below `LEAST` but for it, 55 of which
