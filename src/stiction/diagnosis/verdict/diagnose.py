@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.detection.evidence import judge
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.controller import ControllerFit
     from stiction.diagnosis.identification.identify import Search
     from stiction.diagnosis.identified import Identification
-    from stiction.diagnosis.result import Oscillation, Verdict
+    from stiction.diagnosis.result import Counted, Oscillation, Verdict
     from stiction.diagnosis.verdict.stem import Shown
     from stiction.records.quality import Quality
     from stiction.records.record import LoopRecord
@@ -118,61 +118,104 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     seen = findings(record)
     if seen.features is None:
         return _cannot_tell(seen)
-    own = main = seen.found[seen.speaks]
+    weighed = _weigh(seen, seen.features)
+    return _told(seen, weighed, _judge(seen, seen.features, weighed))
+
+
+class Weighed(NamedTuple):
+    """What all findings together say, before any doubt about the data."""
+
+    causes: dict[str, float]
+    """Probability of each cause [-]."""
+    counted: tuple[Counted, ...]
+    """What each finding did to that of stiction."""
+    valve: Identification
+    """The valve to tell."""
+    stem: Shown | None
+    """What the valve's position shows, where it counts."""
+
+
+class Judged(NamedTuple):
+    """What is called, and how sure that is."""
+
+    verdict: Verdict
+    """What is called."""
+    causes: dict[str, float]
+    """Probability of each cause that the data allow [-]."""
+    why: str
+    """What held the probability back, in a sentence."""
+    not_seen: str
+    """Why the valve is not seen, in a sentence; empty where it is."""
+    valve: Identification
+    """The valve to tell."""
+
+
+def _weigh(seen: Findings, row: Features) -> Weighed:
+    """Weigh the findings, and the valve's position where it shows something."""
+    found, told, weights = seen.found[seen.speaks], causes(row), counted(row)
     stem = seen.stem if seen.stem is not None and seen.stem.used else None
-    told, weights = causes(seen.features), counted(seen.features)
-    if stem is not None:
-        weights = (stem.counted(told), *weights)
-        told = stem.weighed(told)
-        main = main if stem.what == "good" else stem.identified(main)  # a good valve has no band to give
-    before = told["stiction"]
-    unseen = explains_nothing(own)
-    by_itself = stem is None and told["sensor"] + told["saturation"] < FAULT_SEEN
-    nothing = unseen if by_itself else ""
-    against = against_good(own, seen.features, told) if stem is None else ()
-    torn = (by_itself and explains_much_more(own)) or PLAINLY_JUMPS in against
+    if stem is None:
+        return Weighed(told, weights, found, None)
+    valve = found if stem.what == "good" else stem.identified(found)  # a good valve has no band to give
+    return Weighed(stem.weighed(told), (stem.counted(told), *weights), valve, stem)
+
+
+def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
+    """Let the doubts hold the probability back, and call what is left of it."""
+    found, told, valve = seen.found[seen.speaks], weighed.causes, weighed.valve
+    blind = weighed.stem is None  # no position shows the stem
+    by_itself = blind and told["sensor"] + told["saturation"] < FAULT_SEEN
+    nothing = explains_nothing(found) if by_itself else ""
+    against = against_good(found, row, told) if blind else ()
     held = held_back(
-        before, seen.quality, told["saturation"], told["sensor"],
-        own_samples=own.own_samples, valve_seen=not nothing, against=against,
-        against_sticking=against_sticking(seen.features) if stem is None else (),
+        told["stiction"], seen.quality, told["saturation"], told["sensor"],
+        own_samples=found.own_samples, valve_seen=not nothing, against=against,
+        against_sticking=against_sticking(row) if blind else (),
     )  # fmt: skip
-    rest = (1.0 - held.probability) / max(1.0 - before, 1e-12)
+    rest = (1.0 - held.probability) / max(1.0 - told["stiction"], 1e-12)
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
     verdict = _verdict(held.probability)
-    if nothing or (torn and verdict == "no_stiction"):
+    much_more = by_itself and explains_much_more(found)
+    if nothing or (verdict == "no_stiction" and (much_more or PLAINLY_JUMPS in against)):
         verdict = "undecided"
-    if torn and verdict == "undecided":
-        main = max((main, main.rough or main), key=lambda one: one.fit)  # the one that explains so much
-    cause = named_cause(verdict, told, main, seen.oscillation, record.dt, weights)
-    if nothing:
-        cause = not_seen(nothing, told)
-    shown = windows(seen.part, main, seen.quality.first) if verdict != "no_stiction" else ()
-    if stem is not None and not any(window.verdict == "stiction" for window in shown):
+    if much_more and verdict == "undecided":
+        valve = max((valve, valve.rough or valve), key=lambda one: one.fit)  # the one that explains so much
+    return Judged(verdict, told, held.why, nothing, valve)
+
+
+def _told(seen: Findings, weighed: Weighed, judged: Judged) -> Diagnosis:
+    """Put the verdict into words."""
+    verdict, valve, found = judged.verdict, judged.valve, seen.found[seen.speaks]
+    cause = named_cause(verdict, judged.causes, valve, seen.oscillation, seen.record.dt, weighed.counted)
+    if judged.not_seen:
+        cause = not_seen(judged.not_seen, judged.causes)
+    shown = windows(seen.part, valve, seen.quality.first) if verdict != "no_stiction" else ()
+    if weighed.stem is not None and not any(window.verdict == "stiction" for window in shown):
         shown = ()
     by_position = seen.stem.why if seen.stem is not None else ""
     _, of_set_point = held_set_point(seen.record, seen.quality.first, seen.quality.last)
-    drift = changes(main, seen.part.duration) if verdict == "stiction" else ""
-    spoken = (cause.reason, by_position, said(shown, record.dt), drift, of_set_point, held.why)
+    drift = changes(valve, seen.part.duration) if verdict == "stiction" else ""
+    spoken = (cause.reason, by_position, said(shown, seen.record.dt), drift, of_set_point, judged.why)
     return Diagnosis(
         record=seen.record,
         verdict=verdict,
-        probability=held.probability,
+        probability=judged.causes["stiction"],
         cause=cause.name,
         reason=" ".join(text for text in spoken if text),
         action=cause.action,
         oscillation=seen.oscillation,
-        evidence=(_own_row(own.rough or own, seen.part, unseen), *seen.evidence),
+        evidence=(_own_row(found.rough or found, seen.part, explains_nothing(found)), *seen.evidence),
         quality=seen.quality,
-        identification=main,
+        identification=valve,
         settings={
-            "model": main.model,
+            "model": valve.model,
             "undecided": list(UNDECIDED),
-            "before_doubts": before,
-            "features": seen.features._asdict(),
+            "before_doubts": weighed.causes["stiction"],
+            "features": seen.features._asdict() if seen.features is not None else {},
         },
         windows=shown,
-        causes=told,
-        counted=weights,
+        causes=judged.causes,
+        counted=weighed.counted,
         controller=seen.controller,
     )
 
