@@ -76,6 +76,7 @@ def test_no_probability_is_printed_as_certain(capsys):
     assert told.count(">0.99") == 3
     assert "1.00" not in told
     assert "0.90" in told
+    assert "The weights: Found by tests/diagnosis/verdict/calibrate.py on 20" in told
 
 
 @pytest.mark.parametrize(

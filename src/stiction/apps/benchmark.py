@@ -78,6 +78,7 @@ def _judged(label: Any) -> dict[str, Any]:
 
 def _tell(summary: dict[str, Any], results: list[dict[str, Any]], groups: list[dict[str, Any]]) -> None:
     from stiction.apps.output import print_table, say
+    from stiction.diagnosis.verdict.weighing import found_on
     from stiction.records.digits import chance
 
     rows = [
@@ -111,6 +112,7 @@ def _tell(summary: dict[str, Any], results: list[dict[str, Any]], groups: list[d
         keys = ("file", "label", "verdict", "probability", "cause", "reason")
         rows = [[_shown(row[key]) for key in keys] for row in missed]
         print_table([key.capitalize() for key in keys], rows, right=["Probability"])
+    say(f"\nThe weights: {found_on('sticks')} Of recorded loops among these the counts say too much (docs/verdict.md).")
 
 
 def _shown(value: Any) -> str:

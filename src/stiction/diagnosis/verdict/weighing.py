@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["COLUMNS", "CONSTANT", "Weighing", "weighing"]
+__all__ = ["COLUMNS", "CONSTANT", "Weighing", "found_on", "weighing"]
 
 CONSTANT = "constant"
 """Name of the row that holds the log odds where each feature has its usual value."""
@@ -88,8 +88,7 @@ def weighing(name: str) -> Weighing:
     >>> weighing("sticks").outcomes, "band" in weighing("sticks").features
     (('stiction',), True)
     """
-    text = files("stiction.diagnosis.verdict").joinpath(f"{name}.csv").read_text(encoding="utf-8")
-    rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+    rows = list(csv.DictReader(_text(name).splitlines()[1:]))
     outcomes = tuple(dict.fromkeys(row["outcome"] for row in rows))
     features = tuple(dict.fromkeys(row["feature"] for row in rows if row["feature"] != CONSTANT))
     told = {(row["feature"], row["outcome"]): row for row in rows}
@@ -103,3 +102,28 @@ def weighing(name: str) -> Weighing:
     constant = np.array([float(told[CONSTANT, outcome]["slope"]) for outcome in outcomes])
     low, high, usual, knot = (column(key) for key in ("low", "high", "usual", "knot"))
     return Weighing(outcomes, features, constant, low, high, usual, knot, table("slope"), table("bend"))
+
+
+def found_on(name: str) -> str:
+    """Say by what a table of weights was found, when, and on which loops.
+
+    Parameters
+    ----------
+    name : str
+        "sticks", "causes", "jumps" or "plant".
+
+    Returns
+    -------
+    str
+        A sentence.
+
+    Examples
+    --------
+    >>> found_on("causes").startswith("Found by tests/diagnosis/verdict/calibrate.py on 20")
+    True
+    """
+    return _text(name).partition("\n")[0].removeprefix("# ")
+
+
+def _text(name: str) -> str:
+    return files("stiction.diagnosis.verdict").joinpath(f"{name}.csv").read_text(encoding="utf-8")
