@@ -186,3 +186,16 @@ def test_S_of_a_slow_record_is_corrected_for_what_OP_does_between_its_samples():
         assert found.S_high >= WIDE * found.S * (1.0 - 1e-9)
         shares.append(found.S / known.S)
     assert np.exp(np.log(shares).mean()) == pytest.approx(1.0, abs=0.03)
+
+
+@pytest.mark.parametrize(("S", "J"), [(1.5, 0.9), (1.6, 1.2)])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_band_that_is_small_beside_the_steps_of_the_set_point(S, J, seed):
+    loop = st.Loop(st.PID(0.4, 12.0), st.Kano(S, J), st.FOPDT(1.0, 12.0, 3.0), dt=1.0, noise=0.05)
+    steps = 30.0 + 35.0 * (np.arange(4000.0) // 800 % 2)
+    record = st.simulate(loop, steps, 4000.0, seed=seed, pv_start=30.0, op_start=30.0, loop_type="flow")
+    assert 0.05 * np.ptp(record.op) > S
+    found = st.identify(replace(record, mv=None))
+    assert pytest.approx(S, rel=0.02) == found.S
+    assert pytest.approx(J, rel=0.05) == found.J
+    assert found.gain > 500.0

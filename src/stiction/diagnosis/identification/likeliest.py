@@ -32,6 +32,8 @@ LEAST_SWING = 0.07
 USUAL = (3.0, 30.0, 0.15)
 """OP's usual swing is so many times [-] what it moves in a quarter of a cycle, at this percentile [%], from a share of
 its whole swing on [-]: where large steps of the set point make the latter many times what the valve's cycle needs."""
+AT_EDGE = 1.25
+"""S over the smallest looked for first up to which the likeliest valve may be the slope of one below [-]."""
 WINDOWS, CYCLES, SHORTEST = 2, 6, 120
 """Windows searched by themselves first, and their length [cycles] but not less than [samples]."""
 N_S, N_J, N_PLACES = 75, 8, 3
@@ -91,9 +93,9 @@ def most_likely(prediction: Prediction, fine: Prediction, swing: float) -> Trial
     """
     tried, gain = _coarsely(prediction, fine, LEAST_SWING * swing, swing)
     usual = _usual_swing(prediction, swing)
-    if gain <= WORTH and usual < swing:
+    if usual < swing and (gain <= WORTH or tried.best[0] < AT_EDGE * LEAST_SWING * swing):
         below, more = _coarsely(prediction, fine, LEAST_SWING * usual, LEAST_SWING * swing)
-        if more > CLEAR:
+        if more > CLEAR + max(gain, 0.0):
             tried, gain, swing = below, more, usual
     if gain > WORTH:
         tried = _fanned(fine, tried, swing)
