@@ -90,7 +90,7 @@ def diagnose(
     if as_json and explain:
         raise ParameterError(
             "--json and --explain exclude each other: the story is text; leave one of them out. The JSON holds its "
-            "numbers: quality, oscillation, stiction, counted, causes, evidence."
+            "numbers: quality, oscillation, controller, stiction, counted, causes, evidence, windows."
         )
     given = {
         "tag": tag, "dt": dt, "columns": columns_of(column), "loop_type": loop_type, "delimiter": delimiter,

@@ -12,7 +12,10 @@ from stiction.records.digits import interval
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["ErrorSurface", "Identification", "ProcessFit", "Stretch", "plain"]
+__all__ = ["J_UNKNOWN", "ErrorSurface", "Identification", "ProcessFit", "Stretch", "plain"]
+
+J_UNKNOWN = "J cannot be told from this record."
+"""What `Identification.reason` says where the interval of J leaves it open."""
 
 
 @dataclass(frozen=True, slots=True)

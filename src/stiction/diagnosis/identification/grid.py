@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = ["LONGEST_DELAY", "OF_RECORD", "Processes", "Surface", "dense_processes", "explore", "explore_behind", "near"]
 
-
 LONGEST_DELAY, OF_RECORD = 0.45, 0.125
 """Longest dead time tried, as a share of the period, and of the record [-]."""
 

@@ -17,7 +17,7 @@ from stiction.diagnosis.identification.likelihood import Prediction, prediction_
 from stiction.diagnosis.identification.own_samples import are_own_samples
 from stiction.diagnosis.identification.piece import Piece, search_piece, with_stem
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
-from stiction.diagnosis.identified import ErrorSurface, Identification, ProcessFit, Stretch
+from stiction.diagnosis.identified import J_UNKNOWN, ErrorSurface, Identification, ProcessFit, Stretch
 from stiction.errors import ParameterError, RecordError
 from stiction.records.outliers import without_outliers
 
@@ -312,7 +312,7 @@ def _result(
         pv=pv[at // signals.thinned],
         linear=_process(speaks.good, signals),
         stretches=tuple(stretches),
-        reason="J cannot be told from this record." if J_high - J_low > 0.6 * S else "",
+        reason=J_UNKNOWN if J_high - J_low > 0.6 * S else "",
     )
 
 

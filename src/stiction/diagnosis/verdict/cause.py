@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from stiction.diagnosis.identified import J_UNKNOWN
 from stiction.diagnosis.verdict.meaning import strongest
 from stiction.diagnosis.verdict.probability import UNDECIDED
 from stiction.records.digits import chance, digits, interval
@@ -28,8 +29,6 @@ UNSURE = 0.25, 0.75
 confidence there (`report.words`)."""
 BY_CHANCE = 1.0
 """Twice the log likelihood that one parameter more gains on average where there is nothing to gain [-]."""
-J_UNKNOWN = "J cannot be told from this record."
-"""What an identification says of a J that its interval leaves open."""
 HARDLY = 0.05
 """J over S up to which a valve hardly jumps [-]."""
 
