@@ -127,13 +127,19 @@ class Identification:
     beats_good: float = float("nan")
     """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one, half cycle by half
     cycle [-]; NaN where only the dense search was made. That valve's actuator may lag where the one told has none,
-    since the record does not show the controller's own samples; so in the next three."""
+    since the record does not show the controller's own samples; so in the next five."""
     gain: float = float("nan")
     """Twice the log likelihood by which it does [-]."""
     gain_in_part: float = float("nan")
     """The same in the third of the record where it is largest [-]."""
     jump_gain: float = float("nan")
     """Twice the log likelihood by which it beats the likeliest valve that hardly jumps [-]."""
+    beats_bent: float = float("nan")
+    """Vuong's statistic by which it foretells the PV better than a good valve whose characteristic is bent [-]."""
+    gain_on_bent: float = float("nan")
+    """Twice the log likelihood by which it does [-]."""
+    bent: str = ""
+    """That characteristic, the likeliest of those tried."""
     own_samples: bool = False
     """Whether the record shows the controller's own samples, so that nothing trips the valve unseen."""
     rough: Identification | None = field(default=None, repr=False, compare=False)
@@ -187,6 +193,9 @@ class Identification:
             "gain": plain(self.gain),
             "gain_in_part": plain(self.gain_in_part),
             "jump_gain": plain(self.jump_gain),
+            "beats_bent": plain(self.beats_bent),
+            "gain_on_bent": plain(self.gain_on_bent),
+            "bent": self.bent,
             "own_samples": self.own_samples,
             "parameters": {name: plain(value) for name, value in self.parameters.items()},
             "parameter_intervals": {

@@ -70,6 +70,16 @@ class Contest(NamedTuple):
     beyond: float
     """What S is larger by than the band that trips at the record's samples [% of span]; the interval has it."""
 
+    def over(self, rival: NDArray[np.float64]) -> tuple[float, float]:
+        """Student's statistic, and twice the log likelihood, by which the first beats a rival by what that leaves [-].
+
+        `rival` is the sum of squares in each half cycle, shape (n_halves,).
+        """
+        by_half = (rival - self.error[0]) / self.variance
+        n = by_half.size
+        total = float(by_half.sum())
+        return total / math.sqrt(max(n * float(by_half.var(ddof=1)), 1e-300)), total
+
     def best_in(self, cycles: slice) -> NDArray[np.float64]:
         """The sticky valve that leaves least in some of the cycles, shape (5,)."""
         return self.valve[int(np.argmin(self.error[:-1, cycles].sum(axis=1)))]

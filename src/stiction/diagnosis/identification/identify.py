@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.identification.characteristic import bent_valve
 from stiction.diagnosis.identification.contest import STANDS_OUT, WIDE, Contest, contest, drift
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, interval, limit
@@ -145,6 +146,8 @@ class Search:
         # lag then only counts in how far a sticky valve beats a good one.
         found = contest(fine, tried if seen else tried.without_lag(), seen=seen)
         clearest = found if seen or tried.best[4] == 0.0 else contest(fine, tried, seen=seen)
+        bent = bent_valve(fine)
+        beats_bent, gain_on_bent = clearest.over(bent.error)
         whole = fine if fine.first == 0 else fine._replace(op=signals.op)
 
         def behind(one: Piece, valve: NDArray[np.float64]) -> Piece:
@@ -162,6 +165,9 @@ class Search:
             gain=clearest.gain(),
             gain_in_part=clearest.gain(3),
             jump_gain=clearest.jump_gain,
+            beats_bent=beats_bent,
+            gain_on_bent=gain_on_bent,
+            bent=bent.name,
             own_samples=seen,
             rough=self.rough,
             reason=f"{told} {closely.reason}".strip(),

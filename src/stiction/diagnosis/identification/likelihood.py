@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.prediction import desk, prediction_errors, stems
+from stiction.diagnosis.identification.prediction import desk, errors_of_stems, prediction_errors, stems
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,6 +23,7 @@ __all__ = [
     "Prediction",
     "Trials",
     "by_cycle",
+    "errors_of",
     "good_valve",
     "joined",
     "kept",
@@ -278,6 +279,30 @@ def by_cycle(prediction: Prediction, valve: NDArray[np.float64]) -> NDArray[np.f
         Sums of squares.
     """
     return _errors(prediction, valve, prediction.ends)[1]
+
+
+def errors_of(prediction: Prediction, mv: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Sum of squares that each of some stems leaves.
+
+    Parameters
+    ----------
+    prediction : Prediction
+        What is foretold.
+    mv : ndarray, shape (n, n_samples)
+        Stem positions, a row each; their means are taken off in place.
+
+    Returns
+    -------
+    tuple of ndarray
+        Of all samples, shape (n,), and of each half cycle, shape (n, n_halves).
+    """
+    ends, n = prediction.ends, mv.shape[0]
+    left, blocks = np.empty(n), np.empty((n, ends.size))
+    work = desk(prediction.pv.size, prediction.order, prediction.edges)
+    errors_of_stems(
+        mv, prediction.pv, prediction.order, prediction.edges, prediction.begin, FLOOR, ends, left, blocks, work
+    )
+    return left, blocks
 
 
 def stem_of(prediction: Prediction, valve: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -18,7 +18,7 @@ from stiction.models.compiled import kernel, summing
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Desk", "apart", "desk", "prediction_errors", "stems"]
+__all__ = ["Desk", "apart", "desk", "errors_of_stems", "prediction_errors", "stems"]
 
 LANES = 32
 """Valves handled side by side."""
@@ -121,10 +121,34 @@ def prediction_errors(op, width, pv, order, edges, begin, floor, S, J, stops, pl
     (n_blocks,) are the samples at which blocks of time end, `blocks` (n, n_blocks) what is left in each; both may
     be empty. `S`, `J`, `stops`, `place` and `keep` (n,) are those of `stems`.
     """
-    n = pv.shape[0]
-    mv, valve, past, cross, stem = work.mv, work.valve, work.past, work.cross, work.stem
+    mv, valve = work.mv, work.valve
     lanes = mv.shape[0]
-    lags = edges[edges.shape[0] - 1] - 1
+    _past(pv, order, begin, work.past)
+    for base in range(0, S.shape[0], lanes):
+        filled = min(lanes, S.shape[0] - base)
+        for v in range(lanes):
+            i = base + min(v, filled - 1)
+            valve[0, v], valve[1, v], valve[2, v], valve[3, v], valve[4, v] = S[i], J[i], stops[i], place[i], keep[i]
+        stems(op, width, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], valve[6], valve[7], valve[8], mv)
+        for v in range(filled):
+            left[base + v] = _error(pv, mv[v], order, edges, begin, floor, ends, blocks[base + v], work)
+
+
+@kernel
+def errors_of_stems(mv, pv, order, edges, begin, floor, ends, left, blocks, work):
+    """Fill `left` and `blocks` as `prediction_errors` does, of stems `mv` (n, n_samples) that are known.
+
+    Their means are taken off in place.
+    """
+    _past(pv, order, begin, work.past)
+    for v in range(mv.shape[0]):
+        left[v] = _error(pv, mv[v], order, edges, begin, floor, ends, blocks[v], work)
+
+
+@summing
+def _past(pv, order, begin, past):
+    """Products of the PV's lags."""
+    n = pv.shape[0]
     for i in range(order + 1):
         total = 0.0
         for k in range(begin, n):
@@ -135,22 +159,24 @@ def prediction_errors(op, width, pv, order, edges, begin, floor, S, J, stops, pl
             for k in range(begin, n):
                 total += pv[k - i] * pv[k - j]
             past[i, j] = past[j, i] = total
-    for base in range(0, S.shape[0], lanes):
-        filled = min(lanes, S.shape[0] - base)
-        for v in range(lanes):
-            i = base + min(v, filled - 1)
-            valve[0, v], valve[1, v], valve[2, v], valve[3, v], valve[4, v] = S[i], J[i], stops[i], place[i], keep[i]
-        stems(op, width, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], valve[6], valve[7], valve[8], mv)
-        for v in range(filled):
-            _centre(mv[v])
-            _products(pv, mv[v], order, lags, begin, cross, stem)
-            _shifted(pv, mv[v], order, lags, begin, cross, stem)
-            _normal(n - begin, order, edges, past, cross, stem, work.group, work.normal, work.weights)
-            left[base + v] = _solve(past[0, 0], work.normal, work.weights) + floor * (n - begin)
-            if ends.shape[0] > 0:
-                _weights(work.normal, work.weights)
-                _residual(pv, mv[v], order, edges, begin, work.weights[0], work.residual)
-                _by_block(work.residual, begin, floor, ends, blocks[base + v])
+
+
+@summing
+def _error(pv, mv, order, edges, begin, floor, ends, blocks, work):
+    """Sum of squares that one stem leaves, and what is left in each block; `work.past` is known."""
+    samples = pv.shape[0] - begin
+    lags = edges[edges.shape[0] - 1] - 1
+    past, cross, stem = work.past, work.cross, work.stem
+    _centre(mv)
+    _products(pv, mv, order, lags, begin, cross, stem)
+    _shifted(pv, mv, order, lags, begin, cross, stem)
+    _normal(samples, order, edges, past, cross, stem, work.group, work.normal, work.weights)
+    left = _solve(past[0, 0], work.normal, work.weights) + floor * samples
+    if ends.shape[0] > 0:
+        _weights(work.normal, work.weights)
+        _residual(pv, mv, order, edges, begin, work.weights[0], work.residual)
+        _by_block(work.residual, begin, floor, ends, blocks)
+    return left
 
 
 @summing

@@ -87,6 +87,10 @@ class Features(NamedTuple):
     """The same in the third of the record where it is largest [-]."""
     likely_gain_seen: float
     """The same of the whole record where it shows the controller's own samples, else 0 [-]."""
+    beats_bent: float
+    """`beats_good` over a good valve, be its characteristic straight or bent [-]."""
+    gain_on_bent: float
+    """`likely_gain` over a good valve, be its characteristic straight or bent [-]."""
     likely_jump_gain: float
     """The same scale of the log likelihood by which it beats a valve that hardly jumps [-]."""
     likely_jump_clear: float
@@ -244,10 +248,12 @@ def features(
         jump_low=main.J_low / S,
         jump_high=min(main.J_high / S, 1.5),
         jump_gain=_jump_gain(main),
-        beats_good=close.beats_good / (3.0 + abs(close.beats_good)) if known else 0.0,
+        beats_good=_squashed(close.beats_good) if known else 0.0,
         likely_gain=_log(close.gain) if known else 0.0,
         likely_gain_in_part=_log(close.gain_in_part) if known else 0.0,
         likely_gain_seen=_log(close.gain) if known and close.own_samples else 0.0,
+        beats_bent=_squashed(min(close.beats_good, close.beats_bent)) if known else 0.0,
+        gain_on_bent=_log(min(close.gain, close.gain_on_bent)) if known else 0.0,
         likely_jump_gain=jump_gain,
         likely_jump_clear=max(jump_gain - CLEAR_JUMP, 0.0),
         own_samples=float(close.own_samples),
@@ -319,6 +325,11 @@ def _better(fit: float, fit_linear: float) -> float:
 def _log(gain: float) -> float:
     """A gain in likelihood on the scale of its logarithm."""
     return math.copysign(math.log1p(abs(gain)) / 8.0, gain)
+
+
+def _squashed(statistic: float) -> float:
+    """Vuong's statistic between -1 and 1."""
+    return statistic / (3.0 + abs(statistic))
 
 
 def _significance(found: Identification) -> float:

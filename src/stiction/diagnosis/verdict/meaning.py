@@ -31,6 +31,8 @@ FEATURES = {
     "likely_gain": "likelihood of a sticky valve over a good one",
     "likely_gain_in_part": "the same in the third of the record where it is largest",
     "likely_gain_seen": "the same where the record shows the controller's own samples",
+    "beats_bent": "a sticky valve foretells the PV better than a good one of any characteristic, cycle by cycle",
+    "gain_on_bent": "likelihood of a sticky valve over a good one of any characteristic",
     "likely_jump_gain": "likelihood of a valve that jumps over one that hardly does",
     "likely_jump_clear": "likelihood of a jump beyond what chance gives",
     "own_samples": "the record shows the controller's own samples",
