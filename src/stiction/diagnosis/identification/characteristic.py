@@ -1,9 +1,10 @@
 """How well a good valve foretells the PV if its characteristic is not straight.
 
-The likelihood of a sticky valve is compared with that of a good one whose stem is OP itself. A valve on its seat or wide
-open, an equal percentage trim or two valves in split range bend what OP makes of the flow, and such a bend, which has no
-memory, may pass for a band: it leaves the straight valve the same part of a wave unexplained. So does a wave from outside
-that is no sine, where there is little noise. A valve that sticks has a memory, and no bend foretells what it does.
+The likelihood of a sticky valve is compared with that of a good one whose stem is OP itself. A valve on its seat or
+wide open, an equal percentage trim or two valves in split range bend what OP makes of the flow, and such a bend, which
+has no memory, may pass for a band: it leaves the straight valve the same part of a wave unexplained. So does a wave from
+outside that is no sine, where there is little noise. A valve that sticks has a memory, and no bend foretells what it
+does. The bends are tried one by one, with the same regression on the past of the PV as every valve.
 """
 
 from __future__ import annotations
@@ -90,16 +91,18 @@ def characteristics(place: NDArray[np.float64]) -> Iterator[tuple[str, NDArray[n
         yield f"wide open from {k:.0%} of OP's range", np.minimum(place, k)
     for k in BENDS:
         for slope in SLOPES:
-            yield f"a slope {slope:.2g} times as steep from {k:.0%} of OP's range", (
-                np.where(place < k, place, k + slope * (place - k))
+            yield (
+                f"a slope {slope:.2g} times as steep from {k:.0%} of OP's range",
+                (np.where(place < k, place, k + slope * (place - k))),
             )
     for exponent in EXPONENTS:
         shape = "equal percentage" if exponent > 0.0 else "quick opening"
         name = f"{shape}, its slope changing by a factor of {math.exp(abs(exponent)):.2g}"
-        yield name, np.exp(exponent * np.clip(place, -BEYOND, 1.0 + BEYOND))
+        yield name, math.copysign(1.0, exponent) * np.exp(exponent * np.clip(place, -BEYOND, 1.0 + BEYOND))
     for k in GAPS:
         for half in HALF_GAPS:
             off = place - k
-            yield f"a gap of {2.0 * half:.0%} about {k:.0%} of OP's range", (
-                np.sign(off) * np.maximum(np.abs(off) - half, 0.0)
+            yield (
+                f"a gap of {2.0 * half:.0%} about {k:.0%} of OP's range",
+                (np.sign(off) * np.maximum(np.abs(off) - half, 0.0)),
             )
