@@ -127,7 +127,7 @@ class Identification:
     beats_good: float = float("nan")
     """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one, half cycle by half
     cycle [-]; NaN where only the dense search was made. That valve's actuator may lag where the one told has none,
-    since the record does not show the controller's own samples; so in the next five."""
+    since the record does not show the controller's own samples; so in what follows."""
     gain: float = float("nan")
     """Twice the log likelihood by which it does [-]."""
     gain_in_part: float = float("nan")
@@ -140,6 +140,11 @@ class Identification:
     """Twice the log likelihood by which it does [-]."""
     bent: str = ""
     """That characteristic, the likeliest of those tried."""
+    beats_wave: float = float("nan")
+    """Vuong's statistic by which it foretells the PV better than a good valve and a wave from outside, the same in
+    every period [-]; NaN where the loop does not oscillate, or too short for a wave to be told."""
+    gain_on_wave: float = float("nan")
+    """Twice the log likelihood by which it does [-]."""
     own_samples: bool = False
     """Whether the record shows the controller's own samples, so that nothing trips the valve unseen."""
     rough: Identification | None = field(default=None, repr=False, compare=False)
@@ -196,6 +201,8 @@ class Identification:
             "beats_bent": plain(self.beats_bent),
             "gain_on_bent": plain(self.gain_on_bent),
             "bent": self.bent,
+            "beats_wave": plain(self.beats_wave),
+            "gain_on_wave": plain(self.gain_on_wave),
             "own_samples": self.own_samples,
             "parameters": {name: plain(value) for name, value in self.parameters.items()},
             "parameter_intervals": {

@@ -2,18 +2,19 @@
 
 The likelihood of a sticky valve is compared with that of a good one whose stem is OP itself. A valve on its seat or
 wide open, an equal percentage trim or two valves in split range bend what OP makes of the flow, and such a bend, which
-has no memory, may pass for a band: it leaves the straight valve the same part of a wave unexplained. So does a wave from
-outside that is no sine, where there is little noise. A valve that sticks has a memory, and no bend foretells what it
-does. The bends are tried one by one, with the same regression on the past of the PV as every valve.
+has no memory, may pass for a band: it leaves the straight valve the same part of a wave unexplained. So does a wave
+from outside that is no sine, where there is little noise. A valve that sticks has a memory, and no bend foretells what
+it does. The bends are tried one by one, with the same regression on the past of the PV as every valve.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.identification.contest import Rival
 from stiction.diagnosis.identification.likelihood import errors_of
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.likelihood import Prediction
 
-__all__ = ["Bent", "bent_valve", "characteristics"]
+__all__ = ["bent_valve", "characteristics"]
 
 ENDS = 0.02, 0.98
 """Quantiles of OP between which a characteristic is bent [-]."""
@@ -39,16 +40,7 @@ GAPS, HALF_GAPS = (0.35, 0.5, 0.65), (0.1, 0.2)
 """Middles of a gap between two valves in split range, and half its width [-]."""
 
 
-class Bent(NamedTuple):
-    """The good valve with the likeliest bent characteristic."""
-
-    name: str
-    """Its characteristic."""
-    error: NDArray[np.float64]
-    """Sum of squares that it leaves in each half cycle, shape (n_halves,)."""
-
-
-def bent_valve(prediction: Prediction) -> Bent:
+def bent_valve(prediction: Prediction) -> Rival:
     """Find the bent characteristic with which a good valve foretells the PV best.
 
     Parameters
@@ -58,8 +50,8 @@ def bent_valve(prediction: Prediction) -> Bent:
 
     Returns
     -------
-    Bent
-        Its name and what it leaves.
+    Rival
+        Its characteristic and what it leaves.
     """
     low, high = np.quantile(prediction.op, ENDS)
     place = (prediction.op - low) / max(high - low, 1e-300)
@@ -67,7 +59,7 @@ def bent_valve(prediction: Prediction) -> Bent:
     stems = np.array([flow.reshape(-1, prediction.width).mean(axis=1) for flow in flows])
     left, by_half = errors_of(prediction, stems)
     best = int(np.argmin(left))
-    return Bent(names[best], by_half[best])
+    return Rival(names[best], by_half[best], 0.0)
 
 
 def characteristics(place: NDArray[np.float64]) -> Iterator[tuple[str, NDArray[np.float64]]]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.likelihood import Prediction, Trials
 
-__all__ = ["Contest", "contest", "drift"]
+__all__ = ["Contest", "Rival", "contest", "drift"]
 
 SEEN = {"S": 4.0, "J": 5.0}
 """Student's statistic, as of many cycles, up to which a valve stays in the interval, where the record shows the
@@ -50,6 +50,17 @@ FEWEST_STRETCHES = 4
 """Stretches below which no drift is told."""
 
 
+class Rival(NamedTuple):
+    """A good valve with something that makes its PV look like a sticky one's."""
+
+    name: str
+    """What it is."""
+    error: NDArray[np.float64]
+    """Sum of squares that it leaves in each half cycle, shape (n_halves,)."""
+    weights: float
+    """Weights that it has beyond those of a good valve [-]: so much it gains by chance in twice the log likelihood."""
+
+
 class Contest(NamedTuple):
     """The most likely valve against its rivals."""
 
@@ -70,14 +81,10 @@ class Contest(NamedTuple):
     beyond: float
     """What S is larger by than the band that trips at the record's samples [% of span]; the interval has it."""
 
-    def over(self, rival: NDArray[np.float64]) -> tuple[float, float]:
-        """Student's statistic, and twice the log likelihood, by which the first beats a rival by what that leaves [-].
-
-        `rival` is the sum of squares in each half cycle, shape (n_halves,).
-        """
-        by_half = (rival - self.error[0]) / self.variance
-        n = by_half.size
-        total = float(by_half.sum())
+    def over(self, rival: Rival) -> tuple[float, float]:
+        """Student's statistic, and twice the log likelihood, by which the first beats a rival [-]."""
+        by_half = (rival.error - self.error[0]) / self.variance
+        n, total = by_half.size, float(by_half.sum()) + rival.weights
         return total / math.sqrt(max(n * float(by_half.var(ddof=1)), 1e-300)), total
 
     def best_in(self, cycles: slice) -> NDArray[np.float64]:

@@ -15,6 +15,7 @@ from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, interval, limit
 from stiction.diagnosis.identification.likeliest import most_likely
 from stiction.diagnosis.identification.likelihood import Prediction, prediction_of, stem_of
+from stiction.diagnosis.identification.outside_wave import outside_wave
 from stiction.diagnosis.identification.own_samples import are_own_samples
 from stiction.diagnosis.identification.piece import Piece, search_piece, with_stem
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
@@ -147,7 +148,10 @@ class Search:
         found = contest(fine, tried if seen else tried.without_lag(), seen=seen)
         clearest = found if seen or tried.best[4] == 0.0 else contest(fine, tried, seen=seen)
         bent = bent_valve(fine)
-        beats_bent, gain_on_bent = clearest.over(bent.error)
+        beats_bent, gain_on_bent = clearest.over(bent)
+        period = math.nan if self.period is None else self.period / (self.record.dt * fine.width)
+        wave = outside_wave(fine, period) if self.period is not None else None
+        beats_wave, gain_on_wave = (math.nan, math.nan) if wave is None else clearest.over(wave)
         whole = fine if fine.first == 0 else fine._replace(op=signals.op)
 
         def behind(one: Piece, valve: NDArray[np.float64]) -> Piece:
@@ -168,6 +172,8 @@ class Search:
             beats_bent=beats_bent,
             gain_on_bent=gain_on_bent,
             bent=bent.name,
+            beats_wave=beats_wave,
+            gain_on_wave=gain_on_wave,
             own_samples=seen,
             rough=self.rough,
             reason=f"{told} {closely.reason}".strip(),

@@ -91,6 +91,12 @@ class Features(NamedTuple):
     """`beats_good` over a good valve, be its characteristic straight or bent [-]."""
     gain_on_bent: float
     """`likely_gain` over a good valve, be its characteristic straight or bent [-]."""
+    beats_wave: float
+    """`beats_good` over a good valve, be there a wave from outside or not [-]."""
+    gain_on_wave: float
+    """`likely_gain` over a good valve, be there a wave from outside or not [-]."""
+    gain_on_any: float
+    """`likely_gain` over the likeliest of all good valves [-]."""
     likely_jump_gain: float
     """The same scale of the log likelihood by which it beats a valve that hardly jumps [-]."""
     likely_jump_clear: float
@@ -223,6 +229,7 @@ def features(
     own = own_cycle(main, controller, period, part.dt) if math.isfinite(period) else None
     known = math.isfinite(close.beats_good)
     jump_gain = _log(close.jump_gain) if known else 0.0
+    on_wave = float(np.fmin(close.gain, close.gain_on_wave))
     rhythm = rhythm_of(part, oscillation)
     sensor = sensor_of(part)
     rows = {row.method: row for row in evidence if row.valid and math.isfinite(row.index)}
@@ -254,6 +261,9 @@ def features(
         likely_gain_seen=_log(close.gain) if known and close.own_samples else 0.0,
         beats_bent=_squashed(min(close.beats_good, close.beats_bent)) if known else 0.0,
         gain_on_bent=_log(min(close.gain, close.gain_on_bent)) if known else 0.0,
+        beats_wave=_squashed(np.fmin(close.beats_good, close.beats_wave)) if known else 0.0,
+        gain_on_wave=_log(on_wave) if known else 0.0,
+        gain_on_any=_log(min(on_wave, close.gain_on_bent)) if known else 0.0,
         likely_jump_gain=jump_gain,
         likely_jump_clear=max(jump_gain - CLEAR_JUMP, 0.0),
         own_samples=float(close.own_samples),
