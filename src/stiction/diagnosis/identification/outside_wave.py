@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["fundamental", "outside_wave"]
 
-HARMONICS = 6
+HARMONICS = 24
 """Harmonics of the wave at most [-]."""
 PER_HARMONIC = 2.5
 """Samples that a period of the highest must have [-]."""
@@ -31,9 +31,9 @@ FEWEST_PERIODS = 4.0
 """Periods in the record below which no wave can be told from a slow load [-]."""
 NEAR = 0.8, 1.25
 """How far off the period of the oscillation that of the wave may be, as a share of it [-]."""
-PADDED = 16
-"""How much finer than the record's own frequencies the period is looked for [-]: the sixth harmonic of one that is off
-by half a step is 0.6 rad off at the ends of the record."""
+PADDED = 64
+"""How much finer than the record's own frequencies the period is looked for, at least [-]: the 24th harmonic of one
+that is off by half a step is 0.6 rad off at the ends of the record."""
 
 
 def outside_wave(prediction: Prediction, period: float) -> Rival | None:
@@ -57,10 +57,12 @@ def outside_wave(prediction: Prediction, period: float) -> Rival | None:
         return None
     own = fundamental(pv, period, most)
     angle = 2.0 * np.pi / own * np.outer(np.arange(1, most + 1), np.arange(n))
-    basis = np.linalg.qr(np.concatenate([np.ones((1, n)), np.cos(angle), np.sin(angle)]).T)[0]
-    op = prediction.op.reshape(n, prediction.width).mean(axis=1)
-    pv, op = (x - basis @ (x @ basis) for x in (pv, op))
-    error = errors_of(prediction._replace(pv=pv), op[np.newaxis])[1][0]
+    basis = np.concatenate([np.ones((1, n)), np.cos(angle), np.sin(angle)])
+    both = np.stack([pv, prediction.op.reshape(n, prediction.width).mean(axis=1)])
+    # Not by `@`: the threads of a linear algebra library take longer to start than so small a product takes.
+    alike, shares = np.einsum("in,jn->ij", basis, basis), np.einsum("in,kn->ik", basis, both)
+    both -= np.einsum("ik,in->kn", np.linalg.solve(alike, shares), basis)
+    error = errors_of(prediction._replace(pv=both[0]), both[1:])[1][0]
     return Rival(f"a wave that repeats every {own:.4g} samples", error, 2.0 * most)
 
 
@@ -81,7 +83,7 @@ def fundamental(pv: NDArray[np.float64], period: float, harmonics: int) -> float
     float
         The period [samples].
     """
-    size = PADDED * pv.size
+    size = 1 << (PADDED * pv.size - 1).bit_length()
     power = np.abs(np.fft.rfft(pv, size)) ** 2
     low, high = (size / (share * period) for share in reversed(NEAR))
     places = np.arange(int(np.ceil(low)), min(int(high), (power.size - 1) // harmonics) + 1)

@@ -1,0 +1,106 @@
+"""A good valve beside a wave from outside: what it leaves is a regression's, and no sticky valve is taken for one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as some
+
+import stiction as st
+from stiction.diagnosis.identification.contest import Contest, Rival
+from stiction.diagnosis.identification.likelihood import prediction_of
+from stiction.diagnosis.identification.outside_wave import fundamental, outside_wave
+from stiction.diagnosis.identification.signals import prepare
+
+from .loops import KNOWN, run_of
+
+
+def saw(phase):
+    return 2.0 * (phase % 1.0) - 1.0
+
+
+def square(phase):
+    return 1.0 if phase % 1.0 < 0.5 else -1.0
+
+
+def driven_from_outside(shape, period, n=1500):
+    """A good valve, a PI controller, a first-order process and a wave at its inlet."""
+    rng = np.random.default_rng(5)
+    op, pv = np.full(n, 50.0), np.full(n, 50.0)
+    state, integral = 0.0, 0.0
+    for k in range(1, n):
+        state += (op[k - 1] - 50.0 + 6.0 * shape(k / period) + 0.1 * rng.normal() - state) / 10.0
+        pv[k] = 50.0 + state + 0.02 * rng.normal()
+        integral += (50.0 - pv[k]) / 12.0
+        op[k] = 50.0 + 0.8 * (50.0 - pv[k] + integral)
+    return st.LoopRecord("FC1", 1.0, op=op, pv=pv, sp=np.full(n, 50.0))
+
+
+def test_what_is_left_is_that_of_a_regression_on_the_harmonics_too():
+    record = driven_from_outside(saw, 41.3)
+    prediction = prediction_of(prepare(record, 41.3))
+    rival = outside_wave(prediction, 41.3)
+    pv, begin, n = prediction.pv, prediction.begin, prediction.pv.size
+    op = prediction.op.reshape(n, -1).mean(axis=1)
+    columns = [np.ones(n - begin)] + [pv[begin - i : n - i] for i in range(1, prediction.order + 1)]
+    for first, last in zip(prediction.edges[:-1], prediction.edges[1:], strict=True):
+        columns.append(np.sum([op[begin - lag : n - lag] for lag in range(first, last)], axis=0))
+    before = len(columns)
+    harmonics = int(rival.weights) // 2
+    own = fundamental(pv, 41.3, harmonics)
+    for h in range(1, harmonics + 1):
+        angle = 2.0 * np.pi * h / own * np.arange(begin, n)
+        columns += [np.cos(angle), np.sin(angle)]
+    A = np.stack(columns, axis=1)
+    left = ((pv[begin:] - A @ np.linalg.lstsq(A, pv[begin:], rcond=None)[0]) ** 2).sum()
+    # The harmonics are taken out over the whole record and not over what is foretold of it: all but the same.
+    assert rival.error.sum() == pytest.approx(left, rel=0.02)
+    assert rival.weights == len(columns) - before
+    alone = A[:, :before]
+    assert ((pv[begin:] - alone @ np.linalg.lstsq(alone, pv[begin:], rcond=None)[0]) ** 2).sum() > 4.0 * left
+
+
+@settings(max_examples=30, deadline=None)
+@given(period=some.floats(20.0, 80.0), off=some.floats(0.85, 1.15), seed=some.integers(0, 99))
+def test_the_period_of_a_saw_is_found(period, off, seed):
+    rng = np.random.default_rng(seed)
+    pv = saw(np.arange(1600) / period + rng.random()) + 0.3 * rng.normal(size=1600)
+    # Cramer and Rao: the first harmonic alone tells a frequency to 6e-6 here; half a step of the search is 4e-6.
+    assert 1.0 / fundamental(pv - pv.mean(), off * period, 6) == pytest.approx(1.0 / period, abs=3e-5)
+
+
+@pytest.mark.parametrize(("samples", "period"), [(400, 90.0), (400, 3.0)])
+def test_too_few_periods_or_samples_of_one_tell_no_wave(samples, period):
+    record = replace(driven_from_outside(saw, 40.0), integrating=False).window(0, samples)
+    assert outside_wave(prediction_of(prepare(record, 40.0)), period) is None
+
+
+def test_a_wave_from_outside_passes_for_a_band_only_where_it_is_not_looked_for():
+    found = st.identify(driven_from_outside(square, 71.3), period=70.0)
+    assert found.gain > 100.0
+    assert found.gain_on_wave < 0.0
+    assert found.to_dict()["gain_on_wave"] == found.gain_on_wave
+    assert found.to_dict()["beats_wave"] == found.beats_wave
+
+
+@pytest.mark.parametrize("name", sorted(KNOWN))
+def test_no_wave_foretells_what_a_sticky_valve_does(name):
+    record = replace(run_of(KNOWN[name], 0.05), mv=None)
+    found = st.identify(record, period=KNOWN[name].period)
+    assert found.gain_on_wave > 0.5 * found.gain > 50.0
+    assert found.beats_wave > 2.0
+
+
+def test_weights_that_a_rival_has_for_nothing_are_made_good():
+    error = np.array([np.full(20, 3.0), np.full(20, 5.0)])
+    contest = Contest(np.ones((2, 5)), error, np.zeros(2), (0.0, 0.0), (0.0, 0.0), 0.5, 0.0, 0.0)
+    left = 3.0 + np.tile([0.5, 1.5], 10)
+    total = 20 * 1.0 / 0.5
+    assert contest.over(Rival("", left, 0.0))[1] == pytest.approx(total)
+    statistic, gain = contest.over(Rival("", left, 6.0))
+    assert gain == pytest.approx(total + 6.0)
+    # Differences of 1 and 3, about 2: a variance of 20 / 19.
+    assert statistic == pytest.approx((total + 6.0) / np.sqrt(20 * 20 / 19))
