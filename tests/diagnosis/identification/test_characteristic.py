@@ -44,12 +44,12 @@ def behind(flow, n=3000, lag=12.0):
 @pytest.mark.parametrize(
     ("flow", "name"),
     [
-        (seat, "a seat at 35%"),
-        (lambda z: np.minimum(z, 0.65), "wide open from 65%"),
-        (lambda z: np.where(z < 0.5, z, 0.5 + 3.0 * (z - 0.5)), "a slope 3 times as steep from 50%"),
+        (seat, "a seat at 35 %"),
+        (lambda z: np.minimum(z, 0.65), "wide open from 65 %"),
+        (lambda z: np.where(z < 0.5, z, 0.5 + 3.0 * (z - 0.5)), "a slope 3 times as steep from 50 %"),
         (lambda z: np.exp(3.0 * np.clip(z, -0.3, 1.3)), "equal percentage"),
         (lambda z: -np.exp(-3.0 * np.clip(z, -0.3, 1.3)), "quick opening"),
-        (lambda z: np.sign(z - 0.5) * np.maximum(abs(z - 0.5) - 0.2, 0.0), "a gap of 40% about 50%"),
+        (lambda z: np.sign(z - 0.5) * np.maximum(abs(z - 0.5) - 0.2, 0.0), "a gap of 40 % about 50 %"),
     ],
 )
 def test_the_bend_that_made_the_record_is_found(flow, name):

@@ -71,6 +71,29 @@ def test_a_good_valve_is_not_defended_with_a_sticky_one_that_explains_more(name)
         assert less.endswith("explains no more of the PV's movement than a good one (70 %, a good valve 90 %).")
 
 
+@pytest.mark.parametrize(
+    ("gain", "bent", "wave", "named"),
+    [
+        (106.6, -20.0, math.nan, "with a seat at 15 % of OP's range"),
+        (106.6, 40.0, -3.0, "beside a wave from outside, the same every 60 s,"),
+        (106.6, -20.0, -30.0, "beside a wave from outside, the same every 60 s,"),
+        (106.6, -30.0, -20.0, "with a seat at 15 % of OP's range"),
+        (106.6, 40.0, 90.0, ""),
+        (106.6, math.nan, math.nan, ""),
+        (0.5, -20.0, -30.0, ""),  # the straight one is as good
+    ],
+)
+def test_a_good_valve_that_foretells_better_is_named(gain, bent, wave, named):
+    more = {"gain_on_bent": bent, "gain_on_wave": wave, "bent": "a seat at 15 % of OP's range"}
+    found = replace(fitting(60.0, 41.0, gain), **more)
+    sentence = f" A good valve {named} foretells the PV better than a sticky one."
+    for verdict, p in (("no_stiction", 0.05), ("undecided", 0.5)):
+        for cause in ("external disturbance", "none"):
+            assert (sentence in told(verdict, p, cause, found).reason) is bool(named)
+    # No reason argues against its verdict.
+    assert "A good valve" not in told("stiction", 0.9, found=found).reason
+
+
 def test_play_is_named_by_what_was_found():
     plain = told("no_stiction", 0.05, "deadband").reason
     assert plain == (

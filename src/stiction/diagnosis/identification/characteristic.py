@@ -78,13 +78,13 @@ def characteristics(place: NDArray[np.float64]) -> Iterator[tuple[str, NDArray[n
         Flow through the valve [-], same shape.
     """
     for k in SEATS:
-        yield f"a seat at {k:.0%} of OP's range", np.maximum(place, k)
+        yield f"a seat at {100.0 * k:.0f} % of OP's range", np.maximum(place, k)
     for k in WIDE_OPEN:
-        yield f"wide open from {k:.0%} of OP's range", np.minimum(place, k)
+        yield f"wide open from {100.0 * k:.0f} % of OP's range", np.minimum(place, k)
     for k in BENDS:
         for slope in SLOPES:
             yield (
-                f"a slope {slope:.2g} times as steep from {k:.0%} of OP's range",
+                f"a slope {slope:.2g} times as steep from {100.0 * k:.0f} % of OP's range",
                 (np.where(place < k, place, k + slope * (place - k))),
             )
     for exponent in EXPONENTS:
@@ -95,6 +95,6 @@ def characteristics(place: NDArray[np.float64]) -> Iterator[tuple[str, NDArray[n
         for half in HALF_GAPS:
             off = place - k
             yield (
-                f"a gap of {2.0 * half:.0%} about {k:.0%} of OP's range",
+                f"a gap of {200.0 * half:.0f} % about {100.0 * k:.0f} % of OP's range",
                 (np.sign(off) * np.maximum(np.abs(off) - half, 0.0)),
             )

@@ -81,11 +81,13 @@ def named_cause(
     if verdict == "stiction":
         return _stiction(found, causes, counted, deciding if unsure else "")
     if verdict == "undecided":
-        return Cause("unknown", _undecided(likely[0], causes, found, counted), deciding)
+        reason = _undecided(likely[0], causes, found, counted) + _rival(found, oscillation)
+        return Cause("unknown", reason, deciding)
     name = likely[0]
     reason, action = _OTHERS[name](found, oscillation, counted)
     if name == "deadband" and not _speaks(found) and causes[name] >= PLAINLY:
         reason += f" By all that was found play is the likeliest cause ({chance(causes[name])})."
+    reason += _rival(found, oscillation)
     if causes[name] < PLAINLY:
         first, second = ("no fault" if cause == "none" else cause for cause in likely[:2])
         reason += f" {first.capitalize()} is the likeliest cause ({chance(causes[name])}), before {second}."
@@ -201,6 +203,16 @@ def _deciding(rhythm: Oscillation, dt: float) -> str:
         wanted.append(f"samples every {often} or faster, without compression")
     wanted.append("the valve stroked by a ramp in manual, or the stem's position")
     return f"What would decide: {'; '.join(wanted)}."
+
+
+def _rival(found: Identification, rhythm: Oscillation) -> str:
+    """The good valve that foretells the PV better than the sticky one though a straight one does not; or nothing."""
+    bent, wave = found.gain_on_bent, found.gain_on_wave
+    if not (found.gain > BY_CHANCE and (bent < 0.0 or wave < 0.0)):
+        return ""
+    beside = f"beside a wave from outside, the same every {in_seconds(rhythm.period)},"
+    name = beside if wave < 0.0 and not bent < wave else f"with {found.bent}"
+    return f" A good valve {name} foretells the PV better than a sticky one."
 
 
 def _deadband(found: Identification, rhythm: Oscillation, counted: Sequence[Counted]) -> tuple[str, str]:
