@@ -5,8 +5,9 @@ from __future__ import annotations
 from bench import Row, Section, median_time
 
 import stiction as st
-from stiction.diagnosis.identification.grid import dense_processes, explore
+from stiction.diagnosis.identification.grid import explore
 from stiction.diagnosis.identification.piece import N_J, N_S
+from stiction.diagnosis.identification.processes import dense_processes
 from stiction.diagnosis.identification.signals import prepare
 
 PERIOD = 162.0

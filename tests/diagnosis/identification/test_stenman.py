@@ -13,7 +13,8 @@ from hypothesis import strategies as some
 import naive
 import stiction as st
 from stiction.diagnosis.identification.model_signals import signals_of
-from stiction.diagnosis.identification.valve_trials import Processes, answer_of, stem_of, try_valves
+from stiction.diagnosis.identification.processes import Processes
+from stiction.diagnosis.identification.valve_trials import answer_of, stem_of, try_valves
 
 from .staircases import drawn
 from .twin import about_local_mean, lag, least_squares, shifted

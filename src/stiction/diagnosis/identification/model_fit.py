@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.model_signals import begins_of, near_processes, wide_processes
-from stiction.diagnosis.identification.valve_trials import Processes, Stretches, Trials, answer_of, stem_of, try_valves
+from stiction.diagnosis.identification.processes import Processes
+from stiction.diagnosis.identification.valve_trials import Stretches, Trials, answer_of, stem_of, try_valves
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.controller import fit_controller
-from stiction.diagnosis.identification.grid import LONGEST_DELAY, OF_RECORD
+from stiction.diagnosis.identification.processes import LONGEST_DELAY, OF_RECORD, Processes
 from stiction.diagnosis.identification.signals import hold_gaps, pieces_of, prepare, require_enough
-from stiction.diagnosis.identification.valve_trials import Processes, Stretches
+from stiction.diagnosis.identification.valve_trials import Stretches
 from stiction.errors import RecordError
 
 if TYPE_CHECKING:

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.grid import Surface, dense_processes, explore, explore_behind, near
-from stiction.diagnosis.identification.search import follow, lag_pair, remove_local_mean
+from stiction.diagnosis.identification.grid import Surface, explore, explore_behind
+from stiction.diagnosis.identification.processes import answer, dense_processes, near
+from stiction.diagnosis.identification.search import follow, remove_local_mean
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -59,15 +60,14 @@ class Piece(NamedTuple):
         """Answer of the process to the stem about its local mean, shape of `target`."""
         signals, sticky = self.signals, self.sticky
         n = signals.target.size
-        raw, out = np.empty(n), np.empty(n)
+        out = np.empty(n)
         mv = self.stem.reshape(n, signals.thinned).mean(axis=1)
         i, j = _optimum(sticky)
         lag, whole, part = sticky.best[i, j]
         if lag < 0:
             return np.zeros(n)
         first, second = sticky.processes.decays()
-        lag_pair(mv, float(mv.mean()), first[int(lag)], second[int(lag)], raw)
-        raw = (1.0 - part) * _shifted(raw, int(whole) + 1) + part * _shifted(raw, int(whole) + 2)
+        raw = answer(mv, first[int(lag)], second[int(lag)], whole + part)
         remove_local_mean(raw, signals.half, out)
         return float(sticky.gain[i, j]) * out
 
@@ -147,7 +147,3 @@ def _behind(signals: Signals, stem: NDArray[np.float64], sign: float, integratin
         if finer.error[0, 0] < found.error[0, 0]:
             found = finer
     return found
-
-
-def _shifted(x: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
-    return x if samples == 0 else np.concatenate([np.full(samples, x[0]), x[:-samples]])

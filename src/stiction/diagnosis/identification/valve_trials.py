@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stiction.diagnosis.identification.processes import Processes, answer
 from stiction.diagnosis.identification.search import lag_pair, remove_local_mean
 from stiction.models.compiled import kernel
 from stiction.models.component import TIE, ValveState
@@ -20,7 +21,7 @@ from stiction.models.valves.srinivasan import srinivasan_step
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Processes", "Stretches", "Trials", "answer_of", "stem_of", "try_valves"]
+__all__ = ["Stretches", "Trials", "answer_of", "stem_of", "try_valves"]
 
 
 class Stretches(NamedTuple):
@@ -70,17 +71,6 @@ class Stretches(NamedTuple):
         """Sum of squares of what is compared."""
         parts = zip(self.bounds[:-1], self.windows, strict=True)
         return float(sum(np.sum(self.target[a + w[0] : a + w[1]] ** 2) for a, w in parts))
-
-
-class Processes(NamedTuple):
-    """Process candidates: every pair of lags with every dead time."""
-
-    first: NDArray[np.float64]
-    """First time constant [samples]; infinity integrates. Shape (n_lags,)."""
-    second: NDArray[np.float64]
-    """Second time constant [samples], shape (n_lags,)."""
-    delays: NDArray[np.int64]
-    """Dead time [samples]; -1 when the PV sees the stem within the sample. Shape (n_delays,), increasing."""
 
 
 class Trials(NamedTuple):
@@ -220,8 +210,7 @@ def try_valves(
     Trials
         What each valve leaves with its best process.
     """
-    with np.errstate(divide="ignore"):
-        first, second = np.exp(-1.0 / processes.first), np.exp(-1.0 / processes.second)
+    first, second = processes.decays()
     packed = _packed(valves, signals.dt)
     if start is None:
         start = np.repeat(signals.start[np.newaxis], valves.shape[0], axis=0)
@@ -288,17 +277,11 @@ def answer_of(signals: Stretches, stem: NDArray[np.float64], process: NDArray[np
         Comparable with the target [its unit].
     """
     gain, first, second, delay = process
-    with np.errstate(divide="ignore"):
-        decays = np.exp(-1.0 / np.array([first, second]))
+    (first,), (second,) = Processes(np.array([first]), np.array([second]), np.zeros(1, dtype=np.int64)).decays()
     out = np.zeros(signals.target.size)
-    whole = int(np.floor(delay))
-    part = delay - whole
     for a, b in _cuts(signals):
         mv = stem[a * signals.width : b * signals.width].reshape(b - a, signals.width).mean(axis=1)
-        raw = np.empty(b - a)
-        lag_pair(mv, float(mv.mean()), decays[0], decays[1], raw)
-        raw = (1.0 - part) * _late(raw, whole + 1) + part * _late(raw, whole + 2)
-        remove_local_mean(raw, signals.half, out[a:b])
+        remove_local_mean(answer(mv, first, second, delay), signals.half, out[a:b])
     return gain * out
 
 
@@ -310,7 +293,3 @@ def _packed(valves: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
 
 def _cuts(signals: Stretches) -> list[tuple[int, int]]:
     return list(zip(signals.bounds[:-1].tolist(), signals.bounds[1:].tolist(), strict=True))
-
-
-def _late(x: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
-    return x if samples == 0 else np.concatenate([np.full(samples, x[0]), x[:-samples]])

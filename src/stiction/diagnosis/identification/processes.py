@@ -1,0 +1,139 @@
+"""Process candidates, which both searches try behind a stem, and what one of them answers to it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stiction.diagnosis.identification.search import lag_pair
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["LONGEST_DELAY", "OF_RECORD", "Processes", "answer", "dense_processes", "near"]
+
+LONGEST_DELAY, OF_RECORD = 0.45, 0.125
+"""Longest dead time tried, as a share of the period, and of the record [-]."""
+
+
+class Processes(NamedTuple):
+    """Process candidates: every pair of lags with every dead time."""
+
+    first: NDArray[np.float64]
+    """First time constant [samples]; infinity integrates. Shape (n_lags,)."""
+    second: NDArray[np.float64]
+    """Second time constant [samples], shape (n_lags,)."""
+    delays: NDArray[np.int64]
+    """Dead time [samples]; -1 when the PV sees the stem within the sample. Shape (n_delays,), increasing."""
+
+    def decays(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Decay per sample of the first and of the second lag; 1 integrates, 0 is no lag."""
+        with np.errstate(divide="ignore"):
+            return np.exp(-1.0 / self.first), np.exp(-1.0 / self.second)
+
+
+def dense_processes(
+    scale: float, n_samples: int, integrating: bool | None, n_lags: int = 10, n_delays: int = 10
+) -> Processes:
+    """Process candidates for a first look, from no lag to an integrator.
+
+    Parameters
+    ----------
+    scale : float
+        Period of the oscillation, or another time scale of the record [samples].
+    n_samples : int
+        Length of the record [samples].
+    integrating : bool or None
+        Whether the process integrates; None looks at both kinds.
+    n_lags, n_delays : int
+        Number of lags and of dead times [-].
+
+    Returns
+    -------
+    Processes
+        The candidates.
+    """
+    longest = min(LONGEST_DELAY * scale, OF_RECORD * n_samples)
+    delays = np.unique(np.round(np.linspace(-1.0, max(longest, 2.0), n_delays)).astype(np.int64))
+    if integrating:
+        second = np.concatenate([[0.0], np.geomspace(0.02, 0.5, n_lags - 1) * scale])
+        return Processes(np.full(n_lags, np.inf), second, delays)
+    if integrating is None:
+        lags = np.concatenate([[0.0], np.geomspace(0.7, max(scale, 2.0), n_lags - 2), [np.inf]])
+    else:
+        lags = np.concatenate([[0.0], np.geomspace(0.7, 2.0 * max(scale, 2.0), n_lags - 1)])
+    return Processes(lags, np.zeros(lags.size), delays)
+
+
+def near(processes: Processes, best: NDArray[np.float64], closer: float, integrating: bool | None) -> Processes:
+    """Candidates about the `best` of `processes`: lags within a factor, second lags, neighbouring dead times.
+
+    Parameters
+    ----------
+    processes : Processes
+        The candidates searched before.
+    best : ndarray, shape (3,)
+        Index of the best lag pair among them, whole and fractional dead time [samples].
+    closer : float
+        Width of the new search as a share of the old one's steps [-].
+    integrating : bool or None
+        Whether the process integrates; None looks at both kinds.
+
+    Returns
+    -------
+    Processes
+        The new candidates, their dead times without gaps.
+    """
+    lag, centre = int(best[0]), int(best[1])
+    tau, second = float(processes.first[lag]), float(processes.second[lag])
+    spread = 1.0 + 1.2 * closer
+    step = int(np.max(np.diff(processes.delays), initial=1))
+    reach = max(round(closer * step), 2)
+    delays = np.arange(max(centre - reach, -1), centre + reach + 2)
+    if np.isinf(tau):
+        tails = np.concatenate([[0.0], max(second, 0.7) * np.geomspace(1.0 / spread, spread, 7)])
+        pairs = [(np.inf, tail) for tail in tails]
+        if integrating is None:
+            pairs += [(slow, 0.0) for slow in np.max(processes.delays) * np.array([4.0, 8.0])]
+        return _candidates(pairs, delays)
+    lags = max(tau, 0.3) * np.geomspace(1.0 / spread, spread, 5)
+    share = second / max(tau, 0.3)
+    shares = np.array([0.0, 0.15, 0.4, 1.0])
+    if share > 0.0:
+        shares = np.append(share * np.geomspace(1.0 / spread, spread, 5), 0.0)
+    pairs = [(0.0, 0.0)] if tau < 0.7 else []
+    pairs += [(t, t * part) for t in lags for part in shares if part <= 1.01]
+    return _candidates(pairs, delays)
+
+
+def _candidates(pairs: list[tuple[float, float]], delays: NDArray[np.int64]) -> Processes:
+    return Processes(np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs]), delays)
+
+
+def answer(mv: NDArray[np.float64], first: float, second: float, dead_time: float) -> NDArray[np.float64]:
+    """Answer of one process with a gain of one to a stem about its mean.
+
+    Parameters
+    ----------
+    mv : ndarray, shape (n_samples,)
+        Stem position [% of span].
+    first, second : float
+        Decay of each lag per sample; 1 integrates, 0 is no lag [-].
+    dead_time : float
+        Dead time [samples]: between two whole ones the answer is a weighted mean of both; -1 answers within the sample.
+
+    Returns
+    -------
+    ndarray, shape (n_samples,)
+        The answer [% of span].
+    """
+    raw, whole = np.empty(mv.size), math.floor(dead_time)
+    lag_pair(mv, float(mv.mean()), first, second, raw)
+    part = dead_time - whole
+    return (1.0 - part) * _later(raw, whole + 1) + part * _later(raw, whole + 2)
+
+
+def _later(x: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
+    return x if samples == 0 else np.concatenate([np.full(samples, x[0]), x[:-samples]])
