@@ -127,7 +127,7 @@ class Identification:
     beats_good: float = float("nan")
     """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one, half cycle by half
     cycle [-]; NaN where only the dense search was made. That valve's actuator may lag where the one told has none,
-    since the record does not show the controller's own samples; so in what follows."""
+    since the record does not show the controller's own samples; so in the gains that follow."""
     gain: float = float("nan")
     """Twice the log likelihood by which it does [-]."""
     gain_in_part: float = float("nan")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -84,8 +84,8 @@ def identify(
     own samples OP trips the valve unseen between them: S is then corrected for the noise on OP, and its interval is a
     factor of 1.4 either way or more. An actuator that lags is looked for too, and found where its likelihood stands
     out: by OP itself its valve would look stickier than it is. Of other than the controller's own samples that only
-    counts in how far a sticky valve beats a good one. The process is the best one behind that valve's stem, by
-    simulation.
+    counts in how far a sticky valve beats a good one: a straight one, the likeliest bent one (`characteristic`), and one
+    beside a wave from outside (`outside_wave`). The process is the best one behind that valve's stem, by simulation.
 
     References
     ----------
@@ -147,11 +147,6 @@ class Search:
         # lag then only counts in how far a sticky valve beats a good one.
         found = contest(fine, tried if seen else tried.without_lag(), seen=seen)
         clearest = found if seen or tried.best[4] == 0.0 else contest(fine, tried, seen=seen)
-        bent = bent_valve(fine)
-        beats_bent, gain_on_bent = clearest.over(bent)
-        period = math.nan if self.period is None else self.period / (self.record.dt * fine.width)
-        wave = outside_wave(fine, period) if self.period is not None else None
-        beats_wave, gain_on_wave = (math.nan, math.nan) if wave is None else clearest.over(wave)
         whole = fine if fine.first == 0 else fine._replace(op=signals.op)
 
         def behind(one: Piece, valve: NDArray[np.float64]) -> Piece:
@@ -169,15 +164,25 @@ class Search:
             gain=clearest.gain(),
             gain_in_part=clearest.gain(3),
             jump_gain=clearest.jump_gain,
-            beats_bent=beats_bent,
-            gain_on_bent=gain_on_bent,
-            bent=bent.name,
-            beats_wave=beats_wave,
-            gain_on_wave=gain_on_wave,
             own_samples=seen,
             rough=self.rough,
             reason=f"{told} {closely.reason}".strip(),
+            **self._over_rivals(fine, clearest),
         )
+
+    def _over_rivals(self, fine: Prediction, clearest: Contest) -> dict[str, Any]:
+        """By how much the likeliest valve beats good ones that have a bend, or a wave from outside beside them."""
+        bent = bent_valve(fine)
+        wave = None if self.period is None else outside_wave(fine, self.period / (self.record.dt * fine.width))
+        beats_bent, gain_on_bent = clearest.over(bent)
+        beats_wave, gain_on_wave = (math.nan, math.nan) if wave is None else clearest.over(wave)
+        return {
+            "bent": bent.name,
+            "beats_bent": beats_bent,
+            "gain_on_bent": gain_on_bent,
+            "beats_wave": beats_wave,
+            "gain_on_wave": gain_on_wave,
+        }
 
 
 def search(record: LoopRecord, period: float | None, controller: ControllerFit | None = None) -> Search:
