@@ -70,6 +70,16 @@ def test_a_bend_that_is_not_among_those_tried_is_near_one():
     assert prediction.samples * np.log(by_cycle(prediction, GOOD).sum() / bent.error.sum()) > 500.0
 
 
+@pytest.mark.parametrize("size", [0.0, 20.0])
+def test_an_op_that_all_but_rests_is_bent_without_harm(size):
+    record = behind(lambda place: place)
+    op = np.full(record.op.size, 50.0)
+    op[1500:1510] += size
+    bent = bent_valve(prediction_of(prepare(record, 60.0))._replace(op=op))
+    assert np.all(np.isfinite(bent.error))
+    assert np.all(bent.error >= 0.0)
+
+
 def test_a_known_stem_leaves_what_a_valve_leaves_that_makes_it():
     record = run_of(KNOWN["first order"], 0.05)
     prediction = prediction_of(prepare(replace(record, mv=None), 105.0))

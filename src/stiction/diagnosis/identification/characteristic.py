@@ -53,8 +53,11 @@ def bent_valve(prediction: Prediction) -> Rival:
     Rival
         Its characteristic and what it leaves.
     """
-    low, high = np.quantile(prediction.op, ENDS)
-    place = (prediction.op - low) / max(high - low, 1e-300)
+    op = prediction.op
+    low, high = np.quantile(op, ENDS)
+    if not high > low:  # OP rests nearly all the time
+        low, high = op.min(), op.max()
+    place = (op - low) / (high - low if high > low else 1.0)
     names, flows = zip(*characteristics(place), strict=True)
     stems = np.array([flow.reshape(-1, prediction.width).mean(axis=1) for flow in flows])
     left, by_half = errors_of(prediction, stems)
@@ -85,7 +88,7 @@ def characteristics(place: NDArray[np.float64]) -> Iterator[tuple[str, NDArray[n
         for slope in SLOPES:
             yield (
                 f"a slope {slope:.2g} times as steep from {100.0 * k:.0f} % of OP's range",
-                (np.where(place < k, place, k + slope * (place - k))),
+                np.where(place < k, place, k + slope * (place - k)),
             )
     for exponent in EXPONENTS:
         shape = "equal percentage" if exponent > 0.0 else "quick opening"
@@ -96,5 +99,5 @@ def characteristics(place: NDArray[np.float64]) -> Iterator[tuple[str, NDArray[n
             off = place - k
             yield (
                 f"a gap of {200.0 * half:.0f} % about {100.0 * k:.0f} % of OP's range",
-                (np.sign(off) * np.maximum(np.abs(off) - half, 0.0)),
+                np.sign(off) * np.maximum(np.abs(off) - half, 0.0),
             )

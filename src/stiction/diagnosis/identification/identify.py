@@ -84,8 +84,8 @@ def identify(
     own samples OP trips the valve unseen between them: S is then corrected for the noise on OP, and its interval is a
     factor of 1.4 either way or more. An actuator that lags is looked for too, and found where its likelihood stands
     out: by OP itself its valve would look stickier than it is. Of other than the controller's own samples that only
-    counts in how far a sticky valve beats a good one: a straight one, the likeliest bent one (`characteristic`), and one
-    beside a wave from outside (`outside_wave`). The process is the best one behind that valve's stem, by simulation.
+    counts in how far a sticky valve beats a good one: a straight one, the likeliest bent one (`characteristic`) and
+    one beside a wave from outside (`outside_wave`). The process is the best behind that valve's stem, by simulation.
 
     References
     ----------
