@@ -154,6 +154,16 @@ class Identification:
     parameter_intervals: dict[str, tuple[float, float]] = field(default_factory=dict)
     """Their 95 % intervals [as above]; r may reach infinity: then a stem that never follows explains the record too."""
 
+    @property
+    def beats_any(self) -> float:
+        """Vuong's statistic over the good valve that comes nearest: straight, bent, or beside a wave [-]."""
+        return float(np.fmin(np.fmin(self.beats_good, self.beats_bent), self.beats_wave))
+
+    @property
+    def gain_on_any(self) -> float:
+        """Twice the log likelihood over that good valve [-]."""
+        return float(np.fmin(np.fmin(self.gain, self.gain_on_bent), self.gain_on_wave))
+
     def summary(self) -> str:
         """The finding in a line."""
         own = ", ".join(

@@ -94,6 +94,14 @@ def test_a_good_valve_that_foretells_better_is_named(gain, bent, wave, named):
     assert "A good valve" not in told("stiction", 0.9, found=found).reason
 
 
+def test_the_nearest_of_all_good_valves_is_the_one_to_beat():
+    found = replace(FOUND, gain=9.0, beats_good=3.0, gain_on_bent=-4.0, beats_bent=-1.0)
+    assert (found.gain_on_any, found.beats_any) == (-4.0, -1.0)
+    found = replace(found, gain_on_wave=-6.0, beats_wave=2.0)
+    assert (found.gain_on_any, found.beats_any) == (-6.0, -1.0)
+    assert math.isnan(FOUND.gain_on_any)
+
+
 def test_play_is_named_by_what_was_found():
     plain = told("no_stiction", 0.05, "deadband").reason
     assert plain == (

@@ -127,7 +127,7 @@ def test_the_limit_of_likeness_to_a_plants_record(monkeypatch, likeness, told):
 )
 def test_the_limit_of_what_the_searches_may_disagree(monkeypatch, gain, advantage, told):
     monkeypatch.setattr("stiction.diagnosis.verdict.doubt.kept_by_plant", lambda _row: 0.0)
-    valve = {"S": 4.0, "S_low": 3.0, "beats_good": 0.0, "own_samples": True}
+    valve = {"S": 4.0, "S_low": 3.0, "beats_good": 0.0, "beats_any": 0.0, "own_samples": True}
     found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, gain=gain, **valve)
     assert against_good(found, SimpleNamespace(likely_jump_clear=0.0, advantage=advantage), HEALTHY) == told
 
@@ -168,6 +168,7 @@ PLAIN = "a sticky valve foretells the PV"
     [
         ({}, {}, (PLAIN,)),
         ({"beats_good": 8.0}, {}, ()),
+        ({"beats_any": 0.0}, {}, ()),
         ({"S_low": 1.0}, {}, ()),
         ({"own_samples": False}, {}, ()),
         ({}, {"deadband": 0.5}, ()),
@@ -176,7 +177,7 @@ PLAIN = "a sticky valve foretells the PV"
 )
 def test_a_plain_valve_in_a_driven_loop(monkeypatch, changed, causes, told):
     monkeypatch.setattr("stiction.diagnosis.verdict.doubt.kept_by_plant", lambda _row: 0.0)
-    plain = {"S": 4.0, "S_low": 1.01, "beats_good": 8.1, "own_samples": True}
+    plain = {"S": 4.0, "S_low": 1.01, "beats_good": 8.1, "beats_any": 0.1, "own_samples": True}
     found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, gain=500.0, **(plain | changed))
     assert against_good(found, SimpleNamespace(likely_jump_clear=0.0, advantage=0.0), HEALTHY | causes) == told
 

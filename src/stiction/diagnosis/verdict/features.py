@@ -229,7 +229,6 @@ def features(
     own = own_cycle(main, controller, period, part.dt) if math.isfinite(period) else None
     known = math.isfinite(close.beats_good)
     jump_gain = _log(close.jump_gain) if known else 0.0
-    on_wave = float(np.fmin(close.gain, close.gain_on_wave))
     rhythm = rhythm_of(part, oscillation)
     sensor = sensor_of(part)
     rows = {row.method: row for row in evidence if row.valid and math.isfinite(row.index)}
@@ -261,9 +260,9 @@ def features(
         likely_gain_seen=_log(close.gain) if known and close.own_samples else 0.0,
         beats_bent=_squashed(min(close.beats_good, close.beats_bent)) if known else 0.0,
         gain_on_bent=_log(min(close.gain, close.gain_on_bent)) if known else 0.0,
-        beats_wave=_squashed(np.fmin(close.beats_good, close.beats_wave)) if known else 0.0,
-        gain_on_wave=_log(on_wave) if known else 0.0,
-        gain_on_any=_log(min(on_wave, close.gain_on_bent)) if known else 0.0,
+        beats_wave=_squashed(float(np.fmin(close.beats_good, close.beats_wave))) if known else 0.0,
+        gain_on_wave=_log(float(np.fmin(close.gain, close.gain_on_wave))) if known else 0.0,
+        gain_on_any=_log(close.gain_on_any) if known else 0.0,
         likely_jump_gain=jump_gain,
         likely_jump_clear=max(jump_gain - CLEAR_JUMP, 0.0),
         own_samples=float(close.own_samples),
