@@ -119,7 +119,7 @@ PLAINLY_JUMPS = "a jump is plain"
 FORETELLS, PLAIN_S = 8.0, 0.25
 """Vuong's statistic over a good valve, and the lower end of S over S, beyond which a sticky valve may be there though
 something else drives the loop [-]. A good valve with a bend, or beside a wave from outside, must not foretell the PV
-better: of 79 loops with the first two (same seeds) none does so in 22, four of them sticky, one does in 57, one sticky."""
+better: of 79 loops with the first two (same seeds) it does in 57, one of which sticks; of the 22 others four stick."""
 REGULAR, OWN_CYCLE, HARDLY_JUMPS, BEGINS = 0.95, 0.3, 0.15, -1.9
 """`features.regularity` above which an oscillation is regular, `own_amplitude` and `jump` below which the loop found
 does not make it, and `decay` below which it begins within the record [-]. Of 508 loops told beyond `MOST` (seeds 10,
@@ -275,9 +275,10 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
     tuple of str
         A jump beyond chance (`features.CLEAR_JUMP`), a sticky valve that explains much more, one that leaves far less
         by simulation and foretells worse (a few copied samples spoil the likelihood of a record without noise), one
-        with a plain S that foretells better in cycle after cycle, than any good one, and is no play, or values such as a plant's historian
-        keeps, slower than the controller's own: in these slips drown. Where the transmitter or a limit of OP is to
-        blame, a jump that is plain (`PLAIN_JUMP`) only: what such a loop shows is else of their making.
+        with a plain S that foretells better in cycle after cycle, than any good one, and is no play, or values such as
+        a plant's historian keeps, slower than the controller's own: in these slips drown. Where the transmitter or a
+        limit of OP is to blame, a jump that is plain (`PLAIN_JUMP`) only: what such a loop shows is else of their
+        making.
     """
     if causes["sensor"] + causes["saturation"] >= FAULT_SEEN:
         return (PLAINLY_JUMPS,) if row.likely_jump_clear > PLAIN_JUMP else ()
