@@ -120,11 +120,11 @@ def _explained(found: Identification) -> list[str]:
         low, high = (words.digits(end) for end in found.S_bootstrap)
         lines.append(f"In 95 of 100 draws of the record's half cycles the likeliest S lies between {low} and {high} %.")
     if math.isfinite(found.gain_on_bent):
-        rivals = {"a good valve": found.gain, f"one with {found.bent}": found.gain_on_bent}
+        rivals = {"": found.gain, f" of a bent characteristic ({found.bent})": found.gain_on_bent}
         if math.isfinite(found.gain_on_wave):
-            rivals["one beside a wave from outside"] = found.gain_on_wave
-        by = ", by ".join(f"{words.digits(gain)} than {name}" for name, gain in rivals.items())
-        lines.append(f"In twice the log likelihood it foretells the PV better by {by}.")
+            rivals[" beside a wave from outside"] = found.gain_on_wave
+        by = ", by ".join(f"{words.digits(gain)} than a good one{what}" for what, gain in rivals.items())
+        lines.append(f"In twice the log likelihood a sticky valve foretells the PV better by {by}.")
     if math.isfinite(found.drift):
         lines.append(f"S changes by {found.drift:.2g} % per hour (standard error {found.drift_error:.2g}).")
     return [*lines, found.reason] if found.reason else lines

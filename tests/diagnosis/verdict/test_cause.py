@@ -74,10 +74,10 @@ def test_a_good_valve_is_not_defended_with_a_sticky_one_that_explains_more(name)
 @pytest.mark.parametrize(
     ("gain", "bent", "wave", "named"),
     [
-        (106.6, -20.0, math.nan, "with a seat at 15 % of OP's range"),
+        (106.6, -20.0, math.nan, "with a bent characteristic (a seat at 15 % of OP's range)"),
         (106.6, 40.0, -3.0, "beside a wave from outside, the same every 60 s,"),
         (106.6, -20.0, -30.0, "beside a wave from outside, the same every 60 s,"),
-        (106.6, -30.0, -20.0, "with a seat at 15 % of OP's range"),
+        (106.6, -30.0, -20.0, "with a bent characteristic (a seat at 15 % of OP's range)"),
         (106.6, 40.0, 90.0, ""),
         (106.6, math.nan, math.nan, ""),
         (0.5, -20.0, -30.0, ""),  # the straight one is as good

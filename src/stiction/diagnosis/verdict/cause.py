@@ -211,7 +211,7 @@ def _rival(found: Identification, rhythm: Oscillation) -> str:
     if not (found.gain > BY_CHANCE and (bent < 0.0 or wave < 0.0)):
         return ""
     beside = f"beside a wave from outside, the same every {in_seconds(rhythm.period)},"
-    name = beside if wave < 0.0 and not bent < wave else f"with {found.bent}"
+    name = beside if wave < 0.0 and not bent < wave else f"with a bent characteristic ({found.bent})"
     return f" A good valve {name} foretells the PV better than a sticky one."
 
 
