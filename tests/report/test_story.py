@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -52,3 +53,22 @@ def test_no_share_of_a_cause_is_shown_as_nothing(found):
     shown = [row[1] for row in table.rows]
     assert "<0.01" in shown
     assert not {"0.00", "1.00"} & set(shown)
+
+
+def test_each_good_valve_to_beat_is_told(found):
+    def told(valve):
+        steps = story(replace(found, identification=valve))
+        [lines] = [step.lines for step in steps if step.title == "Which valve and process explain the PV?"]
+        return [line for line in lines if "twice the log likelihood" in line]
+
+    valve = found.identification
+    straight, bent, wave = (words.digits(gain) for gain in (valve.gain, valve.gain_on_bent, valve.gain_on_wave))
+    by = f"better by {straight} than a good one, by {bent} than a good one of a bent characteristic ({valve.bent})"
+    assert told(valve) == [
+        f"In twice the log likelihood a sticky valve foretells the PV {by}, by {wave} than a good one beside a wave from "
+        "outside."
+    ]
+    assert told(replace(valve, gain_on_wave=math.nan)) == [
+        f"In twice the log likelihood a sticky valve foretells the PV {by}."
+    ]
+    assert told(replace(valve, gain_on_bent=math.nan)) == []
