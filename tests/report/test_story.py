@@ -63,12 +63,10 @@ def test_each_good_valve_to_beat_is_told(found):
 
     valve = found.identification
     straight, bent, wave = (words.digits(gain) for gain in (valve.gain, valve.gain_on_bent, valve.gain_on_wave))
-    by = f"better by {straight} than a good one, by {bent} than a good one of a bent characteristic ({valve.bent})"
-    assert told(valve) == [
-        f"In twice the log likelihood a sticky valve foretells the PV {by}, by {wave} than a good one beside a wave from "
-        "outside."
-    ]
-    assert told(replace(valve, gain_on_wave=math.nan)) == [
-        f"In twice the log likelihood a sticky valve foretells the PV {by}."
-    ]
+    by = (
+        f"In twice the log likelihood a sticky valve foretells the PV better by {straight} than a good one, "
+        f"by {bent} than a good one of a bent characteristic ({valve.bent})"
+    )
+    assert told(valve) == [f"{by}, by {wave} than a good one beside a wave from outside."]
+    assert told(replace(valve, gain_on_wave=math.nan)) == [f"{by}."]
     assert told(replace(valve, gain_on_bent=math.nan)) == []
