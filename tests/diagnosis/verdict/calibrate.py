@@ -89,7 +89,7 @@ def gather(folder, loops, plants, seed, jobs):
     told = np.isfinite(real).all(axis=1)
     sticky, group, record, whole = (np.array(column)[told] for column in zip(*of, strict=True))
     return {
-        "simulated": simulated, "plants": kept, "real": np.array(real)[told], "sticky": sticky, "group": group,
+        "seed": np.array(seed), "simulated": simulated, "plants": kept, "real": np.array(real)[told], "sticky": sticky, "group": group,
         "record": record, "whole": whole,
     }  # fmt: skip
 
@@ -251,6 +251,7 @@ def main() -> None:
     ask.add_argument("--write", action="store_true", help="write the tables into the package")
     given = ask.parse_args()
     kept = [np.load(file) for file in given.rows or ()]
+    seeds = {str(one["seed"]) for one in kept} or {str(given.seed)}
     kept = kept or [gather(given.folder, given.loops, given.plants, given.seed, given.jobs)]
     if given.keep:
         np.savez(given.keep, **kept[0])
@@ -285,7 +286,7 @@ def main() -> None:
     print("the second table alone, on the real loops:")
     tell(alone[whole], sticky[whole], group[whole], files[whole])
     if given.write:
-        drawn = "" if given.rows else f", seed {given.seed}"
+        drawn = f", seed {' and '.join(sorted(seeds))}"
         simulated = f"{len(X)} loops of simulation.population{drawn}"
         plants = f"{simulated}; {len(P)} of plant_population{drawn}"
         recorded = f"{simulated}; {whole.sum()} records of {np.unique(group).size} recorded loops"

@@ -95,6 +95,8 @@ class Features(NamedTuple):
     """`beats_good` over a good valve, be there a wave from outside or not [-]."""
     gain_on_wave: float
     """`likely_gain` over a good valve, be there a wave from outside or not [-]."""
+    beats_any: float
+    """`beats_good` over the good valve of all that comes nearest [-]."""
     gain_on_any: float
     """`likely_gain` over the likeliest of all good valves [-]."""
     likely_jump_gain: float
@@ -262,6 +264,7 @@ def features(
         gain_on_bent=_log(min(close.gain, close.gain_on_bent)) if known else 0.0,
         beats_wave=_squashed(float(np.fmin(close.beats_good, close.beats_wave))) if known else 0.0,
         gain_on_wave=_log(float(np.fmin(close.gain, close.gain_on_wave))) if known else 0.0,
+        beats_any=_squashed(close.beats_any) if known else 0.0,
         gain_on_any=_log(close.gain_on_any) if known else 0.0,
         likely_jump_gain=jump_gain,
         likely_jump_clear=max(jump_gain - CLEAR_JUMP, 0.0),

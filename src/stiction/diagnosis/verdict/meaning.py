@@ -35,6 +35,8 @@ FEATURES = {
     "gain_on_bent": "likelihood of a sticky valve over a good one of any characteristic",
     "beats_wave": "a sticky valve foretells the PV better than a good one and a wave from outside, cycle by cycle",
     "gain_on_wave": "likelihood of a sticky valve over a good one and a wave from outside",
+    "better_worst": "the same in the stretch of the record where it is smallest",
+    "beats_any": "a sticky valve foretells the PV better than any good one, cycle by cycle",
     "gain_on_any": "likelihood of a sticky valve over the likeliest of all good ones",
     "likely_jump_gain": "likelihood of a valve that jumps over one that hardly does",
     "likely_jump_clear": "likelihood of a jump beyond what chance gives",
