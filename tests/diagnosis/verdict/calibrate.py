@@ -89,8 +89,8 @@ def gather(folder, loops, plants, seed, jobs):
     told = np.isfinite(real).all(axis=1)
     sticky, group, record, whole = (np.array(column)[told] for column in zip(*of, strict=True))
     return {
-        "seed": np.array(seed), "simulated": simulated, "plants": kept, "real": np.array(real)[told], "sticky": sticky, "group": group,
-        "record": record, "whole": whole,
+        "seed": np.array(seed), "simulated": simulated, "plants": kept, "real": np.array(real)[told], "sticky": sticky,
+        "group": group, "record": record, "whole": whole,
     }  # fmt: skip
 
 
