@@ -18,7 +18,7 @@ from zlib import crc32
 import numpy as np
 from adverse_good import GOOD  # a page beside this script, as the next
 from adverse_sticky import STICKY
-from population import SURE, each
+from population import SURE, Called, each
 
 import stiction as st
 
@@ -72,7 +72,7 @@ def can_be_seen(loop: Adverse) -> bool:
 
 
 @dataclass(frozen=True)
-class Told:
+class Told(Called):
     """Truth and verdict of one loop."""
 
     kind: str
@@ -84,14 +84,6 @@ class Told:
     verdict: str
     cause: str
     probability: float
-
-    @property
-    def right(self) -> bool:
-        return self.verdict == ("stiction" if self.sticky else "no_stiction")
-
-    @property
-    def undecided(self) -> bool:
-        return self.verdict == "undecided"
 
     @property
     def wrong(self) -> bool:

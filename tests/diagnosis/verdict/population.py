@@ -29,8 +29,23 @@ SURE = 0.9
 BINS = 10
 
 
+class Called:
+    """How a verdict stands to the truth."""
+
+    sticky: bool
+    verdict: str
+
+    @property
+    def right(self) -> bool:
+        return self.verdict == ("stiction" if self.sticky else "no_stiction")
+
+    @property
+    def undecided(self) -> bool:
+        return self.verdict == "undecided"
+
+
 @dataclass(frozen=True)
-class Judged:
+class Judged(Called):
     """Truth and verdict of one loop."""
 
     tag: str
@@ -55,14 +70,6 @@ class Judged:
     @property
     def sticky(self) -> bool:
         return self.truth == "stiction"
-
-    @property
-    def right(self) -> bool:
-        return self.verdict == ("stiction" if self.sticky else "no_stiction")
-
-    @property
-    def undecided(self) -> bool:
-        return self.verdict == "undecided"
 
     @property
     def named(self) -> bool:
