@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+import stiction as st
 from stiction.diagnosis.identification.contest import Contest
+
+from .loops import KNOWN, run_of
 
 N = 120
 VALVES = np.array([[2.0, 0.5, 0.0, 0.0, 0.0], [3.0, 0.5, 0.0, 0.0, 0.0], [1e-6, 1.0, 0.0, 0.0, 0.0]])
@@ -31,6 +36,14 @@ def test_draws_of_half_cycles_that_do_not_agree():
     ways = np.where(np.arange(N) < 0.6 * N, 1.0, 2.0)
     assert contest(np.array([ways, 3.0 - ways])).bootstrap(20_000) == (2.0, 2.0)
     assert contest(np.array([ways, 3.0 - ways])[:, ::4]).bootstrap(20_000) == (2.0, 3.0)
+
+
+@pytest.mark.parametrize("name", sorted(KNOWN))
+def test_no_good_valve_foretells_what_a_sticky_one_does(name):
+    """Neither a straight one, nor one with a bend, nor one beside a wave from outside."""
+    found = st.identify(replace(run_of(KNOWN[name], 0.05), mv=None), period=KNOWN[name].period)
+    assert min(found.gain_on_bent, found.gain_on_wave) == found.gain_on_any > 0.5 * found.gain > 50.0
+    assert found.beats_any > 2.0
 
 
 def test_what_a_part_of_the_half_cycles_gains():

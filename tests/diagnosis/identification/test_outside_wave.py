@@ -15,8 +15,6 @@ from stiction.diagnosis.identification.likelihood import prediction_of
 from stiction.diagnosis.identification.outside_wave import fundamental, outside_wave
 from stiction.diagnosis.identification.signals import prepare
 
-from .loops import KNOWN, run_of
-
 
 def saw(phase):
     return 2.0 * (phase % 1.0) - 1.0
@@ -86,21 +84,13 @@ def test_a_wave_from_outside_passes_for_a_band_only_where_it_is_not_looked_for()
     assert found.to_dict()["beats_wave"] == found.beats_wave
 
 
-@pytest.mark.parametrize("name", sorted(KNOWN))
-def test_no_wave_foretells_what_a_sticky_valve_does(name):
-    record = replace(run_of(KNOWN[name], 0.05), mv=None)
-    found = st.identify(record, period=KNOWN[name].period)
-    assert found.gain_on_wave > 0.5 * found.gain > 50.0
-    assert found.beats_wave > 2.0
-
-
 def test_weights_that_a_rival_has_for_nothing_are_made_good():
     error = np.array([np.full(20, 3.0), np.full(20, 5.0)])
     contest = Contest(np.ones((2, 5)), error, np.zeros(2), (0.0, 0.0), (0.0, 0.0), 0.5, 0.0, 0.0)
     left = 3.0 + np.tile([0.5, 1.5], 10)
     total = 20 * 1.0 / 0.5
-    assert contest.over(Rival("", left, 0.0))[1] == pytest.approx(total)
-    statistic, gain = contest.over(Rival("", left, 6.0))
+    assert contest.over(Rival(left, 0.0))[1] == pytest.approx(total)
+    statistic, gain = contest.over(Rival(left, 6.0))
     assert gain == pytest.approx(total + 6.0)
     # Differences of 1 and 3, about 2: a variance of 20 / 19.
     assert statistic == pytest.approx((total + 6.0) / np.sqrt(20 * 20 / 19))

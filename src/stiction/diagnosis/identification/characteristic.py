@@ -40,7 +40,7 @@ GAPS, HALF_GAPS = (0.35, 0.5, 0.65), (0.1, 0.2)
 """Middles of a gap between two valves in split range, and half its width [-]."""
 
 
-def bent_valve(prediction: Prediction) -> Rival:
+def bent_valve(prediction: Prediction) -> tuple[str, Rival]:
     """Find the bent characteristic with which a good valve foretells the PV best.
 
     Parameters
@@ -50,8 +50,8 @@ def bent_valve(prediction: Prediction) -> Rival:
 
     Returns
     -------
-    Rival
-        Its characteristic and what it leaves.
+    tuple of str and Rival
+        The characteristic, and what the valve leaves.
     """
     op = prediction.op
     low, high = np.quantile(op, ENDS)
@@ -62,7 +62,7 @@ def bent_valve(prediction: Prediction) -> Rival:
     stems = np.array([flow.reshape(-1, prediction.width).mean(axis=1) for flow in flows])
     left, by_half = errors_of(prediction, stems)
     best = int(np.argmin(left))
-    return Rival(names[best], by_half[best], 0.0)
+    return names[best], Rival(by_half[best], 0.0)
 
 
 def characteristics(place: NDArray[np.float64]) -> Iterator[tuple[str, NDArray[np.float64]]]:

@@ -53,8 +53,6 @@ FEWEST_STRETCHES = 4
 class Rival(NamedTuple):
     """A good valve with something that makes its PV look like a sticky one's."""
 
-    name: str
-    """What it is."""
     error: NDArray[np.float64]
     """Sum of squares that it leaves in each half cycle, shape (n_halves,)."""
     weights: float

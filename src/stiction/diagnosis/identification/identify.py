@@ -172,12 +172,12 @@ class Search:
 
     def _over_rivals(self, fine: Prediction, clearest: Contest) -> dict[str, Any]:
         """By how much the likeliest valve beats good ones that have a bend, or a wave from outside beside them."""
-        bent = bent_valve(fine)
+        name, bent = bent_valve(fine)
         wave = None if self.period is None else outside_wave(fine, self.period / (self.record.dt * fine.width))
         beats_bent, gain_on_bent = clearest.over(bent)
         beats_wave, gain_on_wave = (math.nan, math.nan) if wave is None else clearest.over(wave)
         return {
-            "bent": bent.name,
+            "bent": name,
             "beats_bent": beats_bent,
             "gain_on_bent": gain_on_bent,
             "beats_wave": beats_wave,

@@ -63,7 +63,7 @@ def outside_wave(prediction: Prediction, period: float) -> Rival | None:
     alike, shares = np.einsum("in,jn->ij", basis, basis), np.einsum("in,kn->ik", basis, both)
     both -= np.einsum("ik,in->kn", np.linalg.solve(alike, shares), basis)
     error = errors_of(prediction._replace(pv=both[0]), both[1:])[1][0]
-    return Rival(f"a wave that repeats every {own:.4g} samples", error, 2.0 * most)
+    return Rival(error, 2.0 * most)
 
 
 def fundamental(pv: NDArray[np.float64], period: float, harmonics: int) -> float:

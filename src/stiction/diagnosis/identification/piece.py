@@ -66,8 +66,8 @@ class Piece(NamedTuple):
         lag, whole, part = sticky.best[i, j]
         if lag < 0:
             return np.zeros(n)
-        first, second = sticky.processes.decays()
-        raw = answer(mv, first[int(lag)], second[int(lag)], whole + part)
+        first, second, _ = sticky.processes
+        raw = answer(mv, float(first[int(lag)]), float(second[int(lag)]), whole + part)
         remove_local_mean(raw, signals.half, out)
         return float(sticky.gain[i, j]) * out
 

@@ -120,7 +120,7 @@ def answer(mv: NDArray[np.float64], first: float, second: float, dead_time: floa
     mv : ndarray, shape (n_samples,)
         Stem position [% of span].
     first, second : float
-        Decay of each lag per sample; 1 integrates, 0 is no lag [-].
+        Time constants [samples]; infinity integrates, 0 is no lag.
     dead_time : float
         Dead time [samples]: between two whole ones the answer is a weighted mean of both; -1 answers within the sample.
 
@@ -130,7 +130,8 @@ def answer(mv: NDArray[np.float64], first: float, second: float, dead_time: floa
         The answer [% of span].
     """
     raw, whole = np.empty(mv.size), math.floor(dead_time)
-    lag_pair(mv, float(mv.mean()), first, second, raw)
+    decay_1, decay_2 = (math.exp(-1.0 / lag) if lag > 0.0 else 0.0 for lag in (first, second))
+    lag_pair(mv, float(mv.mean()), decay_1, decay_2, raw)
     part = dead_time - whole
     return (1.0 - part) * _later(raw, whole + 1) + part * _later(raw, whole + 2)
 

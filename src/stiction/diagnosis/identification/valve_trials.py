@@ -277,7 +277,6 @@ def answer_of(signals: Stretches, stem: NDArray[np.float64], process: NDArray[np
         Comparable with the target [its unit].
     """
     gain, first, second, delay = process
-    (first,), (second,) = Processes(np.array([first]), np.array([second]), np.zeros(1, dtype=np.int64)).decays()
     out = np.zeros(signals.target.size)
     for a, b in _cuts(signals):
         mv = stem[a * signals.width : b * signals.width].reshape(b - a, signals.width).mean(axis=1)
