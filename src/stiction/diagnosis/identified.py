@@ -145,6 +145,11 @@ class Identification:
     every period [-]; NaN where the loop does not oscillate, or too short for a wave to be told."""
     gain_on_wave: float = float("nan")
     """Twice the log likelihood by which it does [-]."""
+    beats_beside_wave: float = float("nan")
+    """Vuong's statistic by which it foretells the PV better than a good valve with such a wave beside both [-]: the
+    valve may stick in a loop that something else moves as well."""
+    gain_beside_wave: float = float("nan")
+    """Twice the log likelihood by which it does [-]."""
     own_samples: bool = False
     """Whether the record shows the controller's own samples, so that nothing trips the valve unseen."""
     rough: Identification | None = field(default=None, repr=False, compare=False)
@@ -213,6 +218,8 @@ class Identification:
             "bent": self.bent,
             "beats_wave": plain(self.beats_wave),
             "gain_on_wave": plain(self.gain_on_wave),
+            "beats_beside_wave": plain(self.beats_beside_wave),
+            "gain_beside_wave": plain(self.gain_beside_wave),
             "own_samples": self.own_samples,
             "parameters": {name: plain(value) for name, value in self.parameters.items()},
             "parameter_intervals": {

@@ -24,13 +24,14 @@ def square(phase):
     return 1.0 if phase % 1.0 < 0.5 else -1.0
 
 
-def driven_from_outside(shape, period, n=1500):
-    """A good valve, a PI controller, a first-order process and a wave at its inlet."""
+def driven_from_outside(shape, period, n=1500, band=0.0):
+    """A valve that rests within a band about OP, a PI controller, a first-order process and a wave at its inlet."""
     rng = np.random.default_rng(5)
     op, pv = np.full(n, 50.0), np.full(n, 50.0)
-    state, integral = 0.0, 0.0
+    state, integral, stem = 0.0, 0.0, 50.0
     for k in range(1, n):
-        state += (op[k - 1] - 50.0 + 6.0 * shape(k / period) + 0.1 * rng.normal() - state) / 10.0
+        stem = op[k - 1] if abs(op[k - 1] - stem) > band else stem
+        state += (stem - 50.0 + 6.0 * shape(k / period) + 0.1 * rng.normal() - state) / 10.0
         pv[k] = 50.0 + state + 0.02 * rng.normal()
         integral += (50.0 - pv[k]) / 12.0
         op[k] = 50.0 + 0.8 * (50.0 - pv[k] + integral)
@@ -40,7 +41,7 @@ def driven_from_outside(shape, period, n=1500):
 def test_what_is_left_is_that_of_a_regression_on_the_harmonics_too():
     record = driven_from_outside(saw, 41.3)
     prediction = prediction_of(prepare(record, 41.3))
-    rival = outside_wave(prediction, 41.3)
+    rival = outside_wave(prediction, 41.3, prediction.op).good
     pv, begin, n = prediction.pv, prediction.begin, prediction.pv.size
     op = prediction.op.reshape(n, -1).mean(axis=1)
     columns = [np.ones(n - begin)] + [pv[begin - i : n - i] for i in range(1, prediction.order + 1)]
@@ -73,7 +74,8 @@ def test_the_period_of_a_saw_is_found(period, off, seed):
 @pytest.mark.parametrize(("samples", "period"), [(400, 90.0), (400, 3.0)])
 def test_too_few_periods_or_samples_of_one_tell_no_wave(samples, period):
     record = replace(driven_from_outside(saw, 40.0), integrating=False).window(0, samples)
-    assert outside_wave(prediction_of(prepare(record, 40.0)), period) is None
+    prediction = prediction_of(prepare(record, 40.0))
+    assert outside_wave(prediction, period, prediction.op) is None
 
 
 def test_a_wave_from_outside_passes_for_a_band_only_where_it_is_not_looked_for():
@@ -82,6 +84,15 @@ def test_a_wave_from_outside_passes_for_a_band_only_where_it_is_not_looked_for()
     assert found.gain_on_wave < 0.0
     assert found.to_dict()["gain_on_wave"] == found.gain_on_wave
     assert found.to_dict()["beats_wave"] == found.beats_wave
+
+
+@pytest.mark.parametrize(("band", "least", "most"), [(0.0, -50.0, 50.0), (6.0, 100.0, np.inf)])
+def test_a_wave_beside_both_leaves_what_the_stem_alone_explains(band, least, most):
+    found = st.identify(driven_from_outside(square, 71.3, band=band), period=70.0)
+    assert least < found.gain_beside_wave < most
+    assert (found.beats_beside_wave > 3.0) == (band > 0.0)
+    assert found.to_dict()["gain_beside_wave"] == found.gain_beside_wave
+    assert found.to_dict()["beats_beside_wave"] == found.beats_beside_wave
 
 
 def test_weights_that_a_rival_has_for_nothing_are_made_good():

@@ -5,19 +5,18 @@ from __future__ import annotations
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.identification.characteristic import bent_valve
 from stiction.diagnosis.identification.contest import STANDS_OUT, WIDE, Contest, contest, drift
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, interval, limit
 from stiction.diagnosis.identification.likeliest import most_likely
 from stiction.diagnosis.identification.likelihood import Prediction, prediction_of, stem_of
-from stiction.diagnosis.identification.outside_wave import outside_wave
 from stiction.diagnosis.identification.own_samples import are_own_samples
 from stiction.diagnosis.identification.piece import Piece, search_piece, with_stem
+from stiction.diagnosis.identification.rivals import over_rivals
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
 from stiction.diagnosis.identified import J_UNKNOWN, ErrorSurface, Identification, ProcessFit, Stretch
 from stiction.errors import ParameterError, RecordError
@@ -82,10 +81,11 @@ def identify(
     it after thinning, over the 4 000 in its middle. The interval holds all valves that Vuong's test
     does not find worse from half cycle to half cycle (see `contest`). Where the record does not show the controller's
     own samples OP trips the valve unseen between them: S is then corrected for the noise on OP, and its interval is a
-    factor of 1.4 either way or more. An actuator that lags is looked for too, and found where its likelihood stands
+    factor of 1.3 either way or more. An actuator that lags is looked for too, and found where its likelihood stands
     out: by OP itself its valve would look stickier than it is. Of other than the controller's own samples that only
-    counts in how far a sticky valve beats a good one: a straight one, the likeliest bent one (`characteristic`) and
-    one beside a wave from outside (`outside_wave`). The process is the best behind that valve's stem, by simulation.
+    counts in how far a sticky valve beats a good one: a straight one, the likeliest bent one (`characteristic`), one
+    beside a wave from outside, and a good one while both have that wave (`outside_wave`). The process is the best
+    behind that valve's stem, by simulation.
 
     References
     ----------
@@ -147,6 +147,7 @@ class Search:
         # lag then only counts in how far a sticky valve beats a good one.
         found = contest(fine, tried if seen else tried.without_lag(), seen=seen)
         clearest = found if seen or tried.best[4] == 0.0 else contest(fine, tried, seen=seen)
+        samples = None if self.period is None else self.period / (self.record.dt * fine.width)
         whole = fine if fine.first == 0 else fine._replace(op=signals.op)
 
         def behind(one: Piece, valve: NDArray[np.float64]) -> Piece:
@@ -167,22 +168,8 @@ class Search:
             own_samples=seen,
             rough=self.rough,
             reason=f"{told} {closely.reason}".strip(),
-            **self._over_rivals(fine, clearest),
+            **over_rivals(fine, clearest, samples),
         )
-
-    def _over_rivals(self, fine: Prediction, clearest: Contest) -> dict[str, Any]:
-        """By how much the likeliest valve beats good ones that have a bend, or a wave from outside beside them."""
-        name, bent = bent_valve(fine)
-        wave = None if self.period is None else outside_wave(fine, self.period / (self.record.dt * fine.width))
-        beats_bent, gain_on_bent = clearest.over(bent)
-        beats_wave, gain_on_wave = (math.nan, math.nan) if wave is None else clearest.over(wave)
-        return {
-            "bent": name,
-            "beats_bent": beats_bent,
-            "gain_on_bent": gain_on_bent,
-            "beats_wave": beats_wave,
-            "gain_on_wave": gain_on_wave,
-        }
 
 
 def search(record: LoopRecord, period: float | None, controller: ControllerFit | None = None) -> Search:

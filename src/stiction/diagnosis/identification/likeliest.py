@@ -218,7 +218,7 @@ def _closer(
         about = [
             valves(
                 valley[0] * (1.0 + S_step * steps),
-                np.unique(np.clip(valley[1] + J_step * steps, 0.0, 1.0)),
+                _ratios(valley, J_step),
                 valley[2],
                 _places(valley, place_step),
                 swing,
@@ -240,6 +240,12 @@ def _closer(
         ]
         tried = joined(tried, trials_of(prediction, np.concatenate(about)))
     return tried
+
+
+def _ratios(valley: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    """J / S about a valley's, none of them twice."""
+    ratio = np.clip(valley[1] + step * np.arange(-1, 2), 0.0, 1.0)
+    return ratio[np.diff(ratio, prepend=-1.0) > 0.0]
 
 
 def _places(valley: NDArray[np.float64], step: float) -> NDArray[np.float64]:

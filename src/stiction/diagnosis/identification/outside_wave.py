@@ -5,11 +5,13 @@ a sine of any phase, but no saw. What it leaves of a wave that is no sine comes 
 so does the slip of a valve. So the good valve gets the wave for nothing: the harmonics of one period are taken out of
 PV and OP by least squares, which leaves what a regression on them beside all else leaves ([frisch1933]_), but for the
 ends of the window. A valve that sticks, in a loop with noise, makes no two periods alike.
+
+A loop may have both. The sticky valve beside the wave is therefore compared with the good one beside it as well.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.likelihood import Prediction
 
-__all__ = ["fundamental", "outside_wave"]
+__all__ = ["Beside", "fundamental", "outside_wave", "repeated"]
 
 HARMONICS = 24
 """Harmonics of the wave at most [-]."""
@@ -36,8 +38,17 @@ PADDED = 64
 that is off by half a step is 0.6 rad off at the ends of the record."""
 
 
-def outside_wave(prediction: Prediction, period: float) -> Rival | None:
-    """Let a good valve and a wave from outside foretell the PV.
+class Beside(NamedTuple):
+    """A good valve and a sticky one beside the same wave."""
+
+    good: Rival
+    """The good one; the wave's weights are its own."""
+    sticky: NDArray[np.float64]
+    """Sum of squares that the sticky one leaves in each half cycle, shape (n_halves,)."""
+
+
+def outside_wave(prediction: Prediction, period: float, stem: NDArray[np.float64]) -> Beside | None:
+    """Let a wave from outside, beside a good valve and beside a sticky one, foretell the PV.
 
     Parameters
     ----------
@@ -45,10 +56,12 @@ def outside_wave(prediction: Prediction, period: float) -> Rival | None:
         What is foretold.
     period : float
         Period of the oscillation [samples of the PV].
+    stem : ndarray, shape (n_samples * width,)
+        Stem position of the sticky valve [% of span].
 
     Returns
     -------
-    Rival or None
+    Beside or None
         What they leave; None where the record has too few periods, or a period too few samples.
     """
     pv, n = prediction.pv, prediction.pv.size
@@ -56,14 +69,41 @@ def outside_wave(prediction: Prediction, period: float) -> Rival | None:
     if most < 1 or n < FEWEST_PERIODS * NEAR[1] * period:
         return None
     own = fundamental(pv, period, most)
-    angle = 2.0 * np.pi / own * np.outer(np.arange(1, most + 1), np.arange(n))
-    basis = np.concatenate([np.ones((1, n)), np.cos(angle), np.sin(angle)])
-    both = np.stack([pv, prediction.op.reshape(n, prediction.width).mean(axis=1)])
+    signals = np.stack([pv, *(u.reshape(n, prediction.width).mean(axis=1) for u in (prediction.op, stem))])
+    signals -= repeated(signals, own, most)
+    good, sticky = errors_of(prediction._replace(pv=signals[0]), signals[1:])[1]
+    return Beside(Rival(good, 2.0 * most), sticky)
+
+
+def repeated(signals: NDArray[np.float64], period: float, harmonics: int) -> NDArray[np.float64]:
+    """Part of signals that is the same in every period, by least squares.
+
+    Parameters
+    ----------
+    signals : ndarray, shape (n_signals, n_samples)
+        Signals, a row each [any unit].
+    period : float
+        Period [samples].
+    harmonics : int
+        Harmonics of it, beside a constant [-].
+
+    Returns
+    -------
+    ndarray, shape (n_signals, n_samples)
+        That part [unit of the signals].
+    """
+    n, order = signals.shape[1], np.arange(2 * harmonics + 1)
+    turns = np.cumprod(np.tile(np.exp(2j * np.pi / period * np.arange(n)), (harmonics, 1)), axis=0)
+    # The products of two harmonics add up to geometric series of the difference of their orders.
+    step = np.exp(2j * np.pi / period * order[1:])
+    series = np.concatenate([[n], (step**n - 1.0) / (step - 1.0)])
+    apart = order - order[:, np.newaxis]
+    alike = np.where(apart < 0, series[np.abs(apart)].conj(), series[np.abs(apart)])
     # Not by `@`: the threads of a linear algebra library take longer to start than so small a product takes.
-    alike, shares = np.einsum("in,jn->ij", basis, basis), np.einsum("in,kn->ik", basis, both)
-    both -= np.einsum("ik,in->kn", np.linalg.solve(alike, shares), basis)
-    error = errors_of(prediction._replace(pv=both[0]), both[1:])[1][0]
-    return Rival(error, 2.0 * most)
+    shares = np.einsum("hn,kn->hk", turns.conj(), signals)
+    shares = np.concatenate([shares[::-1].conj(), signals.sum(axis=1)[np.newaxis], shares])
+    weights = np.linalg.solve(alike, shares)[harmonics:]
+    return weights[:1].real.T + 2.0 * np.einsum("hk,hn->kn", weights[1:], turns).real
 
 
 def fundamental(pv: NDArray[np.float64], period: float, harmonics: int) -> float:

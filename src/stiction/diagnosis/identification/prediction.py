@@ -84,7 +84,8 @@ def stems(op, width, S, J, stops, place, keep, x, moving, air, mean, mv):
 
     The rule is Kano's of `follow`, of the air, which keeps a share `keep` of its way to OP from sample to sample; where
     `stops` is 1 a stem rests again after every sample, as He's does. Each begins `place` half bands off the first OP.
-    `x`, `moving`, `air` and `mean` (n_lanes,) are work space.
+    `x`, `moving`, `air` and `mean` (n_lanes,) are work space, and `S`, `J` and `stops` are lost: half of S + J, half
+    of S - J and 1 - `stops` take their places.
     """
     lanes, n = mv.shape
     share = 1.0 / width
@@ -92,6 +93,8 @@ def stems(op, width, S, J, stops, place, keep, x, moving, air, mean, mv):
         x[v] = op[0] + place[v] * 0.5 * (S[v] + J[v])
         moving[v] = 0.0
         air[v] = op[0]
+        S[v], J[v] = 0.5 * (S[v] + J[v]) * (1.0 + 1e-9), 0.5 * (S[v] - J[v])
+        stops[v] = 1.0 - stops[v]
     for k in range(n):
         for v in range(lanes):
             mean[v] = 0.0
@@ -102,10 +105,10 @@ def stems(op, width, S, J, stops, place, keep, x, moving, air, mean, mv):
                 air[v] = u
                 e = u - x[v]
                 way = 1.0 if e > 0.0 else -1.0
-                way = way if abs(e) > 0.5 * (S[v] + J[v]) * (1.0 + 1e-9) else 0.0
+                way = way if abs(e) > S[v] else 0.0
                 way = moving[v] if du * moving[v] > 0.0 else way
-                x[v] = u - way * 0.5 * (S[v] - J[v]) if way != 0.0 else x[v]
-                moving[v] = way * (1.0 - stops[v])
+                x[v] = u - way * J[v] if way != 0.0 else x[v]
+                moving[v] = way * stops[v]
                 mean[v] += share * x[v]
         for v in range(lanes):
             mv[v, k] = mean[v]

@@ -95,6 +95,10 @@ class Features(NamedTuple):
     """`beats_good` over a good valve, be there a wave from outside or not [-]."""
     gain_on_wave: float
     """`likely_gain` over a good valve, be there a wave from outside or not [-]."""
+    beats_beside_wave: float
+    """`beats_good` with a wave from outside beside both, where there is one [-]."""
+    gain_beside_wave: float
+    """`likely_gain` with a wave from outside beside both, where there is one [-]."""
     beats_any: float
     """`beats_good` over the good valve of all that comes nearest [-]."""
     gain_on_any: float
@@ -264,6 +268,8 @@ def features(
         gain_on_bent=_log(min(close.gain, close.gain_on_bent)) if known else 0.0,
         beats_wave=_squashed(float(np.fmin(close.beats_good, close.beats_wave))) if known else 0.0,
         gain_on_wave=_log(float(np.fmin(close.gain, close.gain_on_wave))) if known else 0.0,
+        beats_beside_wave=_squashed(_first_known(close.beats_beside_wave, close.beats_good)) if known else 0.0,
+        gain_beside_wave=_log(_first_known(close.gain_beside_wave, close.gain)) if known else 0.0,
         beats_any=_squashed(close.beats_any) if known else 0.0,
         gain_on_any=_log(close.gain_on_any) if known else 0.0,
         likely_jump_gain=jump_gain,
@@ -337,6 +343,11 @@ def _better(fit: float, fit_linear: float) -> float:
 def _log(gain: float) -> float:
     """A gain in likelihood on the scale of its logarithm."""
     return math.copysign(math.log1p(abs(gain)) / 8.0, gain)
+
+
+def _first_known(one: float, other: float) -> float:
+    """The first of two numbers unless it is NaN."""
+    return other if math.isnan(one) else one
 
 
 def _squashed(statistic: float) -> float:

@@ -36,6 +36,9 @@ FEATURES = {
     "gain_on_bent": "likelihood of a sticky valve over a good one of any characteristic",
     "beats_wave": "a sticky valve foretells the PV better than a good one and a wave from outside, cycle by cycle",
     "gain_on_wave": "likelihood of a sticky valve over a good one and a wave from outside",
+    "beats_beside_wave": "a sticky valve foretells the PV better than a good one, a wave from outside beside both, "
+    "cycle by cycle",
+    "gain_beside_wave": "likelihood of a sticky valve over a good one, a wave from outside beside both",
     "beats_any": "a sticky valve foretells the PV better than any good one, cycle by cycle",
     "gain_on_any": "likelihood of a sticky valve over the likeliest of all good ones",
     "likely_jump_gain": "likelihood of a valve that jumps over one that hardly does",

@@ -1,0 +1,52 @@
+"""By how much the likeliest sticky valve beats good ones that have something a straight one has not."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from stiction.diagnosis.identification.characteristic import bent_valve
+from stiction.diagnosis.identification.contest import vuong
+from stiction.diagnosis.identification.likelihood import stem_of
+from stiction.diagnosis.identification.outside_wave import outside_wave
+
+if TYPE_CHECKING:
+    from stiction.diagnosis.identification.contest import Contest
+    from stiction.diagnosis.identification.likelihood import Prediction
+
+__all__ = ["over_rivals"]
+
+
+def over_rivals(prediction: Prediction, contest: Contest, period: float | None) -> dict[str, Any]:
+    """Compare the likeliest valve with a good one of a bent characteristic, and with one beside a wave from outside.
+
+    Parameters
+    ----------
+    prediction : Prediction
+        What is foretold.
+    contest : Contest
+        The likeliest valve.
+    period : float or None
+        Period of the oscillation [samples of the PV], where there is one.
+
+    Returns
+    -------
+    dict
+        What `Identification` says of them, by its names; nothing of a wave where none can be told.
+    """
+    bent, rival = bent_valve(prediction)
+    beats_bent, gain_on_bent = contest.over(rival)
+    said = {"bent": bent, "beats_bent": beats_bent, "gain_on_bent": gain_on_bent}
+    if period is None:
+        return said
+    wave = outside_wave(prediction, period, stem_of(prediction, contest.valve[0]))
+    if wave is None:
+        return said
+    beats_wave, gain_on_wave = contest.over(wave.good)
+    variance = float(wave.sticky.sum()) / prediction.samples
+    beats_beside_wave, gain_beside_wave = vuong((wave.good.error - wave.sticky) / variance)
+    return said | {
+        "beats_wave": beats_wave,
+        "gain_on_wave": gain_on_wave,
+        "beats_beside_wave": beats_beside_wave,
+        "gain_beside_wave": gain_beside_wave,
+    }
