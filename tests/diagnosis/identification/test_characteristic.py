@@ -11,13 +11,13 @@ from hypothesis import strategies as some
 
 import stiction as st
 from stiction.diagnosis.identification.characteristic import bent_valve, characteristics
-from stiction.diagnosis.identification.likelihood import by_cycle, errors_of, good_valve, prediction_of
+from stiction.diagnosis.identification.likelihood import Trial, by_cycle, errors_of, good_valve, prediction_of
 from stiction.diagnosis.identification.signals import prepare
 
 from .loops import KNOWN, run_of
 
 NOISE = 0.02
-GOOD = good_valve(np.array([1.0, 0.0, 0.0, 0.0, 0.0]))
+GOOD = good_valve(Trial(1.0, 0.0, 0.0, 0.0, 0.0))
 
 
 def seat(place):

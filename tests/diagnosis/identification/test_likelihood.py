@@ -14,7 +14,7 @@ from hypothesis import strategies as some
 import naive
 import stiction as st
 from stiction.diagnosis.identification.contest import WIDE, drift
-from stiction.diagnosis.identification.likelihood import by_cycle, prediction_of, stem_of
+from stiction.diagnosis.identification.likelihood import Trial, by_cycle, prediction_of, stem_of
 from stiction.diagnosis.identification.signals import prepare
 from stiction.simulation.historian import sampled
 from stiction.simulation.population.valves import physical_valve
@@ -78,7 +78,7 @@ def test_the_squares_left_are_those_of_a_regression(name, S, ratio, stops, lag):
     for half, first, last in zip(halves, starts, prediction.ends, strict=True):
         own = left[first - prediction.begin : last - prediction.begin].sum()
         assert half == pytest.approx(own, rel=2e-2, abs=1e-3 * left.sum())
-    assert stem_of(prediction, valve[0]) == pytest.approx(mv[:used])
+    assert stem_of(prediction, Trial(*valve[0])) == pytest.approx(mv[:used])
 
 
 def test_the_lag_of_an_actuator_is_found_and_does_not_pass_for_stiction():

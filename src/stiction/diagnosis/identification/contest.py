@@ -9,7 +9,7 @@ import numpy as np
 
 from stiction.diagnosis.identification.interval import CHI2_1, STUDENT
 from stiction.diagnosis.identification.likeliest import one_each
-from stiction.diagnosis.identification.likelihood import LAG_WORTH, by_cycle, good_valve
+from stiction.diagnosis.identification.likelihood import LAG_WORTH, Columns, Trial, by_cycle, good_valve
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -83,9 +83,14 @@ class Contest(NamedTuple):
         """Student's statistic, and twice the log likelihood, by which the first beats a rival [-]."""
         return vuong((rival.error - self.error[0]) / self.variance, rival.weights)
 
-    def best_in(self, cycles: slice) -> NDArray[np.float64]:
-        """The sticky valve that leaves least in some of the cycles, shape (5,)."""
-        return self.valve[int(np.argmin(self.error[:-1, cycles].sum(axis=1)))]
+    @property
+    def best(self) -> Trial:
+        """The most likely valve."""
+        return Trial(*self.valve[0].tolist())
+
+    def best_in(self, cycles: slice) -> Trial:
+        """The sticky valve that leaves least in some of the cycles."""
+        return Trial(*self.valve[int(np.argmin(self.error[:-1, cycles].sum(axis=1)))].tolist())
 
     def gain(self, parts: int = 1) -> float:
         """Twice the log likelihood by which the first beats a good valve, in the best of `parts` equal parts [-]."""
@@ -105,7 +110,7 @@ class Contest(NamedTuple):
         weights = np.random.default_rng(seed).multinomial(n, np.full(n, 1.0 / n), draws)
         # Not by `@`: the threads of a linear algebra library take longer to start than so small a product takes.
         left = np.einsum("ic,dc->di", self.error[:-1], weights.astype(np.float64))
-        drawn = self.valve[left.argmin(axis=1), 0] + self.beyond
+        drawn = Columns(*self.valve.T).S[left.argmin(axis=1)] + self.beyond
         low, high = np.quantile(drawn, (0.025, 0.975))
         return float(low), float(high)
 
@@ -152,25 +157,26 @@ def contest(prediction: Prediction, trials: Trials, *, seen: bool) -> Contest:
     error = by_cycle(prediction, valve)
     variance = float(error[0].sum()) / prediction.samples
     apart = (error - error[0]) / variance
-    lagged = (valve[:, 4] > 0.0).astype(float)
+    S, ratio, _, _, lag = Columns(*valve.T)
+    lagged = (lag > 0.0).astype(float)
     behind, n = apart.sum(axis=1) + LAG_WORTH * (lagged - lagged[0]), apart.shape[1]
     worse = behind / np.sqrt(np.maximum(n * apart.var(axis=1, ddof=1), 1e-300))
     limits = SEEN if seen else UNSEEN
     few = STUDENT[min(n - 2, len(STUDENT) - 1)] / STUDENT[-1]
-    S, J = valve[:-1, 0], valve[:-1, 0] * valve[:-1, 1]
+    S, J = S[:-1], (S * ratio)[:-1]
     beyond = 0.0 if seen else BEYOND * _noise(prediction.op)
-    least = FLOOR * best[0]
+    least = FLOOR * best.S
 
     def ends(x: NDArray[np.float64], name: str, low: float, high: float) -> tuple[float, float]:
         inside = x[(worse[:-1] < few * limits[name]) | (behind[:-1] < CHI2_1)]
         return max(min(float(inside.min()), low), 0.0), max(float(inside.max()), high)
 
-    size, jump = float(best[0]) + beyond, float(best[0] * best[1])
+    size, jump = best.S + beyond, best.S * best.ratio
     away = GOES_ON * float(np.median(np.abs(np.diff(prediction.op))))
     about = (size - least, size + least) if seen else (size / WIDE, max(size * WIDE, size + away))
     S_range = ends(S + beyond, "S", *about)
     J_range = ends(J, "J", jump - least, jump + least)
-    small = trials.cost[trials.valve[:, 1] < HARDLY]
+    small = trials.cost[trials.columns.ratio < HARDLY]
     jump_gain = float(small.min() - trials.cost.min()) if small.size else 0.0
     return Contest(valve, error, worse, S_range, J_range, variance, jump_gain, beyond)
 

@@ -13,7 +13,7 @@ from stiction.diagnosis.identification.contest import STANDS_OUT, WIDE, Contest,
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, interval, limit
 from stiction.diagnosis.identification.likeliest import most_likely
-from stiction.diagnosis.identification.likelihood import Prediction, prediction_of, stem_of
+from stiction.diagnosis.identification.likelihood import Prediction, Trial, prediction_of, stem_of
 from stiction.diagnosis.identification.own_samples import are_own_samples
 from stiction.diagnosis.identification.piece import Piece, search_piece, with_stem
 from stiction.diagnosis.identification.rivals import over_rivals
@@ -146,15 +146,15 @@ class Search:
         # What OP does between samples that are not the controller's own passes for a lag, and S for less than it is: a
         # lag then only counts in how far a sticky valve beats a good one.
         found = contest(fine, tried if seen else tried.without_lag(), seen=seen)
-        clearest = found if seen or tried.best[4] == 0.0 else contest(fine, tried, seen=seen)
+        clearest = found if seen or tried.best.lag == 0.0 else contest(fine, tried, seen=seen)
         samples = None if self.period is None else self.period / (self.record.dt * fine.width)
         whole = fine if fine.first == 0 else fine._replace(op=signals.op)
 
-        def behind(one: Piece, valve: NDArray[np.float64]) -> Piece:
+        def behind(one: Piece, valve: Trial) -> Piece:
             return with_stem(one, _part(stem_of(whole, valve), one.signals), sign, self.record.integrating)
 
         closely = _closely("kano", self.record, signals, self.pieces, fine, found, behind)
-        stem = stem_of(whole, found.valve[0])
+        stem = stem_of(whole, found.best)
         at = np.minimum(np.arange(len(self.record)), stem.size - 1)
         told = "" if seen else f"OP between the samples is not recorded: S is known to a factor of {WIDE:g} at best."
         return replace(
@@ -246,11 +246,11 @@ def _closely(
     searched: list[Piece],
     prediction: Prediction,
     found: Contest,
-    behind: Callable[[Piece, NDArray[np.float64]], Piece],
+    behind: Callable[[Piece, Trial], Piece],
 ) -> Identification:
     """By likelihood; the process is that of the stretch it explains best, `behind` the valve."""
-    S, ratio = (float(x) for x in found.valve[0, :2])
-    pieces = [behind(one, found.valve[0]) for one in searched]
+    S, ratio = found.best.S, found.best.ratio
+    pieces = [behind(one, found.best) for one in searched]
     stretches, hours, bands = [], [], []
     for one, piece in zip(searched, pieces, strict=True):
         first, last = piece.signals.first, piece.signals.first + piece.signals.target.size
@@ -261,11 +261,11 @@ def _closely(
             continue
         cycles = slice(int(ends[0]), max(int(ends[1]), int(ends[0]) + 1))
         own = found.best_in(cycles)
-        size = float(own[0]) + found.beyond
+        size = own.S + found.beyond
         gain = found.gain_in(cycles)
-        if gain > STANDS_OUT and abs(own[0] / S - 1.0) > ANOTHER:
+        if gain > STANDS_OUT and abs(own.S / S - 1.0) > ANOTHER:
             piece = min(piece, behind(one, own), key=lambda piece: piece.error)
-        stretches.append(_stretch(piece, len(record), size, float(own[0] * own[1]) / size, gain))
+        stretches.append(_stretch(piece, len(record), size, own.S * own.ratio / size, gain))
         if gain > STANDS_OUT:
             hours.append(0.5 * (first + last) * signals.dt / 3600.0)
             bands.append(size)
@@ -281,7 +281,7 @@ def _closely(
         stretches,
     )
     slope, error = drift(hours, bands)
-    return replace(result, drift=slope, drift_error=error, lag=float(found.valve[0, 4]) * record.dt)
+    return replace(result, drift=slope, drift_error=error, lag=found.best.lag * record.dt)
 
 
 def _result(

@@ -16,7 +16,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.identification.likelihood import good_valve, joined, lean, part_of, trials_of, valves
+from stiction.diagnosis.identification.likelihood import (
+    Columns,
+    Trial,
+    good_valve,
+    joined,
+    lean,
+    part_of,
+    trials_of,
+    valves,
+)
 from stiction.diagnosis.identification.prediction import LANES, apart
 from stiction.diagnosis.identification.reversals import from_reversals
 
@@ -72,6 +81,8 @@ RIVAL = 0.3
 loops of He's and Stenman's valve (`tests/diagnosis/verdict/textbook.py`, seed 2) it was 0.24 at most."""
 FROM_WINDOW, FROM_WHOLE = (0.01, 0.05, 10), (0.03, 0.2, 6)
 """How far apart the valleys are that the closer searches begin with, over S and J / S, and how many [-]."""
+ABOUT = np.array([-1.0, 0.0, 1.0])
+"""A step back, none, and a step on [-]."""
 S_BIN, J_BIN = 0.02, 0.03
 """Width of the bins over ln S and over J / S of the best, from each of which the most likely valve is compared [-]."""
 
@@ -93,13 +104,13 @@ def most_likely(prediction: Prediction, fine: Prediction, swing: float) -> Trial
     """
     tried, gain = _coarsely(prediction, fine, LEAST_SWING * swing, swing)
     usual = _usual_swing(prediction, swing)
-    if usual < swing and (gain <= WORTH or tried.best[0] < AT_EDGE * LEAST_SWING * swing):
+    if usual < swing and (gain <= WORTH or AT_EDGE * LEAST_SWING * swing > tried.best.S):
         below, more = _coarsely(prediction, fine, LEAST_SWING * usual, LEAST_SWING * swing)
         if more > CLEAR + max(gain, 0.0):
             tried, gain, swing = below, more, usual
     if gain > WORTH:
         tried = _fanned(fine, tried, swing)
-        going_on, resting = (float(tried.cost[tried.valve[:, 2] == rule].min(initial=np.inf)) for rule in (0.0, 1.0))
+        going_on, resting = (float(tried.cost[tried.columns.stops == rule].min(initial=np.inf)) for rule in (0.0, 1.0))
         if going_on - resting < LAG_RIVAL * gain:
             tried = _lagged(fine, tried, swing)
         if gain > CLEAR and resting - tried.cost.min() < RIVAL * gain:
@@ -117,7 +128,7 @@ def _coarsely(prediction: Prediction, fine: Prediction, least: float, most: floa
     tried = trials_of(prediction, _plane(least, most, *COARSE, 1))
     valleys += _valleys(tried, *FROM_WHOLE)
     # Where the stem stood when a window began says nothing of where it stood when the record did.
-    seeds = [valves(valley[:1], valley[1:2], valley[2], PLACES[int(valley[2])], most) for valley in valleys]
+    seeds = [valves(valley.S, valley.ratio, valley.stops, PLACES[int(valley.stops)], most) for valley in valleys]
     tried = joined(tried, trials_of(prediction, np.concatenate(seeds)))
     if fine.width < prediction.width:
         tried = _closer(prediction, tried, STAGES[:1], most)
@@ -136,14 +147,14 @@ def _fanned(prediction: Prediction, tried: Trials, swing: float) -> Trials:
     the fan finds the dip of 72 when it reaches 1.3 either way.
     """
     reach = int(np.log(FAN_REACH) / FAN_STEP)
-    S = tried.best[0] * np.exp(FAN_STEP * np.arange(-reach, reach + 1))
+    S = tried.best.S * np.exp(FAN_STEP * np.arange(-reach, reach + 1))
     S, ratio = S[swing > S], np.linspace(0.0, 1.0, FAN_J)
     middle = _middle(prediction)
     rests = valves(S, ratio, 1.0, np.linspace(-0.8, 0.8, FAN_PLACES), swing)
-    fan = trials_of(middle, np.concatenate([valves(S, ratio, 0.0, np.zeros(1), swing), rests]))
-    about = 1.0 + 0.5 * FAN_STEP * np.arange(-1, 2)
+    fan = trials_of(middle, np.concatenate([valves(S, ratio, 0.0, 0.0, swing), rests]))
+    about = 1.0 + 0.5 * FAN_STEP * ABOUT
     seeds = [
-        valves(valley[0] * about, valley[1:2], valley[2], PLACES[int(valley[2])], swing)
+        valves(valley.S * about, valley.ratio, valley.stops, PLACES[int(valley.stops)], swing)
         for valley in _valleys(fan, *FAN_VALLEYS)
     ]
     return joined(tried, trials_of(prediction, np.concatenate(seeds)))
@@ -155,20 +166,20 @@ def _lagged(prediction: Prediction, tried: Trials, swing: float) -> Trials:
     lags = np.exp(np.arange(np.log(LEAST_LAG), np.log(LAG_CYCLES * cycle), LAG_STEP))
     if lags.size == 0:
         return tried
-    middle, place = _middle(prediction), np.zeros(1)
-    S = tried.best[0] * np.exp(np.arange(*LAG_S))
+    middle = _middle(prediction)
+    S = tried.best.S * np.exp(np.arange(*LAG_S))
     S, ratio = S[swing > S], np.linspace(0.0, 1.0, LAG_J)
-    about, seeds = np.exp(0.5 * LAG_S[2] * np.arange(-1, 2)), []
+    about, seeds = np.exp(0.5 * LAG_S[2] * ABOUT), []
     for lag in lags:
-        fan = trials_of(middle, valves(S, ratio, 0.0, place, swing, lag))
+        fan = trials_of(middle, valves(S, ratio, 0.0, 0.0, swing, lag))
         seeds += [
-            valves(valley[0] * about, valley[1:2], 0.0, place, swing, lag) for valley in _valleys(fan, *LAG_VALLEYS)
+            valves(valley.S * about, valley.ratio, 0.0, 0.0, swing, lag) for valley in _valleys(fan, *LAG_VALLEYS)
         ]
     found = trials_of(prediction, np.concatenate(seeds))
     for step, reach in LAG_STAGES:
         best = found.best
-        S = best[0] * np.exp(reach * np.linspace(-1.0, 1.0, LAG_POINTS))
-        closer = [valves(S, best[1:2], 0.0, place, swing, best[4] * np.exp(way)) for way in (-step, 0.0, step)]
+        S = best.S * np.exp(reach * np.linspace(-1.0, 1.0, LAG_POINTS))
+        closer = [valves(S, best.ratio, 0.0, 0.0, swing, best.lag * np.exp(way)) for way in (-step, 0.0, step)]
         found = joined(found, trials_of(prediction, np.concatenate(closer)))
     return joined(tried, found)
 
@@ -202,8 +213,8 @@ def _usual_swing(prediction: Prediction, swing: float) -> float:
 def _plane(least: float, most: float, n_S: int, n_J: int, n_places: int) -> NDArray[np.float64]:
     """Valves of both rules over the plane."""
     S, ratio = np.geomspace(least, most, n_S), np.linspace(0.0, 1.0, n_J)
-    places = np.linspace(-0.6, 0.6, n_places) if n_places > 1 else np.zeros(1)
-    goes_on = valves(S, ratio, 0.0, np.zeros(1), most)
+    places = np.linspace(-0.6, 0.6, n_places) if n_places > 1 else 0.0
+    goes_on = valves(S, ratio, 0.0, 0.0, most)
     rests = valves(S[2.0 * S[0] < S], ratio, 1.0, places, most)
     return np.concatenate([goes_on, rests])
 
@@ -212,29 +223,28 @@ def _closer(
     prediction: Prediction, tried: Trials, stages: tuple[tuple[float, float, float, int], ...], swing: float
 ) -> Trials:
     """Go on about the best valleys, step by step."""
-    steps = np.arange(-1, 2)
     for S_step, J_step, place_step, keep in stages:
         valleys = _valleys(tried, S_step, J_step, keep)
         about = [
             valves(
-                valley[0] * (1.0 + S_step * steps),
+                valley.S * (1.0 + S_step * ABOUT),
                 _ratios(valley, J_step),
-                valley[2],
+                valley.stops,
                 _places(valley, place_step),
                 swing,
-                valley[4],
+                valley.lag,
             )
             for valley in valleys
         ]
         # J is a wide valley along the narrow one of S: it moves the size of a slip, S its time.
         about += [
             valves(
-                valley[0] * (1.0 + S_step * steps),
+                valley.S * (1.0 + S_step * ABOUT),
                 np.linspace(0.0, 1.0, ALONG_J),
-                valley[2],
-                valley[3:4],
+                valley.stops,
+                valley.place,
                 swing,
-                valley[4],
+                valley.lag,
             )
             for valley in valleys[:FEW]
         ]
@@ -242,17 +252,17 @@ def _closer(
     return tried
 
 
-def _ratios(valley: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+def _ratios(valley: Trial, step: float) -> NDArray[np.float64]:
     """J / S about a valley's, none of them twice."""
-    ratio = np.clip(valley[1] + step * np.arange(-1, 2), 0.0, 1.0)
+    ratio = np.clip(valley.ratio + step * ABOUT, 0.0, 1.0)
     return ratio[np.diff(ratio, prepend=-1.0) > 0.0]
 
 
-def _places(valley: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+def _places(valley: Trial, step: float) -> NDArray[np.float64]:
     """Places at the start about a valley's; for a stem that goes on only while the steps are wide."""
-    if valley[2] == 0.0 and step <= FORGOTTEN:
-        return valley[3:4]
-    return np.clip(valley[3] + step * np.arange(-1, 2), -1.0, 1.0)
+    if valley.stops == 0.0 and step <= FORGOTTEN:
+        return np.array([valley.place])
+    return np.clip(valley.place + step * ABOUT, -1.0, 1.0)
 
 
 def one_each(trials: Trials) -> NDArray[np.int64]:
@@ -269,17 +279,18 @@ def one_each(trials: Trials) -> NDArray[np.int64]:
         Their places among the trials, the most likely of all first.
     """
     order = trials.ranked()
-    S, ratio = trials.valve[order, 0], trials.valve[order, 1]
+    S, ratio = trials.columns.S[order], trials.columns.ratio[order]
     bins = np.round(np.log(S) / S_BIN).astype(int), np.round(S * ratio / (J_BIN * S[0])).astype(int)
     first = np.concatenate([np.unique(one, return_index=True)[1] for one in bins])
     return order[np.unique(first)]
 
 
-def _valleys(tried: Trials, S_step: float, J_step: float, keep: int) -> list[NDArray[np.float64]]:
+def _valleys(tried: Trials, S_step: float, J_step: float, keep: int) -> list[Trial]:
     """The most likely valves, each more than a step and a half away from the better ones."""
     order = tried.ranked()[: 32 * LANES]
     rest = tried.valve[order]
-    kind = rest[:, 2] * 1e3 + rest[:, 4] * 1e6
-    logs = np.column_stack([np.log(rest[:, 0]) / (1.5 * S_step), rest[:, 1] / (1.5 * J_step), kind])
+    S, ratio, stops, _, lag = Columns(*rest.T)
+    # Stems of another rule or lag are never near.
+    logs = np.column_stack([np.log(S) / (1.5 * S_step), ratio / (1.5 * J_step), stops * 1e3 + lag * 1e6])
     chosen = np.empty(keep, dtype=np.int64)
-    return list(rest[chosen[: apart(logs, chosen)]])
+    return [Trial(*valve) for valve in rest[chosen[: apart(logs, chosen)]].tolist()]

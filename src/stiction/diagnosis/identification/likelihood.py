@@ -15,12 +15,14 @@ import numpy as np
 from stiction.diagnosis.identification.prediction import desk, errors_of_stems, prediction_errors, stems
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from stiction.diagnosis.identification.signals import Signals
 
 __all__ = [
+    "Columns",
     "Prediction",
+    "Trial",
     "Trials",
     "by_cycle",
     "errors_of",
@@ -86,12 +88,36 @@ class Prediction(NamedTuple):
         return min(self.most, self.pv.size // 8)
 
 
+class Trial(NamedTuple):
+    """A valve that is tried."""
+
+    S: float
+    """Band [% of span]."""
+    ratio: float
+    """J / S [-]."""
+    stops: float
+    """1 for a stem that rests after every sample, 0 for one that goes on [-]."""
+    place: float
+    """Where the stem begins, in half bands off the first OP [-]."""
+    lag: float
+    """Lag of the actuator [samples of OP]."""
+
+
+class Columns(NamedTuple):
+    """The same of many valves, shape (n,) each."""
+
+    S: NDArray[np.float64]
+    ratio: NDArray[np.float64]
+    stops: NDArray[np.float64]
+    place: NDArray[np.float64]
+    lag: NDArray[np.float64]
+
+
 class Trials(NamedTuple):
     """Valves tried."""
 
     valve: NDArray[np.float64]
-    """S [% of span], J / S [-], 1 for a stem that rests after every sample, place at the start, lag of the actuator
-    [samples of OP]; shape (n, 5)."""
+    """A `Trial` a row, shape (n, 5)."""
     cost: NDArray[np.float64]
     """N ln(sum of squares / N): minus twice the log likelihood but for a constant, and what a lag has to be worth;
     shape (n,)."""
@@ -101,13 +127,18 @@ class Trials(NamedTuple):
         return np.argsort(np.round(self.cost, EQUAL), kind="stable")
 
     @property
-    def best(self) -> NDArray[np.float64]:
-        """The most likely valve, shape (5,)."""
-        return self.valve[self.ranked()[0]]
+    def columns(self) -> Columns:
+        """Their parameters."""
+        return Columns(*self.valve.T)
+
+    @property
+    def best(self) -> Trial:
+        """The most likely valve."""
+        return Trial(*self.valve[self.ranked()[0]].tolist())
 
     def without_lag(self) -> Trials:
         """Those whose actuator does not lag."""
-        prompt = self.valve[:, 4] == 0.0
+        prompt = self.columns.lag == 0.0
         return Trials(self.valve[prompt], self.cost[prompt])
 
 
@@ -188,24 +219,19 @@ def lean(prediction: Prediction) -> Prediction:
 
 
 def valves(
-    S: NDArray[np.float64],
-    ratio: NDArray[np.float64],
-    stops: float,
-    place: NDArray[np.float64],
-    swing: float,
-    lag: float = 0.0,
+    S: ArrayLike, ratio: ArrayLike, stops: float, place: ArrayLike, swing: float, lag: float = 0.0
 ) -> NDArray[np.float64]:
     """All combinations.
 
     Parameters
     ----------
-    S : ndarray
+    S : array_like
         S [% of span]; none is taken larger than `swing`, since a limit cycle needs OP_pp >= S.
-    ratio : ndarray
+    ratio : array_like
         J / S [-].
     stops : float
         1 for a stem that rests after every sample, 0 for one that goes on [-].
-    place : ndarray
+    place : array_like
         Place at the start [half bands].
     swing : float
         Largest S [% of span].
@@ -217,13 +243,11 @@ def valves(
     ndarray, shape (n, 5)
         Valves as in `Trials`.
     """
-    valve = np.empty((S.size, ratio.size, place.size, 5))
-    valve[..., 0] = np.minimum(S, swing)[:, np.newaxis, np.newaxis]
-    valve[..., 1] = ratio[:, np.newaxis]
-    valve[..., 2] = stops
-    valve[..., 3] = place
-    valve[..., 4] = lag
-    return valve.reshape(-1, 5)
+    S, ratio, place = np.minimum(np.atleast_1d(S), swing), np.atleast_1d(ratio), np.atleast_1d(place)
+    valve = np.empty((S.size, ratio.size, place.size, len(Trial._fields)))
+    for column, values in enumerate((S[:, np.newaxis, np.newaxis], ratio[:, np.newaxis], stops, place, lag)):
+        valve[..., column] = values
+    return valve.reshape(-1, len(Trial._fields))
 
 
 def trials_of(prediction: Prediction, valve: NDArray[np.float64]) -> Trials:
@@ -243,8 +267,9 @@ def trials_of(prediction: Prediction, valve: NDArray[np.float64]) -> Trials:
     """
     left = _errors(prediction, valve, np.empty(0, dtype=np.int64))[0]
     cost = prediction.samples * np.log(left / prediction.samples)
-    cost[valve[:, 4] > 0.0] += LAG_WORTH
-    return Trials(valve, cost)
+    tried = Trials(valve, cost)
+    cost[tried.columns.lag > 0.0] += LAG_WORTH
+    return tried
 
 
 def joined(one: Trials, other: Trials) -> Trials:
@@ -305,15 +330,15 @@ def errors_of(prediction: Prediction, mv: NDArray[np.float64]) -> tuple[NDArray[
     return left, blocks
 
 
-def stem_of(prediction: Prediction, valve: NDArray[np.float64]) -> NDArray[np.float64]:
+def stem_of(prediction: Prediction, valve: Trial) -> NDArray[np.float64]:
     """Stem position of one valve, sample by sample of OP.
 
     Parameters
     ----------
     prediction : Prediction
         What is foretold.
-    valve : ndarray, shape (5,)
-        A valve as in `Trials`.
+    valve : Trial
+        The valve.
 
     Returns
     -------
@@ -326,20 +351,20 @@ def stem_of(prediction: Prediction, valve: NDArray[np.float64]) -> NDArray[np.fl
     return mv[0]
 
 
-def good_valve(valve: NDArray[np.float64]) -> NDArray[np.float64]:
+def good_valve(valve: Trial) -> NDArray[np.float64]:
     """A valve that follows OP: the same one with a band too small to matter; a lag before it is the process's.
 
     Parameters
     ----------
-    valve : ndarray, shape (5,)
-        A valve as in `Trials`.
+    valve : Trial
+        The sticky one.
 
     Returns
     -------
     ndarray, shape (1, 5)
-        The good one.
+        The good one, as in `Trials`.
     """
-    return np.array([[1e-6 * valve[0], 0.0, 0.0, 0.0, 0.0]])
+    return np.array([Trial(1e-6 * valve.S, 0.0, 0.0, 0.0, 0.0)])
 
 
 def kept(lag: NDArray[np.float64]) -> NDArray[np.float64]:

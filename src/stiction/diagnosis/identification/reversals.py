@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.likelihood import lean, part_of, trials_of, valves
+from stiction.diagnosis.identification.likelihood import Columns, lean, part_of, trials_of, valves
 from stiction.models.compiled import kernel
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def from_reversals(coarse: Prediction, fine: Prediction, swing: float) -> NDArra
         reversal = _reversal(coarse, fine, int(at), int(cycle / 2.0))
         if reversal.op.size >= shortest:
             S, J, _ = _climb(reversal, swing, shortest)
-            tried = trials_of(lean(fine), valves(np.array([S]), np.array([J / S]), 1.0, AT_START, swing))
+            tried = trials_of(lean(fine), valves(S, J / S, 1.0, AT_START, swing))
             found.append(tried.best)
     return np.array(found).reshape(-1, 5)
 
@@ -155,7 +155,7 @@ def _best(
     S, J, past = trials.T
     stem = reversal.op[0] - reversal.way * (past + 0.5 * (S - J))
     place = (stem - part.op[0]) / (0.5 * (S + J))
-    tried = trials_of(part, np.column_stack([S, J / S, np.ones(S.size), place, np.zeros(S.size)]))
+    tried = trials_of(part, np.column_stack(Columns(S, J / S, np.ones(S.size), place, np.zeros(S.size))))
     chosen, bounds = np.empty(kept, dtype=np.int64), np.empty((kept, 4))
     count = distinct(reversal.op, size, reversal.way, trials, tried.ranked(), chosen, bounds)
     return trials[chosen[:count]], bounds[:count]

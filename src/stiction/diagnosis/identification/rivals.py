@@ -38,7 +38,7 @@ def over_rivals(prediction: Prediction, contest: Contest, period: float | None) 
     said = {"bent": bent, "beats_bent": beats_bent, "gain_on_bent": gain_on_bent}
     if period is None:
         return said
-    wave = outside_wave(prediction, period, stem_of(prediction, contest.valve[0]))
+    wave = outside_wave(prediction, period, stem_of(prediction, contest.best))
     if wave is None:
         return said
     beats_wave, gain_on_wave = contest.over(wave.good)
