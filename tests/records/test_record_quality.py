@@ -173,6 +173,30 @@ def test_a_frozen_stretch_is_left_out_and_is_not_manual(good, also_op):
     assert analysis_window(record) == (0, 700)
 
 
+def test_a_short_stretch_is_frozen_where_op_and_pv_rest_together_and_after_the_start(good):
+    op, pv = good.op.copy(), good.pv.copy()
+    pv[700:708] = 200.0
+    assert gate(replace(good, pv=pv), "frozen").value == 0.0
+    op[700:708] = 50.0
+    record = replace(good, op=op, pv=pv)
+    assert gate(record, "frozen").value == pytest.approx(100 * 8 / N)
+    assert analysis_window(record) == (0, 700)
+    # A loop at rest before it is moved was reached by its historian.
+    op, pv = good.op.copy(), good.pv.copy()
+    op[:8], pv[:8] = op[8], pv[8]
+    assert analysis_window(replace(good, op=op, pv=pv)) == (0, N)
+
+
+def test_an_op_at_its_own_limit_is_seen_beside_a_stretch_in_manual(good):
+    op = np.minimum(good.op, np.percentile(good.op, 70.0))
+    alone = gate(replace(good, op=op), "saturation").value
+    assert alone > 15.0
+    op[900:960] = np.percentile(op, 40.0)
+    record = replace(good, op=op)
+    assert gate(record, "saturation").value == pytest.approx(alone, abs=100 * 60 / N)
+    assert gate(record, "manual").value == pytest.approx(100 * 60 / N)
+
+
 def test_rests_that_come_back_are_not_frozen():
     # A coarse transmitter on a slow cycle: PV rests for 60 samples and more, again and again.
     k = np.arange(N)

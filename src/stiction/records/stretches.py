@@ -43,6 +43,8 @@ MANUAL = 60
 """Samples for which OP must rest, PV moving, to count as in manual when the mode was not recorded; PV, to be frozen."""
 FROZEN = 12
 """Samples for which PV must rest to be frozen, or OP to be in manual, where it hardly ever repeats a value."""
+BOTH_FROZEN = 6
+"""Samples for which OP and PV must rest together to be frozen, where they hardly ever do."""
 SELDOM = 0.02
 """Share of a record that shorter rests take where a signal hardly ever repeats a value [-]."""
 TEARS = 20
@@ -117,9 +119,9 @@ def _flat(record: LoopRecord) -> int:
     finite = op[np.isfinite(op)]
     if finite.size == 0:
         return FLAT
-    inside = np.diff(op)[(op[1:] != finite.min()) & (op[1:] != finite.max())]
-    inside = inside[np.isfinite(inside)]
-    return CLIPPED if inside.size and np.mean(inside == 0.0) < 0.02 else FLAT
+    inside = np.isfinite(op) & (op != finite.min()) & (op != finite.max())
+    lengths = _lengths(runs(_still(op) & inside))
+    return CLIPPED if _seldom(lengths, int(np.count_nonzero(inside))) else FLAT
 
 
 def _resting(record: LoopRecord, at: NDArray[np.bool_], flat: int, *, while_moving: bool = False) -> NDArray[np.bool_]:
@@ -167,9 +169,7 @@ def in_manual(record: LoopRecord) -> NDArray[np.bool_]:
     mask = np.zeros(len(record), dtype=bool) if record.auto is None else ~record.auto
     at_limit = saturated(record)
     rests = [(start - 1, last) for start, last in runs(_still(record.op)) if not at_limit[start - 1 : last].all()]
-    lengths = np.array([last - first for first, last in rests])
-    seldom = lengths[lengths < FROZEN].sum() < SELDOM * len(record) and np.sum(lengths >= FROZEN) <= FEW
-    enough = FROZEN if seldom else max(MANUAL, len(record) // 20)
+    enough = FROZEN if _seldom(_lengths(rests), len(record)) else max(MANUAL, len(record) // 20)
     for first, last in rests:
         if last - first >= enough and _moves(record.pv, first, last):
             mask[first:last] = True
@@ -177,24 +177,36 @@ def in_manual(record: LoopRecord) -> NDArray[np.bool_]:
 
 
 def frozen(record: LoopRecord) -> NDArray[np.bool_]:
-    """Mark where PV stands still for long as it does only a few times in the record, shape (n_samples,).
+    """Mark where PV, or PV and OP, stand still for long as they do only a few times in the record, shape (n_samples,).
 
-    A valve that sticks without noise, or a coarse transmitter, lets PV rest again and again, and is not meant.
+    A valve that sticks without noise, or a coarse transmitter, lets PV rest again and again, and is not meant. Both at
+    once rest where the historian was not reached, and then fewer samples are long; or before a loop is first moved.
     """
     mask = np.zeros(len(record), dtype=bool)
     if record.pv is None:
         return mask
-    rests = runs(_still(record.pv))
-    lengths = np.array([last - first for first, last in rests], dtype=np.int64)
-    long = lengths >= max(MANUAL, len(record) // 20)
-    if lengths[lengths < FROZEN].sum() < SELDOM * len(record):
-        long = lengths >= FROZEN
-    others = lengths[~long]
-    if not 1 <= long.sum() <= FEW or (others.size and 4 * others.max() > lengths[long].min()):
-        return mask
-    for (first, last), is_long in zip(rests, long, strict=True):
-        mask[first - 1 : last] |= is_long
+    still = _still(record.pv)
+    both = [(first, last) for first, last in runs(still & _still(record.op)) if first > 1]
+    for rests, least in ((runs(still), FROZEN), (both, BOTH_FROZEN)):
+        lengths = _lengths(rests)
+        seldom = lengths[lengths < least].sum() < SELDOM * len(record)
+        long = lengths >= (least if seldom else max(MANUAL, len(record) // 20))
+        others = lengths[~long]
+        if not 1 <= long.sum() <= FEW or (others.size and 4 * others.max() > lengths[long].min()):
+            continue
+        for (first, last), is_long in zip(rests, long, strict=True):
+            mask[first - 1 : last] |= is_long
     return mask
+
+
+def _lengths(rests: list[tuple[int, int]]) -> NDArray[np.int64]:
+    """Samples that each rest takes."""
+    return np.array([last - first for first, last in rests], dtype=np.int64)
+
+
+def _seldom(lengths: NDArray[np.int64], samples: int) -> bool:
+    """Whether a signal hardly ever rests, but for a few rests that are long."""
+    return bool(lengths[lengths < FROZEN].sum() < SELDOM * samples and np.sum(lengths >= FROZEN) <= FEW)
 
 
 def torn(record: LoopRecord) -> NDArray[np.bool_]:

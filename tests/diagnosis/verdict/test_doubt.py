@@ -17,6 +17,7 @@ from stiction.diagnosis.verdict.doubt import (
     BEYOND,
     FEW,
     HIDES,
+    JUMP_LIKELY,
     KEPT,
     LEAST,
     MOST,
@@ -281,11 +282,13 @@ def test_of_a_valve_that_is_not_seen_nothing_is_sure(p):
     assert ("valve not seen" in found.why) is not (LEAST <= p <= MOST)
 
 
-@given(p=some.floats(0.0, 1.0))
-def test_what_speaks_against_a_good_valve_keeps_it_from_being_surely_good(p):
-    found = held_back(p, quality(()), against=("a jump is likely",))
-    assert found.probability == max(p, LEAST)
-    assert ("a jump is likely" in found.why) is (p < LEAST)
+@given(p=some.floats(0.0, 1.0), others=some.sampled_from([(), ("the searches disagree",)]))
+def test_what_speaks_against_a_good_valve_keeps_it_from_being_surely_good(p, others):
+    found = held_back(p, quality(()), against=(JUMP_LIKELY, *others))
+    # Alone a likely jump does so only where little else is plain.
+    held = p < LEAST and (p >= SURELY or others)
+    assert found.probability == (LEAST if held else p)
+    assert (JUMP_LIKELY in found.why) is bool(held)
 
 
 def test_slow_records_such_as_plants_keep_are_never_surely_good():

@@ -41,6 +41,7 @@ __all__ = [
     "FORETELLS",
     "HARDLY_JUMPS",
     "HIDES",
+    "JUMP_LIKELY",
     "KEPT",
     "LEAST",
     "LIKE_A_PLANTS",
@@ -91,9 +92,12 @@ SPIKES = 5.0
 historian writes a code for a bad value a few times, a loose contact makes spikes all the time."""
 MUCH_LEFT_OUT, FEW_SAMPLES = "much left out", "few samples"
 """Names of the doubt where less is kept, and of the bound of records of fewer than `FEW` samples."""
-SURELY = 0.02
-"""Probability below which few samples, in all or for a cycle, are no bound by themselves [-]: of 8 000 loops (seeds 10,
-12, 13, 14) 482 are told less in spite of them, two of which stick."""
+JUMP_LIKELY = "a jump is likely"
+"""What is told of a valve whose jump is beyond chance."""
+SURELY, SLIGHT = 0.02, (FEW_SAMPLES, "sampling", JUMP_LIKELY)
+"""Probability below which few samples, in all or for a cycle, and a likely jump are no bound by themselves [-]: of
+8 000 loops (seeds 10, 12, 13, 14) 482 are told less in spite of the former, two of which stick; 61 in spite of the
+latter, none of which does."""
 HARMLESS = ("op scale",)
 """Gates that say how to read S and J, and nothing about how sure they are."""
 FOLLOWS = ("length", "cycles")
@@ -197,11 +201,11 @@ def held_back(
     kept = FIRST * FURTHER ** (len(doubts) - 1)
     drawn = 1.0 / (1.0 + math.exp(-usual - kept * (odds - usual))) if doubts else probability
     hiding = _hides(doubts, quality, own_samples=own_samples)
-    if drawn < SURELY and {*hiding} <= {FEW_SAMPLES, "sampling"}:
-        hiding = []
     if not valve_seen:
         hiding.append("valve not seen")
     hiding += against if drawn < LEAST else against_sticking if drawn > MOST else ()
+    if drawn < SURELY and {*hiding} <= {*SLIGHT}:
+        hiding = []
     if hiding and not LEAST <= drawn <= MOST:
         bound = f"no more than {MOST:.2f}" if drawn > MOST else f"no less than {LEAST:.2f}"
         return HeldBack(min(max(drawn, LEAST), MOST), f"The data allow {bound} ({', '.join(hiding)}).")
@@ -284,7 +288,7 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
         return (PLAINLY_JUMPS,) if row.likely_jump_clear > PLAIN_JUMP else ()
     plain_S = found.own_samples and found.S_low > PLAIN_S * found.S and causes["deadband"] < FAULT_SEEN
     seen = {
-        "a jump is likely": row.likely_jump_clear > 0.0,
+        JUMP_LIKELY: row.likely_jump_clear > 0.0,
         "a sticky valve explains much more": explains_much_more(found),
         "a sticky valve foretells the PV": plain_S and found.beats_good > FORETELLS and found.beats_any > 0.0,
         "the searches disagree": found.gain < 0.0 and row.advantage > APART,
