@@ -181,6 +181,10 @@ def test_a_short_stretch_is_frozen_where_op_and_pv_rest_together_and_after_the_s
     record = replace(good, op=op, pv=pv)
     assert gate(record, "frozen").value == pytest.approx(100 * 8 / N)
     assert analysis_window(record) == (0, 700)
+    # Of a coarse PV, which rests by itself as well, so short a rest says nothing.
+    coarse = np.round(good.pv / np.ptp(good.pv) * 10.0)
+    coarse[700:708] = 20.0
+    assert gate(replace(good, op=op, pv=coarse), "frozen").value == 0.0
     # A loop at rest before it is moved was reached by its historian.
     op, pv = good.op.copy(), good.pv.copy()
     op[:8], pv[:8] = op[8], pv[8]

@@ -185,11 +185,11 @@ def frozen(record: LoopRecord) -> NDArray[np.bool_]:
     mask = np.zeros(len(record), dtype=bool)
     if record.pv is None:
         return mask
-    still = _still(record.pv)
-    both = [(first, last) for first, last in runs(still & _still(record.op)) if first > 1]
-    for rests, least in ((runs(still), FROZEN), (both, BOTH_FROZEN)):
+    still, op_still = _still(record.pv), _still(record.op)
+    both = [(first, last) for first, last in runs(still & op_still) if first > 1]
+    for rests, rested, least in ((runs(still), still, FROZEN), (both, still | op_still, BOTH_FROZEN)):
         lengths = _lengths(rests)
-        seldom = lengths[lengths < least].sum() < SELDOM * len(record)
+        seldom = np.count_nonzero(rested) - lengths[lengths >= least].sum() < SELDOM * len(record)
         long = lengths >= (least if seldom else max(MANUAL, len(record) // 20))
         others = lengths[~long]
         if not 1 <= long.sum() <= FEW or (others.size and 4 * others.max() > lengths[long].min()):
