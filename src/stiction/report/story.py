@@ -124,6 +124,8 @@ def _explained(found: Identification) -> list[str]:
         if math.isfinite(found.gain_on_wave):
             rivals[" beside a wave from outside"] = found.gain_on_wave
         by = ", by ".join(f"{words.digits(gain)} than a good one{what}" for what, gain in rivals.items())
+        if math.isfinite(found.gain_beside_wave):
+            by += f", by {words.digits(found.gain_beside_wave)} with that wave beside both"
         lines.append(f"In twice the log likelihood a sticky valve foretells the PV better by {by}.")
     if math.isfinite(found.drift):
         lines.append(f"S changes by {found.drift:.2g} % per hour (standard error {found.drift_error:.2g}).")
