@@ -12,7 +12,7 @@ from hypothesis import strategies as some
 import stiction as st
 from stiction.diagnosis.identification.contest import Contest, Rival
 from stiction.diagnosis.identification.likelihood import prediction_of
-from stiction.diagnosis.identification.outside_wave import fundamental, outside_wave
+from stiction.diagnosis.identification.outside_wave import fundamental, outside_wave, repeated
 from stiction.diagnosis.identification.signals import prepare
 
 
@@ -60,6 +60,15 @@ def test_what_is_left_is_that_of_a_regression_on_the_harmonics_too():
     assert rival.weights == len(columns) - before
     alone = A[:, :before]
     assert ((pv[begin:] - alone @ np.linalg.lstsq(alone, pv[begin:], rcond=None)[0]) ** 2).sum() > 4.0 * left
+
+
+@given(period=some.floats(8.0, 90.0), harmonics=some.integers(1, 3), n=some.integers(200, 400))
+def test_what_repeats_is_that_of_a_regression_on_sines(period, harmonics, n):
+    signals = np.random.default_rng(n).normal(size=(2, n)).cumsum(axis=1)
+    angle = 2.0 * np.pi / period * np.outer(np.arange(n), np.arange(1, harmonics + 1))
+    A = np.column_stack([np.ones(n), np.cos(angle), np.sin(angle)])
+    own = (A @ np.linalg.lstsq(A, signals.T, rcond=None)[0]).T
+    assert repeated(signals, period, harmonics) == pytest.approx(own, abs=1e-9 * np.ptp(signals))
 
 
 @settings(max_examples=30, deadline=None)

@@ -182,7 +182,7 @@ def contest(prediction: Prediction, trials: Trials, *, seen: bool) -> Contest:
 
 
 def vuong(by_half: NDArray[np.float64], free: float = 0.0) -> tuple[float, float]:
-    """Vuong's test of two models ([vuong1989]_).
+    """Vuong's test of two models.
 
     Parameters
     ----------
@@ -195,6 +195,10 @@ def vuong(by_half: NDArray[np.float64], free: float = 0.0) -> tuple[float, float
     -------
     tuple of float
         Student's statistic, and twice the log likelihood in all [-].
+
+    References
+    ----------
+    vuong1989.
     """
     total = float(by_half.sum()) + free
     return total / math.sqrt(max(by_half.size * float(by_half.var(ddof=1)), 1e-300)), total
