@@ -44,7 +44,7 @@ def test_a_good_record_passes_every_gate(good):
     assert quality.usable
     assert faults(good, PERIOD) == {}
     assert (quality.first, quality.last, quality.rows, quality.duration, quality.bad_percent) == (0, N, N, N, 0.0)
-    assert len(quality.gates) == 18
+    assert len(quality.gates) == 19
     assert all(g.why.endswith(".") for g in quality.gates)
     assert quality.summary().startswith("usable")
     assert json.loads(json.dumps(quality.to_dict(), allow_nan=False))["gates"][0]["name"] == "length"
@@ -173,22 +173,23 @@ def test_a_frozen_stretch_is_left_out_and_is_not_manual(good, also_op):
     assert analysis_window(record) == (0, 700)
 
 
-def test_a_short_stretch_is_frozen_where_op_and_pv_rest_together_and_after_the_start(good):
+def test_op_and_pv_that_rest_together_say_that_the_historian_was_not_reached(good):
     op, pv = good.op.copy(), good.pv.copy()
     pv[700:708] = 200.0
-    assert gate(replace(good, pv=pv), "frozen").value == 0.0
+    assert gate(replace(good, pv=pv), "outages").value == 0
     op[700:708] = 50.0
     record = replace(good, op=op, pv=pv)
-    assert gate(record, "frozen").value == pytest.approx(100 * 8 / N)
-    assert analysis_window(record) == (0, 700)
+    assert faults(record) == {"outages": "lowers"}
+    assert gate(record, "outages").value == 1
+    assert analysis_window(record) == (0, N)
     # Of a coarse PV, which rests by itself as well, so short a rest says nothing.
     coarse = np.round(good.pv / np.ptp(good.pv) * 10.0)
     coarse[700:708] = 20.0
-    assert gate(replace(good, op=op, pv=coarse), "frozen").value == 0.0
+    assert gate(replace(good, op=op, pv=coarse), "outages").value == 0
     # A loop at rest before it is moved was reached by its historian.
     op, pv = good.op.copy(), good.pv.copy()
     op[:8], pv[:8] = op[8], pv[8]
-    assert analysis_window(replace(good, op=op, pv=pv)) == (0, N)
+    assert gate(replace(good, op=op, pv=pv), "outages").value == 0
 
 
 def test_an_op_at_its_own_limit_is_seen_beside_a_stretch_in_manual(good):

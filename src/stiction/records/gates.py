@@ -13,7 +13,17 @@ import numpy as np
 
 from stiction.records.durations import in_seconds
 from stiction.records.gate import LEAST_CYCLES, LEAST_SAMPLES, Gate, Severity, View, at_least, at_most
-from stiction.records.historian_gates import averaging, clock, compression, exception, held, outliers, replay, resampled
+from stiction.records.historian_gates import (
+    averaging,
+    clock,
+    compression,
+    exception,
+    held,
+    outages,
+    outliers,
+    replay,
+    resampled,
+)
 from stiction.records.signals import not_a_percentage
 from stiction.records.storage import swing
 from stiction.records.stretches import clipped, frozen, in_manual, missing, runs, saturated
@@ -221,7 +231,7 @@ def _share(mask: NDArray[np.bool_]) -> float:
 
 GATES = (
     *(length, cycles, sampling, op_moves, op_turns, pv_moves, saturation, manual, frozen_pv, missing_values),
-    *(op_scale, op_resolution, pv_resolution, compression, exception, held, averaging, replay, clock),
+    *(op_scale, op_resolution, pv_resolution, compression, exception, held, outages, averaging, replay, clock),
     *(outliers, resampled),
 )
 """All gates, in the order in which they are reported."""

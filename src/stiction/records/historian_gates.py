@@ -16,9 +16,9 @@ from stiction.records.storage import (
     straight,
     swing,
 )
-from stiction.records.stretches import saturated
+from stiction.records.stretches import runs, saturated, unreached
 
-__all__ = ["averaging", "clock", "compression", "exception", "held", "outliers", "replay", "resampled"]
+__all__ = ["averaging", "clock", "compression", "exception", "held", "outages", "outliers", "replay", "resampled"]
 
 STRAIGHT = 10.0
 """Samples that may lie on straight lines between two others [%]."""
@@ -99,6 +99,18 @@ def held(view: View) -> Gate | None:
         if points < 4:
             return Gate("held", "refuses", points, 4, why + remedy)
     return at_most("held", share, HELD, np.inf, why + (remedy if share > HELD else "."))
+
+
+def outages(view: View) -> Gate | None:
+    """Count stretches in which the historian was not reached: OP and PV rest together, which they hardly ever do."""
+    if view.pv is None:
+        return None
+    lost = runs(unreached(view.part))
+    longest = max((last - first for first, last in lost), default=0) * view.record.dt
+    why = f"OP and PV rest together and then leap in {len(lost)} stretches"
+    if lost:
+        why += f" of up to {in_seconds(longest)}: the historian was not reached; repair its connection and record again"
+    return at_most("outages", len(lost), 0, np.inf, f"{why}.")
 
 
 def averaging(view: View) -> Gate | None:

@@ -28,6 +28,7 @@ __all__ = [
     "runs",
     "saturated",
     "torn",
+    "unreached",
     "usable_part",
 ]
 
@@ -43,8 +44,10 @@ MANUAL = 60
 """Samples for which OP must rest, PV moving, to count as in manual when the mode was not recorded; PV, to be frozen."""
 FROZEN = 12
 """Samples for which PV must rest to be frozen, or OP to be in manual, where it hardly ever repeats a value."""
-BOTH_FROZEN = 6
-"""Samples for which OP and PV must rest together to be frozen, where they hardly ever do."""
+UNREACHED = 6
+"""Samples for which OP and PV must rest together where they hardly ever rest, for the historian not to be reached."""
+LEAP = 3.0
+"""Usual moves from sample to sample, the median, beyond which a signal leaps [-]."""
 SELDOM = 0.02
 """Share of a record that shorter rests take where a signal hardly ever repeats a value [-]."""
 TEARS = 20
@@ -177,25 +180,45 @@ def in_manual(record: LoopRecord) -> NDArray[np.bool_]:
 
 
 def frozen(record: LoopRecord) -> NDArray[np.bool_]:
-    """Mark where PV, or PV and OP, stand still for long as they do only a few times in the record, shape (n_samples,).
+    """Mark where PV stands still for long as it does only a few times in the record, shape (n_samples,).
 
-    A valve that sticks without noise, or a coarse transmitter, lets PV rest again and again, and is not meant. Both at
-    once rest where the historian was not reached, and then fewer samples are long; or before a loop is first moved.
+    A valve that sticks without noise, or a coarse transmitter, lets PV rest again and again, and is not meant.
     """
-    mask = np.zeros(len(record), dtype=bool)
     if record.pv is None:
+        return np.zeros(len(record), dtype=bool)
+    still = _still(record.pv)
+    return _long_rests(still, runs(still), FROZEN)
+
+
+def unreached(record: LoopRecord) -> NDArray[np.bool_]:
+    """Mark where OP and PV stand still together as they do only a few times in the record, shape (n_samples,).
+
+    There the historian was not reached, and then one of them leaps at least. A loop at rest before it is first moved,
+    or an interpolated stretch between equal values, is not meant.
+    """
+    if record.pv is None or len(record) < MANUAL:
+        return np.zeros(len(record), dtype=bool)
+    still = _still(record.op), _still(record.pv)
+    moves = [np.abs(np.diff(bridged(x), append=x[-1])) for x in (record.op, record.pv)]
+    leaps = np.any([move > LEAP * np.nanmedian(move) for move in moves], axis=0)
+    together = [(first, last) for first, last in runs(still[0] & still[1]) if first > 1 and leaps[last - 1]]
+    return _long_rests(still[0] | still[1], together, UNREACHED)
+
+
+def _long_rests(still: NDArray[np.bool_], rests: list[tuple[int, int]], least: int) -> NDArray[np.bool_]:
+    """Mark the long ones of some rests, where they are few; `least` samples are long where else hardly any is `still`.
+
+    Else those are that `MANUAL` says. All others must be far shorter.
+    """
+    mask = np.zeros(still.size, dtype=bool)
+    lengths = _lengths(rests)
+    seldom = np.count_nonzero(still) - lengths[lengths >= least].sum() < SELDOM * still.size
+    long = lengths >= (least if seldom else max(MANUAL, still.size // 20))
+    others = lengths[~long]
+    if not 1 <= long.sum() <= FEW or (others.size and 4 * others.max() > lengths[long].min()):
         return mask
-    still, op_still = _still(record.pv), _still(record.op)
-    both = [(first, last) for first, last in runs(still & op_still) if first > 1]
-    for rests, rested, least in ((runs(still), still, FROZEN), (both, still | op_still, BOTH_FROZEN)):
-        lengths = _lengths(rests)
-        seldom = np.count_nonzero(rested) - lengths[lengths >= least].sum() < SELDOM * len(record)
-        long = lengths >= (least if seldom else max(MANUAL, len(record) // 20))
-        others = lengths[~long]
-        if not 1 <= long.sum() <= FEW or (others.size and 4 * others.max() > lengths[long].min()):
-            continue
-        for (first, last), is_long in zip(rests, long, strict=True):
-            mask[first - 1 : last] |= is_long
+    for (first, last), is_long in zip(rests, long, strict=True):
+        mask[first - 1 : last] |= is_long
     return mask
 
 

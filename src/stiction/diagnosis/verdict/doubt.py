@@ -70,7 +70,10 @@ UNKNOWN = 0.25, 0.5
 """Probabilities between which a doubt draws nothing [-]: one loop in four, and even."""
 FIRST, FURTHER = 0.9, 0.8
 """What the log odds keep for the first doubt, and for each further one [-]."""
-HIDES = ("exception", "averaging", "length", "manual", "op turns", "outliers", "resampled", "saturation", "replay")
+HIDES = (
+    *("exception", "averaging", "length", "manual", "op turns", "outages", "outliers"),
+    *("resampled", "saturation", "replay"),
+)
 """Gates that lower the confidence in a record that may have lost what shows the valve."""
 BEYOND = {"missing": 5.0, "frozen": 5.0, "held": 5.0, "compression": 2.0, "clock": 1.0}
 """Those that may hide or feign a slip beyond a value, whether or not they lower: missing, frozen and held samples [%],
