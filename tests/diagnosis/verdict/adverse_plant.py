@@ -166,7 +166,7 @@ def _measured(y, curve, scale):
 
 
 @kernel
-def _run(controller, valve, process, delay, transmitter, hold, op_start, sp, load, drift, noise, op, pv, mv):
+def _run(controller, valve, process, delay, transmitter, hold, op_start, friction, sp, load, drift, noise, op, pv, mv):
     """Fill `op`, `pv` and `mv` (n_samples,)."""
     Kc, Ki, gap, square, seen, op_step, low, high, guarded = controller
     stick_up, slide_up, stick_down, slide_down, slope, rests, most, stem_step, seat, trim, number = valve
@@ -174,7 +174,7 @@ def _run(controller, valve, process, delay, transmitter, hold, op_start, sp, loa
     curve, scale, pv_step = transmitter
     integral = before = held = stem = op_start
     way = first = second = shown = filtered = flow_at_rest = 0.0
-    pipe, place = np.zeros(delay + 1), 0
+    pipe, place, rest = np.zeros(delay + 1), 0, 0
     for k in range(op.size):
         if k % hold == 0:
             y = second - inverse * (first - second)
@@ -197,9 +197,11 @@ def _run(controller, valve, process, delay, transmitter, hold, op_start, sp, loa
         u = _rounded(u, op_step)
         op[k] = u
 
-        size = 1.0 + slope * (held - MIDDLE) / MIDDLE
         if rests != 0.0 or way * (u - before) <= 0.0:
+            rest += way != 0.0
             way = 0.0
+        size = friction[rest] * (1.0 + slope * (held - MIDDLE) / MIDDLE)
+        if way == 0.0:
             if u - held > size * stick_up:
                 way = 1.0
             elif held - u > size * stick_down:
@@ -233,6 +235,7 @@ def run(
     transmitter: Transmitter | None = None,
     *,
     op_start: float = MIDDLE,
+    friction=1.0,
     sp=0.0,
     load=0.0,
     drift=0.0,
@@ -241,13 +244,14 @@ def run(
     """Run a loop for `n` samples from rest at `op_start` and a PV of 0.
 
     `sp` [PV units], `load` at the process inlet [% of span], `drift` and `noise` of the transmitter [PV units] are one
-    number for all samples or one for each. Without a valve or a transmitter it has a good one.
+    number for all samples or one for each; `friction`, what S and J are over what the valve says [-], for all rests of
+    the stem or for each in turn. Without a valve or a transmitter it has a good one.
     """
     valve, transmitter = valve or Valve(), transmitter or Transmitter()
-    sp, load, drift, noise = (np.zeros(n) + x for x in (sp, load, drift, noise))
+    friction, sp, load, drift, noise = (np.zeros(n) + x for x in (friction, sp, load, drift, noise))
     op, pv, mv = np.empty((3, n))
     _run(
         controller.packed(), valve.packed(), process.packed(), process.delay, transmitter.packed(), transmitter.hold,
-        float(op_start), sp, load, drift, noise, op, pv, mv,
+        float(op_start), friction, sp, load, drift, noise, op, pv, mv,
     )  # fmt: skip
     return Signals(op, pv, sp, mv)

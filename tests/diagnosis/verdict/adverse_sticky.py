@@ -69,6 +69,16 @@ def st_posdep(rng) -> Adverse:
 
 
 @STICKY.add
+def st_irregular(rng) -> Adverse:
+    """Friction that is another one whenever the stem stops, by a tenth to a third: no two slips are alike."""
+    n, pi, process = plain(rng, 800.0, 4000.0)
+    valve = sticking(rng)
+    friction = np.clip(1.0 + rng.uniform(0.1, 0.35) * rng.normal(size=n), 0.2, 2.5)
+    load, noises = kicked(rng, n, valve.S), noise(rng, n, 0.0, 0.05, valve.S)
+    return recorded(run(n, pi, process, valve, friction=friction, load=load, noise=noises), valve)
+
+
+@STICKY.add
 def st_eqpct(rng) -> Adverse:
     """A sticky valve with an equal percentage trim: its jumps differ in the PV."""
     n, pi, process = plain(rng, 800.0, 4000.0)

@@ -96,10 +96,10 @@ def test_windup(guarded, after):
     assert op[101] == pytest.approx(after)
 
 
-def stroked(valve, op):
+def stroked(valve, op, friction=1.0):
     """Stem and flow at OPs one after the other, by a controller that all but does not see the PV; it starts at 50 %."""
-    process = Process(0.0, 0.0, K=1e-9)
-    found = run(len(op) + 1, Controller(1.0, math.inf), process, valve, sp=np.array([*op, op[-1]]) - 50.0)
+    process, sp = Process(0.0, 0.0, K=1e-9), np.array([*op, op[-1]]) - 50.0
+    found = run(sp.size, Controller(1.0, math.inf), process, valve, friction=friction, sp=sp)
     return found.mv[:-1], found.pv[1:] / 1e-9
 
 
@@ -132,6 +132,13 @@ def test_the_flow_through_a_trim(valve, op, flow):
 def test_where_the_stem_goes(valve, op, stem):
     # Down at half: 1.5 breaks it away, 0.5 is left. More above: at 54.1 it takes 4 * 1.082, at 49.7 only 4 * 0.994.
     assert stroked(valve, op)[0] == pytest.approx(stem)
+
+
+def test_friction_is_another_one_in_each_rest():
+    # At first 3 breaks the stem away and 1 is left; at half of that 1.5 and 0.5; at a quarter 0.75 and 0.25.
+    op = [50.0, 53.1, 50.5, 51.8, 50.8]
+    stem = [50.0, 52.1, 51.0, 51.55, 51.55]
+    assert stroked(Valve(4.0, 2.0), op, [1.0, 0.5, 0.25, *3 * [9.0]])[0] == pytest.approx(stem)
 
 
 def test_what_a_transmitter_shows():
