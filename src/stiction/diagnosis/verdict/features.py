@@ -233,8 +233,7 @@ def features(
     slow, slow_linear, lag, dead_time = _process(main, period)
     limit = None if main.linear is None else ultimate(main.linear, controller, part.dt)
     own = own_cycle(main, controller, period, part.dt) if math.isfinite(period) else None
-    known = math.isfinite(close.beats_good)
-    jump_gain = _log(close.jump_gain) if known else 0.0
+    jump_gain = _log(close.jump_gain)
     rhythm = rhythm_of(part, oscillation)
     sensor = sensor_of(part)
     rows = {row.method: row for row in evidence if row.valid and math.isfinite(row.index)}
@@ -260,18 +259,18 @@ def features(
         jump_low=main.J_low / S,
         jump_high=min(main.J_high / S, 1.5),
         jump_gain=_jump_gain(main),
-        beats_good=_squashed(close.beats_good) if known else 0.0,
-        likely_gain=_log(close.gain) if known else 0.0,
-        likely_gain_in_part=_log(close.gain_in_part) if known else 0.0,
-        likely_gain_seen=_log(close.gain) if known and close.own_samples else 0.0,
-        beats_bent=_squashed(min(close.beats_good, close.beats_bent)) if known else 0.0,
-        gain_on_bent=_log(min(close.gain, close.gain_on_bent)) if known else 0.0,
-        beats_wave=_squashed(float(np.fmin(close.beats_good, close.beats_wave))) if known else 0.0,
-        gain_on_wave=_log(float(np.fmin(close.gain, close.gain_on_wave))) if known else 0.0,
-        beats_beside_wave=_squashed(_first_known(close.beats_beside_wave, close.beats_good)) if known else 0.0,
-        gain_beside_wave=_log(_first_known(close.gain_beside_wave, close.gain)) if known else 0.0,
-        beats_any=_squashed(close.beats_any) if known else 0.0,
-        gain_on_any=_log(close.gain_on_any) if known else 0.0,
+        beats_good=_squashed(close.beats_good),
+        likely_gain=_log(close.gain),
+        likely_gain_in_part=_log(close.gain_in_part),
+        likely_gain_seen=_log(close.gain) if close.own_samples else 0.0,
+        beats_bent=_squashed(min(close.beats_good, close.beats_bent)),
+        gain_on_bent=_log(min(close.gain, close.gain_on_bent)),
+        beats_wave=_squashed(float(np.fmin(close.beats_good, close.beats_wave))),
+        gain_on_wave=_log(float(np.fmin(close.gain, close.gain_on_wave))),
+        beats_beside_wave=_squashed(_first_known(close.beats_beside_wave, close.beats_good)),
+        gain_beside_wave=_log(_first_known(close.gain_beside_wave, close.gain)),
+        beats_any=_squashed(close.beats_any),
+        gain_on_any=_log(close.gain_on_any),
         likely_jump_gain=jump_gain,
         likely_jump_clear=max(jump_gain - CLEAR_JUMP, 0.0),
         own_samples=float(close.own_samples),
@@ -341,8 +340,8 @@ def _better(fit: float, fit_linear: float) -> float:
 
 
 def _log(gain: float) -> float:
-    """A gain in likelihood on the scale of its logarithm."""
-    return math.copysign(math.log1p(abs(gain)) / 8.0, gain)
+    """A gain in likelihood on the scale of its logarithm; 0 where it is not known."""
+    return 0.0 if math.isnan(gain) else math.copysign(math.log1p(abs(gain)) / 8.0, gain)
 
 
 def _first_known(one: float, other: float) -> float:
@@ -351,8 +350,8 @@ def _first_known(one: float, other: float) -> float:
 
 
 def _squashed(statistic: float) -> float:
-    """Vuong's statistic between -1 and 1."""
-    return statistic / (3.0 + abs(statistic))
+    """Vuong's statistic between -1 and 1; 0 where it is not known."""
+    return 0.0 if math.isnan(statistic) else statistic / (3.0 + abs(statistic))
 
 
 def _significance(found: Identification) -> float:
