@@ -39,9 +39,9 @@ def driven_from_outside(shape, period, n=1500, band=0.0):
 
 
 def test_what_is_left_is_that_of_a_regression_on_the_harmonics_too():
-    record = driven_from_outside(saw, 41.3)
-    prediction = prediction_of(prepare(record, 41.3))
-    rival = outside_wave(prediction, 41.3, prediction.op).good
+    record = driven_from_outside(saw, 23.7)
+    prediction = prediction_of(prepare(record, 23.7))
+    rival = outside_wave(prediction, 23.7, prediction.op).good
     pv, begin, n = prediction.pv, prediction.begin, prediction.pv.size
     op = prediction.op.reshape(n, -1).mean(axis=1)
     columns = [np.ones(n - begin)] + [pv[begin - i : n - i] for i in range(1, prediction.order + 1)]
@@ -49,7 +49,7 @@ def test_what_is_left_is_that_of_a_regression_on_the_harmonics_too():
         columns.append(np.sum([op[begin - lag : n - lag] for lag in range(first, last)], axis=0))
     before = len(columns)
     harmonics = int(rival.weights) // 2
-    own = fundamental(pv, 41.3, harmonics)
+    own = fundamental(pv, 23.7, harmonics)
     for h in range(1, harmonics + 1):
         angle = 2.0 * np.pi * h / own * np.arange(begin, n)
         columns += [np.cos(angle), np.sin(angle)]

@@ -4,7 +4,8 @@ A pump, another loop or a batch moves the PV in a rhythm of its own, and the reg
 a sine of any phase, but no saw. What it leaves of a wave that is no sine comes at the same phase in every period, and
 so does the slip of a valve. So the good valve gets the wave for nothing: the harmonics of one period are taken out of
 PV and OP by least squares, which leaves what a regression on them beside all else leaves ([frisch1933]_), but for the
-ends of the window. A valve that sticks, in a loop with noise, makes no two periods alike.
+ends of the window. A valve that sticks, in a loop with noise, makes no two periods alike. What disturbs a loop begins
+and ends: once in the record the wave may become another one, where that is worth its weights.
 
 A loop may have both. The sticky valve beside the wave is therefore compared with the good one beside it as well.
 """
@@ -33,6 +34,10 @@ FEWEST_PERIODS = 4.0
 """Periods in the record below which no wave can be told from a slow load [-]."""
 NEAR = 0.8, 1.25
 """How far off the period of the oscillation that of the wave may be, as a share of it [-]."""
+CHANGES = 1 / 3, 1 / 2, 2 / 3
+"""Places of the record at which the wave may become another one, as where it begins or ends within it [-]."""
+CHANGE_WORTH = 12.0
+"""Twice the log likelihood that such a change has to be worth beyond its weights [-]: the best of three gains some."""
 PADDED = 64
 """How much finer than the record's own frequencies the period is looked for, at least [-]: the 24th harmonic of one
 that is off by half a step is 0.6 rad off at the ends of the record."""
@@ -64,15 +69,25 @@ def outside_wave(prediction: Prediction, period: float, stem: NDArray[np.float64
     Beside or None
         What they leave; None where the record has too few periods, or a period too few samples.
     """
-    pv, n = prediction.pv, prediction.pv.size
+    n, fewest = prediction.pv.size, FEWEST_PERIODS * NEAR[1] * period
     most = min(HARMONICS, int(NEAR[0] * period / PER_HARMONIC))
-    if most < 1 or n < FEWEST_PERIODS * NEAR[1] * period:
+    if most < 1 or n < fewest:
         return None
-    own = fundamental(pv, period, most)
-    signals = np.stack([pv, *(u.reshape(n, prediction.width).mean(axis=1) for u in (prediction.op, stem))])
-    signals -= repeated(signals, own, most)
-    good, sticky = errors_of(prediction._replace(pv=signals[0]), signals[1:])[1]
-    return Beside(Rival(good, 2.0 * most), sticky)
+    own = fundamental(prediction.pv, period, most)
+    signals = np.stack([prediction.pv, *(u.reshape(n, prediction.width).mean(axis=1) for u in (prediction.op, stem))])
+    changes = [int(share * n) for share in CHANGES if min(share, 1.0 - share) * n >= fewest]
+    tried = [_beside(prediction, signals, [slice(0, n)], own, most)]
+    tried += [_beside(prediction, signals, [slice(0, at), slice(at, n)], own, most) for at in changes]
+    return min(tried, key=lambda one: prediction.samples * np.log(one.good.error.sum()) + one.good.weights)
+
+
+def _beside(
+    prediction: Prediction, signals: NDArray[np.float64], parts: list[slice], period: float, harmonics: int
+) -> Beside:
+    """What is left of PV, OP and stem (`signals`) without the wave of each part of the record."""
+    rest = np.concatenate([signals[:, part] - repeated(signals[:, part], period, harmonics) for part in parts], axis=1)
+    good, sticky = errors_of(prediction._replace(pv=rest[0]), rest[1:])[1]
+    return Beside(Rival(good, 2.0 * harmonics * len(parts) + CHANGE_WORTH * (len(parts) - 1)), sticky)
 
 
 def repeated(signals: NDArray[np.float64], period: float, harmonics: int) -> NDArray[np.float64]:
