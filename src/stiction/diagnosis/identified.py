@@ -142,7 +142,7 @@ class Identification:
     """That characteristic, the likeliest of those tried."""
     beats_wave: float = float("nan")
     """Vuong's statistic by which it foretells the PV better than a good valve and a wave from outside, the same in
-    every period [-]; NaN where the loop does not oscillate, or too short for a wave to be told."""
+    every period but for one change [-]; NaN where the loop does not oscillate, or too short for a wave to be told."""
     gain_on_wave: float = float("nan")
     """Twice the log likelihood by which it does [-]."""
     beats_beside_wave: float = float("nan")

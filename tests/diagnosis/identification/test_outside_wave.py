@@ -12,7 +12,7 @@ from hypothesis import strategies as some
 import stiction as st
 from stiction.diagnosis.identification.contest import Contest, Rival
 from stiction.diagnosis.identification.likelihood import prediction_of
-from stiction.diagnosis.identification.outside_wave import fundamental, outside_wave, repeated
+from stiction.diagnosis.identification.outside_wave import CHANGE_WORTH, fundamental, outside_wave, repeated
 from stiction.diagnosis.identification.signals import prepare
 
 
@@ -93,6 +93,19 @@ def test_a_wave_from_outside_passes_for_a_band_only_where_it_is_not_looked_for()
     assert found.gain_on_wave < 0.0
     assert found.to_dict()["gain_on_wave"] == found.gain_on_wave
     assert found.to_dict()["beats_wave"] == found.beats_wave
+
+
+def test_a_wave_that_begins_or_ends_within_the_record_leaves_no_more(monkeypatch):
+    begins = driven_from_outside(lambda phase: saw(phase) * (phase > 21.0), 23.7)
+    ends = driven_from_outside(lambda phase: saw(phase) * (phase < 42.0), 23.7)
+    for record in (begins, ends):
+        prediction = prediction_of(prepare(record, 23.7))
+        found = outside_wave(prediction, 23.7, prediction.op).good
+        with monkeypatch.context() as patch:
+            patch.setattr("stiction.diagnosis.identification.outside_wave.CHANGES", ())
+            throughout = outside_wave(prediction, 23.7, prediction.op).good
+        assert found.weights == 2.0 * throughout.weights + CHANGE_WORTH
+        assert throughout.error.sum() > 1.5 * found.error.sum()
 
 
 @pytest.mark.parametrize(("band", "least", "most"), [(0.0, -50.0, 50.0), (6.0, 100.0, np.inf)])
