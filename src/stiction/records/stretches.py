@@ -206,9 +206,9 @@ def unreached(record: LoopRecord) -> NDArray[np.bool_]:
 
 
 def _long_rests(still: NDArray[np.bool_], rests: list[tuple[int, int]], least: int) -> NDArray[np.bool_]:
-    """Mark the long ones of some rests, where they are few; `least` samples are long where else hardly any is `still`.
+    """Mark the long ones of some rests, where they are few and all others far shorter.
 
-    Else those are that `MANUAL` says. All others must be far shorter.
+    `least` samples are long where hardly any other one is `still`; elsewhere `MANUAL` or a twentieth of the record are.
     """
     mask = np.zeros(still.size, dtype=bool)
     lengths = _lengths(rests)
