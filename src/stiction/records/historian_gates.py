@@ -144,11 +144,9 @@ def replay(view: View) -> Gate | None:
 def clock(view: View) -> Gate:
     """Count clock changes that the reader met."""
     jumps = view.record.provenance.clock_jumps
-    why = (
-        f"The clock jumped {jumps} times; see what the reader guessed, or cut the record there."
-        if jumps
-        else "The clock runs evenly."
-    )
+    times = "once" if jumps == 1 else f"{jumps} times"
+    seen = f"The clock jumped {times}; see what the reader guessed, or cut the record there."
+    why = seen if jumps else "The clock runs evenly."
     return at_most("clock", jumps, 0, np.inf, why)
 
 

@@ -71,13 +71,14 @@ UNKNOWN = 0.25, 0.5
 FIRST, FURTHER = 0.9, 0.8
 """What the log odds keep for the first doubt, and for each further one [-]."""
 HIDES = (
-    *("exception", "averaging", "length", "manual", "op turns", "outages", "outliers"),
+    *("exception", "averaging", "clock", "length", "manual", "op turns", "outages", "outliers"),
     *("resampled", "saturation", "replay"),
 )
-"""Gates that lower the confidence in a record that may have lost what shows the valve."""
-BEYOND = {"missing": 5.0, "frozen": 5.0, "held": 5.0, "compression": 2.0, "clock": 1.0}
+"""Gates that lower the confidence in a record that may have lost what shows the valve. Where the clock jumped rows may
+be lost, and a stem that rests after every sample goes on from elsewhere."""
+BEYOND = {"missing": 5.0, "frozen": 5.0, "held": 5.0, "compression": 2.0}
 """Those that may hide or feign a slip beyond a value, whether or not they lower: missing, frozen and held samples [%],
-OP on exactly straight lines [%], jumps of the clock [-]."""
+OP on exactly straight lines [%]."""
 STEPS = 100.0
 """Steps that OP swings over below which they may hide a slip [-]."""
 LEAST, MOST = 0.1, 0.9
@@ -234,7 +235,8 @@ def _hides(doubts: list[str], quality: Quality, *, own_samples: bool) -> list[st
     names += [name for name, most in BEYOND.items() if value.get(name, 0.0) > most]
     if value.get("op resolution", STEPS) < STEPS:
         names.append("op resolution")
-    names += [name for name in ("sampling", "clock") if name in doubts and name not in names and not own_samples]
+    if not own_samples and "sampling" in doubts:
+        names.append("sampling")
     if not own_samples and MUCH_LEFT_OUT not in names and _kept(quality) < MOST_KEPT:
         names.append(MUCH_LEFT_OUT)
     if not own_samples and "length" not in names and quality.last - quality.first < FEW:
