@@ -83,7 +83,7 @@ def test_the_quality_of_one_signal_is_that_signals(signals, table, read_text, he
     [record] = read_text(table(header, t, np.where(bad, 0.0, pv), quality, op, [codes[0]] * len(t)))
     np.testing.assert_array_equal(record.pv, np.where(bad, np.nan, pv))
     np.testing.assert_array_equal(record.op, op)
-    assert f"{bad.sum()} values of {header.split(',')[1]} are flagged" in " ".join(record.provenance.guesses)
+    assert f"{bad.sum()} values of {header.split(',')[1]}, flagged as bad" in " ".join(record.provenance.guesses)
 
 
 @pytest.mark.parametrize(("good", "bad"), [("128", "64"), ("0", "2150694912"), ("100", "0"), ("VALID", "INVALID")])

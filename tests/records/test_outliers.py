@@ -74,7 +74,7 @@ def test_the_gate_counts_them_and_the_receipt_names_one():
     quality = assess(LoopRecord("FIC-1", 1.0, op=op, pv=x))
     assert [(gate.value, gate.severity) for gate in quality.gates if gate.name == "outliers"] == [(2, "lowers")]
     assert without_outliers(LoopRecord("FIC-1", 1.0, op=op, pv=x)).provenance.guesses == (
-        "2 values far off all others count as missing (such as OP 0).",
+        "Missing: 2 values far off all others (such as OP 0).",
     )
 
 

@@ -148,7 +148,7 @@ def test_gaps_become_missing_samples(signals, table, read_text):
     assert (record.dt, len(record), record.provenance.bad) == (10.0, 120, 7)
     assert np.isnan(record.pv[50:57]).all()
     np.testing.assert_array_equal(record.pv[57:], pv[57:])
-    assert any("7 samples in 1 gaps" in guess for guess in record.provenance.guesses)
+    assert any("7 samples in 1 gap of" in guess for guess in record.provenance.guesses)
 
 
 def test_newest_first_unsorted_and_repeated_rows(signals, table, read_text):
@@ -161,7 +161,7 @@ def test_newest_first_unsorted_and_repeated_rows(signals, table, read_text):
     [record] = read_text(table("time_s,PV,OP", t[order], pv[order], op[order]))
     np.testing.assert_array_equal(record.op, op)
     assert record.provenance.clock_jumps == 1
-    assert any("repeat a time stamp" in guess for guess in record.provenance.guesses)
+    assert any("with the time stamp of the next" in guess for guess in record.provenance.guesses)
 
 
 def test_uneven_stamps_are_held_never_interpolated(table, read_text):
@@ -216,7 +216,7 @@ def test_unreadable_stamps_are_left_out_and_said(signals, table, read_text):
     cells[7] = "soon"
     [record] = read_text(table("Time,PV,OP", cells, pv, op))
     assert np.isnan(record.op[7])
-    assert any("1 rows without a readable time stamp" in guess for guess in record.provenance.guesses)
+    assert any("1 row without a readable time stamp" in guess for guess in record.provenance.guesses)
 
 
 def test_given_dt_rules(signals, table, read_text):

@@ -12,6 +12,7 @@ import numpy as np
 
 from stiction.errors import RecordError
 from stiction.records.csv_sniff import grouped_cell, sniff
+from stiction.records.digits import number_of
 from stiction.records.numbers import is_number, to_numbers
 from stiction.records.source import text_encoding
 from stiction.records.table import Columns
@@ -112,8 +113,9 @@ class CsvTable:
         for i in numbers:
             taken.numbers[i] = np.concatenate(parts[i]) if parts[i] else np.empty(0)
         if ragged:
+            rows = number_of(ragged, "row")
             self.guesses.append(
-                f"{ragged} rows do not have {self.width} cells (first near line {first_ragged}); the rest is empty."
+                f"{rows} without {self.width} cells (first near line {first_ragged}); the rest is empty."
             )
         return taken
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["chance", "digits", "interval"]
+__all__ = ["chance", "digits", "interval", "number_of"]
 
 SHOWN = 1e-3
 """Share of the farther end of its interval below which a value is nothing beside it [-]."""
@@ -38,6 +38,29 @@ def digits(value: float, unit: str = "", significant: int = 3) -> str:
         return "–"
     text = f"{value:.0f}" if abs(value) >= 10**significant - 0.5 else f"{value:.{significant}g}"
     return f"{text}\u00a0{unit}" if unit else text
+
+
+def number_of(number: int, thing: str, things: str = "") -> str:
+    """Return how many there are of a thing.
+
+    Parameters
+    ----------
+    number : int
+        How many [-].
+    thing, things : str
+        What one and what more of them are called; more with an s where that is not given.
+
+    Returns
+    -------
+    str
+        The number and the word that goes with it.
+
+    Examples
+    --------
+    >>> number_of(1, "row"), number_of(3, "row"), number_of(2, "stretch", "stretches")
+    ('1 row', '3 rows', '2 stretches')
+    """
+    return f"{number} {thing if number == 1 else things or f'{thing}s'}"
 
 
 def interval(value: float, low: float, high: float) -> tuple[str, str, str]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.digits import number_of
 from stiction.records.durations import in_seconds
 from stiction.records.gate import LEAST_CYCLES, LEAST_SAMPLES, Gate, Severity, View, at_least, at_most
 from stiction.records.historian_gates import (
@@ -113,7 +114,7 @@ def op_turns(view: View) -> Gate | None:
     ways = np.sign(moves[moves != 0.0])
     count = int(np.sum(ways[1:] != ways[:-1]))
     hint = ", where alone a valve shows its friction; record while it moves" if count < FEW_TURNS else ""
-    return at_least("op turns", count, FEW_TURNS, -np.inf, f"OP turns round {count} times{hint}.")
+    return at_least("op turns", count, FEW_TURNS, -np.inf, f"OP turns round {number_of(count, 'time')}{hint}.")
 
 
 def pv_moves(view: View) -> Gate:
@@ -131,14 +132,14 @@ def saturation(view: View) -> Gate:
     """Count OP resting at a limit: no feedback there; off 0 and 100 % not even the OP is known."""
     at_limit = saturated(view.record)
     left_out = " (left out)" if clipped(view.record).any() else ""
-    why = f"OP rests at a limit in {{:.3g}} % of the samples in {len(runs(at_limit))} stretches{left_out}."
+    why = f"OP rests at a limit in {_share_in_stretches(at_limit)}{left_out}."
     return _left_out("saturation", at_limit, 80, why, "check sizing and limits, then record it off these", view)
 
 
 def manual(view: View) -> Gate:
     """Count samples not in automatic: no feedback there."""
     off = in_manual(view.record)
-    where = f"{{:.3g}} % of the samples in {len(runs(off))} stretches"
+    where = _share_in_stretches(off)
     if view.record.auto is not None:
         why = f"The loop is in manual in {where} (by the mode; left out)."
     else:
@@ -149,8 +150,13 @@ def manual(view: View) -> Gate:
 def frozen_pv(view: View) -> Gate:
     """Count samples in which PV stands still as it never does otherwise."""
     still = frozen(view.record)
-    why = f"PV stands still for {{:.3g}} % of the samples in {len(runs(still))} stretches (left out)."
+    why = f"PV stands still for {_share_in_stretches(still)} (left out)."
     return _left_out("frozen", still, 80, why, "repair the transmitter or its connection and record again", view)
+
+
+def _share_in_stretches(marked: NDArray[np.bool_]) -> str:
+    """Say in how many stretches samples are marked; their share, which `_left_out` knows, is to be put in."""
+    return f"{{:.3g}} % of the samples in {number_of(len(runs(marked)), 'stretch', 'stretches')}"
 
 
 def _left_out(name: str, mask: NDArray[np.bool_], refuses: float, why: str, remedy: str, view: View) -> Gate:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stiction.records.digits import number_of
 from stiction.records.durations import in_seconds
 from stiction.records.gate import LEAST_SAMPLES, Gate, View, at_least, at_most
 from stiction.records.outliers import OP_OFF, far_off, held_for
@@ -107,7 +108,7 @@ def outages(view: View) -> Gate | None:
         return None
     lost = runs(unreached(view.part))
     longest = max((last - first for first, last in lost), default=0) * view.record.dt
-    why = f"OP and PV rest together and then leap in {len(lost)} stretches"
+    why = f"OP and PV rest together and then leap in {number_of(len(lost), 'stretch', 'stretches')}"
     if lost:
         why += f" of up to {in_seconds(longest)}: the historian was not reached; repair its connection and record again"
     return at_most("outages", len(lost), 0, np.inf, f"{why}.")
@@ -144,8 +145,7 @@ def replay(view: View) -> Gate | None:
 def clock(view: View) -> Gate:
     """Count clock changes that the reader met."""
     jumps = view.record.provenance.clock_jumps
-    times = "once" if jumps == 1 else f"{jumps} times"
-    seen = f"The clock jumped {times}; see what the reader guessed, or cut the record there."
+    seen = f"The clock jumped {number_of(jumps, 'time')}; see what the reader guessed, or cut the record there."
     why = seen if jumps else "The clock runs evenly."
     return at_most("clock", jumps, 0, np.inf, why)
 
@@ -156,7 +156,8 @@ def outliers(view: View) -> Gate | None:
     spikes = 0 if record.pv is None else int(far_off(record.pv, OP_OFF, held_for(record)).sum())
     if not left_out + spikes:
         return None
-    why = f"{left_out} values stand alone far off all others and count as missing, {spikes} of PV spike and count"
+    alone, beside = number_of(left_out, "value"), number_of(spikes, "spike")
+    why = f"{alone} far off all others, missing, and {beside} of PV that count"
     return at_most("outliers", left_out + spikes, 0, np.inf, f"{why}; check how the historian writes bad values.")
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from stiction.errors import RecordError
 from stiction.records.columns import signal_of
 from stiction.records.dialects import SIGNAL_WORDS, TAG_WORDS, VALUE_WORDS
+from stiction.records.digits import number_of
 from stiction.records.numbers import is_number, to_numbers
 from stiction.records.resample import untangled
 from stiction.records.signals import not_good
@@ -201,7 +202,7 @@ def widened(
             f"{table.source.name}: holds {len(names)} tags; {MAX_TAGS} are read at once, export fewer loops."
         )
     if lost := len(stamps.seconds) - known.size:
-        guesses.append(f"{lost} rows without a readable time stamp were left out.")
+        guesses.append(f"Left out: {number_of(lost, 'row')} without a readable time stamp.")
     mine = [np.flatnonzero(tags == name) for name in names]
     clocks = [untangled(Stamps(stamps.seconds[known][rows], stamps.kind)) for rows in mine]
     columns_of = [(clock.seconds, list(values[rows])) for clock, rows in zip(clocks, mine, strict=True)]

@@ -11,6 +11,7 @@ import numpy as np
 from stiction.errors import RecordError
 from stiction.records.columns import NUMBERS, Assignment, assign, choose_names
 from stiction.records.dialects import loop_type_of
+from stiction.records.digits import number_of
 from stiction.records.epochs import parse_numbers
 from stiction.records.layout import MIN_ROWS, Options, find_time, is_loop, laid_out, stamps_of, unit_of_time
 from stiction.records.long_table import LongTable
@@ -220,7 +221,7 @@ def _loop(
         column = taken.numbers[signals[role]].copy()
         mine = flagged_rows(signals, taken, names, guesses, role)
         if mine.any():
-            guesses.append(f"{int(mine.sum())} values of {shown[role]} are flagged as bad and count as missing.")
+            guesses.append(f"Missing: {number_of(int(mine.sum()), 'value')} of {shown[role]}, flagged as bad.")
         if mine.all():
             raise RecordError(f"{source.name}: all values of {shown[role]} are flagged as bad; export good ones.")
         column[bad_rows | mine] = np.nan
@@ -236,7 +237,7 @@ def _loop(
         listed = ", ".join(f"{n} x {text!r}" for text, n in texts.most_common(5))
         guesses.append(f"Texts in the place of numbers count as missing: {listed}.")
     if flagged:
-        guesses.append(f"{flagged} rows are flagged as bad and count as missing.")
+        guesses.append(f"Missing: {number_of(flagged, 'row')}, flagged as bad.")
     op = values["op"]
     assert op is not None
     values["op"] = in_percent(op, units[signals["op"]].upper() if units else "", options.op_range, guesses)

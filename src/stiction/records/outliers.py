@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.digits import number_of
 from stiction.records.stretches import runs
 
 if TYPE_CHECKING:
@@ -123,7 +124,7 @@ def without_outliers(record: LoopRecord) -> LoopRecord:
         return record
     kept = {name: np.where(marks[name], np.nan, x) for name, x in signals.items()}
     told = ", ".join(f"{name.upper()} {signals[name][mark][0]:.4g}" for name, mark in marks.items() if mark.any())
-    guess = f"{count} values far off all others count as missing (such as {told})."
+    guess = f"Missing: {number_of(count, 'value')} far off all others (such as {told})."
     origin = record.provenance
     origin = replace(origin, guesses=(*origin.guesses, guess), outliers=origin.outliers + count)
     return replace(record, **kept, provenance=origin)

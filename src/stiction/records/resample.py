@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import RecordError
+from stiction.records.digits import number_of
 from stiction.records.durations import in_seconds
 
 if TYPE_CHECKING:
@@ -75,7 +76,9 @@ def regular_grid(stamps: Stamps, dt: float | None, name: str, line: int, hold: f
         )
     if lost:
         first = line + int(np.flatnonzero(~np.isfinite(stamps.seconds))[0])
-        grid.guesses.append(f"{lost} rows without a readable time stamp were left out (first near line {first}).")
+        grid.guesses.append(
+            f"Left out: {number_of(lost, 'row')} without a readable time stamp (first near line {first})."
+        )
     t, rows = _in_order(stamps.seconds[known], known, stamps.kind, grid)
     t = _spread_rounded(t, rows, grid)
     t, rows = _without_repeats(t, rows, grid)
@@ -123,7 +126,7 @@ def _in_order(t: NDArray, rows: NDArray, kind: str, grid: Grid) -> tuple[NDArray
     if (steps < 0).any():
         back = int((steps < 0).sum())
         grid.clock_jumps += back
-        grid.guesses.append(f"The time stamps run backwards {back} times; the rows were sorted by time.")
+        grid.guesses.append(f"The time stamps run backwards {number_of(back, 'time')}; the rows were sorted by time.")
         order = np.argsort(t, kind="stable")
         t, rows = t[order], rows[order]
     return t, rows
@@ -175,7 +178,7 @@ def _spread_rounded(t: NDArray, rows: NDArray, grid: Grid) -> NDArray:
 def _without_repeats(t: NDArray, rows: NDArray, grid: Grid) -> tuple[NDArray, NDArray]:
     keep = np.append(np.diff(t) > 0, True)
     if repeated := int((~keep).sum()):
-        grid.guesses.append(f"{repeated} rows repeat a time stamp; the last of each was kept.")
+        grid.guesses.append(f"Left out: {number_of(repeated, 'row')} with the time stamp of the next.")
     return t[keep], rows[keep]
 
 
@@ -203,7 +206,9 @@ def _lay(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: str, hol
             grid.pick = np.where(stands, rows[last], grid.pick)
         if missing := int((grid.pick < 0).sum()):
             gaps = int((whole > 1).sum())
-            grid.guesses.append(f"{missing} samples in {gaps} gaps of the time stamps are missing (left as NaN).")
+            grid.guesses.append(
+                f"Missing: {number_of(missing, 'sample')} in {number_of(gaps, 'gap')} of the time stamps (left as NaN)."
+            )
         return
     grid.dt = float(dt) if dt else _plain(float(np.median(steps)))
     moments = t[0] + grid.dt * np.arange(int(np.floor((t[-1] - t[0]) / grid.dt + 1e-6)) + 1)
