@@ -286,6 +286,15 @@ def test_of_a_valve_that_is_not_seen_nothing_is_sure(p):
     assert ("valve not seen" in found.why) is not (LEAST <= p <= MOST)
 
 
+@given(p=some.floats(0.0, 0.99 * SURELY))
+def test_a_faulty_transmitter_may_be_why_a_valve_is_not_seen_but_not_of_a_historians_few_samples(p):
+    assert held_back(p, quality(), sensor=0.9, valve_seen=False) == (p, "")
+    few = quality(first=0, rows=FEW - 1)
+    assert held_back(p, few, sensor=0.9) == (p, "")
+    assert held_back(p, few, sensor=0.9, valve_seen=False).probability == LEAST
+    assert held_back(p, few, sensor=0.9, valve_seen=False, own_samples=True) == (p, "")
+
+
 @given(p=some.floats(0.0, 1.0), others=some.sampled_from([(), ("the searches disagree",)]))
 def test_what_speaks_against_a_good_valve_keeps_it_from_being_surely_good(p, others):
     found = held_back(p, quality(()), against=(JUMP_LIKELY, *others))

@@ -165,7 +165,7 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
     found, told, valve = seen.found[seen.speaks], weighed.causes, weighed.valve
     blind = weighed.stem is None  # no position shows the stem
     by_itself = blind and told["sensor"] + told["saturation"] < FAULT_SEEN
-    nothing = explains_nothing(found) if by_itself else ""
+    nothing = explains_nothing(found) if blind else ""
     against = against_good(found, row, told) if blind else ()
     held = held_back(
         told["stiction"], seen.quality, told["saturation"], told["sensor"],
@@ -176,11 +176,12 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
     verdict = _verdict(held.probability)
     much_more = by_itself and explains_much_more(found)
-    if nothing or (verdict == "no_stiction" and (much_more or PLAINLY_JUMPS in against)):
+    not_seen = nothing if by_itself else ""
+    if not_seen or (verdict == "no_stiction" and (much_more or PLAINLY_JUMPS in against)):
         verdict = "undecided"
     if much_more and verdict == "undecided":
         valve = max((valve, valve.rough or valve), key=lambda one: one.fit)  # the one that explains so much
-    return Judged(verdict, told, held.why, nothing, valve)
+    return Judged(verdict, told, held.why, not_seen, valve)
 
 
 def _told(seen: Findings, weighed: Weighed, judged: Judged) -> Diagnosis:

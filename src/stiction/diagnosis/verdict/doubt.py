@@ -173,7 +173,8 @@ def held_back(
     own_samples : bool
         Whether the record shows the controller's own samples: few of them, for a cycle or in all, then hide nothing.
     valve_seen : bool
-        Whether OP explains enough of the PV to see a valve by (`explains_nothing`).
+        Whether OP explains enough of the PV to see a valve by (`explains_nothing`). Where it does not a faulty sensor
+        or saturation may be why; but few samples of a historian may have made the one look so.
     against : tuple of str
         What keeps the valve from being surely good (`against_good`).
     against_sticking : tuple of str
@@ -204,10 +205,10 @@ def held_back(
     kept = FIRST * FURTHER ** (len(doubts) - 1)
     drawn = 1.0 / (1.0 + math.exp(-usual - kept * (odds - usual))) if doubts else probability
     hiding = _hides(doubts, quality, own_samples=own_samples)
-    if not valve_seen:
+    if not valve_seen and saturation + sensor < FAULT_SEEN:
         hiding.append("valve not seen")
     hiding += against if drawn < LEAST else against_sticking if drawn > MOST else ()
-    if drawn < SURELY and {*hiding} <= {*SLIGHT}:
+    if drawn < SURELY and valve_seen and {*hiding} <= {*SLIGHT}:
         hiding = []
     if hiding and not LEAST <= drawn <= MOST:
         bound = f"no more than {MOST:.2f}" if drawn > MOST else f"no less than {LEAST:.2f}"
