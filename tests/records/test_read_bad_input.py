@@ -161,7 +161,7 @@ def test_ragged_rows_are_counted():
     [record] = read(io.BytesIO(text.encode()))
     assert len(record) == 62
     assert np.isnan(record.op[60])
-    assert any("3 rows without 3 cells" in guess for guess in record.provenance.guesses)
+    assert any("3 rows of other than 3 cells" in guess for guess in record.provenance.guesses)
 
 
 def test_receipt_tells_rows_loops_period_bad_share_and_guesses():

@@ -24,6 +24,7 @@ HEADERS = {
     "plain": ("time_s,PV,CO,SP", "stream"),
     "words": ("Time,Process variable,Controller output,Set point", "stream"),
     "German": ("Zeit,Istwert,Stellgröße,Sollwert", "stream"),
+    "German, of a compact controller": ("Zeit,Istwert,Stellgrad %,Sollwert", "stream"),
 }
 
 

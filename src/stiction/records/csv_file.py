@@ -115,7 +115,7 @@ class CsvTable:
         if ragged:
             rows = number_of(ragged, "row")
             self.guesses.append(
-                f"{rows} without {self.width} cells (first near line {first_ragged}); the rest is empty."
+                f"{rows} of other than {self.width} cells (first near line {first_ragged}); the rest is empty."
             )
         return taken
 

@@ -37,7 +37,7 @@ SIGNAL_WORDS: dict[str, tuple[str, ...]] = {
         *("SP.CV", "SP.VALUE", "SP_INT", "SV", "SPT"),  # DeltaV, fieldbus blocks, PCS 7, CENTUM, I/A
     ),
     "op": (
-        *("OP", "OUT", "CO", "OUTPUT", "CONTROLLER OUTPUT", "CONTROL OUTPUT", "STELLGRÖSSE"),
+        *("OP", "OUT", "CO", "OUTPUT", "CONTROLLER OUTPUT", "CONTROL OUTPUT", "STELLGRÖSSE", "STELLGRAD"),
         *("OUT.CV", "OUT.VALUE", "OP.VALUE", "LMN", "CVEU"),  # DeltaV, fieldbus blocks, PCS 7, Rockwell PIDE
     ),
     "mv": (
