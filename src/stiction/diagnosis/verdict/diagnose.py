@@ -17,6 +17,7 @@ from stiction.diagnosis.verdict.doubt import (
     UNKNOWN,
     against_good,
     against_sticking,
+    beats_every_rival,
     explains_much_more,
     explains_nothing,
     held_back,
@@ -177,7 +178,8 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
     verdict = _verdict(held.probability)
     much_more = by_itself and explains_much_more(found)
     not_seen = nothing if by_itself else ""
-    if not_seen or (verdict == "no_stiction" and (much_more or PLAINLY_JUMPS in against)):
+    plain = much_more or PLAINLY_JUMPS in against or (by_itself and beats_every_rival(found))
+    if not_seen or (verdict == "no_stiction" and plain):
         verdict = "undecided"
     if much_more and verdict == "undecided":
         valve = max((valve, valve.rough or valve), key=lambda one: one.fit)  # the one that explains so much

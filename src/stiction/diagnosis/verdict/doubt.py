@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "APART",
+    "BEATS_EVERY",
     "BEGINS",
     "BEYOND",
     "FAULT_SEEN",
@@ -60,6 +61,7 @@ __all__ = [
     "HeldBack",
     "against_good",
     "against_sticking",
+    "beats_every_rival",
     "explains_much_more",
     "explains_nothing",
     "held_back",
@@ -114,6 +116,10 @@ MUCH_MORE = 30.0
 """Share of the PV [%] that a sticky valve explains beyond a good one, and foretells better, with which no calm speaks
 for the latter: when it was chosen three of 6 857 loops that do not stick and were called so had it
 (`simulation.population`, seeds 10, 12, 13 and 14)."""
+BEATS_EVERY = 60.0
+"""Twice the log likelihood by which a sticky valve beats each of its rivals beyond which "no stiction" is not said [-]:
+of 40 loops told so with it, and with neither a transmitter nor a limit to blame, 20 stick (3 200 loops, a third of them
+of another hand; `simulation.population`, seed 10)."""
 APART = 0.5
 """What a sticky valve leaves less than a good one by simulation, as `features.advantage` has it, beyond which one that
 foretells worse is a contradiction [-]: in 28 of 8 000 simulated loops (seeds 10, 12, 13, 14), three of them sticky."""
@@ -295,6 +301,7 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
     seen = {
         JUMP_LIKELY: row.likely_jump_clear > 0.0,
         "a sticky valve explains much more": explains_much_more(found),
+        "a sticky valve beats every rival": beats_every_rival(found),
         "a sticky valve foretells the PV": plain_S and found.beats_good > FORETELLS and found.beats_any > 0.0,
         "the searches disagree": found.gain < 0.0 and row.advantage > APART,
         "a historian's slow record": not found.own_samples and kept_by_plant(row) > LIKE_A_PLANTS,
@@ -341,6 +348,24 @@ def explains_much_more(found: Identification) -> bool:
         better as well: of a stem that rests but for one slip the likelihood may see a smaller band than the search.
     """
     return max(found.fit, (found.rough or found).fit) - found.fit_linear > MUCH_MORE and found.gain > 0.0
+
+
+def beats_every_rival(found: Identification) -> bool:
+    """Whether a sticky valve is plainly likelier than all that could pass for one, whatever the loop looks like.
+
+    Parameters
+    ----------
+    found : Identification
+        The comparison that the verdict rests on.
+
+    Returns
+    -------
+    bool
+        True where it beats by `BEATS_EVERY` a good valve, be it straight, bent or beside a wave from outside, a good
+        one with that wave beside both, and one that hardly jumps.
+    """
+    gains = found.gain_on_any, found.gain_beside_wave, found.jump_gain
+    return not math.isnan(found.gain) and min(gain for gain in gains if not math.isnan(gain)) > BEATS_EVERY
 
 
 def explains_nothing(found: Identification) -> str:
