@@ -48,6 +48,16 @@ def test_seconds_by_the_names_of_historians(name, signals, table, read_text):
     assert (record.dt, record.start, len(record)) == (0.5, None, len(t))
 
 
+@pytest.mark.parametrize(
+    ("name", "seconds"), [("secs", 1.0), ("Sec", 1.0), ("minutes", 60.0), ("Hours", 3600.0), ("ms", 1e-3)]
+)
+def test_a_column_named_by_its_unit_alone_is_time(name, seconds, signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table(f"{name},PV,OP", 30.0 * t / seconds, pv, op))
+    assert record.dt == pytest.approx(30.0)
+    np.testing.assert_array_equal(record.op, op)
+
+
 @pytest.mark.parametrize("name", STAMPED)
 def test_stamps_by_the_names_of_historians(name, signals, table, read_text):
     _, pv, op, _ = signals
