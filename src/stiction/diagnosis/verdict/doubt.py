@@ -118,8 +118,8 @@ for the latter: when it was chosen three of 6 857 loops that do not stick and we
 (`simulation.population`, seeds 10, 12, 13 and 14)."""
 BEATS_EVERY = 60.0
 """Twice the log likelihood by which a sticky valve beats each of its rivals beyond which "no stiction" is not said [-]:
-of 40 loops told so with it, and with neither a transmitter nor a limit to blame, 20 stick (3 200 loops, a third of them
-of another hand; `simulation.population`, seed 10)."""
+of 28 loops told so with it, neither a transmitter nor a limit to blame, 20 stick (2 000 of `simulation.population`,
+seed 10, and 1 200 of another hand). No good recorded loop has more than 11."""
 APART = 0.5
 """What a sticky valve leaves less than a good one by simulation, as `features.advantage` has it, beyond which one that
 foretells worse is a contradiction [-]: in 28 of 8 000 simulated loops (seeds 10, 12, 13, 14), three of them sticky."""
