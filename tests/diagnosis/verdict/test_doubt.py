@@ -42,7 +42,7 @@ HEALTHY = {"sensor": 0.0, "saturation": 0.0, "deadband": 0.0}
 """Probabilities of causes with which nothing else is to blame."""
 LOWERING = ("cycles", "sampling", "pv resolution", "missing", "op resolution", "saturation", "frozen", "length")
 
-EVEN = {"gain_on_any": 0.0, "gain_beside_wave": math.nan, "jump_gain": 0.0}
+EVEN = {"gain_on_any": 0.0, "gain_beside_wave": math.nan, "jump_gain": 0.0, "beats_any": 0.0}
 """Twice the log likelihood by which a sticky valve beats its rivals that are as likely."""
 SLOW = "a historian's slow record"
 """What a record such as plants keep is told to be."""
@@ -130,7 +130,7 @@ def test_the_limit_of_likeness_to_a_plants_record(monkeypatch, likeness, told):
 def test_the_limit_of_what_the_searches_may_disagree(monkeypatch, gain, advantage, told):
     monkeypatch.setattr("stiction.diagnosis.verdict.doubt.kept_by_plant", lambda _row: 0.0)
     valve = {"S": 4.0, "S_low": 3.0, "beats_good": 0.0, "beats_any": 0.0, "own_samples": True}
-    found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, gain=gain, **valve, **EVEN)
+    found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, gain=gain, **(EVEN | valve))
     assert against_good(found, SimpleNamespace(likely_jump_clear=0.0, advantage=advantage), HEALTHY) == told
 
 
@@ -180,7 +180,7 @@ PLAIN = "a sticky valve foretells the PV"
 def test_a_plain_valve_in_a_driven_loop(monkeypatch, changed, causes, told):
     monkeypatch.setattr("stiction.diagnosis.verdict.doubt.kept_by_plant", lambda _row: 0.0)
     plain = {"S": 4.0, "S_low": 1.01, "beats_good": 8.1, "beats_any": 0.1, "own_samples": True}
-    found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, gain=500.0, **(plain | changed), **EVEN)
+    found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, gain=500.0, **(EVEN | plain | changed))
     assert against_good(found, SimpleNamespace(likely_jump_clear=0.0, advantage=0.0), HEALTHY | causes) == told
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.diagnosis.verdict.doubt import BEATS_EVERY, LEAST, beats_every_rival
+from stiction.diagnosis.verdict.doubt import BEATS_EVERY, LEAST, STEADILY, beats_every_rival
 
 MORE, LESS = BEATS_EVERY + 0.1, BEATS_EVERY
-GAINS = {"gain": 500.0, "gain_on_any": MORE, "gain_beside_wave": MORE, "jump_gain": MORE}
+GAINS = {"gain": 500.0, "gain_on_any": MORE, "gain_beside_wave": MORE, "jump_gain": MORE, "beats_any": STEADILY + 0.01}
 
 
 @pytest.mark.parametrize(
@@ -21,6 +21,7 @@ GAINS = {"gain": 500.0, "gain_on_any": MORE, "gain_beside_wave": MORE, "jump_gai
         ({"gain_on_any": LESS}, False),
         ({"gain_beside_wave": LESS}, False),
         ({"jump_gain": LESS}, False),
+        ({"beats_any": STEADILY}, False),
         ({"gain_beside_wave": math.nan}, True),
         ({"gain_beside_wave": math.nan, "jump_gain": LESS}, False),
         ({"gain": math.nan, "gain_on_any": math.nan, "gain_beside_wave": math.nan, "jump_gain": math.nan}, False),
