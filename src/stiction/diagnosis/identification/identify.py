@@ -17,6 +17,7 @@ from stiction.diagnosis.identification.likelihood import Prediction, Trial, pred
 from stiction.diagnosis.identification.own_samples import are_own_samples
 from stiction.diagnosis.identification.piece import Piece, search_piece, with_stem
 from stiction.diagnosis.identification.rivals import over_rivals
+from stiction.diagnosis.identification.shocks import shocks_of, without
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
 from stiction.diagnosis.identified import J_UNKNOWN, ErrorSurface, Identification, ProcessFit, Stretch
 from stiction.errors import ParameterError, RecordError
@@ -143,6 +144,9 @@ class Search:
             fine = prediction_of(prepare(self.record, self.period, fine=True), fine=True)
         seen = are_own_samples(self.record, self.controller)
         tried = most_likely(coarse, fine, float(np.ptp(signals.op)))
+        if (rows := shocks_of(fine, tried.best)).size:
+            coarse, fine = without(coarse, fine, rows), without(fine, fine, rows)
+            tried = most_likely(coarse, fine, float(np.ptp(signals.op)))
         # What OP does between samples that are not the controller's own passes for a lag, and S for less than it is: a
         # lag then only counts in how far a sticky valve beats a good one.
         found = contest(fine, tried if seen else tried.without_lag(), seen=seen)

@@ -53,6 +53,8 @@ LAG_WORTH = 8.0
 """Twice the log likelihood that a lag of the actuator has to be worth [-]."""
 MOST_SAMPLES = 4000
 """Samples foretold at most, those in the middle of the record: more tell S no better, and take longer [-]."""
+NONE = np.empty(0, dtype=np.int64)
+"""No samples."""
 UNKNOWN_SCALE = 36.0
 """Samples taken for a cycle where no period is known [-]."""
 
@@ -76,11 +78,13 @@ class Prediction(NamedTuple):
     """Where it begins in the whole record [samples of the PV]."""
     most: int = ORDER
     """Lags of the PV in the regression, at most [-]."""
+    shocks: NDArray[np.int64] = NONE
+    """Samples that are not foretold, increasing, none before `begin`, shape (n_shocks,)."""
 
     @property
     def samples(self) -> int:
         """Samples foretold [-]."""
-        return self.pv.size - self.begin
+        return self.pv.size - self.begin - self.shocks.size
 
     @property
     def order(self) -> int:
@@ -193,11 +197,13 @@ def part_of(prediction: Prediction, first: int, size: int, begin: int = 0) -> Pr
     Prediction
         The same of the part.
     """
-    width = prediction.width
+    width, begin = prediction.width, max(begin, int(prediction.edges[-1]), prediction.order + 1)
+    shocks = prediction.shocks - first
     return prediction._replace(
         op=np.ascontiguousarray(prediction.op[first * width : (first + size) * width]),
         pv=np.ascontiguousarray(prediction.pv[first : first + size]),
-        begin=max(begin, int(prediction.edges[-1]), prediction.order + 1),
+        begin=begin,
+        shocks=shocks[(shocks >= begin) & (shocks < size)],
     )
 
 
@@ -265,7 +271,7 @@ def trials_of(prediction: Prediction, valve: NDArray[np.float64]) -> Trials:
     Trials
         The same with the cost of each.
     """
-    left = _errors(prediction, valve, np.empty(0, dtype=np.int64))[0]
+    left = _errors(prediction, valve, NONE)[0]
     cost = prediction.samples * np.log(left / prediction.samples)
     tried = Trials(valve, cost)
     cost[tried.columns.lag > 0.0] += LAG_WORTH
@@ -325,7 +331,17 @@ def errors_of(prediction: Prediction, mv: NDArray[np.float64]) -> tuple[NDArray[
     left, blocks = np.empty(n), np.empty((n, ends.size))
     work = desk(prediction.pv.size, prediction.order, prediction.edges)
     errors_of_stems(
-        mv, prediction.pv, prediction.order, prediction.edges, prediction.begin, FLOOR, ends, left, blocks, work
+        mv,
+        prediction.pv,
+        prediction.order,
+        prediction.edges,
+        prediction.begin,
+        prediction.shocks,
+        FLOOR,
+        ends,
+        left,
+        blocks,
+        work,
     )
     return left, blocks
 
@@ -390,7 +406,7 @@ def _errors(
     left, blocks = np.empty(S.size), np.empty((S.size, ends.size))
     work = desk(prediction.pv.size, prediction.order, prediction.edges)
     prediction_errors(
-        prediction.op, prediction.width, prediction.pv, prediction.order, prediction.edges, prediction.begin, FLOOR,
-        S, S * ratio, stops, place, kept(lag), ends, left, blocks, work,
+        prediction.op, prediction.width, prediction.pv, prediction.order, prediction.edges, prediction.begin,
+        prediction.shocks, FLOOR, S, S * ratio, stops, place, kept(lag), ends, left, blocks, work,
     )  # fmt: skip
     return left, blocks

@@ -115,18 +115,20 @@ def stems(op, width, S, J, stops, place, keep, x, moving, air, mean, mv):
 
 
 @kernel
-def prediction_errors(op, width, pv, order, edges, begin, floor, S, J, stops, place, keep, ends, left, blocks, work):
+def prediction_errors(
+    op, width, pv, order, edges, begin, shocks, floor, S, J, stops, place, keep, ends, left, blocks, work
+):
     """Fill `left` (n,) with the sum of squares that each valve leaves of `pv` (n_samples,) from `begin` on.
 
     `op` holds `width` samples for each one of `pv`. The regression takes a constant, `order` lags of the PV, and
     sums of the stem's lags edges[g] <= lag < edges[g + 1]; a lag of at least 1 keeps the noise that the controller
-    hands on to the OP out of its own prediction. `floor` is the square that no sample falls below. `ends`
-    (n_blocks,) are the samples at which blocks of time end, `blocks` (n, n_blocks) what is left in each; both may
+    hands on to the OP out of its own prediction. The samples `shocks` are not foretold, and are past of others all
+    the same. `floor` is the square that no sample falls below. `ends` (n_blocks,) are the samples at which blocks of time end, `blocks` (n, n_blocks) what is left in each; both may
     be empty. `S`, `J`, `stops`, `place` and `keep` (n,) are those of `stems`.
     """
     mv, valve = work.mv, work.valve
     lanes = mv.shape[0]
-    _past(pv, order, begin, work.past)
+    _past(pv, order, begin, shocks, work.past)
     for base in range(0, S.shape[0], lanes):
         filled = min(lanes, S.shape[0] - base)
         for v in range(lanes):
@@ -134,50 +136,57 @@ def prediction_errors(op, width, pv, order, edges, begin, floor, S, J, stops, pl
             valve[0, v], valve[1, v], valve[2, v], valve[3, v], valve[4, v] = S[i], J[i], stops[i], place[i], keep[i]
         stems(op, width, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], valve[6], valve[7], valve[8], mv)
         for v in range(filled):
-            left[base + v] = _error(pv, mv[v], order, edges, begin, floor, ends, blocks[base + v], work)
+            left[base + v] = _error(pv, mv[v], order, edges, begin, shocks, floor, ends, blocks[base + v], work)
 
 
 @kernel
-def errors_of_stems(mv, pv, order, edges, begin, floor, ends, left, blocks, work):
+def errors_of_stems(mv, pv, order, edges, begin, shocks, floor, ends, left, blocks, work):
     """Fill `left` and `blocks` as `prediction_errors` does, of stems `mv` (n, n_samples) that are known.
 
     Their means are taken off in place.
     """
-    _past(pv, order, begin, work.past)
+    _past(pv, order, begin, shocks, work.past)
     for v in range(mv.shape[0]):
-        left[v] = _error(pv, mv[v], order, edges, begin, floor, ends, blocks[v], work)
+        left[v] = _error(pv, mv[v], order, edges, begin, shocks, floor, ends, blocks[v], work)
 
 
 @summing
-def _past(pv, order, begin, past):
+def _past(pv, order, begin, shocks, past):
     """Products of the PV's lags."""
     n = pv.shape[0]
     for i in range(order + 1):
         total = 0.0
         for k in range(begin, n):
             total += pv[k - i]
+        for k in shocks:
+            total -= pv[k - i]
         past[i, order + 1] = total
         for j in range(i + 1):
             total = 0.0
             for k in range(begin, n):
                 total += pv[k - i] * pv[k - j]
+            for k in shocks:
+                total -= pv[k - i] * pv[k - j]
             past[i, j] = past[j, i] = total
 
 
 @summing
-def _error(pv, mv, order, edges, begin, floor, ends, blocks, work):
+def _error(pv, mv, order, edges, begin, shocks, floor, ends, blocks, work):
     """Sum of squares that one stem leaves, and what is left in each block; `work.past` is known."""
-    samples = pv.shape[0] - begin
+    samples = pv.shape[0] - begin - shocks.shape[0]
     lags = edges[edges.shape[0] - 1] - 1
     past, cross, stem = work.past, work.cross, work.stem
     _centre(mv)
     _products(pv, mv, order, lags, begin, cross, stem)
     _shifted(pv, mv, order, lags, begin, cross, stem)
+    _without(pv, mv, order, lags, shocks, cross, stem)
     _normal(samples, order, edges, past, cross, stem, work.group, work.normal, work.weights)
     left = _solve(past[0, 0], work.normal, work.weights) + floor * samples
     if ends.shape[0] > 0:
         _weights(work.normal, work.weights)
         _residual(pv, mv, order, edges, begin, work.weights[0], work.residual)
+        for k in shocks:
+            work.residual[k] = 0.0
         _by_block(work.residual, begin, floor, ends, blocks)
     return left
 
@@ -248,6 +257,19 @@ def _shifted(pv, mv, order, lags, begin, cross, stem):
             row[other] = before[other - 1] + enter[0] * enter[lag - other] - leave[0] * leave[lag - other]
         for i in range(1, order + 1):
             cross[lag, i] = cross[lag - 1, i - 1] + pv[begin - i] * enter[0] - pv[n - i] * leave[0]
+
+
+@summing
+def _without(pv, mv, order, lags, shocks, cross, stem):
+    """Take what the samples `shocks` add out of the products."""
+    for k in shocks:
+        for lag in range(1, lags + 1):
+            then, row = mv[k - lag], stem[lag]
+            row[0] -= then
+            for other in range(1, lag + 1):
+                row[other] -= then * mv[k - other]
+            for i in range(order + 1):
+                cross[lag, i] -= then * pv[k - i]
 
 
 @summing
