@@ -15,9 +15,10 @@ from stiction.diagnosis.identification.interval import CHI2_2, independent_sampl
 from stiction.diagnosis.identification.likeliest import most_likely
 from stiction.diagnosis.identification.likelihood import Prediction, Trial, prediction_of, stem_of
 from stiction.diagnosis.identification.own_samples import are_own_samples
+from stiction.diagnosis.identification.parts import without
 from stiction.diagnosis.identification.piece import Piece, search_piece, with_stem
 from stiction.diagnosis.identification.rivals import over_rivals
-from stiction.diagnosis.identification.shocks import shocks_of, without
+from stiction.diagnosis.identification.shocks import shocks_of
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
 from stiction.diagnosis.identified import J_UNKNOWN, ErrorSurface, Identification, ProcessFit, Stretch
 from stiction.errors import ParameterError, RecordError

@@ -21,11 +21,10 @@ from stiction.diagnosis.identification.likelihood import (
     Trial,
     good_valve,
     joined,
-    lean,
-    part_of,
     trials_of,
     valves,
 )
+from stiction.diagnosis.identification.parts import lean, part_of
 from stiction.diagnosis.identification.prediction import LANES, apart
 from stiction.diagnosis.identification.reversals import from_reversals
 

@@ -29,8 +29,6 @@ __all__ = [
     "good_valve",
     "joined",
     "kept",
-    "lean",
-    "part_of",
     "prediction_of",
     "stem_of",
     "trials_of",
@@ -43,8 +41,6 @@ ONE_BY_ONE = 8
 """Lags of the stem that have a weight of their own; longer ones share theirs in groups [-]."""
 LONGEST = 24, 48
 """Longest lag of the stem, for the coarse and for the last searches [samples]."""
-LEAN_ORDER, LEAN_LONGEST = 6, 20
-"""Lags of the PV, and longest lag of the stem [samples], in short windows."""
 EQUAL = 5
 """Decimals of the cost that count: valves that slip alike cost the same, and rounding shall not choose [-]."""
 FLOOR = 1e-8
@@ -178,50 +174,6 @@ def prediction_of(signals: Signals, *, fine: bool = False) -> Prediction:
     ends = np.linspace(begin, n, count + 1).round().astype(np.int64)[1:]
     pv = pv - pv.mean()
     return Prediction(op, signals.thinned, pv / pv.std(), np.array(edges, dtype=np.int64), begin, ends, first)
-
-
-def part_of(prediction: Prediction, first: int, size: int, begin: int = 0) -> Prediction:
-    """Part of a record.
-
-    Parameters
-    ----------
-    prediction : Prediction
-        What is foretold.
-    first, size : int
-        Where the part begins and how long it is [samples].
-    begin : int
-        First sample of it that is foretold, or where the lags allow.
-
-    Returns
-    -------
-    Prediction
-        The same of the part.
-    """
-    width, begin = prediction.width, max(begin, int(prediction.edges[-1]), prediction.order + 1)
-    shocks = prediction.shocks - first
-    return prediction._replace(
-        op=np.ascontiguousarray(prediction.op[first * width : (first + size) * width]),
-        pv=np.ascontiguousarray(prediction.pv[first : first + size]),
-        begin=begin,
-        shocks=shocks[(shocks >= begin) & (shocks < size)],
-    )
-
-
-def lean(prediction: Prediction) -> Prediction:
-    """Fewer weights, for short windows: a third of the time, and less to fit to a few slips.
-
-    Parameters
-    ----------
-    prediction : Prediction
-        What is foretold.
-
-    Returns
-    -------
-    Prediction
-        The same from `LEAN_ORDER` lags of the PV and `LEAN_LONGEST` of the stem at most.
-    """
-    edges = prediction.edges[prediction.edges <= LEAN_LONGEST + 1]
-    return prediction._replace(edges=edges, most=LEAN_ORDER)
 
 
 def valves(

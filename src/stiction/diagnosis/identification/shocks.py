@@ -21,10 +21,13 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.likelihood import Prediction, Trial
 
-__all__ = ["shocks_of", "without"]
+__all__ = ["shocks_of"]
 
 BEYOND = 5.0
 """Standard deviations, by the median, that neither valve comes near [-]."""
+SLIPS, LARGER = 0.98, 1.5
+"""Share of what a good valve leaves, and how many times as much a shock leaves [-]: what a slip leaves that comes a
+sample late by the likeliest valve is no larger than other slips are by a good one, and must count."""
 ABOUT = 4
 """Samples left out either way [-]: a step of the load comes through the process."""
 MOST = 0.05
@@ -49,31 +52,11 @@ def shocks_of(prediction: Prediction, best: Trial) -> NDArray[np.int64]:
     n, begin = prediction.pv.size, prediction.begin
     stems = np.stack([u.reshape(n, prediction.width).mean(axis=1) for u in (prediction.op, stem_of(prediction, best))])
     each = prediction._replace(ends=np.arange(begin + 1, n + 1))
-    left = errors_of(each, stems)[1].min(axis=0)
-    usual = max(float(np.median(left)) / 0.6745**2, FLOOR)
-    hit = np.flatnonzero(left > BEYOND**2 * usual)
+    by_valve = errors_of(each, stems)[1]
+    left = by_valve.min(axis=0)
+    slips, noise = float(np.quantile(by_valve[0], SLIPS)), max(float(np.median(left)) / 0.6745**2, FLOOR)
+    hit = np.flatnonzero(left > max(BEYOND**2 * noise, LARGER**2 * slips))
     if hit.size == 0:
         return NONE
     rows = np.unique(np.clip(hit[:, np.newaxis] + np.arange(-ABOUT, ABOUT + 1), 0, n - begin - 1)) + begin
     return rows if rows.size <= MOST * n else NONE
-
-
-def without(prediction: Prediction, of: Prediction, rows: NDArray[np.int64]) -> Prediction:
-    """Leave samples out.
-
-    Parameters
-    ----------
-    prediction : Prediction
-        What is foretold.
-    of : Prediction
-        That of the same record whose samples are given.
-    rows : ndarray, shape (n_shocks,)
-        The samples.
-
-    Returns
-    -------
-    Prediction
-        The same, without the samples that hold any of them.
-    """
-    at = np.unique((rows + of.first) * of.width // prediction.width - prediction.first)
-    return prediction._replace(shocks=at[(at >= prediction.begin) & (at < prediction.pv.size)])
