@@ -28,7 +28,7 @@ BEYOND = 5.0
 SLIPS, LARGER = 0.98, 1.5
 """Share of what a good valve leaves, and how many times as much a shock leaves [-]: what a slip leaves that comes a
 sample late by the likeliest valve is no larger than other slips are by a good one, and must count."""
-ABOUT = 4
+ABOUT = 8
 """Samples left out either way [-]: a step of the load comes through the process."""
 MOST = 0.05
 """Share of the record that is left out at most [-]."""
