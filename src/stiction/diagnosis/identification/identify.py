@@ -12,7 +12,7 @@ import numpy as np
 from stiction.diagnosis.identification.contest import STANDS_OUT, WIDE, Contest, contest, drift
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, interval, limit
-from stiction.diagnosis.identification.likeliest import most_likely
+from stiction.diagnosis.identification.likeliest import most_likely, tried_again
 from stiction.diagnosis.identification.likelihood import Prediction, Trial, prediction_of, stem_of
 from stiction.diagnosis.identification.own_samples import are_own_samples
 from stiction.diagnosis.identification.parts import without
@@ -146,8 +146,8 @@ class Search:
         seen = are_own_samples(self.record, self.controller)
         tried = most_likely(coarse, fine, float(np.ptp(signals.op)))
         if (rows := shocks_of(fine, tried.best)).size:
-            coarse, fine = without(coarse, fine, rows), without(fine, fine, rows)
-            tried = most_likely(coarse, fine, float(np.ptp(signals.op)))
+            fine = without(fine, fine, rows)
+            tried = tried_again(fine, tried, float(np.ptp(signals.op)))
         # What OP does between samples that are not the controller's own passes for a lag, and S for less than it is: a
         # lag then only counts in how far a sticky valve beats a good one.
         found = contest(fine, tried if seen else tried.without_lag(), seen=seen)
