@@ -63,7 +63,7 @@ def test_a_valve_that_does_not_foretell_its_slips_keeps_nothing_out():
 
 
 def test_no_more_than_a_share_of_the_record_is_left_out():
-    few, many = (foretold(loop(spikes=range(100, N - 100, every))) for every in (600, 40))
+    few, many = (foretold(loop(spikes=range(100, N - 100, every))) for every in (1500, 40))
     assert 0 < shocks_of(few, true_valve(few)).size <= MOST * few.pv.size
     assert shocks_of(many, true_valve(many)).size == 0
 

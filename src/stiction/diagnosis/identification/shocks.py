@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["shocks_of"]
 
-BEYOND = 5.0
+BEYOND = 6.0
 """Standard deviations, by the median, that neither valve comes near [-]."""
 SLIPS, LARGER = 0.98, 1.5
 """Share of what a good valve leaves, and how many times as much a shock leaves [-]: what a slip leaves that comes a
