@@ -74,6 +74,8 @@ def test_a_sticky_valve_beats_a_good_one_as_if_the_load_had_not_stepped():
     assert stepped.gain > 0.6 * plain.gain > 60.0
     assert stepped.beats_any > 0.6 * plain.beats_any > 2.0
     assert pytest.approx(S, rel=0.05) == stepped.S
+    assert (plain.left_out, stepped.left_out, stepped.to_dict()["left_out"]) == (0, stepped.left_out, stepped.left_out)
+    assert 2 * ABOUT < stepped.left_out < 120
 
 
 def test_a_step_makes_no_good_valve_stick():

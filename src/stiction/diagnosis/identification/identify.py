@@ -80,14 +80,14 @@ def identify(
 
     The closer search maximises the likelihood of the PV's prediction errors (see `likelihood`), which a disturbance
     that goes round the closed loop does not pull, over the whole record or, where more than 4 000 samples are left of
-    it after thinning, over the 4 000 in its middle. The interval holds all valves that Vuong's test
-    does not find worse from half cycle to half cycle (see `contest`). Where the record does not show the controller's
-    own samples OP trips the valve unseen between them: S is then corrected for the noise on OP, and its interval is a
-    factor of 1.3 either way or more. An actuator that lags is looked for too, and found where its likelihood stands
-    out: by OP itself its valve would look stickier than it is. Of other than the controller's own samples that only
-    counts in how far a sticky valve beats a good one: a straight one, the likeliest bent one (`characteristic`), one
-    beside a wave from outside, and a good one while both have that wave (`outside_wave`). The process is the best
-    behind that valve's stem, by simulation.
+    it after thinning, over the 4 000 in its middle, without the samples that neither a sticky nor a good valve
+    foretells (see `shocks`). The interval holds all valves that Vuong's test does not find worse from half cycle to
+    half cycle (see `contest`). Where the record does not show the controller's own samples OP trips the valve unseen
+    between them: S is then corrected for the noise on OP, and its interval is a factor of 1.3 either way or more. An
+    actuator that lags is looked for too, and found where its likelihood stands out: by OP itself its valve would look
+    stickier than it is. Of other than the controller's own samples that only counts in how far a sticky valve beats a
+    good one: a straight one, the likeliest bent one (`characteristic`), one beside a wave from outside, and a good one
+    while both have that wave (`outside_wave`). The process is the best behind that valve's stem, by simulation.
 
     References
     ----------
@@ -170,6 +170,7 @@ class Search:
             gain=clearest.gain(),
             gain_in_part=clearest.gain(3),
             jump_gain=clearest.jump_gain,
+            left_out=fine.shocks.size * fine.width,
             own_samples=seen,
             rough=self.rough,
             reason=f"{told} {closely.reason}".strip(),
