@@ -72,3 +72,13 @@ def test_each_good_valve_to_beat_is_told(found):
     assert told(valve) == [f"{by}, {waves}."]
     assert told(replace(valve, gain_on_wave=math.nan, gain_beside_wave=math.nan)) == [f"{by}."]
     assert told(replace(valve, gain_on_bent=math.nan)) == []
+
+
+@pytest.mark.parametrize(("left_out", "said"), [(0, None), (1, "1 sample"), (34, "34 samples")])
+def test_what_was_left_out_is_told(found, left_out, said):
+    steps = story(replace(found, identification=replace(found.identification, left_out=left_out)))
+    [lines] = [step.lines for step in steps if step.title == "Which valve and process explain the PV?"]
+    told = [line for line in lines if line.startswith("Left out")]
+    assert told == (
+        [f"Left out of that: {said} that neither valve foretells, as where the load steps."] if said else []
+    )

@@ -150,6 +150,9 @@ class Identification:
     valve may stick in a loop that something else moves as well."""
     gain_beside_wave: float = float("nan")
     """Twice the log likelihood by which it does [-]."""
+    left_out: int = 0
+    """Samples left out of the likelihood, since neither a sticky valve nor a good one foretells them [-]: a step of the
+    load, or another upset."""
     own_samples: bool = False
     """Whether the record shows the controller's own samples, so that nothing trips the valve unseen."""
     rough: Identification | None = field(default=None, repr=False, compare=False)
@@ -220,6 +223,7 @@ class Identification:
             "gain_on_wave": plain(self.gain_on_wave),
             "beats_beside_wave": plain(self.beats_beside_wave),
             "gain_beside_wave": plain(self.gain_beside_wave),
+            "left_out": self.left_out,
             "own_samples": self.own_samples,
             "parameters": {name: plain(value) for name, value in self.parameters.items()},
             "parameter_intervals": {

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from stiction.diagnosis.verdict.meaning import FEATURES, PRIOR
+from stiction.records.digits import number_of
 from stiction.report import words
 
 if TYPE_CHECKING:
@@ -127,6 +128,9 @@ def _explained(found: Identification) -> list[str]:
         if math.isfinite(found.gain_beside_wave):
             by += f", by {words.digits(found.gain_beside_wave)} with that wave beside both"
         lines.append(f"In twice the log likelihood a sticky valve foretells the PV better by {by}.")
+    if found.left_out:
+        samples = number_of(found.left_out, "sample")
+        lines.append(f"Left out of that: {samples} that neither valve foretells, as where the load steps.")
     if math.isfinite(found.drift):
         lines.append(f"S changes by {found.drift:.2g} % per hour (standard error {found.drift_error:.2g}).")
     return [*lines, found.reason] if found.reason else lines

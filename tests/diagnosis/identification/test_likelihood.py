@@ -15,6 +15,7 @@ import naive
 import stiction as st
 from stiction.diagnosis.identification.contest import WIDE, drift
 from stiction.diagnosis.identification.likelihood import Trial, by_cycle, prediction_of, stem_of
+from stiction.diagnosis.identification.parts import without
 from stiction.diagnosis.identification.signals import prepare
 from stiction.simulation.historian import sampled
 from stiction.simulation.population.valves import physical_valve
@@ -43,15 +44,16 @@ def behind(op, lag):
 
 
 def by_least_squares(prediction, mv):
-    """Squares left by a regression of the PV on a constant, its own past and sums of the stem's lags."""
+    """Squares left by a regression of the PV on a constant, its past and sums of the stem's lags, shocks left out."""
     pv, begin, n = prediction.pv, prediction.begin, prediction.pv.size
     blocks = mv.reshape(n, prediction.width).mean(axis=1)
     columns = [np.ones(n - begin)] + [pv[begin - i : n - i] for i in range(1, prediction.order + 1)]
     for first, last in zip(prediction.edges[:-1], prediction.edges[1:], strict=True):
         columns.append(np.sum([blocks[begin - lag : n - lag] for lag in range(first, last)], axis=0))
-    A = np.stack(columns, axis=1)
-    weights, *_ = np.linalg.lstsq(A, pv[begin:], rcond=None)
-    return (pv[begin:] - A @ weights) ** 2
+    A, kept = np.stack(columns, axis=1), np.ones(n - begin, dtype=bool)
+    kept[prediction.shocks - begin] = False
+    weights, *_ = np.linalg.lstsq(A[kept], pv[begin:][kept], rcond=None)
+    return kept * (pv[begin:] - A @ weights) ** 2
 
 
 @settings(max_examples=12, deadline=None)
@@ -61,11 +63,13 @@ def by_least_squares(prediction, mv):
     ratio=some.floats(0.0, 1.0),
     stops=some.sampled_from([0.0, 1.0]),
     lag=some.sampled_from([0.0, 0.7, 3.0]),
+    shocks=some.sets(some.integers(0, 449), max_size=9),
 )
-def test_the_squares_left_are_those_of_a_regression(name, S, ratio, stops, lag):
+def test_the_squares_left_are_those_of_a_regression(name, S, ratio, stops, lag, shocks):
     known = KNOWN[name]
     record = replace(run_of(known, 0.05, samples=450), mv=None)
     prediction = prediction_of(prepare(record, known.period))
+    prediction = without(prediction, prediction, np.array(sorted(shocks), dtype=np.int64))
     S *= known.S
     valve = np.array([[S, ratio, stops, 0.0, lag]])
     J, air = S * ratio, behind(record.op, lag)

@@ -16,7 +16,7 @@ from hypothesis import strategies as some
 import stiction as st
 from stiction.diagnosis.verdict.diagnose import findings
 from stiction.diagnosis.verdict.doubt import LEAST
-from stiction.diagnosis.verdict.probability import causes
+from stiction.diagnosis.verdict.probability import UNDECIDED, causes
 from stiction.errors import RecordError
 from stiction.simulation.historian import averaged
 
@@ -283,7 +283,7 @@ def test_a_sticky_valve_that_explains_far_more_is_never_called_good():
     assert valve is not None
     assert valve.fit - valve.fit_linear > 90.0
     assert (found.verdict, found.cause) == ("undecided", "unknown")
-    assert LEAST <= found.probability < 0.2
+    assert LEAST <= found.probability < UNDECIDED[0]
     assert "yet the rest of what was found speaks for no fault" in found.reason
     assert "ramp" in found.action
 

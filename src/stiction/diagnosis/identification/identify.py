@@ -12,11 +12,13 @@ import numpy as np
 from stiction.diagnosis.identification.contest import STANDS_OUT, WIDE, Contest, contest, drift
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, interval, limit
-from stiction.diagnosis.identification.likeliest import most_likely
+from stiction.diagnosis.identification.likeliest import most_likely, tried_again
 from stiction.diagnosis.identification.likelihood import Prediction, Trial, prediction_of, stem_of
 from stiction.diagnosis.identification.own_samples import are_own_samples
+from stiction.diagnosis.identification.parts import without
 from stiction.diagnosis.identification.piece import Piece, search_piece, with_stem
 from stiction.diagnosis.identification.rivals import over_rivals
+from stiction.diagnosis.identification.shocks import shocks_of
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
 from stiction.diagnosis.identified import J_UNKNOWN, ErrorSurface, Identification, ProcessFit, Stretch
 from stiction.errors import ParameterError, RecordError
@@ -78,14 +80,14 @@ def identify(
 
     The closer search maximises the likelihood of the PV's prediction errors (see `likelihood`), which a disturbance
     that goes round the closed loop does not pull, over the whole record or, where more than 4 000 samples are left of
-    it after thinning, over the 4 000 in its middle. The interval holds all valves that Vuong's test
-    does not find worse from half cycle to half cycle (see `contest`). Where the record does not show the controller's
-    own samples OP trips the valve unseen between them: S is then corrected for the noise on OP, and its interval is a
-    factor of 1.3 either way or more. An actuator that lags is looked for too, and found where its likelihood stands
-    out: by OP itself its valve would look stickier than it is. Of other than the controller's own samples that only
-    counts in how far a sticky valve beats a good one: a straight one, the likeliest bent one (`characteristic`), one
-    beside a wave from outside, and a good one while both have that wave (`outside_wave`). The process is the best
-    behind that valve's stem, by simulation.
+    it after thinning, over the 4 000 in its middle, without the samples that neither a sticky nor a good valve
+    foretells (see `shocks`). The interval holds all valves that Vuong's test does not find worse from half cycle to
+    half cycle (see `contest`). Where the record does not show the controller's own samples OP trips the valve unseen
+    between them: S is then corrected for the noise on OP, and its interval is a factor of 1.3 either way or more. An
+    actuator that lags is looked for too, and found where its likelihood stands out: by OP itself its valve would look
+    stickier than it is. Of other than the controller's own samples that only counts in how far a sticky valve beats a
+    good one: a straight one, the likeliest bent one (`characteristic`), one beside a wave from outside, and a good one
+    while both have that wave (`outside_wave`). The process is the best behind that valve's stem, by simulation.
 
     References
     ----------
@@ -143,6 +145,9 @@ class Search:
             fine = prediction_of(prepare(self.record, self.period, fine=True), fine=True)
         seen = are_own_samples(self.record, self.controller)
         tried = most_likely(coarse, fine, float(np.ptp(signals.op)))
+        if (rows := shocks_of(fine, tried.best)).size:
+            fine = without(fine, fine, rows)
+            tried = tried_again(fine, tried, float(np.ptp(signals.op)))
         # What OP does between samples that are not the controller's own passes for a lag, and S for less than it is: a
         # lag then only counts in how far a sticky valve beats a good one.
         found = contest(fine, tried if seen else tried.without_lag(), seen=seen)
@@ -165,6 +170,7 @@ class Search:
             gain=clearest.gain(),
             gain_in_part=clearest.gain(3),
             jump_gain=clearest.jump_gain,
+            left_out=fine.shocks.size * fine.width,
             own_samples=seen,
             rough=self.rough,
             reason=f"{told} {closely.reason}".strip(),

@@ -21,11 +21,10 @@ from stiction.diagnosis.identification.likelihood import (
     Trial,
     good_valve,
     joined,
-    lean,
-    part_of,
     trials_of,
     valves,
 )
+from stiction.diagnosis.identification.parts import lean, part_of
 from stiction.diagnosis.identification.prediction import LANES, apart
 from stiction.diagnosis.identification.reversals import from_reversals
 
@@ -34,7 +33,7 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.likelihood import Prediction, Trials
 
-__all__ = ["most_likely", "one_each"]
+__all__ = ["most_likely", "one_each", "tried_again"]
 
 LEAST_SWING = 0.07
 """Smallest S looked for first, as a share of the OP's swing [-]."""
@@ -83,6 +82,8 @@ FROM_WINDOW, FROM_WHOLE = (0.01, 0.05, 10), (0.03, 0.2, 6)
 """How far apart the valleys are that the closer searches begin with, over S and J / S, and how many [-]."""
 ABOUT = np.array([-1.0, 0.0, 1.0])
 """A step back, none, and a step on [-]."""
+BEST = 100
+"""Valves taken on to another record beside those [-]."""
 S_BIN, J_BIN = 0.02, 0.03
 """Width of the bins over ln S and over J / S of the best, from each of which the most likely valve is compared [-]."""
 
@@ -118,6 +119,26 @@ def most_likely(prediction: Prediction, fine: Prediction, swing: float) -> Trial
     return _closer(fine, tried, STAGES[1:], swing)
 
 
+def tried_again(prediction: Prediction, tried: Trials, swing: float) -> Trials:
+    """Go on from valves tried, where some samples of the record are no longer foretold.
+
+    Parameters
+    ----------
+    prediction : Prediction
+        What is foretold now.
+    tried : Trials
+        Valves tried before.
+    swing : float
+        Largest S to look for [% of span].
+
+    Returns
+    -------
+    Trials
+        The best of them for each S and each J, and those about the best of these.
+    """
+    return _closer(prediction, trials_of(prediction, _of_each(tried)), STAGES, swing)
+
+
 def _coarsely(prediction: Prediction, fine: Prediction, least: float, most: float) -> tuple[Trials, float]:
     """Valves with S between two bounds, as far as the first step in the fine record; what they gain on a good one."""
     valleys = []
@@ -132,11 +153,14 @@ def _coarsely(prediction: Prediction, fine: Prediction, least: float, most: floa
     tried = joined(tried, trials_of(prediction, np.concatenate(seeds)))
     if fine.width < prediction.width:
         tried = _closer(prediction, tried, STAGES[:1], most)
-        # Of each S and each J the best, since a finer record may prefer another.
-        again = np.concatenate([tried.valve[one_each(tried)], tried.valve[tried.ranked()[:100]]])
-        tried = trials_of(fine, again)
+        tried = trials_of(fine, _of_each(tried))
     tried = _closer(fine, tried, STAGES[:1], most)
     return tried, float(trials_of(fine, good_valve(tried.best)).cost[0] - tried.cost.min())
+
+
+def _of_each(tried: Trials) -> NDArray[np.float64]:
+    """Of each S and each J the best, since another record may prefer another, and the best of all."""
+    return np.concatenate([tried.valve[one_each(tried)], tried.valve[tried.ranked()[:BEST]]])
 
 
 def _fanned(prediction: Prediction, tried: Trials, swing: float) -> Trials:

@@ -29,8 +29,6 @@ __all__ = [
     "good_valve",
     "joined",
     "kept",
-    "lean",
-    "part_of",
     "prediction_of",
     "stem_of",
     "trials_of",
@@ -43,8 +41,6 @@ ONE_BY_ONE = 8
 """Lags of the stem that have a weight of their own; longer ones share theirs in groups [-]."""
 LONGEST = 24, 48
 """Longest lag of the stem, for the coarse and for the last searches [samples]."""
-LEAN_ORDER, LEAN_LONGEST = 6, 20
-"""Lags of the PV, and longest lag of the stem [samples], in short windows."""
 EQUAL = 5
 """Decimals of the cost that count: valves that slip alike cost the same, and rounding shall not choose [-]."""
 FLOOR = 1e-8
@@ -53,6 +49,8 @@ LAG_WORTH = 8.0
 """Twice the log likelihood that a lag of the actuator has to be worth [-]."""
 MOST_SAMPLES = 4000
 """Samples foretold at most, those in the middle of the record: more tell S no better, and take longer [-]."""
+NONE = np.empty(0, dtype=np.int64)
+"""No samples."""
 UNKNOWN_SCALE = 36.0
 """Samples taken for a cycle where no period is known [-]."""
 
@@ -76,11 +74,13 @@ class Prediction(NamedTuple):
     """Where it begins in the whole record [samples of the PV]."""
     most: int = ORDER
     """Lags of the PV in the regression, at most [-]."""
+    shocks: NDArray[np.int64] = NONE
+    """Samples that are not foretold, increasing, none before `begin`, shape (n_shocks,)."""
 
     @property
     def samples(self) -> int:
         """Samples foretold [-]."""
-        return self.pv.size - self.begin
+        return self.pv.size - self.begin - self.shocks.size
 
     @property
     def order(self) -> int:
@@ -176,48 +176,6 @@ def prediction_of(signals: Signals, *, fine: bool = False) -> Prediction:
     return Prediction(op, signals.thinned, pv / pv.std(), np.array(edges, dtype=np.int64), begin, ends, first)
 
 
-def part_of(prediction: Prediction, first: int, size: int, begin: int = 0) -> Prediction:
-    """Part of a record.
-
-    Parameters
-    ----------
-    prediction : Prediction
-        What is foretold.
-    first, size : int
-        Where the part begins and how long it is [samples].
-    begin : int
-        First sample of it that is foretold, or where the lags allow.
-
-    Returns
-    -------
-    Prediction
-        The same of the part.
-    """
-    width = prediction.width
-    return prediction._replace(
-        op=np.ascontiguousarray(prediction.op[first * width : (first + size) * width]),
-        pv=np.ascontiguousarray(prediction.pv[first : first + size]),
-        begin=max(begin, int(prediction.edges[-1]), prediction.order + 1),
-    )
-
-
-def lean(prediction: Prediction) -> Prediction:
-    """Fewer weights, for short windows: a third of the time, and less to fit to a few slips.
-
-    Parameters
-    ----------
-    prediction : Prediction
-        What is foretold.
-
-    Returns
-    -------
-    Prediction
-        The same from `LEAN_ORDER` lags of the PV and `LEAN_LONGEST` of the stem at most.
-    """
-    edges = prediction.edges[prediction.edges <= LEAN_LONGEST + 1]
-    return prediction._replace(edges=edges, most=LEAN_ORDER)
-
-
 def valves(
     S: ArrayLike, ratio: ArrayLike, stops: float, place: ArrayLike, swing: float, lag: float = 0.0
 ) -> NDArray[np.float64]:
@@ -265,7 +223,7 @@ def trials_of(prediction: Prediction, valve: NDArray[np.float64]) -> Trials:
     Trials
         The same with the cost of each.
     """
-    left = _errors(prediction, valve, np.empty(0, dtype=np.int64))[0]
+    left = _errors(prediction, valve, NONE)[0]
     cost = prediction.samples * np.log(left / prediction.samples)
     tried = Trials(valve, cost)
     cost[tried.columns.lag > 0.0] += LAG_WORTH
@@ -325,7 +283,17 @@ def errors_of(prediction: Prediction, mv: NDArray[np.float64]) -> tuple[NDArray[
     left, blocks = np.empty(n), np.empty((n, ends.size))
     work = desk(prediction.pv.size, prediction.order, prediction.edges)
     errors_of_stems(
-        mv, prediction.pv, prediction.order, prediction.edges, prediction.begin, FLOOR, ends, left, blocks, work
+        mv,
+        prediction.pv,
+        prediction.order,
+        prediction.edges,
+        prediction.begin,
+        prediction.shocks,
+        FLOOR,
+        ends,
+        left,
+        blocks,
+        work,
     )
     return left, blocks
 
@@ -390,7 +358,7 @@ def _errors(
     left, blocks = np.empty(S.size), np.empty((S.size, ends.size))
     work = desk(prediction.pv.size, prediction.order, prediction.edges)
     prediction_errors(
-        prediction.op, prediction.width, prediction.pv, prediction.order, prediction.edges, prediction.begin, FLOOR,
-        S, S * ratio, stops, place, kept(lag), ends, left, blocks, work,
+        prediction.op, prediction.width, prediction.pv, prediction.order, prediction.edges, prediction.begin,
+        prediction.shocks, FLOOR, S, S * ratio, stops, place, kept(lag), ends, left, blocks, work,
     )  # fmt: skip
     return left, blocks

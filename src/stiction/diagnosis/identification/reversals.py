@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.likelihood import Columns, lean, part_of, trials_of, valves
+from stiction.diagnosis.identification.likelihood import Columns, trials_of, valves
+from stiction.diagnosis.identification.parts import lean, part_of
 from stiction.models.compiled import kernel
 
 if TYPE_CHECKING:

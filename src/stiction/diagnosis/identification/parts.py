@@ -1,0 +1,83 @@
+"""Parts of what is foretold: a stretch of the record, fewer weights, or the record without some samples."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.diagnosis.identification.likelihood import Prediction
+
+__all__ = ["lean", "part_of", "without"]
+
+LEAN_ORDER, LEAN_LONGEST = 6, 20
+"""Lags of the PV, and longest lag of the stem [samples], in short windows."""
+
+
+def part_of(prediction: Prediction, first: int, size: int, begin: int = 0) -> Prediction:
+    """Part of a record.
+
+    Parameters
+    ----------
+    prediction : Prediction
+        What is foretold.
+    first, size : int
+        Where the part begins and how long it is [samples].
+    begin : int
+        First sample of it that is foretold, or where the lags allow.
+
+    Returns
+    -------
+    Prediction
+        The same of the part.
+    """
+    width, begin = prediction.width, max(begin, int(prediction.edges[-1]), prediction.order + 1)
+    shocks = prediction.shocks - first
+    return prediction._replace(
+        op=np.ascontiguousarray(prediction.op[first * width : (first + size) * width]),
+        pv=np.ascontiguousarray(prediction.pv[first : first + size]),
+        begin=begin,
+        shocks=shocks[(shocks >= begin) & (shocks < size)],
+    )
+
+
+def lean(prediction: Prediction) -> Prediction:
+    """Fewer weights, for short windows: a third of the time, and less to fit to a few slips.
+
+    Parameters
+    ----------
+    prediction : Prediction
+        What is foretold.
+
+    Returns
+    -------
+    Prediction
+        The same from `LEAN_ORDER` lags of the PV and `LEAN_LONGEST` of the stem at most.
+    """
+    edges = prediction.edges[prediction.edges <= LEAN_LONGEST + 1]
+    return prediction._replace(edges=edges, most=LEAN_ORDER)
+
+
+def without(prediction: Prediction, of: Prediction, rows: NDArray[np.int64]) -> Prediction:
+    """Leave samples out.
+
+    Parameters
+    ----------
+    prediction : Prediction
+        What is foretold.
+    of : Prediction
+        That of the same record whose samples are given.
+    rows : ndarray, shape (n_shocks,)
+        The samples.
+
+    Returns
+    -------
+    Prediction
+        The same, without the samples that hold any of them.
+    """
+    first = (rows + of.first) * of.width
+    at = np.unique(np.concatenate([first, first + of.width - 1]) // prediction.width) - prediction.first
+    return prediction._replace(shocks=at[(at >= prediction.begin) & (at < prediction.pv.size)])
