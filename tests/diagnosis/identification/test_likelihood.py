@@ -15,7 +15,6 @@ import naive
 import stiction as st
 from stiction.diagnosis.identification.contest import WIDE, drift
 from stiction.diagnosis.identification.likelihood import Trial, by_cycle, prediction_of, stem_of
-from stiction.diagnosis.identification.parts import without
 from stiction.diagnosis.identification.signals import prepare
 from stiction.simulation.historian import sampled
 from stiction.simulation.population.valves import physical_valve
@@ -69,7 +68,8 @@ def test_the_squares_left_are_those_of_a_regression(name, S, ratio, stops, lag, 
     known = KNOWN[name]
     record = replace(run_of(known, 0.05, samples=450), mv=None)
     prediction = prediction_of(prepare(record, known.period))
-    prediction = without(prediction, prediction, np.array(sorted(shocks), dtype=np.int64))
+    rows = np.array(sorted(row for row in shocks if row >= prediction.begin), dtype=np.int64)
+    prediction = prediction._replace(shocks=rows[rows < prediction.pv.size])
     S *= known.S
     valve = np.array([[S, ratio, stops, 0.0, lag]])
     J, air = S * ratio, behind(record.op, lag)

@@ -15,7 +15,6 @@ from stiction.diagnosis.identification.interval import CHI2_2, independent_sampl
 from stiction.diagnosis.identification.likeliest import most_likely, tried_again
 from stiction.diagnosis.identification.likelihood import Prediction, Trial, prediction_of, stem_of
 from stiction.diagnosis.identification.own_samples import are_own_samples
-from stiction.diagnosis.identification.parts import without
 from stiction.diagnosis.identification.piece import Piece, search_piece, with_stem
 from stiction.diagnosis.identification.rivals import over_rivals
 from stiction.diagnosis.identification.shocks import shocks_of
@@ -146,7 +145,7 @@ class Search:
         seen = are_own_samples(self.record, self.controller)
         tried = most_likely(coarse, fine, float(np.ptp(signals.op)))
         if (rows := shocks_of(fine, tried.best)).size:
-            fine = without(fine, fine, rows)
+            fine = fine._replace(shocks=rows)
             tried = tried_again(fine, tried, float(np.ptp(signals.op)))
         # What OP does between samples that are not the controller's own passes for a lag, and S for less than it is: a
         # lag then only counts in how far a sticky valve beats a good one.

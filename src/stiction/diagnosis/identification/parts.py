@@ -1,4 +1,4 @@
-"""Parts of what is foretold: a stretch of the record, fewer weights, or the record without some samples."""
+"""Parts of what is foretold: a stretch of the record, or fewer weights."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stiction.diagnosis.identification.likelihood import Prediction
 
-__all__ = ["lean", "part_of", "without"]
+__all__ = ["lean", "part_of"]
 
 LEAN_ORDER, LEAN_LONGEST = 6, 20
 """Lags of the PV, and longest lag of the stem [samples], in short windows."""
@@ -59,25 +57,3 @@ def lean(prediction: Prediction) -> Prediction:
     """
     edges = prediction.edges[prediction.edges <= LEAN_LONGEST + 1]
     return prediction._replace(edges=edges, most=LEAN_ORDER)
-
-
-def without(prediction: Prediction, of: Prediction, rows: NDArray[np.int64]) -> Prediction:
-    """Leave samples out.
-
-    Parameters
-    ----------
-    prediction : Prediction
-        What is foretold.
-    of : Prediction
-        That of the same record whose samples are given.
-    rows : ndarray, shape (n_shocks,)
-        The samples.
-
-    Returns
-    -------
-    Prediction
-        The same, without the samples that hold any of them.
-    """
-    first = (rows + of.first) * of.width
-    at = np.unique(np.concatenate([first, first + of.width - 1]) // prediction.width) - prediction.first
-    return prediction._replace(shocks=at[(at >= prediction.begin) & (at < prediction.pv.size)])

@@ -12,12 +12,12 @@ from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence
 from stiction.diagnosis.verdict.cause import named_cause, not_seen
 from stiction.diagnosis.verdict.doubt import (
+    EVERY_RIVAL,
     FAULT_SEEN,
     PLAINLY_JUMPS,
     UNKNOWN,
     against_good,
     against_sticking,
-    beats_every_rival,
     explains_much_more,
     explains_nothing,
     held_back,
@@ -178,7 +178,7 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
     verdict = _verdict(held.probability)
     much_more = by_itself and explains_much_more(found)
     not_seen = nothing if by_itself else ""
-    plain = much_more or PLAINLY_JUMPS in against or (by_itself and beats_every_rival(found))
+    plain = much_more or PLAINLY_JUMPS in against or EVERY_RIVAL in against
     if not_seen or (verdict == "no_stiction" and plain):
         verdict = "undecided"
     if much_more and verdict == "undecided":

@@ -37,6 +37,7 @@ __all__ = [
     "BEATS_EVERY",
     "BEGINS",
     "BEYOND",
+    "EVERY_RIVAL",
     "FAULT_SEEN",
     "FEW",
     "FORETELLS",
@@ -119,9 +120,11 @@ for the latter: when it was chosen three of 6 857 loops that do not stick and we
 (`simulation.population`, seeds 10, 12, 13 and 14)."""
 BEATS_EVERY, STEADILY = 60.0, 1.64
 """Twice the log likelihood by which a sticky valve beats each of its rivals, and Vuong's statistic over the nearest (19
-in 20 are less by chance), beyond which "no stiction" is not said [-]. Of 22 loops told so with both, neither a
-transmitter nor a limit to blame, 18 stick (2 000 of `simulation.population`, seed 10, and 1 200 of another hand); of
-six more with the first alone two do. No good recorded loop has more than 11 of the first."""
+in 20 are less by chance), beyond which "no stiction" is not said [-]. When they were chosen 18 of 22 loops told so with
+both, neither a transmitter nor a limit to blame, stuck (2 000 of `simulation.population`, seed 10, and 1 200 of another
+hand); of six more with the first alone two did. No good recorded loop has more than 11 of the first."""
+EVERY_RIVAL = "a sticky valve beats every rival"
+"""What is told of such a valve."""
 APART = 0.5
 """What a sticky valve leaves less than a good one by simulation, as `features.advantage` has it, beyond which one that
 foretells worse is a contradiction [-]: in 28 of 8 000 simulated loops (seeds 10, 12, 13, 14), three of them sticky."""
@@ -303,7 +306,7 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
     seen = {
         JUMP_LIKELY: row.likely_jump_clear > 0.0,
         "a sticky valve explains much more": explains_much_more(found),
-        "a sticky valve beats every rival": beats_every_rival(found),
+        EVERY_RIVAL: beats_every_rival(found),
         "a sticky valve foretells the PV": plain_S and found.beats_good > FORETELLS and found.beats_any > 0.0,
         "the searches disagree": found.gain < 0.0 and row.advantage > APART,
         "a historian's slow record": not found.own_samples and kept_by_plant(row) > LIKE_A_PLANTS,
