@@ -101,7 +101,7 @@ def controlled(found: ControllerFit) -> str:
         settings.append(f"Ki {words.digits(found.Ki)} % per PV unit and s")
     if found.Td:
         settings.append(f"Td {words.digits(found.Td)} s")
-    samples = "; the record shows its own samples" if found.exact else ""
+    samples = "; the record shows its own samples" if found.own_samples else ""
     return f"{found.form} with {', '.join(settings)}: explains {100.0 * found.fit:.0f} % of OP{samples}."
 
 

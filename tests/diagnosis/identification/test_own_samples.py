@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.diagnosis.identification.controller import fit_controller
+from stiction.diagnosis.identification.controller import _between, fit_controller
+from stiction.diagnosis.identification.controller_forms import moves
 from stiction.diagnosis.identification.own_samples import are_own_samples, shows_own_samples
 from stiction.simulation.historian import averaged, interpolated, sampled
 
@@ -64,6 +65,11 @@ def test_a_short_record_says_nothing():
     assert not shows_own_samples(run(CONTROLLERS["PI"]).window(0, 20))
 
 
+def rounded(record, digits):
+    """A record as a historian exports it, to so many decimals."""
+    return replace(record, op=record.op.round(digits), pv=record.pv.round(digits), sp=record.sp.round(digits))
+
+
 def slow_integral(samples=2400):
     """A loop whose controller hardly integrates: a historian's means of it obey nearly the same equation."""
     known = KNOWN["reverse gain, every 5 s"]
@@ -86,11 +92,43 @@ def test_an_OP_often_at_its_limit_shows_the_controllers_own_samples_by_the_moves
     assert are_own_samples(record, fit_controller(record))
 
 
-def test_rounded_samples_are_still_the_controllers_own():
-    known, record = slow_integral()
-    rounded = replace(record, op=record.op.round(4), pv=record.pv.round(4), sp=record.sp.round(4))
-    assert not shows_own_samples(rounded)
-    assert st.identify(rounded, period=known.period).own_samples
+@pytest.mark.parametrize("digits", [2, 3, 4])
+def test_rounded_samples_are_still_the_controllers_own(digits):
+    record = rounded(run(CONTROLLERS["PI"], noise=0.5), digits)
+    assert not shows_own_samples(record)
+    assert are_own_samples(record, fit_controller(record))
+
+
+@pytest.mark.parametrize("digits", [1, 2, 3, 4])
+@pytest.mark.parametrize("noise", [0.002, 0.02, 0.5])
+@pytest.mark.parametrize("m", [2, 3])
+def test_a_slower_record_is_not_the_controllers_own_however_it_is_rounded(m, noise, digits):
+    record = rounded(sampled(run(CONTROLLERS["PI"], noise=noise, samples=1800), float(m)), digits)
+    assert not are_own_samples(record, fit_controller(record))
+
+
+@pytest.mark.parametrize("digits", [1, 2])
+def test_rounding_that_would_hide_the_samples_between_leaves_it_open(digits):
+    _, record = slow_integral()
+    blunt = rounded(record, digits)
+    found = fit_controller(blunt)
+    assert found.exact
+    assert not are_own_samples(blunt, found)
+
+
+@pytest.mark.parametrize("kind", ["noise", "walk"])
+def test_what_the_samples_between_leave_is_what_a_slower_record_leaves(kind):
+    # The derivation in docs/controller.md, on errors that are not of any loop.
+    rng, controller = np.random.default_rng(3), st.PID(0.4, 5.0)
+    pv = rng.normal(size=40_000)
+    pv = pv if kind == "noise" else np.cumsum(pv)
+    op = 50.0 - controller.Kc * pv - controller.Kc / controller.Ti * np.cumsum(pv)
+    slower = st.LoopRecord("FC1", 2.0, op=op[::2], pv=pv[::2])
+    error = pv.mean() - slower.pv
+    data = moves(slower.op, error, slower.pv, np.ones(error.size, dtype=bool), slower.dt, 0.0)
+    left = data.unexplained(False)
+    low, high = (0.2, 0.3) if kind == "noise" else (0.9, 1.3)  # of noise the fit sees half of Ki: every second error
+    assert low < _between(data, slower.pv, slower.dt) / np.mean(left**2) < high
 
 
 def test_a_filtered_derivative_leaves_the_interval_narrow():

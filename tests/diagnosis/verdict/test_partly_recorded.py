@@ -16,6 +16,7 @@ from stiction.diagnosis.verdict.diagnose import findings
 from stiction.diagnosis.verdict.stem import stem_shown
 from stiction.records import usable_part
 from stiction.records.stretches import held_set_point
+from stiction.simulation.historian import missing
 
 N, LONG = 2000, 14_000
 K = np.arange(N)
@@ -169,3 +170,13 @@ def test_votes_of_the_evidence_are_those_of_its_indices():
     assert [row.valid for row in own] == [True, True, True, True, False]
     assert "Not valid here: OP does not move the PV." in own[-1].why
     assert [one.evidence[1].vote for one in found if one.record.mv is not None] == ["stiction", *["no_stiction"] * 2]
+
+
+@pytest.mark.parametrize("share", [0.05, 0.15])
+def test_samples_lost_one_by_one_hide_neither_the_controllers_own_nor_S(share):
+    # What is held over a lost sample is a value that the controller never saw, and may trip the valve a sample late.
+    found = st.diagnose(missing(replace(sticky(N), mv=None), share, seed=3))
+    assert found.verdict == "stiction"
+    assert found.identification.own_samples
+    assert found.identification.S_low <= 5.0 <= found.identification.S_high
+    assert found.identification.S_high < 1.2 * found.identification.S_low

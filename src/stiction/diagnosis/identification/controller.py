@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.controller_forms import (
+    INTEGRAL,
     FormFit,
     Regression,
     best_form,
@@ -18,6 +19,7 @@ from stiction.diagnosis.identification.controller_forms import (
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.identified import plain
 from stiction.errors import RecordError
+from stiction.records.storage import lattice
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -32,8 +34,12 @@ ENOUGH = 0.5
 """Share of the OP's variation [-] that a controller must explain to be named."""
 ROUNDED = -0.25
 """Correlation of neighbouring residuals of the moves [-]: halfway from 0 (bumps) to -1/2 (rounding)."""
-EXACT = 1e-6
-"""Unexplained share of the moves [-] up to which the record shows the controller's own samples."""
+EXACT, COMPUTED = 1e-6, 1e-9
+"""Unexplained shares of the moves [-]: up to which a form of controller explains them, and up to which only the
+rounding of computed numbers is left."""
+AS_ROUNDED, BETWEEN = 1.5, 3.0
+"""How many times what rounding leaves [-]: as much is left of the controller's own samples at most, and so much must
+the error between them, if there are any, leave at least to be seen."""
 
 
 class ControllerFit(NamedTuple):
@@ -58,9 +64,11 @@ class ControllerFit(NamedTuple):
     Ti_error: float = math.nan
     """Standard error of Ti [s]."""
     exact: bool = False
-    """Whether the record shows the controller's own samples: then all but rounding of the moves is explained."""
+    """Whether all but rounding of the moves is explained, as of the controller's own samples."""
     why: str = ""
     """Which comparison was made, what was left out, and why no form is named where none is."""
+    own_samples: bool = False
+    """Whether the record shows the controller's own samples: `exact`, and a slower record would leave more."""
     left: float = math.nan
     """Share of the OP's moves that no form of controller explains [-]."""
 
@@ -124,7 +132,10 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
     if not np.any(data.y):
         return _none("OP does not move.")
     full = data.unexplained(moving)
-    exact = _is_exact(full, data, op, pv)
+    noise, left = _rounding(data, op, pv), energy_of(full) / energy_of(data.y)
+    as_rounded = energy_of(full) <= AS_ROUNDED * noise * full.size
+    exact = left <= EXACT or as_rounded
+    own = left <= COMPUTED or (as_rounded and _between(data, pv, record.dt) > BETWEEN * noise)
     trapezoid = 0.0 if exact else 0.5
     data.columns[1] -= trapezoid * record.dt * data.columns[0]
     rho = _neighbours(full)
@@ -144,8 +155,7 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
         why += f"; {bumps} bumps left out"
     if not moving:
         why += "; the set point is constant, so that parts on the error and on the PV are the same"
-    left = energy_of(full) / energy_of(data.y)
-    return _named(found, why + ".", exact=exact)._replace(left=left)
+    return _named(found, why + ".", exact=exact)._replace(own_samples=own, left=left)
 
 
 def _named(found: FormFit, why: str, *, exact: bool) -> ControllerFit:
@@ -207,24 +217,26 @@ def _at_limit(op: NDArray[np.float64]) -> NDArray[np.bool_]:
     return out if np.unique(op[~out]).size > 2 else np.zeros(op.size, dtype=bool)
 
 
-def _is_exact(left: NDArray[np.float64], data: Regression, op: NDArray[np.float64], pv: NDArray[np.float64]) -> bool:
-    """Whether no more is left of the moves than the rounding of OP and PV leaves.
+def _rounding(data: Regression, op: NDArray[np.float64], pv: NDArray[np.float64]) -> float:
+    """Variance of the moves by the rounding of OP and PV.
 
     Rounding to a step q has the variance q^2 / 12; a move has two, and a move of the PV passes through Kc.
     """
-    energy = energy_of(data.y)
-    if energy_of(left) <= EXACT * energy:
-        return True
-    swing = float(np.mean(data.columns[0] ** 2))
-    squared_gain = energy / data.y.size / swing if swing > 0.0 else 0.0
-    noise = (_rounding(op) ** 2 + squared_gain * _rounding(pv) ** 2) / 6.0
-    return float(np.mean(left**2)) <= 1.5 * noise
+    swing = energy_of(data.columns[0])
+    squared_gain = energy_of(data.y) / swing if swing > 0.0 else 0.0
+    return (lattice(op) ** 2 + squared_gain * lattice(pv) ** 2) / 6.0
 
 
-def _rounding(x: NDArray[np.float64]) -> float:
-    """Step to which a signal is rounded, in its unit; 0 where most values occur once."""
-    values = np.unique(x)
-    return float(np.median(np.diff(values))) if 1 < values.size < x.size / 4 else 0.0
+def _between(data: Regression, pv: NDArray[np.float64], dt: float) -> float:
+    """Variance of the moves that the errors between the samples would leave, were this every second sample.
+
+    Each adds Ki dt / 2 of what its neighbours do not tell of it, whose variance is a twentieth of that of the third
+    differences where it is noise or a random walk, a fifth of this where it is a random walk's integral. By the median:
+    where the PV bends once in a while, it bends between the samples as seldom.
+    """
+    third = float(np.median(np.abs(np.diff(pv, 3)))) / 0.6745
+    Ki = best_form(data, False, 0.0, dt, exact=True).weights.get(INTEGRAL, 0.0)
+    return (0.5 * dt * Ki * third) ** 2 / 20.0
 
 
 def _neighbours(x: NDArray[np.float64]) -> float:

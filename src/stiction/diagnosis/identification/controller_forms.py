@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["FORMS", "FormFit", "Regression", "best_form", "energy_of", "moves", "positions"]
+__all__ = ["FORMS", "INTEGRAL", "FormFit", "Regression", "best_form", "energy_of", "moves", "positions"]
 
 P, INTEGRAL, D, P_PV, D_PV = range(5)
 FORMS: dict[str, tuple[int, ...]] = {

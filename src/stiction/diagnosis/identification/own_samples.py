@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.storage import lattice
-
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.controller import ControllerFit
     from stiction.records.record import LoopRecord
@@ -90,8 +88,8 @@ def are_own_samples(record: LoopRecord, controller: ControllerFit) -> bool:
     Returns
     -------
     bool
-        True where the controller explains the moves of OP to the last digit, or to the rounding where OP or PV is
-        rounded: of values that are not, the little that it leaves is what OP did between the samples.
+        True where the controller explains the moves of OP to the last digit, or to the rounding of OP and PV where a
+        slower record would leave more.
 
     Examples
     --------
@@ -102,7 +100,4 @@ def are_own_samples(record: LoopRecord, controller: ControllerFit) -> bool:
     >>> are_own_samples(run, fit_controller(run))
     True
     """
-    assert record.pv is not None
-    if controller.exact and (controller.left <= EXACT or lattice(record.op) > 0.0 or lattice(record.pv) > 0.0):
-        return True
-    return shows_own_samples(record)
+    return controller.own_samples or shows_own_samples(record)

@@ -253,7 +253,10 @@ def findings(record: LoopRecord) -> Findings:
     votes = evidence if stem is None or not stem.used else detect_all(replace(part, mv=None), oscillation)
     if stem is not None:
         evidence = (stem.evidence(), *evidence)
-    searches = _searched(part, oscillation) if quality.usable else ()
+    # The search draws lines over what is missing, and a held value is none that the controller saw.
+    stored = record.window(quality.first, quality.last)
+    gappy = replace(part, op=stored.op, pv=stored.pv)
+    searches = _searched(gappy, oscillation) if quality.usable else ()
     if not searches:
         return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, stem)
     speaks = 0 if oscillation.oscillating else max(range(len(searches)), key=lambda i: searches[i].rough.fit)
