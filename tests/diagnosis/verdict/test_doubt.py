@@ -12,6 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 import stiction as st
+from stiction.diagnosis.verdict.contradiction import (
+    against_good,
+    against_sticking,
+    explains_much_more,
+    explains_nothing,
+)
 from stiction.diagnosis.verdict.diagnose import findings
 from stiction.diagnosis.verdict.doubt import (
     BEYOND,
@@ -25,10 +31,6 @@ from stiction.diagnosis.verdict.doubt import (
     STEPS,
     SURELY,
     UNKNOWN,
-    against_good,
-    against_sticking,
-    explains_much_more,
-    explains_nothing,
     held_back,
     only_saturated,
 )
@@ -119,7 +121,7 @@ def test_the_limits_are_all_in_the_table():
 
 @pytest.mark.parametrize(("likeness", "told"), [(0.5, ()), (0.51, (SLOW,))])
 def test_the_limit_of_likeness_to_a_plants_record(monkeypatch, likeness, told):
-    monkeypatch.setattr("stiction.diagnosis.verdict.doubt.kept_by_plant", lambda _row: likeness)
+    monkeypatch.setattr("stiction.diagnosis.verdict.contradiction.kept_by_plant", lambda _row: likeness)
     assert against_good(fits(50.0, 50.0), SimpleNamespace(likely_jump_clear=0.0, advantage=0.0), HEALTHY) == told
 
 
@@ -128,7 +130,7 @@ def test_the_limit_of_likeness_to_a_plants_record(monkeypatch, likeness, told):
     [(-1.0, 0.5, ()), (-1.0, 0.51, ("the searches disagree",)), (0.0, 0.9, ())],
 )
 def test_the_limit_of_what_the_searches_may_disagree(monkeypatch, gain, advantage, told):
-    monkeypatch.setattr("stiction.diagnosis.verdict.doubt.kept_by_plant", lambda _row: 0.0)
+    monkeypatch.setattr("stiction.diagnosis.verdict.contradiction.kept_by_plant", lambda _row: 0.0)
     valve = {"S": 4.0, "S_low": 3.0, "beats_good": 0.0, "beats_any": 0.0, "own_samples": True}
     found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, gain=gain, **(EVEN | valve))
     assert against_good(found, SimpleNamespace(likely_jump_clear=0.0, advantage=advantage), HEALTHY) == told
@@ -178,7 +180,7 @@ PLAIN = "a sticky valve foretells the PV"
     ],
 )
 def test_a_plain_valve_in_a_driven_loop(monkeypatch, changed, causes, told):
-    monkeypatch.setattr("stiction.diagnosis.verdict.doubt.kept_by_plant", lambda _row: 0.0)
+    monkeypatch.setattr("stiction.diagnosis.verdict.contradiction.kept_by_plant", lambda _row: 0.0)
     plain = {"S": 4.0, "S_low": 1.01, "beats_good": 8.1, "beats_any": 0.1, "own_samples": True}
     found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, gain=500.0, **(EVEN | plain | changed))
     assert against_good(found, SimpleNamespace(likely_jump_clear=0.0, advantage=0.0), HEALTHY | causes) == told

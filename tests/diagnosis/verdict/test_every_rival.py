@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.diagnosis.verdict.doubt import BEATS_EVERY, LEAST, STEADILY, beats_every_rival
+from stiction.diagnosis.verdict.contradiction import BEATS_EVERY, STEADILY, beats_every_rival
+from stiction.diagnosis.verdict.doubt import LEAST
 
 MORE, LESS = BEATS_EVERY + 0.1, BEATS_EVERY
 GAINS = {"gain": 500.0, "gain_on_any": MORE, "gain_beside_wave": MORE, "jump_gain": MORE, "beats_any": STEADILY + 0.01}

@@ -9,7 +9,7 @@ import pytest
 
 import stiction as st
 from stiction.diagnosis.verdict.cause import not_seen
-from stiction.diagnosis.verdict.doubt import MUCH_MORE, explains_much_more, explains_nothing
+from stiction.diagnosis.verdict.contradiction import MUCH_MORE, explains_much_more, explains_nothing
 from stiction.records.record import LoopRecord
 
 

@@ -11,18 +11,15 @@ from stiction.diagnosis.identification.identify import search
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence
 from stiction.diagnosis.verdict.cause import named_cause, not_seen
-from stiction.diagnosis.verdict.doubt import (
+from stiction.diagnosis.verdict.contradiction import (
     EVERY_RIVAL,
-    FAULT_SEEN,
     PLAINLY_JUMPS,
-    UNKNOWN,
     against_good,
     against_sticking,
     explains_much_more,
     explains_nothing,
-    held_back,
-    only_saturated,
 )
+from stiction.diagnosis.verdict.doubt import FAULT_SEEN, UNKNOWN, held_back, only_saturated
 from stiction.diagnosis.verdict.features import Features, features
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
 from stiction.diagnosis.verdict.stem import stem_shown
@@ -107,7 +104,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     The probability of each cause is weighed from features of the joint identification of valve and process, of the
     oscillation, the controller, the sensor and the methods of the evidence table (see `verdict.features` and
     `verdict.probability`), and by the valve's position where it was recorded (`verdict.stem`); doubts about the data
-    hold it back (`verdict.doubt`).
+    and findings that contradict one another (`verdict.contradiction`) hold it back (`verdict.doubt`).
 
     Examples
     --------
