@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["ControllerFit", "fit_controller"]
+__all__ = ["COMPUTED", "ControllerFit", "fit_controller"]
 
 FEWEST_ROWS = 20
 """Samples [-] below which no controller is fitted."""
@@ -68,7 +68,8 @@ class ControllerFit(NamedTuple):
     why: str = ""
     """Which comparison was made, what was left out, and why no form is named where none is."""
     own_samples: bool = False
-    """Whether the record shows the controller's own samples: `exact`, and a slower record would leave more."""
+    """Whether the record shows the controller's own samples: nothing is left of the moves, or no more than rounding
+    leaves and a slower record would leave more."""
     left: float = math.nan
     """Share of the OP's moves that no form of controller explains [-]."""
 

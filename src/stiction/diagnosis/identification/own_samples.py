@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.identification.controller import COMPUTED
+
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.controller import ControllerFit
     from stiction.records.record import LoopRecord
 
 __all__ = ["are_own_samples", "shows_own_samples"]
 
-EXACT = 1e-9
-"""Unexplained share of the moves [-] up to which nothing but the rounding of numbers is left of them."""
 APART, MOST_APART = 8.0, 0.1
 """Median residuals beyond which a move is left out (a gap, a bump, a limit), and the largest share of them [-]."""
 FEWEST_ROWS = 30
@@ -69,7 +69,7 @@ def shows_own_samples(record: LoopRecord) -> bool:
     # Again and again, because a fit that gaps have pulled away leaves much of the good moves too.
     for _ in range(3):
         left = np.abs(y - A @ np.linalg.lstsq(A[kept], y[kept], rcond=None)[0])
-        if left[kept] @ left[kept] <= EXACT * (y[kept] @ y[kept]):
+        if left[kept] @ left[kept] <= COMPUTED * (y[kept] @ y[kept]):
             return bool(kept.mean() >= 1.0 - MOST_APART)
         kept = left <= APART * np.median(left)
     return False
