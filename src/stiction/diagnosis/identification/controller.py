@@ -9,6 +9,7 @@ import numpy as np
 
 from stiction.diagnosis.identification.controller_forms import (
     INTEGRAL,
+    PARTS,
     FormFit,
     Regression,
     best_form,
@@ -37,9 +38,13 @@ ROUNDED = -0.25
 EXACT, COMPUTED = 1e-6, 1e-9
 """Unexplained shares of the moves [-]: up to which a form of controller explains them, and up to which only the
 rounding of computed numbers is left."""
-AS_ROUNDED, BETWEEN = 1.5, 3.0
-"""How many times what rounding leaves [-]: as much is left of the controller's own samples at most, and so much must
-the error between them, if there are any, leave at least to be seen."""
+AS_ROUNDED = 1.5
+"""How many times what rounding leaves [-] may be left of the moves that a form of controller explains."""
+SMOOTHER, STANDARD_ERRORS = 4.0, 4.0
+"""How many times too large what the errors between the samples leave may be taken where they are smooth [-], and the
+standard errors of what is left by which it must stand out [-]."""
+NEIGHBOURS = 3
+"""Samples on either side [-] that tell a sample of the PV: three sines and a mean at most."""
 
 
 class ControllerFit(NamedTuple):
@@ -133,10 +138,10 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
     if not np.any(data.y):
         return _none("OP does not move.")
     full = data.unexplained(moving)
-    noise, left = _rounding(data, op, pv), energy_of(full) / energy_of(data.y)
-    as_rounded = energy_of(full) <= AS_ROUNDED * noise * full.size
+    rounding, left = _rounding(data, op, pv, moving, record.dt), energy_of(full) / energy_of(data.y)
+    as_rounded = energy_of(full) <= AS_ROUNDED * rounding * full.size
     exact = left <= EXACT or as_rounded
-    own = left <= COMPUTED or (as_rounded and _between(data, pv, record.dt) > BETWEEN * noise)
+    own = left <= COMPUTED or (as_rounded and _stands_out(_between(data, pv, record.dt), full, rounding))
     trapezoid = 0.0 if exact else 0.5
     data.columns[1] -= trapezoid * record.dt * data.columns[0]
     rho = _neighbours(full)
@@ -218,26 +223,44 @@ def _at_limit(op: NDArray[np.float64]) -> NDArray[np.bool_]:
     return out if np.unique(op[~out]).size > 2 else np.zeros(op.size, dtype=bool)
 
 
-def _rounding(data: Regression, op: NDArray[np.float64], pv: NDArray[np.float64]) -> float:
+def _rounding(data: Regression, op: NDArray[np.float64], pv: NDArray[np.float64], moving: bool, dt: float) -> float:
     """Variance of the moves by the rounding of OP and PV.
 
-    Rounding to a step q has the variance q^2 / 12; a move has two, and a move of the PV passes through Kc.
+    Rounding to a step q has the variance q^2 / 12; a move of OP has two, and those of the PV pass the controller.
     """
-    swing = energy_of(data.columns[0])
-    squared_gain = energy_of(data.y) / swing if swing > 0.0 else 0.0
-    return (lattice(op) ** 2 + squared_gain * lattice(pv) ** 2) / 6.0
+    weights = best_form(data, moving, 0.0, dt, exact=True).weights
+    Kc, Ki, Kd = (sum(weights.get(use, 0.0) for use in uses) for uses in PARTS)
+    through = (Kc + Ki * dt + Kd / dt, -Kc - 2.0 * Kd / dt, Kd / dt)
+    return (2.0 * lattice(op) ** 2 + sum(part**2 for part in through) * lattice(pv) ** 2) / 12.0
 
 
 def _between(data: Regression, pv: NDArray[np.float64], dt: float) -> float:
     """Variance of the moves that the errors between the samples would leave, were this every second sample.
 
-    Each adds Ki dt / 2 of what its neighbours do not tell of it, whose variance is a twentieth of that of the third
-    differences where it is noise or a random walk, a fifth of this where it is a random walk's integral. By the median:
-    where the PV bends once in a while, it bends between the samples as seldom.
+    Each adds Ki dt / 2 of what its neighbours do not tell of it: of noise all, and of a random walk three quarters, of
+    what is found here between a sample and its own neighbours. By the median: where the PV bends once in a while, it
+    bends between the samples as seldom.
     """
-    third = float(np.median(np.abs(np.diff(pv, 3)))) / 0.6745
+    x, n = pv - pv.mean(), pv.size
+    middle = slice(NEIGHBOURS, n - NEIGHBOURS)
+    beside = np.stack([(np.roll(x, lag) + np.roll(x, -lag))[middle] for lag in range(1, NEIGHBOURS + 1)])
+    products = np.einsum("ik,jk->ij", beside, beside)
+    weights = np.linalg.pinv(products, hermitian=True) @ np.einsum("ik,k->i", beside, x[middle])
+    told = np.einsum("i,ik->k", weights, beside)
+    untold = (float(np.median(np.abs(x[middle] - told))) / 0.6745) ** 2
+    # The neighbours' own noise and rounding is in what they tell.
+    untold = untold / (1.0 + 2.0 * energy_of(weights)) - lattice(pv) ** 2 / 12.0
     Ki = best_form(data, False, 0.0, dt, exact=True).weights.get(INTEGRAL, 0.0)
-    return (0.5 * dt * Ki * third) ** 2 / 20.0
+    return (0.5 * dt * Ki) ** 2 * max(untold, 0.0)
+
+
+def _stands_out(between: float, left: NDArray[np.float64], rounding: float) -> bool:
+    """Whether what is left is so near to what rounding leaves that the errors between the samples were seen.
+
+    The mean square of n differences of rounding errors has the relative standard error sqrt(1.8 / n).
+    """
+    beyond = abs(energy_of(left) / left.size - rounding)
+    return between > SMOOTHER * (beyond + STANDARD_ERRORS * math.sqrt(1.8 / left.size) * rounding)
 
 
 def _neighbours(x: NDArray[np.float64]) -> float:

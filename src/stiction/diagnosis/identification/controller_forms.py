@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["FORMS", "INTEGRAL", "FormFit", "Regression", "best_form", "energy_of", "moves", "positions"]
+__all__ = ["FORMS", "INTEGRAL", "PARTS", "FormFit", "Regression", "best_form", "energy_of", "moves", "positions"]
 
 P, INTEGRAL, D, P_PV, D_PV = range(5)
 FORMS: dict[str, tuple[int, ...]] = {
@@ -23,6 +23,8 @@ FORMS: dict[str, tuple[int, ...]] = {
     "I-PD": (P_PV, INTEGRAL, D_PV),
 }
 """Form -> its columns; what stands behind the hyphen acts on the PV alone."""
+PARTS: tuple[tuple[int, ...], ...] = ((P, P_PV), (INTEGRAL,), (D, D_PV))
+"""Columns of the proportional, the integral and the derivative part."""
 
 SHORTEST_STRETCH = 16
 """Samples [-]: a shorter stretch between gaps says little beside its own offset and drift."""
