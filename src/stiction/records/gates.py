@@ -178,7 +178,7 @@ def missing_values(view: View) -> Gate:
     bridged = missing(view.part)
     why = f"{share:.3g} % of the samples are missing"
     if share:
-        why += f", the longest gap lasts {in_seconds(longest)}, {bridged.sum()} were bridged by the last value"
+        why += f", the longest gap lasts {in_seconds(longest)}, {bridged.sum()} were bridged"
     if 100.0 * _share(bridged) > BRIDGED:
         why += "; repair the connection to the historian and record again."
         return Gate("missing", "refuses", 100.0 * _share(bridged), BRIDGED, why)
