@@ -107,19 +107,24 @@ def spoiled(record, effects, strengths, seed):
     return record
 
 
+def drawn(seed, pairs: int):
+    """Each effect, then `pairs` of the pairs, with strengths and a seed of their own."""
+    rng = np.random.default_rng(seed)
+    both = list(combinations(NAMES, 2))
+    chosen = [both[k] for k in np.sort(rng.permutation(len(both))[:pairs])]
+    for effects in [*((name,) for name in NAMES), *chosen]:
+        strengths = tuple(float(s) for s in rng.random(len(effects)))
+        yield effects, strengths, int(rng.integers(2**31))
+
+
 def trials(task) -> list[Trial]:
     """Diagnose a loop as it is, then with each effect and with `pairs` of the pairs; refused as it is: none."""
     case, seed, pairs = task
     plain = st.diagnose(case.record)
     if plain.identification is None:
         return []
-    rng = np.random.default_rng(seed)
-    both = list(combinations(NAMES, 2))
-    chosen = [both[k] for k in np.sort(rng.permutation(len(both))[:pairs])]
     out = []
-    for effects in [*((name,) for name in NAMES), *chosen]:
-        strengths = tuple(float(s) for s in rng.random(len(effects)))
-        again = int(rng.integers(2**31))
+    for effects, strengths, again in drawn(seed, pairs):
         found = st.diagnose(spoiled(case.record, effects, strengths, again))
         refused = found.verdict == "undecided" and not found.quality.usable
         gates = tuple(gate.name for gate in found.quality.refusals if gate.why in found.reason) if refused else ()
@@ -167,18 +172,23 @@ def table(rows) -> str:
     return "\n".join(out)
 
 
-def run(loops: int, seed: int, pairs: int, jobs: int) -> list[Trial]:
-    """Trials of `loops` loops, half of them sticky."""
+def tasks(loops: int, seed: int, pairs: int):
+    """A task for each of `loops` loops, half of them sticky: the case, the seed of its effects, how many pairs."""
     half = loops // 2
     others = tuple(cause for cause in CAUSES if cause != "stiction")
     cases = [
         *population(half, ("stiction",), seed, historian=False),
         *population(loops - half, others, seed + 1, historian=False),
     ]
-    tasks = [(case, [seed, k], pairs) for k, case in enumerate(cases)]
+    return [(case, [seed, k], pairs) for k, case in enumerate(cases)]
+
+
+def run(loops: int, seed: int, pairs: int, jobs: int) -> list[Trial]:
+    """Trials of `loops` loops, half of them sticky."""
     rows: list[Trial] = []
+    asked = tasks(loops, seed, pairs)
     pool = get_context("fork").Pool(jobs) if jobs > 1 else None
-    for k, own in enumerate(pool.imap(trials, tasks) if pool else map(trials, tasks)):
+    for k, own in enumerate(pool.imap(trials, asked) if pool else map(trials, asked)):
         rows += own
         if sys.stderr.isatty():
             print(f"\r{k + 1} of {loops}", end="", file=sys.stderr)
