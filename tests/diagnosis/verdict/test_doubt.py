@@ -27,7 +27,6 @@ from stiction.diagnosis.verdict.doubt import (
     KEPT,
     LEAST,
     MOST,
-    MOST_KEPT,
     STEPS,
     SURELY,
     UNKNOWN,
@@ -74,9 +73,9 @@ def bounded(quality, *, own_samples=False):
     return [held_back(p, quality, own_samples=own_samples).probability for p in (1e-6, 1.0 - 1e-6)] == [0.1, 0.9]
 
 
-def kept(rows, *, own_samples):
-    """Whether so much of a record of so many rows keeps it."""
-    return lambda share: bounded(quality(first=rows - round(share * rows), rows=rows), own_samples=own_samples)
+def kept(share):
+    """Whether a record of which that share is left keeps it."""
+    return bounded(quality(first=1000 - round(share * 1000)), own_samples=True)
 
 
 def fits(fit, fit_linear=0.0):
@@ -86,14 +85,12 @@ def fits(fit, fit_linear=0.0):
 LIMITS = [
     ("steps of OP", hides("op resolution"), 100.0, 99.0),
     ("missing samples [%]", hides("missing"), 5.0, 5.1),
-    ("frozen samples [%]", hides("frozen"), 5.0, 5.1),
     ("held samples [%]", hides("held"), 5.0, 5.1),
     ("straight lines [%]", hides("compression"), 2.0, 2.1),
     ("samples", lambda n: held_back(0.06, quality(first=0, rows=n)).probability == 0.1, 880, 879),
     ("surely, of few samples", lambda p: held_back(p, quality(first=0, rows=700)).probability == 0.1, 0.0499, 0.05),
     ("surely, of few for a cycle", lambda p: held_back(p, quality(("sampling",))).probability == 0.1, 0.0411, 0.0412),
-    ("share kept", kept(1000, own_samples=True), 0.75, 0.749),
-    ("share kept of other samples", kept(2000, own_samples=False), 0.9, 0.8995),
+    ("share kept", kept, 0.75, 0.749),
     ("one loop in four", lambda p: held_back(p, quality(("replay",))).probability != pytest.approx(p), 0.25, 0.24),
     ("even odds", lambda p: held_back(p, quality(("replay",))).probability != pytest.approx(p), 0.5, 0.51),
     ("saturation that is the finding", lambda p: bool(held_back(0.4, quality(("saturation",)), p).why), 0.5, 0.49),
@@ -112,7 +109,7 @@ def test_limits(beyond, inside, outside):
 
 
 def test_the_limits_are_all_in_the_table():
-    assert set(BEYOND) == {"missing", "frozen", "held", "compression"}
+    assert set(BEYOND) == {"missing", "held", "compression"}
     assert set(HIDES) == {
         *("exception", "averaging", "clock", "length", "manual", "op turns", "outages", "outliers"),
         *("resampled", "saturation", "replay"),
@@ -218,8 +215,7 @@ def test_doubts_draw_towards_what_is_not_known_and_bound(p, names):
 def test_where_much_of_the_record_is_left_out_nothing_is_sure(p):
     assert LEAST <= held_back(p, quality(first=round(1000 * (1.0 - KEPT)) + 1)).probability <= MOST
     assert held_back(p, quality(first=round(1000 * (1.0 - KEPT))), own_samples=True) == (p, "")
-    assert LEAST <= held_back(p, quality(first=2 * round(1000 * (1.0 - MOST_KEPT)) + 2, rows=2000)).probability <= MOST
-    assert held_back(p, quality(first=2 * round(1000 * (1.0 - MOST_KEPT)), rows=2000)) == (p, "")
+    assert held_back(p, quality(first=500, rows=4000)) == (p, "")
 
 
 @pytest.mark.parametrize("name", BEYOND)

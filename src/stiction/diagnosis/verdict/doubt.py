@@ -1,10 +1,10 @@
 r"""What doubts about the data do to a probability, and to the word of a record that they refuse.
 
 A gate that lowers the confidence says that the record is not what the controller saw. Put through the effects of
-`simulation.historian`, alone and in pairs, sticky loops lose what shows the valve and look like loops with a good one;
-few go the other way. A record that may have lost it does not speak beyond `LEAST` and `MOST`: one that certain gates
-call in question (`HIDES`), or others by more than `BEYOND`, one whose OP is rounded to few steps (`STEPS`), one much of
-which is left out (`KEPT`, `MOST_KEPT`), and one whose samples are not the controller's own and few (`FEW`, but for
+`simulation.historian`, alone and in pairs, sticky loops lose what shows the valve and look like loops with a good
+one; few go the other way. A record that may have lost it does not speak beyond `LEAST` and `MOST`: one that certain
+gates call in question (`HIDES`), or others by more than `BEYOND`, one whose OP is rounded to few steps (`STEPS`), one
+much of which is left out (`KEPT`), and one whose samples are not the controller's own and few (`FEW`, but for
 `SURELY`). `contradiction` says what else keeps a probability from being sure. The limits were chosen so that no trial
 turns a probability beyond 0.9 into one below 0.1, or back, and few sound records are bound; `docs/verdict.md` says
 which trials chose and which only counted.
@@ -37,7 +37,6 @@ __all__ = [
     "KEPT",
     "LEAST",
     "MOST",
-    "MOST_KEPT",
     "SPIKES",
     "STEPS",
     "SURELY",
@@ -57,18 +56,17 @@ HIDES = (
 )
 """Gates that lower the confidence in a record that may have lost what shows the valve. Where the clock jumped rows may
 be lost, and a stem that rests after every sample goes on from elsewhere."""
-BEYOND = {"missing": 5.0, "frozen": 5.0, "held": 5.0, "compression": 2.0}
-"""Those that may hide or feign a slip beyond a value, whether or not they lower: missing, frozen and held samples [%],
-OP on exactly straight lines [%]."""
+BEYOND = {"missing": 5.0, "held": 5.0, "compression": 2.0}
+"""Those that may hide or feign a slip beyond a value, whether or not they lower: missing and held samples [%], OP on
+exactly straight lines [%]."""
 STEPS = 100.0
 """Steps that OP swings over below which they may hide a slip [-]."""
 LEAST, MOST = 0.1, 0.9
 """Probabilities beyond which these do not speak [-]."""
 FEW = 880
 """Samples below which a record that does not show the controller's own ones does not speak beyond these either [-]."""
-KEPT, MOST_KEPT = 0.75, 0.9
-"""Share of the record below which what was left out might have said something else [-]. Below the first it is a doubt
-and a bound, below the second a bound alone where the record does not show the controller's own samples."""
+KEPT = 0.75
+"""Share of the record below which what was left out might have said something else [-]."""
 FAULT_SEEN = 0.5
 """Probability of a faulty sensor or of saturation that explains why OP explains nothing, and beyond which spikes of the
 PV, or an OP at its limit, are a finding and no doubt [-]."""
@@ -188,8 +186,6 @@ def _hides(doubts: list[str], quality: Quality, *, own_samples: bool) -> list[st
         names.append("op resolution")
     if not own_samples and "sampling" in doubts:
         names.append("sampling")
-    if not own_samples and MUCH_LEFT_OUT not in names and _kept(quality) < MOST_KEPT:
-        names.append(MUCH_LEFT_OUT)
     if not own_samples and "length" not in names and quality.last - quality.first < FEW:
         names.append(FEW_SAMPLES)
     return names
