@@ -44,7 +44,7 @@ SMOOTHER, STANDARD_ERRORS = 4.0, 4.0
 """How many times too large what the errors between the samples leave may be taken where they are smooth [-], and the
 standard errors of what is left by which it must stand out [-]."""
 NEIGHBOURS = 3
-"""Samples on either side [-] that tell a sample of the PV: three sines and a mean at most."""
+"""Samples on either side that tell a sample of the PV [-]: enough for three sines."""
 
 
 class ControllerFit(NamedTuple):
