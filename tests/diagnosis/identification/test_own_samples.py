@@ -109,11 +109,14 @@ def test_a_slower_record_is_not_the_controllers_own_however_it_is_rounded(m, noi
 
 @pytest.mark.parametrize("digits", [1, 2])
 def test_rounding_that_would_hide_the_samples_between_leaves_it_open(digits):
-    _, record = slow_integral()
+    known, record = slow_integral()
     blunt = rounded(record, digits)
     found = fit_controller(blunt)
     assert found.exact
     assert not are_own_samples(blunt, found)
+    assert "Whether OP moves between the samples cannot be told" in st.identify(blunt, period=known.period).reason
+    slower = sampled(run(CONTROLLERS["PI"]), 3.0)
+    assert "OP between the samples is not recorded" in st.identify(slower, period=40.0).reason
 
 
 @pytest.mark.parametrize(("sums", "low", "high"), [(0, 0.24, 0.26), (1, 1.25, 1.4), (2, 1.0, 4.0)])

@@ -35,6 +35,8 @@ __all__ = ["Search", "identify", "search"]
 
 MODELS = ("kano", "stenman", "three_parameter")
 """Valve models that are identified."""
+UNSEEN, MAYBE_UNSEEN = "OP between the samples is not recorded", "Whether OP moves between the samples cannot be told"
+"""Why S is known less well; the second where the moves that were recorded, rounded, are all explained."""
 ANOTHER = 0.1
 """How far off the record's S that of a stretch is beyond which its own valve is simulated in it, as a share [-]."""
 
@@ -160,7 +162,8 @@ class Search:
         closely = _closely("kano", self.record, signals, self.pieces, fine, found, behind)
         stem = stem_of(whole, found.best)
         at = np.minimum(np.arange(len(self.record)), stem.size - 1)
-        told = "" if seen else f"OP between the samples is not recorded: S is known to a factor of {WIDE:g} at best."
+        which = MAYBE_UNSEEN if self.controller.exact else UNSEEN
+        told = "" if seen else f"{which}: S is known to a factor of {WIDE:g} at best."
         return replace(
             closely,
             mv=np.where(np.isfinite(closely.mv), closely.mv, stem[at]),
