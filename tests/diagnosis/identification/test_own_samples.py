@@ -9,7 +9,7 @@ import pytest
 
 import stiction as st
 from stiction.diagnosis.identification.controller import _between, fit_controller
-from stiction.diagnosis.identification.controller_forms import moves
+from stiction.diagnosis.identification.controller_forms import best_form, moves
 from stiction.diagnosis.identification.own_samples import are_own_samples, shows_own_samples
 from stiction.simulation.historian import averaged, interpolated, sampled
 
@@ -132,7 +132,8 @@ def test_what_the_samples_between_leave_is_what_a_slower_record_leaves(sums, low
     error = pv.mean() - slower.pv
     data = moves(slower.op, error, slower.pv, np.ones(error.size, dtype=bool), slower.dt, 0.0)
     left = data.unexplained(False)
-    assert low < _between(data, slower.pv, slower.dt) / np.mean(left**2) < high
+    law = best_form(data, False, 0.0, slower.dt, exact=True).weights
+    assert low < _between(law, slower.dt, slower.pv, 0.0) / np.mean(left**2) < high
 
 
 @pytest.mark.parametrize("digits", [2, 3])

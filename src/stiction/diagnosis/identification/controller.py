@@ -23,6 +23,8 @@ from stiction.errors import RecordError
 from stiction.records.storage import lattice
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
     from stiction.records.record import LoopRecord
@@ -138,10 +140,14 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
     if not np.any(data.y):
         return _none("OP does not move.")
     full = data.unexplained(moving)
-    rounding, left = _rounding(data, op, pv, moving, record.dt), energy_of(full) / energy_of(data.y)
-    as_rounded = energy_of(full) <= AS_ROUNDED * rounding * full.size
-    exact = left <= EXACT or as_rounded
-    own = left <= COMPUTED or (as_rounded and _stands_out(_between(data, pv, record.dt), full, rounding))
+    left = energy_of(full) / energy_of(data.y)
+    own, as_rounded = left <= COMPUTED, False
+    if not own and any(steps := (lattice(op), lattice(pv))):
+        law = best_form(data, moving, 0.0, record.dt, exact=True).weights
+        rounding = _rounding(law, record.dt, *steps)
+        as_rounded = energy_of(full) <= AS_ROUNDED * rounding * full.size
+        own = as_rounded and _stands_out(_between(law, record.dt, pv, steps[1]), full, rounding)
+    exact = as_rounded or left <= EXACT
     trapezoid = 0.0 if exact else 0.5
     data.columns[1] -= trapezoid * record.dt * data.columns[0]
     rho = _neighbours(full)
@@ -223,18 +229,17 @@ def _at_limit(op: NDArray[np.float64]) -> NDArray[np.bool_]:
     return out if np.unique(op[~out]).size > 2 else np.zeros(op.size, dtype=bool)
 
 
-def _rounding(data: Regression, op: NDArray[np.float64], pv: NDArray[np.float64], moving: bool, dt: float) -> float:
-    """Variance of the moves by the rounding of OP and PV.
+def _rounding(law: Mapping[int, float], dt: float, op_step: float, pv_step: float) -> float:
+    """Variance of the moves by the rounding of OP and PV to steps.
 
     Rounding to a step q has the variance q^2 / 12; a move of OP has two, and those of the PV pass the controller.
     """
-    weights = best_form(data, moving, 0.0, dt, exact=True).weights
-    Kc, Ki, Kd = (sum(weights.get(use, 0.0) for use in uses) for uses in PARTS)
+    Kc, Ki, Kd = (sum(law.get(use, 0.0) for use in uses) for uses in PARTS)
     through = (Kc + Ki * dt + Kd / dt, -Kc - 2.0 * Kd / dt, Kd / dt)
-    return (2.0 * lattice(op) ** 2 + sum(part**2 for part in through) * lattice(pv) ** 2) / 12.0
+    return (2.0 * op_step**2 + sum(part**2 for part in through) * pv_step**2) / 12.0
 
 
-def _between(data: Regression, pv: NDArray[np.float64], dt: float) -> float:
+def _between(law: Mapping[int, float], dt: float, pv: NDArray[np.float64], pv_step: float) -> float:
     """Variance of the moves that the errors between the samples would leave, were this every second sample.
 
     Each adds Ki dt / 2 of what its neighbours do not tell of it: of noise all, and of a random walk three quarters, of
@@ -249,9 +254,8 @@ def _between(data: Regression, pv: NDArray[np.float64], dt: float) -> float:
     told = np.einsum("i,ik->k", weights, beside)
     untold = (float(np.median(np.abs(x[middle] - told))) / 0.6745) ** 2
     # The neighbours' own noise and rounding is in what they tell.
-    untold = untold / (1.0 + 2.0 * energy_of(weights)) - lattice(pv) ** 2 / 12.0
-    Ki = best_form(data, False, 0.0, dt, exact=True).weights.get(INTEGRAL, 0.0)
-    return (0.5 * dt * Ki) ** 2 * max(untold, 0.0)
+    untold = untold / (1.0 + 2.0 * energy_of(weights)) - pv_step**2 / 12.0
+    return (0.5 * dt * law.get(INTEGRAL, 0.0)) ** 2 * max(untold, 0.0)
 
 
 def _stands_out(between: float, left: NDArray[np.float64], rounding: float) -> bool:
