@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from collections import Counter
 from contextlib import contextmanager
 from functools import partial
+from importlib import import_module
 
 from fault_injection import drawn, spoiled, tasks  # a page beside this script, as the next
 from population import each
@@ -21,7 +21,7 @@ from population import each
 from stiction.diagnosis.verdict import contradiction, doubt
 from stiction.simulation.population import population
 
-page = sys.modules["stiction.diagnosis.verdict.diagnose"]
+page = import_module("stiction.diagnosis.verdict.diagnose")
 """The page, whose name in the package is the function's."""
 
 NAMED = {

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from collections import Counter
 from dataclasses import asdict, dataclass, replace
 from itertools import combinations
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
+from population import each  # a page beside this script
 
 import stiction as st
 from stiction.simulation.historian import spoil
@@ -185,16 +184,7 @@ def tasks(loops: int, seed: int, pairs: int):
 
 def run(loops: int, seed: int, pairs: int, jobs: int) -> list[Trial]:
     """Trials of `loops` loops, half of them sticky."""
-    rows: list[Trial] = []
-    asked = tasks(loops, seed, pairs)
-    pool = get_context("fork").Pool(jobs) if jobs > 1 else None
-    for k, own in enumerate(pool.imap(trials, asked) if pool else map(trials, asked)):
-        rows += own
-        if sys.stderr.isatty():
-            print(f"\r{k + 1} of {loops}", end="", file=sys.stderr)
-    if pool:
-        pool.close()
-    return rows
+    return [row for own in each(trials, tasks(loops, seed, pairs), jobs, loops) for row in own]
 
 
 def main() -> None:

@@ -74,7 +74,7 @@ def bounded(quality, *, own_samples=False):
 
 
 def kept(share):
-    """Whether a record of which that share is left keeps it."""
+    """Whether a record of which such a share is kept is bound."""
     return bounded(quality(first=1000 - round(share * 1000)), own_samples=True)
 
 
