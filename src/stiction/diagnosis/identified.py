@@ -155,6 +155,8 @@ class Identification:
     load, or another upset."""
     own_samples: bool = False
     """Whether the record shows the controller's own samples, so that nothing trips the valve unseen."""
+    rebuilt: bool = False
+    """Whether it does not, but the controller's integral tells a sample between each two."""
     rough: Identification | None = field(default=None, repr=False, compare=False)
     """What the dense search by simulation error found by itself; None where this is it."""
     parameters: dict[str, float] = field(default_factory=dict)
@@ -225,6 +227,7 @@ class Identification:
             "gain_beside_wave": plain(self.gain_beside_wave),
             "left_out": self.left_out,
             "own_samples": self.own_samples,
+            "rebuilt": self.rebuilt,
             "parameters": {name: plain(value) for name, value in self.parameters.items()},
             "parameter_intervals": {
                 name: [plain(end) for end in ends] for name, ends in self.parameter_intervals.items()

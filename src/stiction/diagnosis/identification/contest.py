@@ -18,31 +18,46 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.likelihood import Prediction, Trials
 
-__all__ = ["Contest", "Rival", "contest", "drift", "vuong"]
+__all__ = ["OWN", "REBUILT", "UNSEEN", "Contest", "Known", "Rival", "contest", "drift", "vuong"]
 
-SEEN = {"S": 3.7, "J": 5.0}
-"""Student's statistic, as of many cycles, up to which a valve stays in the interval, where the record shows the
-controller's own samples [-]."""
-UNSEEN = {"S": 2.5, "J": 6.5}
-"""The same where it does not: what OP does between the samples then trips the valve unseen. With the least widths
-below by how often the interval holds the truth of simulated sticky loops (`simulation.population`, seeds 311 to 313):
-of 584 whose own samples show in 0.952; of the 448 others in 0.955."""
+
+class Known(NamedTuple):
+    """How well what OP does between the samples of a record is known, and with it S.
+
+    The limits and widths by how often the interval holds the truth of simulated sticky loops
+    (`simulation.population`, seeds 311 to 313), the corrections by the median of S found over S.
+    """
+
+    S: float
+    """Student's statistic, as of many cycles, up to which a valve stays in the interval of S [-]."""
+    J: float
+    """The same for J [-]."""
+    wide: float = 1.0
+    """Factor up to which S may be off either way [-]."""
+    beyond: float = 0.0
+    """How much further OP goes between the samples than at them, at both ends of the band together, in standard
+    deviations of its noise [-]: white noise of which one value in two or five is recorded would go 1.1 or 2.3 beyond a
+    level, were OP not on its way."""
+    goes_on: float = 0.0
+    """Moves of OP from sample to sample, the median, by which S may be larger [-]: OP goes on between them, and means
+    of it hide how far."""
+
+
+OWN = Known(S=3.7, J=5.0)
+"""The record shows the controller's own samples. Of 584 such loops the interval holds S in 0.952."""
+REBUILT = Known(S=3.0, J=6.0, wide=1.25, beyond=0.4)
+"""One sample between each two is rebuilt by the controller's integral (see `between`). Of 234 such loops (seeds 311 to
+313) it does in 0.95, and the median of S found over S is 1.00."""
+UNSEEN = Known(S=2.5, J=6.5, wide=1.3, beyond=0.85, goes_on=4.0)
+"""What OP does between the samples trips the valve unseen. With `beyond` the median of S found over S is 0.99 in 808
+loops (seeds 301 to 304), without it 0.94. Of 417 loops of a plant's historian (`plant_population`, seed 16) the
+interval holds S in 0.93, without `goes_on` in 0.81."""
 MOST = 60
 """Valves compared at most beside those [-]."""
 HARDLY = 0.1
 """J / S up to which a valve hardly jumps [-]."""
 FLOOR = 0.01
 """Half width below which no interval goes, as a share of S [-]."""
-WIDE = 1.3
-"""Factor up to which S may be off either way where the record does not show the controller's own samples [-]."""
-BEYOND = 0.85
-"""How much further OP goes between such samples than at them, at both ends of the band together, in standard deviations
-of its noise [-]. With it the median of S found over S is 0.99 in 808 loops (seeds 301 to 304), without it 0.94; white
-noise of which one value in two or five is recorded would go 1.1 or 2.3 beyond a level, were OP not on its way."""
-GOES_ON = 4.0
-"""Moves of OP from sample to sample, the median, by which S may be larger where such samples are not the controller's
-own [-]: OP goes on between them, and means of it hide how far. Of 417 such loops of a plant's historian
-(`plant_population`, seed 16) the interval holds S in 0.93, without these moves in 0.81."""
 STANDS_OUT = 12.0
 """Twice the log likelihood by which a sticky valve beats a good one in a stretch where it sticks: twice the 95 %
 point of two parameters, since the best of many valves is taken [-]."""
@@ -115,7 +130,7 @@ class Contest(NamedTuple):
         return float(low), float(high)
 
 
-def contest(prediction: Prediction, trials: Trials, *, seen: bool) -> Contest:
+def contest(prediction: Prediction, trials: Trials, known: Known) -> Contest:
     r"""Compare the valves tried, one for each S and each J, with the most likely.
 
     .. math:: t = \bar d\,\sqrt{n} \Big/ s_d, \qquad d_c = (e_c - e_c^*)\, N \Big/ \sum_c e_c^*, \quad c = 1 \dots n
@@ -126,8 +141,8 @@ def contest(prediction: Prediction, trials: Trials, *, seen: bool) -> Contest:
         What is foretold.
     trials : Trials
         Every valve tried.
-    seen : bool
-        Whether the record shows the controller's own samples.
+    known : Known
+        How well what OP does between the samples is known.
 
     Returns
     -------
@@ -142,8 +157,8 @@ def contest(prediction: Prediction, trials: Trials, *, seen: bool) -> Contest:
     further behind.
 
     Between samples that are not the controller's own the noise on OP trips the valve: the band that trips at the
-    samples is smaller than S, by what OP goes beyond its samples (`BEYOND`), and no likelihood tells S within a third
-    (`WIDE`), nor, where OP moves far from sample to sample, within some of these moves (`GOES_ON`).
+    samples is smaller than S, by what OP goes beyond its samples, and no likelihood tells S within a third, nor, where
+    OP moves far from sample to sample, within some of these moves (see `Known`).
 
     References
     ----------
@@ -161,21 +176,21 @@ def contest(prediction: Prediction, trials: Trials, *, seen: bool) -> Contest:
     lagged = (lag > 0.0).astype(float)
     behind, n = apart.sum(axis=1) + LAG_WORTH * (lagged - lagged[0]), apart.shape[1]
     worse = behind / np.sqrt(np.maximum(n * apart.var(axis=1, ddof=1), 1e-300))
-    limits = SEEN if seen else UNSEEN
     few = STUDENT[min(n - 2, len(STUDENT) - 1)] / STUDENT[-1]
     S, J = S[:-1], (S * ratio)[:-1]
-    beyond = 0.0 if seen else BEYOND * _noise(prediction.op)
+    beyond = known.beyond * _noise(prediction.op)
     least = FLOOR * best.S
 
-    def ends(x: NDArray[np.float64], name: str, low: float, high: float) -> tuple[float, float]:
-        inside = x[(worse[:-1] < few * limits[name]) | (behind[:-1] < CHI2_1)]
+    def ends(x: NDArray[np.float64], limit: float, low: float, high: float) -> tuple[float, float]:
+        inside = x[(worse[:-1] < few * limit) | (behind[:-1] < CHI2_1)]
         return max(min(float(inside.min()), low), 0.0), max(float(inside.max()), high)
 
     size, jump = best.S + beyond, best.S * best.ratio
-    away = GOES_ON * float(np.median(np.abs(np.diff(prediction.op))))
-    about = (size - least, size + least) if seen else (size / WIDE, max(size * WIDE, size + away))
-    S_range = ends(S + beyond, "S", *about)
-    J_range = ends(J, "J", jump - least, jump + least)
+    away = known.goes_on * float(np.median(np.abs(np.diff(prediction.op))))
+    S_range = ends(
+        S + beyond, known.S, min(size / known.wide, size - least), max(size * known.wide, size + away, size + least)
+    )
+    J_range = ends(J, known.J, jump - least, jump + least)
     small = trials.cost[trials.columns.ratio < HARDLY]
     jump_gain = float(small.min() - trials.cost.min()) if small.size else 0.0
     return Contest(valve, error, worse, S_range, J_range, variance, jump_gain, beyond)

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["COMPUTED", "ControllerFit", "fit_controller"]
+__all__ = ["COMPUTED", "EXACT", "ControllerFit", "at_limit", "fit_controller"]
 
 FEWEST_ROWS = 20
 """Samples [-] below which no controller is fitted."""
@@ -129,7 +129,7 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
         valid &= np.isfinite(record.sp)
     if record.auto is not None:
         valid &= record.auto
-    limited = _at_limit(op)
+    limited = at_limit(op)
     valid &= ~limited
     moving = bool(np.ptp(sp[valid]) > 0.0) if valid.any() else False
     error, pv = sp - pv, pv - pv.mean()
@@ -215,7 +215,7 @@ def _without_bumps(data: Regression, moving: bool) -> tuple[Regression, int]:
     return kept, bumps
 
 
-def _at_limit(op: NDArray[np.float64]) -> NDArray[np.bool_]:
+def at_limit(op: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Samples where OP rests at its largest or smallest value at least three times, and as it rests nowhere else."""
     edges = np.flatnonzero(np.diff(op) != 0.0) + 1
     first = np.concatenate([[0], edges])

@@ -4,41 +4,29 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.identification.contest import STANDS_OUT, WIDE, Contest, contest, drift
+from stiction.diagnosis.identification.assembled import assembled, stretch_of
+from stiction.diagnosis.identification.closer import closely
 from stiction.diagnosis.identification.controller import fit_controller
-from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, interval, limit
-from stiction.diagnosis.identification.likeliest import most_likely, tried_again
-from stiction.diagnosis.identification.likelihood import Prediction, Trial, prediction_of, stem_of
-from stiction.diagnosis.identification.own_samples import are_own_samples
-from stiction.diagnosis.identification.piece import Piece, search_piece, with_stem
-from stiction.diagnosis.identification.rivals import over_rivals
-from stiction.diagnosis.identification.shocks import shocks_of
+from stiction.diagnosis.identification.interval import interval
+from stiction.diagnosis.identification.piece import Piece, search_piece
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
-from stiction.diagnosis.identified import J_UNKNOWN, ErrorSurface, Identification, ProcessFit, Stretch
 from stiction.errors import ParameterError, RecordError
 from stiction.records.outliers import without_outliers
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
     from stiction.diagnosis.identification.controller import ControllerFit
+    from stiction.diagnosis.identified import Identification
     from stiction.records.record import LoopRecord
 
 __all__ = ["Search", "identify", "search"]
 
 MODELS = ("kano", "stenman", "three_parameter")
 """Valve models that are identified."""
-UNSEEN, MAYBE_UNSEEN = "OP between the samples is not recorded", "Whether OP moves between the samples cannot be told"
-"""Why S is known less well; the second where the moves that were recorded, rounded, are all explained."""
-ANOTHER = 0.1
-"""How far off the record's S that of a stretch is beyond which its own valve is simulated in it, as a share [-]."""
 
 
 def identify(
@@ -140,44 +128,7 @@ class Search:
 
     def closer(self) -> Identification:
         """Go on by likelihood."""
-        signals, sign = self.signals, self.controller.action
-        coarse = fine = prediction_of(signals)
-        if signals.thinned > 1:
-            fine = prediction_of(prepare(self.record, self.period, fine=True), fine=True)
-        seen = are_own_samples(self.record, self.controller)
-        tried = most_likely(coarse, fine, float(np.ptp(signals.op)))
-        if (rows := shocks_of(fine, tried.best)).size:
-            fine = fine._replace(shocks=rows)
-            tried = tried_again(fine, tried, float(np.ptp(signals.op)))
-        # What OP does between samples that are not the controller's own passes for a lag, and S for less than it is: a
-        # lag then only counts in how far a sticky valve beats a good one.
-        found = contest(fine, tried if seen else tried.without_lag(), seen=seen)
-        clearest = found if seen or tried.best.lag == 0.0 else contest(fine, tried, seen=seen)
-        samples = None if self.period is None else self.period / (self.record.dt * fine.width)
-        whole = fine if fine.first == 0 else fine._replace(op=signals.op)
-
-        def behind(one: Piece, valve: Trial) -> Piece:
-            return with_stem(one, _part(stem_of(whole, valve), one.signals), sign, self.record.integrating)
-
-        closely = _closely("kano", self.record, signals, self.pieces, fine, found, behind)
-        stem = stem_of(whole, found.best)
-        at = np.minimum(np.arange(len(self.record)), stem.size - 1)
-        which = MAYBE_UNSEEN if self.controller.exact else UNSEEN
-        told = "" if seen else f"{which}: S is known to a factor of {WIDE:g} at best."
-        return replace(
-            closely,
-            mv=np.where(np.isfinite(closely.mv), closely.mv, stem[at]),
-            S_bootstrap=found.bootstrap(),
-            beats_good=float(clearest.worse[-1]),
-            gain=clearest.gain(),
-            gain_in_part=clearest.gain(3),
-            jump_gain=clearest.jump_gain,
-            left_out=fine.shocks.size * fine.width,
-            own_samples=seen,
-            rough=self.rough,
-            reason=f"{told} {closely.reason}".strip(),
-            **over_rivals(fine, clearest, samples),
-        )
+        return closely(self)
 
 
 def search(record: LoopRecord, period: float | None, controller: ControllerFit | None = None) -> Search:
@@ -222,13 +173,6 @@ def search(record: LoopRecord, period: float | None, controller: ControllerFit |
     return Search(record, period, signals, controller, pieces, _roughly("kano", record, signals, pieces))
 
 
-def _part(stem: NDArray[np.float64], signals: Signals) -> NDArray[np.float64]:
-    """The part of a stem that belongs to a stretch."""
-    first, last = signals.first * signals.thinned, (signals.first + signals.target.size) * signals.thinned
-    part = stem[first:last]
-    return np.concatenate([part, np.full(last - first - part.size, stem[-1])])
-
-
 def _agreed(pieces: list[Piece]) -> int:
     """The stretch whose S is nearest to the others', each weighing by how little it leaves unexplained."""
     S = np.array([piece.valve[0] for piece in pieces])
@@ -242,149 +186,6 @@ def _roughly(model: str, record: LoopRecord, signals: Signals, pieces: list[Piec
     S, ratio = pieces[chosen].valve
     ratio_low, ratio_high = interval(pieces, chosen, 1)
     ratio_high = min(ratio_high, 1.0)
-    stretches = [_stretch(one, len(record), *one.valve) for one in pieces]
+    stretches = [stretch_of(one, len(record), *one.valve) for one in pieces]
     ends = (*interval(pieces, chosen, 0), S * ratio_low, S * ratio_high)
-    return _result(model, record, signals, pieces, pieces[chosen], (S, S * ratio), ends, stretches)
-
-
-def _closely(
-    model: str,
-    record: LoopRecord,
-    signals: Signals,
-    searched: list[Piece],
-    prediction: Prediction,
-    found: Contest,
-    behind: Callable[[Piece, Trial], Piece],
-) -> Identification:
-    """By likelihood; the process is that of the stretch it explains best, `behind` the valve."""
-    S, ratio = found.best.S, found.best.ratio
-    pieces = [behind(one, found.best) for one in searched]
-    stretches, hours, bands = [], [], []
-    for one, piece in zip(searched, pieces, strict=True):
-        first, last = piece.signals.first, piece.signals.first + piece.signals.target.size
-        halves = (prediction.first + prediction.ends) * prediction.width
-        ends = np.searchsorted(halves, (first * signals.thinned, last * signals.thinned))
-        if ends[1] == 0 or last * signals.thinned <= prediction.first * prediction.width or ends[0] == halves.size:
-            stretches.append(_stretch(piece, len(record), *piece.valve))
-            continue
-        cycles = slice(int(ends[0]), max(int(ends[1]), int(ends[0]) + 1))
-        own = found.best_in(cycles)
-        size = own.S + found.beyond
-        gain = found.gain_in(cycles)
-        if gain > STANDS_OUT and abs(own.S / S - 1.0) > ANOTHER:
-            piece = min(piece, behind(one, own), key=lambda piece: piece.error)
-        stretches.append(_stretch(piece, len(record), size, own.S * own.ratio / size, gain))
-        if gain > STANDS_OUT:
-            hours.append(0.5 * (first + last) * signals.dt / 3600.0)
-            bands.append(size)
-    speaks = min(pieces, key=lambda piece: piece.error)
-    result = _result(
-        model,
-        record,
-        signals,
-        pieces,
-        speaks,
-        (S + found.beyond, S * ratio),
-        (*found.S_range, *found.J_range),
-        stretches,
-    )
-    slope, error = drift(hours, bands)
-    return replace(result, drift=slope, drift_error=error, lag=found.best.lag * record.dt)
-
-
-def _result(
-    model: str,
-    record: LoopRecord,
-    signals: Signals,
-    pieces: list[Piece],
-    speaks: Piece,
-    valve: tuple[float, float],
-    ends: tuple[float, float, float, float],
-    stretches: list[Stretch],
-) -> Identification:
-    energy = np.array([float(np.sum(one.signals.target**2)) for one in pieces])
-    weight = energy / energy.sum()
-    mv, pv = _stitched(signals, pieces)
-    at = np.minimum(np.arange(len(record)), signals.op.size - 1)
-    S, J = valve
-    S_low, S_high, J_low, J_high = ends
-    return Identification(
-        model=model,
-        S=S,
-        J=J,
-        S_low=S_low,
-        S_high=S_high,
-        J_low=J_low,
-        J_high=min(J_high, S_high),
-        process=_process(speaks.process, signals),
-        fit=100.0 * (1.0 - float(weight @ np.array([one.error for one in pieces]))),
-        fit_linear=100.0 * (1.0 - float(weight @ np.array([one.linear.error[0, 0] for one in pieces]))),
-        surface=_surface(signals, pieces, speaks, energy),
-        mv=mv[at],
-        pv=pv[at // signals.thinned],
-        linear=_process(speaks.good, signals),
-        stretches=tuple(stretches),
-        reason=J_UNKNOWN if J_high - J_low > 0.6 * S else "",
-    )
-
-
-def _surface(signals: Signals, pieces: list[Piece], speaks: Piece, energy: NDArray[np.float64]) -> ErrorSurface:
-    """The dense searches together, each stretch weighing by its energy; over dead times those that tried the same."""
-    S, ratio, delays = speaks.dense.S, speaks.dense.ratio, speaks.dense.processes.delays
-    error = np.average([one.dense.error for one in pieces], axis=0, weights=energy)
-    alike = np.array([np.array_equal(one.dense.processes.delays, delays) for one in pieces])
-    by_delay = [one.dense.by_delay for one, same in zip(pieces, alike, strict=True) if same]
-    late = np.average(by_delay, axis=0, weights=energy[alike]).min(axis=1)
-    samples = sum(independent_samples(one) for one in pieces)
-    most = limit(float(error.min()), samples, CHI2_2)
-    return ErrorSurface(S, ratio, error, most, np.maximum(delays + _late(signals), 0.0) * signals.dt, late)
-
-
-def _late(signals: Signals) -> float:
-    """What the answer to a mean over `thinned` samples, which speaks of their middle, is late by itself [samples]."""
-    return 0.5 * (1.0 - 1.0 / signals.thinned)
-
-
-def _process(found: tuple[float, float, float, float], signals: Signals) -> ProcessFit:
-    """Gain, two lags and dead time in samples, as a process in seconds."""
-    gain, first, second, delay = found
-    integrating = bool(np.isinf(first))
-    return ProcessFit(
-        gain=gain / (signals.dt if integrating else 1.0),
-        time_constant=(second if integrating else first + second) * signals.dt,
-        dead_time=max(delay + _late(signals), 0.0) * signals.dt,
-        integrating=integrating,
-        lag=0.0 if integrating else min(first, second) * signals.dt,
-    )
-
-
-def _stretch(piece: Piece, samples: int, S: float, ratio: float, gain: float = math.nan) -> Stretch:
-    """One stretch in the record's samples."""
-    signals = piece.signals
-    first, last = signals.first, signals.first + signals.target.size
-    return Stretch(
-        first=first * signals.thinned,
-        last=min(last * signals.thinned, samples),
-        S=S,
-        J=S * ratio,
-        fit=100.0 * (1.0 - piece.error),
-        fit_linear=100.0 * (1.0 - float(piece.linear.error[0, 0])),
-        gain=gain,
-    )
-
-
-def _stitched(signals: Signals, pieces: list[Piece]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Stem, sample by sample of OP, and PV of each stretch's own valve and process, cut half way where two meet."""
-    n, every = signals.target.size, signals.thinned
-    mv, pv = np.full(n * every, np.nan), np.full(n, np.nan)
-    starts = np.array([piece.signals.first for piece in pieces])
-    ends = np.array([piece.signals.first + piece.signals.target.size for piece in pieces])
-    cuts = np.concatenate([[0], (starts[1:] + ends[:-1]) // 2, [n]])
-    for piece, low, high in zip(pieces, cuts[:-1], cuts[1:], strict=True):
-        first, size = piece.signals.first, piece.signals.target.size
-        low, high = max(low, first), min(high, first + size)
-        answer = piece.simulated()
-        mv[low * every : high * every] = piece.stem[(low - first) * every : (high - first) * every]
-        a, b = max(low, first + signals.half), min(high, first + size - signals.half)
-        pv[a:b] = (piece.signals.pv - piece.signals.target + answer)[a - first : b - first]
-    return mv, pv
+    return assembled(model, record, signals, pieces, pieces[chosen], (S, S * ratio), ends, stretches)

@@ -1,0 +1,163 @@
+"""One identification out of the stretches that were searched: fit, process, stem and PV from end to end."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, limit
+from stiction.diagnosis.identified import J_UNKNOWN, ErrorSurface, Identification, ProcessFit, Stretch
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.diagnosis.identification.piece import Piece
+    from stiction.diagnosis.identification.signals import Signals
+    from stiction.records.record import LoopRecord
+
+__all__ = ["assembled", "stretch_of"]
+
+
+def assembled(
+    model: str,
+    record: LoopRecord,
+    signals: Signals,
+    pieces: list[Piece],
+    speaks: Piece,
+    valve: tuple[float, float],
+    ends: tuple[float, float, float, float],
+    stretches: list[Stretch],
+) -> Identification:
+    """Put one identification together out of the stretches.
+
+    Parameters
+    ----------
+    model : str
+        Valve model fitted.
+    record : LoopRecord
+        The record.
+    signals : Signals
+        What was compared.
+    pieces : list of Piece
+        The stretches, in order.
+    speaks : Piece
+        The one whose process is reported.
+    valve : tuple of float
+        S and J [% of span].
+    ends : tuple of float
+        Ends of the 95 % intervals of S and of J [% of span].
+    stretches : list of Stretch
+        What each says by itself.
+
+    Returns
+    -------
+    Identification
+        The finding.
+    """
+    energy = np.array([float(np.sum(one.signals.target**2)) for one in pieces])
+    weight = energy / energy.sum()
+    mv, pv = _stitched(signals, pieces)
+    at = np.minimum(np.arange(len(record)), signals.op.size - 1)
+    S, J = valve
+    S_low, S_high, J_low, J_high = ends
+    return Identification(
+        model=model,
+        S=S,
+        J=J,
+        S_low=S_low,
+        S_high=S_high,
+        J_low=J_low,
+        J_high=min(J_high, S_high),
+        process=_process(speaks.process, signals),
+        fit=100.0 * (1.0 - float(weight @ np.array([one.error for one in pieces]))),
+        fit_linear=100.0 * (1.0 - float(weight @ np.array([one.linear.error[0, 0] for one in pieces]))),
+        surface=_surface(signals, pieces, speaks, energy),
+        mv=mv[at],
+        pv=pv[at // signals.thinned],
+        linear=_process(speaks.good, signals),
+        stretches=tuple(stretches),
+        reason=J_UNKNOWN if J_high - J_low > 0.6 * S else "",
+    )
+
+
+def _surface(signals: Signals, pieces: list[Piece], speaks: Piece, energy: NDArray[np.float64]) -> ErrorSurface:
+    """The dense searches together, each stretch weighing by its energy; over dead times those that tried the same."""
+    S, ratio, delays = speaks.dense.S, speaks.dense.ratio, speaks.dense.processes.delays
+    error = np.average([one.dense.error for one in pieces], axis=0, weights=energy)
+    alike = np.array([np.array_equal(one.dense.processes.delays, delays) for one in pieces])
+    by_delay = [one.dense.by_delay for one, same in zip(pieces, alike, strict=True) if same]
+    late = np.average(by_delay, axis=0, weights=energy[alike]).min(axis=1)
+    samples = sum(independent_samples(one) for one in pieces)
+    most = limit(float(error.min()), samples, CHI2_2)
+    return ErrorSurface(S, ratio, error, most, np.maximum(delays + _late(signals), 0.0) * signals.dt, late)
+
+
+def _late(signals: Signals) -> float:
+    """What the answer to a mean over `thinned` samples, which speaks of their middle, is late by itself [samples]."""
+    return 0.5 * (1.0 - 1.0 / signals.thinned)
+
+
+def _process(found: tuple[float, float, float, float], signals: Signals) -> ProcessFit:
+    """Gain, two lags and dead time in samples, as a process in seconds."""
+    gain, first, second, delay = found
+    integrating = bool(np.isinf(first))
+    return ProcessFit(
+        gain=gain / (signals.dt if integrating else 1.0),
+        time_constant=(second if integrating else first + second) * signals.dt,
+        dead_time=max(delay + _late(signals), 0.0) * signals.dt,
+        integrating=integrating,
+        lag=0.0 if integrating else min(first, second) * signals.dt,
+    )
+
+
+def stretch_of(piece: Piece, samples: int, S: float, ratio: float, gain: float = math.nan) -> Stretch:
+    """Tell one stretch in the record's samples.
+
+    Parameters
+    ----------
+    piece : Piece
+        The stretch.
+    samples : int
+        Length of the record [samples].
+    S : float
+        Its S [% of span].
+    ratio : float
+        Its J / S [-].
+    gain : float
+        Twice the log likelihood by which a sticky valve beats a good one in it [-].
+
+    Returns
+    -------
+    Stretch
+        The stretch.
+    """
+    signals = piece.signals
+    first, last = signals.first, signals.first + signals.target.size
+    return Stretch(
+        first=first * signals.thinned,
+        last=min(last * signals.thinned, samples),
+        S=S,
+        J=S * ratio,
+        fit=100.0 * (1.0 - piece.error),
+        fit_linear=100.0 * (1.0 - float(piece.linear.error[0, 0])),
+        gain=gain,
+    )
+
+
+def _stitched(signals: Signals, pieces: list[Piece]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Stem, sample by sample of OP, and PV of each stretch's own valve and process, cut half way where two meet."""
+    n, every = signals.target.size, signals.thinned
+    mv, pv = np.full(n * every, np.nan), np.full(n, np.nan)
+    starts = np.array([piece.signals.first for piece in pieces])
+    ends = np.array([piece.signals.first + piece.signals.target.size for piece in pieces])
+    cuts = np.concatenate([[0], (starts[1:] + ends[:-1]) // 2, [n]])
+    for piece, low, high in zip(pieces, cuts[:-1], cuts[1:], strict=True):
+        first, size = piece.signals.first, piece.signals.target.size
+        low, high = max(low, first), min(high, first + size)
+        answer = piece.simulated()
+        mv[low * every : high * every] = piece.stem[(low - first) * every : (high - first) * every]
+        a, b = max(low, first + signals.half), min(high, first + size - signals.half)
+        pv[a:b] = (piece.signals.pv - piece.signals.target + answer)[a - first : b - first]
+    return mv, pv
