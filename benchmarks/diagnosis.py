@@ -15,6 +15,7 @@ import numpy as np
 from bench import Row, Section
 
 import stiction as st
+from stiction.simulation.historian import sampled
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -36,7 +37,7 @@ and no S."""
 
 
 def diagnosis() -> Section:
-    """Loops that a valve, a load and noise alone move, of 2 000 and of 30 000 samples."""
+    """Loops that a valve, a load and noise alone move, and a slower record, of 2 000 and of 30 000 samples."""
     rows, found, times = [], [], []
     with one_core():
         for n, asked in ASKED.items():
@@ -95,6 +96,11 @@ def _loops(n: int) -> dict[str, LoopRecord]:
         loop = st.Loop(st.PID(0.4, 8.0), valve, st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=0.1)
         run = st.simulate(loop, 70.0, float(n), load, seed=1, pv_start=70.0, op_start=50.0, tag=name, loop_type="flow")
         out[name] = replace(run, mv=None)
+    loop = replace(loop, valve=st.Kano(5.0, 3.0))
+    run = st.simulate(
+        loop, 70.0, 3.0 * n, 6.0 * (np.arange(3 * n) < 20), seed=1, pv_start=70.0, op_start=50.0, tag="slower"
+    )
+    out["slower"] = replace(sampled(run, 3.0), mv=None, loop_type="flow", integrating=False)
     return out
 
 

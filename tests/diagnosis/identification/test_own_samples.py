@@ -115,7 +115,7 @@ def test_rounding_that_would_hide_the_samples_between_leaves_it_open(digits):
     assert found.exact
     assert not are_own_samples(blunt, found)
     assert "Whether OP moves between the samples cannot be told" in st.identify(blunt, period=known.period).reason
-    slower = sampled(run(CONTROLLERS["PI"]), 3.0)
+    slower = sampled(run(CONTROLLERS["PID"]), 3.0)
     assert "OP between the samples is not recorded" in st.identify(slower, period=40.0).reason
 
 

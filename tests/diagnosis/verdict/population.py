@@ -64,6 +64,7 @@ class Judged(Called):
     S_low: float
     S_high: float
     own_samples: bool
+    rebuilt: bool
     position: str
     position_used: bool
 
@@ -109,7 +110,8 @@ def judge(case) -> Judged:
     return Judged(
         case.record.tag, case.cause, case.kind, case.effects, case.S, jump_shows(case), len(case.record), seconds,
         found.verdict, found.cause, found.probability, valve is None, *S, valve is not None and valve.own_samples,
-        case.position, any(row.method == "stem" and row.valid for row in found.evidence),
+        valve is not None and valve.rebuilt, case.position,
+        any(row.method == "stem" and row.valid for row in found.evidence),
     )  # fmt: skip
 
 
@@ -256,11 +258,14 @@ def by_position(rows) -> str:
 
 def by_sampling(rows) -> str:
     """S where J shows, by whether the record shows the controller's own samples and whether a historian touched it."""
-    groups: dict[str, list[Judged]] = {"own samples": [], "own, touched": [], "slower": [], "refused": []}
+    groups: dict[str, list[Judged]] = {
+        "own samples": [], "own, touched": [], "rebuilt": [], "slower": [], "refused": [],
+    }  # fmt: skip
     for r in rows:
         if r.sticky and r.visible:
             own = "own, touched" if r.effects else "own samples"
-            groups["refused" if r.refused else own if r.own_samples else "slower"].append(r)
+            slower = "rebuilt" if r.rebuilt else "slower"
+            groups["refused" if r.refused else own if r.own_samples else slower].append(r)
     return sizes("J shows", groups)
 
 

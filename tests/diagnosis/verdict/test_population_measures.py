@@ -12,7 +12,7 @@ from .population import Judged, balanced_accuracy, by_position, calibration_erro
 def row(truth, cause, probability, S=5.0, S_found=5.0, verdict="stiction"):
     return Judged(
         "x", truth, "", (), S, True, 500, 0.1, verdict, cause, probability, False, S_found, S_found - 1.0,
-        S_found + 1.0, True, "stem", True,
+        S_found + 1.0, True, False, "stem", True,
     )  # fmt: skip
 
 

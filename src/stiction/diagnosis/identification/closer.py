@@ -11,7 +11,7 @@ from stiction.diagnosis.identification.assembled import assembled, stretch_of
 from stiction.diagnosis.identification.between import with_samples_between
 from stiction.diagnosis.identification.contest import OWN, REBUILT, STANDS_OUT, UNSEEN, contest, drift
 from stiction.diagnosis.identification.controller import EXACT
-from stiction.diagnosis.identification.likeliest import most_likely, tried_again
+from stiction.diagnosis.identification.likeliest import most_likely, tried_again, tried_between
 from stiction.diagnosis.identification.likelihood import prediction_of, stem_of
 from stiction.diagnosis.identification.own_samples import are_own_samples
 from stiction.diagnosis.identification.piece import with_stem
@@ -20,18 +20,17 @@ from stiction.diagnosis.identification.shocks import shocks_of
 from stiction.diagnosis.identification.signals import prepare
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from stiction.diagnosis.identification.contest import Contest, Known
     from stiction.diagnosis.identification.identify import Search
-    from stiction.diagnosis.identification.likelihood import Prediction, Trial
+    from stiction.diagnosis.identification.likelihood import Prediction, Trial, Trials
     from stiction.diagnosis.identification.piece import Piece
     from stiction.diagnosis.identification.signals import Signals
     from stiction.diagnosis.identified import Identification
+    from stiction.records.record import LoopRecord
 
-__all__ = ["closely"]
+__all__ = ["Closer", "closely"]
 
 NOT_RECORDED, CANNOT_BE_TOLD, BY_INTEGRAL = (
     "OP between the samples is not recorded",
@@ -43,22 +42,17 @@ ANOTHER = 0.1
 """How far off the record's S that of a stretch is beyond which its own valve is simulated in it, as a share [-]."""
 
 
-class Foretold(NamedTuple):
-    """What is foretold, and how its samples stand to those of the record."""
+class Closer(NamedTuple):
+    """What the closer search found."""
 
-    coarse: Prediction
-    """For the first searches."""
-    fine: Prediction
-    """For the last ones."""
-    op: NDArray[np.float64]
-    """OP of the whole record, also between its samples where it was rebuilt [% of span]."""
-    per: int
-    """Samples of `op` to one of the record."""
-    known: Known
-    """How well what OP does between the samples is known."""
+    recorded: Identification
+    """By the samples that were recorded."""
+    told: Identification
+    """S and J by the samples between as well, where the controller's integral tells these; how far a sticky valve beats
+    a good one is still by those recorded. The same where it does not."""
 
 
-def closely(search: Search) -> Identification:
+def closely(search: Search) -> Closer:
     """Search by likelihood.
 
     Parameters
@@ -68,20 +62,89 @@ def closely(search: Search) -> Identification:
 
     Returns
     -------
-    Identification
+    Closer
         The finding.
     """
-    record, sign, swing = search.record, search.controller.action, float(np.ptp(search.signals.op))
-    coarse, fine, op, per, known = _foretold(search)
-    tried = most_likely(coarse, fine, swing)
-    if (rows := shocks_of(fine, tried.best)).size:
-        fine = fine._replace(shocks=rows)
-        tried = tried_again(fine, tried, swing)
+    record, signals, swing = search.record, search.signals, float(np.ptp(search.signals.op))
+    coarse, fine = _foretold(record, search.period, signals)
+    fine, tried = _without_shocks(fine, most_likely(coarse, fine, swing), swing)
+    own = are_own_samples(record, search.controller)
+    known = OWN if own else UNSEEN
     # What OP does between samples that are not the controller's own passes for a lag, and S for less than it is: a lag
     # then only counts in how far a sticky valve beats a good one.
-    own = known is OWN
-    found = contest(fine, tried if own else tried.without_lag(), known)
+    prompt = tried if own else tried.without_lag()
+    found = contest(fine, prompt, known)
     clearest = found if own or tried.best.lag == 0.0 else contest(fine, tried, known)
+    period = None if search.period is None else search.period / (record.dt * fine.width)
+    recorded = replace(
+        _by_stretches(search, fine, signals.op, 1, found),
+        beats_good=float(clearest.worse[-1]),
+        gain=clearest.gain(),
+        gain_in_part=clearest.gain(3),
+        jump_gain=clearest.jump_gain,
+        left_out=fine.shocks.size * fine.width,
+        own_samples=own,
+        **over_rivals(fine, clearest, period),
+    )
+    rebuilt = None if own or _rounded(search) else with_samples_between(record)
+    if rebuilt is None:
+        return Closer(recorded, _limited(recorded, search, known))
+    signals = prepare(rebuilt, search.period)
+    _, fine = _foretold(rebuilt, search.period, signals)
+    fine, tried = _without_shocks(fine, tried_between(fine, prompt, swing), swing)
+    told = _by_stretches(search, fine, signals.op, 2, contest(fine, tried, REBUILT))
+    return Closer(recorded, _limited(_weighed_as(recorded, told), search, REBUILT))
+
+
+def _foretold(record: LoopRecord, period: float | None, signals: Signals) -> tuple[Prediction, Prediction]:
+    """What is foretold in the first searches and in the last ones."""
+    coarse = prediction_of(signals)
+    return coarse, prediction_of(prepare(record, period, fine=True), fine=True) if signals.thinned > 1 else coarse
+
+
+def _without_shocks(fine: Prediction, tried: Trials, swing: float) -> tuple[Prediction, Trials]:
+    """Leave out what no valve foretells, and go on."""
+    rows = shocks_of(fine, tried.best)
+    if not rows.size:
+        return fine, tried
+    fine = fine._replace(shocks=rows)
+    return fine, tried_again(fine, tried, swing)
+
+
+def _weighed_as(recorded: Identification, told: Identification) -> Identification:
+    """The valve `told`, with what the recorded samples say of how far it beats a good one."""
+    alike = ("beats_good", "gain", "gain_in_part", "jump_gain", "left_out", "beats_bent", "gain_on_bent", "bent",
+             "beats_wave", "gain_on_wave", "beats_beside_wave", "gain_beside_wave")  # fmt: skip
+    stretches = (replace(one, gain=other.gain) for one, other in zip(told.stretches, recorded.stretches, strict=True))
+    said = {name: getattr(recorded, name) for name in alike}
+    return replace(told, stretches=tuple(stretches), rebuilt=True, **said)
+
+
+def _rounded(search: Search) -> bool:
+    """Whether the rounding of OP and PV explains all that the controller's law leaves, at the record's own rate."""
+    return search.controller.exact and search.controller.left > EXACT
+
+
+def _limited(found: Identification, search: Search, known: Known) -> Identification:
+    """The finding, with what limits S in its reason."""
+    if known is OWN:
+        return found
+    if known is REBUILT:
+        why = f"{BY_INTEGRAL}."
+    else:
+        which = CANNOT_BE_TOLD if search.controller.exact else NOT_RECORDED
+        why = f"{which}: S is known to a factor of {known.wide:g} at best."
+    return replace(found, reason=f"{why} {found.reason}".strip())
+
+
+def _by_stretches(
+    search: Search, fine: Prediction, op: NDArray[np.float64], per: int, found: Contest
+) -> Identification:
+    """What is found in the whole and in each stretch; the process is that of the stretch it explains best.
+
+    `op` is that of the whole record, `per` samples of it to one of the record.
+    """
+    record, signals, searched, sign = search.record, search.signals, search.pieces, search.controller.action
     whole = fine if fine.first == 0 else fine._replace(op=op)
 
     def stem(valve: Trial) -> NDArray[np.float64]:
@@ -90,64 +153,6 @@ def closely(search: Search) -> Identification:
     def behind(one: Piece, valve: Trial) -> Piece:
         return with_stem(one, _part(stem(valve), one.signals), sign, record.integrating)
 
-    result = _by_stretches(search, fine, per, found, behind)
-    mv = stem(found.best)
-    mv = mv[np.minimum(np.arange(len(record)), mv.size - 1)]
-    samples = None if search.period is None else search.period * per / (record.dt * fine.width)
-    return replace(
-        result,
-        mv=np.where(np.isfinite(result.mv), result.mv, mv),
-        S_bootstrap=found.bootstrap(),
-        beats_good=float(clearest.worse[-1]),
-        gain=clearest.gain(),
-        gain_in_part=clearest.gain(3),
-        jump_gain=clearest.jump_gain,
-        left_out=fine.shocks.size * fine.width // per,
-        own_samples=own,
-        rebuilt=known is REBUILT,
-        rough=search.rough,
-        reason=f"{_limited(search, known)} {result.reason}".strip(),
-        **over_rivals(fine, clearest, samples),
-    )
-
-
-def _foretold(search: Search) -> Foretold:
-    """The record as it is, or with the samples between where these can be rebuilt."""
-    record, signals, per, known = search.record, search.signals, 1, UNSEEN
-    if are_own_samples(record, search.controller):
-        known = OWN
-    elif not _rounded(search) and (rebuilt := with_samples_between(record)) is not None:
-        record, per, known = rebuilt, 2, REBUILT
-        signals = prepare(record, search.period)
-    coarse = fine = prediction_of(signals)
-    if signals.thinned > 1:
-        fine = prediction_of(prepare(record, search.period, fine=True), fine=True)
-    return Foretold(coarse, fine, signals.op, per, known)
-
-
-def _rounded(search: Search) -> bool:
-    """Whether the rounding of OP and PV explains all that the controller's law leaves, at the record's own rate."""
-    return search.controller.exact and search.controller.left > EXACT
-
-
-def _limited(search: Search, known: Known) -> str:
-    """What limits S, in a sentence; empty where nothing does."""
-    if known is OWN:
-        return ""
-    if known is REBUILT:
-        return f"{BY_INTEGRAL}."
-    which = CANNOT_BE_TOLD if search.controller.exact else NOT_RECORDED
-    return f"{which}: S is known to a factor of {known.wide:g} at best."
-
-
-def _by_stretches(
-    search: Search, fine: Prediction, per: int, found: Contest, behind: Callable[[Piece, Trial], Piece]
-) -> Identification:
-    """What is found in the whole and in each stretch; the process is that of the stretch it explains best.
-
-    `per` samples are foretold from for each one of the record; `behind` puts a valve before a stretch.
-    """
-    record, signals, searched = search.record, search.signals, search.pieces
     S, ratio = found.best.S, found.best.ratio
     pieces = [behind(one, found.best) for one in searched]
     stretches, hours, bands = [], [], []
@@ -169,10 +174,15 @@ def _by_stretches(
             hours.append(0.5 * (first + last) * signals.dt / 3600.0)
             bands.append(size)
     speaks = min(pieces, key=lambda piece: piece.error)
-    valve, ends = (S + found.beyond, S * ratio), (*found.S_range, *found.J_range)
-    result = assembled("kano", record, signals, pieces, speaks, valve, ends, stretches)
+    valve, interval = (S + found.beyond, S * ratio), (*found.S_range, *found.J_range)
+    result = assembled("kano", record, signals, pieces, speaks, valve, interval, stretches)
     slope, error = drift(hours, bands)
-    return replace(result, drift=slope, drift_error=error, lag=found.best.lag * record.dt / per)
+    mv = stem(found.best)
+    mv = mv[np.minimum(np.arange(len(record)), mv.size - 1)]
+    return replace(
+        result, mv=np.where(np.isfinite(result.mv), result.mv, mv), S_bootstrap=found.bootstrap(), drift=slope,
+        drift_error=error, lag=found.best.lag * record.dt / per, rough=search.rough,
+    )  # fmt: skip
 
 
 def _part(stem: NDArray[np.float64], signals: Signals) -> NDArray[np.float64]:

@@ -19,6 +19,7 @@ from stiction.errors import ParameterError, RecordError
 from stiction.records.outliers import without_outliers
 
 if TYPE_CHECKING:
+    from stiction.diagnosis.identification.closer import Closer
     from stiction.diagnosis.identification.controller import ControllerFit
     from stiction.diagnosis.identified import Identification
     from stiction.records.record import LoopRecord
@@ -72,7 +73,8 @@ def identify(
     it after thinning, over the 4 000 in its middle, without the samples that neither a sticky nor a good valve
     foretells (see `shocks`). The interval holds all valves that Vuong's test does not find worse from half cycle to
     half cycle (see `contest`). Where the record does not show the controller's own samples OP trips the valve unseen
-    between them: S is then corrected for the noise on OP, and its interval is a factor of 1.3 either way or more. An
+    between them: S is then corrected for the noise on OP, and its interval is a factor of 1.3 either way or more. Where
+    the controller's integral tells a sample between each two, S and J come from a search with these (see `between`). An
     actuator that lags is looked for too, and found where its likelihood stands out: by OP itself its valve would look
     stickier than it is. Of other than the controller's own samples that only counts in how far a sticky valve beats a
     good one: a straight one, the likeliest bent one (`characteristic`), one beside a wave from outside, and a good one
@@ -97,7 +99,7 @@ def identify(
         raise ParameterError(f"period = {period} s is not a period; give the oscillation's or leave it out.")
     record = without_outliers(record)
     known = search(record, period)
-    found = known.closer() if closer else known.rough
+    found = known.closer().told if closer else known.rough
     if model == "stenman":
         from stiction.diagnosis.identification.stenman import identify_stenman
 
@@ -126,7 +128,7 @@ class Search:
     rough: Identification
     """What the dense search found."""
 
-    def closer(self) -> Identification:
+    def closer(self) -> Closer:
         """Go on by likelihood."""
         return closely(self)
 

@@ -72,6 +72,9 @@ class Findings:
     """One identification per comparison; none where the record did not allow a search."""
     speaks: int
     """Which of them speaks."""
+    told: Identification | None
+    """What is told of the valve: the same, or S and J by samples rebuilt between the recorded ones; None without an
+    identification."""
     controller: ControllerFit | None
     """The controller found."""
     features: Features | None
@@ -150,7 +153,7 @@ class Judged(NamedTuple):
 
 def _weigh(seen: Findings, row: Features) -> Weighed:
     """Weigh the findings, and the valve's position where it shows something."""
-    found, told, weights = seen.found[seen.speaks], causes(row), counted(row)
+    found, told, weights = seen.told or seen.found[seen.speaks], causes(row), counted(row)
     stem = seen.stem if seen.stem is not None and seen.stem.used else None
     if stem is None:
         return Weighed(told, weights, found, None)
@@ -255,12 +258,13 @@ def findings(record: LoopRecord) -> Findings:
     gappy = replace(part, op=stored.op, pv=stored.pv)
     searches = _searched(gappy, oscillation) if quality.usable else ()
     if not searches:
-        return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, stem)
+        return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, None, stem)
     speaks = 0 if oscillation.oscillating else max(range(len(searches)), key=lambda i: searches[i].rough.fit)
-    found = tuple(one.closer() if i == speaks else one.rough for i, one in enumerate(searches))
+    closer = searches[speaks].closer()
+    found = tuple(closer.recorded if i == speaks else one.rough for i, one in enumerate(searches))
     controller = searches[0].controller
     row = features(record, part, found, speaks, controller, oscillation, votes)
-    return Findings(record, part, oscillation, quality, evidence, found, speaks, controller, row, stem)
+    return Findings(record, part, oscillation, quality, evidence, found, speaks, closer.told, controller, row, stem)
 
 
 def _searched(part: LoopRecord, oscillation: Oscillation) -> tuple[Search, ...]:

@@ -109,8 +109,6 @@ class Features(NamedTuple):
     """What of it is beyond what chance gives [-]."""
     own_samples: float
     """1 where it does."""
-    rebuilt: float
-    """1 where it does not, but the samples between its own were rebuilt by the controller's integral."""
     likely_band: float
     """The likeliest S over the OP's swing, held at 1.5 [-]."""
     likely_S_low: float
@@ -276,7 +274,6 @@ def features(
         likely_jump_gain=jump_gain,
         likely_jump_clear=max(jump_gain - CLEAR_JUMP, 0.0),
         own_samples=float(close.own_samples),
-        rebuilt=float(close.rebuilt),
         likely_band=min(close.S / swing, 1.5),
         likely_S_low=close.S_low / likely_S,
         likely_S_high=min(close.S_high / likely_S / 3.0, 1.0),

@@ -44,7 +44,6 @@ FEATURES = {
     "likely_jump_gain": "likelihood of a valve that jumps over one that hardly does",
     "likely_jump_clear": "likelihood of a jump beyond what chance gives",
     "own_samples": "the record shows the controller's own samples",
-    "rebuilt": "the controller's integral tells the samples between",
     "likely_band": "S by likelihood takes so much of the OP's swing",
     "likely_jump": "J over S by likelihood",
     "likely_jump_low": "lower end of the interval of J over S",
