@@ -13,6 +13,7 @@ from hypothesis import strategies as some
 
 import stiction as st
 from stiction.diagnosis.verdict.contradiction import (
+    JUMP_OPEN,
     against_good,
     against_sticking,
     explains_much_more,
@@ -166,6 +167,22 @@ def test_a_plain_valve_in_a_driven_loop(monkeypatch, changed, causes, told):
     plain = {"beats_good": 8.1, "beats_any": 0.1, "own_samples": True}
     found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, gain=500.0, **(EVEN | plain | changed))
     assert against_good(found, SimpleNamespace(likely_jump_clear=0.0), HEALTHY | causes) == told
+
+
+@pytest.mark.parametrize(
+    ("changed", "play", "told"),
+    [
+        ({}, 0.51, (JUMP_OPEN,)),
+        ({}, 0.5, ()),
+        ({"own_samples": True}, 0.99, ()),
+        ({"J_high": 2.99}, 0.99, ()),
+    ],
+)
+def test_play_is_not_sure_where_J_may_be_all_of_S_between_the_samples(monkeypatch, changed, play, told):
+    monkeypatch.setattr("stiction.diagnosis.verdict.contradiction.kept_by_plant", lambda _row: 0.0)
+    open_jump = {"S": 3.0, "J_high": 3.0, "own_samples": False, "gain": 0.0}
+    found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, **(EVEN | open_jump | changed))
+    assert against_good(found, SimpleNamespace(likely_jump_clear=0.0), HEALTHY | {"deadband": play}) == told
 
 
 @pytest.mark.parametrize(("clear", "told"), [(0.33, ()), (0.34, ("a jump is plain",))])

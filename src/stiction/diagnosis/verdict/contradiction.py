@@ -69,6 +69,11 @@ but for this, 16 of which stick."""
 REGULAR, OWN_CYCLE, HARDLY_JUMPS = 0.95, 0.3, 0.15
 """`features.regularity` above which an oscillation is regular, and `own_amplitude` and `jump` below which the loop
 found does not make it [-]. Of the same loops 34 are told beyond `doubt.MOST` but for these, 12 of which are good."""
+PLAY = 0.5
+"""Probability of play beyond which it is what speaks against stiction [-]. Of 4 000 loops (`simulation.population`,
+seeds 10 and 17) 144 are told below `doubt.LEAST` but for an open J, six of which stick."""
+JUMP_OPEN = "play and stiction differ by J, which may be all of S"
+"""What is told of such a record."""
 LIKE_A_PLANTS = 0.5
 """Likeness to a plant historian's record beyond which a slip may have left nothing to see [-]. When it was chosen 382
 of 1 500 such loops (`simulation.population.plant_population`, seed 16) were told below `doubt.LEAST` but for it, 55 of
@@ -91,9 +96,10 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
     -------
     tuple of str
         A jump beyond chance (`features.CLEAR_JUMP`), a sticky valve that explains much more, one that foretells better
-        in cycle after cycle, than any good one, and is no play, or values such as a plant's historian keeps, slower
-        than the controller's own: in these slips drown. Where the transmitter or a limit of OP is to blame, a jump that
-        is plain (`PLAIN_JUMP`) only: what such a loop shows is else of their making.
+        in cycle after cycle, than any good one, and is no play, play where J may be all of S and the samples are not
+        the controller's own, or values such as a plant's historian keeps, slower than these: in them slips drown. Where
+        the transmitter or a limit of OP is to blame, a jump that is plain (`PLAIN_JUMP`) only: what such a loop shows
+        is else of their making.
     """
     if causes["sensor"] + causes["saturation"] >= FAULT_SEEN:
         return (PLAINLY_JUMPS,) if row.likely_jump_clear > PLAIN_JUMP else ()
@@ -103,6 +109,7 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
         "a sticky valve explains much more": explains_much_more(found),
         EVERY_RIVAL: beats_every_rival(found),
         "a sticky valve foretells the PV": foretells and found.beats_good > FORETELLS,
+        JUMP_OPEN: causes["deadband"] > PLAY and not found.own_samples and found.J_high >= found.S,
         "a historian's slow record": not found.own_samples and kept_by_plant(row) > LIKE_A_PLANTS,
     }
     return tuple(name for name, true in seen.items() if true)
