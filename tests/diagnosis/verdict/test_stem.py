@@ -153,7 +153,7 @@ def test_bands_are_seen_and_good_valves_are_not_called_sticky():
     sticky = shown(30, ("stiction", "deadband"), 811)
     good = shown(30, tuple(cause for cause in CAUSES if cause not in ("stiction", "deadband")), 812)
     # 28 where this was written, 27 on another kind of processor: the last digits of a loop decide.
-    assert sum(seen.band > 0.0 for _, seen in sticky) >= 26
+    assert sum(seen.band > 0.0 for _, seen in sticky) >= 27
     assert sum(seen.band > 0.0 for _, seen in good) <= 1
 
 
