@@ -83,7 +83,7 @@ def test_a_stem_in_lanes_is_the_one_followed_alone(width):
     op, S = walk(7, 3 * N), np.linspace(0.0, 9.0, 16)
     for ratio in (0.0, 0.4, 1.0):
         mv, one = np.empty((op.size // width, S.size)), np.empty(op.size)
-        follow_lanes(op, S, ratio * S, width, np.empty(S.size), np.empty(S.size), mv)
+        follow_lanes(op, S.copy(), ratio * S, width, np.empty(S.size), np.empty(S.size), mv)
         for lane in range(S.size):
             page.follow(op, S[lane], ratio * S[lane], one)
             np.testing.assert_allclose(mv[:, lane], one.reshape(-1, width).mean(axis=1), atol=1e-12)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from stiction.models.compiled import kernel, summing
 
-__all__ = ["about_mean", "backwards", "follow_lanes", "products", "squares"]
+__all__ = ["about_mean", "answer_lanes", "backwards", "follow_lanes", "products", "squares"]
 
 
 @kernel
@@ -19,7 +19,7 @@ def follow_lanes(op, S, J, width, x, moving, mv):
 
     Kano's rule in the play e = op - x: a stem that moves goes on while OP does, (S - J) / 2 behind it; one that
     rests moves when e leaves (S + J) / 2. It begins in the middle of its band. `x` and `moving` (n_lanes,) are work
-    space.
+    space, and `S` and `J` are lost: half of S + J and half of S - J take their places.
     """
     n, lanes = mv.shape
     share = 1.0 / width
@@ -27,6 +27,7 @@ def follow_lanes(op, S, J, width, x, moving, mv):
     for v in range(lanes):
         x[v] = before
         moving[v] = 0.0
+        S[v], J[v] = 0.5 * (S[v] + J[v]) * (1.0 + 1e-9), 0.5 * (S[v] - J[v])
     for k in range(n):
         row = mv[k]
         for v in range(lanes):
@@ -38,11 +39,12 @@ def follow_lanes(op, S, J, width, x, moving, mv):
             for v in range(lanes):
                 e = u - x[v]
                 way = 1.0 if e > 0.0 else -1.0
-                way = way if abs(e) > 0.5 * (S[v] + J[v]) * (1.0 + 1e-9) else 0.0
+                way = way if abs(e) > S[v] else 0.0
                 way = moving[v] if du * moving[v] > 0.0 else way
-                x[v] = u - way * 0.5 * (S[v] - J[v]) if way != 0.0 else x[v]
+                now = u - way * J[v] if way != 0.0 else x[v]
+                x[v] = now
                 moving[v] = way
-                row[v] += share * x[v]
+                row[v] += share * now
 
 
 @kernel
@@ -88,21 +90,28 @@ def backwards(target, half, first, second, delays, begin, end, w, process, Z):
 
 @summing
 def products(mv, Z, lanes, out):
-    """Fill the first `lanes` rows of `out` (n_lanes, n_processes) with the sums of mv[:, lane] * Z[:, process]."""
+    """Fill the first `lanes` rows of `out` (n_lanes, n_processes) with the sums of mv[:, lane] * Z[:, process].
+
+    Eight samples at once, so that the sums are loaded and stored once for eight.
+    """
     n = mv.shape[0]
     n_processes = Z.shape[1]
     for v in range(lanes):
         for p in range(n_processes):
             out[v, p] = 0.0
     k = 0
-    while k + 3 < n:
-        z0, z1, z2, z3 = Z[k], Z[k + 1], Z[k + 2], Z[k + 3]
+    while k + 7 < n:
+        z0, z1, z2, z3, z4, z5, z6, z7 = Z[k], Z[k + 1], Z[k + 2], Z[k + 3], Z[k + 4], Z[k + 5], Z[k + 6], Z[k + 7]
         for v in range(lanes):
             m0, m1, m2, m3 = mv[k, v], mv[k + 1, v], mv[k + 2, v], mv[k + 3, v]
+            m4, m5, m6, m7 = mv[k + 4, v], mv[k + 5, v], mv[k + 6, v], mv[k + 7, v]
             sums = out[v]
             for p in range(n_processes):
-                sums[p] += m0 * z0[p] + m1 * z1[p] + m2 * z2[p] + m3 * z3[p]
-        k += 4
+                sums[p] += (
+                    m0 * z0[p] + m1 * z1[p] + m2 * z2[p] + m3 * z3[p]
+                    + m4 * z4[p] + m5 * z5[p] + m6 * z6[p] + m7 * z7[p]
+                )  # fmt: skip
+        k += 8
     while k < n:
         for v in range(lanes):
             m0 = mv[k, v]
@@ -137,52 +146,58 @@ def about_mean(mv, half, total, out):
                 total[v] -= gone[v]
 
 
+@kernel
+def answer_lanes(mv, decay, out):
+    """Fill `out` (n_samples, n_lanes) with the answer of one lag to each column of `mv`; a decay of 1 integrates."""
+    n, lanes = mv.shape
+    enters = 1.0 - decay if decay < 1.0 else 1.0
+    for v in range(lanes):
+        out[0, v] = enters * mv[0, v]
+    for k in range(1, n):
+        new, before, row = mv[k], out[k - 1], out[k]
+        for v in range(lanes):
+            row[v] = decay * before[v] + enters * new[v]
+
+
 @summing
-def squares(mv, a, b, half, marks, u, y, mean, last, power, mixed, out):
+def squares(mv, decay, half, marks, u, mean, last, power, mixed, out):
     """Fill `out` (n_marks, 2, n_lanes): sums of z[k]**2 and of z[k] z[k - 1] over half <= k < mark.
 
-    z is the answer of two lags in series (decays `a` and `b`, one of each for each lane) to the column of `mv`, as
-    `about_mean` leaves it: taking the local mean off before the lags or after them is the same. With a `half` of 0
-    the mean of all samples is taken off z. Four samples at once, so that the vectors (n_lanes,), which are work space,
-    are loaded and stored once for four.
+    z is the answer of one lag, of this decay, to the column of `mv`, as `about_mean` leaves it: taking the local mean
+    off before the lag or after it is the same. With a `half` of 0 the mean of all samples is taken off z. Four samples
+    at once, so that the vectors (n_lanes,), which are work space, are loaded and stored once for four; what the lag
+    takes of its input is left to the sums.
     """
     n, lanes = mv.shape
+    enters = 1.0 - decay if decay < 1.0 else 1.0
     for v in range(lanes):
         last[v] = power[v] = mixed[v] = 0.0
-        u[v] = y[v] = mean[v] = 0.0
+        u[v] = mean[v] = 0.0
     if half == 0:
         for k in range(n):
             m = mv[k]
             for v in range(lanes):
-                u[v] = a[v] * u[v] + (1.0 - a[v] if a[v] < 1.0 else 1.0) * m[v]
-                y[v] = b[v] * y[v] + (1.0 - b[v]) * u[v]
-                mean[v] += y[v]
+                u[v] = decay * u[v] + m[v]
+                mean[v] += u[v]
         for v in range(lanes):
             mean[v] = mean[v] / n
-            u[v] = y[v] = 0.0
+            u[v] = 0.0
     k = 0
     while k < min(2 * half, n):
         m = mv[k]
         for v in range(lanes):
-            u[v] = a[v] * u[v] + (1.0 - a[v] if a[v] < 1.0 else 1.0) * m[v]
-            y[v] = b[v] * y[v] + (1.0 - b[v]) * u[v]
+            u[v] = decay * u[v] + m[v]
         k += 1
     for s in range(marks.shape[0]):
         while k + 3 < marks[s] + half:
             m0, m1, m2, m3 = mv[k], mv[k + 1], mv[k + 2], mv[k + 3]
             for v in range(lanes):
-                first, second = a[v], b[v]
-                enters, leaves = 1.0 - first if first < 1.0 else 1.0, 1.0 - second
-                u0 = first * u[v] + enters * m0[v]
-                u1 = first * u0 + enters * m1[v]
-                u2 = first * u1 + enters * m2[v]
-                u3 = first * u2 + enters * m3[v]
-                y0 = second * y[v] + leaves * u0
-                y1 = second * y0 + leaves * u1
-                y2 = second * y1 + leaves * u2
-                y3 = second * y2 + leaves * u3
-                u[v], y[v] = u3, y3
-                z0, z1, z2, z3 = y0 - mean[v], y1 - mean[v], y2 - mean[v], y3 - mean[v]
+                u0 = decay * u[v] + m0[v]
+                u1 = decay * u0 + m1[v]
+                u2 = decay * u1 + m2[v]
+                u3 = decay * u2 + m3[v]
+                u[v] = u3
+                z0, z1, z2, z3 = u0 - mean[v], u1 - mean[v], u2 - mean[v], u3 - mean[v]
                 power[v] += z0 * z0 + z1 * z1 + z2 * z2 + z3 * z3
                 mixed[v] += z0 * last[v] + z1 * z0 + z2 * z1 + z3 * z2
                 last[v] = z3
@@ -190,13 +205,12 @@ def squares(mv, a, b, half, marks, u, y, mean, last, power, mixed, out):
         while k < marks[s] + half:
             m = mv[k]
             for v in range(lanes):
-                u[v] = a[v] * u[v] + (1.0 - a[v] if a[v] < 1.0 else 1.0) * m[v]
-                y[v] = b[v] * y[v] + (1.0 - b[v]) * u[v]
-                z = y[v] - mean[v]
+                u[v] = decay * u[v] + m[v]
+                z = u[v] - mean[v]
                 power[v] += z * z
                 mixed[v] += z * last[v]
                 last[v] = z
             k += 1
         for v in range(lanes):
-            out[s, 0, v] = power[v]
-            out[s, 1, v] = mixed[v]
+            out[s, 0, v] = enters * enters * power[v]
+            out[s, 1, v] = enters * enters * mixed[v]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.prediction import desk, errors_of_stems, prediction_errors, stems
+from stiction.diagnosis.identification.prediction import behind_lag, desk, errors_of_stems, prediction_errors, stems
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -281,7 +281,7 @@ def errors_of(prediction: Prediction, mv: NDArray[np.float64]) -> tuple[NDArray[
     """
     ends, n = prediction.ends, mv.shape[0]
     left, blocks = np.empty(n), np.empty((n, ends.size))
-    work = desk(prediction.pv.size, prediction.order, prediction.edges)
+    work = desk(prediction.pv.size, prediction.width, prediction.order, prediction.edges)
     errors_of_stems(
         mv,
         prediction.pv,
@@ -313,9 +313,10 @@ def stem_of(prediction: Prediction, valve: Trial) -> NDArray[np.float64]:
     ndarray, shape (n_samples * width,)
         Stem position [% of span].
     """
-    mv, work = np.empty((1, prediction.op.size)), np.empty((4, 1))
+    mv, air, work = np.empty((1, prediction.op.size)), np.empty(prediction.op.size), np.empty((3, 1))
     S, ratio, stops, place, lag = (np.full(1, x) for x in valve)
-    stems(prediction.op, 1, S, S * ratio, stops, place, kept(lag), work[0], work[1], work[2], work[3], mv)
+    behind_lag(prediction.op, float(kept(lag)[0]), air)
+    stems(air, 1, 1, S, S * ratio, stops, place, work[0], work[1], work[2:], mv)
     return mv[0]
 
 
@@ -356,7 +357,7 @@ def _errors(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     S, ratio, stops, place, lag = (np.ascontiguousarray(column) for column in valve.T)
     left, blocks = np.empty(S.size), np.empty((S.size, ends.size))
-    work = desk(prediction.pv.size, prediction.order, prediction.edges)
+    work = desk(prediction.pv.size, prediction.width, prediction.order, prediction.edges)
     prediction_errors(
         prediction.op, prediction.width, prediction.pv, prediction.order, prediction.edges, prediction.begin,
         prediction.shocks, FLOOR, S, S * ratio, stops, place, kept(lag), ends, left, blocks, work,

@@ -12,48 +12,61 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.regression import left_over, past_products
+from stiction.diagnosis.identification.regression import left_over, own_past
 from stiction.models.compiled import kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Desk", "apart", "desk", "errors_of_stems", "prediction_errors", "stems"]
+__all__ = ["Desk", "apart", "behind_lag", "desk", "errors_of_stems", "prediction_errors", "stems"]
 
 LANES = 32
-"""Valves handled side by side."""
+"""Valves handled side by side [-]."""
+SIDE = 16
+"""Samples after which their stem positions are turned from columns into rows [-]."""
 
 
 class Desk(NamedTuple):
     """Work space of `prediction_errors`, one for each thread."""
 
+    air: NDArray[np.float64]
+    """OP behind a lag of the actuator [% of span], shape (n_samples * width,)."""
     mv: NDArray[np.float64]
     """Stem positions, a valve a row, shape (n_lanes, n_samples)."""
     valve: NDArray[np.float64]
-    """Vectors: S, J, rule, place, share kept, position, direction, air, stem; shape (9, n_lanes)."""
-    past: NDArray[np.float64]
-    """Products of the PV's lags with one another, their sums in the last column, shape (order + 1, order + 2)."""
+    """Vectors: S, J, rule, place, position, direction; shape (6, n_lanes)."""
+    mean: NDArray[np.float64]
+    """Stem positions of some samples, a valve a column, shape (n_side, n_lanes)."""
+    own: NDArray[np.float64]
+    """Factored normal equations of the PV's own past, shape (order + 1, order + 3)."""
+    edge: NDArray[np.float64]
+    """Stems before the window's first sample and before the one past its last, shape (2, lags + 1, n_lanes)."""
     cross: NDArray[np.float64]
-    """Products of the stem's lags with the PV's, shape (lags + 1, order + 1)."""
+    """Products of the stem's lags with the PV's, shape (lags + 1, order + 1, n_lanes)."""
     stem: NDArray[np.float64]
-    """Products of the stem's lags with those up to them; column 0 their sums. Shape (lags + 1, lags + 1)."""
+    """Products of the stem's lags with those up to them; column 0 their sums. Shape (lags + 1, lags + 1, n_lanes)."""
     group: NDArray[np.float64]
-    """Products of a group of the stem's lags with each lag, shape (lags + 1,)."""
-    normal: NDArray[np.float64]
-    """Normal equations, then their triangular root, shape (n_weights, n_weights)."""
+    """Products of a group of the stem's lags with each lag, shape (lags + 1, n_lanes)."""
+    rows: NDArray[np.float64]
+    """Normal equations of the groups, then their triangular root; last their scales. Shape (n_groups, n_weights + 1,
+    n_lanes)."""
     weights: NDArray[np.float64]
-    """Right side, then weights; and the scales of the columns, shape (2, n_weights)."""
+    """Right side, then weights, shape (n_weights, n_lanes)."""
+    left: NDArray[np.float64]
+    """What the groups take of the sum of squares, shape (n_lanes,)."""
     residual: NDArray[np.float64]
     """What the regression leaves, shape (n_samples,)."""
 
 
-def desk(n_samples: int, order: int, edges: NDArray[np.int64]) -> Desk:
+def desk(n_samples: int, width: int, order: int, edges: NDArray[np.int64]) -> Desk:
     """Allocate what `prediction_errors` works in.
 
     Parameters
     ----------
     n_samples : int
         Length of the PV [samples].
+    width : int
+        Samples of OP to one of the PV.
     order : int
         Lags of the PV [-].
     edges : ndarray, shape (n_groups + 1,)
@@ -64,54 +77,73 @@ def desk(n_samples: int, order: int, edges: NDArray[np.int64]) -> Desk:
     Desk
         Arrays without content.
     """
-    lags, weights = int(edges[-1]) - 1, order + edges.size
+    lags, groups = int(edges[-1]) - 1, edges.size - 1
+    weights = 1 + order + groups
     return Desk(
+        air=np.empty(n_samples * width),
         mv=np.empty((LANES, n_samples)),
-        valve=np.empty((9, LANES)),
-        past=np.empty((order + 1, order + 2)),
-        cross=np.empty((lags + 1, order + 1)),
-        stem=np.empty((lags + 1, lags + 1)),
-        group=np.empty(lags + 1),
-        normal=np.empty((weights, weights)),
-        weights=np.empty((2, weights)),
+        valve=np.empty((6, LANES)),
+        mean=np.empty((SIDE, LANES)),
+        own=np.empty((order + 1, order + 3)),
+        edge=np.empty((2, lags + 1, LANES)),
+        cross=np.empty((lags + 1, order + 1, LANES)),
+        stem=np.empty((lags + 1, lags + 1, LANES)),
+        group=np.empty((lags + 1, LANES)),
+        rows=np.empty((groups, weights + 1, LANES)),
+        weights=np.empty((weights, LANES)),
+        left=np.empty(LANES),
         residual=np.empty(n_samples),
     )
 
 
 @kernel
-def stems(op, width, S, J, stops, place, keep, x, moving, air, mean, mv):
-    """Fill `mv` (n_lanes, n_blocks) with each stem's mean over blocks of `width` samples of `op`.
+def behind_lag(op, keep, air):
+    """Fill `air` with `op` behind an actuator that keeps a share `keep` of its way to OP from sample to sample."""
+    u = op[0]
+    for i in range(op.shape[0]):
+        u = op[i] + keep * (u - op[i])
+        air[i] = u
 
-    The rule is Kano's of `follow`, of the air, which keeps a share `keep` of its way to OP from sample to sample; where
-    `stops` is 1 a stem rests again after every sample, as He's does. Each begins `place` half bands off the first OP.
-    `x`, `moving`, `air` and `mean` (n_lanes,) are work space, and `S`, `J` and `stops` are lost: half of S + J, half
-    of S - J and 1 - `stops` take their places.
+
+@kernel
+def stems(op, width, lanes, S, J, stops, place, x, moving, mean, mv):
+    """Fill the first `lanes` rows of `mv` with each stem's mean over blocks of `width` samples of `op`.
+
+    The rule is Kano's of `follow`; where `stops` is 1 a stem rests again after every sample, as He's does. Each begins
+    `place` half bands off the first OP. `x`, `moving` (n_lanes,) and `mean` (n_side, n_lanes) are work space, and `S`,
+    `J` and `stops` are lost: half of S + J, half of S - J and 1 - `stops` take their places.
     """
-    lanes, n = mv.shape
+    n, side = mv.shape[1], mean.shape[0]
     share = 1.0 / width
+    before = op[0]
     for v in range(lanes):
-        x[v] = op[0] + place[v] * 0.5 * (S[v] + J[v])
+        x[v] = before + place[v] * 0.5 * (S[v] + J[v])
         moving[v] = 0.0
-        air[v] = op[0]
         S[v], J[v] = 0.5 * (S[v] + J[v]) * (1.0 + 1e-9), 0.5 * (S[v] - J[v])
         stops[v] = 1.0 - stops[v]
-    for k in range(n):
-        for v in range(lanes):
-            mean[v] = 0.0
-        for i in range(k * width, (k + 1) * width):
+    for first in range(0, n, side):
+        filled = min(side, n - first)
+        for k in range(filled):
+            row = mean[k]
             for v in range(lanes):
-                u = op[i] + keep[v] * (air[v] - op[i])
-                du = u - air[v]
-                air[v] = u
-                e = u - x[v]
-                way = 1.0 if e > 0.0 else -1.0
-                way = way if abs(e) > S[v] else 0.0
-                way = moving[v] if du * moving[v] > 0.0 else way
-                x[v] = u - way * J[v] if way != 0.0 else x[v]
-                moving[v] = way * stops[v]
-                mean[v] += share * x[v]
+                row[v] = 0.0
+            for i in range((first + k) * width, (first + k + 1) * width):
+                u = op[i]
+                du = u - before
+                before = u
+                for v in range(lanes):
+                    e = u - x[v]
+                    way = 1.0 if e > 0.0 else -1.0
+                    way = way if abs(e) > S[v] else 0.0
+                    way = moving[v] if du * moving[v] > 0.0 else way
+                    now = u - way * J[v] if way != 0.0 else x[v]
+                    x[v] = now
+                    moving[v] = way * stops[v]
+                    row[v] += share * now
+        # Blocks are turned some at a time: rows written a value each would push one another out of the cache.
         for v in range(lanes):
-            mv[v, k] = mean[v]
+            for k in range(filled):
+                mv[v, first + k] = mean[k, v]
 
 
 @kernel
@@ -124,31 +156,34 @@ def prediction_errors(
     sums of the stem's lags edges[g] <= lag < edges[g + 1]; a lag of at least 1 keeps the noise that the controller
     hands on to the OP out of its own prediction. The samples `shocks` are not foretold, and are past of others all
     the same. `floor` is the square that no sample falls below. `ends` (n_blocks,) are the samples at which blocks of
-    time end, `blocks` (n, n_blocks) what is left in each; both may be empty. `S`, `J`, `stops`, `place` and `keep` (n,)
-    are those of `stems`.
+    time end, `blocks` (n, n_blocks) what is left in each; both may be empty. `S`, `J`, `stops` and `place` (n,) are
+    those of `stems`, `keep` (n,) that of `behind_lag`; valves side by side are best of one lag.
     """
-    mv, valve = work.mv, work.valve
-    lanes = mv.shape[0]
-    past_products(pv, order, begin, shocks, work.past)
-    for base in range(0, S.shape[0], lanes):
-        filled = min(lanes, S.shape[0] - base)
-        for v in range(lanes):
-            i = base + min(v, filled - 1)
-            valve[0, v], valve[1, v], valve[2, v], valve[3, v], valve[4, v] = S[i], J[i], stops[i], place[i], keep[i]
-        stems(op, width, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], valve[6], valve[7], valve[8], mv)
-        for v in range(filled):
-            left[base + v] = left_over(pv, mv[v], order, edges, begin, shocks, floor, ends, blocks[base + v], work)
+    valve = work.valve
+    energy = own_past(pv, order, begin, shocks, work.own)
+    base, lag = 0, -1.0
+    while base < S.shape[0]:
+        if keep[base] != lag:
+            lag = keep[base]
+            behind_lag(op, lag, work.air)
+        lanes = 0
+        while lanes < work.mv.shape[0] and base + lanes < S.shape[0] and keep[base + lanes] == lag:
+            i = base + lanes
+            valve[0, lanes], valve[1, lanes], valve[2, lanes], valve[3, lanes] = S[i], J[i], stops[i], place[i]
+            lanes += 1
+        stems(work.air, width, lanes, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], work.mean, work.mv)
+        left_over(pv, lanes, order, edges, begin, shocks, floor, energy, ends, base, left, blocks, work)
+        base += lanes
 
 
 @kernel
 def errors_of_stems(mv, pv, order, edges, begin, shocks, floor, ends, left, blocks, work):
-    """Fill `left` and `blocks` as `prediction_errors` does, of stems `mv` (n, n_samples) that are known.
-
-    Their means are taken off in place.
-    """
-    past_products(pv, order, begin, shocks, work.past)
-    for v in range(mv.shape[0]):
-        left[v] = left_over(pv, mv[v], order, edges, begin, shocks, floor, ends, blocks[v], work)
+    """Fill `left` and `blocks` as `prediction_errors` does, of stems `mv` (n, n_samples) that are known."""
+    energy = own_past(pv, order, begin, shocks, work.own)
+    for base in range(0, mv.shape[0], work.mv.shape[0]):
+        lanes = min(work.mv.shape[0], mv.shape[0] - base)
+        work.mv[:lanes] = mv[base : base + lanes]
+        left_over(pv, lanes, order, edges, begin, shocks, floor, energy, ends, base, left, blocks, work)
 
 
 @kernel

@@ -1,4 +1,8 @@
-"""One stem's regression, from sums of products: what it leaves of the PV, in all and in blocks of time."""
+"""Regressions of many stems side by side, from sums of products: what each leaves of the PV, in all and block by block.
+
+Stems stand in lanes, the last axis of every table, so that a step of the algebra is one step of all. What the PV's own
+lags have to do with one another no stem changes: they are factored once.
+"""
 
 from __future__ import annotations
 
@@ -6,48 +10,94 @@ import math
 
 from stiction.models.compiled import summing
 
-__all__ = ["left_over", "past_products"]
+__all__ = ["left_over", "own_past"]
+
+NUGGET = 1e-9
+"""Added to the diagonal of normal equations whose columns have unit length [-]."""
+EXPLAINED = 1e-8
+"""Share of a column's square that those before it must leave for it to get a weight [-]."""
+EMPTY = 1e-12
+"""Mean square up to which a column is none."""
 
 
 @summing
-def past_products(pv, order, begin, shocks, past):
-    """Products of the PV's lags."""
-    n = pv.shape[0]
+def own_past(pv, order, begin, shocks, own):
+    """Fill `own` with the factored normal equations of the PV on a constant and its own lags; what they leave of it.
+
+    Columns 0 to `order` of `own` (order + 1, order + 3) hold the triangular root, 1 over it on the diagonal; then come
+    the right side, solved for, and the scale that brings each column to unit length.
+    """
+    n, last = pv.shape[0], order + 1
+    samples = n - begin - shocks.shape[0]
+    own[0, 0], own[0, last] = samples, _product(pv, -1, 0, begin, shocks)
+    for i in range(1, order + 1):
+        own[i, 0], own[i, last] = _product(pv, -1, i, begin, shocks), _product(pv, 0, i, begin, shocks)
+        for j in range(1, i + 1):
+            own[i, j] = _product(pv, i, j, begin, shocks)
+    left = _product(pv, 0, 0, begin, shocks)
     for i in range(order + 1):
-        total = 0.0
-        for k in range(begin, n):
-            total += pv[k - i]
-        for k in shocks:
-            total -= pv[k - i]
-        past[i, order + 1] = total
-        for j in range(i + 1):
-            total = 0.0
-            for k in range(begin, n):
-                total += pv[k - i] * pv[k - j]
-            for k in shocks:
-                total -= pv[k - i] * pv[k - j]
-            past[i, j] = past[j, i] = total
+        row = own[i]
+        scale = 1.0 / math.sqrt(row[i]) if row[i] > EMPTY * samples else 0.0
+        rest, right = 1.0 + NUGGET, row[last] * scale
+        for j in range(i):
+            total = row[j] * scale * own[j, last + 1]
+            for p in range(j):
+                total -= row[p] * own[j, p]
+            row[j] = total * own[j, j]
+            rest -= row[j] * row[j]
+            right -= row[j] * own[j, last]
+        row[i] = 1.0 / math.sqrt(rest) if rest > EXPLAINED else 0.0
+        row[last], row[last + 1] = right * row[i], scale
+        left -= row[last] * row[last]
+    return left
 
 
 @summing
-def left_over(pv, mv, order, edges, begin, shocks, floor, ends, blocks, work):
-    """Sum of squares that one stem leaves, and what is left in each block; `work.past` is known."""
-    samples = pv.shape[0] - begin - shocks.shape[0]
-    lags = edges[edges.shape[0] - 1] - 1
-    past, cross, stem = work.past, work.cross, work.stem
-    _centre(mv)
-    _products(pv, mv, order, lags, begin, cross, stem)
-    _shifted(pv, mv, order, lags, begin, cross, stem)
-    _without(pv, mv, order, lags, shocks, cross, stem)
-    _normal(samples, order, edges, past, cross, stem, work.group, work.normal, work.weights)
-    left = _solve(past[0, 0], work.normal, work.weights) + floor * samples
-    if ends.shape[0] > 0:
-        _weights(work.normal, work.weights)
-        _residual(pv, mv, order, edges, begin, work.weights[0], work.residual)
+def _product(pv, i, j, begin, shocks):
+    """Sum of products of two lags of the PV; lag -1 is the constant."""
+    n = pv.shape[0]
+    one = pv[begin - j : n - j]
+    total = 0.0
+    if i < 0:
+        for k in range(n - begin):
+            total += one[k]
         for k in shocks:
-            work.residual[k] = 0.0
-        _by_block(work.residual, begin, floor, ends, blocks)
-    return left
+            total -= pv[k - j]
+        return total
+    other = pv[begin - i : n - i]
+    for k in range(n - begin):
+        total += one[k] * other[k]
+    for k in shocks:
+        total -= pv[k - i] * pv[k - j]
+    return total
+
+
+@summing
+def left_over(pv, lanes, order, edges, begin, shocks, floor, energy, ends, base, left, blocks, work):
+    """Fill `left` from `base` on with the sum of squares that each of `lanes` stems leaves, `blocks` with its parts.
+
+    The stems are those of `work.mv`, whose means are taken off in place; `work.own` is known, and `energy` what it
+    leaves.
+    """
+    samples = pv.shape[0] - begin - shocks.shape[0]
+    lags, groups = edges[edges.shape[0] - 1] - 1, edges.shape[0] - 1
+    cross, stem, rows, weights = work.cross, work.stem, work.rows, work.weights
+    for v in range(lanes):
+        _centre(work.mv[v])
+        _products(pv, work.mv[v], v, order, lags, begin, cross, stem, work.edge)
+    _shifted(pv, lanes, order, lags, begin, work.edge, cross, stem)
+    _without(pv, work.mv, lanes, order, lags, shocks, cross, stem)
+    _rows(lanes, order, edges, cross, stem, work.group, rows, weights)
+    _solve(lanes, samples, order, groups, work.own, rows, weights, work.left)
+    for v in range(lanes):
+        left[base + v] = max(energy - work.left[v], 0.0) + floor * samples
+    if ends.shape[0] > 0:
+        _weights(lanes, order, groups, work.own, rows, weights)
+        for v in range(lanes):
+            _residual(pv, work.mv[v], v, order, edges, begin, weights, work.residual)
+            for k in shocks:
+                work.residual[k] = 0.0
+            _by_block(work.residual, begin, floor, ends, blocks[base + v])
 
 
 @summing
@@ -62,10 +112,11 @@ def _centre(mv):
 
 
 @summing
-def _products(pv, mv, order, lags, begin, cross, stem):
+def _products(pv, mv, v, order, lags, begin, cross, stem, edge):
     """Sums over the window: PV now by stem then, stem one ago by stem then, PV then by stem one ago, and the stem.
 
-    Four lags at once, so that what they share is loaded once; past the last lag that one is done again.
+    Four lags at once, so that what they share is loaded once; past the last lag that one is done again. `edge` gets
+    the stem before the window's first sample and before the one past its last.
     """
     n = mv.shape[0]
     size = n - begin
@@ -85,8 +136,8 @@ def _products(pv, mv, order, lags, begin, cross, stem):
             b1 += one[k] * m1[k]
             b2 += one[k] * m2[k]
             b3 += one[k] * m3[k]
-        cross[lag, 0], cross[second, 0], cross[third, 0], cross[fourth, 0] = a0, a1, a2, a3
-        stem[lag, 1], stem[second, 1], stem[third, 1], stem[fourth, 1] = b0, b1, b2, b3
+        cross[lag, 0, v], cross[second, 0, v], cross[third, 0, v], cross[fourth, 0, v] = a0, a1, a2, a3
+        stem[lag, 1, v], stem[second, 1, v], stem[third, 1, v], stem[fourth, 1, v] = b0, b1, b2, b3
     for i in range(1, order + 1, 4):
         second, third, fourth = min(i + 1, order), min(i + 2, order), min(i + 3, order)
         y0, y1 = pv[begin - i : n - i], pv[begin - second : n - second]
@@ -97,139 +148,180 @@ def _products(pv, mv, order, lags, begin, cross, stem):
             a1 += y1[k] * one[k]
             a2 += y2[k] * one[k]
             a3 += y3[k] * one[k]
-        cross[1, i], cross[1, second], cross[1, third], cross[1, fourth] = a0, a1, a2, a3
+        cross[1, i, v], cross[1, second, v], cross[1, third, v], cross[1, fourth, v] = a0, a1, a2, a3
     total = 0.0
     for k in range(size):
         total += one[k]
-    stem[1, 0] = total
+    stem[1, 0, v] = total
+    for lag in range(1, lags + 1):
+        edge[0, lag, v], edge[1, lag, v] = mv[begin - lag], mv[n - lag]
 
 
 @summing
-def _shifted(pv, mv, order, lags, begin, cross, stem):
+def _shifted(pv, lanes, order, lags, begin, edge, cross, stem):
     """Products of all pairs of lags from those of `_products`: shifting both costs only the edges of the window."""
-    n = mv.shape[0]
+    n = pv.shape[0]
     for lag in range(2, lags + 1):
-        row, before = stem[lag], stem[lag - 1]
-        enter, leave = mv[begin - lag : begin], mv[n - lag : n]
-        row[0] = before[0] + enter[0] - leave[0]
+        enter, leave = edge[0, lag], edge[1, lag]
+        row, before = stem[lag, 0], stem[lag - 1, 0]
+        for v in range(lanes):
+            row[v] = before[v] + enter[v] - leave[v]
         for other in range(2, lag + 1):
-            row[other] = before[other - 1] + enter[0] * enter[lag - other] - leave[0] * leave[lag - other]
+            row, before = stem[lag, other], stem[lag - 1, other - 1]
+            first, last = edge[0, other], edge[1, other]
+            for v in range(lanes):
+                row[v] = before[v] + enter[v] * first[v] - leave[v] * last[v]
         for i in range(1, order + 1):
-            cross[lag, i] = cross[lag - 1, i - 1] + pv[begin - i] * enter[0] - pv[n - i] * leave[0]
+            row, before = cross[lag, i], cross[lag - 1, i - 1]
+            came, went = pv[begin - i], pv[n - i]
+            for v in range(lanes):
+                row[v] = before[v] + came * enter[v] - went * leave[v]
 
 
 @summing
-def _without(pv, mv, order, lags, shocks, cross, stem):
+def _without(pv, mv, lanes, order, lags, shocks, cross, stem):
     """Take what the samples `shocks` add out of the products."""
     for k in shocks:
         for lag in range(1, lags + 1):
-            then, row = mv[k - lag], stem[lag]
-            row[0] -= then
+            for v in range(lanes):
+                stem[lag, 0, v] -= mv[v, k - lag]
             for other in range(1, lag + 1):
-                row[other] -= then * mv[k - other]
+                for v in range(lanes):
+                    stem[lag, other, v] -= mv[v, k - lag] * mv[v, k - other]
             for i in range(order + 1):
-                cross[lag, i] -= then * pv[k - i]
+                for v in range(lanes):
+                    cross[lag, i, v] -= mv[v, k - lag] * pv[k - i]
 
 
 @summing
-def _normal(samples, order, edges, past, cross, stem, group, normal, weights):
-    """Normal equations: constant, lags of the PV, groups of the stem's lags; columns scaled to unit length."""
-    groups = edges.shape[0] - 1
-    size = 1 + order + groups
-    right, scale = weights[0], weights[1]
-    normal[0, 0] = samples
-    right[0] = past[0, order + 1]
-    for i in range(1, order + 1):
-        normal[i, 0] = past[i, order + 1]
-        right[i] = past[0, i]
-        for j in range(1, i + 1):
-            normal[i, j] = past[i, j]
-    for g in range(groups):
-        row, first, last = normal[1 + order + g], edges[g], edges[g + 1]
+def _rows(lanes, order, edges, cross, stem, group, rows, weights):
+    """Normal equations of the groups of the stem's lags: with the constant, the PV's lags, and the groups up to each.
+
+    The right side goes into `weights`.
+    """
+    for g in range(edges.shape[0] - 1):
+        first, last = edges[g], edges[g + 1]
+        row, right = rows[g], weights[1 + order + g]
+        for v in range(lanes):
+            row[0, v] = stem[first, 0, v]
+            right[v] = cross[first, 0, v]
+        for i in range(1, order + 1):
+            for v in range(lanes):
+                row[i, v] = cross[first, i, v]
         for then in range(1, last):
-            group[then] = 0.0
-        for i in range(order + 1):
-            row[i] = 0.0
-        right[1 + order + g] = 0.0
-        for lag in range(first, last):
-            row[0] += stem[lag, 0]
-            right[1 + order + g] += cross[lag, 0]
+            total, there = group[then], stem[max(first, then), min(first, then)]
+            for v in range(lanes):
+                total[v] = there[v]
+        for lag in range(first + 1, last):
+            for v in range(lanes):
+                row[0, v] += stem[lag, 0, v]
+                right[v] += cross[lag, 0, v]
             for i in range(1, order + 1):
-                row[i] += cross[lag, i]
-            for then in range(1, lag + 1):
-                group[then] += stem[lag, then]
-            # The table holds each pair of lags once; within a group both of its halves count.
-            for then in range(first, lag):
-                group[then] += stem[lag, then]
+                for v in range(lanes):
+                    row[i, v] += cross[lag, i, v]
+            for then in range(1, last):
+                total, there = group[then], stem[max(lag, then), min(lag, then)]
+                for v in range(lanes):
+                    total[v] += there[v]
         for other in range(g + 1):
-            total = 0.0
-            for then in range(edges[other], edges[other + 1]):
-                total += group[then]
-            row[1 + order + other] = total
-    for i in range(size):
-        scale[i] = 1.0 / math.sqrt(normal[i, i]) if normal[i, i] > 1e-12 * samples else 0.0
-    for i in range(size):
-        for j in range(i):
-            normal[i, j] *= scale[i] * scale[j]
-        normal[i, i] = 1.0 + 1e-9
-        right[i] *= scale[i]
+            total = row[1 + order + other]
+            for v in range(lanes):
+                total[v] = group[edges[other], v]
+            for then in range(edges[other] + 1, edges[other + 1]):
+                for v in range(lanes):
+                    total[v] += group[then, v]
 
 
 @summing
-def _solve(energy, normal, weights):
-    """What the regression leaves of `energy`.
+def _solve(lanes, samples, order, groups, own, rows, weights, left):
+    """Fill `left` with what the groups take of the energy that the PV's past leaves.
 
     By Cholesky, in place, the right side along with it; a column that the ones before it explain gets no weight.
     """
-    size = weights.shape[1]
-    right = weights[0]
-    left = energy
-    for i in range(size):
-        row = normal[i]
-        for j in range(i + 1):
+    last = order + 1
+    for v in range(lanes):
+        left[v] = 0.0
+    for i in range(order + 1):
+        for v in range(lanes):
+            weights[i, v] = own[i, last]
+    for g in range(groups):
+        row, at = rows[g], 1 + order + g
+        scale, root, right = row[at + 1], row[at], weights[at]
+        for v in range(lanes):
+            scale[v] = 1.0 / math.sqrt(root[v]) if root[v] > EMPTY * samples else 0.0
+            root[v] = 1.0 + NUGGET
+            right[v] *= scale[v]
+        for j in range(at):
             total = row[j]
-            for p in range(j):
-                total -= row[p] * normal[j, p]
-            if j < i:
-                row[j] = total * normal[j, j]
+            if j <= order:
+                for v in range(lanes):
+                    total[v] *= scale[v] * own[j, last + 1]
+                for p in range(j):
+                    share, to = own[j, p], row[p]
+                    for v in range(lanes):
+                        total[v] -= share * to[v]
+                for v in range(lanes):
+                    total[v] *= own[j, j]
             else:
-                row[i] = 1.0 / math.sqrt(total) if total > 1e-8 else 0.0
-        total = right[i]
-        for p in range(i):
-            total -= row[p] * right[p]
-        right[i] = total * row[i]
-        left -= right[i] * right[i]
-    return max(left, 0.0)
+                other = rows[j - last]
+                for v in range(lanes):
+                    total[v] *= scale[v] * other[j + 1, v]
+                for p in range(j):
+                    one, to = other[p], row[p]
+                    for v in range(lanes):
+                        total[v] -= one[v] * to[v]
+                for v in range(lanes):
+                    total[v] *= other[j, v]
+            done = weights[j]
+            for v in range(lanes):
+                root[v] -= total[v] * total[v]
+                right[v] -= total[v] * done[v]
+        for v in range(lanes):
+            root[v] = 1.0 / math.sqrt(root[v]) if root[v] > EXPLAINED else 0.0
+            right[v] *= root[v]
+            left[v] += right[v] * right[v]
 
 
 @summing
-def _weights(normal, weights):
+def _weights(lanes, order, groups, own, rows, weights):
     """Go on from `_solve` to the weights, in place of the right side."""
-    size = weights.shape[1]
-    right, scale = weights[0], weights[1]
-    for back in range(size):
-        i = size - 1 - back
-        total = right[i]
-        for p in range(i + 1, size):
-            total -= normal[p, i] * right[p]
-        right[i] = total * normal[i, i]
-    for i in range(size):
-        right[i] *= scale[i]
+    last = order + 1
+    for back in range(groups):
+        g = groups - 1 - back
+        row, at = rows[g], last + g
+        done = weights[at]
+        for v in range(lanes):
+            done[v] *= row[at, v]
+        for j in range(at):
+            for v in range(lanes):
+                weights[j, v] -= row[j, v] * done[v]
+        for v in range(lanes):
+            done[v] *= row[at + 1, v]
+    for back in range(last):
+        i = order - back
+        done = weights[i]
+        for v in range(lanes):
+            done[v] *= own[i, i]
+        for j in range(i):
+            for v in range(lanes):
+                weights[j, v] -= own[i, j] * done[v]
+        for v in range(lanes):
+            done[v] *= own[i, last + 1]
 
 
 @summing
-def _residual(pv, mv, order, edges, begin, weights, out):
-    """Fill `out` (n_samples,) from `begin` on with what the regression leaves of the PV, a lag at a time."""
+def _residual(pv, mv, v, order, edges, begin, weights, out):
+    """Fill `out` (n_samples,) from `begin` on with what the regression of lane `v` leaves of the PV, lag by lag."""
     n = pv.shape[0]
     now = out[begin:n]
     for k in range(n - begin):
-        now[k] = pv[begin + k] - weights[0]
+        now[k] = pv[begin + k] - weights[0, v]
     for i in range(1, order + 1):
-        then = pv[begin - i : n - i]
+        share, then = weights[i, v], pv[begin - i : n - i]
         for k in range(n - begin):
-            now[k] -= weights[i] * then[k]
+            now[k] -= share * then[k]
     for g in range(edges.shape[0] - 1):
-        share = weights[1 + order + g]
+        share = weights[1 + order + g, v]
         for lag in range(edges[g], edges[g + 1]):
             then = mv[begin - lag : n - lag]
             for k in range(n - begin):

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.lanes import about_mean, backwards, follow_lanes, products, squares
+from stiction.diagnosis.identification.lanes import about_mean, answer_lanes, backwards, follow_lanes, products, squares
 from stiction.models.compiled import kernel
 
 if TYPE_CHECKING:
@@ -38,8 +38,10 @@ class Work(NamedTuple):
     """Squares and neighbours' products of the answers up to the marks, shape (n_marks, 2, n_lanes)."""
     about: NDArray[np.float64]
     """Stem positions about their local mean, shape (n_samples, n_lanes)."""
+    lagged: NDArray[np.float64]
+    """The same behind the first of two lags, shape (n_samples, n_lanes)."""
     lane: NDArray[np.float64]
-    """Vectors, shape (10, n_lanes)."""
+    """Vectors, shape (7, n_lanes)."""
     column: NDArray[np.float64]
     """A signal, shape (n_samples,)."""
     process: NDArray[np.float64]
@@ -84,7 +86,8 @@ def work_space(n_samples: int, half: int, n_lags: int, delays: NDArray[np.int64]
         cross=np.empty((lanes, processes)),
         square=np.empty((marks.size, 2, lanes)),
         about=np.empty((n_samples, lanes)),
-        lane=np.empty((10, lanes)),
+        lagged=np.empty((n_samples, lanes)),
+        lane=np.empty((7, lanes)),
         column=np.empty(n_samples),
         process=np.empty((5, processes)),
         marks=marks,
@@ -204,16 +207,14 @@ def search(op, width, target, half, S, J, first, second, delays, begin, sign, er
         energy += target[k] * target[k]
     backwards(target, half, first, second, delays, begin, end, work.column, work.process, work.Z)
     lane = work.lane
-    band, jump, u, y, total, last, power, mixed, a, b = (
-        lane[0], lane[1], lane[2], lane[3], lane[4], lane[5], lane[6], lane[7], lane[8], lane[9],
-    )  # fmt: skip
+    band, jump, u, total, last, power, mixed = lane[0], lane[1], lane[2], lane[3], lane[4], lane[5], lane[6]
     for base in range(0, S.shape[0], lanes):
         filled = min(lanes, S.shape[0] - base)
         for v in range(lanes):
             i = base + min(v, filled - 1)
             band[v] = S[i]
             jump[v] = J[i]
-        follow_lanes(op, band, jump, width, u, y, work.mv)
+        follow_lanes(op, band, jump, width, u, total, work.mv)
         for v in range(lanes):
             total[v] = 0.0
         for k in range(n):
@@ -236,9 +237,12 @@ def search(op, width, target, half, S, J, first, second, delays, begin, sign, er
             for d in range(delays.shape[0]):
                 by_delay[i, d] = energy
         for q in range(first.shape[0]):
-            for v in range(lanes):
-                a[v], b[v] = first[q], second[q]
-            squares(work.about, a, b, half, work.marks, u, y, total, last, power, mixed, work.square)
+            if second[q] > 0.0:
+                if q == 0 or second[q - 1] == 0.0 or first[q] != first[q - 1]:
+                    answer_lanes(work.about, first[q], work.lagged)
+                squares(work.lagged, second[q], half, work.marks, u, total, last, power, mixed, work.square)
+            else:
+                squares(work.about, first[q], half, work.marks, u, total, last, power, mixed, work.square)
             for v in range(filled):
                 best_dead_time(
                     v, base + v, q, delays, sign, energy, 1e-12 * (end - begin) * S[base + v] ** 2, error, gain, best,
