@@ -16,6 +16,8 @@ __all__ = ["LONGEST_DELAY", "OF_RECORD", "Processes", "answer", "dense_processes
 
 LONGEST_DELAY, OF_RECORD = 0.45, 0.125
 """Longest dead time tried, as a share of the period, and of the record [-]."""
+FIVE, SEVEN = np.linspace(-1.0, 1.0, 5), np.linspace(-1.0, 1.0, 7)
+"""Powers of the spread at which candidates lie about the best [-]."""
 
 
 class Processes(NamedTuple):
@@ -93,16 +95,16 @@ def near(processes: Processes, best: NDArray[np.float64], closer: float, integra
     reach = max(round(closer * step), 2)
     delays = np.arange(max(centre - reach, -1), centre + reach + 2)
     if np.isinf(tau):
-        tails = np.concatenate([[0.0], max(second, 0.7) * np.geomspace(1.0 / spread, spread, 7)])
+        tails = np.concatenate([[0.0], max(second, 0.7) * spread**SEVEN])
         pairs = [(np.inf, tail) for tail in tails]
         if integrating is None:
             pairs += [(slow, 0.0) for slow in np.max(processes.delays) * np.array([4.0, 8.0])]
         return _candidates(pairs, delays)
-    lags = max(tau, 0.3) * np.geomspace(1.0 / spread, spread, 5)
+    lags = max(tau, 0.3) * spread**FIVE
     share = second / max(tau, 0.3)
     shares = np.array([0.0, 0.15, 0.4, 1.0])
     if share > 0.0:
-        shares = np.append(share * np.geomspace(1.0 / spread, spread, 5), 0.0)
+        shares = np.append(share * spread**FIVE, 0.0)
     pairs = [(0.0, 0.0)] if tau < 0.7 else []
     pairs += [(t, t * part) for t in lags for part in shares if part <= 1.01]
     return _candidates(pairs, delays)
