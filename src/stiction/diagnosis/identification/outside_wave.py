@@ -108,17 +108,23 @@ def repeated(signals: NDArray[np.float64], period: float, harmonics: int) -> NDA
         That part [unit of the signals].
     """
     n, order = signals.shape[1], np.arange(2 * harmonics + 1)
-    turns = np.cumprod(np.tile(np.exp(2j * np.pi / period * np.arange(n)), (harmonics, 1)), axis=0)
+    turns = np.empty((harmonics, n), dtype=complex)
+    turns[0] = np.exp(2j * np.pi / period * np.arange(n))
+    for h in range(1, harmonics):
+        np.multiply(turns[h - 1], turns[0], out=turns[h])
+    waves = np.concatenate([turns.real, turns.imag])
     # The products of two harmonics add up to geometric series of the difference of their orders.
     step = np.exp(2j * np.pi / period * order[1:])
     series = np.concatenate([[n], (step**n - 1.0) / (step - 1.0)])
     apart = order - order[:, np.newaxis]
     alike = np.where(apart < 0, series[np.abs(apart)].conj(), series[np.abs(apart)])
     # Not by `@`: the threads of a linear algebra library take longer to start than so small a product takes.
-    shares = np.einsum("hn,kn->hk", turns.conj(), signals)
+    shares = np.einsum("hn,kn->hk", waves, signals)
+    shares = shares[:harmonics] - 1j * shares[harmonics:]
     shares = np.concatenate([shares[::-1].conj(), signals.sum(axis=1)[np.newaxis], shares])
     weights = np.linalg.solve(alike, shares)[harmonics:]
-    return weights[:1].real.T + 2.0 * np.einsum("hk,hn->kn", weights[1:], turns).real
+    each = 2.0 * np.concatenate([weights[1:].real, -weights[1:].imag])
+    return weights[:1].real.T + np.einsum("hk,hn->kn", each, waves)
 
 
 def fundamental(pv: NDArray[np.float64], period: float, harmonics: int) -> float:
