@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.prediction import behind_lag, desk, errors_of_stems, prediction_errors, stems
+from stiction.diagnosis.identification.prediction import LANES, behind_lag, desk, prediction_errors, stems
+from stiction.diagnosis.identification.regression import left_over, own_past
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -272,29 +273,24 @@ def errors_of(prediction: Prediction, mv: NDArray[np.float64]) -> tuple[NDArray[
     prediction : Prediction
         What is foretold.
     mv : ndarray, shape (n, n_samples)
-        Stem positions, a row each; their means are taken off in place.
+        Stem positions, a row each.
 
     Returns
     -------
     tuple of ndarray
         Of all samples, shape (n,), and of each half cycle, shape (n, n_halves).
     """
+    pv, order, edges, begin, shocks = (
+        prediction.pv, prediction.order, prediction.edges, prediction.begin, prediction.shocks
+    )  # fmt: skip
     ends, n = prediction.ends, mv.shape[0]
     left, blocks = np.empty(n), np.empty((n, ends.size))
-    work = desk(prediction.pv.size, prediction.width, prediction.order, prediction.edges)
-    errors_of_stems(
-        mv,
-        prediction.pv,
-        prediction.order,
-        prediction.edges,
-        prediction.begin,
-        prediction.shocks,
-        FLOOR,
-        ends,
-        left,
-        blocks,
-        work,
-    )
+    work = desk(pv.size, prediction.width, order, edges)
+    energy = own_past(pv, order, begin, shocks, work.own)
+    for base in range(0, n, LANES):
+        some = mv[base : base + LANES]
+        work.mv[: len(some)] = some
+        left_over(pv, len(some), order, edges, begin, shocks, FLOOR, energy, ends, base, left, blocks, work)
     return left, blocks
 
 

@@ -108,7 +108,7 @@ def repeated(signals: NDArray[np.float64], period: float, harmonics: int) -> NDA
         That part [unit of the signals].
     """
     n, order = signals.shape[1], np.arange(2 * harmonics + 1)
-    turns = np.empty((harmonics, n), dtype=complex)
+    turns = np.empty((harmonics, n), dtype=np.complex128)
     turns[0] = np.exp(2j * np.pi / period * np.arange(n))
     for h in range(1, harmonics):
         np.multiply(turns[h - 1], turns[0], out=turns[h])

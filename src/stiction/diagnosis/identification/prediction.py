@@ -18,7 +18,7 @@ from stiction.models.compiled import kernel
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Desk", "apart", "behind_lag", "desk", "errors_of_stems", "prediction_errors", "stems"]
+__all__ = ["LANES", "Desk", "apart", "behind_lag", "desk", "prediction_errors", "stems"]
 
 LANES = 32
 """Valves handled side by side [-]."""
@@ -161,29 +161,18 @@ def prediction_errors(
     """
     valve = work.valve
     energy = own_past(pv, order, begin, shocks, work.own)
-    base, lag = 0, -1.0
-    while base < S.shape[0]:
-        if keep[base] != lag:
-            lag = keep[base]
+    lag, lanes = -1.0, 0
+    for i in range(S.shape[0]):
+        valve[0, lanes], valve[1, lanes], valve[2, lanes], valve[3, lanes] = S[i], J[i], stops[i], place[i]
+        lanes += 1
+        if lanes < work.mv.shape[0] and i + 1 < S.shape[0] and keep[i + 1] == keep[i]:
+            continue
+        if keep[i] != lag:
+            lag = keep[i]
             behind_lag(op, lag, work.air)
-        lanes = 0
-        while lanes < work.mv.shape[0] and base + lanes < S.shape[0] and keep[base + lanes] == lag:
-            i = base + lanes
-            valve[0, lanes], valve[1, lanes], valve[2, lanes], valve[3, lanes] = S[i], J[i], stops[i], place[i]
-            lanes += 1
         stems(work.air, width, lanes, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], work.mean, work.mv)
-        left_over(pv, lanes, order, edges, begin, shocks, floor, energy, ends, base, left, blocks, work)
-        base += lanes
-
-
-@kernel
-def errors_of_stems(mv, pv, order, edges, begin, shocks, floor, ends, left, blocks, work):
-    """Fill `left` and `blocks` as `prediction_errors` does, of stems `mv` (n, n_samples) that are known."""
-    energy = own_past(pv, order, begin, shocks, work.own)
-    for base in range(0, mv.shape[0], work.mv.shape[0]):
-        lanes = min(work.mv.shape[0], mv.shape[0] - base)
-        work.mv[:lanes] = mv[base : base + lanes]
-        left_over(pv, lanes, order, edges, begin, shocks, floor, energy, ends, base, left, blocks, work)
+        left_over(pv, lanes, order, edges, begin, shocks, floor, energy, ends, i + 1 - lanes, left, blocks, work)
+        lanes = 0
 
 
 @kernel
