@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError, require_finite, require_positive
-from stiction.models.switch import NO_COMPENSATOR
+from stiction.models.switch import NO_COMPENSATOR, is_plain
 from stiction.records.record import LoopRecord, Provenance
-from stiction.simulation.drivers import closed_loop
+from stiction.simulation.drivers import closed_loop, plain_loop
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -99,16 +99,22 @@ def simulate(
         ]
     )
     compensator = loop.compensator
-    kind, settings = (
-        (NO_COMPENSATOR, _NOTHING) if compensator is None else (compensator.code, compensator.pack(loop.dt))
-    )
     # One block: the pages of a large one come many at a time, those of smaller ones singly, as they are touched.
     pv, op, mv, recorded_sp, *sent = np.empty((4 if compensator is None else 5, n))
     recorded_sp[:] = set_point
-    closed_loop(
-        loop.controller.pack(loop.dt), kind, settings, loop.valve.code, loop.valve.pack(loop.dt), *loop.discrete,
-        set_point, load, pv_load, hand, start, pv, op, sent[0] if sent else _NOTHING, mv,
-    )  # fmt: skip
+    controller, valve, packed = loop.controller.pack(loop.dt), loop.valve.code, loop.valve.pack(loop.dt)
+    if compensator is None and is_plain(valve):
+        plain_loop(
+            controller, valve, packed, *loop.discrete, set_point, load, pv_load, hand, start, pv, op, mv
+        )  # fmt: skip
+    else:
+        kind, settings = NO_COMPENSATOR, _NOTHING
+        if compensator is not None:
+            kind, settings = compensator.code, compensator.pack(loop.dt)
+        closed_loop(
+            controller, kind, settings, valve, packed, *loop.discrete,
+            set_point, load, pv_load, hand, start, pv, op, sent[0] if sent else _NOTHING, mv,
+        )  # fmt: skip
     return LoopRecord(
         tag,
         loop.dt,

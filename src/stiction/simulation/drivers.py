@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stiction.models.compensators.component import compensator_at_rest
-from stiction.models.compiled import kernel
+from stiction.models.compiled import inlined, kernel
 from stiction.models.controllers.pid import pid_at_rest, pid_step
 from stiction.models.switch import (
     NO_COMPENSATOR,
@@ -18,7 +18,7 @@ from stiction.models.switch import (
     valve_step,
 )
 
-__all__ = ["closed_loop", "stroke_many", "stroke_one"]
+__all__ = ["closed_loop", "plain_loop", "stroke_many", "stroke_one"]
 
 
 @kernel
@@ -52,20 +52,36 @@ def stroke_many(model, p, op, position, mv):
         stroke_one(model[i], p[i], op, position[i], mv[i])
 
 
-@kernel
-def closed_loop(
-    pid, kind, h, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv_load, manual, start, pv, op, sent, mv
-):
-    """Run one loop over `pv` (n_samples,), with the compensator `kind` of parameters `h` where there is one.
+@inlined
+def _output(c, state):
+    """What the states of a process add up to."""
+    y = 0.0
+    for i in range(c.shape[0]):
+        y += c[i] * state[i]
+    return y
 
-    `sp`, `load`, `pv_load` and `manual` hold one value per sample, or one value for all of them. `load` is added
-    to the stem position at the process inlet [% of span], `pv_load` to the process output (measurement noise
-    included). `start` is (pv, op, position) at rest before the first sample. What the compensator sends goes to
-    `sent`, which is not touched without one. The commonest loop, a plain valve before a first-order process, runs on
-    scalars; the order of operations is that of the general one.
+
+@inlined
+def _advance(A, b_new, b_old, newer, older, state, work):
+    """Take the states of a process on by one sample."""
+    order = state.shape[0]
+    for i in range(order):
+        total = 0.0
+        for j in range(order):
+            total += A[i, j] * state[j]
+        work[i] = total + b_new[i] * newer + b_old[i] * older
+    for i in range(order):
+        state[i] = work[i]
+
+
+@kernel
+def plain_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv_load, manual, start, pv, op, mv):
+    """Run one loop with a plain valve and no compensator, as `closed_loop` does.
+
+    A kernel of its own, since most loops are such ones and the general one takes long to compile. A first-order
+    process runs on scalars; the order of operations is that of the general one.
     """
-    n = pv.shape[0]
-    order = c.shape[0]
+    n, order = pv.shape[0], c.shape[0]
     pv0, op0, mv0 = start[0], start[1], start[2]
     low, high = p[0], p[1]
     sp_step = 1 if sp.shape[0] > 1 else 0
@@ -75,9 +91,9 @@ def closed_loop(
     settings = (pid[0], pid[1], pid[2], pid[3], pid[4], pid[5], pid[6], pid[7], pid[8], pid[9])
     controller = pid_at_rest(op0, pv0, settings)
     valve = valve_at_rest(model, op0, mv0, p)
+    q = plain_parameters(p)
     older = 0.0
-    if order == 1 and d == 0.0 and is_plain(model) and kind == NO_COMPENSATOR:
-        q = plain_parameters(p)
+    if order == 1 and d == 0.0:
         x = 0.0
         a, bn, bo, gain = A[0, 0], b_new[0], b_old[0], c[0]
         for k in range(n):
@@ -93,15 +109,52 @@ def closed_loop(
             x = a * x + bn * newer + bo * older
             older = newer
         return
-    holding = (pid[0], 0.0, pid[2], pid[3], pid[4], pid[5], pid[6], pid[7], pid[8], pid[9])
-    compensator = compensator_at_rest(op0, sp[0])
     state = A[:, 0] * 0.0 if order else c
     work = state.copy()
     for k in range(n):
-        y = 0.0
-        for i in range(order):
-            y += c[i] * state[i]
-        y = pv0 + y + pv_load[k * pv_step]
+        y = pv0 + _output(c, state) + pv_load[k * pv_step]
+        if d != 0.0 and k >= direct:
+            y += d * (mv[k - direct] - mv0 + load[(k - direct) * load_step])
+        controller = pid_step(sp[k * sp_step], y, controller, manual[k * manual_step], settings)
+        valve = plain_step(model, controller.op, valve, q)
+        pv[k] = y
+        op[k] = controller.op
+        mv[k] = min(max(valve.position, low), high)
+        newer = 0.0
+        if k >= delay:
+            newer = mv[k - delay] - mv0 + load[(k - delay) * load_step]
+        _advance(A, b_new, b_old, newer, older, state, work)
+        older = newer
+
+
+@kernel
+def closed_loop(
+    pid, kind, h, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv_load, manual, start, pv, op, sent, mv
+):
+    """Run one loop over `pv` (n_samples,), with the compensator `kind` of parameters `h` where there is one.
+
+    `sp`, `load`, `pv_load` and `manual` hold one value per sample, or one value for all of them. `load` is added
+    to the stem position at the process inlet [% of span], `pv_load` to the process output (measurement noise
+    included). `start` is (pv, op, position) at rest before the first sample. What the compensator sends goes to
+    `sent`, which is not touched without one.
+    """
+    n, order = pv.shape[0], c.shape[0]
+    pv0, op0, mv0 = start[0], start[1], start[2]
+    low, high = p[0], p[1]
+    sp_step = 1 if sp.shape[0] > 1 else 0
+    load_step = 1 if load.shape[0] > 1 else 0
+    pv_step = 1 if pv_load.shape[0] > 1 else 0
+    manual_step = 1 if manual.shape[0] > 1 else 0
+    settings = (pid[0], pid[1], pid[2], pid[3], pid[4], pid[5], pid[6], pid[7], pid[8], pid[9])
+    holding = (pid[0], 0.0, pid[2], pid[3], pid[4], pid[5], pid[6], pid[7], pid[8], pid[9])
+    controller = pid_at_rest(op0, pv0, settings)
+    valve = valve_at_rest(model, op0, mv0, p)
+    compensator = compensator_at_rest(op0, sp[0])
+    older = 0.0
+    state = A[:, 0] * 0.0 if order else c
+    work = state.copy()
+    for k in range(n):
+        y = pv0 + _output(c, state) + pv_load[k * pv_step]
         if d != 0.0 and k >= direct:
             y += d * (mv[k - direct] - mv0 + load[(k - direct) * load_step])
         pv[k] = y
@@ -124,11 +177,5 @@ def closed_loop(
         newer = 0.0
         if k >= delay:
             newer = mv[k - delay] - mv0 + load[(k - delay) * load_step]
-        for i in range(order):
-            total = 0.0
-            for j in range(order):
-                total += A[i, j] * state[j]
-            work[i] = total + b_new[i] * newer + b_old[i] * older
-        for i in range(order):
-            state[i] = work[i]
+        _advance(A, b_new, b_old, newer, older, state, work)
         older = newer
