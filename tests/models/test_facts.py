@@ -58,7 +58,7 @@ DENIED = [case for case in CASES if not getattr(FACTS[case[0]], case[1])]
 PLACES = hs.integers(0, 100)
 
 
-def found(cases, wanted, tries=2000):
+def found(cases, wanted, tries=20_000):
     """Whether some case is as wanted; the first will do, the smallest is not asked for."""
     quick = settings(
         max_examples=tries, database=None, phases=[Phase.generate], suppress_health_check=list(HealthCheck)
