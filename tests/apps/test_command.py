@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import re
 import signal
@@ -165,3 +166,17 @@ def test_doctor_without_a_writable_cache(run, monkeypatch):
     done = run("doctor")
     assert done.code == 1
     assert "NUMBA_CACHE_DIR" in done.out
+
+
+def test_a_terminal_shows_what_the_package_logs(monkeypatch, capsys):
+    from stiction.apps import cli
+
+    logger = logging.getLogger("stiction")
+    monkeypatch.setattr(logger, "handlers", [])
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    before = logger.level
+    cli._listen()
+    cli._listen()
+    logger.info("compiling")
+    logger.setLevel(before)
+    assert capsys.readouterr().err == "stiction: compiling\n"

@@ -3,6 +3,7 @@
 Exit codes: 0 nothing found, 1 findings, 2 usage, 3 data problem; 130 interrupted, 70 a fault of this program.
 """
 
+import logging
 import os
 import sys
 from collections.abc import Sequence
@@ -69,6 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     0
     """
     tokens = list(sys.argv[1:] if argv is None else argv)
+    _listen()
     try:
         code = _app(tokens)(tokens, exit_on_error=False, print_error=False, result_action="return_value")
         sys.stdout.flush()
@@ -89,6 +91,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         traceback.print_exc()
         return _complain(f"this is a fault of the program, not yours ({type(error).__name__}); please report it.", 70)
     return code if isinstance(code, int) else 0
+
+
+def _listen() -> None:
+    """Show on a terminal what the package tells its logger: that kernels are compiled, so that waiting has a reason."""
+    logger = logging.getLogger("stiction")
+    if sys.stderr.isatty() and not logger.handlers:
+        handler = logging.StreamHandler()
+        handler.setFormatter(logging.Formatter("stiction: %(message)s"))
+        logger.addHandler(handler)
+        logger.setLevel(logging.INFO)
 
 
 def _app(tokens: list[str]) -> App:

@@ -95,7 +95,7 @@ def _kernels() -> list[Check]:
     moved = stroke(Kano(S=3.0, J=1.0), [0.0, 2.5, 3.0], dt=1.0).mv
     seconds = time.perf_counter() - began
     right = moved is not None and moved.tolist() == [0.0, 1.5, 2.0]
-    warm = f"{kept} kernels kept" if kept else "cold: the first run of each command compiles for some seconds"
+    warm = f"{kept} kernels kept" if kept else "cold: the first run compiles for up to a minute"
     return [
         Check("kernel cache", True, f"{folder} ({warm})", ""),
         Check("kernel", right, f"ready in {seconds:.1f} s", "" if right else f"remove {folder}"),

@@ -2,12 +2,14 @@
 
 Numba notices an edit of the file that holds a cached function, but not an edit of the functions it calls
 in other files. The cache folder therefore carries a digest of every page that holds kernels: an edit moves
-all kernels to a new folder. Where nothing can be written the kernels are compiled anew in each process.
+all kernels to a new folder. Where nothing can be written the kernels are compiled anew in each process. Compiling takes
+up to a minute in all; that it begins is told to the logger `stiction`, once in a process.
 """
 
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
 from collections.abc import Callable
 from functools import cache, partial
@@ -16,6 +18,7 @@ from typing import Any, TypeVar, cast
 
 import numba
 from numba.core import config as numba_config
+from numba.core import event
 
 __all__ = ["cache_folder", "inlined", "kernel", "summing"]
 
@@ -23,6 +26,30 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _MARK = b"models.compiled import"
+
+
+ONCE = "compiling its kernels, which takes up to a minute; they are kept, and later runs start at once."
+EACH_TIME = (
+    "compiling its kernels, which takes up to a minute in every run, since no folder can be written to keep them; "
+    "set NUMBA_CACHE_DIR to one that can."
+)
+"""What the logger is told at INFO when a kernel is not found compiled; the second where none can be kept."""
+
+
+class _Told(event.Listener):
+    """Tells the logger when the first kernel of this package is compiled."""
+
+    told = False
+
+    def on_start(self, event: event.Event) -> None:
+        """Called by numba before it compiles a function."""
+        data = event.data
+        if not self.told and data is not None and data["dispatcher"].py_func.__module__.startswith("stiction."):
+            self.told = True
+            logging.getLogger("stiction").info(EACH_TIME if cache_folder() is None else ONCE)
+
+    def on_end(self, event: event.Event) -> None:
+        """Called by numba when it has compiled the function."""
 
 
 @cache
@@ -89,3 +116,7 @@ def _compiled(function: Function, *, inline: bool, fastmath: set[str] | bool = F
         return cast("Function", njit(cache=True)(function))
     finally:
         config.CACHE_DIR = before
+
+
+_TOLD = _Told()
+event.register("numba:compile", _TOLD)
