@@ -165,6 +165,14 @@ def test_what_would_decide_is_the_same_list():
     assert "What would decide: a longer record; samples every 2 s or faster, without compression; the valve" in action
 
 
+def test_a_type_that_was_not_given_would_decide():
+    causes = {"stiction": 0.47, "deadband": 0.53, "none": 0.0}
+    asked = "What would decide: the loop's type (flow, level, ...), which was not given; the valve"
+    for known in (True, False):
+        action = named_cause("no_stiction", causes, FOUND, RHYTHM, 1.0, kind_known=known).action
+        assert (asked in action) != known
+
+
 def test_a_real_record_is_not_argued_against(records):
     # A plant's flow loop, sticky by its label: a good valve explains more by simulation, a sticky one by likelihood.
     (record,) = st.read(records / "plant" / "2111FIC46005_20241014T2155.csv")

@@ -51,6 +51,8 @@ def named_cause(
     oscillation: Oscillation,
     dt: float,
     counted: Sequence[Counted] = (),
+    *,
+    kind_known: bool = True,
 ) -> Cause:
     """Put the likeliest cause into words.
 
@@ -68,6 +70,8 @@ def named_cause(
         Sampling period [s].
     counted : sequence of Counted
         What each finding did to the probability of stiction.
+    kind_known : bool
+        Whether it is known if the process integrates, as the loop's type tells.
 
     Returns
     -------
@@ -76,7 +80,7 @@ def named_cause(
         and with a call that is not sure (`UNSURE`).
     """
     likely = sorted((name for name in causes if name != "stiction"), key=lambda name: -causes[name])
-    deciding = _deciding(oscillation, dt)
+    deciding = _deciding(oscillation, dt, kind_known)
     unsure = UNSURE[0] < causes["stiction"] < UNSURE[1]
     if verdict == "stiction":
         return _stiction(found, causes, counted, deciding if unsure else "")
@@ -193,9 +197,9 @@ def _undecided(other: str, causes: Mapping[str, float], found: Identification, c
     )
 
 
-def _deciding(rhythm: Oscillation, dt: float) -> str:
+def _deciding(rhythm: Oscillation, dt: float, kind_known: bool) -> str:
     """What would decide whether the valve sticks, in a sentence."""
-    wanted = []
+    wanted = [] if kind_known else ["the loop's type (flow, level, ...), which was not given"]
     if not rhythm.oscillating or rhythm.cycles < FEW_CYCLES:
         wanted.append("a longer record")
     if rhythm.oscillating and rhythm.period < FEW_SAMPLES * dt:
@@ -220,7 +224,8 @@ def _deadband(found: Identification, rhythm: Oscillation, counted: Sequence[Coun
     S = interval(found.S, found.S_low, found.S_high)[0]
     return (
         f"A valve with {S} % deadband and little or no slip jump {fits(found)}.",
-        "Look for play in linkage, actuator and positioner; integral action on this level cycles on any deadband.",
+        "Look for play in linkage, actuator and positioner; where the process integrates, integral action cycles on "
+        "any deadband.",
     )
 
 

@@ -189,7 +189,10 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
 def _told(seen: Findings, weighed: Weighed, judged: Judged) -> Diagnosis:
     """Put the verdict into words."""
     verdict, valve, found = judged.verdict, judged.valve, seen.found[seen.speaks]
-    cause = named_cause(verdict, judged.causes, valve, seen.oscillation, seen.record.dt, weighed.counted)
+    cause = named_cause(
+        verdict, judged.causes, valve, seen.oscillation, seen.record.dt, weighed.counted,
+        kind_known=seen.record.integrating is not None,
+    )  # fmt: skip
     if judged.not_seen:
         cause = not_seen(judged.not_seen, judged.causes)
     shown = windows(seen.part, valve, seen.quality.first) if verdict != "no_stiction" else ()
