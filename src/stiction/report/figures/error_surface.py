@@ -66,7 +66,7 @@ def error_surface(view: View) -> Figure | None:
         "yaxis": {"title": {"text": "J / S [-]"}, "range": edges(surface.J)},
         "showlegend": True,
     }
-    told = f"told is S = {S} % ({S_low} to {S_high} %), J = {J} % ({J_low} to {J_high} %)"
+    told = f"told, with 95 % intervals, is S = {S} % ({S_low} to {S_high} %), J = {J} % ({J_low} to {J_high} %)"
     if found.rough is not None:
         told += ", which foretells the PV best from sample to sample: loads pull a simulation away from it"
     caption = f"Pale is a good fit; a long pale valley means that the data do not tell S and J apart. What is {told}."
@@ -86,7 +86,7 @@ def _best(surface: ErrorSurface) -> dict[str, Any]:
         "mode": "markers",
         "x": [float(surface.S[i])],
         "y": [float(surface.J[j])],
-        "name": "best simulation",
+        "name": "least error",
         "marker": {"symbol": "x-thin", "size": 9, "line": {"color": look.INK, "width": 2}},
     }
 
@@ -111,7 +111,7 @@ def _told(found: Identification) -> dict[str, Any]:
         "mode": "markers",
         "x": [found.S],
         "y": [found.J / found.S],
-        "name": "told, 95 % intervals",
+        "name": "told",
         "marker": {"symbol": "diamond", "size": 10, "color": "#FFFFFF", "line": {"color": look.INK, "width": 2}},
         **bars,
     }
