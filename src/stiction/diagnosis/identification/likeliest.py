@@ -272,45 +272,32 @@ def _closer(
 ) -> Trials:
     """Go on about the best valleys, step by step."""
     for S_step, J_step, place_step, keep in stages:
-        valleys = _valleys(tried, S_step, J_step, keep)
-        about = [
-            valves(
-                valley.S * (1.0 + S_step * ABOUT),
-                _ratios(valley, J_step),
-                valley.stops,
-                _places(valley, place_step),
-                swing,
-                valley.lag,
-            )
-            for valley in valleys
-        ]
-        # J is a wide valley along the narrow one of S: it moves the size of a slip, S its time.
-        about += [
-            valves(
-                valley.S * (1.0 + S_step * ABOUT),
-                np.linspace(0.0, 1.0, ALONG_J),
-                valley.stops,
-                valley.place,
-                swing,
-                valley.lag,
-            )
-            for valley in valleys[:FEW]
-        ]
+        valleys = np.array(_valleys(tried, S_step, J_step, keep))
+        about = [_about(valleys, S_step, J_step, place_step, swing), _along(valleys[:FEW], S_step, swing)]
         tried = joined(tried, trials_of(prediction, np.concatenate(about)))
     return tried
 
 
-def _ratios(valley: Trial, step: float) -> NDArray[np.float64]:
-    """J / S about a valley's, none of them twice."""
-    ratio = np.clip(valley.ratio + step * ABOUT, 0.0, 1.0)
-    return ratio[np.diff(ratio, prepend=-1.0) > 0.0]
+def _about(
+    valleys: NDArray[np.float64], S_step: float, J_step: float, place_step: float, swing: float
+) -> NDArray[np.float64]:
+    """A step either way in S, J / S and place, none twice; a stem that goes on keeps its place once steps are fine."""
+    S, ratio, stops, place, lag = valleys.T[..., np.newaxis, np.newaxis, np.newaxis]
+    S = np.minimum(S * (1.0 + S_step * ABOUT[:, np.newaxis, np.newaxis]), swing)
+    ratio = np.clip(ratio + J_step * ABOUT[:, np.newaxis], 0.0, 1.0)
+    moves = (stops > 0.0) | (place_step > FORGOTTEN)
+    place = np.where(moves, np.clip(place + place_step * ABOUT, -1.0, 1.0), place)
+    wanted = (np.diff(ratio, axis=2, prepend=-1.0) > 0.0) & (moves | (ABOUT == 0.0))
+    *columns, wanted = np.broadcast_arrays(S, ratio, stops, place, lag, wanted)
+    return np.stack(columns, axis=-1)[wanted]
 
 
-def _places(valley: Trial, step: float) -> NDArray[np.float64]:
-    """Places at the start about a valley's; for a stem that goes on only while the steps are wide."""
-    if valley.stops == 0.0 and step <= FORGOTTEN:
-        return np.array([valley.place])
-    return np.clip(valley.place + step * ABOUT, -1.0, 1.0)
+def _along(valleys: NDArray[np.float64], S_step: float, swing: float) -> NDArray[np.float64]:
+    """Every J: it is a wide valley along the narrow one of S, since it moves the size of a slip, S its time."""
+    S, _, stops, place, lag = valleys.T[..., np.newaxis, np.newaxis]
+    S = np.minimum(S * (1.0 + S_step * ABOUT[:, np.newaxis]), swing)
+    rows = np.broadcast_arrays(S, np.linspace(0.0, 1.0, ALONG_J), stops, place, lag)
+    return np.stack(rows, axis=-1).reshape(-1, len(Trial._fields))
 
 
 def one_each(trials: Trials) -> NDArray[np.int64]:
