@@ -179,6 +179,16 @@ def test_op_at_its_own_limit_is_seen_in_short_cycles_and_though_samples_are_lost
         assert gates["saturation"].value > 15.0
 
 
+@pytest.mark.parametrize("share", [0.03, 0.06, 0.15])
+def test_op_at_its_own_limit_is_seen_beside_held_values(noisy, share):
+    for seed, record in enumerate(noisy):
+        fast = sampled(record, max(find_oscillation(record).period / 15.0, 1.0))
+        gates = {g.name: g for g in judged(clipped(frozen(fast, share, seed), 0.35)).gates}
+        assert gates["saturation"].value > 15.0
+        unclipped = {g.name: g for g in judged(frozen(fast, share, seed)).gates}
+        assert unclipped["saturation"].value < 5.0
+
+
 @pytest.mark.parametrize("every", [2, 3, 4])
 def test_lines_between_few_samples_are_seen_where_both_signals_lie_on_them(noisy, every):
     for record in noisy:

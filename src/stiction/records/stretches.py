@@ -36,6 +36,8 @@ BRIDGE = 5
 """Missing samples in a row over which the last value may be held."""
 FLAT, CLIPPED = 10, 3
 """Samples for which OP must rest at a limit to count as saturated, and where it hardly ever rests elsewhere."""
+OFTEN = 3
+"""Times that OP must rest at an extreme for so few samples to count where it rests elsewhere, but nowhere twice."""
 LIMIT_TOLERANCE = 0.001
 """Distance from a limit within which OP counts as there, as a share of span [-]."""
 SCALES = ((0.0, 100.0), (0.0, 1.0), (4.0, 20.0))
@@ -109,11 +111,19 @@ def clipped(record: LoopRecord) -> NDArray[np.bool_]:
     if finite.size == 0 or np.unique(finite).size < LIVELY + 2:
         return mask
     spans = [end for end in _span_ends(op) if end.any()]
-    flat = _flat(record)
+    flat, comes_back = _flat(record), _comes_back(op)
     for at in (op == finite.min(), op == finite.max()):
         if not any(end[at].all() for end in spans):
-            mask |= _resting(record, at, flat, while_moving=True)
+            often = np.count_nonzero(_lengths(runs(at)) >= CLIPPED) >= OFTEN
+            mask |= _resting(record, at, CLIPPED if often and not comes_back else flat, while_moving=True)
     return mask
+
+
+def _comes_back(op: NDArray[np.float64]) -> bool:
+    """Whether OP rests at some value off its extremes more than once, as rounded values do and held ones do not."""
+    inside = np.isfinite(op) & (op != np.nanmin(op)) & (op != np.nanmax(op))
+    at = [float(op[first]) for first, _ in runs(_still(op) & inside)]
+    return len(set(at)) < len(at)
 
 
 def _flat(record: LoopRecord) -> int:
