@@ -34,10 +34,9 @@ __all__ = [
 
 BRIDGE = 5
 """Missing samples in a row over which the last value may be held."""
-FLAT, CLIPPED = 10, 3
-"""Samples for which OP must rest at a limit to count as saturated, and where it hardly ever rests elsewhere."""
-OFTEN = 3
-"""Times that OP must rest at an extreme for so few samples to count where it rests elsewhere, but nowhere twice."""
+FLAT, CLIPPED, OFTEN = 10, 3, 3
+"""Samples for which OP must rest at a limit to count as saturated, and where it hardly ever rests elsewhere, or comes
+back to an extreme so often and to no other value, as it does not where values are rounded."""
 LIMIT_TOLERANCE = 0.001
 """Distance from a limit within which OP counts as there, as a share of span [-]."""
 SCALES = ((0.0, 100.0), (0.0, 1.0), (4.0, 20.0))
@@ -93,8 +92,7 @@ def saturated(record: LoopRecord) -> NDArray[np.bool_]:
 
     That is 0 or 100 % (also as a fraction or in mA), or its own largest or smallest value while PV moves.
     """
-    mask = clipped(record)
-    flat = _flat(record)
+    mask, flat = clipped(record), _flat(record)
     for at in _span_ends(bridged(record.op)):
         mask |= _resting(record, at, flat)
     return mask
@@ -111,19 +109,11 @@ def clipped(record: LoopRecord) -> NDArray[np.bool_]:
     if finite.size == 0 or np.unique(finite).size < LIVELY + 2:
         return mask
     spans = [end for end in _span_ends(op) if end.any()]
-    flat, comes_back = _flat(record), _comes_back(op)
+    flat = _flat(record)
     for at in (op == finite.min(), op == finite.max()):
         if not any(end[at].all() for end in spans):
-            often = np.count_nonzero(_lengths(runs(at)) >= CLIPPED) >= OFTEN
-            mask |= _resting(record, at, CLIPPED if often and not comes_back else flat, while_moving=True)
+            mask |= _resting(record, at, flat, while_moving=True)
     return mask
-
-
-def _comes_back(op: NDArray[np.float64]) -> bool:
-    """Whether OP rests at some value off its extremes more than once, as rounded values do and held ones do not."""
-    inside = np.isfinite(op) & (op != np.nanmin(op)) & (op != np.nanmax(op))
-    at = [float(op[first]) for first, _ in runs(_still(op) & inside)]
-    return len(set(at)) < len(at)
 
 
 def _flat(record: LoopRecord) -> int:
@@ -133,8 +123,11 @@ def _flat(record: LoopRecord) -> int:
     if finite.size == 0:
         return FLAT
     inside = np.isfinite(op) & (op != finite.min()) & (op != finite.max())
-    lengths = _lengths(runs(_still(op) & inside))
-    return CLIPPED if _seldom(lengths, int(np.count_nonzero(inside))) else FLAT
+    rests = runs(_still(op) & inside)
+    once = len({float(op[first]) for first, _ in rests}) == len(rests)
+    at_ends = [np.count_nonzero(_lengths(runs(op == end)) >= CLIPPED) for end in (finite.min(), finite.max())]
+    only_there = once and max(at_ends) >= OFTEN
+    return CLIPPED if only_there or _seldom(_lengths(rests), int(np.count_nonzero(inside))) else FLAT
 
 
 def _resting(record: LoopRecord, at: NDArray[np.bool_], flat: int, *, while_moving: bool = False) -> NDArray[np.bool_]:
