@@ -8,9 +8,22 @@ it does not know the dead time but for the edges of the window.
 
 from __future__ import annotations
 
-from stiction.models.compiled import kernel, summing
+from stiction.models.compiled import inlined, kernel, summing
 
-__all__ = ["about_mean", "answer_lanes", "backwards", "follow_lanes", "products", "squares"]
+__all__ = ["about_mean", "answer_lanes", "backwards", "follow_lanes", "products", "squares", "stem_in_lane"]
+
+
+@inlined
+def stem_in_lane(u, du, x, moving, reach, behind):
+    """Which way a stem at `x` moves when OP comes to `u` by `du`, and where it is then: Kano's rule.
+
+    A stem that moves goes on while OP does, `behind` it; one that rests moves when OP is more than `reach` away.
+    """
+    e = u - x
+    way = 1.0 if e > 0.0 else -1.0
+    way = way if abs(e) > reach else 0.0
+    way = moving if du * moving > 0.0 else way
+    return way, u - way * behind if way != 0.0 else x
 
 
 @kernel
@@ -37,11 +50,7 @@ def follow_lanes(op, S, J, width, x, moving, mv):
             du = u - before
             before = u
             for v in range(lanes):
-                e = u - x[v]
-                way = 1.0 if e > 0.0 else -1.0
-                way = way if abs(e) > S[v] else 0.0
-                way = moving[v] if du * moving[v] > 0.0 else way
-                now = u - way * J[v] if way != 0.0 else x[v]
+                way, now = stem_in_lane(u, du, x[v], moving[v], S[v], J[v])
                 x[v] = now
                 moving[v] = way
                 row[v] += share * now

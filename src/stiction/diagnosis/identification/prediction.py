@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stiction.diagnosis.identification.lanes import stem_in_lane
 from stiction.diagnosis.identification.regression import left_over, own_past
 from stiction.models.compiled import kernel
 
@@ -109,7 +110,7 @@ def behind_lag(op, keep, air):
 def stems(op, width, lanes, S, J, stops, place, x, moving, mean, mv):
     """Fill the first `lanes` rows of `mv` with each stem's mean over blocks of `width` samples of `op`.
 
-    The rule is Kano's of `follow`; where `stops` is 1 a stem rests again after every sample, as He's does. Each begins
+    The rule is `stem_in_lane`'s; where `stops` is 1 a stem rests again after every sample, as He's does. Each begins
     `place` half bands off the first OP. `x`, `moving` (n_lanes,) and `mean` (n_side, n_lanes) are work space, and `S`,
     `J` and `stops` are lost: half of S + J, half of S - J and 1 - `stops` take their places.
     """
@@ -132,11 +133,7 @@ def stems(op, width, lanes, S, J, stops, place, x, moving, mean, mv):
                 du = u - before
                 before = u
                 for v in range(lanes):
-                    e = u - x[v]
-                    way = 1.0 if e > 0.0 else -1.0
-                    way = way if abs(e) > S[v] else 0.0
-                    way = moving[v] if du * moving[v] > 0.0 else way
-                    now = u - way * J[v] if way != 0.0 else x[v]
+                    way, now = stem_in_lane(u, du, x[v], moving[v], S[v], J[v])
                     x[v] = now
                     moving[v] = way * stops[v]
                     row[v] += share * now
