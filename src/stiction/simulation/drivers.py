@@ -18,7 +18,7 @@ from stiction.models.switch import (
     valve_step,
 )
 
-__all__ = ["closed_loop", "plain_loop", "stroke_many", "stroke_one"]
+__all__ = ["advance", "closed_loop", "plain_loop", "stroke_many", "stroke_one"]
 
 
 @kernel
@@ -62,7 +62,15 @@ def _output(c, state):
 
 
 @inlined
-def _advance(A, b_new, b_old, newer, older, state, work):
+def _inlet(k, delay, mv, mv0, load, load_step):
+    """What a process sees `delay` samples late: the stem off where it rested, and the load."""
+    if k < delay:
+        return 0.0
+    return mv[k - delay] - mv0 + load[(k - delay) * load_step]
+
+
+@inlined
+def advance(A, b_new, b_old, newer, older, state, work):
     """Take the states of a process on by one sample."""
     order = state.shape[0]
     for i in range(order):
@@ -103,9 +111,7 @@ def plain_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv
             pv[k] = y
             op[k] = controller.op
             mv[k] = min(max(valve.position, low), high)
-            newer = 0.0
-            if k >= delay:
-                newer = mv[k - delay] - mv0 + load[(k - delay) * load_step]
+            newer = _inlet(k, delay, mv, mv0, load, load_step)
             x = a * x + bn * newer + bo * older
             older = newer
         return
@@ -113,17 +119,15 @@ def plain_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv
     work = state.copy()
     for k in range(n):
         y = pv0 + _output(c, state) + pv_load[k * pv_step]
-        if d != 0.0 and k >= direct:
-            y += d * (mv[k - direct] - mv0 + load[(k - direct) * load_step])
+        if d != 0.0:
+            y += d * _inlet(k, direct, mv, mv0, load, load_step)
         controller = pid_step(sp[k * sp_step], y, controller, manual[k * manual_step], settings)
         valve = plain_step(model, controller.op, valve, q)
         pv[k] = y
         op[k] = controller.op
         mv[k] = min(max(valve.position, low), high)
-        newer = 0.0
-        if k >= delay:
-            newer = mv[k - delay] - mv0 + load[(k - delay) * load_step]
-        _advance(A, b_new, b_old, newer, older, state, work)
+        newer = _inlet(k, delay, mv, mv0, load, load_step)
+        advance(A, b_new, b_old, newer, older, state, work)
         older = newer
 
 
@@ -155,8 +159,8 @@ def closed_loop(
     work = state.copy()
     for k in range(n):
         y = pv0 + _output(c, state) + pv_load[k * pv_step]
-        if d != 0.0 and k >= direct:
-            y += d * (mv[k - direct] - mv0 + load[(k - direct) * load_step])
+        if d != 0.0:
+            y += d * _inlet(k, direct, mv, mv0, load, load_step)
         pv[k] = y
         target, hand = sp[k * sp_step], manual[k * manual_step]
         if kind == NO_COMPENSATOR:
@@ -174,8 +178,6 @@ def closed_loop(
         op[k] = controller.op
         valve = valve_step(model, signal, valve, p)
         mv[k] = min(max(valve.position, low), high)
-        newer = 0.0
-        if k >= delay:
-            newer = mv[k - delay] - mv0 + load[(k - delay) * load_step]
-        _advance(A, b_new, b_old, newer, older, state, work)
+        newer = _inlet(k, delay, mv, mv0, load, load_step)
+        advance(A, b_new, b_old, newer, older, state, work)
         older = newer

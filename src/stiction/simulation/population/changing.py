@@ -5,6 +5,7 @@ from __future__ import annotations
 from stiction.models.compiled import kernel
 from stiction.models.controllers.pid import pid_at_rest, pid_step
 from stiction.models.valves.kano import kano_at_rest, kano_step
+from stiction.simulation.drivers import advance
 
 __all__ = ["changing_loop"]
 
@@ -46,11 +47,5 @@ def changing_loop(pid, sticks, J_over_S, A, b_new, b_old, c, delay, sensor, sp, 
         newer = 0.0
         if k >= delay:
             newer = mv[k - delay] - op0 + load[k - delay]
-        for i in range(order):
-            total = 0.0
-            for j in range(order):
-                total += A[i, j] * state[j]
-            work[i] = total + b_new[i] * newer + b_old[i] * older
-        for i in range(order):
-            state[i] = work[i]
+        advance(A, b_new, b_old, newer, older, state, work)
         older = newer
