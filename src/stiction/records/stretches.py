@@ -118,16 +118,16 @@ def clipped(record: LoopRecord) -> NDArray[np.bool_]:
 
 def _flat(record: LoopRecord) -> int:
     """Samples for which OP must rest to be at a limit: few where it hardly ever rests elsewhere."""
-    op = record.op
-    finite = op[np.isfinite(op)]
+    op, finite = record.op, record.op[np.isfinite(record.op)]
     if finite.size == 0:
         return FLAT
     inside = np.isfinite(op) & (op != finite.min()) & (op != finite.max())
     rests = runs(_still(op) & inside)
+    if _seldom(_lengths(rests), int(np.count_nonzero(inside))):
+        return CLIPPED
     once = len({float(op[first]) for first, _ in rests}) == len(rests)
-    at_ends = [np.count_nonzero(_lengths(runs(op == end)) >= CLIPPED) for end in (finite.min(), finite.max())]
-    only_there = once and max(at_ends) >= OFTEN
-    return CLIPPED if only_there or _seldom(_lengths(rests), int(np.count_nonzero(inside))) else FLAT
+    at_ends = (np.count_nonzero(_lengths(runs(op == end)) >= CLIPPED) for end in (finite.min(), finite.max()))
+    return CLIPPED if once and max(at_ends) >= OFTEN else FLAT
 
 
 def _resting(record: LoopRecord, at: NDArray[np.bool_], flat: int, *, while_moving: bool = False) -> NDArray[np.bool_]:
