@@ -18,7 +18,7 @@ from typing import Any, TypeVar, cast
 
 import numba
 from numba.core import config as numba_config
-from numba.core import event
+from numba.core.event import Event, Listener, register
 
 __all__ = ["cache_folder", "inlined", "kernel", "summing"]
 
@@ -26,8 +26,6 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _MARK = b"models.compiled import"
-
-
 ONCE = "compiling its kernels, which takes up to a minute; they are kept, and later runs start at once."
 EACH_TIME = (
     "compiling its kernels, which takes up to a minute in every run, since no folder can be written to keep them; "
@@ -36,19 +34,19 @@ EACH_TIME = (
 """What the logger is told at INFO when a kernel is not found compiled; the second where none can be kept."""
 
 
-class _Told(event.Listener):
+class _Told(Listener):
     """Tells the logger when the first kernel of this package is compiled."""
 
     told = False
 
-    def on_start(self, event: event.Event) -> None:
+    def on_start(self, event: Event) -> None:
         """Called by numba before it compiles a function."""
         data = event.data
         if not self.told and data is not None and data["dispatcher"].py_func.__module__.startswith("stiction."):
             self.told = True
             logging.getLogger("stiction").info(EACH_TIME if cache_folder() is None else ONCE)
 
-    def on_end(self, event: event.Event) -> None:
+    def on_end(self, event: Event) -> None:
         """Called by numba when it has compiled the function."""
 
 
@@ -119,4 +117,4 @@ def _compiled(function: Function, *, inline: bool, fastmath: set[str] | bool = F
 
 
 _TOLD = _Told()
-event.register("numba:compile", _TOLD)
+register("numba:compile", _TOLD)
