@@ -127,3 +127,22 @@ def test_a_bad_value_says_nothing_of_the_scale_of_op(read_text, code):
     assert good.min() == pytest.approx(37.5, abs=0.01)
     assert good.max() == pytest.approx(62.5, abs=0.01)
     assert any("OP is given in mA" in guess for guess in record.provenance.guesses)
+
+
+@pytest.mark.parametrize("name", ["op", "pv"])
+@pytest.mark.parametrize("gap", [699, 701])
+def test_a_code_beside_a_gap_is_one(sticky, name, gap):
+    x = getattr(sticky, name).copy()
+    x[700], x[gap] = -9999.0, np.nan
+    found = st.diagnose(replace(sticky, **{name: x}))
+    assert found.verdict == "stiction"
+    assert pytest.approx(5.0, rel=0.05) == found.identification.S
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_time_has_no_direction(seed):
+    rng = np.random.default_rng(seed)
+    x = rng.normal(50.0, 1.0, 600)
+    x[rng.integers(0, 600, 4)] = rng.choice([-9999.0, 0.0, 100.0], 4)
+    x[rng.integers(0, 600, 60)] = np.nan
+    assert far_off(x[::-1], 1.0).tolist() == far_off(x, 1.0)[::-1].tolist()

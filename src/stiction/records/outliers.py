@@ -28,7 +28,8 @@ RUN = 2
 AT_ONCE = 0.75
 """Share of the way there, and of the way back, that is one step [-]."""
 AT_ENDS = 20.0
-"""The same distance beyond which the first or last sample, which nothing goes back from, is one [-]."""
+"""The same distance beyond which a sample at an end of the record or beside a gap is one [-]: nothing shows the way
+there or back."""
 SHARE = 0.02
 """Share of a record beyond which such values are a habit of the loop [-]."""
 OP_OFF, OTHERS_OFF = 1.0, 5.0
@@ -70,10 +71,10 @@ def far_off(x: NDArray[np.float64], widths: float, held: int = 1) -> NDArray[np.
     for first, last in runs((x < low - widths * width) | (x > high + widths * width)):
         farthest = np.abs(x[first:last] - middle).max()
         at_end = farthest if farthest > AT_ENDS * width else 0.0
-        there = abs(x[first] - x[first - 1]) if first else at_end
-        back = abs(x[last - 1] - x[last]) if last < x.size else at_end
+        there = abs(x[first] - x[first - 1]) if first and np.isfinite(x[first - 1]) else at_end
+        back = abs(x[last - 1] - x[last]) if last < x.size and np.isfinite(x[last]) else at_end
         values = 1 + np.count_nonzero(np.diff(x[first:last]))
-        # What goes there and back in steps, or has a gap beside it, may be an upset.
+        # What goes there and back in steps may be an upset.
         at_once = min(there, back) >= AT_ONCE * farthest
         mask[first:last] = at_once and values <= RUN and last - first <= RUN * held
     return mask if mask.sum() <= max(SHARE * finite.size, held) else np.zeros(x.size, dtype=bool)

@@ -145,6 +145,16 @@ def test_the_record_speaks_for_the_model_that_made_it(model, valve):
     assert json.loads(json.dumps(found.to_dict()))["best"] == model
 
 
+def test_a_bad_value_of_op_turns_no_comparison():
+    sp = np.repeat(np.random.default_rng(0).uniform(7.0, 13.0, 60), 35)
+    loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    record = replace(st.simulate(loop, sp, 2100.0), mv=None)
+    op = record.op.copy()
+    op[1000] = 9999.0
+    found = st.compare_models(replace(record, op=op), period=130.0)
+    assert (found.best, found.decided) == ("kano", True), found.summary()
+
+
 def comparison(**bics):
     free = {"good": 0, "stenman": 1, "kano": 2, "three_parameter": 3}
     shares = [ModelShare(name, free[name], {}, 90.0, bic) for name, bic in bics.items()]

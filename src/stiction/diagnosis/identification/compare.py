@@ -14,6 +14,7 @@ from stiction.diagnosis.identification.model_result import independent_samples
 from stiction.diagnosis.identification.model_signals import signals_of
 from stiction.diagnosis.identification.stenman import fit_stenman
 from stiction.diagnosis.identification.three_parameter import fit_three_parameter
+from stiction.records.outliers import without_outliers
 
 if TYPE_CHECKING:
     from stiction.records.record import LoopRecord
@@ -45,6 +46,8 @@ def compare_models(record: LoopRecord, *, period: float | None = None) -> ModelC
     ------
     RecordError
         When the record has no PV, no variation, or fewer than 30 samples.
+    ParameterError
+        When `period` is not positive or shorter than four samples.
 
     Notes
     -----
@@ -68,6 +71,7 @@ def compare_models(record: LoopRecord, *, period: float | None = None) -> ModelC
     >>> st.compare_models(st.simulate(loop, sp, 2100.0), period=130.0).best
     'kano'
     """
+    record = without_outliers(record)
     known = identify(record, period=period)
     signals = signals_of(record, period)
     stenman, kano = fit_stenman(signals, known), fit_model(signals, KANO, known)
