@@ -296,3 +296,31 @@ def test_reading_a_path_names_loop_and_digest(tmp_path, signals, table):
     assert (record.tag, record.loop_type, record.provenance.rows) == ("2111FIC10201_week", "flow", len(t))
     assert record.provenance.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
     assert record.provenance.source == str(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [("fit", "other"), ("act", "other"), ("lit", "other"), ("pct_1", "pressure"), ("LIC-33_june", "level")],
+)
+def test_a_word_for_a_file_is_no_tag(tmp_path, name, kind, signals, table):
+    t, pv, op, _ = signals
+    path = tmp_path / f"{name}.csv"
+    path.write_text(table("time_s,PV,OP", t, pv, op))
+    [record] = read(path)
+    assert (record.tag, record.loop_type) == (name, kind)
+    assert any("file's name" in guess for guess in record.provenance.guesses) == (kind != "other")
+    [record] = read(path, loop_type="flow")
+    assert record.loop_type == "flow"
+    assert not any("file's name" in guess for guess in record.provenance.guesses)
+
+
+def test_a_number_does_not_depend_on_the_cells_beside_it(signals, table, read_text):
+    t, pv, op, _ = signals
+    odd = [f"{x:.6f}" for x in pv]
+    odd[7] = "1_2"
+    [record] = read_text(table("time_s,PV,OP", t, odd, op))
+    assert np.isnan(record.pv[7])
+    odd[9] = "Bad"
+    [record] = read_text(table("time_s,PV,OP", t, odd, op))
+    assert np.isnan(record.pv[[7, 9]]).all()
+    assert record.provenance.bad_texts == {"1_2": 1, "Bad": 1}

@@ -114,9 +114,9 @@ class CsvTable:
             taken.numbers[i] = np.concatenate(parts[i]) if parts[i] else np.empty(0)
         if ragged:
             rows = number_of(ragged, "row")
-            self.guesses.append(
-                f"{rows} of other than {self.width} cells (first near line {first_ragged}); the rest is empty."
-            )
+            guess = f"{rows} of other than {self.width} cells (first near line {first_ragged}); the rest is empty."
+            if guess not in self.guesses:  # columns may be taken in turns
+                self.guesses.append(guess)
         return taken
 
     def _lines(self) -> Iterator[str]:

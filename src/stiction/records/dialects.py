@@ -125,19 +125,24 @@ LETTER_TO_LOOP_TYPE = {"F": "flow", "L": "level", "P": "pressure", "T": "tempera
 
 # First letter, then difference/ratio/totalise, then what the instrument does, then alarm/safety/valve.
 _FUNCTION_LETTERS = re.compile(r"(?<![A-Z])([FLPTA])[DFQ]?[ICRTY]{1,3}[AQSVZ]?(?![A-Z])")
+_NUMBERED = re.compile(_FUNCTION_LETTERS.pattern + r"[-_ ]?[0-9]")
 
 _TYPES_IN_WORDS = re.compile(r"(?<![A-Z])(FLOW|LEVEL|PRESSURE|TEMPERATURE)(?![A-Z])")
 
 
-def loop_type_of(tag: str) -> str:
+def loop_type_of(tag: str, *, numbered: bool = False) -> str:
     """Return the loop type that a tag says by ISA-5.1 letters or in one plain word, else "other".
+
+    What may be a word as well as a tag, as the name of a file, says it by letters that are `numbered` only.
 
     Examples
     --------
     >>> loop_type_of("2111LIC23001"), loop_type_of("12-FC-135A"), loop_type_of("Tank level"), loop_type_of("CHEM1")
     ('level', 'flow', 'level', 'other')
+    >>> loop_type_of("fit", numbered=True), loop_type_of("fic_101_june", numbered=True)
+    ('other', 'flow')
     """
-    if found := _FUNCTION_LETTERS.search(tag.upper()):
+    if found := (_NUMBERED if numbered else _FUNCTION_LETTERS).search(tag.upper()):
         return LETTER_TO_LOOP_TYPE[found.group(1)]
     words = set(_TYPES_IN_WORDS.findall(tag.upper()))
     return words.pop().lower() if len(words) == 1 else "other"

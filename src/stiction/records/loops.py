@@ -244,9 +244,12 @@ def _loop(
     missing = ~np.isfinite(values["op"])
     if values["pv"] is not None:
         missing |= ~np.isfinite(values["pv"])
-    tag = options.tag if options.tag is not None else tag or source.stem
+    named = options.tag if options.tag is not None else tag
+    loop_type = options.loop_type or loop_type_of(named or source.stem, numbered=not named)
+    if not (named or options.loop_type or loop_type == "other"):
+        guesses.append(f"The file's name speaks of a {loop_type} loop; give loop_type if it is another.")
     return LoopRecord(
-        tag,
+        named or source.stem,
         grid.dt,
         op=values["op"],
         pv=values["pv"],
@@ -254,7 +257,7 @@ def _loop(
         mv=values["mv"],
         valve_signal=values["valve_signal"],
         auto=automatic(signals, taken, grid, guesses),
-        loop_type=options.loop_type or loop_type_of(tag),
+        loop_type=loop_type,
         start=grid.start,
         provenance=Provenance(
             source=source.name,

@@ -79,6 +79,8 @@ def to_numbers(cells: Sequence[str], decimal: str) -> tuple[NDArray[np.float64],
     """
     texts: Counter[str] = Counter()
     try:
+        if any("_" in cell for cell in cells):
+            raise ValueError("numpy takes 1_2 for 12, a reader does not")
         values = np.array(cells if decimal == "." else [_with_point(cell) for cell in cells], dtype=np.float64)
     except ValueError:
         values = np.empty(len(cells))

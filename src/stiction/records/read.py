@@ -67,10 +67,10 @@ def read(
     tag : str, optional
         Which loop of a file with several; the name of the loop where the header has none.
     columns : mapping, optional
-        Signal (time, pv, sp, op, mv, mode, bad, quality) -> column name, or index from 0; the others are found by their
-        names.
+        Signal (time, pv, sp, op, mv, valve_signal, mode, bad, quality) -> column name, or index from 0; the others are
+        found by their names.
     loop_type : str, optional
-        One of `LOOP_TYPES`; the tag's first ISA-5.1 letter when not given.
+        One of `LOOP_TYPES`; by the tag's ISA-5.1 letters when not given, or those with a number in the file's name.
     delimiter, decimal : str, optional
         How the text is written; found out when not given.
     time_format : str, optional

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.records.stretches import missing
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
@@ -94,7 +96,7 @@ def receipt(records: Iterable[LoopRecord]) -> Receipt:
             record.provenance.rows,
             len(record),
             record.dt,
-            100.0 * record.provenance.bad / max(1, len(record)),
+            100.0 * float(np.mean(missing(record))) if len(record) else 0.0,
             None if record.auto is None or not len(record) else 100.0 * float(np.mean(record.auto)),
             dict(record.provenance.columns),
         )

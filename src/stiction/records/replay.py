@@ -61,8 +61,8 @@ def replayed(
     covered = np.zeros(len(op) + 1, dtype=np.int64)
     np.add.at(covered, starts, 1)
     np.add.at(covered, starts + length, -1)
-    share = float(np.mean(np.cumsum(covered)[:-1] > 0))
     again_at = np.cumsum(covered)[:-1] > 0
+    share = float(np.mean(again_at))
     values, counts = np.unique(lags, return_counts=True)
     lag = int(values[np.argmax(counts)])
     first = int(starts.min())

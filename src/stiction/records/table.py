@@ -28,8 +28,6 @@ class Columns:
     """Column of numbers -> text that was no number -> how often."""
     rows: int = 0
     """Rows of data."""
-    lines: NDArray | None = None
-    """Line of the file for each row, for messages; None when row k stands on `first_line` + k."""
 
     def part(self, rows: NDArray) -> Columns:
         """Some of the rows; which of them held texts is not known."""
