@@ -306,13 +306,14 @@ def test_an_empty_record_is_too_short():
         st.identify(reference()[0].window(0, 0))
 
 
-@pytest.mark.parametrize("period", [0.0, -5.0, np.nan, np.inf])
-def test_a_period_is_positive(period):
-    with pytest.raises(ParameterError, match="period"):
-        st.identify(reference()[0], period=period)
+@pytest.mark.parametrize("period", [0.0, -5.0, np.nan, np.inf, 0.01, 0.1, 3.9])
+def test_a_period_is_positive_and_longer_than_a_few_samples(period):
+    for identified in (st.identify, st.compare_models):
+        with pytest.raises(ParameterError, match="period"):
+            identified(reference()[0], period=period)
 
 
-@pytest.mark.parametrize("period", [0.5, 3.0, 419.0, 5000.0])
+@pytest.mark.parametrize("period", [4.0, 5.5, 419.0, 5000.0])
 def test_odd_periods_do_no_harm(period):
     found = st.identify(reference()[0], period=period)
     assert np.isfinite(found.S)

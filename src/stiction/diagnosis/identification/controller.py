@@ -104,7 +104,7 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
     Raises
     ------
     RecordError
-        When the record has no PV, or OP, PV or SP has no valid sample.
+        When the record has no PV or no samples, or OP, PV or SP has no valid one.
 
     Notes
     -----
@@ -122,6 +122,8 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
     """
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a controller is fitted from OP and PV.")
+    if not len(record):
+        raise RecordError(f"{record.tag} has no samples; a controller is fitted from OP and PV.")
     op, pv = hold_gaps(record.op), hold_gaps(record.pv)
     sp = np.full_like(pv, pv.mean()) if record.sp is None else hold_gaps(record.sp)
     valid = np.isfinite(record.op) & np.isfinite(record.pv)

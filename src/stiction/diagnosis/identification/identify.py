@@ -15,6 +15,7 @@ from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.interval import interval
 from stiction.diagnosis.identification.piece import Piece, search_piece
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
+from stiction.diagnosis.oscillation.rhythm import SHORTEST
 from stiction.errors import ParameterError, RecordError
 from stiction.records.outliers import without_outliers
 
@@ -58,7 +59,7 @@ def identify(
     RecordError
         When the record has no PV, no variation, or fewer than 30 samples with both OP and PV.
     ParameterError
-        When `model` is unknown or `period` not positive.
+        When `model` is unknown, or `period` not positive or shorter than four samples.
 
     Notes
     -----
@@ -97,6 +98,11 @@ def identify(
         raise ParameterError(f"model = {model!r} is not identified; use {', '.join(map(repr, MODELS))}.")
     if period is not None and not 0.0 < period < math.inf:
         raise ParameterError(f"period = {period} s is not a period; give the oscillation's or leave it out.")
+    if period is not None and period < SHORTEST * record.dt:
+        raise ParameterError(
+            f"period = {period:g} s is shorter than {SHORTEST:g} samples of {record.dt:g} s, too short to be told from "
+            "noise; give the oscillation's, leave it out, or record faster."
+        )
     record = without_outliers(record)
     known = search(record, period)
     found = known.closer().told if closer else known.rough
