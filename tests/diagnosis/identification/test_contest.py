@@ -9,6 +9,7 @@ import pytest
 
 import stiction as st
 from stiction.diagnosis.identification.contest import Contest
+from stiction.diagnosis.identification.interval import student
 
 from .loops import KNOWN, run_of
 
@@ -50,3 +51,10 @@ def test_what_a_part_of_the_half_cycles_gains():
     found = contest(np.array([np.full(N, 1.0), np.full(N, 2.0)]))
     assert found.gain_in(slice(10, 20)) == pytest.approx(10 * 5.0 / 2.0)
     assert found.gain(3) == pytest.approx(N / 3 * 5.0 / 2.0)
+
+
+def test_student_is_that_of_scipy():
+    from scipy.stats import t
+
+    degrees = [1, 2, 5, 10, 11, 15, 16, 17, 20, 30, 60, 1000]
+    np.testing.assert_allclose([student(n) for n in degrees], t.ppf(0.975, degrees), rtol=1e-3)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.interval import CHI2_1, STUDENT
+from stiction.diagnosis.identification.interval import CHI2_1, NORMAL, student
 from stiction.diagnosis.identification.likeliest import one_each
 from stiction.diagnosis.identification.likelihood import LAG_WORTH, Columns, Trial, by_cycle, good_valve
 
@@ -176,7 +176,7 @@ def contest(prediction: Prediction, trials: Trials, known: Known) -> Contest:
     lagged = (lag > 0.0).astype(float)
     behind, n = apart.sum(axis=1) + LAG_WORTH * (lagged - lagged[0]), apart.shape[1]
     worse = behind / np.sqrt(np.maximum(n * apart.var(axis=1, ddof=1), 1e-300))
-    few = STUDENT[min(n - 2, len(STUDENT) - 1)] / STUDENT[-1]
+    few = student(n - 1) / NORMAL
     S, J = S[:-1], (S * ratio)[:-1]
     beyond = known.beyond * _noise(prediction.op)
     least = FLOOR * best.S

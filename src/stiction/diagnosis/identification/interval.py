@@ -14,12 +14,14 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.grid import Surface
     from stiction.diagnosis.identification.piece import Piece
 
-__all__ = ["CHI2_1", "CHI2_2", "MODEL_ERROR", "STUDENT", "independent_samples", "interval", "limit"]
+__all__ = ["CHI2_1", "CHI2_2", "MODEL_ERROR", "NORMAL", "independent_samples", "interval", "limit", "student"]
 
 CHI2_1, CHI2_2 = 3.841, 5.991
 """95 % points of the chi-square distribution with one and two degrees of freedom."""
-STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13, 2.09, 1.96)
-"""97.5 % points of Student's distribution with one to fifteen degrees of freedom, with about twenty, and with many."""
+NORMAL = 1.95996
+"""97.5 % point of the normal distribution."""
+STUDENT = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
+"""97.5 % points of Student's distribution with one to ten degrees of freedom."""
 MODEL_ERROR = 0.002
 """Share of the PV's energy that a process of two lags and a sampled stem may leave however good the data are [-]."""
 FLOOR = 0.01
@@ -53,10 +55,24 @@ def interval(pieces: Sequence[Piece], chosen: int, axis: int) -> tuple[float, fl
     if len(pieces) > 2:
         values = np.array([one.valve[axis] for one in pieces])
         spread = max(1.4826 * float(np.median(np.abs(values - np.median(values)))), 0.25 * float(values.std()))
-        width = STUDENT[min(len(pieces) - 2, len(STUDENT) - 1)] * spread * shrink
+        width = student(len(pieces) - 1) * spread * shrink
         below, above = max(below, width), max(above, width)
     least = FLOOR * (value if axis == 0 else 1.0)
     return max(value - max(below, least), 0.0), value + max(above, least)
+
+
+def student(degrees: int) -> float:
+    """97.5 % point of Student's distribution; beyond ten degrees of freedom by its expansion about the normal one.
+
+    Examples
+    --------
+    >>> student(1), round(student(17), 3), round(student(1000), 3)
+    (12.706, 2.11, 1.962)
+    """
+    z = NORMAL
+    if degrees <= len(STUDENT):
+        return STUDENT[degrees - 1]
+    return z + (z**3 + z) / (4.0 * degrees) + (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / (96.0 * degrees**2)
 
 
 def limit(error: float, samples: float, chi2: float) -> float:
