@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from stiction.apps.failure import Failure, fault
 from stiction.apps.options import in_options
 from stiction.errors import ParameterError, RecordError, StictionError
 
@@ -42,7 +43,7 @@ def on_file(
     single: Sequence[str],
     *,
     as_json: bool,
-) -> tuple[list[Advice], list[tuple[str, str]]]:
+) -> tuple[list[Advice], list[Failure]]:
     """Advise on every loop of a file.
 
     Parameters
@@ -63,7 +64,7 @@ def on_file(
     Returns
     -------
     tuple of list
-        The advice, and (tag, reason) of the loops that could not be diagnosed.
+        The advice, and the loops for which there is none.
 
     Raises
     ------
@@ -85,13 +86,23 @@ def on_file(
         raise ParameterError(f"{single[0]} is for one loop, {file} holds {len(records)} ({tags}); name one with --tag.")
     (note if as_json else say)(in_options(receipt(records).summary()))
     diagnoses: list[Diagnosis] = []
-    failures: list[tuple[str, str]] = []
+    failures: list[Failure] = []
     for record in track(records, "Diagnosing"):
         try:
             diagnoses.append(diagnose(record))
         except StictionError as error:
-            failures.append((record.tag, str(error)))
-    return [_advice(file, found, _tried(found, controller, settings)) for found in diagnoses], failures
+            failures.append(Failure(file, record.tag, str(error)))
+        except Exception as error:
+            failures.append(fault(file, record.tag, error))
+    advices: list[Advice] = []
+    for found in diagnoses:
+        try:
+            advices.append(_advice(file, found, _tried(found, controller, settings)))
+        except StictionError:
+            raise
+        except Exception as error:
+            failures.append(fault(file, found.record.tag, error))
+    return advices, failures
 
 
 def on_loop(loop: Loop, tag: str, settings: Mapping[str, Any]) -> Advice:

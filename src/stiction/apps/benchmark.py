@@ -2,8 +2,9 @@
 
 from typing import Any
 
+from stiction.apps.failure import fault, traceback_of
 from stiction.apps.options import Json
-from stiction.errors import RecordError
+from stiction.errors import RecordError, StictionError
 
 __all__ = ["benchmark"]
 
@@ -60,7 +61,7 @@ def _judged(label: Any) -> dict[str, Any]:
     from dataclasses import replace
 
     from stiction import diagnose, read
-    from stiction.errors import StictionError
+    from stiction.apps.output import note
 
     row: dict[str, Any] = {"file": label.file, "loop": label.loop, "group": label.group, "label": label.label}
     try:
@@ -68,9 +69,13 @@ def _judged(label: Any) -> dict[str, Any]:
         if len(records) != 1:
             raise RecordError(f"holds {len(records)} loops; a record to be judged holds one.")
         found = diagnose(replace(records[0], tag=label.loop, integrating=label.integrating))
-    except StictionError as error:
+    except Exception as error:
+        reason = str(error)
+        if not isinstance(error, StictionError):
+            reason = fault(label.file, label.loop, error).reason
+            note(traceback_of(error))
         unknown = {"verdict": "undecided", "probability": None, "cause": "unknown", "stiction": None}
-        return {**row, **unknown, "reason": str(error), "error": True}
+        return {**row, **unknown, "reason": reason, "error": True}
     stiction = found.identification.to_dict() if found.identification is not None else None
     told = {"verdict": found.verdict, "probability": found.probability, "cause": found.cause, "reason": found.reason}
     return {**row, **told, "stiction": stiction, "error": False}

@@ -1,6 +1,7 @@
 """The command `stiction`: which verbs there are, and what becomes of their results and errors.
 
-Exit codes: 0 nothing found, 1 findings, 2 usage, 3 data problem; 130 interrupted, 70 a fault of this program.
+Exit codes: 0 nothing found, 1 findings, 2 usage, 3 data problem; 70 a fault of this program, 130 interrupted, 141
+nobody reads on.
 """
 
 import logging
@@ -85,6 +86,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
+    except MemoryError:
+        return _complain(
+            "there is not enough memory for this; give a shorter duration, larger steps or a shorter file.", 2
+        )
     except Exception as error:
         import traceback
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from stiction.apps.failure import traceback_of
 from stiction.apps.options import Json, Report, Text, refuse_options
 from stiction.errors import ParameterError, RecordError
 
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from stiction.apps.advice import Advice
+    from stiction.apps.failure import Failure
     from stiction.models import Loop
 
 __all__ = ["compensate", "weights_of"]
@@ -117,7 +119,7 @@ def compensate(
     targets = _targets(files, report, structured_text, work_order)
     from stiction.apps.advice import on_file, on_loop
 
-    failures: Sequence[tuple[str, str]] = ()
+    failures: Sequence[Failure] = ()
     if files:
         read_as = {**reading, "column": None, "columns": columns_of(column), "tag": tag, "dt": dt}
         options = {key: value for key, value in read_as.items() if value is not None}
@@ -126,7 +128,7 @@ def compensate(
         advices, failures = on_file(files[0], options, pid, settings, single, as_json=as_json)
     else:
         advices = [on_loop(*_given_loop({**given, "controller": controller, "dt": dt, "tag": tag}), settings)]
-    return _out(files, advices, failures, targets, as_json=as_json)
+    return _out(advices, failures, targets, as_json=as_json)
 
 
 def weights_of(text: str | None) -> dict[str, float]:
@@ -204,8 +206,7 @@ def _given_loop(typed: dict[str, Any]) -> "tuple[Loop, str]":
 
 
 def _out(
-    files: "Sequence[str]", advices: "Sequence[Advice]", failures: "Sequence[tuple[str, str]]",
-    targets: "Mapping[str, Path]", *, as_json: bool,
+    advices: "Sequence[Advice]", failures: "Sequence[Failure]", targets: "Mapping[str, Path]", *, as_json: bool
 ) -> int:  # fmt: skip
     """Tell, write, and return the exit code."""
     from stiction.apps import remedies_told as told
@@ -229,13 +230,18 @@ def _out(
         write_compensate_page(advices, targets["--report"])
         lines.append(f"Report: {targets['--report']}")
     if as_json:
-        failed = [told.failed(files[0], *failure) for failure in failures]
+        failed = [told.failed(failure) for failure in failures]
         print_json([*(told.as_object(advice, written) for advice in advices), *failed])
     else:
         told.tell(advices, failures)
+    faults = [failure.fault for failure in failures if failure.fault is not None]
     if not advices:
-        reason = failures[0][1] if len(failures) == 1 else "no loop could be used; see the reasons above."
+        if faults:
+            raise faults[0]
+        reason = failures[0].reason if len(failures) == 1 else "no loop could be used; see the reasons above."
         raise RecordError(reason)
+    for error in faults:
+        note(traceback_of(error))
     for line in lines:
         (note if as_json else say)(line)
     return int(any(not advice.trial.refused for advice in advices))

@@ -39,7 +39,7 @@ def demo(*, report: Report = None, open: bool | None = None, as_json: Json = Fal
     from stiction.simulation.demo import demo_plant
 
     target = check_report(report or DEFAULT_REPORT)
-    folder = check_folder(target.with_suffix(""))
+    folder = check_folder(target.with_suffix("") if target.suffix else target.with_name(f"{target.name}-records"))
     plant = demo_plant()
     if not as_json:
         say(f"A simulated plant of {len(plant)} loops; its records are in {folder}.")

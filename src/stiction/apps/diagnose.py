@@ -1,10 +1,11 @@
 """``stiction diagnose``: from recorded loops to verdicts."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from stiction.apps.failure import Failure, fault, traceback_of
 from stiction.apps.options import Json, Report, in_options, refuse_options
 from stiction.errors import ParameterError, RecordError, StictionError
 
@@ -12,23 +13,10 @@ if TYPE_CHECKING:
     from stiction.diagnosis import Diagnosis
     from stiction.records import LoopRecord
 
-__all__ = ["Failure", "diagnose", "judge"]
+__all__ = ["diagnose", "judge"]
 
 FILES = 'CSV files as plants export them, one loop or many in each; "-" is the standard input.'
 DEFAULT_REPORT = "stiction-report.html"
-
-
-class Failure(NamedTuple):
-    """A file or a loop that could not be diagnosed."""
-
-    file: str
-    """Name of the file."""
-    tag: str | None
-    """Loop, where it came so far."""
-    reason: str
-    """What was wrong, and what to do about it."""
-    fault: Exception | None = None
-    """What the program stumbled over, where file and loop may be in order."""
 
 
 def diagnose(
@@ -68,7 +56,8 @@ def diagnose(
         Sampling period in seconds, where the file has no time or a wrong one.
     column
         SIGNAL=NAME, for example op=FIC101.OUT: which column is which, instead of guessing. SIGNAL is time, pv, sp,
-        op, mv (valve position), mode, bad or quality. May be repeated.
+        op, mv (valve position), valve_signal (what a compensator sends to the valve), mode, bad or quality. May be
+        repeated.
     loop_type
         flow, level, pressure, temperature, analyser or other; by default from the tag's first letter.
     delimiter
@@ -110,8 +99,6 @@ def diagnose(
 
 def judge(files: tuple[str, ...], options: dict[str, Any], target: Path | None, *, as_json: bool, explain: bool) -> int:
     """Read, diagnose, tell and write; return the exit code."""
-    from traceback import format_exception
-
     from stiction.apps.findings import as_object, tell
     from stiction.apps.output import note, print_json, say
     from stiction.records import receipt
@@ -132,8 +119,8 @@ def judge(files: tuple[str, ...], options: dict[str, Any], target: Path | None, 
         for failure in failures[1:] if len(failures) > 1 and as_json else ():
             note(f"stiction: {failure.reason}")
         raise RecordError(failures[0].reason if len(failures) == 1 else "no file could be used; see the reasons above.")
-    for fault in faults:
-        note("".join(format_exception(fault)).rstrip())
+    for error in faults:
+        note(traceback_of(error))
     if target is not None:
         from stiction.report import write_report
 
@@ -155,7 +142,7 @@ def columns_of(pairs: tuple[str, ...]) -> dict[str, str | int] | None:
         signal, equals, name = pair.partition("=")
         if not (signal.strip() and equals and name.strip()):
             raise ParameterError(f'--column "{pair}" is not SIGNAL=NAME; write for example --column op=FIC101.OUT.')
-        columns[signal.strip().lower()] = int(name) if name.strip().isdigit() else name.strip()
+        columns[signal.strip().lower()] = int(name) if name.strip().isdecimal() else name.strip()
     return columns or None
 
 
@@ -173,7 +160,7 @@ def _read(files: tuple[str, ...], options: dict[str, Any]) -> tuple[list["LoopRe
         except StictionError:
             raise
         except Exception as error:
-            failures.append(_fault(file, None, error))
+            failures.append(fault(file, None, error))
     return records, failures
 
 
@@ -189,10 +176,5 @@ def _diagnose(records: list["LoopRecord"]) -> tuple[list["Diagnosis"], list[Fail
         except StictionError as error:
             failures.append(Failure(record.provenance.source, record.tag, str(error)))
         except Exception as error:
-            failures.append(_fault(record.provenance.source, record.tag, error))
+            failures.append(fault(record.provenance.source, record.tag, error))
     return diagnoses, failures
-
-
-def _fault(file: str, tag: str | None, error: Exception) -> Failure:
-    told = " ".join(f"{type(error).__name__}: {error}".split())
-    return Failure(file, tag, f"a fault of the program, not yours ({told}); please report it.", error)

@@ -31,11 +31,9 @@ def tell(diagnoses: Sequence[Diagnosis], failures: Sequence[Failure], *, explain
     elif ranked:
         rows = [_row(diagnosis) for diagnosis in ranked]
         rows += [[failure.tag or failure.file, "not diagnosed", "", "", "", "", failure.reason] for failure in failures]
-        print_table(
-            ["Loop", "Verdict", "Cause", "Probability", "S [%]", "Period", "What to do"],
-            rows,
-            right=["Probability", "S [%]", "Period"],
-        )
+        S = "S [%]" if any(diagnosis.record.op_in_percent for diagnosis in ranked) else "S"
+        columns = ["Loop", "Verdict", "Cause", "Probability", S, "Period", "What to do"]
+        print_table(columns, rows, right=["Probability", S, "Period"])
     elif len(failures) > 1:
         print_table(["File", "Reason"], [[failure.tag or failure.file, failure.reason] for failure in failures])
     if explain:
@@ -44,12 +42,13 @@ def tell(diagnoses: Sequence[Diagnosis], failures: Sequence[Failure], *, explain
 
 
 def size(diagnosis: Diagnosis) -> str:
-    """Return S with its interval, or nothing where it means nothing."""
+    """Return S with its interval, and its unit where that is not % of span; nothing where S means nothing."""
     found = diagnosis.identification
     if found is None or diagnosis.verdict == "no_stiction":
         return ""
     S, low, high = words.interval(found.S, found.S_low, found.S_high)
-    return f"{S} ({low} to {high})"
+    unit = "" if diagnosis.record.op_in_percent else f" {diagnosis.record.op_unit_short}"
+    return f"{S} ({low} to {high}){unit}"
 
 
 def as_object(failure: Failure) -> dict[str, Any]:
@@ -62,6 +61,7 @@ def as_object(failure: Failure) -> dict[str, Any]:
         "cause": "unknown",
         "reason": failure.reason,
         "action": "Report the fault." if failure.fault else "Mend the file or say how to read it.",
+        "op_unit": None,
         "stiction": None,
         "oscillation": None,
         "evidence": [],

@@ -62,6 +62,7 @@ def in_options(sentence: str) -> str:
     sentence = re.sub(r"time_format='([^']*)'(?: \(--time-format\))?", r'--time-format "\1"', sentence)
     sentence = re.sub(r"(?<![\w./'-])time_format(?!\w|\.\w)", "--time-format", sentence)
     sentence = re.sub(r"\b(give|or) dt\b(?!=)", r"\1 --dt", sentence)
+    sentence = re.sub(r"\bgive loop_type\b(?!=)", "give --loop-type", sentence)
     sentence = re.sub(r"op_range=\(([^,]+), ([^)]+)\)", r"--op-range \1 \2", sentence)
     sentence = re.sub(r"decimal='(.)'", r'--decimal "\1"', sentence)
     sentence = sentence.replace("day_first=True", "--day-first").replace("day_first=False", "--no-day-first")

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from stiction.apps.advice import Advice
+    from stiction.apps.failure import Failure
     from stiction.compensation import Behaviour, CompensationTrial, RemedyTrial
 
 __all__ = [
@@ -36,13 +37,13 @@ COLUMNS = ("Remedy", "PV std", "IAE", "Offset", "Travel", "Rev/h", "OP", "\u00b1
 """Headings that fit into 80 columns; `_legend` says what they mean."""
 
 
-def tell(advices: Sequence[Advice], failures: Sequence[tuple[str, str]]) -> None:
+def tell(advices: Sequence[Advice], failures: Sequence[Failure]) -> None:
     """Print the advice on each loop."""
     for advice in advices:
         say("")
         _tell(advice)
-    for tag, reason in failures if advices or len(failures) > 1 else ():
-        say(f"\n{tag}: not diagnosed. {reason}")
+    for failure in failures if advices or len(failures) > 1 else ():
+        say(f"\n{failure.tag}: no advice. {failure.reason}")
 
 
 def headline(trial: CompensationTrial) -> str:
@@ -113,7 +114,7 @@ def not_written(key: str, target: Path, advice: Advice) -> str:
     if key == "work_order":
         why = "the valve needs no work"
     elif advice.trial.recommended and advice.trial[advice.trial.recommended].remedy.compensator is not None:
-        why = "the OP of the record is not in % of span, nor are the settings found for it"
+        why = "the OP of the record leaves 0 to 100 %, so that the limits of the compensator are not known"
     else:
         why = advice.trial.reason if advice.trial.refused else f"{advice.trial.recommended} needs no compensator"
     old = f" {target} is an older one." if target.is_file() else ""
@@ -140,13 +141,14 @@ def as_object(advice: Advice, written: Mapping[str, str]) -> dict[str, Any]:
     }
 
 
-def failed(file: str, tag: str, reason: str) -> dict[str, Any]:
-    """Return a loop that could not be diagnosed with the keys of the others."""
+def failed(failure: Failure) -> dict[str, Any]:
+    """Return a loop without advice with the keys of the others."""
     nothing = dict.fromkeys(("S", "J", "twin", "retuning", "structured_text", "work_order"))
     return {
-        "file": file, "tag": tag, "verdict": "undecided", "probability": None, "cause": "unknown",
-        "action": "Mend the file or say how to read it.", "recommended": None, "expected_gain": None, "refused": True,
-        "reason": reason, "risk": "", "weights": {}, "seeds": 0, "remedies": [], **nothing, "error": reason,
+        "file": failure.file, "tag": failure.tag, "verdict": "undecided", "probability": None, "cause": "unknown",
+        "action": failure.remedy, "recommended": None, "expected_gain": None, "refused": True,
+        "reason": failure.reason, "risk": "", "weights": {}, "seeds": 0, "remedies": [], **nothing,
+        "error": failure.reason,
     }  # fmt: skip
 
 

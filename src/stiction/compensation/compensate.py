@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from stiction.compensation.trials import Programme
     from stiction.compensation.twin import Twin
     from stiction.models import PID
+    from stiction.records.record import LoopRecord
 
 __all__ = ["compensate"]
 
@@ -66,8 +67,8 @@ def compensate(
     -------
     CompensationTrial
         The remedies ranked by cost, the recommendation and its risk. Where no advice can be given (no stiction,
-        undecided, a twin that does not repeat the record, OP at its limits, no controller found) `recommended` is
-        None and `reason` says why.
+        undecided, a twin that does not repeat the record, OP at its limits or not in % of span, no controller found)
+        `recommended` is None and `reason` says why.
 
     Raises
     ------
@@ -98,7 +99,7 @@ def compensate(
     if duration is not None:
         duration = require_positive("duration", duration, "s")
     if isinstance(source, Diagnosis):
-        tag, why = source.record.tag, refusal(source)
+        tag, why = source.record.tag, refusal(source) or _not_in_percent(source.record)
         if why:
             return _no_advice(tag, why, whole)
         try:
@@ -182,6 +183,16 @@ def _trend(twin: Twin, plan: Programme, remedy: Remedy) -> dict[str, NDArray[np.
     record = run(remedy.apply(twin.loop), plan, 0).window(plan.settle, plan.n)
     signals = {"sp": record.sp, "pv": record.pv, "op": record.op, "mv": record.mv}
     return {"time": record.time, **{name: x for name, x in signals.items() if x is not None}}
+
+
+def _not_in_percent(record: LoopRecord) -> str:
+    """Say that no remedy can be set for an OP in another unit; empty where it is in % of span."""
+    if record.op_in_percent:
+        return ""
+    return (
+        "OP is not in % of span, in which its limits and the sizes of pulses and moves are set, so that no remedy can "
+        "be tried; give op_range (--op-range) to convert it."
+    )
 
 
 def _stiction(loop: Loop) -> tuple[float, float]:

@@ -69,13 +69,15 @@ PLAY_PARTS = (
 )
 
 
-def suspects(found: Identification | None) -> tuple[tuple[Suspect, ...], str]:
+def suspects(found: Identification | None, unit: str = "%") -> tuple[tuple[Suspect, ...], str]:
     """List the parts to look at, likeliest first, and say what the order rests on.
 
     Parameters
     ----------
     found : Identification or None
         The valve found; without one the order is that of the field.
+    unit : str
+        Unit of J, as it stands behind a number.
 
     Returns
     -------
@@ -94,12 +96,12 @@ def suspects(found: Identification | None) -> tuple[tuple[Suspect, ...], str]:
     if found is None or not found.S > 0.0:
         return rubs_first, "The record does not tell friction from play."
     if found.J_low > PLAY * found.S:
-        return rubs_first, f"The stem jumps (J is {found.J_low:.2g} % or more): look for friction before play."
+        return rubs_first, f"The stem jumps (J is {found.J_low:.2g} {unit} or more): look for friction before play."
     if found.J_high < PLAY * found.S:
         return (
             PLAY_PARTS + POSITIONER + FRICTION + ACTUATOR,
-            f"The stem hardly jumps (J is at most {found.J_high:.2g} %): look for play before friction.",
+            f"The stem hardly jumps (J is at most {found.J_high:.2g} {unit}): look for play before friction.",
         )
     return rubs_first, (
-        f"J may be anything from {found.J_low:.2g} to {found.J_high:.2g} %: no telling friction from play."
+        f"J may be anything from {found.J_low:.2g} to {found.J_high:.2g} {unit}: no telling friction from play."
     )

@@ -16,8 +16,6 @@ from stiction.records.digits import chance, interval
 from stiction.records.quality import usable_part
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stiction.compensation.result import CompensationTrial
     from stiction.diagnosis.identified import Identification
     from stiction.diagnosis.result import Diagnosis
@@ -29,7 +27,7 @@ BLANK = "________"
 MIDDLE = 50.0
 """OP about which the tests are planned where it is not recorded in % of span [% of span]."""
 ASSUMED = 5.0
-"""S that the tests are planned for where none was found [% of span]."""
+"""S that the tests are planned for where none was found, or in another unit [% of span]."""
 SIGN_OFF = ("Tests before, by / date", "Work done, by / date", "Tests after, by / date", "Compensation off, by / date")
 
 
@@ -48,13 +46,13 @@ class WorkOrder:
     probability: float
     """Probability that the valve sticks [-]."""
     S: float
-    """Deadband plus stickband [% of span]; NaN when not found."""
+    """Deadband plus stickband [% of span]; NaN when not found, or found in another unit."""
     S_low: float
     """Lower end of the 95 % interval of S [% of span]."""
     S_high: float
     """Upper end of the 95 % interval of S [% of span]."""
     J: float
-    """Slip jump [% of span]; NaN when not found."""
+    """Slip jump [% of span]; NaN when not found, or found in another unit."""
     J_low: float
     """Lower end of the 95 % interval of J [% of span]."""
     J_high: float
@@ -140,17 +138,17 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
     >>> work_order(st.diagnose(record)).title
     'Work order: control valve of FIC-101, repair'
     """
-    verdict, found = diagnosis.verdict, _sized(diagnosis)
+    verdict, found, percent = diagnosis.verdict, _sized(diagnosis), diagnosis.record.op_in_percent
     if verdict == "no_stiction" and diagnosis.cause != "deadband":
         raise ParameterError(
             f"{diagnosis.record.tag}: the verdict is no stiction (probability {chance(diagnosis.probability)}, cause: "
             f"{diagnosis.cause}), so there is nothing for the valve shop; see to the cause named."
         )
     op = _usual_op(diagnosis)
-    before = plan_before(op, max(found.S, min(found.S_high, 2.0 * found.S)) if found else ASSUMED)
-    parts, why = suspects(found)
+    before = plan_before(op, max(found.S, min(found.S_high, 2.0 * found.S)) if found and percent else ASSUMED)
+    parts, why = suspects(found, diagnosis.record.op_unit_short)
     nan = math.nan
-    size = (found.S, found.S_low, found.S_high, found.J, found.J_low, found.J_high) if found else (nan,) * 6
+    size = (found.S, found.S_low, found.S_high, found.J, found.J_low, found.J_high) if found and percent else (nan,) * 6
     ask = "test before any repair" if verdict == "undecided" else "repair"
     return WorkOrder(
         diagnosis.record.tag,
@@ -180,15 +178,11 @@ def _sized(diagnosis: Diagnosis) -> Identification | None:
 
 
 def _usual_op(diagnosis: Diagnosis) -> float:
-    """Median of the OP [% of span], of the whole record where no part of it can be judged; else mid span."""
+    """Median of the OP [% of span], of the whole record where no part of it can be judged; mid span in another unit."""
+    if not diagnosis.record.op_in_percent:
+        return MIDDLE
     op = usable_part(diagnosis.record).op
-    op = op if np.isfinite(op).any() else diagnosis.record.op
-    return float(np.nanmedian(op)) if _in_span(op) else MIDDLE
-
-
-def _in_span(op: NDArray[np.float64]) -> bool:
-    """Whether OP is written in % of span, and not in deviations or another unit."""
-    return bool(np.nanmin(op) >= 0.0 and np.nanmax(op) <= 100.0)
+    return float(np.nanmedian(op if np.isfinite(op).any() else diagnosis.record.op))
 
 
 def _record(diagnosis: Diagnosis) -> str:
@@ -198,12 +192,12 @@ def _record(diagnosis: Diagnosis) -> str:
 
 
 def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
-    found, cycle = _sized(diagnosis), diagnosis.oscillation
+    record, found, cycle = diagnosis.record, _sized(diagnosis), diagnosis.oscillation
     verdict = {"stiction": "the valve sticks", "undecided": "cannot tell"}.get(diagnosis.verdict, "the valve has play")
     lines = [f"Verdict: {verdict}; probability of stiction {chance(diagnosis.probability)}.", diagnosis.reason]
     if found:
-        S = _with_ends("S", found.S, found.S_low, found.S_high)
-        J = _with_ends("J", found.J, found.J_low, found.J_high)
+        S = _with_ends("S", found.S, found.S_low, found.S_high, record.op_unit)
+        J = _with_ends("J", found.J, found.J_low, found.J_high, record.op_unit)
         lines += [
             f"On each reversal the OP travels {S} before the stem moves.",
             f"When it breaks loose it jumps by {J}.",
@@ -214,10 +208,10 @@ def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
         lines.append(
             f"The loop cycles every {cycle.period:.3g} s: about {float(f'{day:.2g}'):.0f} reversals of the stem a day."
         )
-    if _in_span(diagnosis.record.op):
+    if record.op_in_percent:
         lines.append(f"Usual OP (controller output): {op:.0f} %.")
     else:
-        low, high = np.nanmin(diagnosis.record.op), np.nanmax(diagnosis.record.op)
+        low, high = np.nanmin(record.op), np.nanmax(record.op)
         lines.append(
             f"OP is recorded from {low:.3g} to {high:.3g}, not in % of span: S and J are in its unit, and the tests "
             f"are planned about {op:.0f} %."
@@ -225,16 +219,18 @@ def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def _with_ends(name: str, value: float, low: float, high: float) -> str:
+def _with_ends(name: str, value: float, low: float, high: float, unit: str) -> str:
     at, least, most = interval(value, low, high)
     ends = f"95 % {least} to {most}" if math.isfinite(low) and math.isfinite(high) else "interval unknown"
-    return f"{name} = {at} % of span ({ends})"
+    return f"{name} = {at} {unit} ({ends})"
 
 
 def _to_fill_in(diagnosis: Diagnosis) -> tuple[str, ...]:
     lines = ["Make, type and size of valve, actuator, positioner", "Last service and what was done"]
     found = _sized(diagnosis)
-    if found:
+    if found and not diagnosis.record.op_in_percent:
+        lines.append(f"OP at 0 % and at 100 % of span (the tests are planned for S up to {ASSUMED:g} %)")
+    elif found:
         lines.append(f"Stroke in mm (S is {found.S / 100.0:.3g}, J {found.J / 100.0:.3g} of the stroke)")
     else:
         lines.append(f"S and J in % of span (not found; the tests are planned for S up to {ASSUMED:g} %)")

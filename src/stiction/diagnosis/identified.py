@@ -174,8 +174,8 @@ class Identification:
         """Twice the log likelihood over that good valve [-]."""
         return float(np.fmin(np.fmin(self.gain, self.gain_on_bent), self.gain_on_wave))
 
-    def summary(self) -> str:
-        """The finding in a line."""
+    def summary(self, unit: str = "%") -> str:
+        """The finding in a line, S and J with the unit that stands behind a number."""
         own = ", ".join(
             f"{name} = {value:.3g} (95 % {low:.3g} to {high:.3g})"
             for (name, value), (low, high) in zip(
@@ -185,7 +185,7 @@ class Identification:
         S, S_low, S_high = interval(self.S, self.S_low, self.S_high)
         J, J_low, J_high = interval(self.J, self.J_low, self.J_high)
         return (own + "; " if own else "") + (
-            f"S = {S} % (95 % {S_low} to {S_high}), J = {J} % (95 % {J_low} to {J_high})"
+            f"S = {S} {unit} (95 % {S_low} to {S_high}), J = {J} {unit} (95 % {J_low} to {J_high})"
             f"{f', behind a lag of {self.lag:.3g} s' if self.lag > 0.0 else ''}; "
             f"simulation explains {self.fit:.0f} % of the PV, a good valve {self.fit_linear:.0f} %."
         )

@@ -223,6 +223,7 @@ class Diagnosis:
             "causes": {name: round(share, 4) for name, share in self.causes.items()},
             "reason": self.reason,
             "action": self.action,
+            "op_unit": self.record.op_unit,
             "stiction": found.to_dict() if found is not None else None,
             "controller": self.controller.to_dict() if self.controller is not None else None,
             "oscillation": self.oscillation.to_dict(),

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
 from datetime import timedelta
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stiction.errors import ParameterError, RecordError, require_positive
+from stiction.records.outliers import without_outliers
+from stiction.records.signals import not_a_percentage
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -66,7 +69,7 @@ class LoopRecord:
     dt : float
         Sampling period [s].
     op : array_like, shape (n_samples,)
-        Controller output [% of span].
+        Controller output [% of span]; `op_unit` says where it looks like another unit.
     pv : array_like, shape (n_samples,), optional
         Process variable [engineering units]; left out when only a valve was stroked.
     sp : array_like, shape (n_samples,), optional
@@ -153,6 +156,30 @@ class LoopRecord:
     def duration(self) -> float:
         """Length of the record [s]."""
         return len(self) * self.dt
+
+    @cached_property
+    def op_in_percent(self) -> bool:
+        """Whether OP looks like % of span: by the rule, and of the samples, of the gate "op scale"."""
+        op = without_outliers(self).op
+        seen = op[np.isfinite(op)]
+        return seen.size == 0 or not not_a_percentage(float(seen.min()), float(seen.max()))
+
+    @property
+    def op_unit(self) -> str:
+        """Unit of OP, and so of S and J, as it stands in brackets: "% of span", or "OP units" where it is another one.
+
+        Examples
+        --------
+        >>> from stiction.records import LoopRecord
+        >>> LoopRecord("FIC-101", 1.0, op=[50.0, 51.0]).op_unit, LoopRecord("FIC-101", 1.0, op=[0.50, 0.51]).op_unit
+        ('% of span', 'OP units')
+        """
+        return "% of span" if self.op_in_percent else "OP units"
+
+    @property
+    def op_unit_short(self) -> str:
+        """The same as it stands behind a number in a sentence: "%" or "OP units"."""
+        return self.op_unit.removesuffix(" of span")
 
     def window(self, first: int, last: int) -> LoopRecord:
         """Cut the samples `first` <= k < `last` as a record of their own.

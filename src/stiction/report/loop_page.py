@@ -61,7 +61,7 @@ def _headline(diagnosis: Diagnosis) -> Html:
         facts += [
             ("Period", words.span(rhythm.period)),
             ("PV amplitude", words.digits(rhythm.amplitude_pv)),
-            ("OP amplitude", words.digits(rhythm.amplitude_op, "% of span")),
+            ("OP amplitude", words.digits(rhythm.amplitude_op, diagnosis.record.op_unit)),
             ("Cycles", words.digits(rhythm.cycles)),
         ]
     else:
@@ -73,7 +73,9 @@ def _headline(diagnosis: Diagnosis) -> Html:
                 f"{words.digits(found.fit, '%', 2)} / {words.digits(found.fit_linear, '%', 2)}",
             )
         )
-    bar = figures.severity(found) if found is not None and diagnosis.verdict != "no_stiction" else None
+    severity = None
+    if found is not None and diagnosis.verdict != "no_stiction" and np.isfinite(found.S):
+        severity = figures.severity(found, diagnosis.record)
     return fragment(
         "headline.html",
         verdict=diagnosis.verdict,
@@ -82,7 +84,7 @@ def _headline(diagnosis: Diagnosis) -> Html:
         confidence=words.confidence(diagnosis),
         reason=diagnosis.reason,
         action=diagnosis.action,
-        severity=bar if bar is not None and found is not None and np.isfinite(found.S) else None,
+        severity=severity,
         facts=facts,
     )
 

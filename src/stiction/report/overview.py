@@ -18,17 +18,6 @@ if TYPE_CHECKING:
 __all__ = ["anchor", "overview", "worst_first"]
 
 _RANK = {"stiction": 0, "undecided": 1, "no_stiction": 2}
-_COLUMNS = (
-    "Loop",
-    "Verdict",
-    "Probability",
-    "S [% of span]",
-    "Period",
-    "OP\u00a0± [%]",
-    "Data",
-    "Trend of PV",
-    "What to do",
-)
 
 
 def worst_first(diagnoses: Sequence[Diagnosis]) -> list[Diagnosis]:
@@ -36,7 +25,8 @@ def worst_first(diagnoses: Sequence[Diagnosis]) -> list[Diagnosis]:
 
     def key(diagnosis: Diagnosis) -> tuple[int, float, float]:
         found, p = diagnosis.identification, float(np.nan_to_num(diagnosis.probability))
-        size = float(np.nan_to_num(found.S)) if found is not None else 0.0
+        comparable = found is not None and diagnosis.record.op_in_percent
+        size = float(np.nan_to_num(found.S)) if found is not None and comparable else 0.0
         return (_RANK[diagnosis.verdict], -p * size if diagnosis.verdict == "stiction" else 0.0, -p)
 
     return sorted(diagnoses, key=key)
@@ -50,8 +40,10 @@ def anchor(k: int) -> str:
 def overview(diagnoses: Sequence[Diagnosis]) -> Table:
     """Return the table; each row links to the loop's part of the page."""
     rows = [_row(k, diagnosis) for k, diagnosis in enumerate(diagnoses)]
+    percent = any(diagnosis.record.op_in_percent for diagnosis in diagnoses)
+    S, OP = ("S [% of span]", "OP\u00a0± [%]") if percent else ("S", "OP\u00a0±")
     return Table(
-        _COLUMNS,
+        ["Loop", "Verdict", "Probability", S, "Period", OP, "Data", "Trend of PV", "What to do"],
         rows,
         "Worst first, S with its 95 % interval. A click on a heading sorts; a click on a loop opens it.",
         sortable=True,
@@ -60,23 +52,28 @@ def overview(diagnoses: Sequence[Diagnosis]) -> Table:
 
 def _row(k: int, diagnosis: Diagnosis) -> list[Cell]:
     record, found, rhythm = diagnosis.record, diagnosis.identification, diagnosis.oscillation
+    percent = record.op_in_percent
+    unit = "" if percent else f"\u00a0{record.op_unit_short}"
     size = Cell("–", sort="")
     if found is not None and diagnosis.verdict != "no_stiction":
         S, low, high = words.interval(found.S, found.S_low, found.S_high)
-        size = Cell(f"{S} ({low}\u00a0to\u00a0{high})", sort=_finite(found.S))
+        size = Cell(f"{S} ({low}\u00a0to\u00a0{high}){unit}", sort=_finite(found.S) if percent else "")
     verdict, cause = words.VERDICTS[diagnosis.verdict], diagnosis.cause
     if diagnosis.verdict != "stiction" and cause not in ("", "none", "unknown"):
         verdict = f"{verdict}: {cause}"
     order = f"{_RANK[diagnosis.verdict]} {verdict}"
     data, data_mark = _worth(diagnosis)
     trend = record.op if record.pv is None else record.pv
+    swing = Cell("–", sort=_finite(rhythm.amplitude_op))
+    if rhythm.oscillating:
+        swing = Cell(f"{words.digits(rhythm.amplitude_op)}{unit}", sort=_finite(rhythm.amplitude_op) if percent else "")
     return [
         Cell(record.tag, href=f"#{anchor(k)}"),
         Cell(verdict, sort=order, mark=words.MARKS[diagnosis.verdict]),
         Cell(words.chance(diagnosis.probability), sort=_finite(diagnosis.probability)),
         size,
         Cell(words.span(rhythm.period) if rhythm.oscillating else "–", sort=_finite(rhythm.period)),
-        Cell(words.digits(rhythm.amplitude_op) if rhythm.oscillating else "–", sort=_finite(rhythm.amplitude_op)),
+        swing,
         Cell(data, mark=data_mark),
         Cell(sparkline(trend, "trend of the PV")),
         Cell(diagnosis.action),

@@ -55,15 +55,15 @@ def story(diagnosis: Diagnosis) -> list[Step]:
     list of Step
         The steps in order; those that did not take place are left out.
     """
-    found = diagnosis.identification
+    found, unit = diagnosis.identification, diagnosis.record.op_unit_short
     steps = [
         Step("What are the data worth?", diagnosis.quality.summary().splitlines()),
         Step("Does the loop oscillate?", _rhythm(diagnosis)),
     ]
     if diagnosis.controller is not None:
-        steps.append(Step("Which controller moves OP?", [controlled(diagnosis.controller)]))
+        steps.append(Step("Which controller moves OP?", [controlled(diagnosis.controller, unit)]))
     if found is not None:
-        steps.append(Step("Which valve and process explain the PV?", _explained(found)))
+        steps.append(Step("Which valve and process explain the PV?", _explained(found, unit)))
     stem = [row.why for row in diagnosis.evidence if row.method == "stem"]
     if stem:
         steps.append(Step("What does the valve's position show?", stem))
@@ -80,7 +80,8 @@ def _rhythm(diagnosis: Diagnosis) -> list[str]:
     rhythm = diagnosis.oscillation
     lines = [rhythm.reason] if rhythm.reason else []
     if rhythm.oscillating:
-        amplitudes = f"PV by {words.digits(rhythm.amplitude_pv)}, OP by {words.digits(rhythm.amplitude_op, '%')}"
+        unit = diagnosis.record.op_unit_short
+        amplitudes = f"PV by {words.digits(rhythm.amplitude_pv)}, OP by {words.digits(rhythm.amplitude_op, unit)}"
         lines.append(
             f"Every {words.span(rhythm.period)}, {words.digits(rhythm.cycles)} cycles, {amplitudes} either way."
         )
@@ -90,15 +91,15 @@ def _rhythm(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def controlled(found: ControllerFit) -> str:
-    """The controller found, its settings with standard errors, and what it explains, in a sentence."""
+def controlled(found: ControllerFit, unit: str) -> str:
+    """The controller found, its settings with standard errors, and what it explains, in a sentence; OP in `unit`."""
     if found.form == "unknown":
         return f"No form of controller explains it. {found.why}"
-    settings = [f"Kc {_with_error(found.Kc, found.Kc_error)} % per PV unit"] if found.Kc else []
+    settings = [f"Kc {_with_error(found.Kc, found.Kc_error)} {unit} per PV unit"] if found.Kc else []
     if 0.0 < found.Ti < math.inf:
         settings.append(f"Ti {_with_error(found.Ti, found.Ti_error)} s")
     if not found.Kc:
-        settings.append(f"Ki {words.digits(found.Ki)} % per PV unit and s")
+        settings.append(f"Ki {words.digits(found.Ki)} {unit} per PV unit and s")
     if found.Td:
         settings.append(f"Td {words.digits(found.Td)} s")
     samples = "; the record shows its own samples" if found.own_samples else ""
@@ -109,17 +110,18 @@ def _with_error(value: float, error: float) -> str:
     return words.digits(value) + (f" \u00b1 {words.digits(error, significant=1)}" if error > 1e-6 * abs(value) else "")
 
 
-def _explained(found: Identification) -> list[str]:
-    process = found.process
+def _explained(found: Identification, unit: str) -> list[str]:
+    process, of_op = found.process, unit.removesuffix("s")
     if process.integrating:
-        kind = f"an integrator of {words.digits(process.gain)} PV units per % and second"
+        kind = f"an integrator of {words.digits(process.gain)} PV units per {of_op} and second"
     else:
         lags = words.span(process.time_constant)
-        kind = f"gain {words.digits(process.gain)} PV units per %, time constant {lags}"
-    lines = [found.summary(), f"Process: {kind}, dead time {words.span(process.dead_time)}."]
+        kind = f"gain {words.digits(process.gain)} PV units per {of_op}, time constant {lags}"
+    lines = [found.summary(unit), f"Process: {kind}, dead time {words.span(process.dead_time)}."]
     if math.isfinite(found.S_bootstrap[0]):
         low, high = (words.digits(end) for end in found.S_bootstrap)
-        lines.append(f"In 95 of 100 draws of the record's half cycles the likeliest S lies between {low} and {high} %.")
+        ends = f"{low} and {high} {unit}"
+        lines.append(f"In 95 of 100 draws of the record's half cycles the likeliest S lies between {ends}.")
     if math.isfinite(found.gain_on_bent):
         rivals = {"": found.gain, f" of a bent characteristic ({found.bent})": found.gain_on_bent}
         if math.isfinite(found.gain_on_wave):
@@ -132,7 +134,7 @@ def _explained(found: Identification) -> list[str]:
         samples = number_of(found.left_out, "sample")
         lines.append(f"Left out of that: {samples} that neither valve foretells, as where the load steps.")
     if math.isfinite(found.drift):
-        lines.append(f"S changes by {found.drift:.2g} % per hour (standard error {found.drift_error:.2g}).")
+        lines.append(f"S changes by {found.drift:.2g} {unit} per hour (standard error {found.drift_error:.2g}).")
     return [*lines, found.reason] if found.reason else lines
 
 
@@ -205,5 +207,5 @@ def _windows(diagnosis: Diagnosis) -> Step:
         ]
         for one in diagnosis.windows
     ]
-    columns = ["From", "To", "Says", "S [%]", "Fit [%]", "Good valve [%]"]
-    return Step("When does it stick?", [], Tabled(columns, rows, ["From", "To", "S [%]", "Fit [%]", "Good valve [%]"]))
+    columns = ["From", "To", "Says", f"S [{diagnosis.record.op_unit_short}]", "Fit [%]", "Good valve [%]"]
+    return Step("When does it stick?", [], Tabled(columns, rows, [name for name in columns if name != "Says"]))

@@ -64,6 +64,16 @@ class View:
         return words.pv_unit(self.diagnosis)
 
     @cached_property
+    def op_unit(self) -> str:
+        """Unit of OP, S and J, for the title of an axis."""
+        return self.diagnosis.record.op_unit
+
+    @cached_property
+    def op_unit_short(self) -> str:
+        """The same behind a number in a sentence."""
+        return self.diagnosis.record.op_unit_short
+
+    @cached_property
     def cycles(self) -> slice:
         """The last few periods of the analysed stretch."""
         first, last = self.window

@@ -12,6 +12,7 @@ from stiction.records.digits import chance, digits, interval
 if TYPE_CHECKING:
     from stiction.diagnosis.identified import Identification
     from stiction.diagnosis.result import Diagnosis
+    from stiction.records.record import LoopRecord
     from stiction.report.blocks import Mark
 
 __all__ = [
@@ -113,13 +114,13 @@ def cited(key: str) -> str:
     return f"{found[1].capitalize()} {found[2]}" if found else key
 
 
-def stiction_size(found: Identification) -> str:
-    """Return S with its interval, and J."""
+def stiction_size(found: Identification, record: LoopRecord) -> str:
+    """Return S with its interval, and J, in the unit of the record's OP."""
     S, S_low, S_high = interval(found.S, found.S_low, found.S_high)
     J, J_low, J_high = interval(found.J, found.J_low, found.J_high)
     return (
-        f"S\u00a0=\u00a0{S}\u00a0% of span (95\u00a0%: {S_low} to {S_high}), "
-        f"J\u00a0=\u00a0{J}\u00a0% ({J_low} to {J_high})"
+        f"S\u00a0=\u00a0{S}\u00a0{record.op_unit} (95\u00a0%: {S_low} to {S_high}), "
+        f"J\u00a0=\u00a0{J}\u00a0{record.op_unit_short} ({J_low} to {J_high})"
     )
 
 
@@ -127,7 +128,7 @@ def headline(diagnosis: Diagnosis) -> str:
     """Return the verdict in one line."""
     found, cause = diagnosis.identification, diagnosis.cause.strip()
     if diagnosis.verdict == "stiction":
-        return "Valve stiction" if found is None else f"Valve stiction: {stiction_size(found)}"
+        return "Valve stiction" if found is None else f"Valve stiction: {stiction_size(found, diagnosis.record)}"
     says = "No valve stiction found" if diagnosis.verdict == "no_stiction" else "Cannot tell whether the valve sticks"
     return says if cause in ("", "none", "unknown") else f"{says}; likely cause: {cause}"
 

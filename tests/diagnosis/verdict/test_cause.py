@@ -188,3 +188,13 @@ def test_the_strongest_finding_is_none_of_the_constant():
     assert strongest(COUNTED[2:3]) == ""
     assert strongest(COUNTED[1:2], against=True) == ""
     assert strongest((Counted("stem", 0.4, math.nan, 5.0), *COUNTED)).endswith("OP's swing (0.4)")
+
+
+def test_s_is_told_in_the_unit_of_op():
+    causes = {"stiction": 0.9, **dict.fromkeys(NAMES, 0.0), "deadband": 0.1}
+    sticks, plays = (
+        named_cause(verdict, causes, FOUND, RHYTHM, 1.0, unit="OP units").reason
+        for verdict in ("stiction", "no_stiction")
+    )
+    assert sticks.startswith("A sticky valve with S = 3.0 OP units (95 % 2.7 to 3.3) explains 93 % ")
+    assert plays.startswith("A valve with 3.0 OP units deadband")

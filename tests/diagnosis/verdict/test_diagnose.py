@@ -140,7 +140,7 @@ def diagnosed(name):
 def test_every_record_gets_a_verdict_that_json_can_hold(name):
     found = diagnosed(name)
     told = json.loads(json.dumps(found.to_dict(), allow_nan=False))
-    assert set(told) == REQUIRED[""] | {"cause", "causes", "controller", "counted", "windows"}
+    assert set(told) == REQUIRED[""] | {"cause", "causes", "controller", "counted", "op_unit", "windows"}
     assert set(told["oscillation"]) >= REQUIRED["oscillation"]
     assert all(set(row) >= REQUIRED["evidence"] for row in told["evidence"])
     assert told["stiction"] is None or set(told["stiction"]) >= REQUIRED["stiction"]

@@ -53,6 +53,7 @@ def named_cause(
     counted: Sequence[Counted] = (),
     *,
     kind_known: bool = True,
+    unit: str = "%",
 ) -> Cause:
     """Put the likeliest cause into words.
 
@@ -72,6 +73,8 @@ def named_cause(
         What each finding did to the probability of stiction.
     kind_known : bool
         Whether it is known if the process integrates, as the loop's type tells.
+    unit : str
+        Unit of OP, S and J, as it stands behind a number.
 
     Returns
     -------
@@ -83,12 +86,12 @@ def named_cause(
     deciding = _deciding(oscillation, dt, kind_known)
     unsure = UNSURE[0] < causes["stiction"] < UNSURE[1]
     if verdict == "stiction":
-        return _stiction(found, causes, counted, deciding if unsure else "")
+        return _stiction(found, causes, counted, deciding if unsure else "", unit)
     if verdict == "undecided":
         reason = _undecided(likely[0], causes, found, counted) + _rival(found, oscillation)
         return Cause("unknown", reason, deciding)
     name = likely[0]
-    reason, action = _OTHERS[name](found, oscillation, counted)
+    reason, action = _deadband(found, unit) if name == "deadband" else _OTHERS[name](found, oscillation, counted)
     if name == "deadband" and not _speaks(found) and causes[name] >= PLAINLY:
         reason += f" By all that was found play is the likeliest cause ({chance(causes[name])})."
     reason += _rival(found, oscillation)
@@ -165,9 +168,11 @@ def _against(found: Identification, counted: Sequence[Counted]) -> str:
     return f"{fits(found)}; what counted most against it: {most}" if most else fits(found)
 
 
-def _stiction(found: Identification, causes: Mapping[str, float], counted: Sequence[Counted], deciding: str) -> Cause:
+def _stiction(
+    found: Identification, causes: Mapping[str, float], counted: Sequence[Counted], deciding: str, unit: str
+) -> Cause:
     S, low, high = interval(found.S, found.S_low, found.S_high)
-    reason = f"A sticky valve with S = {S} % (95 % {low} to {high}) {_for(found, counted)}."
+    reason = f"A sticky valve with S = {S} {unit} (95 % {low} to {high}) {_for(found, counted)}."
     if J_UNKNOWN in found.reason:
         reason += f" {J_UNKNOWN}"
     if found.J_low <= HARDLY * found.S:
@@ -219,11 +224,10 @@ def _rival(found: Identification, rhythm: Oscillation) -> str:
     return f" A good valve {name} foretells the PV better than a sticky one."
 
 
-def _deadband(found: Identification, rhythm: Oscillation, counted: Sequence[Counted]) -> tuple[str, str]:
-    del rhythm, counted
+def _deadband(found: Identification, unit: str) -> tuple[str, str]:
     S = interval(found.S, found.S_low, found.S_high)[0]
     return (
-        f"A valve with {S} % deadband and little or no slip jump {fits(found)}.",
+        f"A valve with {S} {unit} deadband and little or no slip jump {fits(found)}.",
         "Look for play in linkage, actuator and positioner; where the process integrates, integral action cycles on "
         "any deadband.",
     )
@@ -269,11 +273,10 @@ def _none(found: Identification, rhythm: Oscillation, counted: Sequence[Counted]
 
 
 _OTHERS = {
-    "deadband": _deadband,
     "tight tuning": _tight_tuning,
     "external disturbance": _external,
     "sensor": _sensor,
     "saturation": _saturation,
     "none": _none,
 }
-"""Cause -> its reason and action."""
+"""Cause -> its reason and action, but for those that tell S."""

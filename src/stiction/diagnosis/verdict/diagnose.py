@@ -25,6 +25,7 @@ from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
 from stiction.diagnosis.verdict.stem import stem_shown
 from stiction.diagnosis.verdict.windows import changes, said, windows
 from stiction.errors import RecordError
+from stiction.records.gate import LEAST_SAMPLES
 from stiction.records.outliers import without_outliers
 from stiction.records.quality import assess, usable_part
 from stiction.records.storage import swing
@@ -189,9 +190,10 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
 def _told(seen: Findings, weighed: Weighed, judged: Judged) -> Diagnosis:
     """Put the verdict into words."""
     verdict, valve, found = judged.verdict, judged.valve, seen.found[seen.speaks]
+    unit = seen.record.op_unit_short
     cause = named_cause(
         verdict, judged.causes, valve, seen.oscillation, seen.record.dt, weighed.counted,
-        kind_known=seen.record.integrating is not None,
+        kind_known=seen.record.integrating is not None, unit=unit,
     )  # fmt: skip
     if judged.not_seen:
         cause = not_seen(judged.not_seen, judged.causes)
@@ -200,7 +202,7 @@ def _told(seen: Findings, weighed: Weighed, judged: Judged) -> Diagnosis:
         shown = ()
     by_position = seen.stem.why if seen.stem is not None else ""
     _, of_set_point = held_set_point(seen.record, seen.quality.first, seen.quality.last)
-    drift = changes(valve, seen.part.duration) if verdict == "stiction" else ""
+    drift = changes(valve, seen.part.duration, unit) if verdict == "stiction" else ""
     spoken = (cause.reason, by_position, said(shown, seen.record.dt), drift, of_set_point, judged.why)
     return Diagnosis(
         record=seen.record,
@@ -250,7 +252,7 @@ def findings(record: LoopRecord) -> Findings:
     part = usable_part(record)
     oscillation = find_oscillation(part)
     quality = assess(record, oscillation.period if oscillation.oscillating else None)
-    stem = stem_shown(record.window(quality.first, quality.last))
+    stem = stem_shown(record.window(quality.first, quality.last), record.op_unit_short)
     evidence = detect_all(part if stem is not None and stem.used else replace(part, mv=None), oscillation)
     # Weights were found without a stem position, and what a method makes of one must not shift them.
     votes = evidence if stem is None or not stem.used else detect_all(replace(part, mv=None), oscillation)
@@ -305,7 +307,7 @@ def _own_row(found: Identification, part: LoopRecord, unseen: str) -> Evidence:
 def _cannot_tell(seen: Findings) -> Diagnosis:
     """A record that no search can judge: nothing is known of its valve but how often valves stick."""
     quality = seen.quality
-    first = ("length",) if any(g.name == "length" and quality.rows < g.limit for g in quality.gates) else PLAIN_REASONS
+    first = ("length",) if quality.rows < LEAST_SAMPLES else PLAIN_REASONS
     refusals = sorted(quality.refusals, key=lambda gate: first.index(gate.name) if gate.name in first else len(first))
     why = (
         " ".join(gate.why for gate in refusals[:2])

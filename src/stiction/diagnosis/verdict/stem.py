@@ -148,13 +148,15 @@ class Shown(NamedTuple):
         )  # fmt: skip
 
 
-def stem_shown(part: LoopRecord) -> Shown | None:
+def stem_shown(part: LoopRecord, unit: str = "") -> Shown | None:
     """Look at the recorded valve position, if there is one.
 
     Parameters
     ----------
     part : LoopRecord
         The stretch that is analysed; NaN of the position are passed over, which values held over them could not be.
+    unit : str
+        Unit of OP in the whole record, as it stands behind a number; by default that of the stretch.
 
     Returns
     -------
@@ -218,7 +220,7 @@ def stem_shown(part: LoopRecord) -> Shown | None:
     band = float(np.clip(band, -MOST, MOST))
     what = "good" if band <= 0.0 else "stiction" if jump > 0.0 else "deadband"
     shown = Shown(what, "", seen, band, float(jump), swing_of(op))
-    return shown._replace(why=_said(shown, seen))
+    return shown._replace(why=_said(shown, seen, unit or part.op_unit_short))
 
 
 def _odds(causes: dict[str, float]) -> float:
@@ -227,14 +229,14 @@ def _odds(causes: dict[str, float]) -> float:
     return float(np.log(max(causes["stiction"], 1e-30) / max(rest, 1e-30)))
 
 
-def _said(shown: Shown, seen: Watching) -> str:
-    valve = shown.valve
+def _said(shown: Shown, seen: Watching, unit: str) -> str:
+    valve, moves = shown.valve, f"{shown.valve.S:.2g} {unit}"
     fits = f"such a valve explains {seen.share(valve):.1f} % of it, one that follows {seen.share(seen.good):.1f} %."
     if shown.what == "good":
         return f"The recorded valve position follows OP: a good valve explains {seen.share(seen.good):.1f} % of it."
     if shown.what == "deadband":
-        return f"The recorded valve position rests for {valve.S:.2g} % of OP where OP turns, then follows: {fits}"
-    return f"The recorded valve position rests while OP moves {valve.S:.2g} %, then jumps {valve.J:.2g} %: {fits}"
+        return f"The recorded valve position rests for {moves} of OP where OP turns, then follows: {fits}"
+    return f"The recorded valve position rests while OP moves {moves}, then jumps {valve.J:.2g} {unit}: {fits}"
 
 
 def _repeats(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> bool:

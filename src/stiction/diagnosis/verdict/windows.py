@@ -139,7 +139,7 @@ def said(found: Sequence[Window], dt: float) -> str:
     return f"The valve sticks in {len(sticky)} of {len(found)} windows, {when}; in {others} it {rest}."
 
 
-def changes(found: Identification, duration: float) -> str:
+def changes(found: Identification, duration: float, unit: str = "%") -> str:
     """Say that S grows or falls over the record, where it plainly does.
 
     Parameters
@@ -148,6 +148,8 @@ def changes(found: Identification, duration: float) -> str:
         What was found.
     duration : float
         Length of what was analysed [s].
+    unit : str
+        Unit of S, as it stands behind a number.
 
     Returns
     -------
@@ -157,4 +159,5 @@ def changes(found: Identification, duration: float) -> str:
     by = found.drift * duration / 3600.0
     if not (abs(found.drift) > PLAINLY * found.drift_error and abs(by) > MUCH * found.S):
         return ""
-    return f"S {'grows' if by > 0.0 else 'falls'} by {abs(by):.2g} % over the record ({found.drift:+.2g} % per hour)."
+    way = "grows" if by > 0.0 else "falls"
+    return f"S {way} by {abs(by):.2g} {unit} over the record ({found.drift:+.2g} {unit} per hour)."

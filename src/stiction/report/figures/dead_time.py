@@ -21,7 +21,7 @@ def dead_time(view: View) -> Figure | None:
     found = view.diagnosis.identification
     if found is None or min(found.surface.error_late.shape, default=0) < 2:
         return None
-    surface = found.surface
+    surface, of_op = found.surface, view.op_unit_short
     unit, seconds = words.time_unit(float(surface.dead_time[-1]))
     error, late = surface.error_late.T, surface.dead_time / seconds
     data: list[dict[str, Any]] = [
@@ -34,7 +34,7 @@ def dead_time(view: View) -> Figure | None:
             "zmin": float(error.min()),
             "zmax": min(float(error.max()), 1.0),
             "colorbar": look.colorbar("error [-]"),
-            "hovertemplate": "S %{x:.3g} %<br>dead time %{y:.3g}<br>error %{z:.3g}<extra></extra>",
+            "hovertemplate": f"S %{{x:.3g}} {of_op}<br>dead time %{{y:.3g}}<br>error %{{z:.3g}}<extra></extra>",
         },
         {
             "type": "scatter",
@@ -47,7 +47,7 @@ def dead_time(view: View) -> Figure | None:
         },
     ]
     layout = {
-        "xaxis": {"title": {"text": "S [% of span]"}, "range": edges(surface.S)},
+        "xaxis": {"title": {"text": f"S [{view.op_unit}]"}, "range": edges(surface.S)},
         "yaxis": {"title": {"text": f"Dead time [{unit}]"}, "range": edges(late)},
         "showlegend": True,
     }

@@ -26,7 +26,7 @@ def error_surface(view: View) -> Figure | None:
     found = view.diagnosis.identification
     if found is None or min(found.surface.error.shape, default=0) < 2 or not np.isfinite(found.surface.error).any():
         return None
-    surface = found.surface
+    surface, unit = found.surface, view.op_unit_short
     error = np.where(np.isfinite(surface.error), surface.error, np.nan).T
     data: list[dict[str, Any]] = [
         {
@@ -38,7 +38,7 @@ def error_surface(view: View) -> Figure | None:
             "zmin": float(np.nanmin(error)),
             "zmax": min(float(np.nanmax(error)), 1.0),
             "colorbar": look.colorbar("error [-]"),
-            "hovertemplate": "S %{x:.3g} %<br>J / S %{y:.3g}<br>error %{z:.3g}<extra></extra>",
+            "hovertemplate": f"S %{{x:.3g}} {unit}<br>J / S %{{y:.3g}}<br>error %{{z:.3g}}<extra></extra>",
         }
     ]
     if np.isfinite(surface.limit):
@@ -62,11 +62,14 @@ def error_surface(view: View) -> Figure | None:
     S, S_low, S_high = words.interval(found.S, found.S_low, found.S_high)
     J, J_low, J_high = words.interval(found.J, found.J_low, found.J_high)
     layout = {
-        "xaxis": {"title": {"text": "S [% of span]"}, "range": edges(surface.S)},
+        "xaxis": {"title": {"text": f"S [{view.op_unit}]"}, "range": edges(surface.S)},
         "yaxis": {"title": {"text": "J / S [-]"}, "range": edges(surface.J)},
         "showlegend": True,
     }
-    told = f"told, with 95 % intervals, is S = {S} % ({S_low} to {S_high} %), J = {J} % ({J_low} to {J_high} %)"
+    told = (
+        f"told, with 95 % intervals, is S = {S} {unit} ({S_low} to {S_high} {unit}), "
+        f"J = {J} {unit} ({J_low} to {J_high} {unit})"
+    )
     if found.rough is not None:
         told += ", which foretells the PV best from sample to sample: loads pull a simulation away from it"
     caption = f"Pale is a good fit; a long pale valley means that the data do not tell S and J apart. What is {told}."

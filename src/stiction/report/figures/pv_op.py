@@ -48,7 +48,7 @@ def pv_op(view: View) -> Figure | None:
             }
         )
     layout = {
-        "xaxis": {"title": {"text": "OP (controller output) [% of span]"}},
+        "xaxis": {"title": {"text": f"OP (controller output) [{view.op_unit}]"}},
         "yaxis": {"title": {"text": f"PV [{view.pv_unit}]"}},
     }
     n = cut.stop - cut.start

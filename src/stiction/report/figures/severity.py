@@ -1,4 +1,4 @@
-"""How large S is: a bar with bands and the 95 % interval."""
+"""How large S is: a bar with bands and the 95 % interval, where S is in % of span."""
 
 from __future__ import annotations
 
@@ -7,20 +7,28 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.report import words
+from stiction.report.blocks import Html
 from stiction.report.markup import fragment
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identified import Identification
-    from stiction.report.blocks import Html
+    from stiction.records.record import LoopRecord
 
 __all__ = ["BANDS", "severity"]
 
 BANDS = ((0.5, "slight"), (2.0, "moderate"), (np.inf, "large"))
 """Upper end of each band of S [% of span] and its word: this package's own, a custom of the trade, no standard."""
+NO_BANDS = (
+    '<p class="text note">How large S is can be said in % of span only, and OP is in another unit; '
+    "give op_range (--op-range) to convert it.</p>"
+)
+"""What stands in the place of the bar where S is in another unit."""
 
 
-def severity(found: Identification) -> Html:
-    """Return the bar for S."""
+def severity(found: Identification, record: LoopRecord) -> Html:
+    """Return the bar for S, or why there is none."""
+    if not record.op_in_percent:
+        return Html(NO_BANDS)
     high = found.S_high if np.isfinite(found.S_high) else found.S
     end = float(np.ceil(max(4.0, 1.15 * high)))
     edges = [0.0, *(min(limit, end) for limit, _ in BANDS)]
@@ -37,5 +45,5 @@ def severity(found: Identification) -> Html:
             "width": 100.0 * max(found.S_high - found.S_low, 0.0) / end,
         }
     word = next(word for limit, word in BANDS if limit > found.S or limit == np.inf)
-    said = f"{words.stiction_size(found)}: {word}"
+    said = f"{words.stiction_size(found, record)}: {word}"
     return fragment("severity.html", bands=bands, ticks=ticks, interval=interval, at=100.0 * found.S / end, said=said)

@@ -43,7 +43,7 @@ def trends(view: View) -> Figure:
     layout: dict[str, Any] = {
         "xaxis": {"title": {"text": view.time_title}, "anchor": "y2", "range": [0.0, float(view.time[-1])]},
         "yaxis": {"domain": [0.54, 1.0], "title": {"text": f"{shown}<br>[{view.pv_unit}]"}, "visible": upper},
-        "yaxis2": {"domain": [0.0, 0.46 if upper else 1.0], "title": {"text": "OP<br>[% of span]"}},
+        "yaxis2": {"domain": [0.0, 0.46 if upper else 1.0], "title": {"text": f"OP<br>[{view.op_unit}]"}},
         "yaxis3": {"overlaying": "y", **hidden},
         "yaxis4": {"overlaying": "y2", **hidden},
         "hovermode": "x",
@@ -54,7 +54,7 @@ def trends(view: View) -> Figure:
     first, last = view.window
     caption = (
         f"{words.count(len(record), 'sample')} over {words.span(record.duration)}, one every {words.span(record.dt)}; "
-        + ("the whole record was analysed" if view.whole else f"samples {first} to {last} (shaded) were analysed")
+        + ("the whole record was analysed" if view.whole else f"samples {first} to {last - 1} (shaded) were analysed")
         + (f"; hatched: {', '.join(found)}" if found else "")
         + ". Drag over a stretch to look closer; both plots follow."
     )

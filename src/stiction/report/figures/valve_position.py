@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 __all__ = ["valve_position"]
 
 SAME = (0.6, 1.6)
-"""Slopes of the measured position over the estimated one between which both are in % of span [-]."""
+"""Slopes of the measured position over the estimated one between which both are in one unit [-]."""
+SMALL = 0.1
+"""Height and width of the plot below which dimensions stand no nearer [% of span]."""
 
 
 def valve_position(view: View) -> Figure | None:
@@ -30,21 +32,23 @@ def valve_position(view: View) -> Figure | None:
     notes: list[dict[str, Any]] = []
     if record.mv is not None:
         data.append(_path(op, record.mv[cut], "measured", look.line(look.MV, 2.0)))
-    S = J = ""
+    S, J, unit = "", "", view.op_unit_short
     if found is not None:
         if record.mv is not None:
-            measured, name = _in_percent(record.mv[cut], view.laid(found.mv)[cut])
+            measured, name = _in_unit_of_op(record.mv[cut], view.laid(found.mv)[cut], view.op_unit)
             data = [_path(op, measured, name, look.line(look.MV, 2.0))]
         S = words.interval(found.S, found.S_low, found.S_high)[0]
         J = words.interval(found.J, found.J_low, found.J_high)[0]
         estimated = view.laid(found.mv)[cut]
         data.append(_path(op, estimated, "estimated", look.line(look.MODEL if record.mv is not None else look.MV, 1.5)))
-        shapes, notes = _dimensions(op, estimated, found.S, found.J, (S, J))
+        least = SMALL if record.op_in_percent else 0.0
+        shapes, notes = _dimensions(op, estimated, found.S, found.J, (f"S = {S} {unit}", f"J = {J} {unit}"), least)
     if not data:
         return None
+    of_position = view.op_unit if found is not None or record.op_in_percent else "as recorded"
     layout = {
-        "xaxis": {"title": {"text": "OP (controller output) [% of span]"}},
-        "yaxis": {"title": {"text": "Valve position [% of span]"}},
+        "xaxis": {"title": {"text": f"OP (controller output) [{view.op_unit}]"}},
+        "yaxis": {"title": {"text": f"Valve position [{of_position}]"}},
         "shapes": shapes,
         "annotations": notes,
         "showlegend": True,
@@ -53,8 +57,8 @@ def valve_position(view: View) -> Figure | None:
     kind = how[record.mv is not None, found is not None]
     caption = f"Valve position ({kind}) against OP"
     if found is not None:
-        caption += f": after a reversal the OP travels S = {S}\u00a0% before the valve moves" + (
-            f", then the valve jumps J = {J}\u00a0%" if found.J > 0.0 else "; no jump was found"
+        caption += f": after a reversal the OP travels S = {S}\u00a0{unit} before the valve moves" + (
+            f", then the valve jumps J = {J}\u00a0{unit}" if found.J > 0.0 else "; no jump was found"
         )
         if record.mv is None:
             caption += "; the position was estimated from OP and PV, it was not measured"
@@ -65,7 +69,9 @@ def _path(op: NDArray[np.float64], mv: NDArray[np.float64], name: str, line: dic
     return {"type": "scatter", "mode": "lines", "x": op, "y": mv, "name": name, "line": line}
 
 
-def _in_percent(measured: NDArray[np.float64], estimated: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
+def _in_unit_of_op(
+    measured: NDArray[np.float64], estimated: NDArray[np.float64], unit: str
+) -> tuple[NDArray[np.float64], str]:
     """A measured position on the scale of the estimated one where it is in another unit, such as mA; and its name."""
     both = np.isfinite(measured) & np.isfinite(estimated)
     if both.sum() < 3 or not np.ptp(estimated[both]) > 0.0:
@@ -74,11 +80,11 @@ def _in_percent(measured: NDArray[np.float64], estimated: NDArray[np.float64]) -
     apart = abs(float(np.mean(measured[both] - estimated[both])))
     if slope == 0.0 or (SAME[0] < slope < SAME[1] and apart < float(np.ptp(estimated[both]))):
         return measured, "measured"
-    return (measured - level) / slope, "measured, brought to % of span"
+    return (measured - level) / slope, f"measured, brought to {unit}"
 
 
 def _dimensions(
-    op: NDArray[np.float64], mv: NDArray[np.float64], S: float, J: float, said: tuple[str, str]
+    op: NDArray[np.float64], mv: NDArray[np.float64], S: float, J: float, said: tuple[str, str], least: float
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """S along the stretch in which the valve stands still for the longest travel of the OP; J from its end."""
     stuck = _longest_stuck(op, mv)
@@ -88,15 +94,15 @@ def _dimensions(
     way = -1.0 if travel.argmax() < travel.argmin() else 1.0
     turn = float(travel.max() if way < 0.0 else travel.min())
     end, height, width = turn + way * S, float(np.nanmax(mv) - np.nanmin(mv)), float(np.nanmax(op) - np.nanmin(op))
-    beside = level - way * 0.06 * max(height, 0.1)
+    beside = level - way * 0.06 * max(height, least)
     shapes = [_line(turn, beside, end, beside), _tick(turn, level, beside), _tick(end, level, beside)]
-    notes = [_note(0.5 * (turn + end), beside, f"S = {said[0]} %", yanchor="bottom" if way < 0.0 else "top")]
+    notes = [_note(0.5 * (turn + end), beside, said[0], yanchor="bottom" if way < 0.0 else "top")]
     if height * 0.04 < J:
-        aside = end + way * 0.04 * max(width, 0.1)
+        aside = end + way * 0.04 * max(width, least)
         shapes += [_line(aside, level, aside, level + way * J)]
         shapes += [_rung(aside, end, level), _rung(aside, end, level + way * J)]
         anchor = "right" if way < 0.0 else "left"
-        notes.append(_note(aside, level + 0.5 * way * J, f"J = {said[1]} %", xanchor=anchor))
+        notes.append(_note(aside, level + 0.5 * way * J, said[1], xanchor=anchor))
     return shapes, notes
 
 

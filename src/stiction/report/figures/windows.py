@@ -41,7 +41,7 @@ def windows(view: View) -> Figure | None:
             "name": name,
             "marker": {**marker, "line": {"color": look.INK, "width": 1}},
             "hovertext": [
-                f"{name}: S {words.digits(window.S, '%')}, explained {words.digits(window.fit, '%', 2)}"
+                f"{name}: S {words.digits(window.S, view.op_unit_short)}, explained {words.digits(window.fit, '%', 2)}"
                 f", by a good valve {words.digits(window.fit_linear, '%', 2)}"
                 for window in own
             ],
@@ -51,7 +51,7 @@ def windows(view: View) -> Figure | None:
     sticky = sum(window.verdict == "stiction" for window in found)
     layout = {
         "xaxis": {"title": {"text": view.time_title}, "range": [0.0, float(view.time[-1])]},
-        "yaxis": {"title": {"text": "S<br>[% of span]"}, "rangemode": "tozero"},
+        "yaxis": {"title": {"text": f"S<br>[{view.op_unit}]"}, "rangemode": "tozero"},
         "barmode": "overlay",
         "showlegend": True,
     }
