@@ -22,6 +22,7 @@ __all__ = [
     "ParameterError",
     "RecordError",
     "StictionError",
+    "require_count",
     "require_finite",
     "require_not_negative",
     "require_positive",
@@ -53,7 +54,9 @@ def require_finite(name: str, value: float, unit: str = "") -> float:
     try:
         number = float(value)
     except (TypeError, ValueError):
-        raise ParameterError(f"{name} must be a number{_in(unit)}, got {value!r}.") from None
+        number = None
+    if number is None or isinstance(value, bool):
+        raise ParameterError(f"{name} must be a number{_in(unit)}, got {value!r}.")
     if not math.isfinite(number):
         raise ParameterError(f"{name} must be a finite number{_in(unit)}, got {number}.")
     return number
@@ -73,6 +76,14 @@ def require_positive(name: str, value: float, unit: str = "") -> float:
     if number <= 0.0:
         raise ParameterError(f"{name} = {number:g}{_unit(unit)} is not positive; give a value above 0.")
     return number
+
+
+def require_count(name: str, value: float) -> int:
+    """Return `value` as a whole number > 0, or say what is wrong with it."""
+    number = require_positive(name, value)
+    if number != round(number):
+        raise ParameterError(f"{name} = {number:g} is no whole number; give 1 or more.")
+    return round(number)
 
 
 def _unit(unit: str) -> str:

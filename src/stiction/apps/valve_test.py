@@ -110,12 +110,12 @@ def analyse(
 ) -> int:
     """Read a test's record: every stick and slip, deadband, stick band, jump, rate threshold, response times.
 
-    Exit code 1 when deadband plus stick band exceeds the limit, 0 when it does not or cannot be told.
+    Exit code 1 when deadband plus stickband exceeds the limit, 0 when it does not or cannot be told.
 
     Parameters
     ----------
     limit
-        Limit on deadband plus stick band (ramp) or resolution (step) in % of span (1).
+        Limit on deadband plus stickband (ramp) or resolution (step) in % of span (1).
     signal
         mv (valve position) or pv (flow): what shows the stem; mv where it was recorded.
     lag

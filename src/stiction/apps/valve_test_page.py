@@ -91,7 +91,7 @@ def _signature(found: ValveTest) -> Figure:
     if isinstance(found, RampTest) and np.isfinite(found.model).any():
         data.append(line_trace(found.record.op, found.model, "Fitted valve", look.line(look.MODEL, 1.0)))
     layout = {"xaxis": {"title": {"text": "OP (controller output) [% of span]"}}, "yaxis": {"title": {"text": title}}}
-    caption = "The width of the loop is the deadband plus stick band; vertical pieces are slip jumps."
+    caption = "The width of the loop is the deadband plus stickband; vertical pieces are slip jumps."
     return Figure({"data": data, "layout": layout}, "Valve signature", caption, height=400)
 
 

@@ -152,6 +152,32 @@ def test_plan_goes_to_a_file_whole_and_comes_back(tmp_path):
         plan.to_csv(tmp_path / "nowhere" / "plan.csv")
 
 
+def test_a_long_plan_has_no_time_twice(tmp_path):
+    plan = st.plan_ramp_test(20.0, 40.0, rates=[0.004], dt=0.05)
+    stamps = [line.partition(",")[0] for line in plan.to_csv(tmp_path / "plan.csv").read_text().splitlines()[1:]]
+    np.testing.assert_allclose(np.array(stamps, dtype=float), plan.time, atol=1e-6)
+
+
+@pytest.mark.parametrize("flow", [5.0, np.random.default_rng(0).normal(5.0, 0.1, 3000)], ids=["frozen", "noise"])
+def test_a_flow_that_never_answers_says_nothing_of_the_stem(flow):
+    plan = st.plan_ramp_test(5.0, 25.0, rates=[0.05])
+    run = st.stroke(st.Srinivasan(3.0, 1.5, r=0.05), plan.op, plan.dt)
+    dead = replace(run, mv=None, pv=np.resize(flow, plan.op.size))
+    for test in (st.analyse_ramp(dead), st.analyse_steps(replace(dead, op=np.round(dead.op)))):
+        assert test.verdict == "undecided"
+        assert "did not answer" in test.reason
+
+
+@pytest.mark.parametrize("wrong", [0.5, 2.5, 0.0])
+def test_what_is_counted_is_whole(wrong):
+    plan = st.plan_ramp_test(5.0, 25.0, rates=[0.05])
+    run = st.stroke(st.Srinivasan(3.0, 1.5, r=0.05), plan.op, plan.dt)
+    with pytest.raises(st.ParameterError, match="repeats"):
+        st.plan_ramp_test(5.0, 25.0, rates=[0.05], repeats=wrong)
+    with pytest.raises(st.ParameterError, match="bins"):
+        st.analyse_ramp(run, bins=wrong)
+
+
 @pytest.mark.parametrize(
     ("words", "arguments"),
     [

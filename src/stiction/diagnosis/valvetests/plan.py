@@ -86,7 +86,7 @@ class TestPlan:
             with os.fdopen(handle, "w", newline="", encoding="utf-8") as file:
                 writer = csv.writer(file, lineterminator="\n")
                 writer.writerow(["time_s", "OP"])
-                writer.writerows((f"{t:.6g}", f"{u:.6f}") for t, u in zip(self.time, self.op, strict=True))
+                writer.writerows((f"{t:.9g}", f"{u:.6f}") for t, u in zip(self.time, self.op, strict=True))
             os.chmod(scratch, 0o644)
             os.replace(scratch, target)
         except OSError as problem:

@@ -17,7 +17,7 @@ from stiction.diagnosis.valvetests.ramp_words import judge, not_known
 from stiction.diagnosis.valvetests.reading import COARSE, Reading, read_stem
 from stiction.diagnosis.valvetests.result import Estimate
 from stiction.diagnosis.valvetests.stem_moves import Moves, moves
-from stiction.errors import require_positive
+from stiction.errors import require_count, require_positive
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -43,7 +43,7 @@ def analyse_ramp(
         Known first-order lag between the OP and the force on the stem (transducer, actuator) [s]; left out, it shifts
         sb by the rate times the lag. A lag of the sensor is found from the rates that were followed.
     limit : float
-        Limit on deadband plus stick band, S [% of span].
+        Limit on deadband plus stickband, S [% of span].
     bins : int
         Number of stretches of the travel over which sb and sj are reported.
 
@@ -79,7 +79,7 @@ def analyse_ramp(
     (3.0, 1.5, True)
     """
     limit = require_positive("limit", limit, "% of span")
-    bins = int(require_positive("bins", bins))
+    bins = require_count("bins", bins)
     settings = {"signal": signal, "lag": lag, "limit": limit, "bins": bins}
     reading = read_stem(record, signal, lag)
     op_ramps, pieces = find_ramps(reading, record.tag)
@@ -93,7 +93,7 @@ def analyse_ramp(
     valve, position, model, residual = _against_record(record, reading, op_line, fit, r_low, r_high)
     stuck = max(moved.lead for moved in found)
     unknown = not_known(reading, ramps, fit, stuck, r_low, r_high, contradiction)
-    verdict, reason = judge(S, stuck, limit)
+    verdict, reason = judge(S, stuck, limit, reading.signal)
     return RampTest(
         record, reading.signal, verdict, reason, limit, unknown, settings,
         sb, sj, r_low, r_high, deadband, S,

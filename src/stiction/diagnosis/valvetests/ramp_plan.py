@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.valvetests.plan import TestPlan, within_span
-from stiction.errors import ParameterError, require_not_negative, require_positive
+from stiction.errors import ParameterError, require_count, require_not_negative, require_positive
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,7 +47,7 @@ def plan_ramp_test(
     start : float, optional
         OP before the test [% of span]; by default `low`.
     S : float, optional
-        Expected deadband plus stick band [% of span]; the range must exceed twice this, or the stem hardly slips.
+        Expected deadband plus stickband [% of span]; the range must exceed twice this, or the stem hardly slips.
     repeats : int
         How often each rate is tested up and down.
 
@@ -83,7 +83,7 @@ def plan_ramp_test(
     assert rates is not None
     speeds = [require_positive("rate", rate, "% of span / s") for rate in rates]
     dt, wait = require_positive("dt", dt, "s"), require_not_negative("wait", wait, "s")
-    repeats = int(require_positive("repeats", repeats))
+    repeats = require_count("repeats", repeats)
     begin = low if start is None else require_not_negative("start", start, "% of span")
     if begin > 100.0:
         raise ParameterError(f"start = {begin:g} % is outside the span; give 0 to 100.")
@@ -119,7 +119,7 @@ def plan_ramp_test(
     notes = (
         f"Rates {listed} %/s, each {repeats} time{'s' if repeats > 1 else ''} up and down, with {wait:g} s of rest.",
         "Record OP and the valve position at every sample; a flow beside the valve will do where there is none.",
-        f"r will be known to lie between two of these rates; it can see a deadband plus stick band of up to "
+        f"r will be known to lie between two of these rates; it can see a deadband plus stickband of up to "
         f"{0.5 * (high - low):g} %.",
     )
     settings = {

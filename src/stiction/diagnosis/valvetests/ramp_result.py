@@ -22,17 +22,20 @@ class RampTest(ValveTest):
     """What a ramp test says: the three parameters of the paper's valve, and every stick and slip."""
 
     sb: Estimate
-    """Stick band: OP beyond the frictionless position at which the stem breaks loose [% of span]."""
+    """Stick band of eq. 5: OP beyond the frictionless position at which the stem breaks loose [% of span]. It is not
+    the stickband in S, which is the jump sj."""
     sj: Estimate
     """Jump of the stem when it breaks loose [% of span]."""
     r_low: float
-    """Fastest rate that still went in stairs: r is above it [% of span / s]; NaN when none did."""
+    """Fastest rate that still went in stairs: r is above it [% of span / s]; NaN when none did. Where ramps
+    contradict each other, the slowest that was followed: r is somewhere between."""
     r_high: float
-    """Slowest rate that was followed: r is at most this [% of span / s]; NaN when none was."""
+    """Slowest rate that was followed: r is at most this [% of span / s]; NaN when none was. Where ramps contradict each
+    other, the fastest that went in stairs."""
     deadband: Estimate
-    """Twice the lag of the moving stem behind its frictionless line, without the stick band [% of span]."""
+    """Twice the lag of the moving stem behind its frictionless line, 2 (sb - sj) [% of span]."""
     S: Estimate
-    """Deadband plus stick band, 2 sb - sj [% of span]."""
+    """Deadband plus stickband, 2 sb - sj: the lag both ways and the jump [% of span]."""
     offset: float
     """OP of the frictionless valve at position (or flow) 0 [% of span]."""
     slope: float

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from stiction.diagnosis.valvetests.reading import no_answer
+
 if TYPE_CHECKING:
     from stiction.diagnosis.valvetests.friction_fit import FrictionFit
     from stiction.diagnosis.valvetests.reading import Reading
@@ -13,16 +15,21 @@ if TYPE_CHECKING:
 __all__ = ["judge", "not_known"]
 
 
-def judge(S: Estimate, stuck: float, limit: float) -> tuple[Verdict, str]:
-    """Verdict on deadband plus stick band S [% of span]; `stuck` is the longest OP travel without any slip."""
+def judge(S: Estimate, stuck: float, limit: float, signal: str) -> tuple[Verdict, str]:
+    """Verdict on deadband plus stickband S [% of span], read from `signal`.
+
+    `stuck` is the longest OP travel without any slip [% of span].
+    """
     if not S.known:
+        if stuck > limit and signal == "pv":
+            return "undecided", no_answer(stuck)
         if stuck > limit:
             return (
                 "beyond limit",
                 f"The stem did not move over {stuck:.3g} % of OP travel, above the limit of {limit:g} %.",
             )
-        return "undecided", "Deadband plus stick band cannot be told from this test."
-    text = f"Deadband plus stick band is {S.text()}, limit {limit:g} %."
+        return "undecided", "S, deadband plus stickband, cannot be told from this test."
+    text = f"S, deadband plus stickband, is {S.text()}, limit {limit:g} %."
     if math.isfinite(S.low) and S.low <= limit <= S.high:
         return "undecided", f"{text} The interval holds the limit."
     return ("within limit" if S.value <= limit else "beyond limit"), text
@@ -40,9 +47,8 @@ def not_known(
     """Say what the test cannot tell and what would."""
     lines: list[str] = []
     if fit is None:
-        lines.append(
-            f"sb, sj and r: the stem never broke loose; it rested over up to {stuck:.3g} % of OP travel. Ramp further."
-        )
+        never = "the stem never broke loose; it" if reading.signal == "mv" else "the flow never answered; it"
+        lines.append(f"sb, sj and r: {never} rested over up to {stuck:.3g} % of OP travel. Ramp further.")
         return tuple(lines)
     if not fit.both_directions:
         lines.append(

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from stiction.records import LoopRecord
 
-__all__ = ["Reading", "read_stem"]
+__all__ = ["Reading", "no_answer", "read_stem"]
 
 MOST_MISSING = 0.2
 """Largest share of missing samples a test may have [-]."""
@@ -47,7 +47,7 @@ def read_stem(record: LoopRecord, signal: str | None, lag: float) -> Reading:
     Raises
     ------
     RecordError
-        When the signal was not recorded, too much of it is missing, or it never changes.
+        When the signal was not recorded, or too much of it is missing.
     ParameterError
         When `signal` is neither "mv" nor "pv", or `lag` is negative.
     """
@@ -78,6 +78,14 @@ def read_stem(record: LoopRecord, signal: str | None, lag: float) -> Reading:
         op = np.interp(record.time, time, op[valid])
         op = _behind(op, lag, record.dt)
     return Reading(name, time, op[valid], stem[valid], max(noise(op[valid]), rounding, 1e-3), rounding)
+
+
+def no_answer(travel: float) -> str:
+    """What a flow says that does not answer OP over `travel` [% of span]: nothing of the stem."""
+    return (
+        f"The flow did not answer {travel:.3g} % of OP travel: the stem is stuck, the valve is isolated, or the "
+        "transmitter stands still or measures something else. Look at the stem."
+    )
 
 
 def _behind(op: NDArray[np.float64], lag: float, dt: float) -> NDArray[np.float64]:

@@ -126,11 +126,11 @@ class ValveTest:
     signal: str
     """What the stem was read from: `mv` (valve position) or `pv` (flow)."""
     verdict: Verdict
-    """Whether deadband plus stick band keeps the limit."""
+    """Whether deadband plus stickband keeps the limit."""
     reason: str
     """Why, in a sentence or two."""
     limit: float
-    """Limit on deadband plus stick band [% of span]."""
+    """Limit on deadband plus stickband [% of span]."""
     unknown: tuple[str, ...]
     """What this test cannot tell, and what would, a sentence each."""
     settings: dict[str, Any]

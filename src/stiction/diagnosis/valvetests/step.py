@@ -84,7 +84,7 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
     deadband, fine = rounded([r.reading for r in turned], turned), rounded([r.reading for r in onwards], onwards)
     S = rounded([r.from_last_move for r in turned], turned)
     unknown = steps_not_known(reading.signal, steps, turned, onwards)
-    verdict, reason = judge_steps(steps, deadband, fine, limit)
+    verdict, reason = judge_steps(steps, deadband, fine, limit, reading.signal)
     dead_time, t63, t86, t98, overshoot = (
         middle([getattr(s, name) for s in steps]) for name in ("dead_time", "t63", "t86", "t98", "overshoot")
     )

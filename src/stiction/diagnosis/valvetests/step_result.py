@@ -67,11 +67,11 @@ class StepTest(ValveTest):
     resolution: Estimate
     """OP onwards in the same direction until the next response [% of span]: J, rounded up to a step."""
     S: Estimate
-    """Deadband plus stick band, read from the last response [% of span]; the interval is the rounding to a step."""
+    """Deadband plus stickband, read from the last response [% of span]; the interval is the rounding to a step."""
     deadband_range: tuple[float, float]
     """S and S + J: where the deadband reads, depending on where in the stick band the reversal starts [% of span]."""
     lost_motion: Estimate
-    """OP lost in the response to a reversing step: deadband without stick band, S - J [% of span]."""
+    """OP lost in the response to a reversing step: deadband without stickband, S - J [% of span]."""
     dead_time: Estimate
     """Dead time [s]."""
     t63: Estimate

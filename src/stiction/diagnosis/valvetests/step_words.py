@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.valvetests.reading import no_answer
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -16,10 +18,14 @@ if TYPE_CHECKING:
 __all__ = ["judge_steps", "steps_not_known"]
 
 
-def judge_steps(steps: Sequence[Step], deadband: Estimate, fine: Estimate, limit: float) -> tuple[Verdict, str]:
-    """Verdict on deadband plus resolution [% of span]."""
+def judge_steps(
+    steps: Sequence[Step], deadband: Estimate, fine: Estimate, limit: float, signal: str
+) -> tuple[Verdict, str]:
+    """Verdict on deadband plus resolution [% of span], read from `signal`."""
     if not any(step.responded for step in steps):
         travel = float(np.ptp([steps[0].op_before, *(step.op_after for step in steps)]))
+        if travel > limit and signal == "pv":
+            return "undecided", no_answer(travel)
         if travel > limit:
             return "beyond limit", f"The stem did not respond to {travel:.3g} % of OP travel; limit {limit:g} %."
         return "undecided", f"The stem did not respond, but the OP moved by {travel:.3g} % only."
@@ -44,7 +50,8 @@ def steps_not_known(
     """Say what the test cannot tell and what would."""
     lines = ["r: held steps look the same at every r; use a ramp test."]
     if not any(step.responded for step in steps):
-        return (*lines, "deadband and resolution: the stem never responded. Step further.")
+        what = "stem" if signal == "mv" else "flow"
+        return (*lines, f"deadband and resolution: the {what} never responded. Step further.")
     if not turned:
         lines.append("deadband: no reversal with a response before and after it. Step up and down, further than S.")
     elif all(r.reading <= r.step * 1.001 for r in turned):
