@@ -9,7 +9,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
-.PHONY: help demo test check format bench picture venv clean
+.PHONY: help demo test check format bench picture reference venv clean
 
 help:
 	@echo "make demo     diagnose simulated plant data and write a report"
@@ -18,6 +18,7 @@ help:
 	@echo "make format   let ruff mend layout and imports"
 	@echo "make bench    measure speed"
 	@echo "make picture  draw the pictures of the documentation anew"
+	@echo "make reference write the list of public names anew"
 	@echo "make venv     make .venv with everything a developer needs"
 	@echo "make clean    remove .venv and caches"
 
@@ -43,6 +44,9 @@ bench: $(VENV)/.ready-test
 
 picture: $(VENV)/.ready
 	$(BIN)/python docs/pictures.py
+
+reference: $(VENV)/.ready
+	$(BIN)/python docs/reference.py
 
 venv: $(VENV)/.ready-check
 

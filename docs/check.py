@@ -2,7 +2,8 @@
 
 A block marked ``python`` runs, the blocks of a page one after the other in one namespace; one with ``>>>`` is a
 doctest. In a block marked ``console`` each line after ``$`` names a command: `make` targets must be in the Makefile
-and `stiction` verbs must answer ``--help``. After ``<!-- run -->`` the lines are run as they stand.
+and `stiction` verbs must answer ``--help``. After ``<!-- run -->`` the lines are run as they stand. The list of public
+names must be what `reference.py` writes.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ import tempfile
 import traceback
 from functools import cache
 from pathlib import Path
+
+import reference
 
 ROOT = Path(__file__).resolve().parents[1]
 BIN = Path(sys.executable).parent
@@ -111,6 +114,8 @@ def check_page(page: Path) -> list[tuple[int, str]]:
 def main() -> int:
     """Check all pages; print what is wrong."""
     wrong = [(page, line, found) for page in PAGES for line, found in check_page(page)]
+    if reference.PAGE.read_text(encoding="utf-8") != reference.page():
+        wrong.append((reference.PAGE, 0, "the docstrings say something else; run make reference"))
     for page, line, found in wrong:
         print(f"{page.relative_to(ROOT)}:{line}: {found}")
     print(f"documentation: {len(PAGES)} pages, {len(wrong)} findings")

@@ -7,7 +7,7 @@ from stiction.apps.options import Json
 
 __all__ = ["Check", "doctor"]
 
-NEEDED = ("numpy", "scipy", "numba", "polars", "plotly", "jinja2", "tsdownsample", "pint", "cyclopts", "rich")
+NEEDED = ("numpy", "scipy", "numba", "plotly", "jinja2", "tsdownsample", "pint", "cyclopts", "rich")
 EXTRAS = {"control": "control"}
 """Package -> the extra that brings it."""
 

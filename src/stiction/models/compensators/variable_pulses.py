@@ -25,7 +25,7 @@ def variable_pulses_step(
 
 @dataclass(frozen=True)
 class VariablePulses(Compensator):
-    r"""Pulses of height :math:`a \min(1, |e| / e_{full})`, otherwise Haegglund's knocker.
+    """Haegglund's knocker with pulses as high as the error asks, amplitude min(1, abs(e) / full).
 
     Parameters
     ----------
