@@ -18,7 +18,7 @@ from stiction.models.switch import (
     valve_step,
 )
 
-__all__ = ["advance", "closed_loop", "plain_loop", "stroke_many", "stroke_one"]
+__all__ = ["advance", "closed_loop", "plain_loop", "stroke_one"]
 
 
 @kernel
@@ -43,13 +43,6 @@ def stroke_one(model, p, op, position, mv):
     for k in range(op.shape[0]):
         s = valve_step(model, op[k], s, p)
         mv[k] = min(max(s.position, low), high)
-
-
-@kernel
-def stroke_many(model, p, op, position, mv):
-    """Drive many valves, rows of `p` (n_valves, n_parameters), over `op`; `mv` is (n_valves, n_samples)."""
-    for i in range(p.shape[0]):
-        stroke_one(model[i], p[i], op, position[i], mv[i])
 
 
 @inlined

@@ -87,8 +87,8 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
     if not best.period > 0.0:
         return _none("The autocorrelation shows no period of at least 4 samples that occurs 3 times.", by_error.acf)
 
-    events, needed = _load_events(error, best.period)
-    oscillating = bool(best.regular or (best.repeats and events >= needed))
+    events = _load_events(error, best.period)
+    oscillating = bool(best.regular or (best.repeats and events >= EVENTS))
     period = best.period * record.dt
     pace = "10 or more" if best.regularity >= MOST_REGULAR else f"{best.regularity:.2f}"
     text = f"{seen} repeats every {in_seconds(period)}, {best.cycles:.0f} times, with regularity {pace}"
@@ -119,7 +119,7 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
         amplitude_op=_amplitude(op, best.period),
         cycles=best.cycles,
         load_events=events,
-        load_events_needed=needed,
+        load_events_needed=EVENTS,
         acf=best.acf,
         reason=reason,
         share=share,
@@ -127,18 +127,18 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
     )
 
 
-def _load_events(error: NDArray[np.float64], samples_per_period: float) -> tuple[int, int]:
-    """Most load events among `CROSSINGS` half periods in a row, and how many make an oscillation."""
+def _load_events(error: NDArray[np.float64], samples_per_period: float) -> int:
+    """Most load events among `CROSSINGS` half periods in a row."""
     wave = about_drift(error, samples_per_period)
     sign = wave > 0.0
     cuts = np.flatnonzero(sign[1:] != sign[:-1]) + 1
     if cuts.size < 2:
-        return 0, EVENTS
+        return 0
     area = np.abs(np.add.reduceat(wave, cuts))[:-1]
     limit = 2.0 * EVENT_SHARE * np.sqrt(2.0) * float(wave.std()) * samples_per_period / (2.0 * np.pi)
     counted = np.concatenate(((0,), np.cumsum(area > limit)))
     span = min(CROSSINGS, area.size)
-    return int((counted[span:] - counted[:-span]).max()), EVENTS
+    return int((counted[span:] - counted[:-span]).max())
 
 
 def _amplitude(x: NDArray[np.float64] | None, samples_per_period: float) -> float:
