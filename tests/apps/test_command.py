@@ -182,3 +182,21 @@ def test_a_terminal_shows_what_the_package_logs(monkeypatch, capsys):
     logger.info("compiling")
     logger.setLevel(before)
     assert capsys.readouterr().err == "stiction: compiling\n"
+
+
+@pytest.mark.parametrize("width", [40, 80, 100, 200])
+def test_a_table_breaks_no_word(width, monkeypatch, capsys):
+    from stiction.apps.output import print_table
+
+    rows = [
+        ["TIC-107", "No stiction", "<0.01", "Check range, resolution, filter and wiring of the transmitter."],
+        ["PIC-102-NORTH", "Stiction", "0.99", "Check packing, actuator and positioner of the valve."],
+    ]
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", str(width))
+    monkeypatch.setenv("TERM", "dumb")
+    print_table(["Loop", "Verdict", "Probability", "What to do"], rows, right=["Probability"])
+    shown = capsys.readouterr().out
+    assert {word for row in rows for text in row for word in text.split()} <= {*shown.split()}
+    assert width == 40 or max(map(len, shown.splitlines())) <= width
+    assert ("Probability: 0.99" in shown) == (width == 40)

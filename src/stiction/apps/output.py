@@ -42,6 +42,8 @@ def print_json(data: Any) -> None:
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]], *, right: Sequence[str] = ()) -> None:
     """Print rows under their columns: fitted to a terminal, unbroken elsewhere, colour nowhere.
 
+    On a terminal too narrow for the longest words each row is a list of its own.
+
     Parameters
     ----------
     columns : sequence of str
@@ -55,16 +57,38 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]], *, rig
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
-    for name in columns:
-        table.add_column(Text(name), justify="right" if name in right else "left", overflow="fold")
-    for row in rows:
-        table.add_row(*(Text(_plain(str(value))) for value in row))
     console = Console(width=None if sys.stdout.isatty() else 10_000, highlight=False)
+    shown_rows = [[_plain(str(value)) for value in row] for row in rows]
+    widths = _widths([list(column) for column in zip(columns, *shown_rows, strict=True)], console.width)
+    if widths is None:
+        for row in shown_rows:
+            _write(sys.stdout, "")
+            for name, text in zip(columns, row, strict=True):
+                if text:
+                    _write(sys.stdout, f"{name}: {text}" if name else text)
+        return
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
+    for name, width in zip(columns, widths, strict=True):
+        table.add_column(Text(name), justify="right" if name in right else "left", width=width)
+    for row in shown_rows:
+        table.add_row(*map(Text, row))
     with console.capture() as shown:
         console.print(table)
     for line in shown.get().splitlines():
         _write(sys.stdout, line.rstrip())
+
+
+def _widths(columns: Sequence[Sequence[str]], most: int) -> list[int] | None:
+    """Width of each column, for its longest word and the short ones for all; None where the words do not fit."""
+    widths = [max(len(word) for text in column for word in (text.split() or [""])) for column in columns]
+    wanted = [max(map(len, column)) for column in columns]
+    spare = most - sum(widths) - 2 * (len(widths) - 1)
+    if spare < 0:
+        return None
+    for i in sorted(range(len(widths)), key=wanted.__getitem__):
+        grows = min(spare, wanted[i] - widths[i])
+        widths[i], spare = widths[i] + grows, spare - grows
+    return widths
 
 
 def track(items: Sequence[Item], doing: str) -> Iterator[Item]:
