@@ -146,3 +146,44 @@ def test_time_has_no_direction(seed):
     x[rng.integers(0, 600, 4)] = rng.choice([-9999.0, 0.0, 100.0], 4)
     x[rng.integers(0, 600, 60)] = np.nan
     assert far_off(x[::-1], 1.0).tolist() == far_off(x, 1.0)[::-1].tolist()
+
+
+@pytest.mark.parametrize("name", ["op", "pv"])
+@pytest.mark.parametrize("code", [-9999.0, 1e30, 0.0, -1.0, 255.0])
+@pytest.mark.parametrize("every", [40, 10, 4])
+def test_a_code_that_comes_again_and_again_is_one_at_any_share(sticky, name, code, every):
+    x = getattr(sticky, name).copy()
+    x[3::every] = code
+    spoilt = without_outliers(replace(sticky, **{name: x}))
+    assert np.isnan(getattr(spoilt, name)[3::every]).all()
+    assert spoilt.provenance.outliers == x[3::every].size
+    if code in (-9999.0, 0.0):
+        found = st.diagnose(replace(sticky, **{name: x}))
+        assert (found.verdict, found.probability) == ("stiction", 0.9)
+        assert pytest.approx(5.0, rel=0.05) == found.identification.S
+
+
+def test_codes_that_stand_side_by_side_by_chance_are_codes(sticky):
+    bad = np.random.default_rng(0).random(len(sticky)) < 0.2
+    op, pv = np.where(bad, -9999.0, sticky.op), np.where(bad, -9999.0, sticky.pv)
+    found = st.diagnose(replace(sticky, op=op, pv=pv))
+    assert (found.verdict, found.probability) == ("stiction", 0.9)
+
+
+@pytest.mark.parametrize("code", [-9999.0, 0.0])
+@pytest.mark.parametrize("length", [3, 10])
+def test_a_code_of_op_that_stands_for_some_samples_turns_no_verdict(sticky, code, length):
+    op = sticky.op.copy()
+    op[700 : 700 + length] = code
+    found = st.diagnose(replace(sticky, op=op))
+    assert (found.verdict, found.probability) == ("stiction", 0.9)
+    assert pytest.approx(5.0, rel=0.05) == found.identification.S
+
+
+def test_limits_that_op_goes_to_are_none():
+    rng = np.random.default_rng(0)
+    op = np.clip(50.0 + 40.0 * rng.normal(size=2000), 0.0, 100.0)
+    assert not far_off(op, 1.0).any()
+    op = 50.0 + 8.0 * rng.normal(size=2000)
+    op[::50] = 100.0
+    assert not far_off(op, 1.0).any()

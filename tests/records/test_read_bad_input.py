@@ -30,7 +30,10 @@ BAD = {
     "two PV": (f"PV,PV,OP\n{ROWS}".encode(), "'PV' and 'PV' are both the PV"),
     "no time": (f"foo,PV,OP\n{ROWS}".encode(), "no column is known as time; if 'foo' is.*columns=.*dt="),
     "three rows": (b"time_s,PV,OP\n0,1,2\n1,2,3\n2,3,4\n", "has 3 rows of data; 10 or more"),
-    "all missing": (b"time_s,PV,OP\n" + b"".join(b"%d,Bad,5\n" % k for k in range(50)), "column PV: holds no number"),
+    "all missing": (
+        b"time_s,PV,OP\n" + b"".join(b"%d,Bad,5\n" % k for k in range(50)),
+        "column PV: holds no number up to 1e.100",
+    ),
     "text as OP": (
         b"time_s,PV,OP\n" + b"".join(b"%d,5.5,open\n" % k for k in range(50)),
         "column OP: holds no number.*'open'",

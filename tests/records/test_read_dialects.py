@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiction.errors import RecordError
+from stiction.errors import ParameterError, RecordError
 from stiction.records import read
 from stiction.records.columns import signal_of, unit_of
 
@@ -140,7 +140,7 @@ def test_named_columns(signals, table, read_text):
         read_text(text, columns={"pv": "x", "op": "b"})
     with pytest.raises(RecordError, match=r"no column 9 for OP.*0 to 3"):
         read_text(text, columns={"pv": "a", "op": 9})
-    with pytest.raises(RecordError, match="'valve' is no signal"):
+    with pytest.raises(ParameterError, match="'valve' is no signal"):
         read_text(text, columns={"pv": "a", "valve": "b"})
 
 

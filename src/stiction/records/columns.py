@@ -8,7 +8,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from stiction.errors import RecordError
+from stiction.errors import ParameterError, RecordError
 from stiction.records.dialects import (
     INDEX_WORDS,
     OUTPUT_WHEN_ALONE,
@@ -262,7 +262,7 @@ def _output_beside_position(signals: dict[str, list[int]], names: list[str], giv
 
 def _find(signal: str, column: str | int, names: Sequence[str], width: int, name: str) -> int:
     if signal.lower() not in (*SIGNALS, "time"):
-        raise RecordError(f"{signal!r} is no signal; name columns for time, {', '.join(SIGNALS)}.")
+        raise ParameterError(f"{signal!r} is no signal; name columns for time, {', '.join(SIGNALS)}.")
     if isinstance(column, str):
         matches = [i for i, text in enumerate(names) if text.strip().upper() == column.strip().upper()]
         if matches:

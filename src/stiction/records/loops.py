@@ -15,7 +15,7 @@ from stiction.records.digits import number_of
 from stiction.records.epochs import parse_numbers
 from stiction.records.layout import MIN_ROWS, Options, find_time, is_loop, laid_out, stamps_of, unit_of_time
 from stiction.records.long_table import LongTable
-from stiction.records.record import LoopRecord, Provenance
+from stiction.records.record import LARGEST, LoopRecord, Provenance
 from stiction.records.resample import Grid, regular_grid
 from stiction.records.signals import automatic, flagged_rows, in_percent
 
@@ -230,8 +230,9 @@ def _loop(
         if role in ("op", "pv") and not np.isfinite(x).any():
             seen = next((row[signals[role]] for row in table.sample if signals[role] < len(row)), "")
             raise RecordError(
-                f"{source.name}, line {table.first_line}, column {shown[role]}: holds no number for {role.upper()} "
-                f"(it begins with {seen!r}); check the column or name another one with columns=."
+                f"{source.name}, line {table.first_line}, column {shown[role]}: holds no number up to "
+                f"{LARGEST:g} for {role.upper()} (it begins with {seen!r}); check the column or name another one with "
+                "columns=."
             )
     if texts:
         listed = ", ".join(f"{n} x {text!r}" for text, n in texts.most_common(5))

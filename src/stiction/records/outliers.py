@@ -25,6 +25,8 @@ REST = 2.5, 97.5
 """Percentiles between which the others lie [%]."""
 RUN = 2
 """Samples in a row that are an outlier at most [-]; more are an upset."""
+STANDS, STANDS_OFF = 30, 5.0
+"""Samples for which one and the same value is an outlier at most, and its distance from the others, as below [-]."""
 AT_ONCE = 0.75
 """Share of the way there, and of the way back, that is one step [-]."""
 AT_ENDS = 20.0
@@ -32,6 +34,11 @@ AT_ENDS = 20.0
 there or back."""
 SHARE = 0.02
 """Share of a record beyond which such values are a habit of the loop [-]."""
+AGAIN, MOSTLY, MOST_SIGNS = 5, 0.4, 0.4
+"""How often a value below or above all others comes at least to be a sign for a bad one, the share of that which stands
+alone, and the largest share of the record that such a sign takes [-]."""
+LIMITS = (0.0, 1.0, 100.0)
+"""Values at which OP, as a share or in %, is by itself; only beyond `STANDS_OFF` are they a sign."""
 OP_OFF, OTHERS_OFF = 1.0, 5.0
 """Distance from the others beyond which a value is one, in widths of all but a fortieth at both ends [-]. A PV that
 spikes less far is a transmitter's fault, and a finding."""
@@ -60,11 +67,42 @@ def far_off(x: NDArray[np.float64], widths: float, held: int = 1) -> NDArray[np.
     >>> np.flatnonzero(far_off(x, 1.0)).tolist()
     [40]
     """
-    mask = np.zeros(x.size, dtype=bool)
+    signs = _signs(x, widths, held)
+    alone = _alone(np.where(signs, np.nan, x), widths, held)
+    return signs | alone if alone.sum() <= max(SHARE * np.isfinite(x).sum(), held) else signs
+
+
+def _signs(x: NDArray[np.float64], widths: float, held: int) -> NDArray[np.bool_]:
+    """Mark a value below or above all others that comes again and again, mostly alone: a sign for a bad value.
+
+    However often it comes, it is no habit of the loop.
+    """
+    if not x.size:
+        return np.zeros(0, dtype=bool)
+    ends = {value: x == value for value in (np.fmin.reduce(x), np.fmax.reduce(x))}
+    again = {value: same for value, same in ends.items() if AGAIN <= same.sum() <= MOST_SIGNS * x.size}
+    signs = np.zeros(x.size, dtype=bool)
+    usual = _usual(np.where(np.logical_or.reduce([signs, *again.values()]), np.nan, x))
+    for value, same in again.items():
+        far = max(widths, STANDS_OFF) if value in LIMITS else widths
+        alone = int((same & _alone(x, far, held, usual)).sum())
+        if alone >= max(AGAIN, MOSTLY * same.sum()):
+            signs |= same
+    return signs
+
+
+def _usual(x: NDArray[np.float64]) -> tuple[float, float]:
+    """Between what most values lie."""
     finite = x[np.isfinite(x)]
-    if finite.size == 0:
-        return mask
-    low, high = np.percentile(finite, REST)
+    return tuple(np.percentile(finite, REST).tolist()) if finite.size else (0.0, 0.0)
+
+
+def _alone(
+    x: NDArray[np.float64], widths: float, held: int, usual: tuple[float, float] | None = None
+) -> NDArray[np.bool_]:
+    """Mark what lies far off what is usual, for a moment or as one value, and the way there and back in one step."""
+    mask = np.zeros(x.size, dtype=bool)
+    low, high = _usual(x) if usual is None else usual
     width, middle = high - low, 0.5 * (low + high)
     if not width > 0.0:
         return mask
@@ -76,8 +114,10 @@ def far_off(x: NDArray[np.float64], widths: float, held: int = 1) -> NDArray[np.
         values = 1 + np.count_nonzero(np.diff(x[first:last]))
         # What goes there and back in steps may be an upset.
         at_once = min(there, back) >= AT_ONCE * farthest
-        mask[first:last] = at_once and values <= RUN and last - first <= RUN * held
-    return mask if mask.sum() <= max(SHARE * finite.size, held) else np.zeros(x.size, dtype=bool)
+        brief = values <= RUN and last - first <= RUN * held
+        stands = values == 1 and last - first <= STANDS * held and farthest > STANDS_OFF * width
+        mask[first:last] = at_once and (brief or stands)
+    return mask
 
 
 def held_for(record: LoopRecord) -> int:
