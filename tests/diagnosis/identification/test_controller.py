@@ -195,3 +195,16 @@ def test_units_only_rescale_the_answer(scale, shift, op_scale, clock, flip):
     assert found.Kc == pytest.approx(0.5 * op_scale / scale, rel=1e-4)
     assert found.Ti == pytest.approx(15.0 * clock, rel=1e-4)
     assert found.action == np.sign(scale)
+
+
+def test_a_set_point_that_was_not_recorded_turns_no_sign():
+    """OP and PV that follow it together look like a P controller of the wrong sign."""
+    sp = 50.0 + np.repeat(np.random.default_rng(0).uniform(-10.0, 10.0, 40), 50)
+    loop = st.Loop(st.PID(0.3, 4.0), st.Kano(2.0, 1.0), st.FOPDT(1.0, 3.0, 0.0), dt=1.0, noise=0.1)
+    run = st.simulate(loop, sp, 2000.0, seed=1)
+    assert fit_controller(run).action == 1.0
+    unseen = fit_controller(replace(run, sp=None))
+    assert (unseen.form, unseen.action) == ("unknown", 0.0)
+    assert "was not recorded" in unseen.why
+    still = st.simulate(replace(loop, controller=st.PID(0.3, np.inf)), 50.0, 2000.0, 6.0 * (sp > 50.0), seed=1)
+    assert fit_controller(replace(still, sp=None)).form == "P"

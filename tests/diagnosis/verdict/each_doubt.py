@@ -35,7 +35,7 @@ NAMED = {
     "beats every rival": (contradiction, "BEATS_EVERY", math.inf),
     "a jump is plain": (contradiction, "PLAIN_JUMP", math.inf),
     "foretells the PV": (contradiction, "FORETELLS", math.inf),
-    "a historian's slow record": (contradiction, "LIKE_A_PLANTS", math.inf),
+    "samples not seen to be the controller's": (contradiction, "LIKE_A_PLANTS", math.inf),
     "makes no such cycle": (contradiction, "OWN_CYCLE", -math.inf),
 }
 """What is left out, and the limit beyond which nothing lies."""

@@ -88,6 +88,9 @@ class ControllerFit(NamedTuple):
 def fit_controller(record: LoopRecord) -> ControllerFit:
     """Fit OP = Kc (e + int e dt / Ti + Td de/dt) and name the form.
 
+    Without a set point a P controller is named, and its sign told, only where it explains all moves of OP: a PV that
+    follows a set point which was not recorded looks like one of the wrong sign.
+
     The moves of OP from sample to sample are compared unless their residuals alternate, as those of a rounded OP
     do; then OP itself is compared. Gaps, samples in manual, at a limit of OP, and single bumps are left out.
 
@@ -169,7 +172,12 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
         why += f"; {bumps} bumps left out"
     if not moving:
         why += "; the set point is constant, so that parts on the error and on the PV are the same"
-    return _named(found, why + ".", exact=exact)._replace(own_samples=own, left=left)
+    named = _named(found, why + ".", exact=exact)._replace(own_samples=own, left=left)
+    if record.sp is None and not exact and "I" not in found.form:
+        # PV that follows a set point which was not recorded moves with OP, as it does under no controller.
+        unseen = " The set point was not recorded; if it moves, PV and OP go together because of it."
+        return named._replace(form="unknown", action=0.0, why=named.why + unseen)
+    return named
 
 
 def _named(found: FormFit, why: str, *, exact: bool) -> ControllerFit:

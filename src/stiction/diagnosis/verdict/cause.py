@@ -29,6 +29,8 @@ UNSURE = 0.25, 0.75
 confidence there (`report.words`)."""
 BY_CHANCE = 1.0
 """Twice the log likelihood that one parameter more gains on average where there is nothing to gain [-]."""
+PLAY_UNLIKELY = 0.05
+"""Probability of play up to which what was found besides J is said to speak against it [-]."""
 HARDLY = 0.05
 """J over S up to which a valve hardly jumps [-]."""
 
@@ -177,7 +179,11 @@ def _stiction(
         reason += f" {J_UNKNOWN}"
     if found.J_low <= HARDLY * found.S:
         play = chance(causes["deadband"])
-        reason += f" Stiction differs from play (deadband) by J only; the probability of play is {play}."
+        reason += (
+            f" Stiction differs from play (deadband) by J only; the probability of play is {play}."
+            if causes["deadband"] > PLAY_UNLIKELY
+            else f" J alone does not exclude play (deadband); by all that was found its probability is {play}."
+        )
     if deciding:
         action = (
             f"Check packing, actuator and positioner of the valve; if it sticks, retuning will not cure it. {deciding}"
@@ -252,8 +258,10 @@ def _external(found: Identification, rhythm: Oscillation, counted: Sequence[Coun
 def _sensor(found: Identification, rhythm: Oscillation, counted: Sequence[Counted]) -> tuple[str, str]:
     del found, rhythm, counted
     return (
-        "The PV moves in steps, rests or jumps as the transmitter makes it, which can imitate a sticking valve.",
-        "Check range, resolution, filter and wiring of the transmitter before the valve.",
+        "The PV moves in steps, rests or jumps as the transmitter or the export makes it, which can imitate a sticking "
+        "valve.",
+        "Check whether the export rounds or filters PV, then range, resolution, filter and wiring of the transmitter, "
+        "before the valve.",
     )
 
 

@@ -3,11 +3,11 @@ r"""What doubts about the data do to a probability, and to the word of a record 
 A gate that lowers the confidence says that the record is not what the controller saw. Put through the effects of
 `simulation.historian`, alone and in pairs, sticky loops lose what shows the valve and look like loops with a good
 one; few go the other way. A record that may have lost it does not speak beyond `LEAST` and `MOST`: one that certain
-gates call in question (`HIDES`), or others by more than `BEYOND`, one whose OP is rounded to few steps (`STEPS`), one
-much of which is left out (`KEPT`), and one whose samples are not the controller's own and few (`FEW`, but for
-`SURELY`). `contradiction` says what else keeps a probability from being sure. The limits were chosen so that no trial
-turns a probability beyond 0.9 into one below 0.1, or back, and few sound records are bound; `docs/verdict.md` says
-which trials chose and which only counted.
+gates call in question (`HIDES`), or others by more than `BEYOND`, one whose OP is rounded to few steps (`STEPS`) or
+seldom turns round, one much of which is left out (`KEPT`), and one whose samples are not the controller's own and few
+(`FEW`, but for `SURELY`). `contradiction` says what else keeps a probability from being sure. The limits were chosen so
+that no trial turns a probability beyond 0.9 into one below 0.1, or back, and few sound records are bound;
+`docs/verdict.md` says which trials chose and which only counted.
 
 What is not known of a loop lies between one valve in four, the share of the loops that oscillate because of it (20 to
 30 %: [srinivasan2005c]_), and even. Each doubt draws the log odds towards that, and none of them to the other side:
@@ -51,7 +51,7 @@ UNKNOWN = 0.25, 0.5
 FIRST, FURTHER = 0.9, 0.8
 """What the log odds keep for the first doubt, and for each further one [-]."""
 HIDES = (
-    *("exception", "averaging", "clock", "length", "manual", "op turns", "outages", "outliers"),
+    *("exception", "averaging", "clock", "length", "manual", "outages", "outliers"),
     *("resampled", "saturation", "replay"),
 )
 """Gates that lower the confidence in a record that may have lost what shows the valve. Where the clock jumped rows may
@@ -73,6 +73,8 @@ PV, or an OP at its limit, are a finding and no doubt [-]."""
 SPIKES = 5.0
 """Values far off all others beyond which they are the finding and no doubt where the transmitter is to blame [-]: a
 historian writes a code for a bad value a few times, a loose contact makes spikes all the time."""
+TOLD = 0.02
+"""Change of the probability up to which doubts are named without it [-]."""
 MUCH_LEFT_OUT, FEW_SAMPLES = "much left out", "few samples"
 """Names of the doubt where less is kept, and of the bound of records of fewer than `FEW` samples."""
 JUMP_LIKELY = "a jump is likely"
@@ -80,8 +82,9 @@ JUMP_LIKELY = "a jump is likely"
 SURELY, SLIGHT = 0.05, (FEW_SAMPLES, "sampling", JUMP_LIKELY)
 """Probability below which few samples, in all or for a cycle, and a likely jump are no bound by themselves [-]: of
 8 000 loops (seeds 10, 12, 13, 14) 620 are told less in spite of them, three of which stick."""
-HARMLESS = ("op scale",)
-"""Gates that say how to read S and J, and nothing about how sure they are."""
+HARMLESS = ("op scale", "op turns")
+"""Gates that draw nothing: one says how to read S and J, the other that friction was hardly seen, not that it was seen
+badly."""
 FOLLOWS = ("length", "cycles")
 """Refusals that come of a record cut to pieces by another gate."""
 
@@ -164,7 +167,8 @@ def held_back(
     if not doubts:
         return HeldBack(probability, "")
     why, before, after = f"The data are in doubt ({', '.join(doubts)})", chance(probability), chance(drawn)
-    return HeldBack(drawn, f"{why}, which makes {before} a {after}." if before != after else f"{why}.")
+    told = abs(probability - drawn) > TOLD and before != after
+    return HeldBack(drawn, f"{why}, which makes {before} a {after}." if told else f"{why}.")
 
 
 def _doubts(quality: Quality, saturation: float, sensor: float) -> list[str]:
@@ -184,6 +188,7 @@ def _hides(doubts: list[str], quality: Quality, *, own_samples: bool) -> list[st
     names += [name for name, most in BEYOND.items() if value.get(name, 0.0) > most]
     if value.get("op resolution", STEPS) < STEPS:
         names.append("op resolution")
+    names += [gate.name for gate in quality.reservations if gate.name == "op turns"]
     if not own_samples and "sampling" in doubts:
         names.append("sampling")
     if not own_samples and "length" not in names and quality.last - quality.first < FEW:
