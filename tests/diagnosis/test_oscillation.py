@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -319,3 +320,16 @@ def _timed(record):
     start = time.perf_counter()
     find_oscillation(record)
     return time.perf_counter() - start
+
+
+@pytest.mark.parametrize(("period", "cycles"), [(60.0, True), (75.0, False)])
+def test_a_set_point_with_the_same_cycle_is_seen(period, cycles):
+    k, rng = np.arange(1800.0), np.random.default_rng(0)
+    pv = 3.0 * np.sin(2.0 * np.pi * k / 60.0) + 0.1 * rng.normal(size=k.size)
+    sp = 0.5 * np.sin(2.0 * np.pi * k / period)
+    record = LoopRecord("FIC-1", 1.0, op=50.0 - pv, pv=pv, sp=sp)
+    found = find_oscillation(record)
+    assert found.oscillating
+    assert (found.sp_cycles, "SP has the same period" in found.reason) == (cycles, cycles)
+    assert not find_oscillation(replace(record, sp=np.zeros(k.size))).sp_cycles
+    assert not find_oscillation(replace(record, sp=None)).sp_cycles

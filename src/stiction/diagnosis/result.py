@@ -79,6 +79,8 @@ class Oscillation:
     """Share of the control error's variance that the oscillation carries, harmonics included [-]; NaN when unknown."""
     others: tuple[FurtherOscillation, ...] = ()
     """Further oscillations, which are no harmonics of this one, the larger first."""
+    sp_cycles: bool = False
+    """Whether the set point repeats with the same period, as where a master controller cycles."""
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
@@ -92,6 +94,7 @@ class Oscillation:
             "load_events": self.load_events,
             "share": plain(self.share),
             "others": [other.to_dict() for other in self.others],
+            "sp_cycles": self.sp_cycles,
         }
 
 

@@ -199,3 +199,10 @@ def test_s_is_told_in_the_unit_of_op():
     )
     assert sticks.startswith("A sticky valve with S = 3.0 OP units (95 % 2.7 to 3.3) explains 93 % ")
     assert plays.startswith("A valve with 3.0 OP units deadband")
+
+
+def test_a_set_point_that_cycles_is_named():
+    causes = {"stiction": 0.02, **dict.fromkeys(NAMES, 0.0), "none": 0.98}
+    for cycles in (False, True):
+        reason = named_cause("no_stiction", causes, FOUND, replace(RHYTHM, sp_cycles=cycles), 1.0, COUNTED).reason
+        assert ("look at what moves it" in reason) == cycles

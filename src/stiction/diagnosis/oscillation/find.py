@@ -30,6 +30,7 @@ from stiction.records.stretches import held_set_point
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stiction.diagnosis.oscillation.rhythm import Rhythm
     from stiction.records.record import LoopRecord
 
 __all__ = ["find_oscillation"]
@@ -101,10 +102,13 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
         reason = f"No regular oscillation: the best candidate, {in_seconds(period)}, {lack}."
     if best is by_error and best.regular and op is not None:
         agrees = octave(op, best.period)
-        same = agrees.period > 0.0 and abs(agrees.period / best.period - 1.0) < 0.15
-        reason += " OP has the same period." if same else " OP does not share it."
+        reason += " OP has the same period." if _same(agrees, best.period) else " OP does not share it."
     if record.sp is not None and held_set_point(record)[0] is None:
         reason += " SP is missing in the first half of the record or more: PV was looked at alone."
+    sp = filled(record.sp) if oscillating else None
+    sp_cycles = sp is not None and (rhythm := octave(sp, best.period)).regular and _same(rhythm, best.period)
+    if sp_cycles:
+        reason += " SP has the same period."
     share, others = float("nan"), ()
     if oscillating and best is by_error:
         share, others = further_oscillations(error, best.period, record.dt)
@@ -124,7 +128,13 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
         reason=reason,
         share=share,
         others=others,
+        sp_cycles=sp_cycles,
     )
+
+
+def _same(rhythm: Rhythm, period: float) -> bool:
+    """Whether a rhythm has a period [samples], to within what its octave allows."""
+    return rhythm.period > 0.0 and abs(rhythm.period / period - 1.0) < 0.15
 
 
 def _load_events(error: NDArray[np.float64], samples_per_period: float) -> int:

@@ -97,6 +97,8 @@ def named_cause(
     if name == "deadband" and not _speaks(found) and causes[name] >= PLAINLY:
         reason += f" By all that was found play is the likeliest cause ({chance(causes[name])})."
     reason += _rival(found, oscillation)
+    if oscillation.sp_cycles:
+        reason += " The set point goes through the same cycle: look at what moves it, such as a master loop."
     if causes[name] < PLAINLY:
         first, second = ("no fault" if cause == "none" else cause for cause in likely[:2])
         reason += f" {first.capitalize()} is the likeliest cause ({chance(causes[name])}), before {second}."
