@@ -13,7 +13,6 @@ from hypothesis import strategies as some
 
 from stiction.errors import ParameterError
 from stiction.records import LoopRecord, analysis_window, assess, usable_part
-from stiction.records.gates import TURN
 
 N = 1200
 PERIOD = 60.0
@@ -55,32 +54,6 @@ def test_a_good_record_passes_every_gate(good):
 def test_cycles(good, period, severity):
     found = gate(good, "cycles", period)
     assert (found.severity, found.value) == (severity, N / period)
-
-
-@pytest.mark.parametrize(("ways", "severity"), [(2, "lowers"), (6, "lowers"), (7, "ok")])
-def test_turns_of_op_and_no_ripple_on_its_way(ways, severity):
-    way = np.linspace(0.0, 10.0, 200)
-    op = np.concatenate([way if k % 2 == 0 else way[::-1] for k in range(ways)])
-    ripple = 0.004 * np.sin(np.arange(op.size))
-    found = gate(LoopRecord("FIC-101", 1.0, op=50.0 + op + ripple, pv=op), "op turns")
-    assert (found.severity, found.value, found.limit) == (severity, ways - 1, 6)
-
-
-@pytest.mark.parametrize("seed", range(60))
-def test_turns_are_those_of_the_longest_zigzag(seed):
-    rng = np.random.default_rng(seed)
-    op = 50.0 + np.round(np.cumsum(rng.normal(size=rng.integers(5, 60))), seed % 3)
-    reach = TURN * float(np.subtract(*np.percentile(op, (99, 1))))
-    # Legs of the longest way through the samples of which each goes further than `reach`, and back from the one before.
-    up, down = np.zeros(op.size, dtype=int), np.zeros(op.size, dtype=int)
-    for k in range(op.size):
-        for i in range(k):
-            if op[k] - op[i] > reach:
-                up[k] = max(up[k], down[i] + 1)
-            if op[i] - op[k] > reach:
-                down[k] = max(down[k], up[i] + 1)
-    found = gate(LoopRecord("FIC-101", 1.0, op=op, pv=op), "op turns")
-    assert found.value == max(up.max(), down.max()) - 1
 
 
 @pytest.mark.parametrize(("period", "severity"), [(12.0, "ok"), (6.0, "lowers"), (3.0, "refuses")])
@@ -402,10 +375,3 @@ def test_window_holds_nothing_bad_and_is_the_longest(data, n):
     assert longest == 0 or fits(first, last)
     assert not np.isnan(usable_part(record).op).any()
     assess(record, period=10.0)
-
-
-def test_a_column_taken_twice_is_no_loop(good):
-    twice = gate(replace(good, pv=good.op), "pv moves")
-    assert twice.severity == "refuses"
-    assert "same numbers" in twice.why
-    assert gate(replace(good, pv=2.0 * good.op), "pv moves").severity == "ok"

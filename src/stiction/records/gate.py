@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from stiction.records.rests import filled
 from stiction.records.storage import lattice
-from stiction.records.stretches import filled
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -25,9 +25,11 @@ from stiction.records.historian_gates import (
     replay,
     resampled,
 )
+from stiction.records.limits import clipped, saturated
+from stiction.records.rests import missing, runs
 from stiction.records.signals import not_a_percentage
 from stiction.records.storage import swing
-from stiction.records.stretches import clipped, frozen, in_manual, missing, runs, saturated
+from stiction.records.stretches import frozen, in_manual
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

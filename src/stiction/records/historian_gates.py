@@ -7,8 +7,10 @@ import numpy as np
 from stiction.records.digits import number_of
 from stiction.records.durations import in_seconds
 from stiction.records.gate import LEAST_SAMPLES, Gate, View, at_least, at_most
+from stiction.records.limits import saturated
 from stiction.records.outliers import OP_OFF, far_off, held_for
 from stiction.records.replay import replayed
+from stiction.records.rests import runs
 from stiction.records.storage import (
     averaging_window,
     coarse,
@@ -17,7 +19,7 @@ from stiction.records.storage import (
     straight,
     swing,
 )
-from stiction.records.stretches import runs, saturated, unreached
+from stiction.records.stretches import unreached
 
 __all__ = ["averaging", "clock", "compression", "exception", "held", "outages", "outliers", "replay", "resampled"]
 

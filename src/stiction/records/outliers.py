@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.records.digits import number_of
-from stiction.records.stretches import runs
+from stiction.records.rests import runs
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -10,7 +10,8 @@ import numpy as np
 from stiction.errors import require_positive
 from stiction.records.gates import GATES, Gate, View
 from stiction.records.outliers import without_outliers
-from stiction.records.stretches import analysis_window, missing, usable_part
+from stiction.records.rests import missing
+from stiction.records.stretches import analysis_window, usable_part
 
 if TYPE_CHECKING:
     from stiction.records.record import LoopRecord

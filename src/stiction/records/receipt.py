@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.records.stretches import missing
+from stiction.records.rests import missing
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

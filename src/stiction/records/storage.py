@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.stretches import filled, runs
+from stiction.records.rests import filled, runs
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Stretches of a record: missing, saturated, in manual, and the longest one that can be analysed."""
+"""Stretches of a record: in manual, frozen, torn, not reached, and the longest one that can be analysed."""
 
 from __future__ import annotations
 
@@ -7,163 +7,37 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+from stiction.records.limits import clipped, saturated
+from stiction.records.rests import (
+    BRIDGE,
+    FROZEN,
+    MOST_RESTS,
+    SELDOM,
+    bridged,
+    filled,
+    hardly_rests,
+    lengths_of,
+    missing,
+    moves_in,
+    repeats,
+    runs,
+)
 
+if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.records.record import LoopRecord
 
-__all__ = [
-    "BRIDGE",
-    "analysis_window",
-    "at_limits",
-    "bridged",
-    "clipped",
-    "filled",
-    "frozen",
-    "held_set_point",
-    "in_manual",
-    "missing",
-    "runs",
-    "saturated",
-    "torn",
-    "unreached",
-    "usable_part",
-]
+__all__ = ["analysis_window", "frozen", "held_set_point", "in_manual", "torn", "unreached", "usable_part"]
 
-BRIDGE = 5
-"""Missing samples in a row over which the last value may be held."""
-FLAT, CLIPPED, OFTEN = 10, 3, 3
-"""Samples for which OP must rest at a limit to count as saturated, and where it hardly ever rests elsewhere, or comes
-back to an extreme so often and to no other value, as it does not where values are rounded."""
-LIMIT_TOLERANCE = 0.001
-"""Distance from a limit within which OP counts as there, as a share of span [-]."""
-SCALES = ((0.0, 100.0), (0.0, 1.0), (4.0, 20.0))
-"""OP at its limits in %, as a fraction and in mA: OP that lies within one of them and rests at its end is there."""
 MANUAL = 60
 """Samples for which OP must rest, PV moving, to count as in manual when the mode was not recorded; PV, to be frozen."""
-FROZEN = 12
-"""Samples for which PV must rest to be frozen, or OP to be in manual, where it hardly ever repeats a value."""
 UNREACHED = 6
 """Samples for which OP and PV must rest together where they hardly ever rest, for the historian not to be reached."""
 LEAP = 3.0
 """Usual moves from sample to sample, the median, beyond which a signal leaps [-]."""
-SELDOM = 0.02
-"""Share of a record that shorter rests take where a signal hardly ever repeats a value [-]."""
 TEARS = 20
 """Clock jumps above which no more are looked for."""
-FEW = 5
-"""Rests above which a signal rests as a habit."""
-LIVELY = 12
-"""Values that OP must take off its extremes for these to be limits, and not two of the few values it was stored in."""
-
-
-def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and one past the last sample of every stretch of True.
-
-    Examples
-    --------
-    >>> runs(np.array([True, False, True, True]))
-    [(0, 1), (2, 4)]
-    """
-    edges = np.diff(np.concatenate([[0], mask.astype(np.int8), [0]]))
-    return list(zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True))
-
-
-def missing(record: LoopRecord) -> NDArray[np.bool_]:
-    """Mark where OP or PV is missing, shape (n_samples,)."""
-    gone = ~np.isfinite(record.op)
-    return gone if record.pv is None else gone | ~np.isfinite(record.pv)
-
-
-def _moves(x: NDArray[np.float64] | None, first: int, last: int) -> bool:
-    """Whether a signal takes more than a few values within a stretch and moves by a visible part of its swing."""
-    if x is None:
-        return False
-    part = x[first:last]
-    part = part[np.isfinite(part)]
-    swing = float(np.nanmax(x) - np.nanmin(x)) if part.size else 0.0
-    return part.size > 0 and len(np.unique(part)) > 2 and float(part.max() - part.min()) > 0.05 * swing
-
-
-def saturated(record: LoopRecord) -> NDArray[np.bool_]:
-    """Mark where OP rests at a limit, shape (n_samples,).
-
-    That is 0 or 100 % (also as a fraction or in mA), or its own largest or smallest value while PV moves.
-    """
-    mask, flat = clipped(record), _flat(record)
-    for at in _span_ends(bridged(record.op)):
-        mask |= _resting(record, at, flat)
-    return mask
-
-
-def clipped(record: LoopRecord) -> NDArray[np.bool_]:
-    """Mark where OP rests at its own largest or smallest value, off 0 and 100 %, while PV moves, shape (n_samples,).
-
-    There the OP that was stored need not be the one the valve was sent; at 0 and 100 % it is.
-    """
-    op = bridged(record.op)
-    mask = np.zeros(len(op), dtype=bool)
-    finite = op[np.isfinite(op)]
-    if finite.size == 0 or np.unique(finite).size < LIVELY + 2:
-        return mask
-    spans = [end for end in _span_ends(op) if end.any()]
-    flat = _flat(record)
-    for at in (op == finite.min(), op == finite.max()):
-        if not any(end[at].all() for end in spans):
-            mask |= _resting(record, at, flat, while_moving=True)
-    return mask
-
-
-def _flat(record: LoopRecord) -> int:
-    """Samples for which OP must rest to be at a limit: few where it hardly ever rests elsewhere."""
-    op, finite = record.op, record.op[np.isfinite(record.op)]
-    if finite.size == 0:
-        return FLAT
-    inside = np.isfinite(op) & (op != finite.min()) & (op != finite.max())
-    rests = runs(_still(op) & inside)
-    if _seldom(_lengths(rests), int(np.count_nonzero(inside))):
-        return CLIPPED
-    once = len({float(op[first]) for first, _ in rests}) == len(rests)
-    at_ends = (np.count_nonzero(_lengths(runs(op == end)) >= CLIPPED) for end in (finite.min(), finite.max()))
-    return CLIPPED if once and max(at_ends) >= OFTEN else FLAT
-
-
-def _resting(record: LoopRecord, at: NDArray[np.bool_], flat: int, *, while_moving: bool = False) -> NDArray[np.bool_]:
-    """Mark the runs of `at` in which `flat` samples or more were recorded, where asked only those in which PV moves."""
-    mask = np.zeros(at.size, dtype=bool)
-    for first, last in runs(at):
-        recorded = int(np.isfinite(record.op[first:last]).sum())
-        mask[first:last] = recorded >= flat and (not while_moving or _moves(record.pv, first, last))
-    return mask
-
-
-def at_limits(record: LoopRecord, running: int = 2) -> NDArray[np.bool_]:
-    """Mark where OP is at 0 or 100 % of span for `running` samples or more, also as a fraction or in mA.
-
-    Examples
-    --------
-    >>> from stiction.records import LoopRecord
-    >>> op = np.array([40.0, 100.0, 100.0, 70.0, 100.0])
-    >>> at_limits(LoopRecord("FIC-101", 1.0, op=op)).tolist()
-    [False, True, True, False, False]
-    """
-    mask = np.zeros(len(record.op), dtype=bool)
-    for at in _span_ends(record.op):
-        for first, last in runs(at):
-            mask[first:last] |= last - first >= running
-    return mask
-
-
-def _span_ends(op: NDArray[np.float64]) -> Iterator[NDArray[np.bool_]]:
-    """Where OP is at an end of each span that it could be in, shape (n_samples,) each."""
-    finite = op[np.isfinite(op)]
-    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
-    for zero, full in SCALES:
-        near = LIMIT_TOLERANCE * (full - zero)
-        if low >= zero - near and zero + 50.0 * near < high <= full + near and low < high:
-            yield (op <= zero + near) | (op >= full - near)
 
 
 def in_manual(record: LoopRecord) -> NDArray[np.bool_]:
@@ -174,10 +48,10 @@ def in_manual(record: LoopRecord) -> NDArray[np.bool_]:
     """
     mask = np.zeros(len(record), dtype=bool) if record.auto is None else ~record.auto
     at_limit = saturated(record)
-    rests = [(start - 1, last) for start, last in runs(_still(record.op)) if not at_limit[start - 1 : last].all()]
-    enough = FROZEN if _seldom(_lengths(rests), len(record)) else max(MANUAL, len(record) // 20)
+    rests = [(start - 1, last) for start, last in runs(repeats(record.op)) if not at_limit[start - 1 : last].all()]
+    enough = FROZEN if hardly_rests(lengths_of(rests), len(record)) else max(MANUAL, len(record) // 20)
     for first, last in rests:
-        if last - first >= enough and _moves(record.pv, first, last):
+        if last - first >= enough and moves_in(record.pv, first, last):
             mask[first:last] = True
     return mask
 
@@ -189,7 +63,7 @@ def frozen(record: LoopRecord) -> NDArray[np.bool_]:
     """
     if record.pv is None:
         return np.zeros(len(record), dtype=bool)
-    still = _still(record.pv)
+    still = repeats(record.pv)
     return _long_rests(still, runs(still), FROZEN)
 
 
@@ -201,7 +75,7 @@ def unreached(record: LoopRecord) -> NDArray[np.bool_]:
     """
     if record.pv is None or len(record) < MANUAL:
         return np.zeros(len(record), dtype=bool)
-    still = _still(record.op), _still(record.pv)
+    still = repeats(record.op), repeats(record.pv)
     moves = [np.abs(np.diff(bridged(x), append=x[-1])) for x in (record.op, record.pv)]
     leaps = np.any([move > LEAP * np.nanmedian(move) for move in moves], axis=0)
     together = [(first, last) for first, last in runs(still[0] & still[1]) if first > 1 and leaps[last - 1]]
@@ -214,25 +88,15 @@ def _long_rests(still: NDArray[np.bool_], rests: list[tuple[int, int]], least: i
     `least` samples are long where hardly any other one is `still`; elsewhere `MANUAL` or a twentieth of the record are.
     """
     mask = np.zeros(still.size, dtype=bool)
-    lengths = _lengths(rests)
+    lengths = lengths_of(rests)
     seldom = np.count_nonzero(still) - lengths[lengths >= least].sum() < SELDOM * still.size
     long = lengths >= (least if seldom else max(MANUAL, still.size // 20))
     others = lengths[~long]
-    if not 1 <= long.sum() <= FEW or (others.size and 4 * others.max() > lengths[long].min()):
+    if not 1 <= long.sum() <= MOST_RESTS or (others.size and 4 * others.max() > lengths[long].min()):
         return mask
     for (first, last), is_long in zip(rests, long, strict=True):
         mask[first - 1 : last] |= is_long
     return mask
-
-
-def _lengths(rests: list[tuple[int, int]]) -> NDArray[np.int64]:
-    """Samples that each rest takes."""
-    return np.array([last - first for first, last in rests], dtype=np.int64)
-
-
-def _seldom(lengths: NDArray[np.int64], samples: int) -> bool:
-    """Whether a signal hardly ever rests, but for a few rests that are long."""
-    return bool(lengths[lengths < FROZEN].sum() < SELDOM * samples and np.sum(lengths >= FROZEN) <= FEW)
 
 
 def torn(record: LoopRecord) -> NDArray[np.bool_]:
@@ -364,37 +228,3 @@ def held_set_point(
     if not unknown:
         return sp, ""
     return np.concatenate([np.repeat(sp[unknown], unknown), sp[unknown:]]), f"{which} is taken to be the first stored."
-
-
-def bridged(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Hold the last value over up to `BRIDGE` missing samples: a rest is one rest though some of it was lost.
-
-    Examples
-    --------
-    >>> bridged(np.array([1.0, np.nan, 2.0, *6 * [np.nan]]))[:4]
-    array([ 1.,  1.,  2., nan])
-    """
-    if np.isfinite(x).all():
-        return x
-    out = filled(x)
-    for first, last in runs(~np.isfinite(x)):
-        if last - first > BRIDGE:
-            out[first:last] = np.nan
-    return out
-
-
-def _still(x: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Mark where a signal repeats its last value, shape (n_samples,)."""
-    return np.concatenate([[False], np.diff(bridged(x)) == 0.0])
-
-
-def filled(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Hold the last value over what is missing, in the signal's unit, shape (n_samples,).
-
-    Examples
-    --------
-    >>> filled(np.array([1.0, np.nan, 2.0]))
-    array([1., 1., 2.])
-    """
-    last = np.maximum.accumulate(np.where(np.isfinite(x), np.arange(len(x)), 0))
-    return x[last]

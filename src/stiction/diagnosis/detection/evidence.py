@@ -8,7 +8,7 @@ import numpy as np
 
 from stiction.diagnosis.oscillation import about_drift, control_error, filled, half_cycles, smooth
 from stiction.diagnosis.result import Evidence
-from stiction.records.stretches import bridged, runs
+from stiction.records.rests import bridged, runs
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -11,7 +11,7 @@ from stiction.diagnosis.identification.interval import CHI2_2
 from stiction.diagnosis.verdict.own_cycle import own_cycle, ultimate
 from stiction.diagnosis.verdict.rhythm import rhythm_of
 from stiction.diagnosis.verdict.sensor import sensor_of
-from stiction.records.stretches import at_limits, saturated
+from stiction.records.limits import at_limits, saturated
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

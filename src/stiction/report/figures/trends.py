@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.records.stretches import in_manual, missing, runs, saturated
+from stiction.records.limits import saturated
+from stiction.records.rests import missing, runs
+from stiction.records.stretches import in_manual
 from stiction.report import look, words
 from stiction.report.blocks import Figure
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.records.stretches import runs
+from stiction.records.rests import runs
 from stiction.report import look, words
 from stiction.report.blocks import Figure
 

@@ -1,0 +1,47 @@
+"""What OP must do for a valve to be seen: turn round, and be another signal than PV."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stiction.records import LoopRecord, assess
+from stiction.records.gates import TURN
+
+
+def gate(record, name):
+    return next(gate for gate in assess(record).gates if gate.name == name)
+
+
+@pytest.mark.parametrize(("ways", "severity"), [(2, "lowers"), (6, "lowers"), (7, "ok")])
+def test_turns_of_op_and_no_ripple_on_its_way(ways, severity):
+    way = np.linspace(0.0, 10.0, 200)
+    op = np.concatenate([way if k % 2 == 0 else way[::-1] for k in range(ways)])
+    ripple = 0.004 * np.sin(np.arange(op.size))
+    found = gate(LoopRecord("FIC-101", 1.0, op=50.0 + op + ripple, pv=2.0 * op), "op turns")
+    assert (found.severity, found.value, found.limit) == (severity, ways - 1, 6)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_turns_are_those_of_the_longest_zigzag(seed):
+    rng = np.random.default_rng(seed)
+    op = 50.0 + np.round(np.cumsum(rng.normal(size=rng.integers(5, 60))), seed % 3)
+    reach = TURN * float(np.subtract(*np.percentile(op, (99, 1))))
+    # Legs of the longest way through the samples of which each goes further than `reach`, and back from the one before.
+    up, down = np.zeros(op.size, dtype=int), np.zeros(op.size, dtype=int)
+    for k in range(op.size):
+        for i in range(k):
+            if op[k] - op[i] > reach:
+                up[k] = max(up[k], down[i] + 1)
+            if op[i] - op[k] > reach:
+                down[k] = max(down[k], up[i] + 1)
+    found = gate(LoopRecord("FIC-101", 1.0, op=op, pv=2.0 * op), "op turns")
+    assert found.value == max(up.max(), down.max()) - 1
+
+
+def test_a_column_taken_twice_is_no_loop():
+    op = 50.0 + np.sin(np.arange(400.0))
+    twice = gate(LoopRecord("FIC-101", 1.0, op=op, pv=op), "pv moves")
+    assert twice.severity == "refuses"
+    assert "same numbers" in twice.why
+    assert gate(LoopRecord("FIC-101", 1.0, op=op, pv=2.0 * op), "pv moves").severity == "ok"
