@@ -54,6 +54,37 @@ def test_step_test_judges_by_the_limit(run, folder):
     assert run("valve-test", "analyse", "step", "s.csv", "--limit", "3").code == 0
 
 
+def test_the_default_plan_tells_a_sticking_valve(run):
+    run("valve-test", "plan", "step", "--start", "50", "--out", "p.csv")
+    run("stroke", "--valve", "kano:S=3,J=1", "--op", "p.csv", "--out", "s.csv")
+    done = run("valve-test", "analyse", "step", "s.csv")
+    assert done.code == 1
+    assert "beyond limit. The stem did not respond to 4 % of OP travel" in done.out
+    assert "widen the fine range (--fine-range)" in done.out
+
+
+def test_a_loop_in_automatic_is_no_ramp_test(run, folder, sticky_csv):
+    (folder / "loop.csv").write_text(sticky_csv)
+    done = run("valve-test", "analyse", "ramp", "loop.csv")
+    assert done.code == 3
+    assert "reacts to PV" in done.err
+
+
+@pytest.mark.parametrize(
+    ("argv", "says"),
+    [
+        ("plan step --start 50 --low 3", "--low is not of a step test; it takes --fine-step, --fine-range, --sizes"),
+        ("plan step --start 50 --rates 1 2 --repeats 1", "--rates, --repeats are not of a step test"),
+        ("plan ramp --low 10 --high 30 --threshold 0.1 --sizes 1 2", "--sizes is not of a ramp test; it takes --low"),
+        ("analyse step t.csv --lag 0", "--lag is not of a step test; it takes --limit, --signal, --before"),
+    ],
+)
+def test_options_of_the_other_kind_are_refused(argv, says, run):
+    done = run("valve-test", *argv.split())
+    assert (done.code, done.out) == (2, "")
+    assert says in done.err
+
+
 @pytest.mark.parametrize(
     ("argv", "code", "says"),
     [

@@ -1,6 +1,7 @@
 """``stiction valve-test``: plan a ramp or step test of a valve, and read the test's record."""
 
-from typing import Annotated, Literal
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -10,7 +11,7 @@ from stiction.errors import ParameterError
 __all__ = ["analyse", "plan"]
 
 Kind = Annotated[Literal["ramp", "step"], Parameter(help="ramp or step.")]
-Numbers = Annotated[tuple[float, ...], Parameter(consume_multiple=True)]
+Numbers = Annotated[tuple[float, ...] | None, Parameter(consume_multiple=True)]
 
 
 def plan(
@@ -20,12 +21,12 @@ def plan(
     low: float | None = None,
     high: float | None = None,
     threshold: float | None = None,
-    rates: Numbers = (),
-    repeats: int = 1,
+    rates: Numbers = None,
+    repeats: int | None = None,
     start: float | None = None,
-    fine_step: float = 0.1,
-    fine_range: float = 2.0,
-    sizes: Numbers = (0.5, 1.0, 2.0, 5.0),
+    fine_step: float | None = None,
+    fine_range: float | None = None,
+    sizes: Numbers = None,
     wait: float | None = None,
     dt: float = 1.0,
     out: Out = None,
@@ -44,7 +45,7 @@ def plan(
     rates
         Ramp: rates to test in %/s, instead of a threshold; several after one another.
     repeats
-        Ramp: how often each rate is tested.
+        Ramp: how often each rate is tested (1).
     start
         OP before the test in % of span; needed for steps.
     fine_step
@@ -67,19 +68,18 @@ def plan(
     from stiction.apps.output import note, print_json, say
     from stiction.records import LoopRecord
 
+    ramp = {"low": low, "high": high, "threshold": threshold, "rates": rates, "repeats": repeats}
+    step = {"fine_step": fine_step, "fine_range": fine_range, "sizes": sizes}
+    _of_its_kind(kind, ramp, step, ("start", "wait", "dt"))
     target = None if out is None or out == "-" else check_text(out, "--out")
     if kind == "ramp":
         if low is None or high is None:
             raise ParameterError("a ramp test needs --low and --high, the range of the OP in % of span.")
-        made = plan_ramp_test(
-            low, high, threshold=threshold, rates=list(rates) or None, repeats=repeats,
-            wait=60.0 if wait is None else wait, dt=dt, start=start,
-        )  # fmt: skip
+        made = plan_ramp_test(**_given({**ramp, "start": start, "wait": wait}), dt=dt)
     else:
         if start is None:
             raise ParameterError("a step test needs --start, the OP about which it steps in % of span.")
-        hold = 30.0 if wait is None else wait
-        made = plan_step_test(start, fine_step=fine_step, fine_range=fine_range, sizes=list(sizes), hold=hold, dt=dt)
+        made = plan_step_test(start, **_given({**step, "hold": wait}), dt=dt)
     if target is not None or not as_json:
         write_csv(LoopRecord("plan", made.dt, op=made.op), target)
     if as_json:
@@ -98,7 +98,7 @@ def analyse(
     *,
     limit: float = 1.0,
     signal: Literal["mv", "pv"] | None = None,
-    lag: float = 0.0,
+    lag: float | None = None,
     before: str | None = None,
     column: Annotated[tuple[str, ...], Parameter(negative="")] = (),
     tag: str | None = None,
@@ -140,6 +140,8 @@ def analyse(
     from stiction.apps.files import check_report
     from stiction.apps.output import print_json, say
 
+    ramp = {"lag": lag}
+    _of_its_kind(kind, ramp, {}, ("limit", "signal", "before"))
     target = None if report is None else check_report(report)
 
     def result(path: str):
@@ -153,7 +155,7 @@ def analyse(
             tags = ", ".join(record.tag for record in records)
             raise RecordError(f"{path}: holds {len(records)} valves ({tags}); name one with --tag.")
         if kind == "ramp":
-            return analyse_ramp(records[0], signal=signal, lag=lag, limit=limit)
+            return analyse_ramp(records[0], signal=signal, limit=limit, **_given(ramp))
         return analyse_steps(records[0], signal=signal, limit=limit)
 
     found = result(file)
@@ -171,3 +173,21 @@ def analyse(
         if target is not None:
             say(f"Report: {target}")
     return int(found.verdict == "beyond limit")
+
+
+def _given(options: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _of_its_kind(kind: str, ramp: dict[str, Any], step: dict[str, Any], both: Sequence[str]) -> None:
+    """Refuse options that only the other kind of test has."""
+    own, other = (ramp, step) if kind == "ramp" else (step, ramp)
+    if foreign := list(_given(other)):
+        fitting = _as_options([*own, *both])
+        raise ParameterError(
+            f"{_as_options(foreign)} {'is' if len(foreign) == 1 else 'are'} not of a {kind} test; it takes {fitting}."
+        )
+
+
+def _as_options(names: Sequence[str]) -> str:
+    return ", ".join(f"--{name.replace('_', '-')}" for name in names)

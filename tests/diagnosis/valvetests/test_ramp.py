@@ -14,8 +14,8 @@ LAB_RATES = (0.0667, 0.0167, 0.0125, 0.01)
 LAB = st.Srinivasan(sb=3.0, sj=1.2, r=0.0145)
 
 
-def lab_record(rates=LAB_RATES, valve=LAB) -> st.LoopRecord:
-    plan = st.plan_ramp_test(5.0, 15.0, rates=rates)
+def lab_record(rates=LAB_RATES, valve=LAB, low=5.0, high=15.0) -> st.LoopRecord:
+    plan = st.plan_ramp_test(low, high, rates=rates)
     return st.stroke(valve, plan.op, plan.dt)
 
 
@@ -40,6 +40,13 @@ def test_all_rates_followed_or_all_in_stairs_leave_one_side_of_r_open():
     slow = st.analyse_ramp(lab_record(LAB_RATES[2:]))
     assert np.isnan(slow.r_high)
     assert any("Ramp faster" in line for line in slow.unknown)
+
+
+def test_the_deadband_is_read_from_the_stairs_where_following_was_left_out():
+    # At 0.2 %/s the OP steps over the break by up to 0.2 %: these slips stand out from the finer ones and are dropped.
+    test = st.analyse_ramp(lab_record((0.2, 0.05), st.Srinivasan(sb=3.0, sj=1.0, r=0.1), low=30.0, high=60.0))
+    assert {ramp.behaviour for ramp in test.ramps} == {"follow", "staircase"}
+    assert test.deadband.value == pytest.approx(2 * (3.0 - 1.0), rel=0.02)
 
 
 def test_one_direction_says_what_was_assumed():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import stiction as st
+from stiction.diagnosis.valvetests.step_readings import unanswered
 
 
 def staircase(turn: float, hold: int = 5) -> np.ndarray:
@@ -117,6 +118,82 @@ def test_verdicts():
     one_way = st.analyse_steps(st.stroke(st.Kano(S=1.0, J=0.5), np.repeat(np.arange(50.0, 56.0, 0.5), 10), 1.0))
     assert one_way.verdict == "undecided"
     assert not one_way.deadband.known
+
+
+@pytest.mark.parametrize(
+    ("S", "J", "travel"),
+    [(3.0, 1.0, 4.0), (5.0, 2.0, 5.0), (6.0, 1.0, 5.0), (8.0, 3.0, 10.0), (2.0, 2.0, 4.0)],
+)
+def test_op_travel_without_a_response_bounds_deadband_plus_resolution(S, J, travel):
+    # A stem rests within a band of S + J: 48 to 52 % from 50 %, or from the 55 % that it answered to 50 %.
+    test = st.analyse_steps(st.stroke(st.Kano(S, J), st.plan_step_test(50.0).op, 1.0))
+    assert test.verdict == "beyond limit"
+    assert f"did not respond to {travel:g} % of OP travel" in test.reason
+    still = unanswered(test.steps, test.smallest_response, is_position=True)
+    assert 0.9 * travel < still.sure <= min(travel, S + J)
+
+
+@pytest.mark.parametrize("signal", ["mv", "pv"])
+@pytest.mark.parametrize("noise", [0.05, 0.2, 0.5, 1.0])
+def test_noise_turns_no_verdict_about(noise, signal):
+    plan = st.plan_step_test(50.0)
+    wrong = {True: "beyond limit", False: "within limit"}
+    for S, J in ((0.0, 0.0), (0.3, 0.1), (0.5, 0.4), (1.2, 0.4), (3.0, 1.0), (5.0, 2.0)):
+        record = st.stroke(st.Kano(S, J) if S else st.Ideal(), plan.op, plan.dt)
+        for seed in range(3):
+            stem = record.mv + noise * np.random.default_rng(seed).standard_normal(len(record))
+            seen = {"mv": stem} if signal == "mv" else {"mv": None, "pv": 2.0 * stem + 3.0}
+            test = st.analyse_steps(replace(record, **seen))
+            assert test.verdict != wrong[S + J <= 1.0], (S, J, seed, test.reason)
+            assert unanswered(test.steps, test.smallest_response, signal == "mv").sure <= S + J
+
+
+def test_a_deadband_counts_without_a_resolution():
+    op = np.repeat([50.0, 54.0, 52.0, 50.0], 20)
+    test = st.analyse_steps(st.stroke(st.Kano(S=3.0, J=1.0), op, 1.0))
+    assert not test.resolution.known
+    assert test.deadband.low == pytest.approx(2.0)
+    assert test.verdict == "beyond limit"
+    assert unanswered(test.steps, 0.0, is_position=True).sure == pytest.approx(test.deadband.low)
+
+
+def test_a_fine_range_that_was_too_narrow_is_to_be_widened():
+    test = st.analyse_steps(st.stroke(st.Kano(S=3.0, J=1.0), st.plan_step_test(50.0).op, 1.0), limit=8.0)
+    assert test.verdict == "undecided"
+    for line in (test.reason, *(line for line in test.unknown if "below" in line)):
+        assert "widen the fine range (--fine-range)" in line
+        assert "finer steps" not in line.lower()
+    # With steps of 5 % alone it is the steps that are too large.
+    coarse = st.analyse_steps(
+        st.stroke(st.Kano(S=3.0, J=1.0), st.plan_step_test(50.0, fine_range=0.0, sizes=[5.0]).op, 1.0)
+    )
+    assert any("Use finer steps" in line for line in coarse.unknown)
+
+
+@pytest.mark.parametrize(("S", "J"), [(3.0, 1.0), (2.0, 2.0), (3.8, 0.1), (2.5, 1.4)])
+def test_the_plan_says_which_valve_its_fine_range_cannot_move(S, J):
+    # From the middle of its stick band a stem breaks loose (S + J) / 2 away.
+    plan = st.plan_step_test(50.0, fine_range=2.0, sizes=[])
+    moves = np.ptp(st.stroke(st.Kano(S, J), plan.op, plan.dt).mv) > 0.0
+    assert moves == ((S + J) / 2 < 2.0)
+    assert any("(S + J) / 2 is 2 % or more" in note and "--fine-range" in note for note in plan.notes)
+    assert not any("fine range" in note for note in st.plan_step_test(50.0, fine_range=0.0).notes)
+
+
+@pytest.mark.parametrize(("S", "J"), [(3.0, 1.0), (1.0, 1.0), (4.0, 0.5)])
+def test_the_fine_range_that_reads_both(S, J):
+    # From the top of the staircase, 2 R down: a deadband of up to S + J, then a resolution of J.
+    plan = st.plan_step_test(50.0, fine_range=S / 2 + J + 0.2, sizes=[])
+    test = st.analyse_steps(st.stroke(st.Kano(S, J), plan.op, plan.dt))
+    assert test.deadband.known
+    assert test.resolution.known
+
+
+def test_a_step_of_nothing_is_no_step():
+    op = np.repeat([50.0, 55.0, 50.0, 50.0, 45.0, 50.0], 20)
+    op[60:62] = 50.6, 49.7
+    test = st.analyse_steps(st.stroke(st.Kano(S=1.0, J=0.5), op, 1.0))
+    assert all(abs(step.op_after - step.op_before) > 0.1 for step in test.steps)
 
 
 def test_records_without_steps_are_refused():

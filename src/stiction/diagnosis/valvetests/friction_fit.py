@@ -154,8 +154,9 @@ def fit_friction(rows: Rows, is_position: bool) -> FrictionFit:
     sb = _estimate(float(best[0]), draws[:, 0], bands[kept])
     sj = _estimate(float(best[0] - best[1]), draws[:, 0] - draws[:, 1], jumps[kept])
     lag = Estimate()
-    if follow.size:
-        began = rows.follow_slip[follow]
+    began = rows.follow_slip[follow]
+    # Without a kept row the column of fD is empty and its solution 0, which is no reading.
+    if kept[began].any():
         trail = rows.follow_op[follow] - delay * rows.rate[began]
         lags = rows.direction[began] * (trail - offset - slope * rows.follow_stem[follow])
         lag = _estimate(float(best[2]), draws[:, 2], lags)

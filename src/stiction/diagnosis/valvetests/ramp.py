@@ -54,7 +54,7 @@ def analyse_ramp(
     Raises
     ------
     RecordError
-        When the OP holds no ramp, the stem was not recorded, or more than a fifth of it is missing.
+        When the OP holds no ramp or reacts to PV, the stem was not recorded, or more than a fifth of it is missing.
     ParameterError
         When `signal` is unknown, `lag` is negative, or `limit` or `bins` is not positive.
 
@@ -93,7 +93,7 @@ def analyse_ramp(
     valve, position, model, residual = _against_record(record, reading, op_line, fit, r_low, r_high)
     stuck = max(moved.lead for moved in found)
     unknown = not_known(reading, ramps, fit, stuck, r_low, r_high, contradiction)
-    verdict, reason = judge(S, stuck, limit, reading.signal)
+    verdict, reason = judge(sb, sj, S, stuck, limit, reading.signal)
     return RampTest(
         record, reading.signal, verdict, reason, limit, unknown, settings,
         sb, sj, r_low, r_high, deadband, S,

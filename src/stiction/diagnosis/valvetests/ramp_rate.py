@@ -62,7 +62,8 @@ def _behaviour(moved: Moves, slope: float, jump: float) -> tuple[Behaviour, str]
             return "cannot tell", "the stem broke loose only at the end of the ramp"
         return "follow", f"it moved with the OP over {share:.0%} of the travel after its first slip"
     if share <= 1.0 - MOSTLY:
-        return "staircase", f"{len(moved.slips)} slips with rests over {1 - share:.0%} of the travel between"
+        slips = f"{len(moved.slips)} slip{'s' if len(moved.slips) != 1 else ''}"
+        return "staircase", f"{slips} with rests over {1 - share:.0%} of the travel between"
     return "mixed", f"it followed over {share:.0%} of the travel after its first slip and rested over the remainder"
 
 

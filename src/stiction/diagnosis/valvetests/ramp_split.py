@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.valvetests.piecewise import Piece, cut
+from stiction.diagnosis.valvetests.reading import refuse_reaction
 from stiction.errors import RecordError
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ MOST_NOISE = 0.5
 """OP noise above which the OP is not a test signal [% of span]."""
 SAME_RATE = 0.25
 """Neighbouring lines whose rates differ by less than this share are one ramp [-]."""
+NEEDS = "a ramp test needs the loop in manual and a straight OP: see plan_ramp_test."
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,14 +61,14 @@ def find_ramps(reading: Reading, tag: str) -> tuple[tuple[OpRamp, ...], list[Pie
     Raises
     ------
     RecordError
-        When the OP holds no ramp, with what it holds instead.
+        When the OP holds no ramp or reacts to PV, with what it holds instead.
     """
     if reading.op_sigma > MOST_NOISE and reading.op_step < MOST_NOISE:
         raise RecordError(
             f"The OP of {tag} moves by {reading.op_sigma:.2g} % from sample to sample with no ramp in it (a loop in "
-            "automatic?); a ramp test needs the loop in manual and a straight OP: see plan_ramp_test. For a record "
-            "of normal operation use diagnose or identify."
+            f"automatic?); {NEEDS} For a record of normal operation use diagnose or identify."
         )
+    refuse_reaction(reading, tag, NEEDS)
     pieces = _joined(cut(reading.time, reading.op, reading.op_sigma))
     ramps = tuple(OpRamp(piece) for piece in pieces if _is_ramp(piece, reading.op_sigma))
     if not ramps:

@@ -14,12 +14,23 @@ if TYPE_CHECKING:
 
 __all__ = ["judge", "not_known"]
 
+BELOW_ZERO = 0.25
+"""What noise may take a quantity below 0 in a good test [% of span], and as a share of S."""
 
-def judge(S: Estimate, stuck: float, limit: float, signal: str) -> tuple[Verdict, str]:
+
+def judge(sb: Estimate, sj: Estimate, S: Estimate, stuck: float, limit: float, signal: str) -> tuple[Verdict, str]:
     """Verdict on deadband plus stickband S [% of span], read from `signal`.
 
     `stuck` is the longest OP travel without any slip [% of span].
     """
+    allowed = BELOW_ZERO * max(1.0, S.value if S.known else 0.0)
+    for name, found in (("S, deadband plus stickband,", S), ("sb", sb), ("sj", sj)):
+        lowest = found.low if math.isfinite(found.low) else found.value
+        if lowest < -allowed:
+            return "undecided", (
+                f"{name} is {found.text()}, and no valve has one below 0: the slips do not go with the OP. Ramp in "
+                "manual, with nothing but OP moving the flow."
+            )
     if not S.known:
         if stuck > limit and signal == "pv":
             return "undecided", no_answer(stuck)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.valvetests.piecewise import noise, resolution
+from stiction.diagnosis.valvetests.reaction import REACTS, reaction
 from stiction.errors import ParameterError, RecordError, require_not_negative
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
     from stiction.records import LoopRecord
 
-__all__ = ["Reading", "no_answer", "read_stem"]
+__all__ = ["Reading", "no_answer", "read_stem", "refuse_reaction"]
 
 MOST_MISSING = 0.2
 """Largest share of missing samples a test may have [-]."""
@@ -39,6 +40,8 @@ class Reading:
     """Noise and rounding of the OP [% of span]."""
     op_step: float
     """Rounding of the OP [% of span]."""
+    reaction: float
+    """Correlation of the noise of OP with that of PV [-]; NaN where there is none."""
 
 
 def read_stem(record: LoopRecord, signal: str | None, lag: float) -> Reading:
@@ -77,7 +80,24 @@ def read_stem(record: LoopRecord, signal: str | None, lag: float) -> Reading:
     if lag > 0.0:
         op = np.interp(record.time, time, op[valid])
         op = _behind(op, lag, record.dt)
-    return Reading(name, time, op[valid], stem[valid], max(noise(op[valid]), rounding, 1e-3), rounding)
+    op_sigma = max(noise(op[valid]), rounding, 1e-3)
+    return Reading(name, time, op[valid], stem[valid], op_sigma, rounding, reaction(record))
+
+
+def refuse_reaction(reading: Reading, tag: str, needs: str) -> None:
+    """Refuse an OP that reacts to PV, and say what the test `needs`.
+
+    Raises
+    ------
+    RecordError
+        When the noise of PV is in the OP.
+    """
+    if abs(reading.reaction) > REACTS:
+        raise RecordError(
+            f"The OP of {tag} reacts to PV (their noise goes together, correlation {reading.reaction:.2f}, limit "
+            f"{REACTS:g} either way): the loop is in automatic; {needs} For a record of normal operation use diagnose "
+            "or identify."
+        )
 
 
 def no_answer(travel: float) -> str:

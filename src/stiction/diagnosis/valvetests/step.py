@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.valvetests.piecewise import Piece, cut, resolution
-from stiction.diagnosis.valvetests.reading import COARSE, read_stem
-from stiction.diagnosis.valvetests.step_readings import band_readings, lost_motion, middle, rounded
+from stiction.diagnosis.valvetests.reading import COARSE, read_stem, refuse_reaction
+from stiction.diagnosis.valvetests.step_readings import band_readings, lost_motion, middle, rounded, unanswered
 from stiction.diagnosis.valvetests.step_response import response
 from stiction.diagnosis.valvetests.step_result import Step, StepTest
 from stiction.diagnosis.valvetests.step_words import judge_steps, steps_not_known
@@ -27,6 +27,9 @@ __all__ = ["analyse_steps"]
 
 MOST_NOISE = 0.5
 """OP noise above which the OP is not a test signal [% of span]."""
+STILL = 1e-3
+"""OP moves below this are no step [% of span]."""
+NEEDS = "a step test needs the loop in manual: see plan_step_test."
 
 
 def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float = 1.0) -> StepTest:
@@ -49,7 +52,7 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
     Raises
     ------
     RecordError
-        When the OP holds no steps, the stem was not recorded, or more than a fifth of it is missing.
+        When the OP holds no steps or reacts to PV, the stem was not recorded, or more than a fifth of it is missing.
     ParameterError
         When `signal` is unknown or `limit` is not positive.
 
@@ -84,7 +87,8 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
     deadband, fine = rounded([r.reading for r in turned], turned), rounded([r.reading for r in onwards], onwards)
     S = rounded([r.from_last_move for r in turned], turned)
     unknown = steps_not_known(reading.signal, steps, turned, onwards)
-    verdict, reason = judge_steps(steps, deadband, fine, limit, reading.signal)
+    still = unanswered(steps, smallest, reading.signal == "mv")
+    verdict, reason = judge_steps(steps, readings, deadband, fine, still, limit, reading.signal)
     dead_time, t63, t86, t98, overshoot = (
         middle([getattr(s, name) for s in steps]) for name in ("dead_time", "t63", "t86", "t98", "overshoot")
     )
@@ -103,14 +107,14 @@ def _holds(reading: Reading, tag: str) -> list[Piece]:
     if sigma > MOST_NOISE:
         raise RecordError(
             f"The OP of {tag} moves by {sigma:.2g} % from sample to sample and holds no step (a loop in automatic?); "
-            "a step test needs the loop in manual: see plan_step_test. For a record of normal operation use "
-            "diagnose or identify."
+            f"{NEEDS} For a record of normal operation use diagnose or identify."
         )
+    refuse_reaction(reading, tag, NEEDS)
     pieces = cut(reading.time, op, max(sigma, 1e-3))
     holds = [piece for piece in pieces if piece.slope == 0.0]
     if sum(piece.n for piece in holds) < 0.5 * op.size:
         raise RecordError(f"The OP of {tag} is not held between moves; use analyse_ramp for ramps, or hold each step.")
-    if len(holds) < 2:
+    if np.abs(np.diff([hold.level for hold in holds])).max(initial=0.0) < STILL:
         raise RecordError(f"The OP of {tag} holds no step; move it as plan_step_test says.")
     return holds
 
@@ -145,6 +149,9 @@ def _steps(reading: Reading, holds: Sequence[Piece], sigma: float, rounding: flo
         smallest = max(smallest, doubt)
         final = float(level.mean())
         size = hold.level - before.level
+        if abs(size) < STILL:
+            rest, weight = final, level.size
+            continue
         responded = abs(final - rest) > doubt
         reversal = responded and heading * size < 0.0
         numbers = (math.nan,) * 5

@@ -52,6 +52,12 @@ def plan_step_test(
     ParameterError
         When a step or a time is not positive, the OP would leave 0 to 100 %, or a hold has fewer than five samples.
 
+    Notes
+    -----
+    A stem rests while OP is within (S + J) / 2 of it. From the middle of this band a `fine_range` of R moves it when
+    R > (S + J) / 2, from anywhere when 2 R > S + J, which is the same R. From the top of the staircase, 2 R down, the
+    deadband takes up to S + J and the resolution J more: both are read when R > S / 2 + J.
+
     References
     ----------
     isa75_25_01: baseline, small-step and response-time tests, after recollection of the standard.
@@ -93,5 +99,12 @@ def plan_step_test(
         "stick band; the staircase reads both.",
         "Held steps cannot tell the rate r at which the stem starts to follow; only ramps can.",
     )
+    if n:
+        reach = n * fine_step
+        notes = (
+            *notes,
+            f"From the middle of its stick band a fine range of {reach:g} % cannot move a valve whose (S + J) / 2 is "
+            f"{reach:g} % or more; where that may be, widen the fine range (--fine-range).",
+        )
     settings = {"start": start, "fine_step": fine_step, "fine_range": fine_range, "sizes": steps, "hold": hold}
     return TestPlan("step test", dt, np.repeat(np.round(levels, 9), samples), start, upset, notes, settings)

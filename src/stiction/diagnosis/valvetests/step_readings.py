@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,18 @@ from stiction.diagnosis.valvetests.step_result import BandReading, Step
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["band_readings", "lost_motion", "middle", "rounded"]
+__all__ = ["Unanswered", "band_readings", "lost_motion", "middle", "rounded", "unanswered"]
+
+
+class Unanswered(NamedTuple):
+    """OP travel without a response."""
+
+    travel: float
+    """The travel [% of span]."""
+    sure: float
+    """What is left of it when the stem moved as far as its readings and the noise allow [% of span]."""
+    hidden: float
+    """OP travel of the smallest response that the noise lets one see [% of span]."""
 
 
 def band_readings(steps: Sequence[Step]) -> tuple[BandReading, ...]:
@@ -73,3 +84,28 @@ def lost_motion(steps: Sequence[Step], is_position: bool) -> Estimate:
     turned = [b for _, b in moved if b.reversal]
     lost = [abs(b.op_after - b.op_before) - abs(b.stem_after - b.stem_before) / abs(gain) for b in turned]
     return middle(lost)
+
+
+def unanswered(steps: Sequence[Step], smallest: float, is_position: bool) -> Unanswered:
+    """Longest OP travel that the stem did not answer, from the OP that it answered last.
+
+    A stem rests while OP stays within a band of S + J, so no such travel is longer than deadband plus resolution.
+    `smallest` is the smallest response that can be seen [unit of the stem]; a flow's gain is at least that of the
+    whole test.
+    """
+    given = float(np.ptp([steps[0].op_before, *(step.op_after for step in steps)]))
+    seen = float(np.ptp([steps[0].stem_before, *(step.stem_after for step in steps)]))
+    per_stem = 1.0 if is_position else given / (seen or 1.0)
+    hidden = per_stem * smallest
+    longest = Unanswered(0.0, 0.0, hidden)
+    op, stem = [steps[0].op_before], [steps[0].stem_before]
+    for step in steps:
+        if step.responded:
+            op, stem = [], []
+        op.append(step.op_after)
+        stem.append(step.stem_after)
+        travel = float(np.ptp(op))
+        sure = travel - per_stem * float(np.ptp(stem)) - hidden
+        if sure > longest.sure:
+            longest = Unanswered(travel, sure, hidden)
+    return longest

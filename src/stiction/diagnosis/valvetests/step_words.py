@@ -13,35 +13,67 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiction.diagnosis.valvetests.result import Estimate, Verdict
+    from stiction.diagnosis.valvetests.step_readings import Unanswered
     from stiction.diagnosis.valvetests.step_result import BandReading, Step
 
 __all__ = ["judge_steps", "steps_not_known"]
 
 
+MOST_AGAINST = 0.25
+"""Share of the responses that may go against the others, by noise [-]."""
+
+
 def judge_steps(
-    steps: Sequence[Step], deadband: Estimate, fine: Estimate, limit: float, signal: str
+    steps: Sequence[Step],
+    readings: Sequence[BandReading],
+    deadband: Estimate,
+    fine: Estimate,
+    still: Unanswered,
+    limit: float,
+    signal: str,
 ) -> tuple[Verdict, str]:
-    """Verdict on deadband plus resolution [% of span], read from `signal`."""
-    if not any(step.responded for step in steps):
-        travel = float(np.ptp([steps[0].op_before, *(step.op_after for step in steps)]))
-        if travel > limit and signal == "pv":
-            return "undecided", no_answer(travel)
-        if travel > limit:
-            return "beyond limit", f"The stem did not respond to {travel:.3g} % of OP travel; limit {limit:g} %."
-        return "undecided", f"The stem did not respond, but the OP moved by {travel:.3g} % only."
+    """Verdict on deadband plus resolution [% of span], read from `signal`.
+
+    A response is seen late, and a reading too large, by what the noise hides: so much is taken off before a reading
+    counts against the limit. The lower end of a deadband is travel without a response, and counts as such.
+    """
+    what = "stem" if signal == "mv" else "flow"
+    ways = [(step.stem_after - step.stem_before) * (step.op_after - step.op_before) for step in steps if step.responded]
+    given = float(np.ptp([steps[0].op_before, *(step.op_after for step in steps)]))
+    if not ways and given > limit and signal == "pv":
+        return "undecided", no_answer(given)
+    against = min(sum(way < 0.0 for way in ways), sum(way > 0.0 for way in ways))
+    if against > MOST_AGAINST * len(ways):
+        return "undecided", (
+            f"The {what} went against the OP in {against} of {len(ways)} responses, with it in the others: the OP is "
+            "not what moves it. Step in manual, with nothing but OP moving it."
+        )
+    least, total = deadband.low + fine.low - 2.0 * still.hidden, deadband.value + fine.value
+    text = (
+        f"Deadband {deadband.value:.3g} % plus resolution {fine.value:.3g} % is {total:.3g} % "
+        f"(at least {min(max(least, still.sure), total):.3g} %), limit {limit:g} %."
+    )
+    if least > limit:
+        return "beyond limit", text
+    if still.sure > limit:
+        return "beyond limit", (
+            f"The {what} did not respond to {still.travel:.3g} % of OP travel, so deadband plus resolution is at least "
+            f"{still.sure:.3g} %; limit {limit:g} %."
+        )
+    if not ways:
+        return (
+            "undecided",
+            f"The {what} did not respond to {given:.3g} % of OP travel; limit {limit:g} %. Step further.",
+        )
     if not deadband.known or not fine.known:
         missing = "deadband (no reversal with a response)" if not deadband.known else "resolution"
         return "undecided", f"The test does not show the {missing}."
-    total, least = deadband.value + fine.value, deadband.low + fine.low
-    text = (
-        f"Deadband {deadband.value:.3g} % plus resolution {fine.value:.3g} % is {total:.3g} % "
-        f"(at least {least:.3g} %), limit {limit:g} %."
-    )
     if total <= limit * (1.0 + 1e-9):
         return "within limit", text
-    if least > limit:
-        return "beyond limit", text
-    return "undecided", f"{text} Finer steps would tell."
+    finest = max(min(r.step for r in readings if r.kind == kind) for kind in ("deadband", "resolution"))
+    if still.hidden > finest:
+        return "undecided", f"{text} The noise hides responses below {still.hidden:.3g} %: hold the steps longer."
+    return "undecided", f"{text} {_finer(steps, finest)}"
 
 
 def steps_not_known(
@@ -56,14 +88,22 @@ def steps_not_known(
         lines.append("deadband: no reversal with a response before and after it. Step up and down, further than S.")
     elif all(r.reading <= r.step * 1.001 for r in turned):
         finest = min(r.step for r in turned)
-        lines.append(f"deadband below {finest:.3g} %: every reversal answered its first step. Use finer steps.")
+        lines.append(f"deadband below {finest:.3g} %: every reversal answered its first step. {_finer(steps, finest)}")
     if not onwards:
         lines.append("resolution: no two responses in the same direction. Step further.")
     elif all(r.reading <= r.step * 1.001 for r in onwards):
         finest = min(r.step for r in onwards)
-        lines.append(f"resolution below {finest:.3g} %: every step was answered. Use finer steps.")
+        lines.append(f"resolution below {finest:.3g} %: every step was answered. {_finer(steps, finest)}")
     if not any(math.isfinite(step.t63) for step in steps):
         lines.append("response times: no response stands clear of the noise.")
     if signal == "pv":
         lines.append("the stem itself: times and overshoot are those of the flow, its sensor included.")
     return tuple(lines)
+
+
+def _finer(steps: Sequence[Step], read: float) -> str:
+    """Say what gives a finer reading than steps of `read` [% of span]."""
+    finest = min(abs(step.op_after - step.op_before) for step in steps)
+    if finest < 0.999 * read:
+        return f"The steps of {finest:.3g} % did not go far enough: widen the fine range (--fine-range)."
+    return "Use finer steps."
