@@ -51,6 +51,8 @@ CORNERS = np.array([-0.3, 0.1, 0.9, 1.3])
 """The same of those that move both."""
 LEAPS = np.array([-0.03, -0.01, 0.01, 0.03]), np.array([-0.05, 0.05])
 """Further neighbours in S and in J, as shares of S [-]."""
+OTHERS = np.array([-2, -1, 1, 2])
+"""Neighbours in the place of the last slip, among those that can be."""
 REACH = 0.1, 0.15
 """How far bounds of S and of J reach at most, as shares of S [-]."""
 AT_START = np.linspace(-1.0, 1.0, 80)
@@ -166,25 +168,48 @@ def _about(
     reversal: Reversal, best: NDArray[np.float64], bounds: NDArray[np.float64], swing: float
 ) -> NDArray[np.float64]:
     """Trials within and just beyond the bounds of the best, shape (n, 3)."""
-    S, J, past = best[:, :1], best[:, 1:2], best[:, 2:]
-    S_low, S_high = np.maximum(bounds[:, :1], (1.0 - REACH[0]) * S), np.minimum(bounds[:, 1:2], (1.0 + REACH[0]) * S)
-    J_low, J_high = np.maximum(bounds[:, 2:3], J - REACH[1] * S), np.minimum(bounds[:, 3:], J + REACH[1] * S)
-    J_low, J_high = np.maximum(J_low, 0.0), np.minimum(J_high, S)
-    S_wide, J_wide = np.maximum(S_high - S_low, 1e-4 * S), np.maximum(J_high - J_low, 1e-4 * S)
-    at = np.searchsorted(reversal.past, past) + np.array([-2, -1, 1, 2])
-    others = reversal.past[np.clip(at, 0, reversal.past.size - 1)]
-    S_corner, J_corner = np.repeat(CORNERS, CORNERS.size), np.tile(CORNERS, CORNERS.size)
-    rows = [
-        (S, J, past),
-        (np.hstack([S_low + S_wide * INSIDE, S * (1.0 + LEAPS[0])]), J, past),
-        (S, np.hstack([J_low + J_wide * INSIDE, J + LEAPS[1] * S]), past),
-        (S, J, others),
-        (S_low + S_wide * S_corner, J_low + J_wide * J_corner, past),
-    ]
-    out = np.concatenate([np.stack(np.broadcast_arrays(*row), axis=-1).reshape(-1, 3) for row in rows])
-    out[:, 0] = np.clip(out[:, 0], 0.5 * LEAST_SWING * swing, swing)
-    out[:, 1] = np.clip(out[:, 1], 0.0, out[:, 0])
+    each = 1 + INSIDE.size + LEAPS[0].size + INSIDE.size + LEAPS[1].size + OTHERS.size + CORNERS.size**2
+    out = np.empty((len(best) * each, 3))
+    neighbours(best, bounds, reversal.past, 0.5 * LEAST_SWING * swing, swing, out)
     return out
+
+
+@kernel
+def neighbours(best, bounds, past, least, most, out):
+    """Fill `out` (n, 3) with S, J and way of the trials about each of `best` (n_best, 3), S from `least` to `most`.
+
+    First the best themselves, then those that move S, J, the way, and both S and J; `bounds` (n_best, 4) as of
+    `distinct`.
+    """
+    count = best.shape[0]
+    in_S, in_J = INSIDE.size + LEAPS[0].size, INSIDE.size + LEAPS[1].size
+    for b in range(count):
+        S, J, way = best[b, 0], best[b, 1], best[b, 2]
+        S_low, S_high = max(bounds[b, 0], (1.0 - REACH[0]) * S), min(bounds[b, 1], (1.0 + REACH[0]) * S)
+        J_low, J_high = max(bounds[b, 2], J - REACH[1] * S, 0.0), min(bounds[b, 3], J + REACH[1] * S, S)
+        S_wide, J_wide = max(S_high - S_low, 1e-4 * S), max(J_high - J_low, 1e-4 * S)
+        out[b] = best[b]
+        row = count + b * in_S
+        for i in range(in_S):
+            out[row + i, 0] = S_low + S_wide * INSIDE[i] if i < INSIDE.size else S * (1.0 + LEAPS[0][i - INSIDE.size])
+            out[row + i, 1], out[row + i, 2] = J, way
+        row = count * (1 + in_S) + b * in_J
+        for i in range(in_J):
+            out[row + i, 1] = J_low + J_wide * INSIDE[i] if i < INSIDE.size else J + LEAPS[1][i - INSIDE.size] * S
+            out[row + i, 0], out[row + i, 2] = S, way
+        row = count * (1 + in_S + in_J) + b * OTHERS.size
+        here = np.searchsorted(past, way)
+        for i in range(OTHERS.size):
+            out[row + i, 0], out[row + i, 1] = S, J
+            out[row + i, 2] = past[min(max(here + OTHERS[i], 0), past.size - 1)]
+        row = count * (1 + in_S + in_J + OTHERS.size) + b * CORNERS.size**2
+        for i in range(CORNERS.size):
+            for j in range(CORNERS.size):
+                at = row + i * CORNERS.size + j
+                out[at, 0], out[at, 1], out[at, 2] = S_low + S_wide * CORNERS[i], J_low + J_wide * CORNERS[j], way
+    for k in range(out.shape[0]):
+        out[k, 0] = min(max(out[k, 0], least), most)
+        out[k, 1] = min(max(out[k, 1], 0.0), out[k, 0])
 
 
 @kernel
