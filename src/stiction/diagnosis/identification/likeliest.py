@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.likelihood import (
-    Columns,
     Trial,
     good_valve,
     joined,
@@ -25,8 +24,9 @@ from stiction.diagnosis.identification.likelihood import (
     valves,
 )
 from stiction.diagnosis.identification.parts import lean, part_of
-from stiction.diagnosis.identification.prediction import LANES, apart
+from stiction.diagnosis.identification.prediction import LANES
 from stiction.diagnosis.identification.reversals import from_reversals
+from stiction.models.compiled import kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -54,8 +54,8 @@ STAGES = ((0.0045, 0.02, 0.15, 10), (0.003, 0.02, 0.1, 5), (0.0012, 0.01, 0.05, 
 """The same in the whole record."""
 FORGOTTEN = 0.1
 """Step over the place from which on that of a stem that goes on is left alone: after the first slip it is forgotten."""
-ALONG_J, FEW = 13, 2
-"""Points over J / S tried again about so many of the best valleys [-]."""
+EVERY_J, FEW = np.linspace(0.0, 1.0, 13), 2
+"""J / S tried again about so many of the best valleys [-]."""
 PLACES = np.linspace(-0.5, 0.5, 2), np.linspace(-0.8, 0.8, 5)
 """Places at the start that a valley of another stretch is tried with, by the rule of its stem [half bands]."""
 FAN_STEP, FAN_REACH, FAN_J, FAN_PLACES = 0.008, 1.5, 6, 3
@@ -272,32 +272,44 @@ def _closer(
 ) -> Trials:
     """Go on about the best valleys, step by step."""
     for S_step, J_step, place_step, keep in stages:
-        valleys = np.array(_valleys(tried, S_step, J_step, keep))
-        about = [_about(valleys, S_step, J_step, place_step, swing), _along(valleys[:FEW], S_step, swing)]
-        tried = joined(tried, trials_of(prediction, np.concatenate(about)))
+        valleys = _rows(tried, S_step, J_step, keep)
+        about = np.empty((27 * len(valleys) + 3 * EVERY_J.size * FEW, len(Trial._fields)))
+        count = beside(valleys, S_step, J_step, place_step, swing, FEW, about)
+        tried = joined(tried, trials_of(prediction, about[:count]))
     return tried
 
 
-def _about(
-    valleys: NDArray[np.float64], S_step: float, J_step: float, place_step: float, swing: float
-) -> NDArray[np.float64]:
-    """A step either way in S, J / S and place, none twice; a stem that goes on keeps its place once steps are fine."""
-    S, ratio, stops, place, lag = valleys.T[..., np.newaxis, np.newaxis, np.newaxis]
-    S = np.minimum(S * (1.0 + S_step * ABOUT[:, np.newaxis, np.newaxis]), swing)
-    ratio = np.clip(ratio + J_step * ABOUT[:, np.newaxis], 0.0, 1.0)
-    moves = (stops > 0.0) | (place_step > FORGOTTEN)
-    place = np.where(moves, np.clip(place + place_step * ABOUT, -1.0, 1.0), place)
-    wanted = (np.diff(ratio, axis=2, prepend=-1.0) > 0.0) & (moves | (ABOUT == 0.0))
-    *columns, wanted = np.broadcast_arrays(S, ratio, stops, place, lag, wanted)
-    return np.stack(columns, axis=-1)[wanted]
+@kernel
+def beside(valleys, S_step, J_step, place_step, most, few, out):
+    """Fill `out` (n, 5) with the valves about `valleys` (n_valleys, 5), and along the first `few` of them; how many.
 
-
-def _along(valleys: NDArray[np.float64], S_step: float, swing: float) -> NDArray[np.float64]:
-    """Every J: it is a wide valley along the narrow one of S, since it moves the size of a slip, S its time."""
-    S, _, stops, place, lag = valleys.T[..., np.newaxis, np.newaxis]
-    S = np.minimum(S * (1.0 + S_step * ABOUT[:, np.newaxis]), swing)
-    rows = np.broadcast_arrays(S, np.linspace(0.0, 1.0, ALONG_J), stops, place, lag)
-    return np.stack(rows, axis=-1).reshape(-1, len(Trial._fields))
+    About is a step either way in S, J / S and place, none twice; a stem that goes on keeps its place once steps are
+    fine. Along is every J: it is a wide valley along the narrow one of S, since it moves the size of a slip, S its
+    time. No S is larger than `most`.
+    """
+    count = 0
+    for v in range(valleys.shape[0]):
+        S, ratio, stops, place, lag = valleys[v, 0], valleys[v, 1], valleys[v, 2], valleys[v, 3], valleys[v, 4]
+        moves = stops > 0.0 or place_step > FORGOTTEN
+        for a in (-1.0, 0.0, 1.0):
+            before = -1.0
+            for b in (-1.0, 0.0, 1.0):
+                J = min(max(ratio + J_step * b, 0.0), 1.0)
+                for c in (-1.0, 0.0, 1.0):
+                    if before < J and (moves or c == 0.0):
+                        out[count, 0], out[count, 1], out[count, 2] = min(S * (1.0 + S_step * a), most), J, stops
+                        out[count, 3] = min(max(place + place_step * c, -1.0), 1.0) if moves else place
+                        out[count, 4] = lag
+                        count += 1
+                before = J
+    for v in range(min(few, valleys.shape[0])):
+        for a in (-1.0, 0.0, 1.0):
+            for J in EVERY_J:
+                for column in range(2, 5):
+                    out[count, column] = valleys[v, column]
+                out[count, 0], out[count, 1] = min(valleys[v, 0] * (1.0 + S_step * a), most), J
+                count += 1
+    return count
 
 
 def one_each(trials: Trials) -> NDArray[np.int64]:
@@ -322,10 +334,35 @@ def one_each(trials: Trials) -> NDArray[np.int64]:
 
 def _valleys(tried: Trials, S_step: float, J_step: float, keep: int) -> list[Trial]:
     """The most likely valves, each more than a step and a half away from the better ones."""
-    order = tried.ranked()[: 32 * LANES]
-    rest = tried.valve[order]
-    S, ratio, stops, _, lag = Columns(*rest.T)
-    # Stems of another rule or lag are never near.
-    logs = np.column_stack([np.log(S) / (1.5 * S_step), ratio / (1.5 * J_step), stops * 1e3 + lag * 1e6])
-    chosen = np.empty(keep, dtype=np.int64)
-    return [Trial(*valve) for valve in rest[chosen[: apart(logs, chosen)]].tolist()]
+    return [Trial(*valve) for valve in _rows(tried, S_step, J_step, keep).tolist()]
+
+
+def _rows(tried: Trials, S_step: float, J_step: float, keep: int) -> NDArray[np.float64]:
+    """The same as rows of `Trials.valve`."""
+    chosen, order = np.empty(keep, dtype=np.int64), tried.ranked()[: 32 * LANES]
+    count = apart(tried.valve, order, 1.5 * S_step, 1.5 * J_step, np.empty((keep, 2)), chosen)
+    return tried.valve[chosen[:count]]
+
+
+@kernel
+def apart(valve, order, S_away, J_away, place, chosen):
+    """Fill `chosen` with the first of `order` whose `valve` (n, 5) is none that came before; how many.
+
+    It is another one beyond `S_away` in ln S or `J_away` in J / S, or by its rule or lag. `place` (n_chosen, 2) is work
+    space.
+    """
+    count = 0
+    for i in order:
+        S, J, alone = np.log(valve[i, 0]) / S_away, valve[i, 1] / J_away, True
+        for c in range(count):
+            k = chosen[c]
+            alike = valve[i, 2] == valve[k, 2] and valve[i, 4] == valve[k, 4]
+            if alike and abs(S - place[c, 0]) <= 1.0 and abs(J - place[c, 1]) <= 1.0:
+                alone = False
+                break
+        if alone:
+            chosen[count], place[count, 0], place[count, 1] = i, S, J
+            count += 1
+            if count == chosen.shape[0]:
+                break
+    return count

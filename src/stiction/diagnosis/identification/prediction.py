@@ -19,7 +19,7 @@ from stiction.models.compiled import kernel
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["LANES", "Desk", "apart", "behind_lag", "desk", "prediction_errors", "stems"]
+__all__ = ["LANES", "Desk", "behind_lag", "desk", "prediction_errors", "stems"]
 
 LANES = 32
 """Valves handled side by side [-]."""
@@ -170,22 +170,3 @@ def prediction_errors(
         stems(work.air, width, lanes, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], work.mean, work.mv)
         left_over(pv, lanes, order, edges, begin, shocks, floor, energy, ends, i + 1 - lanes, left, blocks, work)
         lanes = 0
-
-
-@kernel
-def apart(place, chosen):
-    """Fill `chosen` with the first rows of `place` (n, n_axes) that lie more than 1 from all before; how many."""
-    count = 0
-    for i in range(place.shape[0]):
-        alone = True
-        for c in range(count):
-            near = True
-            for axis in range(place.shape[1]):
-                near = near and abs(place[i, axis] - place[chosen[c], axis]) <= 1.0
-            alone = alone and not near
-        if alone:
-            chosen[count] = i
-            count += 1
-            if count == chosen.shape[0]:
-                break
-    return count

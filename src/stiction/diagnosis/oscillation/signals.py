@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.models.compiled import kernel
 from stiction.records.stretches import held_set_point
 
 if TYPE_CHECKING:
@@ -104,22 +105,40 @@ def smooth(x: NDArray[np.float64], width: float) -> NDArray[np.float64]:
     if half <= 0.0:
         return x
     whole = int(half)
-    pad = whole + 1
-    reach = min(n - 1, 2 * pad)
-    (first, rise), (last, fall) = _end(x[: reach + 1]), _end(x[n - reach - 1 :])
-    beyond = reach / 2.0 + np.arange(1.0, pad + 1.0)
-    long = np.concatenate((first - rise * beyond[::-1], x, last + fall * beyond))
-    total = np.concatenate(((0.0,), np.cumsum(long)))
-    inner = total[pad + whole + 1 : pad + whole + 1 + n] - total[pad - whole : pad - whole + n]
-    ends = long[pad - whole - 1 : pad - whole - 1 + n] + long[pad + whole + 1 : pad + whole + 1 + n]
-    return (inner + (half - whole) * ends) / (2.0 * half + 1.0)
+    long, out = np.empty(n + 2 * whole + 2), np.empty(n)
+    long[whole + 1 : whole + 1 + n] = x
+    _smooth(long, half, whole, np.empty(long.size + 1), out)
+    return out
 
 
-def _end(x: NDArray[np.float64]) -> tuple[float, float]:
-    """Mean and slope of the least-squares line through `x`."""
-    m = x.shape[0]
-    t = np.arange(m) - (m - 1) / 2.0
-    return float(x.mean()), float((t * x).sum()) / (m * (m * m - 1.0) / 12.0)
+@kernel
+def _smooth(long, half, whole, total, out):
+    """Fill `out` (n_samples,) with the average over `half` samples either way, `whole` of them whole ones.
+
+    The signal stands in `long` (n_samples + 2 whole + 2,), with room for the lines at both ends; `total`, one longer,
+    is work space.
+    """
+    n, pad = out.shape[0], whole + 1
+    m = min(n - 1, 2 * pad) + 1
+    for side in range(2):
+        begin = pad if side == 0 else pad + n - m
+        mean = slope = 0.0
+        for k in range(m):
+            mean += long[begin + k]
+            slope += (k - 0.5 * (m - 1)) * long[begin + k]
+        mean, slope = mean / m, slope / (m * (m * m - 1.0) / 12.0)
+        for k in range(1, pad + 1):
+            beyond = 0.5 * (m - 1) + k
+            if side == 0:
+                long[pad - k] = mean - slope * beyond
+            else:
+                long[pad + n - 1 + k] = mean + slope * beyond
+    total[0] = 0.0
+    for k in range(long.shape[0]):
+        total[k + 1] = total[k] + long[k]
+    for k in range(n):
+        inner = total[k + pad + whole + 1] - total[k + pad - whole]
+        out[k] = (inner + (half - whole) * (long[k + pad - whole - 1] + long[k + pad + whole + 1])) / (2.0 * half + 1.0)
 
 
 def about_drift(x: NDArray[np.float64], samples_per_period: float) -> NDArray[np.float64]:
