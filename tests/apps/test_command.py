@@ -200,3 +200,22 @@ def test_a_table_breaks_no_word(width, monkeypatch, capsys):
     assert {word for row in rows for text in row for word in text.split()} <= {*shown.split()}
     assert width == 40 or max(map(len, shown.splitlines())) <= width
     assert ("Probability: 0.99" in shown) == (width == 40)
+
+
+def test_ctrl_c_while_the_program_is_being_loaded_is_quiet(monkeypatch, capsys):
+    """What takes time to import is imported within `main`, where Ctrl-C is caught."""
+    import builtins
+
+    real = builtins.__import__
+
+    def interrupted(name, *rest, **more):
+        if name == "cyclopts":
+            raise KeyboardInterrupt
+        return real(name, *rest, **more)
+
+    monkeypatch.setattr(builtins, "__import__", interrupted)
+    assert main(["doctor"]) == 130
+    assert capsys.readouterr() == ("", "")
+    code = "import sys, stiction.apps.cli; print(*sys.modules)"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert not {"cyclopts", "numpy", "rich"} & set(told.stdout.split())

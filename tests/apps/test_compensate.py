@@ -179,7 +179,8 @@ def test_a_loop_that_breaks_is_a_row(run, folder, sticky_file, monkeypatch):
         (["a.csv", "--weights", "travel=1,travel=2"], 2, "NAME=VALUE"),
         (["a.csv", "--weights", "travel=-1"], 2, "travel"),
         (["a.csv", "--weights", "travel=nan"], 2, "travel"),
-        (["a.csv", "--seeds", "0"], 2, "--seeds 0"),
+        (["a.csv", "--seeds", "0"], 2, "seeds = 0 is not positive"),
+        (["a.csv", "--seeds", "1.5"], 2, "1.5 is no whole number"),
         (["a.csv", "--seeds", "few"], 2, "--seeds"),
         (["a.csv", "--duration", "-5"], 2, "duration"),
         (["a.csv", "--controller", "pi:Kc=1"], 2, "Ti"),
@@ -262,3 +263,51 @@ def test_no_text_for_the_plant_from_an_op_in_another_unit(run, folder, sticky_cs
     assert not (folder / "k.st").exists()
     assert "Structured text: not written" in done.out + done.err
     assert "not in % of span" in done.out + done.err
+
+
+@pytest.mark.parametrize("loop", [["--controller", "pi:Kc=-0.2,Ti=10"], ["--process", "1/(s-1)"]])
+def test_a_loop_that_runs_away_by_itself_is_told_so(loop, run):
+    """A wrong sign or an unstable process: 1 + L has roots in the right half plane whatever the valve does."""
+    done = run("compensate", *loop)
+    assert done.code == 0
+    assert "The loop is unstable even without friction" in done.out
+    assert "does not cycle" not in done.out
+
+
+def test_a_stem_that_only_jumps_is_seen_to_cycle(run):
+    """He's valve on the default loop: 240 s in continuous time (test_exact), within 2 % in steps of 1 s."""
+    [loop] = strict(run("compensate", "--valve", "he:fs=2,fd=1", "--seeds", "1", "--json").out)
+    assert not loop["refused"]
+    assert loop["twin"]["simulated"]["period_s"] == pytest.approx(240.0, rel=0.02)
+
+
+def test_retuning_is_told_once_and_the_same(run, folder):
+    """What new settings give without noise, and with it, stand together, and what does harm is not advised."""
+    from stiction.apps.remedies_told import note_on, retuning_told
+
+    loop = st.Loop(st.PID(0.42, 6.0), st.Kano(6.0, 3.0), st.FOPDT(1.2, 4.0, 2.0), dt=1.0, noise=0.15)
+    found = st.compensate(loop, seeds=1)
+    assert found.retuning is not None
+    told, tried = retuning_told(found), found["retune"]
+    assert told.startswith(found.retuning.reason)
+    assert "without noise and disturbances" in told
+    assert f"{round(-100.0 * tried.gain):+d} %" in told
+    assert told.endswith("leave the settings.") == (tried.gain <= 0.0 or note_on(tried, found) != "")
+
+
+def test_advice_of_another_cause_is_none_on_the_valve(run, folder):
+    """A loop tuned too tightly: what is to be done is not said of its valve."""
+    from stiction.apps.files import csv_text
+    from stiction.simulation.demo import demo_plant
+
+    tight = next(one.record for one in demo_plant() if one.cause == "tight tuning")
+    (folder / "t.csv").write_text(csv_text(tight))
+    done = run("compensate", "t.csv", "--loop-type", "temperature")
+    assert "\nAction: Lower the controller gain" in done.out
+    assert "Valve:" not in done.out
+
+
+def test_a_small_price_is_no_price_of_nothing():
+    from stiction.compensation.recommend import _times
+
+    assert (_times(0.05, 1.0), _times(9.87, 1.0), _times(0.0, 1.0), _times(150.2, 1.0)) == ("0.05", "9.9", "0", "150")

@@ -103,9 +103,13 @@ def test_a_browser_draws_it_whole_on_telephone_screen_and_paper(page, tab):
     panels = plots.nth(0).locator(".annotation-text").all_text_contents()
     assert (panels[0], panels[-1], len(panels)) == ("do nothing", "fix the valve", 3)
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+    captions = "Math.max(...[...document.querySelectorAll('caption')].map((e) => e.getBoundingClientRect().width))"
+    assert tab.evaluate(captions) <= 390 - 2 * 16
     tab.set_viewport_size({"width": 1280, "height": 900})
     tab.wait_for_timeout(300)
     assert tab.evaluate("document.documentElement.scrollWidth") <= 1280
+    hidden = "Math.max(...[...document.querySelectorAll('.table-box')].map((e) => e.scrollWidth - e.clientWidth))"
+    assert tab.evaluate(hidden) == 0
     tab.set_viewport_size({"width": 680, "height": 1000})
     tab.emulate_media(media="print")
     tab.evaluate("window.dispatchEvent(new Event('beforeprint'))")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 
@@ -34,7 +35,7 @@ def test_a_good_valve_has_none(run, folder):
     done = run("limit-cycles", "--valve", "ideal", "--report", "lc.html")
     assert done.code == 0
     assert "No limit cycle" in done.out
-    assert "no stable limit cycle" in (folder / "lc.html").read_text()
+    assert "No limit cycle: the valve does not stick." in (folder / "lc.html").read_text()
 
 
 @pytest.mark.parametrize(
@@ -44,6 +45,10 @@ def test_a_good_valve_has_none(run, folder):
         (["--process", "s^2/(s+1)"], 2, "improper"),
         (["--loop", "none.toml"], 3, "No such file"),
         ([*LOOP, "--over", "colour", "--report", "lc.html"], 2, "colour"),
+        (["--over", "load"], 2, "--over load is for the diagram of the report"),
+        (["--load", "nan"], 2, "load must be a finite number"),
+        (["--sp", "nan"], 2, "sp must be a finite number"),
+        (["--sp", "inf"], 2, "sp must be a finite number"),
     ],
 )
 def test_what_cannot_be_solved_is_said(argv, code, says, run, folder):
@@ -51,3 +56,66 @@ def test_what_cannot_be_solved_is_said(argv, code, says, run, folder):
     assert done.code == code
     assert says in done.err
     assert list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize("loop", [["--controller", "pi:Kc=-0.2,Ti=10"], ["--process", "1/(s-1)"]])
+def test_a_loop_that_runs_away_is_not_said_to_be_calm(loop, run, folder):
+    done = run("limit-cycles", *loop, "--report", "lc.html")
+    assert done.code == 0
+    assert done.out.startswith("The loop is unstable even without friction: it runs away.")
+    assert "No limit cycle" not in done.out
+    assert "unstable even without friction" in run("limit-cycles", *loop, "--json").err
+    assert "The loop is unstable even without friction" in (folder / "lc.html").read_text()
+
+
+def test_the_exact_amplitudes_stand_beside_the_predicted_ones(run):
+    """science.md N15: 166.0 s, OP_pp 3.4286 % and PV_pp 4.2857, where the describing function says 238.3 s."""
+    header, row = run("limit-cycles").out.splitlines()
+    shown = dict(zip(re.split(r"\s{2,}", header), re.split(r"\s{2,}", row), strict=True))
+    assert float(shown["Period [s]"]) == pytest.approx(238.3)
+    assert float(shown["Exact period [s]"]) == pytest.approx(166.0)
+    assert float(shown["Exact OP [%]"]) == pytest.approx(3.4286 / 2.0, rel=1e-3)
+    assert float(shown["Exact PV"]) == pytest.approx(4.2857 / 2.0, rel=1e-3)
+
+
+def test_a_jump_beyond_the_band_is_solved_as_sampled(run, folder):
+    """Choudhury's valve with J > S is no valve of the theory; the loop cycles at 58.67 s when it is simulated."""
+    done = run("limit-cycles", "--valve", "choudhury:S=3,J=5", "--json", "--report", "lc.html")
+    [cycle] = json.loads(done.out)
+    assert done.code == 1
+    assert (cycle["method"], cycle["stable"]) == ("sampled", True)
+    assert cycle["period_s"] == pytest.approx(58.67, abs=0.02)
+    assert cycle["amplitude"] == pytest.approx(4.1, abs=0.1)
+
+
+def test_a_process_of_dead_time_alone(run):
+    """OP steps back 10 s after every slip, and the stem rests from then on.
+
+    By hand, with L = (0.6 + 0.06 / s) exp(-10 s) and the stem at -a: it slips from -a to 1 - a, follows for 10 s at
+    0.06 a per second, and rests at a = 1 / 1.4. OP turns at a + 1. From there to its slip at a - 2 it falls by 3: 0.6
+    at once, 0.6 * 0.6 a + 0.06 * 0.5 * 10 within 10 s, the rest at 0.06 a per second, 43 s; half a period is
+    10 + 10 + 43 s.
+    """
+    [cycle] = json.loads(run("limit-cycles", "--process", "3 exp(-10s)", "--json").out)
+    exact = cycle["exact"]
+    assert exact["levels"] == pytest.approx([-5.0 / 7.0, 5.0 / 7.0], rel=1e-6)
+    assert exact["period_s"] == pytest.approx(126.0, rel=1e-6)
+    assert exact["amplitude"] == pytest.approx(12.0 / 7.0, rel=1e-6)
+
+
+def test_rest_levels_are_explained_where_there_are_any(run):
+    """He's stem keeps its levels: a set point of 51 puts them elsewhere than the two families listed."""
+    jumping = run("limit-cycles", "--valve", "he:fs=2,fd=1")
+    assert "half and integer lie symmetric about the point of rest" in jumping.out
+    assert "half and integer" not in run("limit-cycles").out
+
+
+def test_one_branch_is_one_and_its_axis_has_a_unit(run, folder):
+    run("limit-cycles", "--over", "S", "--report", "lc.html")
+    page = (folder / "lc.html").read_text()
+    assert "1 branch over S" in page
+    assert "S [% of span]" in page
+
+
+def test_no_sign_before_nothing(run):
+    assert "-0.0 %" not in run("limit-cycles", *LOOP).out

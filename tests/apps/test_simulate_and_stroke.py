@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -89,7 +92,7 @@ def test_a_compensator_in_the_loop_and_back_from_its_file(run, folder):
     wrong = run("simulate", "--compensator", "two-moves:S=3")
     assert wrong.code == 2
     assert 'no compensator "twomoves"' in wrong.err
-    assert 'Did you mean "twomove"?' in wrong.err
+    assert 'Did you mean "two-move"?' in wrong.err
 
 
 def test_toml_file_with_an_option_before_it(run, folder):
@@ -127,12 +130,19 @@ def test_summary_as_json(run, folder):
         (["--loop", "typed.toml"], 2, "noise"),
         (["--out", "none/a.csv"], 3, "no folder"),
         (["--out", "."], 3, "is a folder"),
+        (["--seed", "-1"], 2, "seed = -1 is negative"),
+        (["--noise", "0.1", "--seed", "-1"], 2, "seed = -1 is negative"),
+        (["--seed", "1.5"], 2, "1.5 is no whole number"),
+        (["--loop", "half.toml"], 2, "seed = 1.5 is no whole number"),
+        (["--op-start", "120"], 2, "op_start = 120 % of span is outside 0 to 100"),
+        (["--compensator", "foo"], 2, "constant-reinforcement"),
     ],
 )
 def test_what_cannot_be_simulated_is_said(argv, code, says, run, folder):
     (folder / "bad.toml").write_text("time_s,PV,OP\n")
     (folder / "odd.toml").write_text("gain = 3\n")
     (folder / "typed.toml").write_text('noise = "loud"\n')
+    (folder / "half.toml").write_text("seed = 1.5\n")
     done = run("simulate", *argv)
     assert done.code == code
     assert says in done.err
@@ -167,3 +177,49 @@ def test_stroke_over_a_piped_record(run):
     _, values = table(run("stroke", "--op", "-", "--valve", "ideal", stdin=text.encode()).out)
     np.testing.assert_array_equal(values[:, 2], values[:, 1])
     assert values[1, 0] == 2.0
+
+
+def test_a_loop_that_runs_away_is_said_to(run):
+    """With a negative gain on a process of positive gain OP grows as an exponential: 1e33 % of span after 2000 s."""
+    done = run("simulate", "--controller", "pi:Kc=-0.2,Ti=10")
+    assert done.code == 0
+    assert done.err.startswith("stiction: The loop ran away")
+    assert "unstable even without friction" in done.err
+    blank = run("simulate", "--controller", "pi:Kc=20,Ti=1", "--json")
+    assert "The loop ran away" in blank.err
+    assert json.loads(blank.out)["ran_away"] is True
+    calm = run("simulate", "--json")
+    assert calm.err == ""
+    assert json.loads(calm.out)["ran_away"] is False
+
+
+@pytest.mark.parametrize("position", ["500", "-20"])
+def test_a_stem_cannot_rest_off_its_travel(position, run):
+    done = run("stroke", "--position", position)
+    assert done.code == 2
+    assert f"position = {position} % of span is outside 0 to 100 % of span" in done.err
+    deviations = ["--op", "triangle:mean=0,amplitude=30,period=400,duration=800"]
+    assert run("stroke", *deviations, "--position", "-20").code == 0
+
+
+def test_a_file_without_op_is_not_told_of_python(run, folder):
+    (folder / "bad.csv").write_text("a,b\n" + "\n".join(f"{k},{k % 3}" for k in range(20)))
+    (folder / "two.csv").write_text("Time,F1.OP,F2.OP\n" + "\n".join(f"{k},{k % 3},{k % 5}" for k in range(20)))
+    for name in ("bad.csv", "two.csv"):
+        done = run("stroke", "--op", name)
+        assert done.code == 3
+        assert name in done.err
+        assert "columns=" not in done.err
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="this system has no /dev/full")
+@pytest.mark.parametrize("argv", [["--seed", "1"], ["--json"], ["--out", "/dev/full"]])
+def test_a_full_disk_is_no_fault_of_the_program(argv):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "stiction", "simulate", *argv], stdout=full, stderr=subprocess.PIPE, text=True,
+            timeout=120,
+        )  # fmt: skip
+    assert done.returncode == 3
+    assert done.stderr.count("\n") == 1
+    assert "No space left" in done.stderr

@@ -181,3 +181,69 @@ def test_a_change_too_small_to_matter_is_not_told(diagnosis):
     better = refine(diagnosis.record, found, period)._replace(S=found.S, J=found.J)
     for dead_time, told in ((6.9e-9, ()), (5.0, ("dead time 0 to 5",))):
         assert _changes(none, better._replace(process=st.FOPDT(3.0, 10.0, dead_time))) == told
+
+
+@pytest.fixture(scope="module")
+def demo_twin() -> Twin:
+    from stiction.simulation.demo import demo_plant
+
+    return build_twin(st.diagnose(demo_plant()[0].record))
+
+
+def test_a_twin_is_kicked_off_its_point_of_rest(demo_twin):
+    """FIC-101 of the demo plant: (S + J) / 2 = 4.5 % breaks its stem loose, 0.7 S = 4.2 % does not."""
+    assert demo_twin.measured.share == 1.0
+    assert demo_twin.simulated.share == 1.0
+    assert demo_twin.simulated.period == pytest.approx(demo_twin.measured.period, rel=0.03)
+    assert demo_twin.simulated.amplitude_op == pytest.approx(demo_twin.measured.amplitude_op, rel=0.05)
+
+
+def test_overlay_shows_periods_in_which_the_twin_cycles(demo_twin):
+    """Wherever the twin rests for most of its run, what is laid over the record is what cycles."""
+    from stiction.compensation.twin import _overlay
+
+    record, shown = recorded(LOOP, 2500), 3 * 163
+    t = np.arange(3000)
+    cycling = 2.0 * np.sin(2.0 * np.pi * t / 163.0) * ((t > 2300) & (t < 2900))
+    still = st.LoopRecord("twin", 1.0, op=50.0 + cycling, pv=50.0 + cycling, sp=np.full(t.size, 50.0))
+    over = _overlay(record, record.pv, still, 163.0)
+    assert len(over["op"]) == shown
+    assert np.ptp(over["op_twin"][: shown // 3]) > 3.0
+    assert np.corrcoef(over["op"], over["op_twin"])[0, 1] > 0.9
+    for name in ("op", "pv"):
+        assert np.corrcoef(demo_twin.overlay[name], demo_twin.overlay[f"{name}_twin"])[0, 1] > 0.9
+
+
+def test_overlay_of_a_twin_of_finer_steps_has_the_times_of_the_record():
+    """A record of every fifth sample shows no controller's own steps, and its twin runs at the finer ones."""
+    from stiction.compensation.twin import _overlay
+
+    whole = recorded(LOOP, 4000)
+    record = st.LoopRecord("FIC-1", 5.0, op=whole.op[::5], pv=whole.pv[::5], sp=whole.sp[::5])
+    over = _overlay(record, record.pv, whole, 163.0)
+    assert np.corrcoef(over["op"], over["op_twin"])[0, 1] > 0.99
+
+
+def test_a_twin_that_rests_more_than_the_record_is_told(diagnosis, monkeypatch):
+    """Half of its periods without a swing, while the record swings in all."""
+    import stiction.compensation.twin as room
+
+    real = room.cycle_of
+
+    def resting(*given, **more):
+        cycle, spread, run = real(*given, **more)
+        return replace(cycle, share=0.5), spread, run
+
+    monkeypatch.setattr(room, "cycle_of", resting)
+    twin = build_twin(diagnosis)
+    assert twin.fits
+    assert "rests in 50 % of its periods, the record in 0 %" in twin.reason
+
+
+def test_share_of_the_periods_that_swing():
+    from stiction.compensation.cycle import cycle_in
+
+    t = np.arange(4000)
+    op = 50.0 + np.sin(2.0 * np.pi * t / 100.0) * (t < 2000)
+    record = st.LoopRecord("half", 1.0, op=op, pv=op, sp=np.full(t.size, 50.0))
+    assert cycle_in(record, 100.0).share == pytest.approx(0.5, abs=0.05)

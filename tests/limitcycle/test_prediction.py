@@ -172,3 +172,49 @@ def test_a_compensator_is_refused_not_overlooked(ask, valve):
     assert st.predict_limit_cycles(without, exact=False)
     with pytest.raises(st.ParameterError, match=r"holds a compensator \(Knocker\)"):
         ask(replace(without, compensator=st.Knocker(1.5, 2.0, 5.0)))
+
+
+def test_stability_without_friction_is_that_of_the_roots():
+    """Without dead time 1 + L = 0 is a polynomial: random processes of order 1 to 4, an integrator among them."""
+    seen = []
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        den = np.poly(rng.normal(-0.3, 0.5, rng.integers(1, 4)))
+        if seed % 2:
+            den = np.polymul(den, [1.0, 0.0])
+        num = rng.normal(0.0, 2.0, rng.integers(1, den.size))
+        pid = st.PID(float(rng.normal()), float(np.exp(rng.normal())) if seed % 3 else np.inf)
+        above, below = pid.transfer_function()
+        roots = np.roots(np.polyadd(np.polymul(above, num), np.polymul(below, den)))
+        if abs(num[0]) < 0.05 or np.min(np.abs(roots.real)) < 0.02:
+            continue
+        loop = st.Loop(pid, st.Kano(3.0, 1.0), st.TransferFunction(num, den), dt=0.1)
+        assert frictionless_stable(linear_part(loop)) == bool((roots.real < 0.0).all()), seed
+        seen.append(bool((roots.real < 0.0).all()))
+    assert len(seen) > 150
+    assert sum(seen) > 20
+
+
+def test_stability_of_a_gain_behind_a_dead_time():
+    """exp(-10 s) under a P controller: every swing is Kc times the last one."""
+    for gain, stable in ((0.2, True), (1.2, False)):
+        loop = st.Loop(st.PID(gain, np.inf), st.Kano(3.0, 1.0), st.TransferFunction([1.0], [1.0], 10.0), dt=1.0)
+        assert frictionless_stable(linear_part(loop)) == stable
+
+
+def test_choudhury_beyond_its_band_is_run_in_samples():
+    """For J > S it contradicts its own describing function (science.md A); simulated, this loop cycles at 58.67 s."""
+    loop = st.Loop(st.PID(0.2, 10.0), st.Choudhury(3.0, 5.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    (cycle,) = predict_limit_cycles(loop)
+    op = st.simulate(loop, 1.0, 8000.0).op[2000:]
+    ups = np.nonzero((op[1:] > 1.0 / 3.0) & (op[:-1] <= 1.0 / 3.0))[0]
+    assert cycle.method == "sampled"
+    assert cycle.period == pytest.approx((ups[-1] - ups[0]) / (ups.size - 1), rel=2e-3)
+    assert predict_limit_cycles(loop, exact=False) == ()
+
+
+def test_what_is_not_finite_is_refused():
+    with pytest.raises(st.ParameterError, match="sp must be a finite number"):
+        predict_limit_cycles(EXAMPLE_LOOP, sp=np.nan)
+    with pytest.raises(st.ParameterError, match="load must be a finite number"):
+        predict_limit_cycles(EXAMPLE_LOOP, load=np.inf)

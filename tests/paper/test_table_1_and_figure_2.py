@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from tests.reference import physical as reference
 
+from stiction.models.parameter_sets import table1_reading_b
 from stiction.paper import equations1to3, figure2, table1
 
 READING = {"table1_reading_a": "A", "table1_reading_b": "B"}
@@ -35,6 +36,21 @@ def test_critical_rate(row):
     reading = next(r for r in table1().readings if r.name == READING[row.given["set"]])
     assert reading.critical_pressure == pytest.approx(row.expected["psi_per_s"], rel=row.tolerance)
     assert reading.critical.mechanism == row.expected["mechanism"]
+
+
+def test_both_boundaries_of_reading_b_are_shown():
+    """N4: a steady slide is unstable below 0.0916 psi/s; stairs from rest go on above it, where the slide is stable."""
+    from stiction.simulation.rate import ramp_behaviour, stribeck_rates
+
+    b = next(r for r in table1().readings if r.name == "B")
+    assert b.slide_pressure == pytest.approx(0.0916, abs=5e-5)
+    assert 1.0 < b.critical_pressure / b.slide_pressure < 1.02
+    between = math.sqrt(b.critical_pressure * b.slide_pressure) / 0.18
+    valve = table1_reading_b()
+    assert between > stribeck_rates(valve)[1]
+    assert ramp_behaviour(valve, between, slips=100.0).kind == "staircase"
+    assert "0.0916 psi/s" in table1().summary()
+    assert "0.0922 psi/s" in table1().summary()
 
 
 @pytest.mark.parametrize("row", reference.STAIRS, ids=lambda row: row.case)

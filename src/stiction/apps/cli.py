@@ -4,15 +4,19 @@ Exit codes: 0 nothing found, 1 findings, 2 usage, 3 data problem; 70 a fault of 
 nobody reads on.
 """
 
+import errno
 import logging
 import os
+import re
 import sys
 from collections.abc import Sequence
-
-from cyclopts import App, CycloptsError, Parameter
+from typing import TYPE_CHECKING, Any
 
 from stiction import __version__
 from stiction.errors import ParameterError, StictionError
+
+if TYPE_CHECKING:
+    from cyclopts import App, CycloptsError, Token
 
 __all__ = ["main"]
 
@@ -46,6 +50,9 @@ VERBS = {
 GROUPS = {"valve-test": "Plan a ramp or step test of a valve, or read its record."}
 """First word of verbs of two words -> what they do."""
 
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""Why the system takes no more of the output, where that is nobody's fault."""
+
 HELP = "From friction physics to a verdict on a recorded control loop: does the valve stick, and how badly?"
 EPILOGUE = "Exit codes: 0 nothing found, 1 findings, 2 wrong usage, 3 a problem with data or files."
 FIRST = "Begin with `stiction demo`, then `stiction diagnose FILE.csv`. Each command tells more with --help."
@@ -70,7 +77,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     0.1.0
     0
     """
-    tokens = list(sys.argv[1:] if argv is None else argv)
+    try:
+        return _run(list(sys.argv[1:] if argv is None else argv))
+    except KeyboardInterrupt:
+        return 130
+
+
+def _run(tokens: list[str]) -> int:
+    """Run one command and tell its errors; all that takes time to import is imported in here."""
+    from cyclopts import CycloptsError
+
     _listen()
     try:
         code = _app(tokens)(tokens, exit_on_error=False, print_error=False, result_action="return_value")
@@ -81,21 +97,33 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _complain(str(error), 2)
     except StictionError as error:
         return _complain(str(error), 3)
-    except KeyboardInterrupt:
-        return 130
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return 141
+    except OSError as error:
+        if error.errno not in FULL:
+            return _fault(error)
+        _drop_output()
+        return _complain(f"the output cannot be written: {error.strerror}; free some space or write elsewhere.", 3)
     except MemoryError:
         return _complain(
             "there is not enough memory for this; give a shorter duration, larger steps or a shorter file.", 2
         )
     except Exception as error:
-        import traceback
-
-        traceback.print_exc()
-        return _complain(f"this is a fault of the program, not yours ({type(error).__name__}); please report it.", 70)
+        return _fault(error)
     return code if isinstance(code, int) else 0
+
+
+def _drop_output() -> None:
+    """Let what is not written yet go nowhere, or Python would try once more when it ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _fault(error: Exception) -> int:
+    import traceback
+
+    traceback.print_exception(error)
+    return _complain(f"this is a fault of the program, not yours ({type(error).__name__}); please report it.", 70)
 
 
 def _listen() -> None:
@@ -108,15 +136,17 @@ def _listen() -> None:
         logger.setLevel(logging.INFO)
 
 
-def _app(tokens: list[str]) -> App:
+def _app(tokens: list[str]) -> "App":
     """The app; the verb that is asked for tells itself by its docstring, the others by a line."""
+    from cyclopts import App, Parameter
+
     app = App(
         name="stiction",
         help=f"{HELP}\n\n{FIRST}",
         help_epilogue=EPILOGUE,
         version=__version__,
         version_flags=["--version"],
-        default_parameter=Parameter(show_default=False, negative_iterable=()),
+        default_parameter=Parameter(show_default=False, negative_iterable=(), converter=_converted),
         suppress_keyboard_interrupt=False,
     )
     groups = {name: App(name=name, help=does) for name, does in GROUPS.items()}
@@ -130,12 +160,21 @@ def _app(tokens: list[str]) -> App:
     return app
 
 
+def _converted(kind: Any, tokens: "Sequence[Token]") -> Any:
+    """What was typed as the kind asked for; a fraction is no whole number, and is not rounded to one."""
+    if kind is int and not re.fullmatch(r"[+-]?\d+", tokens[0].value.strip()):
+        raise ParameterError(f"{tokens[0].value} is no whole number; give one such as 3.")
+    from cyclopts import convert
+
+    return convert(kind, tokens)
+
+
 def _complain(sentence: str, code: int) -> int:
     print(f"stiction: {sentence}", file=sys.stderr)
     return code
 
 
-def _told(error: CycloptsError) -> str:
+def _told(error: "CycloptsError") -> str:
     """The message of an error in what was typed, on one line."""
     return " ".join(str(error).split())
 

@@ -107,13 +107,11 @@ def compensate(
     from stiction.apps.diagnose import columns_of
     from stiction.apps.model_text import controller as controller_of
     from stiction.compensation.cost import checked
-    from stiction.errors import require_positive
+    from stiction.errors import require_count, require_positive
 
-    if seeds < 1:
-        raise ParameterError(f"--seeds {seeds} leaves nothing to run; give 1 or more.")
     settings: dict[str, Any] = {
         "weights": checked(weights_of(weights)),
-        "seeds": seeds,
+        "seeds": require_count("seeds", seeds),
         "duration": None if duration is None else require_positive("duration", duration, "s"),
     }
     targets = _targets(files, report, structured_text, work_order)

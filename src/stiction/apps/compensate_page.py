@@ -55,7 +55,7 @@ def advice_blocks(advice: Advice) -> list[Block]:
         overlay = figures.twin_overlay(trial.twin, words.pv_unit(advice.diagnosis))
         blocks += [Heading("The twin"), Text(said) if said else None, overlay, _twin(trial)]
     if trial.retuning is not None:
-        blocks += [Heading("Retuning"), Text(trial.retuning.reason), figures.retuning(trial.retuning)]
+        blocks += [Heading("Retuning"), Text(told.retuning_told(trial)), figures.retuning(trial.retuning)]
     if advice.work_order is not None:
         blocks += [Heading("Work order"), _sheet(advice.work_order)]
     return [block for block in blocks if block is not None]

@@ -26,6 +26,11 @@ COLORS = (look.PV, look.OP, look.MV, look.ALERT, "#7A4FA3", look.SP, "#8A6D00", 
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 STARTS = 41
 VALUES = 15
+UNITS = {
+    "load": "% of span", "dead_time": "s", "Kc": "% of span per PV unit", "Ti": "s", "Td": "s", "r": "% of span / s",
+    **dict.fromkeys(("d", "S", "J", "fs", "fd", "sb", "sj"), "% of span"),
+}  # fmt: skip
+"""Units of the parameters that have one."""
 _KINDS = (("stable cycle", "circle"), ("unstable cycle", "circle-open"), ("boundary", "x"))
 
 
@@ -140,10 +145,14 @@ def bifurcations(loop: Loop, over: str) -> Figure:
         stable = [cycle.stable for cycle in branch.cycles]
         line = {"color": COLORS[k % len(COLORS)], "dash": "solid" if all(stable) else "dot", "width": 1.8}
         data.append(_line(branch.values, branch.amplitude, branch.family or f"cycle {k + 1}", line))
-    layout = {"xaxis": {"title": {"text": over}}, "yaxis": {"title": {"text": "OP amplitude [% of span]"}}}
+    layout = {
+        "xaxis": {"title": {"text": f"{over} [{UNITS.get(over, '-')}]"}},
+        "yaxis": {"title": {"text": "OP amplitude [% of span]"}},
+    }
     ends = sum((b.born is not None) + (b.dies is not None) for b in diagram.branches)
     caption = (
-        f"{len(diagram.branches)} branches over {over}, {ends} of their ends are births or deaths; "
+        f"{len(diagram.branches)} {'branch' if len(diagram.branches) == 1 else 'branches'} over {over}, {ends} of the "
+        "ends are births or deaths; "
         "dotted branches are unstable somewhere."
     )
     return Figure({"data": data, "layout": layout}, "Bifurcation diagram", caption, height=420)

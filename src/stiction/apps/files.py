@@ -162,7 +162,12 @@ def write_csv(record: LoopRecord, path: Path | None) -> None:
 def write_text(text: str, path: Path) -> None:
     """Write a file whole or not at all; what is no file, such as a pipe, is written into."""
     if path.exists() and not path.is_file():
-        path.write_text(text, encoding="utf-8")
+        try:
+            path.write_text(text, encoding="utf-8")
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            raise RecordError(f"Cannot write {path}: {error.strerror or error}; name another file.") from None
         return
     from stiction.report.save import save
 

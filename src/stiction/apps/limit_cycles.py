@@ -5,15 +5,20 @@ from typing import TYPE_CHECKING, Any
 from stiction.apps.options import Json, Report, Text
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from stiction.limitcycle import LimitCycle
 
 __all__ = ["COLUMNS", "limit_cycles", "row"]
 
 COLUMNS = (
-    "Kind", "Family", "Stable", "Period [s]", "OP amplitude [%]", "PV amplitude", "Exact period [s]", "Trust",
+    "Kind", "Family", "Stable", "Period [s]", "OP amplitude [%]", "PV amplitude", "Exact period [s]", "Exact OP [%]",
+    "Exact PV", "Trust",
 )  # fmt: skip
+
+FAMILIES = (
+    "A stem that only rests and jumps keeps its rest levels: half and integer lie symmetric about the point of rest. "
+    "Another set point or load lets them lie in between, with a period and amplitude of their own, and in a simulation "
+    "they drift from one place to the next, the faster the longer dt."
+)
 
 
 def limit_cycles(
@@ -25,7 +30,7 @@ def limit_cycles(
     sp: float = 0.0,
     loop: str | None = None,
     exact: bool = True,
-    over: str = "gain",
+    over: str | None = None,
     report: Report = None,
     as_json: Json = False,
 ) -> int:
@@ -51,8 +56,8 @@ def limit_cycles(
     exact
         Whether to solve each cycle exactly beside its describing-function prediction.
     over
-        Parameter of the bifurcation diagram in the report: gain (a factor), load, dead_time, or a parameter of the
-        controller or of the valve.
+        Parameter of the bifurcation diagram in the report: gain (a factor; the default), load, dead_time, or a
+        parameter of the controller or of the valve.
     report
         HTML page to write: Nyquist plot, cycles in time, phase portrait, basins, bifurcation diagram.
     as_json
@@ -61,9 +66,13 @@ def limit_cycles(
     from stiction import predict_limit_cycles
     from stiction.apps.files import check_report
     from stiction.apps.loop_text import make_loop, settings_of
-    from stiction.apps.output import print_json, say
+    from stiction.apps.output import note, print_json, print_table, say
     from stiction.apps.simulate import DEFAULTS
+    from stiction.errors import ParameterError
+    from stiction.limitcycle.predict import why_none
 
+    if over is not None and report is None:
+        raise ParameterError(f"--over {over} is for the diagram of the report; add --report, or leave it out.")
     target = None if report is None else check_report(report)
     settings = settings_of(loop, {"process": process, "controller": controller, "valve": valve}, DEFAULTS)
     made = make_loop({**settings, "noise": 0.0})
@@ -72,31 +81,28 @@ def limit_cycles(
         from stiction.apps.limit_cycles_page import write_limit_cycles_page
 
         texts = {name: str(settings[name]) for name in ("process", "controller", "valve")}
-        write_limit_cycles_page(made, found, target, texts, sp=sp, load=load, over=over)
+        write_limit_cycles_page(made, found, target, texts, sp=sp, load=load, over=over or "gain")
     if as_json:
         print_json([cycle.to_dict() for cycle in found])
+        if not found:
+            note(why_none(made))
     else:
-        _tell(found)
+        if found:
+            print_table(COLUMNS, [row(cycle) for cycle in found], right=COLUMNS[3:9])
+            if any(cycle.family for cycle in found):
+                say(FAMILIES)
+        else:
+            say(why_none(made))
         if target is not None:
             say(f"Report: {target}")
     return int(any(cycle.kind == "cycle" and cycle.stable for cycle in found))
-
-
-def _tell(found: "Sequence[LimitCycle]") -> None:
-    """Print the cycles as a table, the boundaries between them beside."""
-    from stiction.apps.output import print_table, say
-
-    if not found:
-        say("No limit cycle: the describing function meets the loop nowhere.")
-        return
-    print_table(COLUMNS, [row(cycle) for cycle in found], right=COLUMNS[3:7])
 
 
 def row(cycle: "LimitCycle") -> list[Any]:
     """Return what the tables say of one cycle."""
     from stiction.report.words import digits
 
-    exact = cycle.exact.period if cycle.exact is not None else cycle.period if cycle.method == "continuous" else None
+    exact = cycle.exact or (cycle if cycle.method == "continuous" else None)
     return [
         cycle.kind,
         cycle.family or "-",
@@ -104,6 +110,8 @@ def row(cycle: "LimitCycle") -> list[Any]:
         digits(cycle.period, significant=4),
         digits(cycle.amplitude, significant=4),
         digits(cycle.pv_amplitude, significant=4),
-        "" if exact is None else digits(exact, significant=5),
+        "" if exact is None else digits(exact.period, significant=5),
+        "" if exact is None else digits(exact.amplitude, significant=4),
+        "" if exact is None else digits(exact.pv_amplitude, significant=4),
         cycle.trust,
     ]

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiction.apps import cycle_figures as figures
-from stiction.apps.limit_cycles import COLUMNS, row
+from stiction.apps.limit_cycles import COLUMNS, FAMILIES, row
+from stiction.limitcycle.predict import why_none
 from stiction.report import Block, Columns, Heading, Table, Text, write_page
 
 if TYPE_CHECKING:
@@ -33,9 +34,12 @@ def write_limit_cycles_page(
     number = {0: "no stable limit cycle", 1: "one stable limit cycle"}.get(
         len(stable), f"{len(stable)} stable limit cycles"
     )
-    blocks: list[Block] = [Text(f"The loop has {number}.", kind="lead")]
+    blocks: list[Block] = [Text(f"The loop has {number}." if found else why_none(loop), kind="lead")]
     if found:
-        blocks.append(Table(COLUMNS, [row(cycle) for cycle in found], "A boundary parts what grows from what shrinks."))
+        caption = "A boundary parts what grows from what shrinks."
+        if any(cycle.family for cycle in found):
+            caption += f" {FAMILIES}"
+        blocks.append(Table(COLUMNS, [row(cycle) for cycle in found], caption))
         blocks += [Heading("Where they come from"), figures.nyquist(loop, found, sp=sp, load=load)]
     exact = figures.exact_of(found)
     if exact:

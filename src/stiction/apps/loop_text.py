@@ -11,8 +11,12 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from stiction.models import Loop
+    from stiction.records import LoopRecord
 
-__all__ = ["make_loop", "settings_of"]
+__all__ = ["make_loop", "ran_away", "settings_of", "within"]
+
+FAR = 1000.0
+"""Distance from its start at which an OP has run away: ten spans [% of span]."""
 
 
 def settings_of(path: str | None, typed: Mapping[str, Any], defaults: Mapping[str, Any]) -> dict[str, Any]:
@@ -61,6 +65,38 @@ def make_loop(settings: Mapping[str, Any]) -> Loop:
         noise=settings.get("noise", 0.0),
         compensator=None if compensator in (None, "none") else model_text.compensator(compensator),
     )
+
+
+def within(name: str, value: float, low: float = 0.0, high: float = 100.0) -> float:
+    """Return a place of the stem [% of span], or say that the stem cannot be there.
+
+    Examples
+    --------
+    >>> within("op_start", 50.0)
+    50.0
+    """
+    number = require_finite(name, value, "% of span")
+    if not low <= number <= high:
+        raise ParameterError(
+            f"{name} = {number:g} % of span is outside {low:g} to {high:g} % of span; give a value in between."
+        )
+    return number
+
+
+def ran_away(loop: Loop, record: LoopRecord) -> str:
+    """Say that a loop has run away, and why; empty where it has not."""
+    import numpy as np
+
+    from stiction.limitcycle.predict import UNSTABLE, runs_away
+
+    assert record.pv is not None
+    lost = not (np.isfinite(record.op).all() and np.isfinite(record.pv).all())
+    if not lost and float(np.abs(record.op - record.op[0]).max()) < FAR:
+        return ""
+    why = "Turn or lower the gain of the controller, give it op_limits=0..100, or shorten dt."
+    if runs_away(loop):
+        why = f"{UNSTABLE}: turn or lower the gain of the controller."
+    return f"The loop ran away: OP leaves its start by more than {FAR:g} % of span. {why}"
 
 
 def _toml(path: str) -> dict[str, Any]:

@@ -115,9 +115,10 @@ def compensator(spec: str | Mapping[str, Any]) -> Compensator:
     """
     from stiction.models import compensators
 
-    names = [name for name in compensators.__all__ if name != "Compensator"]
+    classes = [name for name in compensators.__all__ if name != "Compensator"]
+    makers = {re.sub(r"(?<!^)(?=[A-Z])", "-", name).lower(): getattr(compensators, name) for name in classes}
     name, given = split("compensator", spec)
-    return build("compensator", name, {name.lower(): getattr(compensators, name) for name in names}, given)
+    return build("compensator", name, makers, given)
 
 
 def process(spec: str | Mapping[str, Any]) -> TransferFunction:
@@ -188,6 +189,7 @@ def build(
     complete: bool = True,
 ) -> Any:
     """Call the maker of that name with the values given, or say which names and parameters there are."""
+    name = next((known for known in makers if _plain(known) == name), name)
     if name not in makers:
         known = [*makers, *(also or ())]
         close = difflib.get_close_matches(name, known, 1)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiction.apps.output import print_table, say
 from stiction.compensation.predicted import in_words
-from stiction.compensation.remedies import FIX, NOTHING
+from stiction.compensation.remedies import FIX, NOTHING, RETUNE
 from stiction.report import words
 
 if TYPE_CHECKING:
@@ -25,12 +25,15 @@ __all__ = [
     "headline",
     "not_written",
     "note_on",
+    "retuning_told",
     "settings_told",
     "tell",
     "twin_told",
     "valve_told",
 ]
 
+WARNINGS = ("makes it worse", "hurts if S, J are off")
+"""Notes on remedies that may do harm."""
 WORSE = 0.05
 """Share by which a remedy must raise the PV deviation to be said to make it worse [-]."""
 COLUMNS = ("Remedy", "PV std", "IAE", "Offset", "Travel", "Rev/h", "OP", "\u00b130 %", "Cost")
@@ -82,6 +85,19 @@ def twin_told(trial: CompensationTrial) -> str:
         return told.removeprefix(trial.reason).strip()
     told = twin.summary().removeprefix(trial.reason).strip()
     return told + (f" Changed for it: {', '.join(twin.changes)}." if twin.changes else "")
+
+
+def retuning_told(trial: CompensationTrial) -> str:
+    """Say what other settings give: in the undisturbed cycle, and in the trial beside the other remedies."""
+    if trial.retuning is None:
+        return ""
+    tried = next((one for one in trial.remedies if one.name == RETUNE), None)
+    if tried is None or trial.retuning.improvement <= 0.0:
+        return trial.retuning.reason
+    alone = trial.twin is None or trial.twin.around is None
+    where = "with noise and loads" if alone else "with the noise and load of the record"
+    verdict = ": leave the settings" if note_on(tried, trial) in WARNINGS or tried.gain <= 0.0 else ""
+    return f"{trial.retuning.reason} In the table, {where}, it changes it by {change(1.0 - tried.gain)}{verdict}."
 
 
 def settings_told(one: RemedyTrial) -> str:
@@ -165,15 +181,17 @@ def _tell(advice: Advice) -> None:
         say("")
         print_table(COLUMNS, [_row(one, now) for one in trial.remedies], right=COLUMNS[1:])
         say(_legend(now))
-        for note in ("makes it worse", "hurts if S, J are off"):
+        for note in WARNINGS:
             names = [one.name for one in trial.remedies if note_on(one, trial) == note]
             if names:
                 say(f"{note[0].upper()}{note[1:]}: {', '.join(names)}.")
         say("")
     if trial.retuning is not None:
-        say(f"Retuning: {trial.retuning.reason}")
+        say(f"Retuning: {retuning_told(trial)}")
     if action := valve_told(advice):
-        say(f"Valve: {action}")
+        found = advice.diagnosis
+        of_valve = found is None or found.verdict == "stiction" or found.cause == "deadband"
+        say(f"{'Valve' if of_valve else 'Action'}: {action}")
 
 
 def _legend(now: Behaviour) -> str:

@@ -131,5 +131,8 @@ def _alone(path: str) -> list[LoopRecord]:
 
     try:
         return read(path, columns={"op": "OP", "mv": "OP"})
-    except RecordError:
-        return read(path)
+    except RecordError as error:
+        what, _, _ = str(error).partition(";")
+        if "columns=" not in str(error):
+            raise
+        raise RecordError(f"{what}; give a file with one column of times and one called OP.") from None

@@ -86,7 +86,7 @@ def simulate(
         Print period and amplitudes as JSON, and the CSV only where --out says.
     """
     from stiction.apps.files import check_text, write_csv
-    from stiction.apps.loop_text import make_loop, settings_of
+    from stiction.apps.loop_text import make_loop, ran_away, settings_of, within
     from stiction.apps.output import note, print_json, say
     from stiction.apps.signal_text import levels
 
@@ -110,18 +110,20 @@ def simulate(
         levels("load", settings["load"], length, made.dt),
         settings["seed"],
         pv_start=settings["pv_start"],
-        op_start=settings["op_start"],
+        op_start=within("op_start", settings["op_start"]),
         tag=str(settings["tag"]),
     )
-    rhythm = find_oscillation(record)
+    rhythm, away = find_oscillation(record), ran_away(made, record)
     if target is not None or not as_json:
         write_csv(record, target)
     if as_json:
         found = {"tag": record.tag, "samples": len(record), "dt_s": record.dt, "oscillation": rhythm.to_dict()}
+        found["ran_away"] = bool(away)
         print_json({**found, "settings": settings, "file": None if target is None else str(target)})
-        return 0
-    if target is not None:
+    elif target is not None:
         say(f"{len(record)} samples every {record.dt:g} s written to {target}.")
-    if target is not None or sys.stdout.isatty():
+    if away:
+        note(f"stiction: {away}")
+    elif not as_json and (target is not None or sys.stdout.isatty()):
         (say if target is not None else note)(rhythm.reason)
     return 0

@@ -41,6 +41,7 @@ def stroke(
         Print the signals as JSON.
     """
     from stiction.apps.files import check_report, check_text, write_csv
+    from stiction.apps.loop_text import within
     from stiction.apps.model_text import valve as make_valve
     from stiction.apps.output import print_json, say
     from stiction.apps.signal_text import op_signal
@@ -52,6 +53,8 @@ def stroke(
     series, step = op_signal(op, require_positive("dt", dt, "s"))
     from stiction.simulation import stroke as run
 
+    if position is not None:
+        position = within("position", position, min(0.0, float(series.min())), max(100.0, float(series.max())))
     record = run(made, series, step, position)
     if target is not None or not (as_json or page):
         write_csv(record, target)

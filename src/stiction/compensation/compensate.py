@@ -14,8 +14,9 @@ from stiction.compensation.retune import retune
 from stiction.compensation.trials import Job, programme_for, run, run_all
 from stiction.compensation.twin import build_twin, twin_of_loop
 from stiction.diagnosis.result import Diagnosis
-from stiction.errors import ParameterError, RecordError, require_positive
+from stiction.errors import ParameterError, RecordError, require_count, require_positive
 from stiction.limitcycle.bands import bands
+from stiction.limitcycle.predict import UNSTABLE, runs_away
 from stiction.models import Loop
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ ERRORS = ((1.3, 1.3), (0.7, 0.7), (1.3, 0.7), (0.7, 1.3))
 """Factors on S and J by which the identification may be wrong [-]."""
 FEW = 4
 """Seeds with which variants are compared, at most [-]."""
+_RUNS_AWAY = f"{UNSTABLE}: with a good valve, too, it runs away. Turn or lower the gain of the controller first."
 
 
 def compensate(
@@ -94,8 +96,7 @@ def compensate(
     (True, True)
     """
     whole = checked(weights)
-    if int(seeds) < 1:
-        raise ParameterError(f"seeds = {seeds} leaves nothing to run; give 1 or more.")
+    seeds = require_count("seeds", seeds)
     if duration is not None:
         duration = require_positive("duration", duration, "s")
     if isinstance(source, Diagnosis):
@@ -107,7 +108,10 @@ def compensate(
         except RecordError as error:
             return _no_advice(tag, str(error), whole)
     elif isinstance(source, Loop):
-        tag, twin = "loop", twin_of_loop(source)
+        tag, (S, J) = "loop", _stiction(source)
+        if runs_away(source):
+            return _no_advice(tag, _RUNS_AWAY, whole, S=S, J=J)
+        twin = twin_of_loop(source)
     else:
         raise ParameterError(f"source is a {type(source).__name__}; give a Diagnosis or a Loop.")
     S, J = _stiction(twin.loop)
@@ -115,7 +119,7 @@ def compensate(
         return _no_advice(tag, twin.reason, whole, twin, S, J)
     if not twin.simulated.period > 0.0:
         return _no_advice(tag, "The loop does not cycle: there is nothing to compensate.", whole, twin, S, J)
-    return _trial(tag, twin, S, J, whole, int(seeds), duration, progress)
+    return _trial(tag, twin, S, J, whole, seeds, duration, progress)
 
 
 def _trial(
@@ -203,8 +207,8 @@ def _stiction(loop: Loop) -> tuple[float, float]:
     banded = bands(loop.valve)
     if banded is None or not banded.sb > 0.0:
         raise ParameterError(
-            f"{type(loop.valve).__name__} has no S and J; give a sticky (S, J) valve, from `reduce_valve` where it is "
-            "a physical one."
+            f"{type(loop.valve).__name__} has no S and J, for which remedies are set; give a valve that sticks: "
+            "Stenman, Kano, Choudhury, He, HeWang or Srinivasan."
         )
     return float(banded.sb + banded.lag), float(banded.sb - banded.lag)
 

@@ -10,6 +10,7 @@ import numpy as np
 from stiction.compensation.exchange import exchange
 from stiction.compensation.surroundings import run_in
 from stiction.diagnosis.oscillation import about_drift, control_error, filled, find_oscillation, half_cycles, smooth
+from stiction.limitcycle.bands import bands
 from stiction.simulation import simulate
 
 if TYPE_CHECKING:
@@ -25,6 +26,10 @@ SEEDS = 5
 """Runs over which the cycle of a noisy loop is taken [-]."""
 SETTLE, RUN = 6, 12
 """Periods for settling, and those that are measured [-]."""
+KICK = 1.2
+"""Load that starts the cycle, over what a stem takes to break loose [-]."""
+RESTING, LARGE = 0.4, 90.0
+"""Swing of the OP below which it rests, over that of its large swings, and the percentile of those [-]."""
 
 
 @dataclass(frozen=True)
@@ -37,11 +42,13 @@ class Cycle:
     """Half peak to peak of the OP [% of span]."""
     amplitude_pv: float
     """Half peak to peak of the PV [PV units]."""
+    share: float = 1.0
+    """Share of its periods in which it swings, and does not rest [-]."""
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
-        names = ("period_s", "amplitude_op", "amplitude_pv")
-        values = (self.period, self.amplitude_op, self.amplitude_pv)
+        names = ("period_s", "amplitude_op", "amplitude_pv", "share")
+        values = (self.period, self.amplitude_op, self.amplitude_pv, self.share)
         return {name: float(x) if np.isfinite(x) else None for name, x in zip(names, values, strict=True)}
 
 
@@ -81,7 +88,9 @@ def cycle_of(
     middle = np.median(table, axis=0)
     apart = np.log(np.maximum(table, 1e-12) / np.maximum(middle, 1e-12))
     nearest = int(np.argmin(np.sum(apart**2, axis=1)))
-    return Cycle(*(float(x) for x in middle)), float(np.sqrt(np.mean(apart**2))), cycles[nearest][1]
+    swings = np.concatenate([_swings(record.op, period / record.dt) for _, record in runs])
+    median = Cycle(float(middle[0]), float(middle[1]), float(middle[2]), _share(swings))
+    return median, float(np.sqrt(np.mean(apart**2))), cycles[nearest][1]
 
 
 def cycle_in(record: LoopRecord, period: float) -> Cycle:
@@ -90,7 +99,13 @@ def cycle_in(record: LoopRecord, period: float) -> Cycle:
     if error is None or op is None:
         return NO_CYCLE
     samples = period / record.dt
-    return Cycle(pace(about_drift(op, samples), samples) * record.dt, _swing(op, samples), _swing(error, samples))
+    swings, errors = _swings(op, samples), _swings(error, samples)
+    return Cycle(
+        pace(about_drift(op, samples), samples) * record.dt,
+        float(np.median(swings)),
+        float(np.median(errors)),
+        _share(swings),
+    )
 
 
 def pace(x: NDArray[np.float64], samples: float) -> float:
@@ -103,13 +118,18 @@ def pace(x: NDArray[np.float64], samples: float) -> float:
     return 2.0 * float(np.mean(even[:, 1] - even[:, 0]))
 
 
-def _swing(x: NDArray[np.float64], samples: float) -> float:
-    """Half peak to peak in each period about the drift, median over the periods."""
+def _swings(x: NDArray[np.float64], samples: float) -> NDArray[np.float64]:
+    """Half peak to peak about the drift in each period, shape (n_periods,)."""
     calm = about_drift(smooth(x, samples / 24.0), samples)
     length = min(max(2, round(samples)), x.size)
     starts = np.arange(0.0, x.size - length + 1.0, samples).astype(np.intp)
     cycles = np.lib.stride_tricks.sliding_window_view(calm, length)[starts]
-    return float(np.median(np.ptp(cycles, axis=1))) / 2.0
+    return np.ptp(cycles, axis=1) / 2.0
+
+
+def _share(swings: NDArray[np.float64]) -> float:
+    """Share of the periods whose swing is not far below the large ones."""
+    return float(np.mean(swings > RESTING * np.percentile(swings, LARGE)))
 
 
 def distance(a: Cycle, b: Cycle) -> float:
@@ -126,12 +146,23 @@ def own_period(loop: Loop, sp: float, op: float) -> float:
     quiet = exchange(loop, noise=0.0)
     for length in (60.0, 250.0, 1000.0):
         n = min(max(round(length * slowest / loop.dt), 400), 200_000)
-        kick = np.zeros(n)
-        kick[: max(round(slowest / loop.dt), 3)] = 0.7 * getattr(loop.valve, "S", 3.0)
+        kick = _kick(loop, n, round(slowest / loop.dt))
         seen = find_oscillation(simulate(quiet, sp, n * loop.dt, kick, 0, pv_start=sp, op_start=op).window(n // 3, n))
         if seen.oscillating:
             return seen.period
     return 10.0 * slowest
+
+
+def _kick(loop: Loop, n: int, length: int) -> NDArray[np.float64]:
+    """Load that breaks the stem loose from the point of rest, at which it begins [% of span], shape (n_samples,).
+
+    A stem that only rests and jumps would come back to that very point: a load of half a jump puts it out of reach.
+    """
+    found, load = bands(loop.valve), np.zeros(n)
+    if found is not None and found.staircase:
+        load += found.jump / 2.0
+    load[: max(length, 3)] += max(0.7 * getattr(loop.valve, "S", 3.0), 0.0 if found is None else KICK * found.sb)
+    return load
 
 
 def _run(
@@ -139,8 +170,7 @@ def _run(
 ) -> tuple[Cycle, LoopRecord]:
     samples = max(round(period / loop.dt), 4)
     settle, n = SETTLE * samples, (SETTLE + RUN) * samples
-    kick = np.zeros(n)
-    kick[: max(samples // 3, 3)] = 0.7 * getattr(loop.valve, "S", 3.0)
+    kick = _kick(loop, n, samples // 3)
     record = run_in(around, loop, np.full(n, sp), kick, seed, sp, op).window(settle, n)
     # Alone, a loop may come to rest; in its surroundings it always moves.
     if np.ptp(record.op) < 1e-9 or (around is None and not find_oscillation(record).period > 0.0):

@@ -121,12 +121,18 @@ def _percent(x: float) -> str:
     return f"{round(100.0 * x):+d} %" if round(100.0 * x) else "0 %"
 
 
+def _times(value: float, base: float) -> str:
+    """A ratio with two significant digits, so that a small one is not told as nothing."""
+    ratio = value / max(base, 1e-300)
+    return f"{ratio:.2g}" if ratio < 100.0 else f"{ratio:.0f}"
+
+
 def _risk(best: RemedyTrial, nothing: RemedyTrial) -> str:
     """What the remedy costs and where it may fail."""
     b, now = best.behaviour, nothing.behaviour
     told = [
-        f"stem travel {b.travel / max(now.travel, 1e-300):.1f} times and reversals "
-        f"{b.reversals / max(now.reversals, 1e-300):.1f} times those of doing nothing"
+        f"stem travel {_times(b.travel, now.travel)} times and reversals {_times(b.reversals, now.reversals)} times "
+        "those of doing nothing"
     ]
     if b.offset > now.offset + 0.1 * now.pv_std:
         told.append(f"an offset of about {b.offset:.3g} PV units stays")

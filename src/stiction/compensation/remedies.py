@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stiction.compensation.retune import Retuning
     from stiction.models import PID, Loop
 
-__all__ = ["FIX", "NOTHING", "Remedy", "remedies_for"]
+__all__ = ["FIX", "NOTHING", "RETUNE", "Remedy", "remedies_for"]
 
 NOTHING, FIX, RETUNE = "do nothing", "fix the valve", "retune"
 

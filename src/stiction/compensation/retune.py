@@ -167,7 +167,7 @@ def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: floa
     else:
         reason = (
             f"A limit cycle is left with every setting within the limits; the mildest, {setting}, lowers the PV's "
-            f"deviation by {100.0 * better:.0f} %."
+            f"deviation by {100.0 * better:.0f} % in a cycle without noise and disturbances."
         )
     return Retuning(pid, not gone, df_margin(with_it), stable, better, tuple(curve), reason)
 

@@ -39,6 +39,8 @@ __all__ = ["Twin", "build_twin", "twin_of_loop"]
 PERIOD_LIMIT, AMPLITUDE_LIMIT, MOST_SPREAD = 0.15, 0.25, 0.15
 """Largest relative error of period and amplitudes of a twin that fits, and how much the spread from run to run may
 widen them [-]."""
+STEADIER = 0.1
+"""Share of its periods by which a twin may rest more than the record before it is said [-]."""
 MOST_LEFT = 0.4
 """Share of the PV's movement, about its average over a period, that valve and process may leave unexplained [-]."""
 SHORTEST = 8.0
@@ -191,6 +193,11 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
             cycle, spread, run = cycle_of(loop, level, op, scale, around)
             fits, reason = _judge(measured, cycle, spread)
             changes += tuple(told)
+    if fits and cycle.share < measured.share - STEADIER:
+        reason += (
+            f" It is less steady: it rests in {100.0 * (1.0 - cycle.share):.0f} % of its periods, the record in "
+            f"{100.0 * (1.0 - measured.share):.0f} %."
+        )
     overlay = _overlay(record, pv, run, scale) if cycle.period > 0.0 else {}
     score = 1.0 - distance(measured, cycle)
     return Twin(loop, level, op, measured, cycle, score, fits, reason, better.error, changes, around, overlay)
@@ -249,19 +256,21 @@ def _changes(found: Identification, better: Refined) -> tuple[str, ...]:
 def _overlay(
     record: LoopRecord, pv: NDArray[np.float64], run: LoopRecord, period: float
 ) -> dict[str, NDArray[np.float64]]:
-    """Three periods of the record's middle, and those of the twin that agree best with them."""
+    """Three periods of the record's middle, and those of the twin that are nearest to them."""
     assert run.pv is not None
-    op = hold_gaps(record.op)
-    n = min(round(3.0 * period / record.dt), op.size, run.op.size // 2)
+    op, step = hold_gaps(record.op), round(record.dt / run.dt)
+    op_twin, pv_twin = run.op[::step], run.pv[::step]
+    n = min(round(3.0 * period / record.dt), op.size, op_twin.size // 2)
     first = (op.size - n) // 2
     part = op[first : first + n]
-    starts = max(round(1.5 * period / record.dt), 1)
-    windows = np.lib.stride_tricks.sliding_window_view(run.op, n)[:starts]
-    at = int(np.argmax(windows @ (part - part.mean())))
+    # Square of the distance of every window to the part, both about their means, but for what all windows share.
+    sums, squares = (np.concatenate([np.zeros(1), np.cumsum(x)]) for x in (op_twin, op_twin**2))
+    spread = squares[n:] - squares[:-n] - (sums[n:] - sums[:-n]) ** 2 / n
+    at = int(np.argmin(spread - 2.0 * np.correlate(op_twin, part - part.mean(), "valid")))
     return {
         "time": record.time[:n],
         "op": part,
-        "op_twin": run.op[at : at + n],
+        "op_twin": op_twin[at : at + n],
         "pv": pv[first : first + n],
-        "pv_twin": run.pv[at : at + n],
+        "pv_twin": pv_twin[at : at + n],
     }

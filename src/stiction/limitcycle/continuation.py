@@ -66,7 +66,8 @@ class Bifurcation:
 
     def summary(self) -> str:
         """One line per branch."""
-        lines = [f"{len(self.branches)} branches of limit cycles over {self.parameter}."]
+        n = len(self.branches)
+        lines = [f"{n} {'branch' if n == 1 else 'branches'} of limit cycles over {self.parameter}."]
         for b in self.branches:
             born = f"{b.values[0]:.4g} (range begins)" if b.born is None else f"born at {b.born:.4g}"
             dies = f"{b.values[-1]:.4g} (range ends)" if b.dies is None else f"dies at {b.dies:.4g}"

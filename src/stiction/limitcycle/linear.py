@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.errors import ParameterError
+from stiction.errors import ParameterError, require_finite
 from stiction.models.processes import as_process
 
 if TYPE_CHECKING:
@@ -60,6 +60,8 @@ class LinearPart:
     @cached_property
     def _modes(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Numerators of L and of the process and their common denominator, descending powers of s."""
+        if not self.order:
+            return np.array([self.D]), np.array([self.D_pv]), np.ones(1)
         den = np.poly(self.A)
         num = np.poly(self.A - np.outer(self.B, self.C)) - den + self.D * den
         num_pv = np.poly(self.A - np.outer(self.B, self.C_pv)) - den + self.D_pv * den
@@ -106,7 +108,8 @@ def linear_part(loop: Loop, *, sp: float = 0.0, load: float = 0.0) -> LinearPart
     Raises
     ------
     ParameterError
-        When controller and process together are improper or have no point of rest, or the loop holds a compensator.
+        When controller and process together are improper or have no point of rest, the loop holds a compensator, or
+        `sp` or `load` is not finite.
 
     Examples
     --------
@@ -120,6 +123,7 @@ def linear_part(loop: Loop, *, sp: float = 0.0, load: float = 0.0) -> LinearPart
             f"the loop holds a compensator ({type(loop.compensator).__name__}), which no describing function and no "
             "exact cycle covers; give the loop without it, or simulate it as it is."
         )
+    sp, load = require_finite("sp", sp, "PV units"), require_finite("load", load, "% of span")
     process = as_process(loop.process).state_space()
     chain = _chain(loop.controller, process.A, process.B, process.C, process.D)
     A, B, C, D, C_pv, E, c_sp = chain

@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.errors import ParameterError
 from stiction.limitcycle.bands import bands
 from stiction.limitcycle.crossing import frequency_grid
 from stiction.limitcycle.exact.run import machine
 from stiction.limitcycle.exact.search import solve
 from stiction.limitcycle.linear import LinearPart, linear_part
 from stiction.limitcycle.prediction import harmonic_balance
+from stiction.limitcycle.sampled import sampled_limit_cycles
 from stiction.models import Ideal
+from stiction.models.switch import is_plain
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -22,7 +25,10 @@ if TYPE_CHECKING:
     from stiction.limitcycle.result import LimitCycle
     from stiction.models import Loop
 
-__all__ = ["frictionless_stable", "predict_limit_cycles"]
+__all__ = ["UNSTABLE", "frictionless_stable", "predict_limit_cycles", "runs_away", "why_none"]
+
+UNSTABLE = "The loop is unstable even without friction"
+"""How what is said of such a loop begins."""
 
 
 def predict_limit_cycles(
@@ -41,7 +47,9 @@ def predict_limit_cycles(
         The loop. Controller and process are taken in continuous time with their real dead time; `dt`, noise,
         output limits and end stops play no part.
     exact : bool
-        Solve each cycle exactly too (`LimitCycle.exact`), and add the cycles the describing function misses.
+        Solve each cycle exactly too (`LimitCycle.exact`), and add the cycles the describing function misses. For a
+        valve without an exact form whose samples are quickly run (Choudhury's with J > S), add those of
+        `sampled_limit_cycles`.
     sp : float
         Set point [PV units].
     load : float
@@ -53,13 +61,13 @@ def predict_limit_cycles(
     -------
     tuple of LimitCycle
         Solutions of 1 + L(j omega) N(A) = 0 and the boundaries at jumps of N, each beside its exact cycle; then
-        exact cycles without a prediction (`method` "continuous"). Empty for a valve without stiction.
+        exact cycles without a prediction (`method` "continuous", or "sampled"). Empty for a valve without stiction.
 
     Raises
     ------
     ParameterError
         When controller and process are improper or make an algebraic loop, the loop has no point of rest, or it
-        holds a compensator.
+        holds a compensator; when `sp` or `load` is not finite.
 
     References
     ----------
@@ -87,14 +95,15 @@ def predict_limit_cycles(
     else:
         offsets = None
     warning = "" if frictionless_stable(linear) else (
-        "The loop is unstable even without friction: oscillations above the largest unstable cycle grow without end."
+        f"{UNSTABLE}: oscillations above the largest unstable cycle grow without end."
     )  # fmt: skip
     predicted = [replace(cycle, warning=warning) for cycle in harmonic_balance(linear, loop.valve, offsets)]
     if not exact:
         return tuple(predicted)
     if banded is None:
-        note = f"{type(loop.valve).__name__} has no exact continuous form here; check with sampled_limit_cycles."
-        return tuple(replace(cycle, warning=warning or note) for cycle in predicted)
+        note = f"{type(loop.valve).__name__} has no exact form here; check with a simulation."
+        sampled = sampled_limit_cycles(loop, sp=sp, load=load) if is_plain(loop.valve.code) else ()
+        return (*(replace(cycle, warning=warning or note) for cycle in predicted), *sampled)
     solved = [replace(cycle, warning=cycle.warning or warning) for cycle in
               solve(machine(loop, sp=sp, load=load), loop, families, predicted)]  # fmt: skip
     return _beside(predicted, solved)
@@ -138,6 +147,47 @@ def _distance(guess: LimitCycle, cycle: LimitCycle) -> float:
     return apart if apart < 1.2 else math.inf
 
 
+def why_none(loop: Loop) -> str:
+    """Say why no limit cycle was found, in a sentence.
+
+    Parameters
+    ----------
+    loop : Loop
+        A loop for which `predict_limit_cycles` is empty.
+
+    Returns
+    -------
+    str
+        That the valve is good, the loop unstable, the describing function all there was to look with, or none of it.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> why_none(st.Loop(st.PID(-0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0))
+    'The loop is unstable even without friction: it runs away. Turn or lower the gain of the controller.'
+    """
+    banded = bands(loop.valve)
+    if runs_away(loop):
+        return f"{UNSTABLE}: it runs away. Turn or lower the gain of the controller."
+    if isinstance(loop.valve, Ideal) or (banded is not None and banded.sb == 0.0):
+        return "No limit cycle: the valve does not stick."
+    if banded is None:
+        return (
+            "No limit cycle was predicted, which is no proof: the describing function meets the loop nowhere, and "
+            f"{type(loop.valve).__name__} has no exact form here. Simulate the loop to see whether it cycles."
+        )
+    return "No limit cycle: the describing function meets the loop nowhere, nor does any start end in one."
+
+
+def runs_away(loop: Loop) -> bool:
+    """Whether the loop is unstable even without friction; False where it has no linear part to tell by."""
+    try:
+        linear = linear_part(replace(loop, compensator=None))
+    except ParameterError:
+        return False
+    return not frictionless_stable(linear)
+
+
 def frictionless_stable(linear: LinearPart) -> bool:
     """Whether the loop with an ideal valve is stable, by Nyquist's count with the real dead time."""
     if linear.dead_time and abs(linear.D) >= 1.0:
@@ -148,9 +198,8 @@ def frictionless_stable(linear: LinearPart) -> bool:
     omega = frequency_grid(linear, 50.0)
     if omega.size < 2:
         return outside == 0
-    s = 1j * omega
-    value = (1.0 + linear.at(s)) * (s / (s + omega[-1])) ** at_origin
-    turned = np.unwrap(np.angle(value))
-    start = round(float(turned[0]) / math.pi) * math.pi
-    end = round(float(turned[-1]) / math.pi) * math.pi
-    return outside - round((end - start) / math.pi) == 0
+    turned = np.unwrap(np.angle(1.0 + linear.at(1j * omega)))
+    # At either end 1 + L is real but for the poles at the origin, each of which turns it by a quarter.
+    start = round(float(turned[0]) / math.pi + at_origin / 2.0)
+    end = round(float(turned[-1]) / math.pi)
+    return outside - (end - start) == 0

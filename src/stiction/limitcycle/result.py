@@ -78,8 +78,7 @@ class LimitCycle:
         if self.exact is None:
             return self.warning or "Not checked against an exact cycle."
         worst = max(abs(self.period_error or 0.0), abs(self.amplitude_error or 0.0))
-        period, height = 100.0 * (self.period_error or 0.0), 100.0 * (self.amplitude_error or 0.0)
-        off = f"period {period:+.1f} %, OP amplitude {height:+.1f} %"
+        off = f"period {_change(self.period_error)}, OP amplitude {_change(self.amplitude_error)}"
         if worst <= 0.02:
             return f"Good: {off} against the exact cycle."
         if worst <= 0.10:
@@ -117,3 +116,9 @@ class LimitCycle:
             "trust": self.trust,
             "exact": None if self.exact is None else self.exact.to_dict(),
         }
+
+
+def _change(error: float | None) -> str:
+    """A relative error in percent, without a sign where it rounds to nothing."""
+    percent = round(100.0 * (error or 0.0), 1)
+    return f"{percent:+.1f} %" if percent else "0.0 %"

@@ -67,6 +67,8 @@ class Reading:
     """The same as a rate of the pressure [psi/s]."""
     critical_speed: float
     """Speed of the stem there [in/s]."""
+    slide_pressure: float
+    """Rate of the pressure below which a steady slide is unstable, in closed form [psi/s]."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,8 @@ class Table1:
         """Say it in a sentence per reading."""
         return " ".join(
             f"Reading {r.name} (slopes in {r.slope_unit}): S = {r.S:.2f} %, J = {r.J:.2f} %, damping ratio "
-            f"{r.damping_ratio:.3g}, stairs below {r.critical_pressure:.3g} psi/s ({r.critical.mechanism})."
+            f"{r.damping_ratio:.3g}, stairs below {r.critical_pressure:.3g} psi/s ({r.critical.mechanism}), a steady "
+            f"slide unstable below {r.slide_pressure:.3g} psi/s."
             for r in self.readings
         )
 
@@ -150,4 +153,5 @@ def _reading(name: str, valve: PhysicalValve) -> Reading:
         critical=found,
         critical_pressure=found.rate * PSI_PER_PERCENT,
         critical_speed=found.velocity / 0.0254,
+        slide_pressure=found.stribeck * PSI_PER_PERCENT,
     )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import ParameterError, require_finite, require_positive
+from stiction.errors import ParameterError, require_finite, require_not_negative, require_positive
 from stiction.models.switch import NO_COMPENSATOR, is_plain
 from stiction.records.record import LoopRecord, Provenance
 from stiction.simulation.drivers import closed_loop, plain_loop
@@ -49,7 +49,7 @@ def simulate(
     disturbance : float or array_like, shape (n_samples,), optional
         Load, added to the valve position at the process inlet [% of span].
     seed : int, optional
-        Seed of the measurement noise; without one each run draws its own.
+        Seed of the measurement noise, 0 or more; without one each run draws its own.
     pv_disturbance : float or array_like, shape (n_samples,), optional
         Added to the process output [PV units].
     manual : float or array_like, shape (n_samples,), optional
@@ -71,7 +71,8 @@ def simulate(
     Raises
     ------
     ParameterError
-        When a series has another length than the simulation or is not a series of numbers.
+        When a series has another length than the simulation or is not a series of numbers, or `seed` is no whole
+        number of 0 or more.
 
     Examples
     --------
@@ -85,7 +86,7 @@ def simulate(
     n = round(duration / loop.dt)
     if n < 1:
         raise ParameterError(f"duration = {duration:g} s is shorter than one sample of {loop.dt:g} s; make it longer.")
-    set_point = _series("sp", sp, n)
+    seed, set_point = _whole(seed), _series("sp", sp, n)
     load = _NOTHING if disturbance is None else _series("disturbance", disturbance, n)
     pv_load = _NOTHING if pv_disturbance is None else _series("pv_disturbance", pv_disturbance, n)
     if loop.noise > 0.0:
@@ -127,6 +128,15 @@ def simulate(
         loop_type=loop_type,
         provenance=Provenance(source="simulation", rows=n),
     )
+
+
+def _whole(seed: int | None) -> int | None:
+    if seed is None:
+        return None
+    number = require_not_negative("seed", seed)
+    if number != round(number):
+        raise ParameterError(f"seed = {number:g} is no whole number; give 0 or more.")
+    return int(seed)
 
 
 def _series(name: str, value: ArrayLike, n: int, *, gaps: bool = False) -> NDArray[np.float64]:

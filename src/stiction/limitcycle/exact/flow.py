@@ -180,6 +180,9 @@ def flow(
             if up * (xq[0] - x) < -1e-9 * sb:
                 follows, rest_t = False, t
                 rested[:] = z
+                if n_events < events.shape[0]:
+                    events[n_events, 0], events[n_events, 1] = t, x
+                    n_events += 1
         if not follows:
             for k in range(TERMS):
                 xq[k] = 0.0
