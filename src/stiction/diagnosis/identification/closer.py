@@ -38,6 +38,8 @@ NOT_RECORDED, CANNOT_BE_TOLD, BY_INTEGRAL = (
     "OP between the samples is rebuilt by the controller's integral",
 )
 """Why S is known less well; the second where the moves that were recorded, rounded, are all explained."""
+STARTS = np.linspace(-1.0, 1.0, 9)
+"""Places at the start of a record of which only the middle is foretold [half bands]."""
 ANOTHER = 0.1
 """How far off the record's S that of a stretch is beyond which its own valve is simulated in it, as a share [-]."""
 
@@ -145,10 +147,9 @@ def _by_stretches(
     `op` is that of the whole record, `per` samples of it to one of the record.
     """
     record, signals, searched, sign = search.record, search.signals, search.pieces, search.controller.action
-    whole = fine if fine.first == 0 else fine._replace(op=op)
 
     def stem(valve: Trial) -> NDArray[np.float64]:
-        return stem_of(whole, valve)[::per]
+        return _stem(fine, op, valve)[::per]
 
     def behind(one: Piece, valve: Trial) -> Piece:
         return with_stem(one, _part(stem(valve), one.signals), sign, record.integrating)
@@ -183,6 +184,20 @@ def _by_stretches(
         result, mv=np.where(np.isfinite(result.mv), result.mv, mv), S_bootstrap=found.bootstrap(), drift=slope,
         drift_error=error, lag=found.best.lag * record.dt / per, rough=search.rough,
     )  # fmt: skip
+
+
+def _stem(fine: Prediction, op: NDArray[np.float64], valve: Trial) -> NDArray[np.float64]:
+    """Stem over the whole `op`: from where it is foretold on as there, before that from a place that leads there.
+
+    A stem that begins elsewhere may never be moved: a cycle is possible with an OP that swings over less than S + J.
+    """
+    begin = fine.first * fine.width
+    after = stem_of(fine._replace(op=op[begin:]), valve)
+    if begin == 0:
+        return after
+    starts = [stem_of(fine._replace(op=op[: begin + 1]), valve._replace(place=place)) for place in STARTS.tolist()]
+    before = min(starts, key=lambda one: abs(one[-1] - after[0]))
+    return np.concatenate([before[:-1], after])
 
 
 def _part(stem: NDArray[np.float64], signals: Signals) -> NDArray[np.float64]:
