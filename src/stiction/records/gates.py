@@ -20,6 +20,7 @@ from stiction.records.historian_gates import (
     compression,
     exception,
     held,
+    one_rate,
     outages,
     outliers,
     replay,
@@ -260,7 +261,19 @@ def _share(mask: NDArray[np.bool_]) -> float:
 
 GATES = (
     *(length, cycles, sampling, op_moves, op_turns, pv_moves, saturation, manual, frozen_pv, missing_values),
-    *(op_scale, op_resolution, pv_resolution, compression, exception, held, outages, averaging, replay, clock),
+    *(
+        op_scale,
+        op_resolution,
+        pv_resolution,
+        compression,
+        exception,
+        held,
+        one_rate,
+        outages,
+        averaging,
+        replay,
+        clock,
+    ),
     *(outliers, resampled),
 )
 """All gates, in the order in which they are reported."""

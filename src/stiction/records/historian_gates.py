@@ -21,7 +21,18 @@ from stiction.records.storage import (
 )
 from stiction.records.stretches import unreached
 
-__all__ = ["averaging", "clock", "compression", "exception", "held", "outages", "outliers", "replay", "resampled"]
+__all__ = [
+    "averaging",
+    "clock",
+    "compression",
+    "exception",
+    "held",
+    "one_rate",
+    "outages",
+    "outliers",
+    "replay",
+    "resampled",
+]
 
 STRAIGHT = 10.0
 """Samples that may lie on straight lines between two others [%]."""
@@ -35,6 +46,8 @@ simulated loops between 6 and 8 (`simulation.population`, seed 92) the cause wou
 above (77 %)."""
 COPIED = 0.5
 """Samples that may repeat an earlier stretch value for value [%]: a copy, however short, breaks the record twice."""
+FEWEST_RUNS, EVENLY = 20, 0.9
+"""Stored values without which no rate is seen, and the share of them that stand equally long [-]."""
 HELD = 20.0
 """Samples in which OP and PV may both repeat their last value [%]."""
 
@@ -102,6 +115,22 @@ def held(view: View) -> Gate | None:
         if points < 4:
             return Gate("held", "refuses", points, 4, why + remedy)
     return at_most("held", share, HELD, np.inf, why + (remedy if share > HELD else "."))
+
+
+def one_rate(view: View) -> Gate | None:
+    """Find one of OP and PV stored every few samples only, and held between, while the other moves."""
+    if len(view.part) < 2 or view.pv is None:
+        return None
+    moved = {"OP": np.diff(view.op) != 0.0, "PV": np.diff(view.pv) != 0.0}
+    for name, other in (("PV", "OP"), ("OP", "PV")):
+        lengths = np.diff(np.flatnonzero(moved[name]))
+        if lengths.size < FEWEST_RUNS:
+            continue
+        every = float(np.median(lengths))
+        if every >= 2.0 and np.mean(lengths == every) >= EVENLY and np.mean(moved[other][~moved[name]]) > 0.5:
+            why = f"{name} is stored every {every:.0f} samples and held between, {other} more often"
+            return Gate("one rate", "lowers", every, 1.0, f"{why}; export both at one rate, that of the controller.")
+    return Gate("one rate", "ok", 1.0, 1.0, "OP and PV are stored equally often.")
 
 
 def outages(view: View) -> Gate | None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.limits import clipped, saturated
+from stiction.records.limits import clipped, saturated, shut
 from stiction.records.rests import (
     BRIDGE,
     FROZEN,
@@ -120,7 +120,7 @@ def torn(record: LoopRecord) -> NDArray[np.bool_]:
 
 
 def analysis_window(record: LoopRecord) -> tuple[int, int]:
-    """Find the longest stretch in automatic, OP not clipped, PV not frozen, no clock jump, no gap above `BRIDGE`.
+    """Find the longest stretch in automatic, OP not clipped or shut, PV not frozen, no clock jump or gap above `BRIDGE`.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def analysis_window(record: LoopRecord) -> tuple[int, int]:
     (0, 4)
     """
     gone = missing(record)
-    blocked = clipped(record) | in_manual(record) | frozen(record) | torn(record)
+    blocked = clipped(record) | shut(record) | in_manual(record) | frozen(record) | torn(record)
     good = ~(gone | blocked)
     for first, last in runs(gone):
         inside = first > 0 and last < len(gone) and good[first - 1] and good[last]

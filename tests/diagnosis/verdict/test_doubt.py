@@ -112,7 +112,7 @@ def test_limits(beyond, inside, outside):
 def test_the_limits_are_all_in_the_table():
     assert set(BEYOND) == {"missing", "held", "compression"}
     assert set(HIDES) == {
-        *("exception", "averaging", "clock", "length", "manual", "outages", "outliers"),
+        *("exception", "averaging", "clock", "length", "manual", "one rate", "outages", "outliers"),
         *("resampled", "saturation", "replay"),
     }
 

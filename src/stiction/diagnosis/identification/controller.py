@@ -79,6 +79,9 @@ class ControllerFit(NamedTuple):
     leaves and a slower record would leave more."""
     left: float = math.nan
     """Share of the OP's moves that no form of controller explains [-]."""
+    left_if_later: float = math.nan
+    """What proportional and integral part leave with each PV taken a sample later, over what they leave as recorded [-]:
+    little where PV was stored a sample late."""
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
@@ -146,6 +149,8 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
         return _none("OP does not move.")
     full = data.unexplained(moving)
     left = energy_of(full) / energy_of(data.y)
+    ahead, _ = _without_bumps(moves(op[:-1], error[1:], pv[1:], valid[1:] & valid[:-1], record.dt, 0.0), moving)
+    later = ahead.left_by_error() / max(data.left_by_error(), 1e-12) if ahead.y.size >= FEWEST_ROWS else math.nan
     own, as_rounded = left <= COMPUTED, False
     if not own and any(steps := (lattice(op), lattice(pv))):
         law = best_form(data, moving, 0.0, record.dt, exact=True).weights
@@ -172,7 +177,7 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
         why += f"; {bumps} bumps left out"
     if not moving:
         why += "; the set point is constant, so that parts on the error and on the PV are the same"
-    named = _named(found, why + ".", exact=exact)._replace(own_samples=own, left=left)
+    named = _named(found, why + ".", exact=exact)._replace(own_samples=own, left=left, left_if_later=later)
     if record.sp is None and not exact and "I" not in found.form:
         # PV that follows a set point which was not recorded moves with OP, as it does under no controller.
         unseen = " The set point was not recorded; if it moves, PV and OP go together because of it."

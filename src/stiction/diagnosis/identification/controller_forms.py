@@ -59,6 +59,12 @@ class Regression(NamedTuple):
             left -= weight * self.columns[use]
         return left
 
+    def left_by_error(self) -> float:
+        """Share that the proportional and integral part of the error leave [-]; NaN where nothing moves."""
+        weights, _ = _solve(*self.sums(), (P, INTEGRAL))
+        energy = energy_of(self.y)
+        return energy_of(self.y - weights @ self.columns[[P, INTEGRAL]]) / energy if energy > 0.0 else math.nan
+
 
 class FormFit(NamedTuple):
     """One form fitted."""

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, NamedTuple
 from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.detection.evidence import judge
 from stiction.diagnosis.identification.identify import search
+from stiction.diagnosis.identification.in_step import in_step
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence
 from stiction.diagnosis.verdict.cause import named_cause, not_seen
 from stiction.diagnosis.verdict.contradiction import (
     EVERY_RIVAL,
     PLAINLY_JUMPS,
+    against_both,
     against_good,
     against_sticking,
     explains_much_more,
@@ -47,6 +49,9 @@ SHORTEST_PERIOD = 8
 PLAIN_REASONS = ("exception", "compression", "missing", "op moves", "pv moves", "manual", "saturation")
 """Refusals that others follow from; that of a record which is too short as a whole comes before them."""
 
+PV_LATE, LATE_SAID = "PV stored late", "PV was stored a sample late, and is taken a sample earlier."
+"""What is told of such a record."""
+
 STICKS, FOLLOWS = 0.45, 0.1
 """S over the OP's swing from which the identification by itself votes for stiction, and up to which against [-]: a loop
 that cycles because of its valve moves OP through the band and little more, noise and drift fit bands of a tenth."""
@@ -60,7 +65,7 @@ class Findings:
     """All that a verdict is made from."""
 
     record: LoopRecord
-    """The record as it came."""
+    """The record, without values far off all others, OP and PV in step."""
     part: LoopRecord
     """The stretch that was analysed."""
     oscillation: Oscillation
@@ -82,6 +87,8 @@ class Findings:
     """All of that in a row of numbers; None without an identification."""
     stem: Shown | None = None
     """What the recorded valve position shows; None where none was recorded."""
+    late: bool = False
+    """Whether PV was stored a sample late, and is taken a sample earlier."""
 
 
 def diagnose(record: LoopRecord) -> Diagnosis:
@@ -168,11 +175,13 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
     blind = weighed.stem is None  # no position shows the stem
     by_itself = blind and told["sensor"] + told["saturation"] < FAULT_SEEN
     nothing = explains_nothing(found) if blind else ""
-    against = against_good(found, row, told) if blind else ()
+    assert seen.controller is not None
+    both = (*((PV_LATE,) if seen.late else ()), *against_both(seen.controller)) if blind else ()
+    against = (*against_good(found, row, told), *both) if blind else ()
     held = held_back(
         told["stiction"], seen.quality, told["saturation"], told["sensor"],
         own_samples=found.own_samples, valve_seen=not nothing, against=against,
-        against_sticking=against_sticking(found, valve, row) if blind else (),
+        against_sticking=(*against_sticking(found, valve, row), *both) if blind else (),
     )  # fmt: skip
     rest = (1.0 - held.probability) / max(1.0 - told["stiction"], 1e-12)
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
@@ -203,7 +212,8 @@ def _told(seen: Findings, weighed: Weighed, judged: Judged) -> Diagnosis:
     by_position = seen.stem.why if seen.stem is not None else ""
     _, of_set_point = held_set_point(seen.record, seen.quality.first, seen.quality.last)
     drift = changes(valve, seen.part.duration, unit) if verdict == "stiction" else ""
-    spoken = (cause.reason, by_position, said(shown, seen.record.dt), drift, of_set_point, judged.why)
+    late = LATE_SAID if seen.late else ""
+    spoken = (cause.reason, by_position, late, said(shown, seen.record.dt), drift, of_set_point, judged.why)
     return Diagnosis(
         record=seen.record,
         verdict=verdict,
@@ -248,7 +258,7 @@ def findings(record: LoopRecord) -> Findings:
     """
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV.")
-    record = without_outliers(record)
+    record, late = in_step(without_outliers(record))
     part = usable_part(record)
     oscillation = find_oscillation(part)
     quality = assess(record, oscillation.period if oscillation.oscillating else None)
@@ -263,13 +273,15 @@ def findings(record: LoopRecord) -> Findings:
     gappy = replace(part, op=stored.op, pv=stored.pv)
     searches = _searched(gappy, oscillation) if quality.usable else ()
     if not searches:
-        return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, None, stem)
+        return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, None, stem, late)
     speaks = 0 if oscillation.oscillating else max(range(len(searches)), key=lambda i: searches[i].rough.fit)
     closer = searches[speaks].closer()
     found = tuple(closer.recorded if i == speaks else one.rough for i, one in enumerate(searches))
     controller = searches[0].controller
     row = features(record, part, found, speaks, controller, oscillation, votes)
-    return Findings(record, part, oscillation, quality, evidence, found, speaks, closer.told, controller, row, stem)
+    return Findings(
+        record, part, oscillation, quality, evidence, found, speaks, closer.told, controller, row, stem, late
+    )
 
 
 def _searched(part: LoopRecord, oscillation: Oscillation) -> tuple[Search, ...]:

@@ -51,7 +51,7 @@ UNKNOWN = 0.25, 0.5
 FIRST, FURTHER = 0.9, 0.8
 """What the log odds keep for the first doubt, and for each further one [-]."""
 HIDES = (
-    *("exception", "averaging", "clock", "length", "manual", "outages", "outliers"),
+    *("exception", "averaging", "clock", "length", "manual", "one rate", "outages", "outliers"),
     *("resampled", "saturation", "replay"),
 )
 """Gates that lower the confidence in a record that may have lost what shows the valve. Where the clock jumped rows may
