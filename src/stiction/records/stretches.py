@@ -120,7 +120,7 @@ def torn(record: LoopRecord) -> NDArray[np.bool_]:
 
 
 def analysis_window(record: LoopRecord) -> tuple[int, int]:
-    """Find the longest stretch in automatic, OP not clipped or shut, PV not frozen, no clock jump or gap above `BRIDGE`.
+    """Find the longest stretch in automatic, OP not clipped or shut, PV not frozen, no clock jump or long gap.
 
     Parameters
     ----------

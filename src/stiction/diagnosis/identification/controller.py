@@ -80,7 +80,7 @@ class ControllerFit(NamedTuple):
     left: float = math.nan
     """Share of the OP's moves that no form of controller explains [-]."""
     left_if_later: float = math.nan
-    """What proportional and integral part leave with each PV taken a sample later, over what they leave as recorded [-]:
+    """What proportional and integral part leave with each PV taken a sample later, over that as recorded [-]:
     little where PV was stored a sample late."""
 
     def to_dict(self) -> dict[str, Any]:
