@@ -44,7 +44,7 @@ def test_a_good_record_passes_every_gate(good):
     assert quality.usable
     assert faults(good, PERIOD) == {}
     assert (quality.first, quality.last, quality.rows, quality.duration, quality.bad_percent) == (0, N, N, N, 0.0)
-    assert len(quality.gates) == 19
+    assert len(quality.gates) == 20
     assert all(g.why.endswith(".") for g in quality.gates)
     assert quality.summary().startswith("usable")
     assert json.loads(json.dumps(quality.to_dict(), allow_nan=False))["gates"][0]["name"] == "length"

@@ -66,8 +66,8 @@ def student(degrees: int) -> float:
 
     Examples
     --------
-    >>> student(1), round(student(17), 3), round(student(1000), 3)
-    (12.706, 2.11, 1.962)
+    >>> student(1), round(student(17), 2), round(student(1000), 2)
+    (12.706, 2.11, 1.96)
     """
     z = NORMAL
     if degrees <= len(STUDENT):
