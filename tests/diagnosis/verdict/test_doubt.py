@@ -85,7 +85,7 @@ def fits(fit, fit_linear=0.0):
 
 LIMITS = [
     ("steps of OP", hides("op resolution"), 100.0, 99.0),
-    ("missing samples [%]", hides("missing"), 15.0, 15.1),
+    ("missing samples [%]", hides("missing"), 10.0, 10.1),
     ("held samples [%]", hides("held"), 5.0, 5.1),
     ("straight lines [%]", hides("compression"), 2.0, 2.1),
     ("samples", lambda n: held_back(0.06, quality(first=0, rows=n)).probability == 0.1, 880, 879),

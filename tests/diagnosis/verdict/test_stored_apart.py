@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.diagnosis.identification.in_step import in_step
+from stiction.diagnosis.identification import fit_controller
+from stiction.diagnosis.identification.in_step import is_late, with_pv_earlier
 from stiction.records import LoopRecord, analysis_window, assess
 from stiction.records.limits import shut
 
@@ -46,12 +47,11 @@ def test_a_good_valve_stays_good():
 
 def test_what_is_taken_earlier_is_the_pv_alone():
     record = run("sticky")
-    assert in_step(record) == (record, False)
-    mended, told = in_step(late(record))
-    assert told
+    mended = with_pv_earlier(late(record))
     assert len(mended) == len(record) - 1
     np.testing.assert_array_equal(mended.pv, record.pv[:-1])
     np.testing.assert_array_equal(mended.op, record.op[:-1])
+    assert [is_late(fit_controller(one)) for one in (record, late(record), mended)] == [False, True, False]
 
 
 @pytest.mark.parametrize("name", ["op", "pv"])

@@ -46,6 +46,19 @@ class Cause(NamedTuple):
     """What to do, in a sentence."""
 
 
+class Seen(NamedTuple):
+    """What a cause is told by."""
+
+    found: Identification
+    """The valve and process found."""
+    rhythm: Oscillation
+    """Whether and how the loop oscillates."""
+    counted: Sequence[Counted]
+    """What each finding did to the probability of stiction."""
+    unit: str
+    """Unit of OP, S and J, as it stands behind a number."""
+
+
 def named_cause(
     verdict: Verdict,
     causes: Mapping[str, float],
@@ -93,7 +106,7 @@ def named_cause(
         reason = _undecided(likely[0], causes, found, counted) + _rival(found, oscillation)
         return Cause("unknown", reason, deciding)
     name = likely[0]
-    reason, action = _deadband(found, unit) if name == "deadband" else _OTHERS[name](found, oscillation, counted)
+    reason, action = _OTHERS[name](Seen(found, oscillation, counted, unit))
     if name == "deadband" and not _speaks(found) and causes[name] >= PLAINLY:
         reason += f" By all that was found play is the likeliest cause ({chance(causes[name])})."
     reason += _rival(found, oscillation)
@@ -232,33 +245,32 @@ def _rival(found: Identification, rhythm: Oscillation) -> str:
     return f" A good valve {name} foretells the PV better than a sticky one."
 
 
-def _deadband(found: Identification, unit: str) -> tuple[str, str]:
-    S = interval(found.S, found.S_low, found.S_high)[0]
+def _deadband(seen: Seen) -> tuple[str, str]:
+    S = interval(seen.found.S, seen.found.S_low, seen.found.S_high)[0]
     return (
-        f"A valve with {S} {unit} deadband and little or no slip jump {fits(found)}.",
+        f"A valve with {S} {seen.unit} deadband and little or no slip jump {fits(seen.found)}.",
         "Look for play in linkage, actuator and positioner; where the process integrates, integral action cycles on "
         "any deadband.",
     )
 
 
-def _tight_tuning(found: Identification, rhythm: Oscillation, counted: Sequence[Counted]) -> tuple[str, str]:
+def _tight_tuning(seen: Seen) -> tuple[str, str]:
     return (
-        f"The loop rings every {in_seconds(rhythm.period)} as a loop does that is close to its limit of stability; "
-        f"a sticky valve {_against(found, counted)}.",
+        f"The loop rings every {in_seconds(seen.rhythm.period)} as a loop does that is close to its limit of stability"
+        f"; a sticky valve {_against(seen.found, seen.counted)}.",
         "Lower the controller gain or raise the integral time, then look again.",
     )
 
 
-def _external(found: Identification, rhythm: Oscillation, counted: Sequence[Counted]) -> tuple[str, str]:
-    cycle = f"cycles every {in_seconds(rhythm.period)}, driven" if rhythm.oscillating else "is moved"
+def _external(seen: Seen) -> tuple[str, str]:
+    cycle = f"cycles every {in_seconds(seen.rhythm.period)}, driven" if seen.rhythm.oscillating else "is moved"
     return (
-        f"The loop {cycle} from outside. A sticky valve {_against(found, counted)}.",
+        f"The loop {cycle} from outside. A sticky valve {_against(seen.found, seen.counted)}.",
         "Look for the source upstream or in coupled loops with the same period.",
     )
 
 
-def _sensor(found: Identification, rhythm: Oscillation, counted: Sequence[Counted]) -> tuple[str, str]:
-    del found, rhythm, counted
+def _sensor(_: Seen) -> tuple[str, str]:
     return (
         "The PV moves in steps, rests or jumps as the transmitter or the export makes it, which can imitate a sticking "
         "valve.",
@@ -267,26 +279,25 @@ def _sensor(found: Identification, rhythm: Oscillation, counted: Sequence[Counte
     )
 
 
-def _saturation(found: Identification, rhythm: Oscillation, counted: Sequence[Counted]) -> tuple[str, str]:
-    del found, rhythm, counted
+def _saturation(_: Seen) -> tuple[str, str]:
     return "The OP lies at its limit for part of the record.", "Check sizing and limits of the valve."
 
 
-def _none(found: Identification, rhythm: Oscillation, counted: Sequence[Counted]) -> tuple[str, str]:
-    del counted
-    rest = "." if found.fit_linear > 80.0 else ", the rest is disturbance."
-    what = "No fault shows behind the oscillation" if rhythm.oscillating else "No regular oscillation"
+def _none(seen: Seen) -> tuple[str, str]:
+    rest = "." if seen.found.fit_linear > 80.0 else ", the rest is disturbance."
+    what = "No fault shows behind the oscillation" if seen.rhythm.oscillating else "No regular oscillation"
     return (
-        f"{what}; a good valve explains {_percent(found.fit_linear)} % of the PV's movement{rest}",
+        f"{what}; a good valve explains {_percent(seen.found.fit_linear)} % of the PV's movement{rest}",
         "No action on the valve.",
     )
 
 
 _OTHERS = {
+    "deadband": _deadband,
     "tight tuning": _tight_tuning,
     "external disturbance": _external,
     "sensor": _sensor,
     "saturation": _saturation,
     "none": _none,
 }
-"""Cause -> its reason and action, but for those that tell S."""
+"""Cause -> its reason and action."""

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.detection.evidence import judge
+from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.identify import search
-from stiction.diagnosis.identification.in_step import in_step
+from stiction.diagnosis.identification.in_step import is_late, with_pv_earlier
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence
 from stiction.diagnosis.verdict.cause import named_cause, not_seen
@@ -258,7 +259,11 @@ def findings(record: LoopRecord) -> Findings:
     """
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV.")
-    record, late = in_step(without_outliers(record))
+    return _findings(without_outliers(record), late=False)
+
+
+def _findings(record: LoopRecord, *, late: bool) -> Findings:
+    """Look at a record; once more, with each PV a sample earlier, where it was stored `late`."""
     part = usable_part(record)
     oscillation = find_oscillation(part)
     quality = assess(record, oscillation.period if oscillation.oscillating else None)
@@ -271,29 +276,39 @@ def findings(record: LoopRecord) -> Findings:
     # The search draws lines over what is missing, and a held value is none that the controller saw.
     stored = record.window(quality.first, quality.last)
     gappy = replace(part, op=stored.op, pv=stored.pv)
-    searches = _searched(gappy, oscillation) if quality.usable else ()
-    if not searches:
+    controller = _controller(gappy) if quality.usable else None
+    if not late and controller is not None and is_late(controller):
+        return _findings(with_pv_earlier(record), late=True)
+    searches = () if controller is None else _searched(gappy, oscillation, controller)
+    if controller is None or not searches:
         return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, None, stem, late)
     speaks = 0 if oscillation.oscillating else max(range(len(searches)), key=lambda i: searches[i].rough.fit)
     closer = searches[speaks].closer()
     found = tuple(closer.recorded if i == speaks else one.rough for i, one in enumerate(searches))
-    controller = searches[0].controller
     row = features(record, part, found, speaks, controller, oscillation, votes)
     return Findings(
         record, part, oscillation, quality, evidence, found, speaks, closer.told, controller, row, stem, late
     )
 
 
-def _searched(part: LoopRecord, oscillation: Oscillation) -> tuple[Search, ...]:
+def _controller(part: LoopRecord) -> ControllerFit | None:
+    """The controller; None where the stretch does not hold enough to look for one."""
+    try:
+        return fit_controller(part)
+    except RecordError:
+        return None
+
+
+def _searched(part: LoopRecord, oscillation: Oscillation, controller: ControllerFit) -> tuple[Search, ...]:
     """Compare about the local mean over one period, where there is one, and about the mean of the record.
 
     The one about the period speaks where the loop oscillates, else the one that explains more; only that one is then
     searched closely.
     """
     try:
-        whole = search(part, None)
+        whole = search(part, None, controller)
         if SHORTEST_PERIOD * part.dt < oscillation.period < part.duration / 2.0:
-            return search(part, oscillation.period, whole.controller), whole
+            return search(part, oscillation.period, controller), whole
     except RecordError:
         return ()
     return (whole,)

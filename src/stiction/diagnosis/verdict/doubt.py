@@ -56,7 +56,7 @@ HIDES = (
 )
 """Gates that lower the confidence in a record that may have lost what shows the valve. Where the clock jumped rows may
 be lost, and a stem that rests after every sample goes on from elsewhere."""
-BEYOND = {"missing": 15.0, "held": 5.0, "compression": 2.0}
+BEYOND = {"missing": 10.0, "held": 5.0, "compression": 2.0}
 """Those that may hide or feign a slip beyond a value, whether or not they lower: missing and held samples [%], OP on
 exactly straight lines [%]."""
 STEPS = 100.0
