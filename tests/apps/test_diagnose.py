@@ -83,6 +83,8 @@ def test_one_bad_file_is_a_row_with_its_reason(run, folder, sticky_csv, healthy_
     found = json.loads(run("diagnose", *files, "--json").out)
     assert [entry["verdict"] for entry in found] == ["no_stiction", "stiction", "undecided"]
     assert all(entry.keys() >= KEYS for entry in found)
+    assert found[0].keys() == found[1].keys() == found[2].keys()
+    assert [entry["error"] is None for entry in found] == [True, True, False]
     assert "is empty" in found[2]["error"]
 
 

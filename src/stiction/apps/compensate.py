@@ -85,7 +85,7 @@ def compensate(
         SIGNAL=NAME, for example op=FIC101.OUT: which column is which, instead of guessing. SIGNAL is time, pv, sp,
         op, mv (valve position), mode, bad or quality. May be repeated.
     loop_type
-        flow, level, pressure, temperature, analyser or other; by default from the tag's first letter.
+        flow, level, pressure, temperature, analyser or other; by default from the tag's letters.
     delimiter
         Character between columns.
     decimal

@@ -59,7 +59,7 @@ def diagnose(
         op, mv (valve position), valve_signal (what a compensator sends to the valve), mode, bad or quality. May be
         repeated.
     loop_type
-        flow, level, pressure, temperature, analyser or other; by default from the tag's first letter.
+        flow, level, pressure, temperature, analyser or other; by default from the tag's letters.
     delimiter
         Character between columns.
     decimal
@@ -109,7 +109,8 @@ def judge(files: tuple[str, ...], options: dict[str, Any], target: Path | None, 
     diagnoses, more = _diagnose(records)
     failures += more
     if as_json:
-        print_json([*(diagnosis.to_dict() for diagnosis in diagnoses), *map(as_object, failures)])
+        judged = ({**diagnosis.to_dict(), "error": None} for diagnosis in diagnoses)
+        print_json([*judged, *map(as_object, failures)])
     else:
         tell(diagnoses, failures, explain=explain)
     faults = [failure.fault for failure in failures if failure.fault is not None]

@@ -52,20 +52,24 @@ def size(diagnosis: Diagnosis) -> str:
 
 
 def as_object(failure: Failure) -> dict[str, Any]:
-    """Return a failure with the keys of a diagnosis, so that a script meets one form only."""
+    """Return a failure with the keys of a diagnosis and `error`, so that a script meets one form only."""
     return {
         "file": failure.file,
         "tag": failure.tag,
         "verdict": "undecided",
         "probability": None,
         "cause": "unknown",
+        "causes": {},
         "reason": failure.reason,
-        "action": "Report the fault." if failure.fault else "Mend the file or say how to read it.",
+        "action": failure.remedy,
         "op_unit": None,
         "stiction": None,
+        "controller": None,
         "oscillation": None,
         "evidence": [],
         "quality": None,
+        "windows": [],
+        "counted": [],
         "error": failure.reason,
     }
 
