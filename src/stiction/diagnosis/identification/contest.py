@@ -171,6 +171,8 @@ def contest(prediction: Prediction, trials: Trials, known: Known) -> Contest:
     valve = np.concatenate([trials.valve[chosen], good_valve(best)])
     error = by_cycle(prediction, valve)
     variance = float(error[0].sum()) / prediction.samples
+    # OP's own lags are weights that a sticky valve has beside its stem's; to a good one, whose stem is OP, they are none.
+    error[-1] -= variance * prediction.op_order / error.shape[1]
     apart = (error - error[0]) / variance
     S, ratio, _, _, lag = Columns(*valve.T)
     lagged = (lag > 0.0).astype(float)

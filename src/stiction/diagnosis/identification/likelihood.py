@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.prediction import LANES, behind_lag, desk, prediction_errors, stems
-from stiction.diagnosis.identification.regression import left_over, own_past
+from stiction.diagnosis.identification.regression import left_over, past
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -38,6 +38,8 @@ __all__ = [
 
 ORDER = 12
 """Lags of the PV in the regression, at most [-]; fewer where a record is very short."""
+OP_ORDER = 4
+"""Lags of OP beside them [-]."""
 ONE_BY_ONE = 8
 """Lags of the stem that have a weight of their own; longer ones share theirs in groups [-]."""
 LONGEST = 24, 48
@@ -65,6 +67,8 @@ class Prediction(NamedTuple):
     """Samples of OP to one of the PV."""
     pv: NDArray[np.float64]
     """PV over its standard deviation, about its mean [-], shape (n_samples,)."""
+    mean: NDArray[np.float64]
+    """OP over the samples of the PV, the same of it [-], shape (n_samples,)."""
     edges: NDArray[np.int64]
     """Lags at which groups of the stem's lags begin [samples]."""
     begin: int
@@ -87,6 +91,11 @@ class Prediction(NamedTuple):
     def order(self) -> int:
         """Lags of the PV in the regression [-]."""
         return min(self.most, self.pv.size // 8)
+
+    @property
+    def op_order(self) -> int:
+        """Lags of OP beside them [-]."""
+        return min(OP_ORDER, self.order)
 
 
 class Trial(NamedTuple):
@@ -173,8 +182,15 @@ def prediction_of(signals: Signals, *, fine: bool = False) -> Prediction:
     begin = max(int(min(scale, n // 4)), lags + 1, min(ORDER, n // 8) + 1)
     count = max(round(2.0 * (n - begin) / max(scale, 8.0)), 4)
     ends = np.linspace(begin, n, count + 1).round().astype(np.int64)[1:]
-    pv = pv - pv.mean()
-    return Prediction(op, signals.thinned, pv / pv.std(), np.array(edges, dtype=np.int64), begin, ends, first)
+    mean = op.reshape(n, signals.thinned).mean(axis=1)
+    edges = np.array(edges, dtype=np.int64)
+    return Prediction(op, signals.thinned, _scaled(pv), _scaled(mean), edges, begin, ends, first)
+
+
+def _scaled(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A signal about its mean, over its standard deviation; OP may rest."""
+    x = x - x.mean()
+    return x / max(float(x.std()), 1e-12)
 
 
 def valves(
@@ -280,17 +296,20 @@ def errors_of(prediction: Prediction, mv: NDArray[np.float64]) -> tuple[NDArray[
     tuple of ndarray
         Of all samples, shape (n,), and of each half cycle, shape (n, n_halves).
     """
-    pv, order, edges, begin, shocks = (
-        prediction.pv, prediction.order, prediction.edges, prediction.begin, prediction.shocks
+    pv, mean, order, op_order, edges, begin, shocks = (
+        prediction.pv, prediction.mean, prediction.order, prediction.op_order, prediction.edges, prediction.begin,
+        prediction.shocks,
     )  # fmt: skip
     ends, n = prediction.ends, mv.shape[0]
     left, blocks = np.empty(n), np.empty((n, ends.size))
-    work = desk(pv.size, prediction.width, order, edges)
-    energy = own_past(pv, order, begin, shocks, work.own)
+    work = desk(pv.size, prediction.width, order + op_order, edges)
+    energy = past(pv, mean, order, op_order, begin, shocks, work.own)
     for base in range(0, n, LANES):
         some = mv[base : base + LANES]
         work.mv[: len(some)] = some
-        left_over(pv, len(some), order, edges, begin, shocks, FLOOR, energy, ends, base, left, blocks, work)
+        left_over(
+            pv, mean, len(some), order, op_order, edges, begin, shocks, FLOOR, energy, ends, base, left, blocks, work
+        )
     return left, blocks
 
 
@@ -353,9 +372,10 @@ def _errors(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     S, ratio, stops, place, lag = (np.ascontiguousarray(column) for column in valve.T)
     left, blocks = np.empty(S.size), np.empty((S.size, ends.size))
-    work = desk(prediction.pv.size, prediction.width, prediction.order, prediction.edges)
+    order, op_order = prediction.order, prediction.op_order
+    work = desk(prediction.pv.size, prediction.width, order + op_order, prediction.edges)
     prediction_errors(
-        prediction.op, prediction.width, prediction.pv, prediction.order, prediction.edges, prediction.begin,
-        prediction.shocks, FLOOR, S, S * ratio, stops, place, kept(lag), ends, left, blocks, work,
+        prediction.op, prediction.width, prediction.pv, prediction.mean, order, op_order, prediction.edges,
+        prediction.begin, prediction.shocks, FLOOR, S, S * ratio, stops, place, kept(lag), ends, left, blocks, work,
     )  # fmt: skip
     return left, blocks

@@ -1,8 +1,10 @@
-"""Prediction error of many valves at once: how well each stem, together with the PV's own past, foretells the PV.
+"""Prediction error of many valves at once: how well each stem, together with the past, foretells the PV.
 
 A regression with lags of the PV and of the stem (ARX) takes process and disturbance together: what a load, a wave
 from outside or a drift leave in a simulation is foretold from the PV's past, and what is left is the part of the PV
-that is new in each sample. Slips are new. The regression is solved for each valve from sums of products, which are
+that is new in each sample. Slips are new. A few lags of OP stand beside those of the PV, whatever the valve: OP holds
+what the controller saw of the PV, and where a record adds to that (noise, rounding, a PV before its filter) a good
+valve would foretell the PV by it, a sticky one could not. The regression is solved for each valve from sums of products, which are
 those of neighbouring lags but for the edges of the window, so that a valve costs two products for each lag and sample.
 """
 
@@ -13,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.lanes import stem_in_lane
-from stiction.diagnosis.identification.regression import left_over, own_past
+from stiction.diagnosis.identification.regression import left_over, past
 from stiction.models.compiled import kernel
 
 if TYPE_CHECKING:
@@ -39,11 +41,11 @@ class Desk(NamedTuple):
     mean: NDArray[np.float64]
     """Stem positions of some samples, a valve a column, shape (n_side, n_lanes)."""
     own: NDArray[np.float64]
-    """Factored normal equations of the PV's own past, shape (order + 1, order + 3)."""
+    """Factored normal equations of the past, shape (n_past + 1, n_past + 3)."""
     edge: NDArray[np.float64]
     """Stems before the window's first sample and before the one past its last, shape (2, lags + 1, n_lanes)."""
     cross: NDArray[np.float64]
-    """Products of the stem's lags with the PV's, shape (lags + 1, order + 1, n_lanes)."""
+    """Products of the stem's lags with the PV now and the past, shape (lags + 1, n_past + 1, n_lanes)."""
     stem: NDArray[np.float64]
     """Products of the stem's lags with those up to them; column 0 their sums. Shape (lags + 1, lags + 1, n_lanes)."""
     group: NDArray[np.float64]
@@ -59,7 +61,7 @@ class Desk(NamedTuple):
     """What the regression leaves, shape (n_samples,)."""
 
 
-def desk(n_samples: int, width: int, order: int, edges: NDArray[np.int64]) -> Desk:
+def desk(n_samples: int, width: int, n_past: int, edges: NDArray[np.int64]) -> Desk:
     """Allocate what `prediction_errors` works in.
 
     Parameters
@@ -68,8 +70,8 @@ def desk(n_samples: int, width: int, order: int, edges: NDArray[np.int64]) -> De
         Length of the PV [samples].
     width : int
         Samples of OP to one of the PV.
-    order : int
-        Lags of the PV [-].
+    n_past : int
+        Lags of the PV and of OP [-].
     edges : ndarray, shape (n_groups + 1,)
         Lags of the stem at which groups begin, and one past the last [samples].
 
@@ -79,15 +81,15 @@ def desk(n_samples: int, width: int, order: int, edges: NDArray[np.int64]) -> De
         Arrays without content.
     """
     lags, groups = int(edges[-1]) - 1, edges.size - 1
-    weights = 1 + order + groups
+    weights = 1 + n_past + groups
     return Desk(
         air=np.empty(n_samples * width),
         mv=np.empty((LANES, n_samples)),
         valve=np.empty((6, LANES)),
         mean=np.empty((SIDE, LANES)),
-        own=np.empty((order + 1, order + 3)),
+        own=np.empty((n_past + 1, n_past + 3)),
         edge=np.empty((2, lags + 1, LANES)),
-        cross=np.empty((lags + 1, order + 1, LANES)),
+        cross=np.empty((lags + 1, n_past + 1, LANES)),
         stem=np.empty((lags + 1, lags + 1, LANES)),
         group=np.empty((lags + 1, LANES)),
         rows=np.empty((groups, weights + 1, LANES)),
@@ -145,19 +147,19 @@ def stems(op, width, lanes, S, J, stops, place, x, moving, mean, mv):
 
 @kernel
 def prediction_errors(
-    op, width, pv, order, edges, begin, shocks, floor, S, J, stops, place, keep, ends, left, blocks, work
+    op, width, pv, mean, order, op_order, edges, begin, shocks, floor, S, J, stops, place, keep, ends, left, blocks, work
 ):
     """Fill `left` (n,) with the sum of squares that each valve leaves of `pv` (n_samples,) from `begin` on.
 
-    `op` holds `width` samples for each one of `pv`. The regression takes a constant, `order` lags of the PV, and
-    sums of the stem's lags edges[g] <= lag < edges[g + 1]; a lag of at least 1 keeps the noise that the controller
+    `op` holds `width` samples for each one of `pv`, `mean` (n_samples,) their means. The regression takes a constant,
+    `order` lags of the PV, `op_order` of `mean`, and sums of the stem's lags edges[g] <= lag < edges[g + 1]; a lag of at least 1 keeps the noise that the controller
     hands on to the OP out of its own prediction. The samples `shocks` are not foretold, and are past of others all
     the same. `floor` is the square that no sample falls below. `ends` (n_blocks,) are the samples at which blocks of
     time end, `blocks` (n, n_blocks) what is left in each; both may be empty. `S`, `J`, `stops` and `place` (n,) are
     those of `stems`, `keep` (n,) that of `behind_lag`; valves side by side are best of one lag.
     """
     valve = work.valve
-    energy = own_past(pv, order, begin, shocks, work.own)
+    energy = past(pv, mean, order, op_order, begin, shocks, work.own)
     lag, lanes = -1.0, 0
     for i in range(S.shape[0]):
         valve[0, lanes], valve[1, lanes], valve[2, lanes], valve[3, lanes] = S[i], J[i], stops[i], place[i]
@@ -168,5 +170,7 @@ def prediction_errors(
             lag = keep[i]
             behind_lag(op, lag, work.air)
         stems(work.air, width, lanes, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], work.mean, work.mv)
-        left_over(pv, lanes, order, edges, begin, shocks, floor, energy, ends, i + 1 - lanes, left, blocks, work)
+        left_over(
+            pv, mean, lanes, order, op_order, edges, begin, shocks, floor, energy, ends, i + 1 - lanes, left, blocks, work
+        )
         lanes = 0

@@ -1,7 +1,7 @@
 """Regressions of many stems side by side, from sums of products: what each leaves of the PV, in all and block by block.
 
-Stems stand in lanes, the last axis of every table, so that a step of the algebra is one step of all. What the PV's own
-lags have to do with one another no stem changes: they are factored once.
+Stems stand in lanes, the last axis of every table, so that a step of the algebra is one step of all. What the lags of
+PV and OP, the past, have to do with one another no stem changes: they are factored once.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import math
 
 from stiction.models.compiled import summing
 
-__all__ = ["left_over", "own_past"]
+__all__ = ["left_over", "past"]
 
 NUGGET = 1e-9
 """Added to the diagonal of normal equations whose columns have unit length [-]."""
@@ -21,21 +21,23 @@ EMPTY = 1e-12
 
 
 @summing
-def own_past(pv, order, begin, shocks, own):
-    """Fill `own` with the factored normal equations of the PV on a constant and its own lags; what they leave of it.
+def past(pv, op, order, op_order, begin, shocks, own):
+    """Fill `own` with the factored normal equations of the PV on a constant, its own lags and OP's; what they leave.
 
-    Columns 0 to `order` of `own` (order + 1, order + 3) hold the triangular root, 1 over it on the diagonal; then come
-    the right side, solved for, and the scale that brings each column to unit length.
+    Columns 0 to `order` + `op_order` of `own`, as many rows and two more columns, hold the triangular root, 1 over it
+    on the diagonal; then come the right side, solved for, and the scale that brings each column to unit length.
     """
-    n, last = pv.shape[0], order + 1
+    n, last = pv.shape[0], order + op_order + 1
     samples = n - begin - shocks.shape[0]
-    own[0, 0], own[0, last] = samples, _product(pv, -1, 0, begin, shocks)
-    for i in range(1, order + 1):
-        own[i, 0], own[i, last] = _product(pv, -1, i, begin, shocks), _product(pv, 0, i, begin, shocks)
+    own[0, 0], own[0, last] = samples, _sum(pv, 0, begin, shocks)
+    for i in range(1, last):
+        x, lag = (pv, i) if i <= order else (op, i - order)
+        own[i, 0], own[i, last] = _sum(x, lag, begin, shocks), _product(x, lag, pv, 0, begin, shocks)
         for j in range(1, i + 1):
-            own[i, j] = _product(pv, i, j, begin, shocks)
-    left = _product(pv, 0, 0, begin, shocks)
-    for i in range(order + 1):
+            y, other = (pv, j) if j <= order else (op, j - order)
+            own[i, j] = _product(x, lag, y, other, begin, shocks)
+    left = _product(pv, 0, pv, 0, begin, shocks)
+    for i in range(last):
         row = own[i]
         scale = 1.0 / math.sqrt(row[i]) if row[i] > EMPTY * samples else 0.0
         rest, right = 1.0 + NUGGET, row[last] * scale
@@ -53,27 +55,33 @@ def own_past(pv, order, begin, shocks, own):
 
 
 @summing
-def _product(pv, i, j, begin, shocks):
-    """Sum of products of two lags of the PV; lag -1 is the constant."""
-    n = pv.shape[0]
-    one = pv[begin - j : n - j]
+def _sum(x, lag, begin, shocks):
+    """Sum of a signal's lag."""
+    n = x.shape[0]
+    one = x[begin - lag : n - lag]
     total = 0.0
-    if i < 0:
-        for k in range(n - begin):
-            total += one[k]
-        for k in shocks:
-            total -= pv[k - j]
-        return total
-    other = pv[begin - i : n - i]
     for k in range(n - begin):
-        total += one[k] * other[k]
+        total += one[k]
     for k in shocks:
-        total -= pv[k - i] * pv[k - j]
+        total -= x[k - lag]
     return total
 
 
 @summing
-def left_over(pv, lanes, order, edges, begin, shocks, floor, energy, ends, base, left, blocks, work):
+def _product(x, lag, y, other, begin, shocks):
+    """Sum of products of two signals' lags."""
+    n = x.shape[0]
+    one, two = x[begin - lag : n - lag], y[begin - other : n - other]
+    total = 0.0
+    for k in range(n - begin):
+        total += one[k] * two[k]
+    for k in shocks:
+        total -= x[k - lag] * y[k - other]
+    return total
+
+
+@summing
+def left_over(pv, op, lanes, order, op_order, edges, begin, shocks, floor, energy, ends, base, left, blocks, work):
     """Fill `left` from `base` on with the sum of squares that each of `lanes` stems leaves, `blocks` with its parts.
 
     The stems are those of `work.mv`, whose means are taken off in place; `work.own` is known, and `energy` what it
@@ -84,17 +92,18 @@ def left_over(pv, lanes, order, edges, begin, shocks, floor, energy, ends, base,
     cross, stem, rows, weights = work.cross, work.stem, work.rows, work.weights
     for v in range(lanes):
         _centre(work.mv[v])
-        _products(pv, work.mv[v], v, order, lags, begin, cross, stem, work.edge)
-    _shifted(pv, lanes, order, lags, begin, work.edge, cross, stem)
-    _without(pv, work.mv, lanes, order, lags, shocks, cross, stem)
-    _rows(lanes, order, edges, cross, stem, work.group, rows, weights)
-    _solve(lanes, samples, order, groups, work.own, rows, weights, work.left)
+        _products(pv, op, work.mv[v], v, order, op_order, lags, begin, cross, stem, work.edge)
+    _shifted(pv, op, lanes, order, op_order, lags, begin, work.edge, cross, stem)
+    _without(pv, op, work.mv, lanes, order, op_order, lags, shocks, cross, stem)
+    before = order + op_order
+    _rows(lanes, before, edges, cross, stem, work.group, rows, weights)
+    _solve(lanes, samples, before, groups, work.own, rows, weights, work.left)
     for v in range(lanes):
         left[base + v] = max(energy - work.left[v], 0.0) + floor * samples
     if ends.shape[0] > 0:
-        _weights(lanes, order, groups, work.own, rows, weights)
+        _weights(lanes, before, groups, work.own, rows, weights)
         for v in range(lanes):
-            _residual(pv, work.mv[v], v, order, edges, begin, weights, work.residual)
+            _residual(pv, op, work.mv[v], v, order, op_order, edges, begin, weights, work.residual)
             for k in shocks:
                 work.residual[k] = 0.0
             _by_block(work.residual, begin, floor, ends, blocks[base + v])
@@ -112,32 +121,40 @@ def _centre(mv):
 
 
 @summing
-def _products(pv, mv, v, order, lags, begin, cross, stem, edge):
-    """Sums over the window: PV now by stem then, stem one ago by stem then, PV then by stem one ago, and the stem.
+def _products(pv, op, mv, v, order, op_order, lags, begin, cross, stem, edge):
+    """Sums over the window: PV now, stem and OP one ago by stem then, PV and OP then by stem one ago, and the stem.
 
-    Four lags at once, so that what they share is loaded once; past the last lag that one is done again. `edge` gets
-    the stem before the window's first sample and before the one past its last.
+    Three lags at once, so that what they share is loaded once and the sums stay in registers; past the last lag that one
+    is done again. `edge` gets the stem before the window's first sample and before the one past its last.
     """
     n = mv.shape[0]
-    size = n - begin
-    now, one = pv[begin:n], mv[begin - 1 : n - 1]
-    for lag in range(1, lags + 1, 4):
-        second, third, fourth = min(lag + 1, lags), min(lag + 2, lags), min(lag + 3, lags)
-        m0, m1 = mv[begin - lag : n - lag], mv[begin - second : n - second]
-        m2, m3 = mv[begin - third : n - third], mv[begin - fourth : n - fourth]
-        a0 = a1 = a2 = a3 = 0.0
-        b0 = b1 = b2 = b3 = 0.0
+    size, at = n - begin, order + 1
+    now, one, first = pv[begin:n], mv[begin - 1 : n - 1], op[begin - 1 : n - 1]
+    for lag in range(1, lags + 1, 3):
+        second, third = min(lag + 1, lags), min(lag + 2, lags)
+        m0, m1, m2 = mv[begin - lag : n - lag], mv[begin - second : n - second], mv[begin - third : n - third]
+        a0 = a1 = a2 = 0.0
+        b0 = b1 = b2 = 0.0
+        c0 = c1 = c2 = 0.0
         for k in range(size):
             a0 += now[k] * m0[k]
             a1 += now[k] * m1[k]
             a2 += now[k] * m2[k]
-            a3 += now[k] * m3[k]
             b0 += one[k] * m0[k]
             b1 += one[k] * m1[k]
             b2 += one[k] * m2[k]
-            b3 += one[k] * m3[k]
-        cross[lag, 0, v], cross[second, 0, v], cross[third, 0, v], cross[fourth, 0, v] = a0, a1, a2, a3
-        stem[lag, 1, v], stem[second, 1, v], stem[third, 1, v], stem[fourth, 1, v] = b0, b1, b2, b3
+            c0 += first[k] * m0[k]
+            c1 += first[k] * m1[k]
+            c2 += first[k] * m2[k]
+        cross[lag, 0, v], cross[second, 0, v], cross[third, 0, v] = a0, a1, a2
+        stem[lag, 1, v], stem[second, 1, v], stem[third, 1, v] = b0, b1, b2
+        cross[lag, at, v], cross[second, at, v], cross[third, at, v] = c0, c1, c2
+    for i in range(2, op_order + 1):
+        then = op[begin - i : n - i]
+        total = 0.0
+        for k in range(size):
+            total += then[k] * one[k]
+        cross[1, order + i, v] = total
     for i in range(1, order + 1, 4):
         second, third, fourth = min(i + 1, order), min(i + 2, order), min(i + 3, order)
         y0, y1 = pv[begin - i : n - i], pv[begin - second : n - second]
@@ -158,7 +175,7 @@ def _products(pv, mv, v, order, lags, begin, cross, stem, edge):
 
 
 @summing
-def _shifted(pv, lanes, order, lags, begin, edge, cross, stem):
+def _shifted(pv, op, lanes, order, op_order, lags, begin, edge, cross, stem):
     """Products of all pairs of lags from those of `_products`: shifting both costs only the edges of the window."""
     n = pv.shape[0]
     for lag in range(2, lags + 1):
@@ -176,10 +193,15 @@ def _shifted(pv, lanes, order, lags, begin, edge, cross, stem):
             came, went = pv[begin - i], pv[n - i]
             for v in range(lanes):
                 row[v] = before[v] + came * enter[v] - went * leave[v]
+        for i in range(2, op_order + 1):
+            row, before = cross[lag, order + i], cross[lag - 1, order + i - 1]
+            came, went = op[begin - i], op[n - i]
+            for v in range(lanes):
+                row[v] = before[v] + came * enter[v] - went * leave[v]
 
 
 @summing
-def _without(pv, mv, lanes, order, lags, shocks, cross, stem):
+def _without(pv, op, mv, lanes, order, op_order, lags, shocks, cross, stem):
     """Take what the samples `shocks` add out of the products."""
     for k in shocks:
         for lag in range(1, lags + 1):
@@ -191,11 +213,14 @@ def _without(pv, mv, lanes, order, lags, shocks, cross, stem):
             for i in range(order + 1):
                 for v in range(lanes):
                     cross[lag, i, v] -= mv[v, k - lag] * pv[k - i]
+            for i in range(1, op_order + 1):
+                for v in range(lanes):
+                    cross[lag, order + i, v] -= mv[v, k - lag] * op[k - i]
 
 
 @summing
 def _rows(lanes, order, edges, cross, stem, group, rows, weights):
-    """Normal equations of the groups of the stem's lags: with the constant, the PV's lags, and the groups up to each.
+    """Normal equations of the groups of the stem's lags: with the constant, the past, and the groups up to each.
 
     The right side goes into `weights`.
     """
@@ -310,7 +335,7 @@ def _weights(lanes, order, groups, own, rows, weights):
 
 
 @summing
-def _residual(pv, mv, v, order, edges, begin, weights, out):
+def _residual(pv, op, mv, v, order, op_order, edges, begin, weights, out):
     """Fill `out` (n_samples,) from `begin` on with what the regression of lane `v` leaves of the PV, lag by lag."""
     n = pv.shape[0]
     now = out[begin:n]
@@ -320,8 +345,12 @@ def _residual(pv, mv, v, order, edges, begin, weights, out):
         share, then = weights[i, v], pv[begin - i : n - i]
         for k in range(n - begin):
             now[k] -= share * then[k]
+    for i in range(1, op_order + 1):
+        share, then = weights[order + i, v], op[begin - i : n - i]
+        for k in range(n - begin):
+            now[k] -= share * then[k]
     for g in range(edges.shape[0] - 1):
-        share = weights[1 + order + g, v]
+        share = weights[1 + order + op_order + g, v]
         for lag in range(edges[g], edges[g + 1]):
             then = mv[begin - lag : n - lag]
             for k in range(n - begin):

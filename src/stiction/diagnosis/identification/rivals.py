@@ -43,7 +43,7 @@ def over_rivals(prediction: Prediction, contest: Contest, period: float | None) 
         return said
     beats_wave, gain_on_wave = contest.over(wave.good)
     variance = float(wave.sticky.sum()) / prediction.samples
-    beats_beside_wave, gain_beside_wave = vuong((wave.good.error - wave.sticky) / variance)
+    beats_beside_wave, gain_beside_wave = vuong((wave.good.error - wave.sticky) / variance, -prediction.op_order)
     return said | {
         "beats_wave": beats_wave,
         "gain_on_wave": gain_on_wave,
