@@ -48,6 +48,9 @@ def by_least_squares(prediction, mv):
     pv, begin, n = prediction.pv, prediction.begin, prediction.pv.size
     blocks = mv.reshape(n, prediction.width).mean(axis=1)
     columns = [np.ones(n - begin)] + [pv[begin - i : n - i] for i in range(1, prediction.order + 1)]
+    op = prediction.op.reshape(n, prediction.width).mean(axis=1)
+    op = (op - op.mean()) / op.std()
+    columns += [op[begin - i : n - i] for i in range(1, prediction.op_order + 1)]
     for first, last in zip(prediction.edges[:-1], prediction.edges[1:], strict=True):
         columns.append(np.sum([blocks[begin - lag : n - lag] for lag in range(first, last)], axis=0))
     A, kept = np.stack(columns, axis=1), np.ones(n - begin, dtype=bool)

@@ -60,9 +60,10 @@ def bent_valve(prediction: Prediction) -> tuple[str, Rival]:
     place = (op - low) / (high - low if high > low else 1.0)
     names, flows = zip(*characteristics(place), strict=True)
     stems = np.array([flow.reshape(-1, prediction.width).mean(axis=1) for flow in flows])
-    left, by_half = errors_of(prediction, stems)
-    best = int(np.argmin(left))
-    return names[best], Rival(by_half[best], 0.0)
+    # With lags of OP beside it a bend one way foretells what one the other way does: they must not choose.
+    best = int(np.argmin(errors_of(prediction._replace(most_op=0), stems)[0]))
+    by_half = errors_of(prediction, stems[best : best + 1])[1]
+    return names[best], Rival(by_half[0], prediction.op_order)
 
 
 def characteristics(place: NDArray[np.float64]) -> Iterator[tuple[str, NDArray[np.float64]]]:

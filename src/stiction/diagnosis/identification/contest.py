@@ -93,10 +93,12 @@ class Contest(NamedTuple):
     """Twice the log likelihood by which it beats the likeliest valve that hardly jumps [-]."""
     beyond: float
     """What S is larger by than the band that trips at the record's samples [% of span]; the interval has it."""
+    weights: int = 0
+    """Weights that a sticky valve has beyond those of a good one [-]: OP's lags, which to the latter are its stem's."""
 
     def over(self, rival: Rival) -> tuple[float, float]:
         """Student's statistic, and twice the log likelihood, by which the first beats a rival [-]."""
-        return vuong((rival.error - self.error[0]) / self.variance, rival.weights)
+        return vuong((rival.error - self.error[0]) / self.variance, rival.weights - self.weights)
 
     @property
     def best(self) -> Trial:
@@ -171,8 +173,7 @@ def contest(prediction: Prediction, trials: Trials, known: Known) -> Contest:
     valve = np.concatenate([trials.valve[chosen], good_valve(best)])
     error = by_cycle(prediction, valve)
     variance = float(error[0].sum()) / prediction.samples
-    # OP's own lags are weights that a sticky valve has beside its stem's; to a good one, whose stem is OP, they are none.
-    error[-1] -= variance * prediction.op_order / error.shape[1]
+    error[-1] -= variance * prediction.op_order / error.shape[1]  # what a sticky valve gains by its weights alone
     apart = (error - error[0]) / variance
     S, ratio, _, _, lag = Columns(*valve.T)
     lagged = (lag > 0.0).astype(float)
@@ -195,7 +196,7 @@ def contest(prediction: Prediction, trials: Trials, known: Known) -> Contest:
     J_range = ends(J, known.J, jump - least, jump + least)
     small = trials.cost[trials.columns.ratio < HARDLY]
     jump_gain = float(small.min() - trials.cost.min()) if small.size else 0.0
-    return Contest(valve, error, worse, S_range, J_range, variance, jump_gain, beyond)
+    return Contest(valve, error, worse, S_range, J_range, variance, jump_gain, beyond, prediction.op_order)
 
 
 def vuong(by_half: NDArray[np.float64], free: float = 0.0) -> tuple[float, float]:

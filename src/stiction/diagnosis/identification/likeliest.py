@@ -40,7 +40,7 @@ LEAST_SWING = 0.07
 USUAL = (3.0, 30.0, 0.15)
 """OP's usual swing is so many times [-] what it moves in a quarter of a cycle, at this percentile [%], from a share of
 its whole swing on [-]: where large steps of the set point make the latter many times what the valve's cycle needs."""
-AT_EDGE = 1.25
+AT_EDGE = 2.0
 """S over the smallest looked for first up to which the likeliest valve may be the slope of one below [-]."""
 WINDOWS, CYCLES, SHORTEST = 2, 6, 120
 """Windows searched by themselves first, and their length [cycles] but not less than [samples]."""
@@ -179,7 +179,7 @@ def _coarsely(prediction: Prediction, fine: Prediction, least: float, most: floa
         tried = _closer(prediction, tried, STAGES[:1], most)
         tried = trials_of(fine, _of_each(tried))
     tried = _closer(fine, tried, STAGES[:1], most)
-    return tried, float(trials_of(fine, good_valve(tried.best)).cost[0] - tried.cost.min())
+    return tried, float(trials_of(fine, good_valve(tried.best)).cost[0] - tried.cost.min()) - fine.op_order
 
 
 def _of_each(tried: Trials) -> NDArray[np.float64]:

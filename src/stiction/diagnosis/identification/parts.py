@@ -54,7 +54,7 @@ def lean(prediction: Prediction) -> Prediction:
     Returns
     -------
     Prediction
-        The same from `LEAN_ORDER` lags of the PV and `LEAN_LONGEST` of the stem at most.
+        The same from `LEAN_ORDER` lags of the PV, none of OP, and `LEAN_LONGEST` of the stem at most.
     """
     edges = prediction.edges[prediction.edges <= LEAN_LONGEST + 1]
-    return prediction._replace(edges=edges, most=LEAN_ORDER)
+    return prediction._replace(edges=edges, most=LEAN_ORDER, most_op=0)

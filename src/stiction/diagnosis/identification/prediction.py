@@ -147,7 +147,25 @@ def stems(op, width, lanes, S, J, stops, place, x, moving, mean, mv):
 
 @kernel
 def prediction_errors(
-    op, width, pv, mean, order, op_order, edges, begin, shocks, floor, S, J, stops, place, keep, ends, left, blocks, work
+    op,
+    width,
+    pv,
+    mean,
+    order,
+    op_order,
+    edges,
+    begin,
+    shocks,
+    floor,
+    S,
+    J,
+    stops,
+    place,
+    keep,
+    ends,
+    left,
+    blocks,
+    work,
 ):
     """Fill `left` (n,) with the sum of squares that each valve leaves of `pv` (n_samples,) from `begin` on.
 
@@ -171,6 +189,20 @@ def prediction_errors(
             behind_lag(op, lag, work.air)
         stems(work.air, width, lanes, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], work.mean, work.mv)
         left_over(
-            pv, mean, lanes, order, op_order, edges, begin, shocks, floor, energy, ends, i + 1 - lanes, left, blocks, work
+            pv,
+            mean,
+            lanes,
+            order,
+            op_order,
+            edges,
+            begin,
+            shocks,
+            floor,
+            energy,
+            ends,
+            i + 1 - lanes,
+            left,
+            blocks,
+            work,
         )
         lanes = 0

@@ -128,7 +128,8 @@ def _products(pv, op, mv, v, order, op_order, lags, begin, cross, stem, edge):
     is done again. `edge` gets the stem before the window's first sample and before the one past its last.
     """
     n = mv.shape[0]
-    size, at = n - begin, order + 1
+    # Without lags of OP their sums go where those of the PV's last lag, which come later, replace them.
+    size, at = n - begin, order + min(op_order, 1)
     now, one, first = pv[begin:n], mv[begin - 1 : n - 1], op[begin - 1 : n - 1]
     for lag in range(1, lags + 1, 3):
         second, third = min(lag + 1, lags), min(lag + 2, lags)

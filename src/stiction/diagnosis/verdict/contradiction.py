@@ -74,6 +74,8 @@ FORETELLS = 8.0
 A good valve with a bend, or beside a wave from outside, must not foretell the PV better. Of 14 800 loops
 (`simulation.population`, seeds 10, 12, 13, 14 and 17, and two seeds of another hand) 48 are told below `doubt.LEAST`
 but for this, 16 of which stick."""
+STICKY_FORETELLS = "a sticky valve foretells the PV"
+"""What is told of such a valve."""
 REGULAR, OWN_CYCLE, HARDLY_JUMPS = 0.95, 0.3, 0.15
 """`features.regularity` above which an oscillation is regular, and `own_amplitude` and `jump` below which the loop
 found does not make it [-]. Of the same loops 34 are told beyond `doubt.MOST` but for these, 12 of which are good."""
@@ -84,8 +86,9 @@ of them of `simulation.population` (seeds 10 and 12), 521 sticky ones and 42 oth
 these, which bound seven and 20."""
 PLAY = 0.5
 """Probability of play beyond which it is what speaks against stiction [-]. Of 4 000 loops (`simulation.population`,
-seeds 10 and 17) 144 are told below `doubt.LEAST` but for an open J, six of which stick."""
-JUMP_OPEN = "play and stiction differ by J, which may be all of S"
+seeds 10 and 17) 144 are told below `doubt.LEAST` but for a J that may be all of S, six of which stick, and of seeds 10 and
+12 67 more whose J is said to be less, one of which does."""
+JUMP_OPEN = "play and stiction differ by J, which other samples than the controller's hardly tell"
 """What is told of such a record."""
 LIKE_A_PLANTS = 0.5
 """Likeness to a plant historian's record beyond which a slip may have left nothing to see [-]. When it was chosen 382
@@ -126,20 +129,25 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
     -------
     tuple of str
         A jump beyond chance (`features.CLEAR_JUMP`), a sticky valve that explains much more, one that foretells better
-        in cycle after cycle, than any good one, and is no play, play where J may be all of S and the samples are not
-        the controller's own, or values such as a plant's historian keeps, slower than these: in them slips drown. Where
-        the transmitter or a limit of OP is to blame, a jump that is plain (`PLAIN_JUMP`) only: what such a loop shows
-        is else of their making.
+        in cycle after cycle, than any good one, and is no play, play where the samples are not the controller's own, or
+        values such as a plant's historian keeps, slower than these: in them slips drown. Where the transmitter or a
+        limit of OP is to blame only a jump that is plain (`PLAIN_JUMP`) or, of samples that are not the controller's
+        own, a sticky valve that beats each of its rivals (`BEATS_EVERY`): what else such a loop shows is of their
+        making.
     """
     if causes["sensor"] + causes["saturation"] >= FAULT_SEEN:
-        return (PLAINLY_JUMPS,) if row.likely_jump_clear > PLAIN_JUMP else ()
+        plain = {
+            PLAINLY_JUMPS: row.likely_jump_clear > PLAIN_JUMP,
+            STICKY_FORETELLS: not found.own_samples and found.gain_on_any > BEATS_EVERY,
+        }
+        return tuple(name for name, true in plain.items() if true)
     foretells = found.own_samples and causes["deadband"] < FAULT_SEEN and found.beats_any > 0.0
     seen = {
         JUMP_LIKELY: row.likely_jump_clear > 0.0,
         "a sticky valve explains much more": explains_much_more(found),
         EVERY_RIVAL: beats_every_rival(found),
-        "a sticky valve foretells the PV": foretells and found.beats_good > FORETELLS,
-        JUMP_OPEN: causes["deadband"] > PLAY and not found.own_samples and found.J_high >= found.S,
+        STICKY_FORETELLS: foretells and found.beats_good > FORETELLS,
+        JUMP_OPEN: causes["deadband"] > PLAY and not found.own_samples,
         "samples not seen to be the controller's": not found.own_samples and kept_by_plant(row) > LIKE_A_PLANTS,
     }
     return tuple(name for name, true in seen.items() if true)
