@@ -124,8 +124,8 @@ def _centre(mv):
 def _products(pv, op, mv, v, order, op_order, lags, begin, cross, stem, edge):
     """Sums over the window: PV now, stem and OP one ago by stem then, PV and OP then by stem one ago, and the stem.
 
-    Three lags at once, so that what they share is loaded once and the sums stay in registers; past the last lag that one
-    is done again. `edge` gets the stem before the window's first sample and before the one past its last.
+    Three lags at once, so that what they share is loaded once and the sums stay in registers; past the last lag that
+    one is done again. `edge` gets the stem before the window's first sample and before the one past its last.
     """
     n = mv.shape[0]
     # Without lags of OP their sums go where those of the PV's last lag, which come later, replace them.

@@ -86,8 +86,8 @@ of them of `simulation.population` (seeds 10 and 12), 521 sticky ones and 42 oth
 these, which bound seven and 20."""
 PLAY = 0.5
 """Probability of play beyond which it is what speaks against stiction [-]. Of 4 000 loops (`simulation.population`,
-seeds 10 and 17) 144 are told below `doubt.LEAST` but for a J that may be all of S, six of which stick, and of seeds 10 and
-12 67 more whose J is said to be less, one of which does."""
+seeds 10 and 17) 144 are told below `doubt.LEAST` but for a J that may be all of S, six of which stick, and of seeds 10
+and 12 67 more whose J is said to be less, one of which does."""
 JUMP_OPEN = "play and stiction differ by J, which other samples than the controller's hardly tell"
 """What is told of such a record."""
 LIKE_A_PLANTS = 0.5
