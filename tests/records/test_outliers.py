@@ -187,3 +187,15 @@ def test_limits_that_op_goes_to_are_none():
     op = 50.0 + 8.0 * rng.normal(size=2000)
     op[::50] = 100.0
     assert not far_off(op, 1.0).any()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_is_left_is_not_looked_at_again(seed):
+    """Values that a historian stored by exception: without the first that stand alone others would."""
+    rng = np.random.default_rng(seed)
+    x = np.repeat(rng.normal(size=90), 8) * np.repeat(rng.exponential(size=90), 8) ** 3
+    x[rng.choice(x.size, 6, replace=False)] += 500.0 * rng.exponential(size=6)
+    once = without_outliers(LoopRecord("FIC-101", 1.0, op=50.0 + x / 100.0, pv=x))
+    assert once.provenance.outliers > 0
+    assert without_outliers(once) is once
+    assert assess(once).rows == len(once)

@@ -147,8 +147,10 @@ def without_outliers(record: LoopRecord) -> LoopRecord:
     Returns
     -------
     LoopRecord
-        The same one where there is none.
+        The same one where there is none, or where they were taken out before: what is left would show others.
     """
+    if record.provenance.outliers:
+        return record
     signals = {name: x for name in ("op", "pv", "mv") if (x := getattr(record, name)) is not None}
     held = held_for(record)
     marks = {name: far_off(x, OP_OFF if name == "op" else OTHERS_OFF, held) for name, x in signals.items()}
