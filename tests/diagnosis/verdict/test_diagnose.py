@@ -192,6 +192,11 @@ def test_without_a_pv_there_is_nothing_to_say():
         st.diagnose(changed(pv=None))
 
 
+def test_a_list_of_records_is_told_to_be_one():
+    with pytest.raises(RecordError, match="a list of 2, as"):
+        st.diagnose([st.LoopRecord("FC1", 1.0, op=np.zeros(3))] * 2)  # pyright: ignore[reportArgumentType]
+
+
 @pytest.mark.parametrize("make", [sticky, disturbed])
 def test_a_position_that_shows_nothing_changes_the_reason_only(make):
     plain = st.diagnose(make()).to_dict()

@@ -109,7 +109,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     Raises
     ------
     RecordError
-        When the record has no PV at all.
+        When the record has no PV at all, or is the list that `read` gives.
 
     Notes
     -----
@@ -257,6 +257,8 @@ def findings(record: LoopRecord) -> Findings:
     RecordError
         When the record has no PV at all.
     """
+    if isinstance(record, list):
+        raise RecordError(f"record is a list of {len(record)}, as st.read gives; give one of them: diagnose(list[0]).")
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV.")
     return _findings(without_outliers(record), late=False)
