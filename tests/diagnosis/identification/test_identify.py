@@ -328,14 +328,18 @@ def test_result_tells_itself():
     assert set(told["process"]) == {"gain", "time_constant", "dead_time", "integrating", "lag"}
 
 
-def test_a_stem_of_which_only_the_middle_is_foretold_moves_from_the_start():
-    """OP swings by hardly more than S + J, so that a stem which begins in the middle of its band may never move."""
-    from stiction.simulation.demo import demo_plant
+def test_a_stem_of_which_only_the_middle_is_foretold_is_run_from_there():
+    """And before that from a place that leads there, though OP drifts from where it began."""
+    from stiction.diagnosis.identification.closer import _stem
+    from stiction.diagnosis.identification.likelihood import Trial, prediction_of, stem_of
+    from stiction.diagnosis.identification.signals import prepare
 
-    [level] = [loop.record for loop in demo_plant() if loop.record.tag == "LIC-104"]
-    assert len(level) > 4000
-    found = st.identify(replace(level, mv=None), period=577.0)
-    assert np.ptp(level.op) < 1.05 * (found.S + found.J)
-    assert found.fit > found.fit_linear > 80.0
-    for first, last in ((0, 600), (len(level) - 600, len(level))):
-        assert np.unique(found.mv[first:last]).size > 20
+    k = np.arange(9000.0)
+    op = 50.0 + np.minimum(k / 900.0, 4.0) + 2.1 * np.sin(k / 3.0)
+    fine = prediction_of(prepare(st.LoopRecord("LC1", 1.0, op=op, pv=np.cos(k / 3.0)), 18.8, fine=True), fine=True)
+    begin, valve = fine.first * fine.width, Trial(3.0, 0.5, 0.0, 0.5, 0.0)
+    assert begin > 2000
+    found, after = _stem(fine, op, valve), stem_of(fine._replace(op=op[begin:]), valve)
+    np.testing.assert_array_equal(found[begin:], after)
+    assert not np.array_equal(stem_of(fine._replace(op=op), valve)[begin:], after)
+    assert abs(found[begin - 1] - after[0]) < 0.5 * (valve.S + valve.S * valve.ratio)

@@ -80,7 +80,8 @@ class Contest(NamedTuple):
     valve: NDArray[np.float64]
     """Valves compared as in `Trials`; the first is the most likely, the last a good one. Shape (n, 5)."""
     error: NDArray[np.float64]
-    """Sum of squares that each leaves in each half cycle, shape (n, n_halves)."""
+    """Sum of squares that each leaves in each half cycle, that of the good one less what `weights` gain by chance;
+    shape (n, n_halves)."""
     worse: NDArray[np.float64]
     """Student's statistic of each against the first over the half cycles [-], shape (n,)."""
     S_range: tuple[float, float]

@@ -23,7 +23,7 @@ def stem_in_lane(u, du, x, moving, reach, behind):
     way = 1.0 if e > 0.0 else -1.0
     way = way if abs(e) > reach else 0.0
     way = moving if du * moving > 0.0 else way
-    # Without a branch: a store of only those lanes that move takes some processors ten times as long as one of all.
+    # Without a branch, lest only the lanes that move be stored, which is slow on some processors.
     moves = abs(way)
     return way, moves * (u - way * behind) + (1.0 - moves) * x
 

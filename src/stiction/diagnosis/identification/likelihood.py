@@ -40,7 +40,8 @@ ORDER = 12
 """Lags of the PV in the regression, at most [-]; fewer where a record is very short."""
 OP_ORDER = 4
 """Lags of OP beside them, at most [-]: of 440 simulated sticky loops (`simulation.population`, seed 31, J visible) S is
-within 10 % in 0.736 with so many, in 0.730 without and in 0.725 with eight."""
+within 10 % in 0.736 with so many, in 0.730 without and in 0.725 with
+eight (by a script of ours)."""
 ONE_BY_ONE = 8
 """Lags of the stem that have a weight of their own; longer ones share theirs in groups [-]."""
 LONGEST = 24, 48
@@ -68,7 +69,7 @@ class Prediction(NamedTuple):
     """Samples of OP to one of the PV."""
     pv: NDArray[np.float64]
     """PV over its standard deviation, about its mean [-], shape (n_samples,)."""
-    mean: NDArray[np.float64]
+    op_mean: NDArray[np.float64]
     """OP over the samples of the PV, the same of it [-], shape (n_samples,)."""
     edges: NDArray[np.int64]
     """Lags at which groups of the stem's lags begin [samples]."""
@@ -185,9 +186,9 @@ def prediction_of(signals: Signals, *, fine: bool = False) -> Prediction:
     begin = max(int(min(scale, n // 4)), lags + 1, min(ORDER, n // 8) + 1)
     count = max(round(2.0 * (n - begin) / max(scale, 8.0)), 4)
     ends = np.linspace(begin, n, count + 1).round().astype(np.int64)[1:]
-    mean = op.reshape(n, signals.thinned).mean(axis=1)
+    op_mean = op.reshape(n, signals.thinned).mean(axis=1)
     edges = np.array(edges, dtype=np.int64)
-    return Prediction(op, signals.thinned, _scaled(pv), _scaled(mean), edges, begin, ends, first)
+    return Prediction(op, signals.thinned, _scaled(pv), _scaled(op_mean), edges, begin, ends, first)
 
 
 def _scaled(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -299,19 +300,19 @@ def errors_of(prediction: Prediction, mv: NDArray[np.float64]) -> tuple[NDArray[
     tuple of ndarray
         Of all samples, shape (n,), and of each half cycle, shape (n, n_halves).
     """
-    pv, mean, order, op_order, edges, begin, shocks = (
-        prediction.pv, prediction.mean, prediction.order, prediction.op_order, prediction.edges, prediction.begin,
+    pv, op_mean, order, op_order, edges, begin, shocks = (
+        prediction.pv, prediction.op_mean, prediction.order, prediction.op_order, prediction.edges, prediction.begin,
         prediction.shocks,
     )  # fmt: skip
     ends, n = prediction.ends, mv.shape[0]
     left, blocks = np.empty(n), np.empty((n, ends.size))
     work = desk(pv.size, prediction.width, order + op_order, edges)
-    energy = past(pv, mean, order, op_order, begin, shocks, work.own)
+    energy = past(pv, op_mean, order, op_order, begin, shocks, work.own)
     for base in range(0, n, LANES):
         some = mv[base : base + LANES]
         work.mv[: len(some)] = some
         left_over(
-            pv, mean, len(some), order, op_order, edges, begin, shocks, FLOOR, energy, ends, base, left, blocks, work
+            pv, op_mean, len(some), order, op_order, edges, begin, shocks, FLOOR, energy, ends, base, left, blocks, work
         )
     return left, blocks
 
@@ -378,7 +379,7 @@ def _errors(
     order, op_order = prediction.order, prediction.op_order
     work = desk(prediction.pv.size, prediction.width, order + op_order, prediction.edges)
     prediction_errors(
-        prediction.op, prediction.width, prediction.pv, prediction.mean, order, op_order, prediction.edges,
+        prediction.op, prediction.width, prediction.pv, prediction.op_mean, order, op_order, prediction.edges,
         prediction.begin, prediction.shocks, FLOOR, S, S * ratio, stops, place, kept(lag), ends, left, blocks, work,
     )  # fmt: skip
     return left, blocks

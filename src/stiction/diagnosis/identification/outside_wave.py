@@ -86,7 +86,7 @@ def _beside(
 ) -> Beside:
     """What is left of PV, OP and stem (`signals`) without the wave of each part of the record."""
     rest = np.concatenate([signals[:, part] - repeated(signals[:, part], period, harmonics) for part in parts], axis=1)
-    good, sticky = errors_of(prediction._replace(pv=rest[0], mean=rest[1]), rest[1:])[1]
+    good, sticky = errors_of(prediction._replace(pv=rest[0], op_mean=rest[1]), rest[1:])[1]
     return Beside(Rival(good, 2.0 * harmonics * len(parts) + CHANGE_WORTH * (len(parts) - 1)), sticky)
 
 

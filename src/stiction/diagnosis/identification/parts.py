@@ -37,7 +37,7 @@ def part_of(prediction: Prediction, first: int, size: int, begin: int = 0) -> Pr
     return prediction._replace(
         op=np.ascontiguousarray(prediction.op[first * width : (first + size) * width]),
         pv=np.ascontiguousarray(prediction.pv[first : first + size]),
-        mean=np.ascontiguousarray(prediction.mean[first : first + size]),
+        op_mean=np.ascontiguousarray(prediction.op_mean[first : first + size]),
         begin=begin,
         shocks=shocks[(shocks >= begin) & (shocks < size)],
     )

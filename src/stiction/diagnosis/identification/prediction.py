@@ -148,38 +148,21 @@ def stems(op, width, lanes, S, J, stops, place, x, moving, mean, mv):
 
 @kernel
 def prediction_errors(
-    op,
-    width,
-    pv,
-    mean,
-    order,
-    op_order,
-    edges,
-    begin,
-    shocks,
-    floor,
-    S,
-    J,
-    stops,
-    place,
-    keep,
-    ends,
-    left,
-    blocks,
+    op, width, pv, op_mean, order, op_order, edges, begin, shocks, floor, S, J, stops, place, keep, ends, left, blocks,
     work,
-):
+):  # fmt: skip
     """Fill `left` (n,) with the sum of squares that each valve leaves of `pv` (n_samples,) from `begin` on.
 
-    `op` holds `width` samples for each one of `pv`, `mean` (n_samples,) their means. The regression takes a constant,
-    `order` lags of the PV, `op_order` of `mean`, and sums of the stem's lags edges[g] <= lag < edges[g + 1]; a lag of
-    at least 1 keeps the noise that the controller hands on to the OP out of its own prediction. The samples `shocks`
-    are not foretold, and are past of others all the same. `floor` is the square that no sample falls below. `ends`
-    (n_blocks,) are the samples at which blocks of time end, `blocks` (n, n_blocks) what is left in each; both may be
-    empty. `S`, `J`, `stops` and `place` (n,) are those of `stems`, `keep` (n,) that of `behind_lag`; valves side by
-    side are best of one lag.
+    `op` holds `width` samples for each one of `pv`, `op_mean` (n_samples,) their means. The regression takes a
+    constant, `order` lags of the PV, `op_order` of `op_mean`, and sums of the stem's lags edges[g] <= lag <
+    edges[g + 1]; a lag of at least 1 keeps the noise that the controller hands on to the OP out of its own prediction.
+    The samples `shocks` are not foretold, and are past of others all the same. `floor` is the square that no sample
+    falls below. `ends` (n_blocks,) are the samples at which blocks of time end, `blocks` (n, n_blocks) what is left in
+    each; both may be empty. `S`, `J`, `stops` and `place` (n,) are those of `stems`, `keep` (n,) that of `behind_lag`;
+    valves side by side are best of one lag.
     """
     valve = work.valve
-    energy = past(pv, mean, order, op_order, begin, shocks, work.own)
+    energy = past(pv, op_mean, order, op_order, begin, shocks, work.own)
     lag, lanes = -1.0, 0
     for i in range(S.shape[0]):
         valve[0, lanes], valve[1, lanes], valve[2, lanes], valve[3, lanes] = S[i], J[i], stops[i], place[i]
@@ -191,20 +174,7 @@ def prediction_errors(
             behind_lag(op, lag, work.air)
         stems(work.air, width, lanes, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], work.mean, work.mv)
         left_over(
-            pv,
-            mean,
-            lanes,
-            order,
-            op_order,
-            edges,
-            begin,
-            shocks,
-            floor,
-            energy,
-            ends,
-            i + 1 - lanes,
-            left,
-            blocks,
+            pv, op_mean, lanes, order, op_order, edges, begin, shocks, floor, energy, ends, i + 1 - lanes, left, blocks,
             work,
-        )
+        )  # fmt: skip
         lanes = 0

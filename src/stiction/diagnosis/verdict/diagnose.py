@@ -258,7 +258,7 @@ def findings(record: LoopRecord) -> Findings:
         When the record has no PV at all.
     """
     if isinstance(record, list):
-        raise RecordError(f"record is a list of {len(record)}, as st.read gives; give one of them: diagnose(list[0]).")
+        raise RecordError(f"record is a list of {len(record)}, as st.read gives: diagnose them one by one.")
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV.")
     return _findings(without_outliers(record), late=False)
