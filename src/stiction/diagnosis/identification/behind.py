@@ -63,32 +63,38 @@ def best_behind(
     lanes = -(-pairs // 8) * 8
     marks, opens, closes = windows(n, half, delays, begin)
     error, gain, best = np.empty(1), np.empty(1), np.empty((1, 3))
-    about, answer, late = np.empty((n, 1)), np.empty((n, lanes)), np.empty((n, delays.size))
     decays = np.zeros((2, lanes))
-    decays[:, :pairs] = first, second
-    rounding = n * (ROUNDING * np.abs(stem).max()) ** 2
+    decays[0, :pairs], decays[1, :pairs] = first, second
     _best_behind(
-        (stem - stem.mean())[:, np.newaxis], target, half, decays, pairs, delays, begin, sign, rounding,
-        error, gain, best, np.empty((1, delays.size)), marks, opens, closes, about, answer, late, np.empty((5, lanes)),
-        np.empty((lanes, delays.size)), np.empty((marks.size, 2, lanes)),
+        stem, target, half, decays, pairs, delays, begin, sign, error, gain, best, np.empty((1, delays.size)),
+        marks, opens, closes, np.empty((2, n, 1)), np.empty((n, lanes)), np.empty((n, delays.size)),
+        np.empty((5, lanes)), np.empty((lanes, delays.size)), np.empty((marks.size, 2, lanes)),
     )  # fmt: skip
     return float(error[0]), float(gain[0]), best[0]
 
 
 @kernel
 def _best_behind(
-    stem, target, half, decays, pairs, delays, begin, sign, rounding, error, gain, best, by_delay,
-    marks, opens, closes, about, answer, late, lane, cross, square,
+    stem, target, half, decays, pairs, delays, begin, sign, error, gain, best, by_delay, marks, opens, closes,
+    about, answer, late, lane, cross, square,
 ):  # fmt: skip
     """Fill `error`, `gain` (1,), `best` (1, 3) and `by_delay` (1, n_delays) as `search` does for a valve.
 
     `pairs` of the lanes hold lags.
 
-    The last six are work space, `about` (n_samples, 1) the stem about its local mean, `answer` (n_samples, n_lanes)
-    what the lags make of it, and `late` (n_samples, n_delays) the target as an answer meets it before its dead time.
+    The last six are work space, `about` (2, n_samples, 1) the stem about its mean and about its local mean, `answer`
+    (n_samples, n_lanes) what the lags make of it, and `late` (n_samples, n_delays) the target as an answer meets it
+    before its dead time.
     """
     n = target.shape[0]
     end = n - half
+    centre = largest = 0.0
+    for k in range(n):
+        centre += stem[k] / n
+        largest = max(largest, abs(stem[k]))
+    for k in range(n):
+        about[0, k, 0] = stem[k] - centre
+    rounding = n * (ROUNDING * largest) ** 2
     energy = 0.0
     for k in range(begin, end):
         energy += target[k] * target[k]
@@ -97,8 +103,8 @@ def _best_behind(
         for i in range(n):
             k = i + shift
             late[i, d] = target[k] if begin <= k < end and half <= i < end else 0.0
-    about_mean(stem, half, lane[0], about)
-    _answers(about, decays[0], decays[1], half, lane[0], lane[1], answer)
+    about_mean(about[0], half, lane[0], about[1])
+    _answers(about[1], decays[0], decays[1], half, lane[0], lane[1], answer)
     products(answer, late, pairs, cross)
     _squares(answer, half, marks, lane[2], lane[3], lane[4], square)
     error[0], gain[0] = energy, 0.0

@@ -69,8 +69,8 @@ def closely(search: Search) -> Closer:
     """
     record, signals, swing = search.record, search.signals, float(np.ptp(search.signals.op))
     coarse, fine = _foretold(record, search.period, signals)
-    fine, tried = _without_shocks(fine, most_likely(coarse, fine, swing), swing)
     own = are_own_samples(record, search.controller)
+    fine, tried = _without_shocks(fine, most_likely(coarse, fine, swing, own_samples=own), swing)
     known = OWN if own else UNSEEN
     # What OP does between samples that are not the controller's own passes for a lag, and S for less than it is: a lag
     # then only counts in how far a sticky valve beats a good one.
@@ -90,11 +90,12 @@ def closely(search: Search) -> Closer:
     )
     rebuilt = None if own or _rounded(search) else with_samples_between(record)
     if rebuilt is None:
-        return Closer(recorded, _limited(recorded, search, known))
+        return Closer(recorded, _limited(replace(recorded, S_bootstrap=found.bootstrap()), search, known))
     signals = prepare(rebuilt, search.period)
     _, fine = _foretold(rebuilt, search.period, signals)
     fine, tried = _without_shocks(fine, tried_between(fine, prompt, swing), swing)
-    told = _by_stretches(search, fine, signals.op, 2, contest(fine, tried, REBUILT))
+    found = contest(fine, tried, REBUILT)
+    told = replace(_by_stretches(search, fine, signals.op, 2, found), S_bootstrap=found.bootstrap())
     return Closer(recorded, _limited(_weighed_as(recorded, told), search, REBUILT))
 
 
@@ -181,8 +182,8 @@ def _by_stretches(
     mv = stem(found.best)
     mv = mv[np.minimum(np.arange(len(record)), mv.size - 1)]
     return replace(
-        result, mv=np.where(np.isfinite(result.mv), result.mv, mv), S_bootstrap=found.bootstrap(), drift=slope,
-        drift_error=error, lag=found.best.lag * record.dt / per, rough=search.rough,
+        result, mv=np.where(np.isfinite(result.mv), result.mv, mv), drift=slope, drift_error=error,
+        lag=found.best.lag * record.dt / per, rough=search.rough,
     )  # fmt: skip
 
 

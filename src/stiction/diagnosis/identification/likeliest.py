@@ -88,7 +88,7 @@ S_BIN, J_BIN = 0.02, 0.03
 """Width of the bins over ln S and over J / S of the best, from each of which the most likely valve is compared [-]."""
 
 
-def most_likely(prediction: Prediction, fine: Prediction, swing: float) -> Trials:
+def most_likely(prediction: Prediction, fine: Prediction, swing: float, *, own_samples: bool) -> Trials:
     """Search the plane: in short windows, where the dip is wide, then from their valleys in the whole record.
 
     Parameters
@@ -97,6 +97,9 @@ def most_likely(prediction: Prediction, fine: Prediction, swing: float) -> Trial
         What is foretold, for the coarse and for the last searches.
     swing : float
         Largest S to look for [% of span].
+    own_samples : bool
+        The record shows every sample of the controller: between samples that do not, the stem may have turned where
+        none can see it, and the reversals of those recorded say too little for what their search takes.
 
     Returns
     -------
@@ -114,7 +117,7 @@ def most_likely(prediction: Prediction, fine: Prediction, swing: float) -> Trial
         going_on, resting = (float(tried.cost[tried.columns.stops == rule].min(initial=np.inf)) for rule in (0.0, 1.0))
         if going_on - resting < LAG_RIVAL * gain:
             tried = _lagged(fine, tried, swing)
-        if gain > CLEAR and resting - tried.cost.min() < RIVAL * gain:
+        if own_samples and gain > CLEAR and resting - tried.cost.min() < RIVAL * gain:
             tried = joined(tried, trials_of(fine, from_reversals(prediction, fine, swing)))
     return _closer(fine, tried, STAGES[1:], swing)
 

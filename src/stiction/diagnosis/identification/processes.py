@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -36,6 +37,7 @@ class Processes(NamedTuple):
             return np.exp(-1.0 / self.first), np.exp(-1.0 / self.second)
 
 
+@lru_cache(maxsize=16)
 def dense_processes(
     scale: float, n_samples: int, integrating: bool | None, n_lags: int = 10, n_delays: int = 10
 ) -> Processes:
@@ -55,7 +57,7 @@ def dense_processes(
     Returns
     -------
     Processes
-        The candidates.
+        The candidates, the same for stretches that are alike: not to be written to.
     """
     longest = min(LONGEST_DELAY * scale, OF_RECORD * n_samples)
     delays = np.unique(np.round(np.linspace(-1.0, max(longest, 2.0), n_delays)).astype(np.int64))

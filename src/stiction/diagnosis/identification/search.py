@@ -108,7 +108,7 @@ def windows(
     half : int
         Half width of the local mean [samples].
     delays : ndarray, shape (n_delays,)
-        Dead times [samples].
+        Dead times, increasing [samples].
     begin : int
         First sample compared.
 
@@ -119,9 +119,32 @@ def windows(
     opens, closes : ndarray, shape (n_delays,)
         Which mark opens the window of each dead time, and which closes it.
     """
-    ends = np.concatenate([begin - 1 - delays, n_samples - half - 1 - delays])
-    marks, which = np.unique(ends, return_inverse=True)
-    return marks, which[: delays.size], which[delays.size :]
+    marks, which = np.empty(2 * delays.size, dtype=np.int64), np.empty((2, delays.size), dtype=np.int64)
+    count = merged(delays, begin - 1, n_samples - half - 1, marks, which)
+    return marks[:count], which[0], which[1]
+
+
+@kernel
+def merged(delays, opening, closing, marks, which):
+    """Fill `marks` with `opening` and `closing` less each of `delays` (n_delays,), increasing and none twice; how many.
+
+    `which` (2, n_delays) tells where among them each is.
+    """
+    n = delays.shape[0]
+    count, i, j = 0, n - 1, n - 1
+    while i >= 0 or j >= 0:
+        mark = closing - delays[j] if i < 0 else opening - delays[i]
+        if j >= 0:
+            mark = min(mark, closing - delays[j])
+        if i >= 0 and opening - delays[i] == mark:
+            which[0, i] = count
+            i -= 1
+        if j >= 0 and closing - delays[j] == mark:
+            which[1, j] = count
+            j -= 1
+        marks[count] = mark
+        count += 1
+    return count
 
 
 @kernel
