@@ -63,7 +63,7 @@ def identify(
 
     Notes
     -----
-    Every (S, J / S) of a 30 x 12 grid up to the OP's swing (a limit cycle needs OP_pp >= S) is tried with 100
+    Every (S, J / S) of a 24 x 10 grid up to the OP's swing (a limit cycle needs OP_pp >= S) is tried with 100
     processes, 10 lags (an integrator among them where the loop's kind is not known, behind one where it integrates) by
     10 dead times, by the error of the simulation. With a period
     this is done in stretches of about eight periods, at most eight. It gives the error surface and, without

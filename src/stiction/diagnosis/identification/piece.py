@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Piece", "search_piece", "with_stem"]
 
-N_S, N_J = 30, 12
+N_S, N_J = 24, 10
 """Points of the dense search over S and J / S."""
 
 
