@@ -103,7 +103,7 @@ def controlled(found: ControllerFit, unit: str) -> str:
     if found.Td:
         settings.append(f"Td {words.digits(found.Td)} s")
     samples = "; the record shows its own samples" if found.own_samples else ""
-    return f"{found.form} with {', '.join(settings)}: explains {100.0 * found.fit:.0f} % of OP{samples}."
+    return f"{found.form} with {', '.join(settings)}: explains {100.0 * found.explained:.0f} % of OP{samples}."
 
 
 def _with_error(value: float, error: float) -> str:

@@ -25,7 +25,7 @@ def test_a_pi_is_found_exactly(name, noise, moves):
     found = fit_controller(run_of(known, noise, moves, samples=600))
     assert found.Kc == pytest.approx(known.loop.controller.Kc, rel=1e-6)
     assert found.Ti == pytest.approx(known.loop.controller.Ti, rel=1e-6)
-    assert found.fit == pytest.approx(1.0, abs=1e-9)
+    assert found.explained == pytest.approx(1.0, abs=1e-9)
     assert found.action == np.sign(known.gain)
 
 
@@ -51,7 +51,7 @@ def test_an_op_that_nobody_controls_tells_no_action():
     rng = np.random.default_rng(5)
     record = st.LoopRecord("FC1", 1.0, op=50.0 + rng.normal(size=500), pv=rng.normal(size=500))
     found = fit_controller(record)
-    assert found.fit < 0.1
+    assert found.explained < 0.1
     assert found.action == 0.0
 
 

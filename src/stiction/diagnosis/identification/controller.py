@@ -56,7 +56,7 @@ class ControllerFit(NamedTuple):
     """Proportional gain [% of span per PV unit]; 0 for a controller that only integrates."""
     Ti: float
     """Integral time [s]: Kc / Ki; inf without an integral part, 0 for a controller that only integrates."""
-    fit: float
+    explained: float
     """Share that it explains of the OP's variation [-], or of its moves where `why` says moves."""
     action: float
     """Sign of the process gain that makes the loop stable: that of Ki; 0 when the record does not tell."""
@@ -115,7 +115,7 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
     Notes
     -----
     Derived in ``docs/controller.md``; tests compare with simulated controllers. A loop that swings as one sine
-    is explained by any PI-like relation of OP and PV: ``fit`` proves no causality.
+    is explained by any PI-like relation of OP and PV: ``explained`` proves no causality.
 
     Examples
     --------

@@ -290,7 +290,7 @@ def features(
         own_limit=_near(period, limit[1]) if limit is not None else 0.0,
         own_period=_near(period, own.period) if own is not None else 0.0,
         own_amplitude=_near(oscillation.amplitude_op, own.amplitude_op) if own is not None else 0.0,
-        controller=min(max(controller.fit, 0.0), 1.0) if math.isfinite(controller.fit) else 0.0,
+        controller=min(max(controller.explained, 0.0), 1.0) if math.isfinite(controller.explained) else 0.0,
         oscillating=float(oscillation.oscillating),
         regularity=min(oscillation.regularity, 10.0) / 10.0 if math.isfinite(oscillation.regularity) else 0.0,
         cycles=rhythm.cycles,

@@ -74,7 +74,7 @@ def own_cycle(found: Identification, controller: ControllerFit, period: float, d
     OwnCycle or None
         Its cycle; None where the controller or the process is not known well enough to run it.
     """
-    if not (controller.fit > LEAST_FIT and controller.Ti > 0.0 and math.isfinite(controller.Kc) and period > 4.0 * dt):
+    if not (controller.explained > LEAST_FIT and controller.Ti > 0.0 and math.isfinite(controller.Kc) and period > 4.0 * dt):
         return None
     step = dt * max(round(period / dt / PER_PERIOD), 1)
     process = found.process
@@ -132,7 +132,7 @@ def ultimate(process: ProcessFit, controller: ControllerFit, dt: float) -> tuple
     tuple of float, or None
         None where the phase never reaches -180 degrees or the controller is not known.
     """
-    if not (controller.fit > LEAST_FIT and controller.Ti > 0.0 and process.gain * controller.Kc > 0.0):
+    if not (controller.explained > LEAST_FIT and controller.Ti > 0.0 and process.gain * controller.Kc > 0.0):
         return None
     omega = np.geomspace(1e-3, 1.0, 600) * np.pi / dt
     s = 1j * omega
