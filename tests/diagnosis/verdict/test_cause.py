@@ -158,6 +158,27 @@ def test_a_sure_one_does_not(p):
     assert told("no_stiction", 1.0 - p).action == "No action on the valve."
 
 
+def test_a_band_wider_than_a_small_swing_would_not_show():
+    causes = {"stiction": 0.05, "external disturbance": 0.0, "none": 0.0}
+    for name in ("none", "external disturbance"):
+        for unit, swing, said in (("%", 1.84, True), ("%", 5.0, False), ("OP units", 0.02, False)):
+            shares = causes | {name: 0.95}
+            action = named_cause("no_stiction", shares, FOUND, RHYTHM, 1.0, COUNTED, unit=unit, swing=swing).action
+            assert action.endswith("OP's swing of 1.8\u00a0% would not show; a step of OP in manual shows it.") == said
+
+
+def test_a_stem_that_never_moves_is_not_taken_for_a_good_one_without_a_word():
+    # A wave moves the PV, the controller OP, and OP no stem: by OP and PV alone the valve looks good.
+    wave = 2.0 * np.sin(2.0 * np.pi * np.arange(2000) / 100.0)
+    loop = st.Loop(st.PID(0.4, 60.0), st.Kano(20.0, 4.0), st.FOPDT(1.5, 10.0, 3.0), dt=1.0, noise=0.1)
+    record = st.simulate(loop, 50.0, 2000.0, wave, seed=3, pv_start=50.0, op_start=50.0, loop_type="flow")
+    assert record.mv is not None
+    assert np.ptp(record.mv) == 0.0
+    found = st.diagnose(replace(record, mv=None))
+    assert found.verdict == "no_stiction"
+    assert "a step of OP in manual shows it." in found.action
+
+
 def test_what_would_decide_is_the_same_list():
     assert told("undecided", 0.5).action in told("stiction", 0.6).action
     slow = replace(RHYTHM, cycles=4.0)

@@ -203,7 +203,7 @@ def _told(seen: Findings, weighed: Weighed, judged: Judged) -> Diagnosis:
     unit = seen.record.op_unit_short
     cause = named_cause(
         verdict, judged.causes, valve, seen.oscillation, seen.record.dt, weighed.counted,
-        kind_known=seen.record.integrating is not None, unit=unit,
+        kind_known=seen.record.integrating is not None, unit=unit, swing=swing(seen.part.op),
     )  # fmt: skip
     if judged.not_seen:
         cause = not_seen(judged.not_seen, judged.causes)
