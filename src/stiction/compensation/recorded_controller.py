@@ -60,7 +60,7 @@ def recorded_controller(record: LoopRecord) -> tuple[PID, bool]:
     exact = found.exact
     options = {"op_limits": _limits(record.op)}
     behind = {"b": 0.0 if found.form.startswith("I-P") else 1.0, "c": 0.0 if "-" in found.form else 1.0}
-    pid, share = None, found.fit
+    pid, share = None, found.explained
     if found.form == "I":
         pid = PID(PURE * found.Ki * record.dt, PURE * record.dt, **options)  # type: ignore[arg-type]
     elif found.Kc and found.Ti > 0.0 and found.Td >= 0.0:

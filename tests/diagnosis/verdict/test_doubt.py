@@ -79,6 +79,11 @@ def kept(share):
     return bounded(quality(first=1000 - round(share * 1000)), own_samples=True)
 
 
+def beside_another(p, elsewhere=0.9, **found):
+    """A probability from a record of which a stretch is a copy, where another fault is as likely as said."""
+    return held_back(p, quality(("replay",)), elsewhere=elsewhere, **found)
+
+
 def fits(fit, fit_linear=0.0):
     return SimpleNamespace(fit=fit, fit_linear=fit_linear, rough=None, gain=1.0, own_samples=False, **EVEN)
 
@@ -91,6 +96,8 @@ LIMITS = [
     ("samples", lambda n: held_back(0.06, quality(first=0, rows=n)).probability == 0.1, 880, 879),
     ("surely, of few samples", lambda p: held_back(p, quality(first=0, rows=700)).probability == 0.1, 0.0499, 0.05),
     ("surely, of few for a cycle", lambda p: held_back(p, quality(("sampling",))).probability == 0.1, 0.0411, 0.0412),
+    ("surely, another fault plain", lambda p: beside_another(p).probability == 0.1, 0.00177, 0.00179),
+    ("another fault", lambda p: beside_another(1e-4, elsewhere=p).probability == 0.1, 0.5, 0.49),
     ("share kept", kept, 0.75, 0.749),
     ("one loop in four", lambda p: held_back(p, quality(("replay",))).probability != pytest.approx(p), 0.25, 0.24),
     ("even odds", lambda p: held_back(p, quality(("replay",))).probability != pytest.approx(p), 0.5, 0.51),
@@ -107,6 +114,13 @@ LIMITS = [
 def test_limits(beyond, inside, outside):
     assert not beyond(inside)
     assert beyond(outside)
+
+
+@pytest.mark.parametrize("found", [{"against": (JUMP_LIKELY,)}, {"against": (JUMP_OPEN,)}, {"valve_seen": False}])
+def test_another_fault_does_not_outweigh_what_was_found(found):
+    assert beside_another(1e-4).probability < 0.001
+    assert beside_another(1e-4, **found).probability == 0.1
+    assert beside_another(1.0 - 1e-4).probability == 0.9
 
 
 def test_the_limits_are_all_in_the_table():

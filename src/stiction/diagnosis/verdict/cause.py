@@ -309,7 +309,8 @@ def _not_shown(seen: Seen) -> str:
     """
     if seen.unit != "%" or seen.swing >= LITTLE:
         return ""
-    return f" A band wider than OP's swing of {digits(seen.swing, '%', 2)} would not show; a step of OP in manual shows it."
+    swing = digits(seen.swing, "%", 2)
+    return f" A band wider than OP's swing of {swing} would not show; a step of OP in manual shows it."
 
 
 _OTHERS = {

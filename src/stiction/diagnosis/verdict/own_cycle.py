@@ -74,7 +74,8 @@ def own_cycle(found: Identification, controller: ControllerFit, period: float, d
     OwnCycle or None
         Its cycle; None where the controller or the process is not known well enough to run it.
     """
-    if not (controller.explained > LEAST_FIT and controller.Ti > 0.0 and math.isfinite(controller.Kc) and period > 4.0 * dt):
+    known = controller.explained > LEAST_FIT and controller.Ti > 0.0 and math.isfinite(controller.Kc)
+    if not (known and period > 4.0 * dt):
         return None
     step = dt * max(round(period / dt / PER_PERIOD), 1)
     process = found.process
