@@ -28,6 +28,8 @@ from stiction.diagnosis.verdict.doubt import (
     KEPT,
     LEAST,
     MOST,
+    PLAINLY,
+    ROWS,
     STEPS,
     SURELY,
     UNKNOWN,
@@ -71,7 +73,7 @@ def hides(name):
 
 
 def bounded(quality, *, own_samples=False):
-    return [held_back(p, quality, own_samples=own_samples).probability for p in (1e-6, 1.0 - 1e-6)] == [0.1, 0.9]
+    return [held_back(p, quality, own_samples=own_samples).probability for p in (0.005, 0.995)] == [0.1, 0.9]
 
 
 def kept(share):
@@ -79,9 +81,9 @@ def kept(share):
     return bounded(quality(first=1000 - round(share * 1000)), own_samples=True)
 
 
-def beside_another(p, elsewhere=0.9, **found):
-    """A probability from a record of which a stretch is a copy, where another fault is as likely as said."""
-    return held_back(p, quality(("replay",)), elsewhere=elsewhere, **found)
+def copied(p, also=(), **found):
+    """A probability from a record of which a stretch is a copy."""
+    return held_back(p, quality(("replay", *also)), **found)
 
 
 def fits(fit, fit_linear=0.0):
@@ -96,8 +98,7 @@ LIMITS = [
     ("samples", lambda n: held_back(0.06, quality(first=0, rows=n)).probability == 0.1, 880, 879),
     ("surely, of few samples", lambda p: held_back(p, quality(first=0, rows=700)).probability == 0.1, 0.0499, 0.05),
     ("surely, of few for a cycle", lambda p: held_back(p, quality(("sampling",))).probability == 0.1, 0.0411, 0.0412),
-    ("surely, another fault plain", lambda p: beside_another(p).probability == 0.1, 0.00177, 0.00179),
-    ("another fault", lambda p: beside_another(1e-4, elsewhere=p).probability == 0.1, 0.5, 0.49),
+    ("plainly, of other rows", lambda p: copied(p).probability == 0.1, 0.000524, 0.000525),
     ("share kept", kept, 0.75, 0.749),
     ("one loop in four", lambda p: held_back(p, quality(("replay",))).probability != pytest.approx(p), 0.25, 0.24),
     ("even odds", lambda p: held_back(p, quality(("replay",))).probability != pytest.approx(p), 0.5, 0.51),
@@ -117,10 +118,16 @@ def test_limits(beyond, inside, outside):
 
 
 @pytest.mark.parametrize("found", [{"against": (JUMP_LIKELY,)}, {"against": (JUMP_OPEN,)}, {"valve_seen": False}])
-def test_another_fault_does_not_outweigh_what_was_found(found):
-    assert beside_another(1e-4).probability < 0.001
-    assert beside_another(1e-4, **found).probability == 0.1
-    assert beside_another(1.0 - 1e-4).probability == 0.9
+def test_rows_that_are_missing_bind_with_what_was_found(found):
+    assert copied(1e-5).probability < 0.001
+    assert copied(1e-5, **found).probability == 0.1
+    assert copied(1.0 - 1e-5).probability == 0.9
+
+
+@pytest.mark.parametrize("name", sorted({*HIDES} - {*ROWS}))
+def test_rows_that_are_missing_bind_with_what_smears_the_others(name):
+    assert copied(1e-7, ("clock", "missing")).probability < 0.001
+    assert copied(1e-7, (name,)).probability == 0.1
 
 
 def test_the_limits_are_all_in_the_table():
@@ -284,7 +291,7 @@ def test_where_much_of_the_record_is_left_out_nothing_is_sure(p):
 def test_a_little_of_what_can_hide_a_valve_hides_none(name):
     little = quality((name,), value=BEYOND[name])
     assert held_back(1e-6, little, own_samples=True).probability < LEAST / 100.0
-    beyond = held_back(1e-6, quality((name,), value=1.01 * BEYOND[name]))
+    beyond = held_back(0.005, quality((name,), value=1.01 * BEYOND[name]))
     assert beyond == (LEAST, f"The data allow no less than 0.10 ({name}).")
 
 
@@ -299,7 +306,8 @@ def test_an_op_of_few_steps_hides_slips_whether_or_not_its_gate_lowers(p):
 @given(p=some.floats(0.0, 1.0), name=some.sampled_from(sorted(BEYOND)))
 def test_what_can_hide_a_slip_does_so_beyond_a_value_whether_or_not_its_gate_lowers(p, name):
     more = Quality((Gate(name, "ok", BEYOND[name] + 1.0, 50.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
-    assert held_back(p, more).probability == min(max(p, LEAST), MOST)
+    least = 0.0 if name in ROWS and p < PLAINLY else LEAST
+    assert held_back(p, more).probability == min(max(p, least), MOST)
     few = Quality((Gate(name, "ok", BEYOND[name], 50.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
     assert held_back(p, few) == (p, "")
 

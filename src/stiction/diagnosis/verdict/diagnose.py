@@ -57,9 +57,6 @@ STICKS, FOLLOWS = 0.45, 0.1
 """S over the OP's swing from which the identification by itself votes for stiction, and up to which against [-]: a loop
 that cycles because of its valve moves OP through the band and little more, noise and drift fit bands of a tenth."""
 
-ELSEWHERE = "tight tuning", "external disturbance", "sensor", "saturation"
-"""Causes that show by themselves, and not only by a valve that does not stick."""
-
 AT_LIMIT = "Check sizing and limits of the valve, then record the loop off its limits."
 """What to do where OP rests at a limit."""
 
@@ -183,7 +180,7 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
     both = (*((PV_LATE,) if seen.late else ()), *against_both(seen.controller)) if blind else ()
     against = (*against_good(found, row, told), *both) if blind else ()
     held = held_back(
-        told["stiction"], seen.quality, told["saturation"], told["sensor"], sum(told[name] for name in ELSEWHERE),
+        told["stiction"], seen.quality, told["saturation"], told["sensor"],
         own_samples=found.own_samples, valve_seen=not nothing, against=against,
         against_sticking=(*against_sticking(found, valve, row), *both) if blind else (),
     )  # fmt: skip
