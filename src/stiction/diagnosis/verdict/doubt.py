@@ -88,8 +88,8 @@ SURELY, SLIGHT = 0.05, (FEW_SAMPLES, "sampling", JUMP_LIKELY)
 PLAINLY, ROWS = 0.001, (MUCH_LEFT_OUT, "clock", "missing", "outages", "replay")
 """Probability below which rows that are lost, left out or repeated are no bound by themselves [-]: the others are what
 the controller saw, and what smears these (means, lines, steps) bounds as ever. Of 4 000 loops (`simulation.population`,
-seeds 10 and 18) 92 are told less in spite of them, none of which sticks, and of 22 000 trials of sticky loops
-(`tests/diagnosis/verdict/fault_injection.py`, seeds 5001 to 5004) none is."""
+seeds 10 and 18) 92 are told less in spite of them, none of which sticks, and of 22 000 trials of 400 sticky loops
+(the effects of `tests/diagnosis/verdict/fault_injection.py`) none."""
 HARMLESS = ("op scale", "op turns")
 """Gates that draw nothing: one says how to read S and J, the other that friction was hardly seen, not that it was seen
 badly."""
