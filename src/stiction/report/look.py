@@ -39,6 +39,9 @@ def colorbar(title: str) -> dict[str, Any]:
     return {"title": {"text": title, "side": "right", "font": font}, "thickness": 8, "outlinewidth": 0, "xpad": 6}
 
 
+BELOW_BUTTONS = 46
+"""Top margin of a figure whose legend or labels would reach under the plot's buttons [px]."""
+
 _AXIS = {
     "automargin": True,
     "gridcolor": GRID,

@@ -38,7 +38,7 @@ def autocorrelation(view: View) -> Figure | None:
         "yaxis": {"title": {"text": "Autocorrelation [-]"}, "zeroline": True, "zerolinecolor": look.FAINT},
         "shapes": [_mark(float(x)) for x in marks if x <= lag[-1]],
         "showlegend": False,
-        "margin": {"t": 24},
+        "margin": {"t": look.BELOW_BUTTONS},
     }
     if known:
         caption = (

@@ -109,4 +109,5 @@ def _stacked(
         }
         for time in steps
     ]  # fmt: skip
-    return {"data": data, "layout": {**layout, "annotations": notes, "legend": {"y": 1.06}, "margin": {"t": 46}}}
+    layout |= {"annotations": notes, "legend": {"y": 1.06}, "margin": {"t": look.BELOW_BUTTONS}}
+    return {"data": data, "layout": layout}

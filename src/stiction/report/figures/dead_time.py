@@ -50,6 +50,7 @@ def dead_time(view: View) -> Figure | None:
         "xaxis": {"title": {"text": f"S [{view.op_unit}]"}, "range": edges(surface.S)},
         "yaxis": {"title": {"text": f"Dead time [{unit}]"}, "range": edges(late)},
         "showlegend": True,
+        "margin": {"t": look.BELOW_BUTTONS},
     }
     caption = (
         "A band makes the stem late, and so does dead time: along a pale valley a larger S with a shorter dead time"

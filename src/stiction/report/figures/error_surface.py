@@ -65,6 +65,7 @@ def error_surface(view: View) -> Figure | None:
         "xaxis": {"title": {"text": f"S [{view.op_unit}]"}, "range": edges(surface.S)},
         "yaxis": {"title": {"text": "J / S [-]"}, "range": edges(surface.J)},
         "showlegend": True,
+        "margin": {"t": look.BELOW_BUTTONS},
     }
     told = (
         f"told, with 95 % intervals, is S = {S} {unit} ({S_low} to {S_high} {unit}), "

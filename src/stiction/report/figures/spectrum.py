@@ -44,7 +44,7 @@ def spectrum(view: View) -> Figure | None:
         "shapes": [_mark(x) for _, x in marks],
         "annotations": [_label(k, x) for k, x in marks],
         "showlegend": False,
-        "margin": {"t": 24},
+        "margin": {"t": look.BELOW_BUTTONS},
     }
     if known:
         caption = f"Dotted lines mark the frequency of the period, {words.span(period)}, and its multiples."
