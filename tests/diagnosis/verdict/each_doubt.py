@@ -29,6 +29,7 @@ NAMED = {
     "much left out": (doubt, "KEPT", 0.0),
     "few samples": (doubt, "FEW", 0),
     "surely, in spite of few": (doubt, "SURELY", 0.0),
+    "plainly, of other rows": (doubt, "PLAINLY", 0.0),
     "spikes are the finding": (doubt, "SPIKES", math.inf),
     "nothing is explained": (contradiction, "BY_CHANCE", 0.0),
     "much more is explained": (contradiction, "MUCH_MORE", math.inf),
