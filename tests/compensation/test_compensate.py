@@ -238,8 +238,10 @@ def test_exchanged_loop_runs_as_a_new_one():
 
 def test_advice_holds_on_loops_it_has_not_seen():
     """Loops of the population, identified from their records, and the true loop asked; all hundred: population.py."""
-    found = [outcome(case, plan, st.diagnose(case.record), known=True) for case, plan in drawn(8, 21, plain=False)]
+    # The first of those that the documentation counts. Another processor rounds otherwise, and a run may become another
+    # one: of seven loops one may be missed.
+    found = [outcome(case, plan, st.diagnose(case.record), known=True) for case, plan in drawn(18, 1, plain=False)]
     treated = [one for one in found if one.treated]
-    assert len(treated) >= 3
+    assert len(treated) >= 5
     assert all(one.falls for one in treated)
     assert sum(one.close for one in treated) >= 0.8 * len(treated)

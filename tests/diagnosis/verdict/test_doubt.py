@@ -2,24 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-import stiction as st
-from stiction.diagnosis.verdict.contradiction import (
-    JUMP_OPEN,
-    against_good,
-    against_sticking,
-    explains_much_more,
-    explains_nothing,
-)
-from stiction.diagnosis.verdict.diagnose import findings
+from stiction.diagnosis.verdict.contradiction import JUMP_OPEN
 from stiction.diagnosis.verdict.doubt import (
     BEYOND,
     FEW,
@@ -40,16 +28,8 @@ from stiction.records.gate import Gate
 from stiction.records.gates import GATES, View
 from stiction.records.quality import Quality
 from stiction.records.record import LoopRecord
-from stiction.simulation.population import plant_population
 
-HEALTHY = {"sensor": 0.0, "saturation": 0.0, "deadband": 0.0}
-"""Probabilities of causes with which nothing else is to blame."""
 LOWERING = ("cycles", "sampling", "pv resolution", "missing", "op resolution", "saturation", "frozen", "length")
-
-EVEN = {"gain_on_any": 0.0, "gain_beside_wave": math.nan, "jump_gain": 0.0, "beats_any": 0.0}
-"""Twice the log likelihood by which a sticky valve beats its rivals that are as likely."""
-SLOW = "samples not seen to be the controller's"
-"""What a record such as plants keep is told to be."""
 
 
 def odds(p):
@@ -86,10 +66,6 @@ def copied(p, also=(), **found):
     return held_back(p, quality(("replay", *also)), **found)
 
 
-def fits(fit, fit_linear=0.0):
-    return SimpleNamespace(fit=fit, fit_linear=fit_linear, rough=None, gain=1.0, own_samples=False, **EVEN)
-
-
 LIMITS = [
     ("steps of OP", hides("op resolution"), 100.0, 99.0),
     ("missing samples [%]", hides("missing"), 10.0, 10.1),
@@ -105,8 +81,6 @@ LIMITS = [
     ("saturation that is the finding", lambda p: bool(held_back(0.4, quality(("saturation",)), p).why), 0.5, 0.49),
     ("spikes that are the finding", lambda p: not held_back(0.4, spikes(6.0), sensor=p).why, 0.49, 0.5),
     ("their number", lambda n: not held_back(0.4, spikes(n), sensor=0.9).why, 5.0, 6.0),
-    ("explained by chance [%]", lambda fit: bool(explains_nothing(fits(fit))), 15.0, 14.9),
-    ("explains much more [%]", lambda fit: explains_much_more(fits(fit)), 30.0, 30.1),
 ]
 """What is limited, whether a value lies beyond the limit, the last value that does not and one that does."""
 
@@ -136,126 +110,6 @@ def test_the_limits_are_all_in_the_table():
         *("exception", "averaging", "clock", "length", "manual", "one rate", "outages", "outliers"),
         *("resampled", "saturation", "replay"),
     }
-
-
-@pytest.mark.parametrize(("likeness", "told"), [(0.5, ()), (0.51, (SLOW,))])
-def test_the_limit_of_likeness_to_a_plants_record(monkeypatch, likeness, told):
-    monkeypatch.setattr("stiction.diagnosis.verdict.contradiction.kept_by_plant", lambda _row: likeness)
-    assert against_good(fits(50.0, 50.0), SimpleNamespace(likely_jump_clear=0.0), HEALTHY) == told
-
-
-NOT_ITS_OWN = "the loop found makes no such cycle"
-"""What keeps a valve from surely sticking."""
-NO_JUMP, AS_MUCH = "the valve does not jump", "a good valve explains as much"
-
-
-def valve(J=1.0, J_high=2.0, jump_gain=30.0, fit=90.0, fit_linear=60.0, integrating=False):
-    """A valve of S = 3 % that was found."""
-    process = SimpleNamespace(integrating=integrating)
-    return SimpleNamespace(
-        S=3.0, J=J, J_high=J_high, jump_gain=jump_gain, fit=fit, fit_linear=fit_linear, process=process
-    )
-
-
-@pytest.mark.parametrize(
-    ("found", "told"),
-    [
-        ({}, ()),
-        ({"J": 0.29, "J_high": 0.89, "jump_gain": 0.0}, (NO_JUMP,)),
-        ({"J": 0.31, "J_high": 0.89, "jump_gain": 0.0}, ()),
-        ({"J": 0.29, "J_high": 0.91, "jump_gain": 0.0}, ()),
-        ({"J": 0.29, "J_high": 0.89, "jump_gain": 0.1}, ()),
-        ({"J": 0.29, "J_high": 0.89, "jump_gain": 0.0, "integrating": True}, ()),
-        ({"fit": 60.0, "jump_gain": 19.9}, (AS_MUCH,)),
-        ({"fit": 60.0, "jump_gain": 20.0}, ()),
-        ({"fit": 60.1, "jump_gain": 19.9}, ()),
-    ],
-)
-def test_a_valve_that_does_not_jump_or_explains_no_more_is_not_sure(found, told):
-    row = SimpleNamespace(oscillating=0.0, regularity=0.0, own_amplitude=0.9, jump=0.5, integrating=0.0)
-    assert against_sticking(valve(**found), valve(**found), row) == told
-
-
-@pytest.mark.parametrize(
-    ("changed", "told"),
-    [
-        ({}, (NOT_ITS_OWN,)),
-        ({"own_amplitude": 0.3}, ()),
-        ({"jump": 0.15}, ()),
-        ({"integrating": 1.0}, ()),
-        ({"regularity": 0.95}, ()),
-        ({"oscillating": 0.0}, ()),
-    ],
-)
-def test_what_keeps_a_valve_from_surely_sticking(changed, told):
-    row = {"oscillating": 1.0, "regularity": 1.0, "own_amplitude": 0.29, "jump": 0.1, "integrating": 0.0}
-    assert against_sticking(valve(), valve(), SimpleNamespace(**(row | changed))) == told
-    for p in (0.05, 0.6, 0.97):
-        found = held_back(p, quality(), against_sticking=told)
-        assert found.probability == (min(p, MOST) if told else p)
-        assert (NOT_ITS_OWN in found.why) is (NOT_ITS_OWN in told and p > MOST)
-
-
-PLAIN = "a sticky valve foretells the PV"
-"""What a valve is told to be whose S is plain, though its loop may be driven."""
-
-
-@pytest.mark.parametrize(
-    ("changed", "causes", "told"),
-    [
-        ({}, {}, (PLAIN,)),
-        ({"beats_good": 8.0}, {}, ()),
-        ({"beats_any": 0.0}, {}, ()),
-        ({"own_samples": False}, {}, ()),
-        ({}, {"deadband": 0.5}, ()),
-        ({}, {"sensor": 0.3, "saturation": 0.2}, ()),
-        ({"own_samples": False, "gain_on_any": 60.1}, {"sensor": 0.5}, (PLAIN,)),
-        ({"own_samples": False, "gain_on_any": 59.9}, {"sensor": 0.5}, ()),
-        ({"gain_on_any": 60.1}, {"sensor": 0.5}, ()),
-    ],
-)
-def test_a_plain_valve_in_a_driven_loop(monkeypatch, changed, causes, told):
-    monkeypatch.setattr("stiction.diagnosis.verdict.contradiction.kept_by_plant", lambda _row: 0.0)
-    plain = {"beats_good": 8.1, "beats_any": 0.1, "own_samples": True}
-    found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, gain=500.0, **(EVEN | plain | changed))
-    assert against_good(found, SimpleNamespace(likely_jump_clear=0.0), HEALTHY | causes) == told
-
-
-@pytest.mark.parametrize(
-    ("changed", "play", "told"),
-    [
-        ({}, 0.51, (JUMP_OPEN,)),
-        ({}, 0.5, ()),
-        ({"own_samples": True}, 0.99, ()),
-        ({"J_high": 0.2}, 0.99, (JUMP_OPEN,)),
-    ],
-)
-def test_play_is_not_sure_between_the_samples(monkeypatch, changed, play, told):
-    monkeypatch.setattr("stiction.diagnosis.verdict.contradiction.kept_by_plant", lambda _row: 0.0)
-    open_jump = {"S": 3.0, "J_high": 3.0, "own_samples": False, "gain": 0.0}
-    found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, **(EVEN | open_jump | changed))
-    assert against_good(found, SimpleNamespace(likely_jump_clear=0.0), HEALTHY | {"deadband": play}) == told
-
-
-@pytest.mark.parametrize(("clear", "told"), [(0.33, ()), (0.34, ("a jump is plain",))])
-def test_a_jump_is_plain_whatever_else_is_wrong(clear, told):
-    row = SimpleNamespace(likely_jump_clear=clear)
-    assert against_good(fits(99.0), row, HEALTHY | {"saturation": 0.9}) == told
-
-
-def test_a_valve_that_slips_into_a_limit_is_not_surely_good():
-    """A loop whose set point asks for more than the valve gives, for a third of the time."""
-    loop = st.Loop(
-        st.PID(0.4, 12.0, op_limits=(0.0, 100.0)), st.Kano(6.0, 3.5), st.FOPDT(1.0, 12.0, 3.0), dt=1.0, noise=0.05
-    )
-    steps = 20.0 * (np.arange(3000.0) // 500 % 2) + 85.0
-    record = st.simulate(loop, steps, 3000.0, seed=3, pv_start=85.0, op_start=85.0, loop_type="flow")
-    found = st.diagnose(replace(record, mv=None))
-    assert found.settings["before_doubts"] < LEAST <= found.probability
-    assert found.verdict == "undecided"
-    assert "speaks for saturation" in found.reason
-    assert "a jump is plain" in found.reason
-    assert pytest.approx(6.0, rel=0.02) == found.identification.S
 
 
 @given(p=some.floats(0.0, 1.0))
@@ -356,19 +210,6 @@ def test_what_speaks_against_a_good_valve_keeps_it_from_being_surely_good(p, oth
     held = p < LEAST and (p >= SURELY or others)
     assert found.probability == (LEAST if held else p)
     assert (JUMP_LIKELY in found.why) is bool(held)
-
-
-def test_slow_records_such_as_plants_keep_are_never_surely_good():
-    seen = [(case, findings(case.record)) for case in plant_population(24, 3)]
-    told = [(case, st.diagnose(case.record), against_good(one.found[one.speaks], one.features, HEALTHY))
-            for case, one in seen if one.features is not None]  # fmt: skip
-    slow = [SLOW in against for case, _, against in told if case.record.dt > 3.0 * case.loop.dt]
-    assert len(slow) > 12
-    assert np.mean(slow) > 0.6
-    assert min(found.probability for _, found, against in told if SLOW in against) >= LEAST
-    # The controller's own samples hide no slip, however the rest of the record looks.
-    assert not any(SLOW in against_good(replace(one.found[one.speaks], own_samples=True), one.features, HEALTHY)
-                   for _, one in seen if one.features is not None)  # fmt: skip
 
 
 @given(p=some.floats(0.0, 0.5))

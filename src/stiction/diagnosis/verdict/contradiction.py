@@ -153,7 +153,9 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
     return tuple(name for name, true in seen.items() if true)
 
 
-def against_sticking(found: Identification, valve: Identification, row: Features) -> tuple[str, ...]:
+def against_sticking(
+    found: Identification, valve: Identification, row: Features, *, makes_cycle: bool = False
+) -> tuple[str, ...]:
     """Say what keeps a valve from surely sticking, though nothing is wrong with the data.
 
     Parameters
@@ -164,24 +166,28 @@ def against_sticking(found: Identification, valve: Identification, row: Features
         The valve that is told, whose J may be another: the same or one by the samples between.
     row : Features
         What was found in the record.
+    makes_cycle : bool
+        Whether the likeliest valve, its process and the controller make the loop's cycle by themselves.
 
     Returns
     -------
     tuple of str
         A regular oscillation that the valve, process and controller found do not make by themselves, the valve hardly
         jumping: a band alone makes no cycle with a self-regulating process, and fits many that come from outside or
-        from a characteristic that is not straight. With such a process, a valve that does not jump, to within
-        `NO_JUMP`, which is play; a good valve that explains as much, unless a jump is plain (`A_JUMP`); and the valve
-        told and a good one that both explain next to nothing (`BY_CHANCE`).
+        from a characteristic that is not straight; unless a jump is plain (`A_JUMP`), which the dense search may miss,
+        and the likeliest valve makes the cycle. With such a process, a valve that does not jump, to within `NO_JUMP`,
+        which is play; a good valve that explains as much, unless a jump is plain; and the valve told and a good one
+        that both explain next to nothing (`BY_CHANCE`).
     """
     regular = row.oscillating > 0.0 and row.regularity > REGULAR
+    plainly_jumps = found.jump_gain >= A_JUMP
     not_its_own = row.own_amplitude < OWN_CYCLE and row.jump < HARDLY_JUMPS and not row.integrating
     jumps = max(valve.J / NO_JUMP[0], valve.J_high / NO_JUMP[1]) > valve.S or found.jump_gain > 0.0
     seen = {
-        "the loop found makes no such cycle": regular and not_its_own,
+        "the loop found makes no such cycle": regular and not_its_own and not (plainly_jumps and makes_cycle),
         "the valve does not jump": not jumps and not valve.process.integrating,
         "OP explains next to nothing": max(valve.fit, valve.fit_linear) < BY_CHANCE,
-        "a good valve explains as much": valve.fit <= valve.fit_linear and found.jump_gain < A_JUMP,
+        "a good valve explains as much": valve.fit <= valve.fit_linear and not plainly_jumps,
     }
     return tuple(name for name, true in seen.items() if true)
 

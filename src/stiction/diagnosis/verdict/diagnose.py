@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -15,6 +16,7 @@ from stiction.diagnosis.result import Diagnosis, Evidence
 from stiction.diagnosis.verdict.cause import named_cause, not_seen
 from stiction.diagnosis.verdict.contradiction import (
     EVERY_RIVAL,
+    OWN_CYCLE,
     PLAINLY_JUMPS,
     against_both,
     against_good,
@@ -24,6 +26,7 @@ from stiction.diagnosis.verdict.contradiction import (
 )
 from stiction.diagnosis.verdict.doubt import FAULT_SEEN, UNKNOWN, held_back, only_saturated
 from stiction.diagnosis.verdict.features import Features, features
+from stiction.diagnosis.verdict.own_cycle import near, own_cycle
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
 from stiction.diagnosis.verdict.stem import stem_shown
 from stiction.diagnosis.verdict.windows import changes, said, windows
@@ -182,7 +185,7 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
     held = held_back(
         told["stiction"], seen.quality, told["saturation"], told["sensor"],
         own_samples=found.own_samples, valve_seen=not nothing, against=against,
-        against_sticking=(*against_sticking(found, valve, row), *both) if blind else (),
+        against_sticking=(*against_sticking(found, valve, row, makes_cycle=_makes_cycle(seen)), *both) if blind else (),
     )  # fmt: skip
     rest = (1.0 - held.probability) / max(1.0 - told["stiction"], 1e-12)
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
@@ -195,6 +198,15 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
     if much_more and verdict == "undecided":
         valve = max((valve, valve.rough or valve), key=lambda one: one.fit)  # the one that explains so much
     return Judged(verdict, told, held.why, not_seen, valve)
+
+
+def _makes_cycle(seen: Findings) -> bool:
+    """Whether the likeliest valve, its process and the controller make the loop's cycle by themselves."""
+    period, dt, controller = seen.oscillation.period, seen.part.dt, seen.controller
+    if controller is None or not math.isfinite(period):
+        return False
+    own = own_cycle(seen.found[seen.speaks], controller, period, dt)
+    return own is not None and near(seen.oscillation.amplitude_op, own.amplitude_op) >= OWN_CYCLE
 
 
 def _told(seen: Findings, weighed: Weighed, judged: Judged) -> Diagnosis:

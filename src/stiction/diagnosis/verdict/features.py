@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.interval import CHI2_2
-from stiction.diagnosis.verdict.own_cycle import own_cycle, ultimate
+from stiction.diagnosis.verdict.own_cycle import near, own_cycle, ultimate
 from stiction.diagnosis.verdict.rhythm import rhythm_of
 from stiction.diagnosis.verdict.sensor import sensor_of
 from stiction.records.limits import at_limits, saturated
@@ -287,9 +287,9 @@ def features(
         lag=lag,
         dead_time=dead_time,
         margin=0.0 if limit is None else min(1.0 / max(limit[0], 1e-3), 1.5),
-        own_limit=_near(period, limit[1]) if limit is not None else 0.0,
-        own_period=_near(period, own.period) if own is not None else 0.0,
-        own_amplitude=_near(oscillation.amplitude_op, own.amplitude_op) if own is not None else 0.0,
+        own_limit=near(period, limit[1]) if limit is not None else 0.0,
+        own_period=near(period, own.period) if own is not None else 0.0,
+        own_amplitude=near(oscillation.amplitude_op, own.amplitude_op) if own is not None else 0.0,
         controller=min(max(controller.explained, 0.0), 1.0) if math.isfinite(controller.explained) else 0.0,
         oscillating=float(oscillation.oscillating),
         regularity=min(oscillation.regularity, 10.0) / 10.0 if math.isfinite(oscillation.regularity) else 0.0,
@@ -378,10 +378,3 @@ def _process(found: Identification, period: float) -> tuple[float, float, float,
         for one in (found.process, found.linear)
     )
     return slow, slow_linear, min(found.process.lag / period, 2.0), min(found.process.dead_time / period, 2.0)
-
-
-def _near(one: float, other: float) -> float:
-    """1 where two positive numbers are equal, 0.37 where they are a factor of 1.4 apart."""
-    if not (one > 0.0 and other > 0.0 and math.isfinite(one) and math.isfinite(other)):
-        return 0.0
-    return math.exp(-3.0 * abs(math.log(one / other)))

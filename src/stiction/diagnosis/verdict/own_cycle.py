@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identified import Identification, ProcessFit
     from stiction.models import TransferFunction
 
-__all__ = ["OwnCycle", "own_cycle", "process_of", "ultimate"]
+__all__ = ["OwnCycle", "near", "own_cycle", "process_of", "ultimate"]
 
 PERIODS, PER_PERIOD = 16, 60
 """Periods simulated, and samples of each at most."""
@@ -109,6 +109,29 @@ def own_cycle(found: Identification, controller: ControllerFit, period: float, d
     if rises.size < 3 or swing < 1e-3:
         return OwnCycle(math.nan, 0.0)
     return OwnCycle(float(np.median(np.diff(rises))) * step, swing * found.S)
+
+
+def near(one: float, other: float) -> float:
+    """How near two periods or amplitudes are.
+
+    Parameters
+    ----------
+    one, other : float
+        Two positive numbers of one unit.
+
+    Returns
+    -------
+    float
+        1 where they are equal, 0.37 where they are a factor of 1.4 apart, 0 where one is not positive or finite [-].
+
+    Examples
+    --------
+    >>> near(60.0, 60.0), round(near(60.0, 84.0), 2), near(60.0, 0.0)
+    (1.0, 0.36, 0.0)
+    """
+    if not (one > 0.0 and other > 0.0 and math.isfinite(one) and math.isfinite(other)):
+        return 0.0
+    return math.exp(-3.0 * abs(math.log(one / other)))
 
 
 def _round(x: float) -> float:
