@@ -79,7 +79,7 @@ def valve(J=1.0, J_high=2.0, jump_gain=30.0, fit=90.0, fit_linear=60.0, integrat
 )
 def test_a_valve_that_does_not_jump_or_explains_no_more_is_not_sure(found, told):
     row = SimpleNamespace(oscillating=0.0, regularity=0.0, own_amplitude=0.9, jump=0.5, integrating=0.0)
-    assert against_sticking(valve(**found), valve(**found), row) == told
+    assert against_sticking(valve(**found), valve(**found), row, lambda: False) == told
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_a_valve_that_does_not_jump_or_explains_no_more_is_not_sure(found, told)
 def test_what_keeps_a_valve_from_surely_sticking(changed, told):
     row = {"oscillating": 1.0, "regularity": 1.0, "own_amplitude": 0.29, "jump": 0.1, "integrating": 0.0}
     likeliest, row = valve(jump_gain=changed.get("jump_gain", 19.9)), SimpleNamespace(**(row | changed))
-    assert against_sticking(likeliest, likeliest, row, makes_cycle="makes_cycle" in changed) == told
+    assert against_sticking(likeliest, likeliest, row, lambda: "makes_cycle" in changed) == told
     for p in (0.05, 0.6, 0.97):
         found = held_back(p, SOUND, against_sticking=told)
         assert found.probability == (min(p, MOST) if told else p)

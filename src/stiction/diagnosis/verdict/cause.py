@@ -36,7 +36,7 @@ HARDLY = 0.05
 """J over S up to which a valve hardly jumps [-]."""
 LITTLE = 5.0
 """OP's swing below which it is told that a wider band would not show [% of span]: what is found of seven of the eight
-sticky recorded loops in use is 2.4 at most."""
+sticky recorded loops in use is 2.5 at most."""
 
 
 class Cause(NamedTuple):

@@ -15,7 +15,7 @@ from stiction.diagnosis.verdict.doubt import FAULT_SEEN, JUMP_LIKELY
 from stiction.diagnosis.verdict.probability import kept_by_plant
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from stiction.diagnosis.identification.controller import ControllerFit
     from stiction.diagnosis.identified import Identification
@@ -154,7 +154,7 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
 
 
 def against_sticking(
-    found: Identification, valve: Identification, row: Features, *, makes_cycle: bool = False
+    found: Identification, valve: Identification, row: Features, makes_cycle: Callable[[], bool]
 ) -> tuple[str, ...]:
     """Say what keeps a valve from surely sticking, though nothing is wrong with the data.
 
@@ -166,8 +166,9 @@ def against_sticking(
         The valve that is told, whose J may be another: the same or one by the samples between.
     row : Features
         What was found in the record.
-    makes_cycle : bool
-        Whether the likeliest valve, its process and the controller make the loop's cycle by themselves.
+    makes_cycle : callable
+        Says whether the likeliest valve, its process and the controller make the loop's cycle by themselves. It takes a
+        run of that loop, and is asked only where the answer counts.
 
     Returns
     -------
@@ -184,7 +185,7 @@ def against_sticking(
     not_its_own = row.own_amplitude < OWN_CYCLE and row.jump < HARDLY_JUMPS and not row.integrating
     jumps = max(valve.J / NO_JUMP[0], valve.J_high / NO_JUMP[1]) > valve.S or found.jump_gain > 0.0
     seen = {
-        "the loop found makes no such cycle": regular and not_its_own and not (plainly_jumps and makes_cycle),
+        "the loop found makes no such cycle": regular and not_its_own and not (plainly_jumps and makes_cycle()),
         "the valve does not jump": not jumps and not valve.process.integrating,
         "OP explains next to nothing": max(valve.fit, valve.fit_linear) < BY_CHANCE,
         "a good valve explains as much": valve.fit <= valve.fit_linear and not plainly_jumps,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from stiction.diagnosis.detection import detect_all
@@ -185,7 +186,7 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
     held = held_back(
         told["stiction"], seen.quality, told["saturation"], told["sensor"],
         own_samples=found.own_samples, valve_seen=not nothing, against=against,
-        against_sticking=(*against_sticking(found, valve, row, makes_cycle=_makes_cycle(seen)), *both) if blind else (),
+        against_sticking=(*against_sticking(found, valve, row, partial(_makes_cycle, seen)), *both) if blind else (),
     )  # fmt: skip
     rest = (1.0 - held.probability) / max(1.0 - told["stiction"], 1e-12)
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}
