@@ -143,12 +143,15 @@ def test_what_is_told_of_the_valve_is_of_the_record():
     assert np.abs(found.mv - SLOWER.op).max() <= 0.5 * (found.S + found.J) * 1.05
 
 
-def test_the_verdict_is_weighed_by_the_recorded_samples_alone(monkeypatch):
+def test_the_verdict_is_weighed_by_the_recorded_samples(monkeypatch):
+    """The search begins with the samples between; what its valve is worth is counted on those recorded."""
     record = replace(SLOWER, mv=None, loop_type="flow")
     found = st.diagnose(record)
     assert found.identification.rebuilt
     monkeypatch.setattr(closer, "with_samples_between", lambda _: None)
     alone = st.diagnose(record)
     assert not alone.identification.rebuilt
-    assert found.causes == alone.causes
-    assert found.settings["features"] == alone.settings["features"]
+    assert found.causes == pytest.approx(alone.causes, abs=0.01)
+    names = ("beats_good", "gain", "gain_in_part", "beats_bent", "gain_on_bent")
+    told, recorded = ([getattr(one.identification, name) for name in names] for one in (found, alone))
+    assert told == pytest.approx(recorded, rel=0.1)

@@ -23,12 +23,12 @@ from stiction.simulation.population.valves import physical_valve
 from .loops import KNOWN, run_of
 
 
-def he(op, fs, fd):
-    """He's valve by its definition: it rests again after every sample."""
+def he_wang(op, fs, fd, K):
+    """He and Wang's valve by its definition, He's with a K of 1: it rests again after every sample."""
     x, out = float(op[0]), []
     for u in op:
         if abs(u - x) > fs * (1.0 + 1e-9):
-            x = float(u - np.copysign(fd, u - x))
+            x += K * float(u - x - np.copysign(fd, u - x))
         out.append(x)
     return np.array(out)
 
@@ -64,20 +64,21 @@ def by_least_squares(prediction, mv):
     name=some.sampled_from(sorted(KNOWN)),
     S=some.floats(0.3, 1.2),
     ratio=some.floats(0.0, 1.0),
-    stops=some.sampled_from([0.0, 1.0]),
+    K=some.sampled_from([0.0, 1.0, 1.6]),
     lag=some.sampled_from([0.0, 0.7, 3.0]),
     shocks=some.sets(some.integers(0, 449), max_size=9),
 )
-def test_the_squares_left_are_those_of_a_regression(name, S, ratio, stops, lag, shocks):
+def test_the_squares_left_are_those_of_a_regression(name, S, ratio, K, lag, shocks):
     known = KNOWN[name]
     record = replace(run_of(known, 0.05, samples=450), mv=None)
     prediction = prediction_of(prepare(record, known.period))
     rows = np.array(sorted(row for row in shocks if row >= prediction.begin), dtype=np.int64)
     prediction = prediction._replace(shocks=rows[rows < prediction.pv.size])
     S *= known.S
-    valve = np.array([[S, ratio, stops, 0.0, lag]])
+    valve = np.array([[S, ratio, K, 0.0, lag]])
     J, air = S * ratio, behind(record.op, lag)
-    mv = he(air, (S + J) / 2.0, (S - J) / 2.0) if stops else np.array(naive.kano(list(air), S, J))
+    fs = (S + J) / 2.0
+    mv = he_wang(air, fs, fs - J / K, K) if K else np.array(naive.kano(list(air), S, J))
     used = prediction.pv.size * prediction.width
     left = by_least_squares(prediction, mv[:used])
     halves = by_cycle(prediction, valve)[0]

@@ -43,7 +43,7 @@ def test_valves_within_the_bounds_slip_alike_and_those_beyond_do_not(seed, S, ra
     J = ratio * S
     past = share * J
     chosen, bounds = np.empty(1, dtype=np.int64), np.empty((1, 4))
-    assert distinct(op, op.size, 1.0, np.array([[S, J, past]]), np.arange(1), chosen, bounds) == 1
+    assert distinct(op, op.size, 1.0, np.array([[S, J, past, 1.0]]), np.arange(1), chosen, bounds) == 1
     S_low, S_high, J_low, J_high = bounds[0]
     assert S_low <= S * (1.0 + 1e-9)
     assert S_high > S
@@ -60,9 +60,31 @@ def test_valves_within_the_bounds_slip_alike_and_those_beyond_do_not(seed, S, ra
         assert slips(op, 1.0, S, J_high * 1.001, past) != own
 
 
+@settings(max_examples=40, deadline=None)
+@given(seed=some.integers(0, 10_000), S=some.floats(1.0, 8.0), ratio=some.floats(0.05, 0.95), K=some.floats(1.0, 2.0))
+def test_bounds_of_a_slip_that_overshoots_are_how_far_op_was_when_it_slipped_and_did_not(seed, S, ratio, K):
+    op, J = swinging(seed), ratio * S
+    chosen, bounds = np.empty(1, dtype=np.int64), np.empty((1, 4))
+    distinct(op, op.size, 1.0, np.array([[S, J, 0.0, K]]), np.arange(1), chosen, bounds)
+    fs, balance = (S + J) / 2.0, (S - J) / 2.0
+    # As published: a slip goes K times what OP is beyond fd, with fd so that one from fs goes J.
+    fd, x, way = fs - J / K, op[0] - balance, 1.0
+    gone, slipped = {"S": [0.0], "J": [0.0]}, {"S": [np.inf], "J": [np.inf]}
+    for u in op:
+        e = way * (u - x)
+        name, distance = ("S", balance - e) if e < balance else ("J", e - balance)
+        slips = abs(e) > fs * (1.0 + 1e-9)
+        (slipped if slips else gone)[name].append(distance)
+        if slips:
+            way *= np.sign(e)
+            x += way * K * (abs(e) - fd)
+    expected = [max(gone["S"]), min(slipped["S"]), max(gone["J"]), min(slipped["J"])]
+    assert bounds[0] == pytest.approx(expected, abs=1e-7)
+
+
 def test_valves_that_slip_alike_are_one():
     op = swinging(3)
-    trials = np.array([[3.0, 1.0, 0.0], [3.0 + 1e-6, 1.0, 0.0], [5.0, 1.0, 0.0], [3.0, 2.5, 0.0]])
+    trials = np.array([[3.0, 1.0, 0.0, 1.0], [3.0 + 1e-6, 1.0, 0.0, 1.0], [5.0, 1.0, 0.0, 1.0], [3.0, 2.5, 0.0, 1.0]])
     chosen, bounds = np.empty(4, dtype=np.int64), np.empty((4, 4))
     count = distinct(op, op.size, 1.0, trials, np.arange(4), chosen, bounds)
     assert chosen[:count].tolist() == [0, 2, 3]

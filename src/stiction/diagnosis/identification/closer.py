@@ -9,9 +9,14 @@ import numpy as np
 
 from stiction.diagnosis.identification.assembled import assembled, stretch_of
 from stiction.diagnosis.identification.between import with_samples_between
-from stiction.diagnosis.identification.contest import OWN, REBUILT, STANDS_OUT, UNSEEN, contest, drift
+from stiction.diagnosis.identification.contest import OWN, REBUILT, STANDS_OUT, UNSEEN, UNTOLD, contest, drift
 from stiction.diagnosis.identification.controller import EXACT
-from stiction.diagnosis.identification.likeliest import most_likely, tried_again, tried_between
+from stiction.diagnosis.identification.likeliest import (
+    most_likely,
+    most_likely_between,
+    tried_again,
+    tried_recorded,
+)
 from stiction.diagnosis.identification.likelihood import prediction_of, stem_of
 from stiction.diagnosis.identification.own_samples import are_own_samples
 from stiction.diagnosis.identification.piece import with_stem
@@ -37,7 +42,8 @@ NOT_RECORDED, CANNOT_BE_TOLD, BY_INTEGRAL = (
     "Whether OP moves between the samples cannot be told",
     "OP between the samples is rebuilt by the controller's integral",
 )
-"""Why S is known less well; the second where the moves that were recorded, rounded, are all explained."""
+"""Why S is known less well; the second where the moves that were recorded, rounded, are all explained, or what is left
+of them may be a set point's that was not recorded."""
 STARTS = np.linspace(-1.0, 1.0, 9)
 """Places at the start of a record of which only the middle is foretold [half bands]."""
 ANOTHER = 0.1
@@ -67,19 +73,35 @@ def closely(search: Search) -> Closer:
     Closer
         The finding.
     """
-    record, signals, swing = search.record, search.signals, float(np.ptp(search.signals.op))
-    coarse, fine = _foretold(record, search.period, signals)
+    record, swing = search.record, float(np.ptp(search.signals.op))
     own = are_own_samples(record, search.controller)
-    fine, tried = _without_shocks(fine, most_likely(coarse, fine, swing, own_samples=own), swing)
-    known = OWN if own else UNSEEN
+    rebuilt = None if own or _rounded(search) else with_samples_between(record)
+    coarse, fine = _foretold(record, search.period, search.signals)
+    if rebuilt is None:
+        fine, tried = _without_shocks(fine, most_likely(coarse, fine, swing, own_samples=own), swing)
+        known = OWN if own else UNSEEN if record.sp is not None else UNTOLD
+        recorded, found = _recorded(search, fine, tried, known)
+        return Closer(recorded, _limited(replace(recorded, S_bootstrap=found.bootstrap()), search, known))
+    signals = prepare(rebuilt, search.period)
+    coarse, whole = _foretold(rebuilt, search.period, signals)
+    whole, between = _without_shocks(whole, most_likely_between(coarse, whole, swing), swing)
+    fine, tried = _without_shocks(fine, tried_recorded(fine, between, swing), swing)
+    recorded, _ = _recorded(search, fine, tried, UNSEEN)
+    found = contest(whole, between, REBUILT)
+    told = replace(_by_stretches(search, whole, signals.op, 2, found), S_bootstrap=found.bootstrap())
+    return Closer(recorded, _limited(_weighed_as(recorded, told), search, REBUILT))
+
+
+def _recorded(search: Search, fine: Prediction, tried: Trials, known: Known) -> tuple[Identification, Contest]:
+    """What the recorded samples say, and the contest of S and J."""
+    own = known is OWN
     # What OP does between samples that are not the controller's own passes for a lag, and S for less than it is: a lag
     # then only counts in how far a sticky valve beats a good one.
-    prompt = tried if own else tried.without_lag()
-    found = contest(fine, prompt, known)
+    found = contest(fine, tried if own else tried.without_lag(), known)
     clearest = found if own or tried.best.lag == 0.0 else contest(fine, tried, known)
-    period = None if search.period is None else search.period / (record.dt * fine.width)
+    period = None if search.period is None else search.period / (search.record.dt * fine.width)
     recorded = replace(
-        _by_stretches(search, fine, signals.op, 1, found),
+        _by_stretches(search, fine, search.signals.op, 1, found),
         beats_good=float(clearest.worse[-1]),
         gain=clearest.gain(),
         gain_in_part=clearest.gain(3),
@@ -88,15 +110,7 @@ def closely(search: Search) -> Closer:
         own_samples=own,
         **over_rivals(fine, clearest, period),
     )
-    rebuilt = None if own or _rounded(search) else with_samples_between(record)
-    if rebuilt is None:
-        return Closer(recorded, _limited(replace(recorded, S_bootstrap=found.bootstrap()), search, known))
-    signals = prepare(rebuilt, search.period)
-    _, fine = _foretold(rebuilt, search.period, signals)
-    fine, tried = _without_shocks(fine, tried_between(fine, prompt, swing), swing)
-    found = contest(fine, tried, REBUILT)
-    told = replace(_by_stretches(search, fine, signals.op, 2, found), S_bootstrap=found.bootstrap())
-    return Closer(recorded, _limited(_weighed_as(recorded, told), search, REBUILT))
+    return recorded, found
 
 
 def _foretold(record: LoopRecord, period: float | None, signals: Signals) -> tuple[Prediction, Prediction]:
@@ -135,7 +149,7 @@ def _limited(found: Identification, search: Search, known: Known) -> Identificat
     if known is REBUILT:
         why = f"{BY_INTEGRAL}."
     else:
-        which = CANNOT_BE_TOLD if search.controller.exact else NOT_RECORDED
+        which = CANNOT_BE_TOLD if known is UNTOLD or search.controller.exact else NOT_RECORDED
         why = f"{which}: S is known to a factor of {known.wide:g} at best."
     return replace(found, reason=f"{why} {found.reason}".strip())
 

@@ -14,18 +14,19 @@ __all__ = ["about_mean", "answer_lanes", "backwards", "follow_lanes", "products"
 
 
 @inlined
-def stem_in_lane(u, du, x, moving, reach, behind):
+def stem_in_lane(u, du, x, moving, reach, jump, K):
     """Which way a stem at `x` moves when OP comes to `u` by `du`, and where it is then: Kano's rule.
 
-    A stem that moves goes on while OP does, `behind` it; one that rests moves when OP is more than `reach` away.
+    One that rests moves when OP is more than `reach` away, a tie being none: by `jump`, and `K` times what OP is
+    further away. One that moves goes on while OP does, by the same with a K of 1, which leaves it `reach` - `jump`
+    behind OP.
     """
     e = u - x
     way = 1.0 if e > 0.0 else -1.0
-    way = way if abs(e) > reach else 0.0
+    way = way if abs(e) > reach * (1.0 + 1e-9) else 0.0
     way = moving if du * moving > 0.0 else way
     # Without a branch, lest only the lanes that move be stored, which is slow on some processors.
-    moves = abs(way)
-    return way, moves * (u - way * behind) + (1.0 - moves) * x
+    return way, x + way * jump + K * (abs(way) * e - way * reach)
 
 
 @kernel
@@ -34,7 +35,7 @@ def follow_lanes(op, S, J, width, x, moving, mv):
 
     Kano's rule in the play e = op - x: a stem that moves goes on while OP does, (S - J) / 2 behind it; one that
     rests moves when e leaves (S + J) / 2. It begins in the middle of its band. `x` and `moving` (n_lanes,) are work
-    space, and `S` and `J` are lost: half of S + J and half of S - J take their places.
+    space, and `S` is lost: half of S + J takes its place.
     """
     n, lanes = mv.shape
     share = 1.0 / width
@@ -42,7 +43,7 @@ def follow_lanes(op, S, J, width, x, moving, mv):
     for v in range(lanes):
         x[v] = before
         moving[v] = 0.0
-        S[v], J[v] = 0.5 * (S[v] + J[v]) * (1.0 + 1e-9), 0.5 * (S[v] - J[v])
+        S[v] = 0.5 * (S[v] + J[v])
     for k in range(n):
         row = mv[k]
         for v in range(lanes):
@@ -52,7 +53,7 @@ def follow_lanes(op, S, J, width, x, moving, mv):
             du = u - before
             before = u
             for v in range(lanes):
-                way, now = stem_in_lane(u, du, x[v], moving[v], S[v], J[v])
+                way, now = stem_in_lane(u, du, x[v], moving[v], S[v], J[v], 1.0)
                 x[v] = now
                 moving[v] = way
                 row[v] += share * now

@@ -109,7 +109,7 @@ class Trial(NamedTuple):
     """Band [% of span]."""
     ratio: float
     """J / S [-]."""
-    stops: float
+    K: float
     """1 for a stem that rests after every sample, 0 for one that goes on [-]."""
     place: float
     """Where the stem begins, in half bands off the first OP [-]."""
@@ -122,7 +122,7 @@ class Columns(NamedTuple):
 
     S: NDArray[np.float64]
     ratio: NDArray[np.float64]
-    stops: NDArray[np.float64]
+    K: NDArray[np.float64]
     place: NDArray[np.float64]
     lag: NDArray[np.float64]
 
@@ -149,6 +149,11 @@ class Trials(NamedTuple):
     def best(self) -> Trial:
         """The most likely valve."""
         return Trial(*self.valve[self.ranked()[0]].tolist())
+
+    @property
+    def rests(self) -> NDArray[np.bool_]:
+        """Which stems rest after every sample, shape (n,)."""
+        return self.columns.K > 0.0
 
     def without_lag(self) -> Trials:
         """Those whose actuator does not lag."""
@@ -198,7 +203,7 @@ def _scaled(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def valves(
-    S: ArrayLike, ratio: ArrayLike, stops: float, place: ArrayLike, swing: float, lag: float = 0.0
+    S: ArrayLike, ratio: ArrayLike, K: float, place: ArrayLike, swing: float, lag: float = 0.0
 ) -> NDArray[np.float64]:
     """All combinations.
 
@@ -208,7 +213,7 @@ def valves(
         S [% of span]; none is taken larger than `swing`, since a limit cycle needs OP_pp >= S.
     ratio : array_like
         J / S [-].
-    stops : float
+    K : float
         1 for a stem that rests after every sample, 0 for one that goes on [-].
     place : array_like
         Place at the start [half bands].
@@ -224,7 +229,7 @@ def valves(
     """
     S, ratio, place = np.minimum(np.atleast_1d(S), swing), np.atleast_1d(ratio), np.atleast_1d(place)
     valve = np.empty((S.size, ratio.size, place.size, len(Trial._fields)))
-    for column, values in enumerate((S[:, np.newaxis, np.newaxis], ratio[:, np.newaxis], stops, place, lag)):
+    for column, values in enumerate((S[:, np.newaxis, np.newaxis], ratio[:, np.newaxis], K, place, lag)):
         valve[..., column] = values
     return valve.reshape(-1, len(Trial._fields))
 
@@ -333,9 +338,9 @@ def stem_of(prediction: Prediction, valve: Trial) -> NDArray[np.float64]:
         Stem position [% of span].
     """
     mv, air, work = np.empty((1, prediction.op.size)), np.empty(prediction.op.size), np.empty((3, 1))
-    S, ratio, stops, place, lag = (np.full(1, x) for x in valve)
+    S, ratio, K, place, lag = (np.full(1, x) for x in valve)
     behind_lag(prediction.op, float(kept(lag)[0]), air)
-    stems(air, 1, 1, S, S * ratio, stops, place, work[0], work[1], work[2:], mv)
+    stems(air, 1, 1, S, S * ratio, K, place, work[0], work[1], work[2:], mv)
     return mv[0]
 
 
@@ -374,12 +379,12 @@ def kept(lag: NDArray[np.float64]) -> NDArray[np.float64]:
 def _errors(
     prediction: Prediction, valve: NDArray[np.float64], ends: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    S, ratio, stops, place, lag = (np.ascontiguousarray(column) for column in valve.T)
+    S, ratio, K, place, lag = (np.ascontiguousarray(column) for column in valve.T)
     left, blocks = np.empty(S.size), np.empty((S.size, ends.size))
     order, op_order = prediction.order, prediction.op_order
     work = desk(prediction.pv.size, prediction.width, order + op_order, prediction.edges)
     prediction_errors(
         prediction.op, prediction.width, prediction.pv, prediction.op_mean, order, op_order, prediction.edges,
-        prediction.begin, prediction.shocks, FLOOR, S, S * ratio, stops, place, kept(lag), ends, left, blocks, work,
+        prediction.begin, prediction.shocks, FLOOR, S, S * ratio, K, place, kept(lag), ends, left, blocks, work,
     )  # fmt: skip
     return left, blocks

@@ -110,12 +110,12 @@ def behind_lag(op, keep, air):
 
 
 @kernel
-def stems(op, width, lanes, S, J, stops, place, x, moving, mean, mv):
+def stems(op, width, lanes, S, J, K, place, x, moving, mean, mv):
     """Fill the first `lanes` rows of `mv` with each stem's mean over blocks of `width` samples of `op`.
 
-    The rule is `stem_in_lane`'s; where `stops` is 1 a stem rests again after every sample, as He's does. Each begins
-    `place` half bands off the first OP. `x`, `moving` (n_lanes,) and `mean` (n_side, n_lanes) are work space, and `S`,
-    `J` and `stops` are lost: half of S + J, half of S - J and 1 - `stops` take their places.
+    The rule is `stem_in_lane`'s. Where `K` is 0 a stem goes on while OP does; otherwise it rests again after every
+    sample, as He and Wang's does, whose K it is. Each begins `place` half bands off the first OP. `x`, `moving`
+    (n_lanes,) and `mean` (n_side, n_lanes) are work space, and `S` is lost: half of S + J takes its place.
     """
     n, side = mv.shape[1], mean.shape[0]
     share = 1.0 / width
@@ -123,8 +123,7 @@ def stems(op, width, lanes, S, J, stops, place, x, moving, mean, mv):
     for v in range(lanes):
         x[v] = before + place[v] * 0.5 * (S[v] + J[v])
         moving[v] = 0.0
-        S[v], J[v] = 0.5 * (S[v] + J[v]) * (1.0 + 1e-9), 0.5 * (S[v] - J[v])
-        stops[v] = 1.0 - stops[v]
+        S[v] = 0.5 * (S[v] + J[v])
     for first in range(0, n, side):
         filled = min(side, n - first)
         for k in range(filled):
@@ -136,9 +135,10 @@ def stems(op, width, lanes, S, J, stops, place, x, moving, mean, mv):
                 du = u - before
                 before = u
                 for v in range(lanes):
-                    way, now = stem_in_lane(u, du, x[v], moving[v], S[v], J[v])
+                    goes_on = 1.0 if K[v] == 0.0 else 0.0
+                    way, now = stem_in_lane(u, du, x[v], moving[v], S[v], J[v], K[v] + goes_on)
                     x[v] = now
-                    moving[v] = way * stops[v]
+                    moving[v] = way * goes_on
                     row[v] += share * now
         # Blocks are turned some at a time: rows written a value each would push one another out of the cache.
         for v in range(lanes):
@@ -148,7 +148,7 @@ def stems(op, width, lanes, S, J, stops, place, x, moving, mean, mv):
 
 @kernel
 def prediction_errors(
-    op, width, pv, op_mean, order, op_order, edges, begin, shocks, floor, S, J, stops, place, keep, ends, left, blocks,
+    op, width, pv, op_mean, order, op_order, edges, begin, shocks, floor, S, J, K, place, keep, ends, left, blocks,
     work,
 ):  # fmt: skip
     """Fill `left` (n,) with the sum of squares that each valve leaves of `pv` (n_samples,) from `begin` on.
@@ -158,14 +158,14 @@ def prediction_errors(
     edges[g + 1]; a lag of at least 1 keeps the noise that the controller hands on to the OP out of its own prediction.
     The samples `shocks` are not foretold, and are past of others all the same. `floor` is the square that no sample
     falls below. `ends` (n_blocks,) are the samples at which blocks of time end, `blocks` (n, n_blocks) what is left in
-    each; both may be empty. `S`, `J`, `stops` and `place` (n,) are those of `stems`, `keep` (n,) that of `behind_lag`;
+    each; both may be empty. `S`, `J`, `K` and `place` (n,) are those of `stems`, `keep` (n,) that of `behind_lag`;
     valves side by side are best of one lag.
     """
     valve = work.valve
     energy = past(pv, op_mean, order, op_order, begin, shocks, work.own)
     lag, lanes = -1.0, 0
     for i in range(S.shape[0]):
-        valve[0, lanes], valve[1, lanes], valve[2, lanes], valve[3, lanes] = S[i], J[i], stops[i], place[i]
+        valve[0, lanes], valve[1, lanes], valve[2, lanes], valve[3, lanes] = S[i], J[i], K[i], place[i]
         lanes += 1
         if lanes < work.mv.shape[0] and i + 1 < S.shape[0] and keep[i + 1] == keep[i]:
             continue

@@ -33,26 +33,27 @@ STARTS = 3
 """Reversals begun from, spread over the first half of the record [-]."""
 CYCLES, SHORTEST = 3.0, 60
 """First window [cycles], and what it is at least [samples]."""
-GROWS = 1.8
+GROWS = 2.2
 """How much longer each window is than the one before [-]."""
-FINE = 0.5
-"""Share of the record beyond which the fine record is foretold, not the coarse one [-]."""
 LEAST_SWING = 0.12
 """Smallest S looked for, as a share of the OP's swing [-]."""
 S_STEP, LEAST_STEP = 0.8, 0.01
 """Step over S in the first window, in what OP usually moves in a sample, but at least this share of S [-]."""
 RATIOS, PLACES = (0.2, 0.5, 1.0), 10
 """J / S in the first window, and how many places of the last slip are tried where J is S [-]."""
-KEPT, LEAST_KEPT, PASSES = 12, 2, 2
-"""Trials followed at first and at last, and rounds about them in the first window [-]."""
+KEPT, LEAST_KEPT, PASSES = 30, 2, 2
+"""Trials followed in the first window and at last, half as many in each longer one, and rounds about them in the first
+[-]."""
 INSIDE = np.array([-1.2, -0.3, 0.1, 0.5, 0.9, 1.3, 2.2])
 """Neighbours in S and in J, 0 and 1 being the bounds [-]."""
-CORNERS = np.array([-0.3, 0.1, 0.9, 1.3])
+CORNERS = np.array([-0.2, 1.2])
 """The same of those that move both."""
-LEAPS = np.array([-0.03, -0.01, 0.01, 0.03]), np.array([-0.05, 0.05])
-"""Further neighbours in S and in J, as shares of S [-]."""
+LEAPS = np.array([-0.12, -0.06, 0.06, 0.12]), np.array([-0.06, -0.03, 0.03, 0.06])
+"""Further neighbours, in S and J at once, as shares of S [-]."""
 OTHERS = np.array([-2, -1, 1, 2])
 """Neighbours in the place of the last slip, among those that can be."""
+SLIPS = np.array([1.0, 1.25, 1.5, 1.75, 2.0])
+"""Neighbours in how far a slip goes, K of He and Wang's valve [-]."""
 REACH = 0.1, 0.15
 """How far bounds of S and of J reach at most, as shares of S [-]."""
 AT_START = np.linspace(-1.0, 1.0, 80)
@@ -100,8 +101,8 @@ def from_reversals(coarse: Prediction, fine: Prediction, swing: float) -> NDArra
     for at in np.unique(ends[np.linspace(0, ends.size - 1, STARTS).astype(int)]):
         reversal = _reversal(coarse, fine, int(at), int(cycle / 2.0))
         if reversal.op.size >= shortest:
-            S, J, _ = _climb(reversal, swing, shortest)
-            tried = trials_of(lean(fine), valves(S, J / S, 1.0, AT_START, swing))
+            S, J, _, K = _climb(reversal, swing, shortest)
+            tried = trials_of(lean(fine), valves(S, J / S, K, AT_START, swing))
             found.append(tried.best)
     return np.array(found).reshape(-1, 5)
 
@@ -119,23 +120,21 @@ def _reversal(coarse: Prediction, fine: Prediction, at: int, back: int) -> Rever
 
 
 def _climb(reversal: Reversal, swing: float, size: int) -> NDArray[np.float64]:
-    """S, J and the way since the last slip of the likeliest valve; the first window holds `size` samples of OP."""
+    """S, J, the way since the last slip and K of the likeliest valve; the first window holds `size` samples of OP."""
     trials = _first(reversal, swing, size)
     kept, n = KEPT, reversal.op.size
     best = _best(reversal, trials, reversal.coarse, size, kept)
     for _ in range(PASSES):
         best = _best(reversal, _about(reversal, *best, swing), reversal.coarse, size, kept)
-        kept = max(kept // 2, LEAST_KEPT)
     while size < n:
-        size = min(int(GROWS * size), n)
-        prediction = reversal.fine if size > FINE * n else reversal.coarse
+        size, kept = min(int(GROWS * size), n), max(kept // 2, LEAST_KEPT)
+        prediction = reversal.coarse if size < n else reversal.fine
         best = _best(reversal, _about(reversal, *best, swing), prediction, size, kept)
-        kept = max(kept // 2, LEAST_KEPT)
     return best[0][0]
 
 
 def _first(reversal: Reversal, swing: float, size: int) -> NDArray[np.float64]:
-    """Trials for the first window: S, J and the way since the last slip, shape (n, 3)."""
+    """Trials for the first window: S, J, the way since the last slip and K, shape (n, 4)."""
     usual = float(np.median(np.abs(np.diff(reversal.op[:size]))))
     sizes = [LEAST_SWING * swing]
     while sizes[-1] < swing:
@@ -146,19 +145,19 @@ def _first(reversal: Reversal, swing: float, size: int) -> NDArray[np.float64]:
         last = np.searchsorted(reversal.past, ratio * S) - 1.0
         at = np.round(np.linspace(0.0, 1.0, int(np.ceil(PLACES * ratio))) * last[:, np.newaxis]).astype(int)
         row, column = np.nonzero(np.diff(at, axis=1, prepend=-1))
-        out.append(np.column_stack([S[row], ratio * S[row], reversal.past[at[row, column]]]))
+        out.append(np.column_stack([S[row], ratio * S[row], reversal.past[at[row, column]], np.ones(row.size)]))
     return np.concatenate(out)
 
 
 def _best(
     reversal: Reversal, trials: NDArray[np.float64], prediction: Prediction, size: int, kept: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The likeliest trials that slip differently, and their bounds, shape (n, 3) and (n, 4)."""
+    """The likeliest trials that slip differently, and their bounds, shape (n, 4) each."""
     part = part_of(prediction, 0, min(prediction.pv.size, size // prediction.width))
-    S, J, past = trials.T
+    S, J, past, K = trials.T
     stem = reversal.op[0] - reversal.way * (past + 0.5 * (S - J))
     place = (stem - part.op[0]) / (0.5 * (S + J))
-    tried = trials_of(part, np.column_stack(Columns(S, J / S, np.ones(S.size), place, np.zeros(S.size))))
+    tried = trials_of(part, np.column_stack(Columns(S, J / S, K, place, np.zeros(S.size))))
     chosen, bounds = np.empty(kept, dtype=np.int64), np.empty((kept, 4))
     count = distinct(reversal.op, size, reversal.way, trials, tried.ranked(), chosen, bounds)
     return trials[chosen[:count]], bounds[:count]
@@ -167,46 +166,49 @@ def _best(
 def _about(
     reversal: Reversal, best: NDArray[np.float64], bounds: NDArray[np.float64], swing: float
 ) -> NDArray[np.float64]:
-    """Trials within and just beyond the bounds of the best, shape (n, 3)."""
-    each = 1 + INSIDE.size + LEAPS[0].size + INSIDE.size + LEAPS[1].size + OTHERS.size + CORNERS.size**2
-    out = np.empty((len(best) * each, 3))
+    """Trials within and just beyond the bounds of the best, shape (n, 4)."""
+    each = 1 + 2 * INSIDE.size + OTHERS.size + CORNERS.size**2 + LEAPS[0].size * LEAPS[1].size + SLIPS.size
+    out = np.empty((len(best) * each, 4))
     neighbours(best, bounds, reversal.past, 0.5 * LEAST_SWING * swing, swing, out)
     return out
 
 
 @kernel
 def neighbours(best, bounds, past, least, most, out):
-    """Fill `out` (n, 3) with S, J and way of the trials about each of `best` (n_best, 3), S from `least` to `most`.
+    """Fill `out` (n, 4) with S, J, way and K of the trials about each of `best` (n_best, 4), S from `least` to `most`.
 
-    First the best themselves, then those that move S, J, the way, and both S and J; `bounds` (n_best, 4) as of
+    First the best themselves, then those that move S, J, the way, both S and J, and K; `bounds` (n_best, 4) as of
     `distinct`.
     """
     count = best.shape[0]
-    in_S, in_J = INSIDE.size + LEAPS[0].size, INSIDE.size + LEAPS[1].size
+    each = out.shape[0] // count - 1
     for b in range(count):
         S, J, way = best[b, 0], best[b, 1], best[b, 2]
         S_low, S_high = max(bounds[b, 0], (1.0 - REACH[0]) * S), min(bounds[b, 1], (1.0 + REACH[0]) * S)
         J_low, J_high = max(bounds[b, 2], J - REACH[1] * S, 0.0), min(bounds[b, 3], J + REACH[1] * S, S)
         S_wide, J_wide = max(S_high - S_low, 1e-4 * S), max(J_high - J_low, 1e-4 * S)
         out[b] = best[b]
-        row = count + b * in_S
-        for i in range(in_S):
-            out[row + i, 0] = S_low + S_wide * INSIDE[i] if i < INSIDE.size else S * (1.0 + LEAPS[0][i - INSIDE.size])
-            out[row + i, 1], out[row + i, 2] = J, way
-        row = count * (1 + in_S) + b * in_J
-        for i in range(in_J):
-            out[row + i, 1] = J_low + J_wide * INSIDE[i] if i < INSIDE.size else J + LEAPS[1][i - INSIDE.size] * S
-            out[row + i, 0], out[row + i, 2] = S, way
-        row = count * (1 + in_S + in_J) + b * OTHERS.size
+        row = count + b * each
+        for i in range(each):
+            out[row + i] = best[b]
+        for inside in INSIDE:
+            out[row, 0], out[row + 1, 1] = S_low + S_wide * inside, J_low + J_wide * inside
+            row += 2
         here = np.searchsorted(past, way)
-        for i in range(OTHERS.size):
-            out[row + i, 0], out[row + i, 1] = S, J
-            out[row + i, 2] = past[min(max(here + OTHERS[i], 0), past.size - 1)]
-        row = count * (1 + in_S + in_J + OTHERS.size) + b * CORNERS.size**2
-        for i in range(CORNERS.size):
-            for j in range(CORNERS.size):
-                at = row + i * CORNERS.size + j
-                out[at, 0], out[at, 1], out[at, 2] = S_low + S_wide * CORNERS[i], J_low + J_wide * CORNERS[j], way
+        for other in OTHERS:
+            out[row, 2] = past[min(max(here + other, 0), past.size - 1)]
+            row += 1
+        for in_S in CORNERS:
+            for in_J in CORNERS:
+                out[row, 0], out[row, 1] = S_low + S_wide * in_S, J_low + J_wide * in_J
+                row += 1
+        for by_S in LEAPS[0]:
+            for by_J in LEAPS[1]:
+                out[row, 0], out[row, 1] = S * (1.0 + by_S), J + by_J * S
+                row += 1
+        for K in SLIPS:
+            out[row, 3] = K
+            row += 1
     for k in range(out.shape[0]):
         out[k, 0] = min(max(out[k, 0], least), most)
         out[k, 1] = min(max(out[k, 1], 0.0), out[k, 0])
@@ -233,22 +235,24 @@ def turns(op, reach, last, out):
 def distinct(op, size, way, trials, order, chosen, bounds):
     """Fill `chosen` with the first of `trials` in `order` that slip differently, and their `bounds`; how many.
 
-    A trial is S, J and how far OP went since its last slip when `op` begins, at a reversal that it came to by `way`.
-    Bounds are the largest S that lets it rest and the smallest that it slips at, then those of J.
+    A trial is S, J, how far OP went since its last slip when `op` begins, a reversal that it came to by `way`, and K.
+    Bounds are the largest S that lets it rest and the smallest that it slips at, then those of J. A slip that begins
+    with OP further away than its band goes K - 1 times that beyond its balance: OP has so much further to go on, and
+    less to come back.
     """
     count = 0
     for i in range(order.shape[0]):
-        S, J, past = trials[order[i], 0], trials[order[i], 1], trials[order[i], 2]
+        S, J, past, more = trials[order[i], 0], trials[order[i], 1], trials[order[i], 2], trials[order[i], 3] - 1.0
         S_low, S_high, J_low, J_high = 0.0, np.inf, 0.0, np.inf
         slip, towards = op[0] - way * past, way
         for k in range(size):
             onward = towards * (op[k] - slip)
             if onward > J * (1.0 + 1e-9):
                 J_high = min(J_high, onward)
-                slip = op[k]
+                slip = op[k] + towards * more * (onward - J)
             elif -onward > S * (1.0 + 1e-9):
                 S_high = min(S_high, -onward)
-                slip, towards = op[k], -towards
+                slip, towards = op[k] - towards * more * (-onward - S), -towards
             else:
                 J_low, S_low = max(J_low, onward), max(S_low, -onward)
         new = True
