@@ -156,3 +156,17 @@ def test_a_filtered_derivative_leaves_the_interval_narrow():
     assert not fit_controller(record).exact
     found = st.identify(record, period=known.period)
     assert 0.8 * known.S < found.S_low <= known.S <= found.S_high < 1.1 * known.S
+
+
+def test_a_set_point_that_was_not_recorded_leaves_it_open_and_S_as_it_is():
+    loop = st.Loop(st.PID(2.0, 20.0), st.Kano(4.0, 2.0), st.FOPDT(1.2, 12.0, 4.0), dt=1.0, noise=0.25)
+    sp = 50.0 + np.convolve(np.random.default_rng(1).normal(size=2000), np.ones(60) / 8.0, "same")[:1800]
+    record = replace(st.simulate(loop, sp, 1800.0, seed=1, pv_start=50.0, op_start=50.0), mv=None)
+    known, unknown = st.identify(record), st.identify(replace(record, sp=None))
+    assert known.own_samples
+    assert not unknown.own_samples
+    assert "Whether OP moves between the samples cannot be told" in unknown.reason
+    # OP's noise, 0.5 % of span, would make S of a record known to be slower larger by a tenth.
+    assert known.S == pytest.approx(4.0, rel=0.03)
+    assert unknown.S == pytest.approx(4.0, rel=0.03)
+    assert unknown.S_low < 3.2 < 5.0 < unknown.S_high
