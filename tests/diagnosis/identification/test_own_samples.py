@@ -167,6 +167,6 @@ def test_a_set_point_that_was_not_recorded_leaves_it_open_and_S_as_it_is():
     assert not unknown.own_samples
     assert "Whether OP moves between the samples cannot be told" in unknown.reason
     # OP's noise, 0.5 % of span, would make S of a record known to be slower larger by a tenth.
-    assert known.S == pytest.approx(4.0, rel=0.03)
-    assert unknown.S == pytest.approx(4.0, rel=0.03)
+    assert pytest.approx(4.0, rel=0.03) == known.S
+    assert pytest.approx(4.0, rel=0.03) == unknown.S
     assert unknown.S_low < 3.2 < 5.0 < unknown.S_high
