@@ -170,16 +170,16 @@ def tried_recorded(prediction: Prediction, tried: Trials, swing: float) -> Trial
 
 def _coarsely(prediction: Prediction, fine: Prediction, swing: float) -> tuple[Trials, float, float]:
     """Valves tried, as far as the first step in the fine record; what they gain on a good one; and the largest S."""
-    tried, gain = _between(prediction, fine, LEAST_SWING * swing, swing)
+    tried, gain = _within(prediction, fine, LEAST_SWING * swing, swing)
     usual = _usual_swing(prediction, swing)
     if usual < swing and (gain <= WORTH or AT_EDGE * LEAST_SWING * swing > tried.best.S):
-        below, more = _between(prediction, fine, LEAST_SWING * usual, LEAST_SWING * swing)
+        below, more = _within(prediction, fine, LEAST_SWING * usual, LEAST_SWING * swing)
         if more > CLEAR + max(gain, 0.0):
             return below, more, usual
     return tried, gain, swing
 
 
-def _between(prediction: Prediction, fine: Prediction, least: float, most: float) -> tuple[Trials, float]:
+def _within(prediction: Prediction, fine: Prediction, least: float, most: float) -> tuple[Trials, float]:
     """Valves with S between two bounds, as far as the first step in the fine record; what they gain on a good one."""
     valleys = []
     for window in _windows(prediction):

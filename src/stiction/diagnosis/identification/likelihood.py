@@ -110,7 +110,8 @@ class Trial(NamedTuple):
     ratio: float
     """J / S [-]."""
     K: float
-    """1 for a stem that rests after every sample, 0 for one that goes on [-]."""
+    """0 for a stem that goes on; of one that rests after every sample how far its slip goes [-], He and Wang's K: 1 to
+    its balance, J from the edge of the band, up to 2 as much further as OP is beyond that edge."""
     place: float
     """Where the stem begins, in half bands off the first OP [-]."""
     lag: float
@@ -214,7 +215,7 @@ def valves(
     ratio : array_like
         J / S [-].
     K : float
-        1 for a stem that rests after every sample, 0 for one that goes on [-].
+        0 for a stem that goes on, 1 to 2 for one that rests after every sample [-].
     place : array_like
         Place at the start [half bands].
     swing : float
