@@ -8,7 +8,8 @@ of S wide. But
 - at a reversal of OP the stem's state is known but for how far before it the last slip was, less than J;
 - the slips up to any time are the same for all S and J between bounds that the slips themselves give: the shortest way
   back that made it slip and the longest that did not bound S, those onward bound J. Valves within the same bounds are
-  one trial, those just beyond are its neighbours;
+  one trial, those just beyond are its neighbours. Where slips go beyond their balance (K of He and Wang's valve) the
+  bounds are those at this S and J;
 - in a few cycles the bounds are wide. So a short window is searched first, and the best go on into longer ones.
 """
 
