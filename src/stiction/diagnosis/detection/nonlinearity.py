@@ -9,7 +9,7 @@ Above 1 something in the loop is nonlinear, which need not be the valve (after `
 linear loop and 12 surrogates, N is sqrt(13/12) / 3 times Student's t with 11 degrees of freedom, above 1 with a
 probability of 0.8 %. The tests measure it on linear loops, oscillating ones among them.
 
-Settings, after the spirit of the paper: 10 to 19 samples to a period, 320 in all, ends matched, 8 neighbours, a fixed
+Settings, after the spirit of the paper: 10 to 20 samples to a period, 320 in all, ends matched, 8 neighbours, a fixed
 seed. What the harmonics do is all that counts: a nearly pure sine says nothing. The bicoherence (NGI,
 NLI) asks the same question; it is left out for the patent application US2007/0288103, whose status was not read.
 """
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.detection.evidence import coarse, judge, objections, swing
+from stiction.diagnosis.detection.evidence import blocks, judge, objections, swing
 from stiction.diagnosis.detection.surrogate_data import end_matched, prediction_error, split, surrogates
 
 if TYPE_CHECKING:
@@ -56,10 +56,9 @@ def nonlinearity(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     index, against = float("nan"), objections(record, oscillation, cycles=FEWEST_CYCLES)
     if error is not None and oscillation.period > 0.0:
         period = oscillation.period / record.dt
-        per_period = max(4, round(period / max(1, int(period / PER_PERIOD))))
-        if per_period < 2 * PER_PERIOD:
-            x = coarse(record, oscillation, error, PER_PERIOD)[: LONGEST + 3 * per_period]
-            index = nonlinearity_index(x, per_period)
+        width = max(1, int(period / PER_PERIOD))
+        per_period = max(4, round(period / width))
+        index = nonlinearity_index(blocks(error, width)[: LONGEST + 3 * per_period], per_period)
     why = (
         f"The control error is {'easier' if index > 1.0 else 'no easier'} to predict than linear signals of its "
         f"spectrum: N {index:.2f}, above 1 something in the loop is nonlinear, not only a valve."

@@ -61,7 +61,7 @@ def yamashita(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     name = "valve position" if record.mv is not None else "PV"
     why = (
         f"OP moves while the {name} stands still in {rho_1:.0%} of the steps, {rho_3:.0%} without those a sticking "
-        "valve could not make; noise gives 25 % and 11 %. PV stands for the valve only in a fast loop."
+        "valve could not make; independent steps give 25 % and 11 %. PV stands for the valve only in a fast loop."
     )
     against = objections(record, oscillation, loop_types=() if record.mv is not None else ("flow", "pressure"))
     return judge("yamashita", rho_3, 0.25, 0.25, why, [*against, *lack], source="yamashita2006")

@@ -76,14 +76,15 @@ def closely(search: Search) -> Closer:
     record, swing = search.record, float(np.ptp(search.signals.op))
     own = are_own_samples(record, search.controller)
     rebuilt = None if own or _rounded(search) else with_samples_between(record)
-    coarse, fine = _foretold(record, search.period, search.signals)
+    fine = _finely(record, search.period, search.signals)
     if rebuilt is None:
+        coarse = prediction_of(search.signals)
         fine, tried = _without_shocks(fine, most_likely(coarse, fine, swing, own_samples=own), swing)
         known = OWN if own else UNSEEN if record.sp is not None else UNTOLD
         recorded, found = _recorded(search, fine, tried, known)
         return Closer(recorded, _limited(replace(recorded, S_bootstrap=found.bootstrap()), search, known))
     signals = prepare(rebuilt, search.period)
-    coarse, whole = _foretold(rebuilt, search.period, signals)
+    coarse, whole = prediction_of(signals), _finely(rebuilt, search.period, signals)
     whole, between = _without_shocks(whole, most_likely_between(coarse, whole, swing), swing)
     fine, tried = _without_shocks(fine, tried_recorded(fine, between, swing), swing)
     recorded, _ = _recorded(search, fine, tried, UNSEEN)
@@ -113,10 +114,11 @@ def _recorded(search: Search, fine: Prediction, tried: Trials, known: Known) -> 
     return recorded, found
 
 
-def _foretold(record: LoopRecord, period: float | None, signals: Signals) -> tuple[Prediction, Prediction]:
-    """What is foretold in the first searches and in the last ones."""
-    coarse = prediction_of(signals)
-    return coarse, prediction_of(prepare(record, period, fine=True), fine=True) if signals.thinned > 1 else coarse
+def _finely(record: LoopRecord, period: float | None, signals: Signals) -> Prediction:
+    """What is foretold in the last searches; `signals` are those of the first ones."""
+    if signals.thinned == 1:
+        return prediction_of(signals)
+    return prediction_of(prepare(record, period, fine=True), fine=True)
 
 
 def _without_shocks(fine: Prediction, tried: Trials, swing: float) -> tuple[Prediction, Trials]:

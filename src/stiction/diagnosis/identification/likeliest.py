@@ -99,7 +99,7 @@ def most_likely(prediction: Prediction, fine: Prediction, swing: float, *, own_s
         going_on, resting = (float(tried.cost[of].min(initial=np.inf)) for of in (~tried.rests, tried.rests))
         if going_on - resting < LAG_RIVAL * gain:
             tried = _lagged(fine, tried, swing)
-        if own_samples and gain > CLEAR and resting - tried.cost.min() < RIVAL * gain:
+        if own_samples and gain > CLEAR and resting - going_on < RIVAL * gain:
             tried = joined(tried, trials_of(fine, from_reversals(prediction, fine, swing)))
     return _closer(fine, tried, STAGES[1:], swing)
 
