@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -75,14 +76,18 @@ def test_chance_follows_from_students_t():
 
 @pytest.mark.parametrize("kind", LINEAR)
 def test_a_linear_loop_is_accused_no_more_often_than_chance(kind):
-    """120 records: more than 5 above 1 has a probability of 0.03 % at the nominal level.
+    """120 records that have an index: more than 5 above 1 has a probability of 0.03 % at the nominal level.
 
-    Two lines among each other are the hardest: 3 % were measured on 600 records.
+    Two lines among each other are the hardest: 3 % were measured on 600 records. Of a resonance near instability,
+    nearly a sine, every second has none.
     """
     most, level = (10, 0.03) if kind == "two sines, one faster" else (5, CHANCE)
     rng = np.random.default_rng(sorted(LINEAR).index(kind))
     assert binom.sf(most, 120, level) < 2e-3
-    assert sum(nonlinearity_index(LINEAR[kind](rng), P) > 1.0 for _ in range(120)) <= most
+    drawn = (nonlinearity_index(LINEAR[kind](rng), P) for _ in range(400))
+    found = list(islice((N for N in drawn if math.isfinite(N)), 120))
+    assert len(found) == 120
+    assert sum(N > 1.0 for N in found) <= most
 
 
 @pytest.mark.parametrize("kind", NONLINEAR)

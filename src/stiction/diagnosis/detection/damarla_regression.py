@@ -3,8 +3,9 @@
 Straight lines are fitted to OP and PV in windows of six samples side by side. The valve is taken as stuck where
 |slope of OP / slope of PV| >= eta; the index is the share of stuck windows. The paper's ratio depends on the units;
 here both signals are divided by their deviation, and eta is 5. Then chance has a level, derived here: the ratio of two
-independent Gaussian slopes, like that of two sinusoids a quarter period apart, passes eta in 2 arctan(1/eta) / pi of
-the windows, 0.126. Stiction three standard errors above that.
+independent Gaussian slopes of one deviation, like that of two sinusoids a quarter period apart, passes eta in
+2 arctan(1/eta) / pi of the windows, 0.126. Stiction three standard errors above that. A PV much slower than OP slopes
+less for its deviation: unrelated, it passes eta more often than that.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def damarla_regression(record: LoopRecord, oscillation: Oscillation) -> Evidence
     limit = CHANCE + 3.0 * float(np.sqrt(CHANCE * (1.0 - CHANCE) / max(windows, 1)))
     why = (
         f"OP slopes {ETA:.0f} times as steeply as PV, both by their own deviation, in {stuck:.0%} of {windows} "
-        f"windows; chance gives {CHANCE:.0%}."
+        f"windows; unrelated signals of one spectrum do in {CHANCE:.0%}."
     )
     against = objections(record, oscillation, integrating=False, cycles=0.0)
     if windows < 30:

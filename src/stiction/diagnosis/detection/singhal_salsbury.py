@@ -1,9 +1,9 @@
 """Singhal and Salsbury 2005: is the error's area before its peak larger than after it? (`singhal2005`).
 
 A sticking valve holds the error while it builds up and lets it fall at once when the stem slips; tight tuning makes a
-sine, alike on both sides of the peak. R = A1 / A2 for each half period. From 1 + delta stiction, else none; delta
-comes from the noise: here twice the standard error of the median of log R over the half periods. The smoothing that
-finds the peak in noise also rounds it, so that a saw tooth's R comes out too low, never a sine's too high.
+sine, alike on both sides of the peak. R = A1 / A2 for each half period. From 1 + delta stiction, to 1 + delta / 2 none;
+delta comes from the noise: here twice the standard error of the median of log R over the half periods. The smoothing
+that finds the peak in noise also rounds it, so that a saw tooth's R comes out too low, never a sine's too high.
 """
 
 from __future__ import annotations

@@ -70,7 +70,7 @@ def filled(x: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
         return None
     good = np.isfinite(x)
     count = int(np.count_nonzero(good))
-    if count < max(8, x.shape[0] // 2):
+    if count < 8 or 2 * count < x.shape[0]:
         return None
     at = np.arange(x.shape[0])
     whole = x if count == x.shape[0] else np.interp(at, at[good], x[good])

@@ -122,7 +122,7 @@ def near(one: float, other: float) -> float:
     Returns
     -------
     float
-        1 where they are equal, 0.37 where they are a factor of 1.4 apart, 0 where one is not positive or finite [-].
+        1 where they are equal, 0.36 where they are a factor of 1.4 apart, 0 where one is not positive or finite [-].
 
     Examples
     --------

@@ -62,7 +62,8 @@ class Choudhury(Valve):
     -----
     A stem that has slipped keeps following a monotone input: a repeated staircase cannot be shown
     (srinivasan2008, section V). A single noisy sample that turns the input brings the stem to rest. For
-    J <= S the model equals Kano's; for J > S it does not, nor its own describing function.
+    J <= S the model equals Kano's; for J > S it does not, nor its own describing function. A stem beyond OP (J > S)
+    that came to rest breaks away again by (S + J) / 2 from where it is, whichever way OP goes.
 
     References
     ----------
