@@ -12,8 +12,10 @@ from stiction.records.digits import interval
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["J_UNKNOWN", "ErrorSurface", "Identification", "ProcessFit", "Stretch", "plain"]
+__all__ = ["J_OPEN", "J_UNKNOWN", "ErrorSurface", "Identification", "ProcessFit", "Stretch", "plain"]
 
+J_OPEN = 0.6
+"""Length of the interval of J, as a share of S, beyond which it leaves J open [-]."""
 J_UNKNOWN = "J cannot be told from this record."
 """What `Identification.reason` says where the interval of J leaves it open."""
 
@@ -25,7 +27,7 @@ class ProcessFit:
     gain: float
     """Steady gain [PV units per % of span]; for an integrating process [PV units per % per second]."""
     time_constant: float
-    """Time constant [s]."""
+    """Time constant [s]: the sum of both lags, where there are two."""
     dead_time: float
     """Dead time [s]."""
     integrating: bool
@@ -129,34 +131,36 @@ class Identification:
     cycle [-]; NaN where only the dense search was made. That valve's actuator may lag where the one told has none,
     since the record does not show the controller's own samples; so in the gains that follow."""
     gain: float = float("nan")
-    """Twice the log likelihood by which it does [-]."""
+    """Twice the log likelihood ratio of the likeliest sticky valve over a good one [-]."""
     gain_in_part: float = float("nan")
-    """The same in the third of the record where it is largest [-]."""
+    """`gain` in the third of the record where it is largest [-]."""
     jump_gain: float = float("nan")
-    """Twice the log likelihood by which it beats the likeliest valve that hardly jumps [-]."""
+    """Twice the log likelihood ratio of the likeliest sticky valve over the likeliest one that hardly jumps [-]."""
     beats_bent: float = float("nan")
-    """Vuong's statistic by which it foretells the PV better than a good valve whose characteristic is bent [-]."""
+    """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one whose
+    characteristic is bent [-]."""
     gain_on_bent: float = float("nan")
-    """Twice the log likelihood by which it does [-]."""
+    """Twice the log likelihood ratio of the likeliest sticky valve over a good one whose characteristic is bent [-]."""
     bent: str = ""
-    """That characteristic, the likeliest of those tried."""
+    """The bent characteristic that is the likeliest of those tried."""
     beats_wave: float = float("nan")
-    """Vuong's statistic by which it foretells the PV better than a good valve and a wave from outside, the same in
-    every period but for one change [-]; NaN where the loop does not oscillate, or too short for a wave to be told."""
+    """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one and a wave from
+    outside, the same in every period but for one change [-]; NaN where the loop does not oscillate, or too short for a
+    wave to be told."""
     gain_on_wave: float = float("nan")
-    """Twice the log likelihood by which it does [-]."""
+    """Twice the log likelihood ratio of the likeliest sticky valve over a good one and a wave from outside [-]."""
     beats_beside_wave: float = float("nan")
-    """Vuong's statistic by which it foretells the PV better than a good valve with such a wave beside both [-]: the
-    valve may stick in a loop that something else moves as well."""
+    """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one with such a wave
+    beside both [-]: the valve may stick in a loop that something else moves as well."""
     gain_beside_wave: float = float("nan")
-    """Twice the log likelihood by which it does [-]."""
+    """Twice the log likelihood ratio of the likeliest sticky valve over a good one with such a wave beside both [-]."""
     left_out: int = 0
     """Samples left out of the likelihood, since neither a sticky valve nor a good one foretells them [-]: a step of the
     load, or another upset."""
     own_samples: bool = False
     """Whether the record shows the controller's own samples, so that nothing trips the valve unseen."""
     rebuilt: bool = False
-    """Whether it does not, but the controller's integral tells a sample between each two."""
+    """Whether the record does not show the controller's own samples, but its integral tells one between each two."""
     rough: Identification | None = field(default=None, repr=False, compare=False)
     """What the dense search by simulation error found by itself; None where this is it."""
     parameters: dict[str, float] = field(default_factory=dict)

@@ -7,6 +7,8 @@ import re
 from html import escape
 from typing import TYPE_CHECKING
 
+from stiction.diagnosis.verdict.cause import UNSURE
+from stiction.diagnosis.verdict.doubt import MOST
 from stiction.records.digits import chance, digits, interval
 
 if TYPE_CHECKING:
@@ -140,5 +142,5 @@ def confidence(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "undecided" or not math.isfinite(p):
         return f"No verdict ({said})"
     certainty = p if diagnosis.verdict == "stiction" else 1.0 - p
-    word = "High" if certainty > 0.9 else "Moderate" if certainty >= 0.75 else "Low"
+    word = "High" if certainty > MOST else "Moderate" if certainty >= UNSURE[1] else "Low"
     return f"{word} confidence ({said})"

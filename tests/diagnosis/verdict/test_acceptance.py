@@ -20,7 +20,7 @@ SEED, SHORT = 2, 800
 
 
 def short_of(what):
-    """A bound that is asked for and not reached; `docs/verdict.md` says what limits it."""
+    """A bound that is asked for and not reached; `docs/verdict-measured.md` says what limits it."""
     return pytest.mark.xfail(reason=what, strict=True)
 
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, limit
-from stiction.diagnosis.identified import J_UNKNOWN, ErrorSurface, Identification, ProcessFit, Stretch
+from stiction.diagnosis.identification.processes import in_seconds, late_by_mean
+from stiction.diagnosis.identified import J_OPEN, J_UNKNOWN, ErrorSurface, Identification, Stretch
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -70,15 +71,15 @@ def assembled(
         S_high=S_high,
         J_low=J_low,
         J_high=min(J_high, S_high),
-        process=_process(speaks.process, signals),
+        process=in_seconds(speaks.process, signals.dt, signals.thinned),
         fit=100.0 * (1.0 - float(weight @ np.array([one.error for one in pieces]))),
         fit_linear=100.0 * (1.0 - float(weight @ np.array([one.linear.error[0, 0] for one in pieces]))),
         surface=_surface(signals, pieces, speaks, energy),
         mv=mv[at],
         pv=pv[at // signals.thinned],
-        linear=_process(speaks.good, signals),
+        linear=in_seconds(speaks.good, signals.dt, signals.thinned),
         stretches=tuple(stretches),
-        reason=J_UNKNOWN if J_high - J_low > 0.6 * S else "",
+        reason=J_UNKNOWN if J_high - J_low > J_OPEN * S else "",
     )
 
 
@@ -91,25 +92,8 @@ def _surface(signals: Signals, pieces: list[Piece], speaks: Piece, energy: NDArr
     late = np.average(by_delay, axis=0, weights=energy[alike]).min(axis=1)
     samples = sum(independent_samples(one) for one in pieces)
     most = limit(float(error.min()), samples, CHI2_2)
-    return ErrorSurface(S, ratio, error, most, np.maximum(delays + _late(signals), 0.0) * signals.dt, late)
-
-
-def _late(signals: Signals) -> float:
-    """What the answer to a mean over `thinned` samples, which speaks of their middle, is late by itself [samples]."""
-    return 0.5 * (1.0 - 1.0 / signals.thinned)
-
-
-def _process(found: tuple[float, float, float, float], signals: Signals) -> ProcessFit:
-    """Gain, two lags and dead time in samples, as a process in seconds."""
-    gain, first, second, delay = found
-    integrating = bool(np.isinf(first))
-    return ProcessFit(
-        gain=gain / (signals.dt if integrating else 1.0),
-        time_constant=(second if integrating else first + second) * signals.dt,
-        dead_time=max(delay + _late(signals), 0.0) * signals.dt,
-        integrating=integrating,
-        lag=0.0 if integrating else min(first, second) * signals.dt,
-    )
+    dead_time = np.maximum(delays + late_by_mean(signals.thinned), 0.0) * signals.dt
+    return ErrorSurface(S, ratio, error, most, dead_time, late)
 
 
 def stretch_of(piece: Piece, samples: int, S: float, ratio: float, gain: float = math.nan) -> Stretch:

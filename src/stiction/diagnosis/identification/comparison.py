@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite
 from typing import Any
+
+from stiction.diagnosis.identified import plain
 
 __all__ = ["ModelComparison", "ModelShare"]
 
@@ -29,9 +30,9 @@ class ModelShare:
         return {
             "model": self.model,
             "free": self.free,
-            "parameters": {name: _number(value) for name, value in self.parameters.items()},
-            "fit": _number(self.fit),
-            "bic": _number(self.bic),
+            "parameters": {name: plain(value) for name, value in self.parameters.items()},
+            "fit": plain(self.fit),
+            "bic": plain(self.bic),
         }
 
 
@@ -86,12 +87,8 @@ class ModelComparison:
         return {
             "models": [one.to_dict() for one in self.models],
             "best": self.best,
-            "margin": _number(self.margin),
+            "margin": plain(self.margin),
             "decided": self.decided,
-            "samples": _number(self.samples),
+            "samples": plain(self.samples),
             "compared": self.compared,
         }
-
-
-def _number(value: float) -> float | None:
-    return float(value) if isfinite(value) else None

@@ -19,7 +19,8 @@ __all__ = ["is_late", "with_pv_earlier"]
 
 LATE = 0.4
 """`ControllerFit.left_if_later` below which PV was stored a sample late [-]. Of 1 370 loops (`simulation.population`,
-seed 10, and another hand's) one in 200 has less, of the same with PV late nine in ten; of 33 recorded none, and 23."""
+seed 10, and another hand's) one in 200 has less, and nine in ten of the same with PV stored late; of 33 recorded loops
+none has, and 23 with PV stored late."""
 
 
 def is_late(controller: ControllerFit) -> bool:

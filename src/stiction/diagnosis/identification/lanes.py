@@ -9,6 +9,7 @@ it does not know the dead time but for the edges of the window.
 from __future__ import annotations
 
 from stiction.models.compiled import inlined, kernel, summing
+from stiction.models.component import TIE
 
 __all__ = ["about_mean", "answer_lanes", "backwards", "follow_lanes", "products", "squares", "stem_in_lane"]
 
@@ -23,7 +24,7 @@ def stem_in_lane(u, du, x, moving, reach, jump, K):
     """
     e = u - x
     way = 1.0 if e > 0.0 else -1.0
-    way = way if abs(e) > reach * (1.0 + 1e-9) else 0.0
+    way = way if abs(e) > reach * (1.0 + TIE) else 0.0
     way = moving if du * moving > 0.0 else way
     # Without a branch, lest only the lanes that move be stored, which is slow on some processors.
     return way, x + way * jump + K * (abs(way) * e - way * reach)

@@ -149,7 +149,7 @@ class Trials(NamedTuple):
     @property
     def best(self) -> Trial:
         """The most likely valve."""
-        return Trial(*self.valve[self.ranked()[0]].tolist())
+        return Trial(*self.valve[int(np.argmin(np.round(self.cost, EQUAL)))].tolist())
 
     @property
     def rests(self) -> NDArray[np.bool_]:

@@ -11,9 +11,10 @@ import numpy as np
 from stiction.diagnosis.identification.interval import CHI2_1, MODEL_ERROR
 from stiction.diagnosis.identification.model_fit import ModelFit, fit_process
 from stiction.diagnosis.identification.model_signals import rates_of, signals_of
+from stiction.diagnosis.identification.processes import in_seconds
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.identification.valve_trials import answer_of, stem_of
-from stiction.diagnosis.identified import Identification, ProcessFit, Stretch
+from stiction.diagnosis.identified import J_OPEN, Identification, ProcessFit, Stretch
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -169,7 +170,7 @@ def _reason(model: str, intervals: dict[str, tuple[float, float]], S: float, rat
     if model == "stenman":
         return ""
     reasons = []
-    if intervals["sj"][1] - intervals["sj"][0] > 0.6 * S:
+    if intervals["sj"][1] - intervals["sj"][0] > J_OPEN * S:
         reasons.append("sj cannot be told from this record.")
     fastest = rates[np.isfinite(rates)].max()
     low, high = intervals["r"]
@@ -182,19 +183,7 @@ def _reason(model: str, intervals: dict[str, tuple[float, float]], S: float, rat
 
 def _process(fit: ModelFit) -> ProcessFit:
     """The process in seconds."""
-    gain, first, second, delay = (float(x) for x in fit.process)
-    width = fit.signals.width
-    dt = fit.signals.dt * width
-    integrating = bool(np.isinf(first))
-    # A mean over `width` samples speaks of their middle, the lags' answer to it of their end.
-    late = 0.5 * (1.0 - 1.0 / width)
-    return ProcessFit(
-        gain=gain / (dt if integrating else 1.0),
-        time_constant=(second if integrating else first + second) * dt,
-        dead_time=max(delay + late, 0.0) * dt,
-        integrating=integrating,
-        lag=0.0 if integrating else min(first, second) * dt,
-    )
+    return in_seconds(fit.process, fit.signals.dt * fit.signals.width, fit.signals.width)
 
 
 def _stretches(fit: ModelFit, good: ModelFit, samples: int) -> tuple[Stretch, ...]:

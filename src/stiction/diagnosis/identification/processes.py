@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.search import lag_pair
+from stiction.diagnosis.identified import ProcessFit
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import NDArray
 
-__all__ = ["LONGEST_DELAY", "OF_RECORD", "Processes", "answer", "dense_processes", "near"]
+__all__ = ["LONGEST_DELAY", "OF_RECORD", "Processes", "answer", "dense_processes", "in_seconds", "late_by_mean", "near"]
 
 LONGEST_DELAY, OF_RECORD = 0.45, 0.125
 """Longest dead time tried, as a share of the period, and of the record [-]."""
@@ -142,3 +145,37 @@ def answer(mv: NDArray[np.float64], first: float, second: float, dead_time: floa
 
 def _later(x: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
     return x if samples == 0 else np.concatenate([np.full(samples, x[0]), x[:-samples]])
+
+
+def in_seconds(process: Iterable[float], dt: float, width: int) -> ProcessFit:
+    """Tell a process that was found in samples.
+
+    Parameters
+    ----------
+    process : iterable of float
+        Gain [PV units per % of span, of an integrating process per sample], first and second lag and dead time
+        [samples]; the first lag of an integrating one is infinite.
+    dt : float
+        Time between two samples [s].
+    width : int
+        Samples of the record that each is the mean of.
+
+    Returns
+    -------
+    ProcessFit
+        The same in seconds.
+    """
+    gain, first, second, delay = (float(x) for x in process)
+    integrating = math.isinf(first)
+    return ProcessFit(
+        gain=gain / (dt if integrating else 1.0),
+        time_constant=(second if integrating else first + second) * dt,
+        dead_time=max(delay + late_by_mean(width), 0.0) * dt,
+        integrating=integrating,
+        lag=0.0 if integrating else min(first, second) * dt,
+    )
+
+
+def late_by_mean(width: int) -> float:
+    """What the answer to a mean over `width` samples, which speaks of their middle, is late by itself [means]."""
+    return 0.5 * (1.0 - 1.0 / width)

@@ -22,6 +22,7 @@ import numpy as np
 from stiction.diagnosis.identification.likelihood import Columns, trials_of, valves
 from stiction.diagnosis.identification.parts import lean, part_of
 from stiction.models.compiled import kernel
+from stiction.models.component import TIE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -248,10 +249,10 @@ def distinct(op, size, way, trials, order, chosen, bounds):
         slip, towards = op[0] - way * past, way
         for k in range(size):
             onward = towards * (op[k] - slip)
-            if onward > J * (1.0 + 1e-9):
+            if onward > J * (1.0 + TIE):
                 J_high = min(J_high, onward)
                 slip = op[k] + towards * more * (onward - J)
-            elif -onward > S * (1.0 + 1e-9):
+            elif -onward > S * (1.0 + TIE):
                 S_high = min(S_high, -onward)
                 slip, towards = op[k] - towards * more * (-onward - S), -towards
             else:

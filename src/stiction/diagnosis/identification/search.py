@@ -15,6 +15,7 @@ import numpy as np
 
 from stiction.diagnosis.identification.lanes import about_mean, answer_lanes, backwards, follow_lanes, products, squares
 from stiction.models.compiled import kernel
+from stiction.models.component import TIE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -182,7 +183,7 @@ def remove_local_mean(x, half, out):
 def follow(op, S, J, mv):
     """Stroke Kano's valve over `op`, from the middle of its band."""
     behind = 0.5 * (S - J)
-    reach = 0.5 * (S + J) * (1.0 + 1e-9)
+    reach = 0.5 * (S + J) * (1.0 + TIE)
     before = x = mv[0] = op[0]
     moving = 0.0
     for k in range(1, op.shape[0]):

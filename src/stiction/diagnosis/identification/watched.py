@@ -14,6 +14,7 @@ He's and Stenman's do, or go on while OP does, as Kano's and Choudhury's.
 from __future__ import annotations
 
 from stiction.models.compiled import kernel
+from stiction.models.component import TIE
 
 __all__ = ["watched"]
 
@@ -37,7 +38,7 @@ def watched(op, y, rows, cap, loose, begin, least, left, turns):
     n = op.shape[0]
     for v in range(rows.shape[0]):
         behind = 0.5 * (rows[v, 0] - rows[v, 1])
-        reach = 0.5 * (rows[v, 0] + rows[v, 1]) * (1.0 + 1e-9)
+        reach = 0.5 * (rows[v, 0] + rows[v, 1]) * (1.0 + TIE)
         good = rows[v, 0] == 0.0
         slope, offset, decay, late = rows[v, 2], rows[v, 3], rows[v, 4], int(rows[v, 5])
         before = op[0]

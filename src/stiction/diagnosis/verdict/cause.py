@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identified import Identification
     from stiction.diagnosis.result import Counted, Oscillation, Verdict
 
-__all__ = ["Cause", "named_cause", "not_seen"]
+__all__ = ["UNSURE", "Cause", "named_cause", "not_seen"]
 
 PLAINLY = 0.5
 """Probability below which a cause is named as the likeliest of several only [-]."""
@@ -32,8 +32,8 @@ BY_CHANCE = 1.0
 """Twice the log likelihood that one parameter more gains on average where there is nothing to gain [-]."""
 PLAY_UNLIKELY = 0.05
 """Probability of play up to which what was found besides J is said to speak against it [-]."""
-HARDLY = 0.05
-"""J over S up to which a valve hardly jumps [-]."""
+J_MAY_BE_NONE = 0.05
+"""Lower end of J over S up to which the record leaves open whether the valve jumps at all [-]: it chooses words."""
 LITTLE = 5.0
 """OP's swing below which it is told that a wider band would not show [% of span]: what is found of seven of the eight
 sticky recorded loops in use is 2.5 at most."""
@@ -201,7 +201,7 @@ def _stiction(
     reason = f"A sticky valve with S = {S} {unit} (95 % {low} to {high}) {_for(found, counted)}."
     if J_UNKNOWN in found.reason:
         reason += f" {J_UNKNOWN}"
-    if found.J_low <= HARDLY * found.S:
+    if found.J_low <= J_MAY_BE_NONE * found.S:
         play = chance(causes["deadband"])
         reason += (
             f" Stiction differs from play (deadband) by J only; the probability of play is {play}."

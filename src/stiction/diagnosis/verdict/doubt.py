@@ -7,8 +7,8 @@ gates call in question (`HIDES`), or others by more than `BEYOND`, one whose OP 
 seldom turns round, one much of which is left out (`KEPT`), and one whose samples are not the controller's own and few
 (`FEW`, but for `SURELY`); unless only rows are missing and it is plain what the others say (`PLAINLY`).
 `contradiction` says what else keeps a probability from being sure. The limits were chosen so that no trial turns a
-probability beyond 0.9 into one below 0.1, or back, and few sound records are bound; `docs/verdict.md` says which trials
-chose and which only counted.
+probability beyond 0.9 into one below 0.1, or back, and few sound records are bound; `docs/verdict-measured.md` says
+which trials chose and which only counted.
 
 What is not known of a loop lies between one valve in four, the share of the loops that oscillate because of it (20 to
 30 %: [srinivasan2005c]_), and even. Each doubt draws the log odds towards that, and none of them to the other side:

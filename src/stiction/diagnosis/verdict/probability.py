@@ -13,7 +13,7 @@ Four tables of weights, all logistic regressions with a ridge, small but for the
   it says alone, and was found on loops as a plant's historian keeps them (`simulation.population.plant`). A second
   column tells such records from those of the wider population that the second and the third table were found on.
 
-Of a valve with a band the second and the third table together say whether it jumps, the third counting `JUMP`:
+Of a valve with a band the second and the third table together say whether it jumps, the third counting v = `JUMP`:
 
 .. math:: \ln\frac{q_s}{q_d} = (1 - v) \ln\frac{q_s'}{q_d'} + v\, j, \qquad q_s + q_d = q_s' + q_d'
 

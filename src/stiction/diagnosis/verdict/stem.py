@@ -5,7 +5,7 @@ than OP itself (not an `echo`, a positioner's set point), and some valve leaves 
 record is judged as without it.
 
 `identification.position` gives what the best valve that follows, the best with play and the best that sticks leave of
-it: :math:`E_g, E_d, E_s`. Two straight lines make log odds of them,
+it: :math:`E_g, E_d, E_s`, `LITTLE` added to each. Two straight lines make log odds of them,
 
 .. math:: \ell_b = a_0 + a_1 \ln\frac{E_g}{\min(E_d, E_s)}, \quad
     \ell_j = b_0 + b_1 \ln\frac{E_d}{E_s} + b_2 \frac{J}{S}

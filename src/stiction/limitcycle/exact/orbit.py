@@ -140,7 +140,7 @@ def _slope(m: Machine, w, size, turns: int, held: float | None):
     return out
 
 
-def limit_cycle(m: Machine, orbit: Orbit, warning: str = "") -> LimitCycle:
+def limit_cycle(m: Machine, orbit: Orbit) -> LimitCycle:
     """Describe an orbit: amplitudes, rest levels, family."""
     run, _ = m.run(
         orbit.states, orbit.level, most_turns=2 * orbit.turns + 3, tolerance=-1.0, n_events=4096, most_steps=400_000
@@ -164,7 +164,7 @@ def limit_cycle(m: Machine, orbit: Orbit, warning: str = "") -> LimitCycle:
         "continuous", "cycle", family, float(swing[:, 0].max() - swing[:, 1].min()) / 2.0, orbit.period,
         float(swing[:, 2].max() - swing[:, 3].min()) / 2.0, (levels[-1] - levels[0]) / 2.0,
         tuple(x + rest for x in levels), orbit.stable, orbit.multipliers, offset, orbit.turns,
-        section=(*(float(s) for s in orbit.states), orbit.level), warning=warning,
+        section=(*(float(s) for s in orbit.states), orbit.level),
     )  # fmt: skip
 
 
