@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import ceil
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -79,8 +78,8 @@ def action(op: NDArray[np.float64], error: NDArray[np.float64]) -> float:
 def coarse(
     record: LoopRecord, oscillation: Oscillation, x: NDArray[np.float64], per_period: int
 ) -> NDArray[np.float64]:
-    """Means of blocks of samples, `per_period` blocks or fewer to a period: sampling suited to the wave."""
-    return blocks(x, ceil(oscillation.period / record.dt / per_period) if oscillation.period > 0.0 else 1)
+    """Means of blocks of samples, `per_period` to a period or up to twice as many: sampling suited to the wave."""
+    return blocks(x, max(1, int(oscillation.period / record.dt / per_period)) if oscillation.period > 0.0 else 1)
 
 
 def blocks(x: NDArray[np.float64], width: int) -> NDArray[np.float64]:

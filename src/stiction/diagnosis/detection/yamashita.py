@@ -6,8 +6,9 @@ the valve sticks (the valve must slip the way OP went). Stiction from 0.25 (afte
 for independent, equally likely symbols rho_1 is 2/8 = 0.25, so that the limit is chance level.
 
 A step counts as steady below 0.43 of its deviation, which makes the three symbols equally likely for noise; samples
-are averaged until at most 20 make a period, or noise between samples would be all there is to see. Where PV stands for
-the valve and falls as OP rises, which the controller's integral part betrays, its symbols are turned round.
+are averaged as long as 20 or more are left of a period, or noise between samples would be all there is to see. So 20 to
+40 are left: the fewer, the less noise hides, and one wave may be told otherwise at another sampling rate. Where PV
+stands for the valve and falls as OP rises, which the controller's integral part betrays, its symbols are turned round.
 """
 
 from __future__ import annotations
