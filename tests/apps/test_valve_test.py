@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 
 import numpy as np
@@ -107,3 +108,14 @@ def test_what_cannot_be_tested_is_said(argv, code, says, run, folder):
     assert says in done.err
     assert done.err.count("\n") == 1
     assert done.out == ""
+
+
+def test_a_test_comes_by_standard_input_too(run, folder, ramp_csv, monkeypatch):
+    by_file = run("valve-test", "analyse", "ramp", ramp_csv, "--json")
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO((folder / ramp_csv).read_bytes())))
+    by_input = run("valve-test", "analyse", "ramp", "-", "--json")
+    assert by_input.code == by_file.code == 1
+    assert json.loads(by_input.out)["sb"] == json.loads(by_file.out)["sb"]
+    done = run("valve-test", "analyse", "ramp", "--jsn")
+    assert done.code == 2
+    assert "Did you mean --json? Try: stiction valve-test analyse --help" in done.err

@@ -114,6 +114,12 @@ def test_repaired_loop_scales_with_S():
     assert after == pytest.approx((before[0], before[1] / 4.0, before[2] / 4.0, before[3]), rel=0.01)
 
 
+@pytest.mark.parametrize(("S", "J", "left"), [(1.1, 0.4, (0.9, 0.4)), (3.0, 0.0, (0.5, 0.0)), (3.0, 2.9, (1.0, 0.5))])
+def test_a_repaired_valve_jumps_no_further_than_before(S, J, left):
+    valve = repair(replace(LOOP, valve=st.Kano(S, J))).valve
+    assert (valve.S, valve.J) == pytest.approx(left)
+
+
 def test_repair_keeps_a_better_valve_and_takes_the_compensator_out():
     loop = replace(LOOP, valve=st.Kano(0.4, 0.1), compensator=st.Knocker(1.0, 2.0, 5.0))
     assert repair(loop).valve == loop.valve

@@ -106,3 +106,22 @@ def test_nothing_but_bad_rows(signals, table, read_text):
     t, pv, op, _ = signals
     with pytest.raises(RecordError, match=r"all 120 rows of .* are flagged as bad"):
         read_text(table("time_s,PV,OP,Quality", t, pv, op, ["Bad"] * len(t)))
+
+
+def test_a_column_of_a_control_block_is_named_by_its_whole_name(signals, table, read_text):
+    t, pv, op, _ = signals
+    names = "FIC101/PID1/PV.CV,FIC101/PID1/OUT.CV,FIC102/PID1/PV.CV,FIC102/PID1/OUT.CV"
+    [record] = read_text(table(f"time_s,{names}", t, pv, op, pv, op), columns={"op": "FIC102/PID1/OUT.CV"})
+    assert (record.tag, record.loop_type) == ("FIC102", "flow")
+    np.testing.assert_array_equal(record.op, op)
+
+
+@pytest.mark.parametrize("unit", ["psi", "V", "kPa", "mm"])
+def test_an_op_in_another_unit_than_percent_is_told(unit, signals, table, read_text):
+    t, pv, op, _ = signals
+    text = table(f"time_s,FIC-1.PV [t/h],FIC-1.OP [{unit}]", t, pv, 3.0 + 0.12 * op)
+    [record] = read_text(text)
+    assert any(f"OP is given in {unit.lower()} and taken as % of span" in guess for guess in record.provenance.guesses)
+    [record] = read_text(text, op_range=(3.0, 15.0))
+    assert not any("OP is given in" in guess for guess in record.provenance.guesses)
+    np.testing.assert_allclose(record.op, op, atol=1e-3)

@@ -21,8 +21,10 @@ Out = Annotated[
 ]
 
 
-def refuse_options(files: Sequence[str], verb: Callable[..., int]) -> None:
+def refuse_options(files: Sequence[str], verb: Callable[..., int], name: str = "") -> None:
     """Refuse what looks like an option among file names; only "-", the standard input, may begin so.
+
+    The verb is called `name`, by default as its function.
 
     Raises
     ------
@@ -34,9 +36,8 @@ def refuse_options(files: Sequence[str], verb: Callable[..., int]) -> None:
             options = ["--json", *(f"--{name.replace('_', '-')}" for name in inspect.signature(verb).parameters)]
             close = difflib.get_close_matches(file, options, 1)
             hint = f" Did you mean {close[0]}?" if close else ""
-            raise ParameterError(
-                f"Unknown option: {file}.{hint} Try: stiction {verb.__name__} --help (a file of that name is ./{file})."
-            )
+            tries = f"Try: stiction {name or verb.__name__} --help (a file of that name is ./{file})."
+            raise ParameterError(f"Unknown option: {file}.{hint} {tries}")
 
 
 def in_options(sentence: str) -> str:

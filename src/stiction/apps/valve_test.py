@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from stiction.apps.options import Json, Out, Report, in_options
+from stiction.apps.options import Json, Out, Report, in_options, refuse_options
 from stiction.errors import ParameterError
 
 __all__ = ["analyse", "plan"]
@@ -93,7 +93,12 @@ def plan(
 
 def analyse(
     kind: Kind,
-    file: Annotated[str, Parameter(help='CSV file with OP and valve position (or flow); "-" is the standard input.')],
+    file: Annotated[
+        str,
+        Parameter(
+            help='CSV file with OP and valve position (or flow); "-" is the standard input.', allow_leading_hyphen=True
+        ),
+    ],
     /,
     *,
     limit: float = 1.0,
@@ -140,6 +145,7 @@ def analyse(
     from stiction.apps.files import check_report
     from stiction.apps.output import print_json, say
 
+    refuse_options((file,), analyse, "valve-test analyse")
     ramp = {"lag": lag}
     _of_its_kind(kind, ramp, {}, ("limit", "signal", "before"))
     target = None if report is None else check_report(report)

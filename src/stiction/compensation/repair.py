@@ -41,7 +41,7 @@ def repair(loop: Loop, deadband: float = DEADBAND, resolution: float = RESOLUTIO
     Returns
     -------
     Loop
-        The repaired loop; a valve that is better than the limits stays as it is.
+        The repaired loop; a valve that is better than the limits stays as it is, and none jumps further than before.
 
     Raises
     ------
@@ -63,6 +63,7 @@ def repair(loop: Loop, deadband: float = DEADBAND, resolution: float = RESOLUTIO
     deadband = require_not_negative("deadband", deadband, "% of span")
     resolution = require_not_negative("resolution", resolution, "% of span")
     good = Kano(deadband + resolution, resolution, travel=loop.valve.travel)
-    if isinstance(loop.valve, Kano) and loop.valve.S <= good.S:
-        good = loop.valve
+    if isinstance(loop.valve, Kano):
+        J = min(loop.valve.J, good.J)
+        good = loop.valve if loop.valve.S <= good.S else replace(good, S=deadband + J, J=J)
     return replace(loop, valve=good, compensator=None)

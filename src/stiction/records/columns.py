@@ -280,4 +280,6 @@ def _shorten_blocks(given: Assignment) -> None:
     """``FIC-101/PID1`` is the loop FIC-101 unless the module has two control blocks."""
     short = {tag: _BLOCK.sub("", tag) for tag in given.loops}
     counts = Counter(short.values())
-    given.loops = {short[tag] if counts[short[tag]] == 1 else tag: signals for tag, signals in given.loops.items()}
+    named = {tag: short[tag] if counts[short[tag]] == 1 else tag for tag in given.loops}
+    given.loops = {named[tag]: signals for tag, signals in given.loops.items()}
+    given.chosen = named.get(given.chosen, given.chosen) if given.chosen is not None else None

@@ -16,6 +16,7 @@ __all__ = [
     "LETTER_TO_LOOP_TYPE",
     "MISSING_WORDS",
     "MODES",
+    "OTHER_OUTPUT_UNITS",
     "OUTPUT_WHEN_ALONE",
     "SIGNAL_WORDS",
     "STATUS_WORDS",
@@ -67,6 +68,9 @@ UNIT_WORDS = (
 )
 """Units that stand behind a signal without brackets: `OP_mA`, `PV bar`. None of them is a concentration's, since
 `CO ppm` is a gas and no controller output."""
+
+OTHER_OUTPUT_UNITS = ("PSI", "PSIG", "BAR", "BARG", "MBAR", "KPA", "MPA", "V", "VDC", "MM", "CM", "RPM", "HZ", "COUNTS")
+"""Units of a controller output that is not in % of span; how far 0 and 100 % lie apart in them is not known."""
 
 OUTPUT_WHEN_ALONE = ("MV",)
 """Valve position beside an OP, but the controller output where a loop has no other (CENTUM, GE)."""

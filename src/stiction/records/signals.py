@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.dialects import BAD_WORDS, FRACTION_UNITS, GOOD_WORDS, MISSING_WORDS, MODES
+from stiction.records.dialects import BAD_WORDS, FRACTION_UNITS, GOOD_WORDS, MISSING_WORDS, MODES, OTHER_OUTPUT_UNITS
 from stiction.records.outliers import OP_OFF, far_off
 
 if TYPE_CHECKING:
@@ -118,10 +118,16 @@ def in_percent(op: NDArray, unit: str, op_range: tuple[float, float] | None, gue
     if unit == "MA":
         suspicion = "like no current of 4 to 20 mA"
     if suspicion:
-        hint = {"MA": "(4, 20)"}.get(unit, "(0, 1)" if low >= 0.0 and high <= 1.0 else "(low, high)")
+        fraction = low >= 0.0 and high <= 1.0 and unit not in OTHER_OUTPUT_UNITS
+        hint = "(4, 20)" if unit == "MA" else "(0, 1)" if fraction else "(low, high)"
         guesses.append(
             f"OP lies in {low:.4g} to {high:.4g} and looks {suspicion}: left as it is, S and J are then in its unit; "
             f"give op_range={hint} to convert."
+        )
+    elif unit in OTHER_OUTPUT_UNITS:
+        guesses.append(
+            f"OP is given in {unit.lower()} and taken as % of span as it stands, S and J with it; give "
+            "op_range=(low, high), OP at 0 % and at 100 %, to convert."
         )
     return op
 
