@@ -117,7 +117,7 @@ def test_repaired_loop_scales_with_S():
 @pytest.mark.parametrize(("S", "J", "left"), [(1.1, 0.4, (0.9, 0.4)), (3.0, 0.0, (0.5, 0.0)), (3.0, 2.9, (1.0, 0.5))])
 def test_a_repaired_valve_jumps_no_further_than_before(S, J, left):
     valve = repair(replace(LOOP, valve=st.Kano(S, J))).valve
-    assert (valve.S, valve.J) == pytest.approx(left)
+    assert pytest.approx(left) == (valve.S, valve.J)
 
 
 def test_repair_keeps_a_better_valve_and_takes_the_compensator_out():
