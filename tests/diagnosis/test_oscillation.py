@@ -307,6 +307,9 @@ def test_filled_bridges_and_refuses():
     np.testing.assert_allclose(filled(np.array([0, 1, np.nan, 3, 4, 5, 6, 7, 8, 9.0])), np.arange(10.0))
     assert filled(np.full(20, 1.0)) is None
     assert filled(np.where(np.arange(40) % 3 == 0, np.arange(40.0), np.nan)) is None
+    ramp = np.arange(21.0)
+    assert filled(np.where(ramp < 10, ramp, np.nan)) is None
+    assert filled(np.where(ramp < 11, ramp, np.nan)) is not None
 
 
 def test_two_thousand_samples_take_milliseconds():

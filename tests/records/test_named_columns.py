@@ -116,7 +116,7 @@ def test_a_column_of_a_control_block_is_named_by_its_whole_name(signals, table, 
     np.testing.assert_array_equal(record.op, op)
 
 
-@pytest.mark.parametrize("unit", ["psi", "V", "kPa", "mm"])
+@pytest.mark.parametrize("unit", ["psi", "V", "kPa", "mm", "t/h"])
 def test_an_op_in_another_unit_than_percent_is_told(unit, signals, table, read_text):
     t, pv, op, _ = signals
     text = table(f"time_s,FIC-1.PV [t/h],FIC-1.OP [{unit}]", t, pv, 3.0 + 0.12 * op)
@@ -125,3 +125,10 @@ def test_an_op_in_another_unit_than_percent_is_told(unit, signals, table, read_t
     [record] = read_text(text, op_range=(3.0, 15.0))
     assert not any("OP is given in" in guess for guess in record.provenance.guesses)
     np.testing.assert_allclose(record.op, op, atol=1e-3)
+
+
+def test_an_op_in_bar_is_no_fraction(signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table("time_s,FIC-1.PV [t/h],FIC-1.OP [bar]", t, pv, 0.2 + 0.008 * op))
+    [told] = [guess for guess in record.provenance.guesses if guess.startswith("OP lies in")]
+    assert "give op_range=(low, high)" in told

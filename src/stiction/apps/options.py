@@ -33,7 +33,7 @@ def refuse_options(files: Sequence[str], verb: Callable[..., int], name: str = "
     """
     for file in files:
         if file.startswith("-") and file != "-":
-            options = ["--json", *(f"--{name.replace('_', '-')}" for name in inspect.signature(verb).parameters)]
+            options = ["--json", *(f"--{option.replace('_', '-')}" for option in inspect.signature(verb).parameters)]
             close = difflib.get_close_matches(file, options, 1)
             hint = f" Did you mean {close[0]}?" if close else ""
             tries = f"Try: stiction {name or verb.__name__} --help (a file of that name is ./{file})."

@@ -69,7 +69,7 @@ UNIT_WORDS = (
 """Units that stand behind a signal without brackets: `OP_mA`, `PV bar`. None of them is a concentration's, since
 `CO ppm` is a gas and no controller output."""
 
-OTHER_OUTPUT_UNITS = ("PSI", "PSIG", "BAR", "BARG", "MBAR", "KPA", "MPA", "V", "VDC", "MM", "CM", "RPM", "HZ", "COUNTS")
+OTHER_OUTPUT_UNITS = (*(set(UNIT_WORDS) - {"%", "PCT", "PERCENT", "MA"}), "PSIG", "V", "VDC", "HZ", "COUNTS")
 """Units of a controller output that is not in % of span; how far 0 and 100 % lie apart in them is not known."""
 
 OUTPUT_WHEN_ALONE = ("MV",)

@@ -176,3 +176,13 @@ def test_reversals_find_needles_that_the_grids_miss(monkeypatch):
     print(f"S within 10 % in {told} of {len(runs)}, without reversals in {without}")
     assert told >= 0.85 * len(runs)
     assert told >= without + 15
+
+
+@pytest.mark.parametrize("seed", [13, 37])
+def test_a_lag_that_fits_by_chance_does_not_keep_a_resting_stem_from_being_found(seed):
+    """Behind a lag a stem that goes on explains more than any without, but far less than the one that rests."""
+    loop = st.Loop(st.PID(-0.23, 17.6), st.He(6.48, 3.385), st.FOPDT(-3.167, 17.59, 13.94), dt=10.0, noise=0.00185)
+    run = st.simulate(loop, sp=50.0, duration=8190.0, seed=seed, pv_start=35.0, op_start=43.6)
+    found = st.identify(replace(run.window(100, 819), mv=None), period=334.0)
+    assert pytest.approx(6.48 + 3.385, rel=0.01) == found.S
+    assert found.lag == 0.0
