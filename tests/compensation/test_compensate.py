@@ -12,7 +12,7 @@ from hypothesis import strategies as some
 
 import stiction as st
 from compensation.population import drawn, outcome
-from stiction.compensation import Behaviour, RemedyTrial
+from stiction.compensation import Behaviour, RemedyTrial, repair
 from stiction.compensation.cost import WEIGHTS, cost
 from stiction.compensation.exchange import exchange
 from stiction.compensation.recommend import choose, pointless
@@ -191,7 +191,53 @@ def test_a_valve_that_changes_nothing_is_not_compensated():
     fix = trial_of(FIX, 0.003, 1.0, 1.0)
     assert "change the PV's deviation by 0 % only" in pointless(fix)
     assert "-0" not in pointless(trial_of(FIX, -0.001, 1.0, 1.0))
+    assert "PV's deviation by +44 %: what moves" in pointless(trial_of(FIX, -0.44, 1.0, 1.0))
     assert pointless(trial_of(FIX, 0.5, 0.5, 0.5)) == ""
+
+
+def recorded(loop: st.Loop, sp: float | np.ndarray = 50.0) -> st.LoopRecord:
+    """3000 s of a loop after an upset and under a load that keeps a stem from resting where the error is zero."""
+    kick = np.full(3000, 0.17)
+    kick[:40] += 1.0
+    return st.simulate(loop, sp, 3000.0, kick, 3, pv_start=50.0, op_start=50.0, tag="FIC-2", loop_type="flow")
+
+
+def deviation(record: st.LoopRecord) -> float:
+    return float((record.pv - record.sp)[500:].std())
+
+
+@pytest.mark.parametrize(
+    ("K", "valve"),
+    [(8.0, st.Kano(0.8, 0.8)), (8.0, st.Kano(0.6, 0.4)), (10.0, st.Stenman(0.5)), (10.0, st.Kano(1.0, 0.5))],
+)
+def test_a_small_S_that_makes_the_whole_cycle_is_worth_a_repair(K, valve):
+    """A process of high gain makes of less than 1 % a cycle of many times the noise, and none with a good valve."""
+    noise = 0.02 * K
+    loop = st.Loop(st.PID(0.8 / K, 10.0, op_limits=(0.0, 100.0)), valve, st.FOPDT(K, 8.0, 2.0), dt=1.0, noise=noise)
+    record, calm = recorded(loop), recorded(replace(loop, valve=st.Ideal()))
+    assert deviation(calm) < 2.0 * noise < 0.4 * deviation(record)
+    found = st.compensate(st.diagnose(replace(record, mv=None)), seeds=4)
+    assert found.S < 1.1
+    assert not found.refused
+    true = 1.0 - deviation(recorded(repair(loop))) / deviation(record)
+    assert found[FIX].gain == pytest.approx(true, abs=0.15)
+    assert found[FIX].gain > 0.4
+    assert "half of its S" in found[FIX].remedy.words
+
+
+@pytest.mark.parametrize("K", [1.0, 8.0])
+def test_a_small_S_in_a_loop_that_its_set_point_moves_is_not_worth_a_repair(K):
+    loop = st.Loop(
+        st.PID(0.8 / K, 10.0, op_limits=(0.0, 100.0)), st.Kano(0.6, 0.4), st.FOPDT(K, 8.0, 2.0), dt=1.0, noise=0.04 * K
+    )
+    sp = 50.0 + 4.0 * K * np.sign(np.sin(2.0 * np.pi * np.arange(3000) / 300.0))
+    record = recorded(loop, sp)
+    assert deviation(recorded(replace(loop, valve=st.Ideal()), sp)) > 0.95 * deviation(record)
+    told = replace(st.diagnose(replace(record, mv=None)), verdict="stiction", cause="stiction")
+    found = st.compensate(told, seeds=4)
+    assert found.S < 1.0
+    assert found.refused
+    assert "what moves the PV is not the valve" in found.reason
 
 
 def test_on_the_twin_of_a_record_only_what_it_foretells():

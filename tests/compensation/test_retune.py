@@ -114,15 +114,26 @@ def test_repaired_loop_scales_with_S():
     assert after == pytest.approx((before[0], before[1] / 4.0, before[2] / 4.0, before[3]), rel=0.01)
 
 
-@pytest.mark.parametrize(("S", "J", "left"), [(1.1, 0.4, (0.9, 0.4)), (3.0, 0.0, (0.5, 0.0)), (3.0, 2.9, (1.0, 0.5))])
-def test_a_repaired_valve_jumps_no_further_than_before(S, J, left):
-    valve = repair(replace(LOOP, valve=st.Kano(S, J))).valve
-    assert pytest.approx(left) == (valve.S, valve.J)
+@pytest.mark.parametrize(
+    ("valve", "left"),
+    [
+        (st.Kano(3.0, 0.4), (0.9, 0.4)),
+        (st.Kano(3.0, 0.0), (0.5, 0.0)),
+        (st.Kano(3.0, 2.9), (1.0, 0.5)),
+        (st.Kano(1.1, 0.4), (0.55, 0.275)),
+        (st.Kano(0.6, 0.1), (0.25, 0.1)),
+        (st.Stenman(0.5), (0.25, 0.125)),
+        (st.Ideal(), (1.0, 0.5)),
+    ],
+)
+def test_a_repair_leaves_half_of_S_at_most_and_no_larger_jump(valve, left):
+    good = repair(replace(LOOP, valve=valve)).valve
+    assert pytest.approx(left) == (good.S, good.J)
 
 
-def test_repair_keeps_a_better_valve_and_takes_the_compensator_out():
-    loop = replace(LOOP, valve=st.Kano(0.4, 0.1), compensator=st.Knocker(1.0, 2.0, 5.0))
-    assert repair(loop).valve == loop.valve
+def test_repair_takes_the_compensator_out_and_keeps_the_travel():
+    loop = replace(LOOP, valve=st.Kano(0.4, 0.1, travel=(0.0, 100.0)), compensator=st.Knocker(1.0, 2.0, 5.0))
     assert repair(loop).compensator is None
+    assert repair(loop).valve.travel == (0.0, 100.0)
     with pytest.raises(st.ParameterError, match="deadband"):
         repair(loop, deadband=-1.0)

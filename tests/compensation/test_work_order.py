@@ -13,7 +13,8 @@ from hypothesis import strategies as some
 
 import stiction as st
 from report.diagnoses import diagnosis, identification, record
-from stiction.compensation.shop_tests import plan_acceptance, plan_before
+from stiction.compensation.repair import kept
+from stiction.compensation.shop_tests import acceptance, plan_acceptance, plan_before
 from stiction.compensation.suspects import suspects
 from stiction.compensation.work_order import work_order
 from stiction.errors import ParameterError
@@ -48,10 +49,23 @@ def test_the_test_after_accepts_a_good_valve_and_no_other(S, J, verdict):
     assert st.analyse_steps(stroked(plan_acceptance(50.0), S, J)).verdict == verdict
 
 
+@pytest.mark.parametrize(("S", "J"), [(0.5, 0.5), (0.8, 0.4), (1.6, 0.3)])
+def test_the_test_after_does_not_accept_a_small_S_as_it_was(run, S, J):
+    limit = sum(kept(S))
+    assert f"deadband plus resolution at most {limit:.2g} % of span (half" in acceptance(S)[0]
+    for share, refused in ((1.0, True), (0.3, False)):
+        record = stroked(plan_acceptance(50.0, S), share * S, share * min(J, 0.4 * S), noise=0.005)
+        assert (st.analyse_steps(record, limit=limit).verdict == "beyond limit") == refused
+    found = replace(diagnosis(run=run), identification=identification(run, S, J))
+    page = work_order(found).to_text()
+    assert f"Pass: {acceptance(S)[0]}." in page
+    assert f"Staircase of {plan_acceptance(50.0, S).settings['fine_step']:g} % steps" in page
+
+
 @given(op=some.floats(0.0, 100.0), S=some.floats(0.01, 80.0))
 @settings(max_examples=60)
 def test_planned_tests_stay_within_the_span_and_reach_far_enough(op, S):
-    plans = (*plan_before(op, S), plan_acceptance(op))
+    plans = (*plan_before(op, S), plan_acceptance(op, S))
     for plan in plans:
         assert plan.op.min() >= 0.0
         assert plan.op.max() <= 100.0

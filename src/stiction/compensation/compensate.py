@@ -9,13 +9,13 @@ import numpy as np
 from stiction.compensation.cost import checked, cost
 from stiction.compensation.recommend import choose, pointless, refusal
 from stiction.compensation.remedies import FIX, NOTHING, Remedy, remedies_for
+from stiction.compensation.repair import stiction_of
 from stiction.compensation.result import Behaviour, CompensationTrial, RemedyTrial
 from stiction.compensation.retune import retune
 from stiction.compensation.trials import Job, programme_for, run, run_all
 from stiction.compensation.twin import build_twin, twin_of_loop
 from stiction.diagnosis.result import Diagnosis
 from stiction.errors import ParameterError, RecordError, require_count, require_positive
-from stiction.limitcycle.bands import bands
 from stiction.limitcycle.predict import UNSTABLE, runs_away
 from stiction.models import Loop
 
@@ -201,16 +201,13 @@ def _not_in_percent(record: LoopRecord) -> str:
 
 def _stiction(loop: Loop) -> tuple[float, float]:
     """S and J of the loop's valve [% of span]."""
-    S, J = getattr(loop.valve, "S", None), getattr(loop.valve, "J", None)
-    if S is not None and J is not None:
-        return float(S), float(J)
-    banded = bands(loop.valve)
-    if banded is None or not banded.sb > 0.0:
+    found = stiction_of(loop.valve)
+    if found is None:
         raise ParameterError(
             f"{type(loop.valve).__name__} has no S and J, for which remedies are set; give a valve that sticks: "
             "Stenman, Kano, Choudhury, He, HeWang or Srinivasan."
         )
-    return float(banded.sb + banded.lag), float(banded.sb - banded.lag)
+    return found
 
 
 def _counter(progress: Callable[[int, int], Any] | None, total: int) -> Callable[[], None]:

@@ -64,8 +64,8 @@ def pointless(fix: RemedyTrial) -> str:
     if fix.gain >= LEAST_REPAIR:
         return ""
     return (
-        f"Even a good valve would change the PV's deviation by {_percent(-fix.gain)} only: what moves the PV is not "
-        "the valve, and there is nothing to compensate. Repair it at the shutdown if it sticks."
+        f"Even a good valve would change the PV's deviation by {_little(-fix.gain)}: what moves the PV is not the "
+        "valve, and there is nothing to compensate. Repair it at the shutdown if it sticks."
     )
 
 
@@ -91,7 +91,7 @@ def choose(ranked: tuple[RemedyTrial, ...], *, found: bool = False) -> tuple[str
     safe = [one for one in helping if not one.hurts and (not found or _foreseen(one))]
     repair = f"Fixing the valve lowers the PV's deviation by {100.0 * fix.gain:.0f} %"
     if fix.gain < LEAST_REPAIR:
-        repair = f"Fixing the valve changes the PV's deviation by {_percent(-fix.gain)} only"
+        repair = f"Fixing the valve changes the PV's deviation by {_little(-fix.gain)}"
     if not safe:
         why = f"{repair}; until then no remedy lowers it by {100.0 * least:.0f} % at a price worth paying"
         if helping:
@@ -116,9 +116,10 @@ def _foreseen(one: RemedyTrial) -> bool:
     return one.name in FORESEEN and one.worst <= SURE
 
 
-def _percent(x: float) -> str:
-    """A signed change in percent, without a sign where it rounds to nothing."""
-    return f"{round(100.0 * x):+d} %" if round(100.0 * x) else "0 %"
+def _little(x: float) -> str:
+    """A signed change in percent, without a sign where it rounds to nothing, and `only` where it is little."""
+    told = f"{round(100.0 * x):+d} %" if round(100.0 * x) else "0 %"
+    return f"{told} only" if abs(x) < LEAST_REPAIR else told
 
 
 def _times(value: float, base: float) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from stiction.compensation.exchange import exchange
-from stiction.compensation.repair import DEADBAND, RESOLUTION, repair
+from stiction.compensation.repair import DEADBAND, RESOLUTION, kept, repair
 from stiction.models import (
     ConstantReinforcement,
     Cuadros,
@@ -43,13 +43,13 @@ class Remedy:
     """The controller's new settings; None leaves them."""
     compensator: Any = None
     """The compensator put in; None for none."""
-    good_valve: bool = False
-    """Whether the valve is repaired."""
+    limits: tuple[float, float] | None = None
+    """Deadband and resolution that the repaired valve may keep [% of span]; None where it is not repaired."""
 
     def apply(self, loop: Loop) -> Loop:
         """Put the remedy into a loop, the twin's or another one."""
-        if self.good_valve:
-            return repair(loop)
+        if self.limits is not None:
+            return repair(loop, *self.limits)
         return exchange(loop, controller=self.controller or loop.controller, compensator=self.compensator)
 
     @property
@@ -59,7 +59,7 @@ class Remedy:
             return {k: v for k, v in self.compensator.to_dict().items() if k != "compensator"}
         if self.controller is not None:
             return {"Kc": self.controller.Kc, "Ti": self.controller.Ti, "Td": self.controller.Td}
-        return {"deadband": DEADBAND, "resolution": RESOLUTION} if self.good_valve else {}
+        return {} if self.limits is None else dict(zip(("deadband", "resolution"), self.limits, strict=True))
 
 
 def remedies_for(
@@ -87,11 +87,7 @@ def remedies_for(
     """
     fixed = [
         Remedy(NOTHING, "Leave the loop as it is."),
-        Remedy(
-            FIX,
-            f"Repair the valve: {DEADBAND:g} % deadband and {RESOLUTION:g} % resolution left, as a good one may keep.",
-            good_valve=True,
-        ),
+        Remedy(FIX, _repair_words(*kept(S)), limits=kept(S)),
     ]
     if retuning.controller != loop.controller:
         pid = retuning.controller
@@ -134,6 +130,13 @@ def remedies_for(
             for wide in BANDS
         )
     return tuple(fixed), variants
+
+
+def _repair_words(deadband: float, resolution: float) -> str:
+    left = f"{deadband:.2g} % deadband and {resolution:.2g} % resolution left"
+    if deadband + resolution < DEADBAND + RESOLUTION:
+        return f"Repair the valve: {left}, half of its S; the usual {DEADBAND + RESOLUTION:g} % would leave more of it."
+    return f"Repair the valve: {left}, as a good one may keep."
 
 
 def _words(name: str, amplitude: float) -> str:

@@ -9,6 +9,9 @@ of deadband and resolution (the nominal limit that is recalled of EnTech's Contr
 
 The default splits 1 % in two halves. The repaired loop may still cycle by itself, a hundredth of span wide; that is
 what such a limit allows.
+
+A loop whose process has a high gain makes a whole cycle of S = 1 % and less, with a valve that keeps the specification
+before any repair. A repair that leaves it so is none: both limits are narrowed until they leave half of its S at most.
 """
 
 from __future__ import annotations
@@ -17,15 +20,48 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stiction.errors import require_not_negative
+from stiction.limitcycle.bands import bands
 from stiction.models import Kano
 
 if TYPE_CHECKING:
-    from stiction.models import Loop
+    from stiction.models import Loop, Valve
 
-__all__ = ["DEADBAND", "RESOLUTION", "repair"]
+__all__ = ["DEADBAND", "RESOLUTION", "kept", "repair", "stiction_of"]
 
 DEADBAND, RESOLUTION = 0.5, 0.5
 """What a good valve is allowed to keep [% of span]; 1 % together."""
+MOST_KEPT = 0.5
+"""Share of its S that a repair leaves at most [-]."""
+
+
+def stiction_of(valve: Valve) -> tuple[float, float] | None:
+    """S and J of a valve [% of span]; None where its model has none.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> stiction_of(st.Kano(5.0, 2.0)), stiction_of(st.Stenman(3.0)), stiction_of(st.Ideal())
+    ((5.0, 2.0), (3.0, 3.0), None)
+    """
+    S, J = getattr(valve, "S", None), getattr(valve, "J", None)
+    if S is not None and J is not None:
+        return float(S), float(J)
+    banded = bands(valve)
+    if banded is None or not banded.sb > 0.0:
+        return None
+    return float(banded.sb + banded.lag), float(banded.sb - banded.lag)
+
+
+def kept(S: float, deadband: float = DEADBAND, resolution: float = RESOLUTION) -> tuple[float, float]:
+    """Deadband and resolution that a repair may leave of `S` [% of span]: the limits, and half of S at most.
+
+    Examples
+    --------
+    >>> kept(5.0), kept(0.8)
+    ((0.5, 0.5), (0.2, 0.2))
+    """
+    narrowed = min(1.0, MOST_KEPT * S / max(deadband + resolution, 1e-12))
+    return narrowed * deadband, narrowed * resolution
 
 
 def repair(loop: Loop, deadband: float = DEADBAND, resolution: float = RESOLUTION) -> Loop:
@@ -36,12 +72,12 @@ def repair(loop: Loop, deadband: float = DEADBAND, resolution: float = RESOLUTIO
     loop : Loop
         The loop; a compensator is taken out with the fault it was for.
     deadband, resolution : float
-        What the good valve keeps [% of span].
+        What the good valve keeps at most [% of span], and no more than half of the sticky one's S.
 
     Returns
     -------
     Loop
-        The repaired loop; a valve that is better than the limits stays as it is, and none jumps further than before.
+        The repaired loop; no valve jumps further than before.
 
     Raises
     ------
@@ -62,8 +98,8 @@ def repair(loop: Loop, deadband: float = DEADBAND, resolution: float = RESOLUTIO
     """
     deadband = require_not_negative("deadband", deadband, "% of span")
     resolution = require_not_negative("resolution", resolution, "% of span")
-    good = Kano(deadband + resolution, resolution, travel=loop.valve.travel)
-    if isinstance(loop.valve, Kano):
-        J = min(loop.valve.J, good.J)
-        good = loop.valve if loop.valve.S <= good.S else replace(good, S=deadband + J, J=J)
-    return replace(loop, valve=good, compensator=None)
+    J = resolution
+    if stiction := stiction_of(loop.valve):
+        deadband, resolution = kept(stiction[0], deadband, resolution)
+        J = min(stiction[1], resolution)
+    return replace(loop, valve=Kano(deadband + J, J, travel=loop.valve.travel), compensator=None)

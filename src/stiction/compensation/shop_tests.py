@@ -2,8 +2,9 @@
 
 Before: ramps over four times S, so that the stem slips in both directions, and a staircase whose steps are about a
 tenth of S over twice S up and down, with two larger steps, one that the stem should ignore and one that it should
-follow. After: a staircase fine enough to read 1 %, whatever S was. The sizes follow from S; the times are those of the
-field (0.01 to 0.07 %/s for a span of 10 %), the step sizes those of ISA-75.25.01, after recollection of both.
+follow. After: a staircase fine enough to read what a repair may leave: 1 %, or half of an S below twice that. The sizes
+follow from S; the times are those of the field (0.01 to 0.07 %/s for a span of 10 %), the step sizes those of
+ISA-75.25.01, after recollection of both.
 """
 
 from __future__ import annotations
@@ -11,13 +12,14 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from stiction.compensation.repair import kept
 from stiction.diagnosis.valvetests import plan_ramp_test, plan_step_test
 from stiction.errors import require_finite, require_positive
 
 if TYPE_CHECKING:
     from stiction.diagnosis.valvetests.plan import TestPlan
 
-__all__ = ["ACCEPTANCE", "plan_acceptance", "plan_before"]
+__all__ = ["acceptance", "plan_acceptance", "plan_before"]
 
 SIZES = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 """Steps of a valve test [% of span]."""
@@ -25,12 +27,10 @@ RAMP_TIMES = (200.0, 800.0)
 """Time of one ramp, fast and slow [s]."""
 LARGEST = 16.0
 """S beyond which no staircase of twice S is planned [% of span]."""
-ACCEPTANCE = (
-    "deadband plus resolution at most 1 % of span (the customary limit of EnTech 1998, after recollection)",
-    "overshoot at most 20 % of the step (the same)",
-    "T86 of the 2 and 5 % steps within the maker's figure for this size of valve",
-)
-"""What an accepted valve keeps."""
+FINE, STEPS = (0.02, 0.05, 0.1), 20
+"""Steps of a staircase that reads a limit [% of span], about ten to the limit, and their number each way [-]."""
+USUAL = sum(kept(math.inf))
+"""What a repair may leave of a valve whose S is large or not known, deadband and resolution together [% of span]."""
 
 
 def plan_before(op: float, S: float) -> tuple[TestPlan, ...]:
@@ -79,16 +79,38 @@ def plan_before(op: float, S: float) -> tuple[TestPlan, ...]:
     return ramp, steps
 
 
-def plan_acceptance(op: float) -> TestPlan:
-    """Plan the step test of a repaired valve about the OP `op` [% of span]: 0.1 % steps, then up to 5 %.
+def plan_acceptance(op: float, S: float = math.inf) -> TestPlan:
+    """Plan the step test of a repaired valve about the OP `op`, `S` as found [% of span]: fine steps, then up to 5 %.
 
     Examples
     --------
     >>> plan = plan_acceptance(50.0)
-    >>> plan.settings["fine_step"], plan.settings["sizes"]
-    (0.1, [0.5, 1.0, 2.0, 5.0])
+    >>> plan.settings["fine_step"], plan.settings["sizes"], plan_acceptance(50.0, S=0.6).settings["fine_step"]
+    (0.1, [0.5, 1.0, 2.0, 5.0], 0.02)
     """
-    return plan_step_test(_room(require_finite("op", op, "% of span"), 5.0))
+    fine = max((size for size in FINE if size <= sum(kept(S)) / 10.0), default=FINE[0])
+    return plan_step_test(
+        _room(require_finite("op", op, "% of span"), 5.0), fine_step=fine, fine_range=round(STEPS * fine, 6)
+    )
+
+
+def acceptance(S: float = math.inf) -> tuple[str, ...]:
+    """Say what an accepted valve keeps, whose `S` was found [% of span].
+
+    Examples
+    --------
+    >>> acceptance()[0]
+    'deadband plus resolution at most 1 % of span (the customary limit of EnTech 1998, after recollection)'
+    """
+    limit, source = sum(kept(S)), "EnTech 1998, after recollection"
+    why = f"the customary limit of {source}"
+    if limit < USUAL:
+        why = f"half of what was found: the customary {USUAL:g} % would leave more of it; read with --limit {limit:.2g}"
+    return (
+        f"deadband plus resolution at most {limit:.2g} % of span ({why})",
+        f"overshoot at most 20 % of the step ({source})",
+        "T86 of the 2 and 5 % steps within the maker's figure for this size of valve",
+    )
 
 
 def _room(op: float, upset: float) -> float:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.compensation.predicted import in_words, predicted
-from stiction.compensation.shop_tests import ACCEPTANCE, plan_acceptance, plan_before
+from stiction.compensation.shop_tests import acceptance, plan_acceptance, plan_before
 from stiction.compensation.suspects import Suspect, suspects
 from stiction.errors import ParameterError
 from stiction.records.digits import chance, interval
@@ -145,6 +145,7 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
             f"{diagnosis.cause}), so there is nothing for the valve shop; see to the cause named."
         )
     op = _usual_op(diagnosis)
+    S = found.S if found and percent else math.inf
     before = plan_before(op, max(found.S, min(found.S_high, 2.0 * found.S)) if found and percent else ASSUMED)
     parts, why = suspects(found, diagnosis.record.op_unit_short)
     nan = math.nan
@@ -161,9 +162,9 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
         suspects=parts,
         order_of_suspects=why,
         before=before,
-        after=(plan_acceptance(op), before[0]),
+        after=(plan_acceptance(op, S), before[0]),
         acceptance=(
-            *ACCEPTANCE,
+            *acceptance(S),
             "the loop, back in automatic for 20 of its former periods, is diagnosed as not sticking",
         ),
         meanwhile=_meanwhile(trial),
