@@ -11,7 +11,6 @@ import pytest
 
 import stiction as st
 from stiction.diagnosis.verdict.contradiction import (
-    JUMP_OPEN,
     against_good,
     against_sticking,
     explains_much_more,
@@ -19,20 +18,27 @@ from stiction.diagnosis.verdict.contradiction import (
 )
 from stiction.diagnosis.verdict.diagnose import findings
 from stiction.diagnosis.verdict.doubt import LEAST, MOST, held_back
-from stiction.records.quality import Quality
+from stiction.diagnosis.verdict.objection import Objection
+from stiction.records.quality import Quality, assess
 from stiction.simulation.population import plant_population
 
 HEALTHY = {"sensor": 0.0, "saturation": 0.0, "deadband": 0.0}
 """Probabilities of causes with which nothing else is to blame."""
 EVEN = {"gain_on_any": 0.0, "gain_beside_wave": math.nan, "jump_gain": 0.0, "beats_any": 0.0}
 """Twice the log likelihood by which a sticky valve beats its rivals that are as likely."""
-SLOW = "samples not seen to be the controller's"
+SLOW = Objection.SLIPS_DROWN
 """What a record such as plants keep is told to be."""
 SOUND = Quality((), True, 1000, 1000.0, 0.0, 0, 1000)
 """What a record is worth that no gate finds anything in."""
-NOT_ITS_OWN = "the loop found makes no such cycle"
+NOT_ITS_OWN, NO_JUMP, AS_MUCH = Objection.NOT_ITS_OWN, Objection.NO_JUMP, Objection.AS_MUCH
 """What keeps a valve from surely sticking."""
-NO_JUMP, AS_MUCH = "the valve does not jump", "a good valve explains as much"
+
+
+def test_no_objection_is_told_as_a_gate_is_named():
+    """`doubt` looks up both in one row of names."""
+    wave = np.sin(np.arange(600.0) / 5.0)
+    gates = assess(st.LoopRecord("FIC-1", 1.0, op=50.0 + wave, pv=40.0 + wave)).gates
+    assert not {*Objection} & {gate.name for gate in gates}
 
 
 def fits(fit, fit_linear=0.0):
@@ -106,7 +112,7 @@ def test_what_keeps_a_valve_from_surely_sticking(changed, told):
         assert (NOT_ITS_OWN in found.why) is (NOT_ITS_OWN in told and p > MOST)
 
 
-PLAIN = "a sticky valve foretells the PV"
+PLAIN = Objection.FORETELLS
 """What a valve is told to be whose S is plain, though its loop may be driven."""
 
 
@@ -134,10 +140,10 @@ def test_a_plain_valve_in_a_driven_loop(monkeypatch, changed, causes, told):
 @pytest.mark.parametrize(
     ("changed", "play", "told"),
     [
-        ({}, 0.51, (JUMP_OPEN,)),
+        ({}, 0.51, (Objection.JUMP_OPEN,)),
         ({}, 0.5, ()),
         ({"own_samples": True}, 0.99, ()),
-        ({"J_high": 0.2}, 0.99, (JUMP_OPEN,)),
+        ({"J_high": 0.2}, 0.99, (Objection.JUMP_OPEN,)),
     ],
 )
 def test_play_is_not_sure_between_the_samples(monkeypatch, changed, play, told):
@@ -147,7 +153,7 @@ def test_play_is_not_sure_between_the_samples(monkeypatch, changed, play, told):
     assert against_good(found, SimpleNamespace(likely_jump_clear=0.0), HEALTHY | {"deadband": play}) == told
 
 
-@pytest.mark.parametrize(("clear", "told"), [(0.33, ()), (0.34, ("a jump is plain",))])
+@pytest.mark.parametrize(("clear", "told"), [(0.33, ()), (0.34, (Objection.JUMP_PLAIN,))])
 def test_a_jump_is_plain_whatever_else_is_wrong(clear, told):
     row = SimpleNamespace(likely_jump_clear=clear)
     assert against_good(fits(99.0), row, HEALTHY | {"saturation": 0.9}) == told

@@ -7,12 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from stiction.diagnosis.verdict.contradiction import JUMP_OPEN
 from stiction.diagnosis.verdict.doubt import (
     BEYOND,
     FEW,
     HIDES,
-    JUMP_LIKELY,
     KEPT,
     LEAST,
     MOST,
@@ -24,6 +22,7 @@ from stiction.diagnosis.verdict.doubt import (
     held_back,
     only_saturated,
 )
+from stiction.diagnosis.verdict.objection import Objection
 from stiction.records.gate import Gate
 from stiction.records.gates import GATES, View
 from stiction.records.quality import Quality
@@ -91,7 +90,9 @@ def test_limits(beyond, inside, outside):
     assert beyond(outside)
 
 
-@pytest.mark.parametrize("found", [{"against": (JUMP_LIKELY,)}, {"against": (JUMP_OPEN,)}, {"valve_seen": False}])
+@pytest.mark.parametrize(
+    "found", [{"against": (Objection.JUMP_LIKELY,)}, {"against": (Objection.JUMP_OPEN,)}, {"valve_seen": False}]
+)
 def test_rows_that_are_missing_bind_with_what_was_found(found):
     assert copied(1e-5).probability < 0.001
     assert copied(1e-5, **found).probability == 0.1
@@ -203,13 +204,13 @@ def test_a_faulty_transmitter_may_be_why_a_valve_is_not_seen_but_not_of_a_histor
     assert held_back(p, few, sensor=0.9, valve_seen=False, own_samples=True) == (p, "")
 
 
-@given(p=some.floats(0.0, 1.0), others=some.sampled_from([(), ("something else",)]))
+@given(p=some.floats(0.0, 1.0), others=some.sampled_from([(), (Objection.JUMP_OPEN,)]))
 def test_what_speaks_against_a_good_valve_keeps_it_from_being_surely_good(p, others):
-    found = held_back(p, quality(()), against=(JUMP_LIKELY, *others))
+    found = held_back(p, quality(()), against=(Objection.JUMP_LIKELY, *others))
     # Alone a likely jump does so only where little else is plain.
     held = p < LEAST and (p >= SURELY or others)
     assert found.probability == (LEAST if held else p)
-    assert (JUMP_LIKELY in found.why) is bool(held)
+    assert (Objection.JUMP_LIKELY in found.why) is bool(held)
 
 
 @given(p=some.floats(0.0, 0.5))

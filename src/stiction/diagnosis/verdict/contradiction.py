@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from stiction.diagnosis.verdict.doubt import FAULT_SEEN, JUMP_LIKELY
+from stiction.diagnosis.verdict.doubt import FAULT_SEEN
+from stiction.diagnosis.verdict.objection import Objection
 from stiction.diagnosis.verdict.probability import kept_by_plant
 
 if TYPE_CHECKING:
@@ -23,13 +24,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BEATS_EVERY",
-    "EVERY_RIVAL",
     "FORETELLS",
     "HARDLY_JUMPS",
     "LIKE_A_PLANTS",
     "MUCH_MORE",
     "OWN_CYCLE",
-    "PLAINLY_JUMPS",
     "PLAIN_JUMP",
     "REGULAR",
     "STEADILY",
@@ -61,21 +60,15 @@ BEATS_EVERY, STEADILY = 60.0, 1.64
 in 20 are less by chance), beyond which "no stiction" is not said [-]. When they were chosen 18 of 22 loops told so with
 both, neither a transmitter nor a limit to blame, stuck (2 000 of `simulation.population`, seed 10, and 1 200 of another
 hand); of six more with the first alone two did. No good recorded loop has more than 11 of the first."""
-EVERY_RIVAL = "a sticky valve beats every rival"
-"""What is told of such a valve."""
 PLAIN_JUMP = 0.33
 """`features.likely_jump_clear` beyond which a jump is plain whatever else is wrong with the loop [-]: of 91 loops told
 below `doubt.LEAST` with a faulty transmitter or a limit to blame and a likely jump, one of them sticky, none had 0.33
 (seeds 10, 12, 13, 14)."""
-PLAINLY_JUMPS = "a jump is plain"
-"""What is told of such a valve."""
 FORETELLS = 8.0
 """Vuong's statistic over a good valve beyond which a sticky one may be there though something else drives the loop [-].
 A good valve with a bend, or beside a wave from outside, must not foretell the PV better. Of 14 800 loops
 (`simulation.population`, seeds 10, 12, 13, 14 and 17, and two seeds of another hand) 48 are told below `doubt.LEAST`
 but for this, 16 of which stick."""
-STICKY_FORETELLS = "a sticky valve foretells the PV"
-"""What is told of such a valve."""
 REGULAR, OWN_CYCLE, HARDLY_JUMPS = 0.95, 0.3, 0.15
 """`features.regularity` above which an oscillation is regular, and `own_amplitude` and `jump` below which the loop
 found does not make it [-]. Of the same loops 34 are told beyond `doubt.MOST` but for these, 12 of which are good."""
@@ -88,15 +81,13 @@ PLAY = 0.5
 """Probability of play beyond which it is what speaks against stiction [-]. Of 4 000 loops (`simulation.population`,
 seeds 10 and 17) 144 are told below `doubt.LEAST` but for a J that may be all of S, six of which stick, and of seeds 10
 and 12 67 more whose J is said to be less, one of which does."""
-JUMP_OPEN = "play and stiction differ by J, which other samples than the controller's hardly tell"
-"""What is told of such a record."""
 LIKE_A_PLANTS = 0.5
 """Likeness to a plant historian's record beyond which a slip may have left nothing to see [-]. When it was chosen 382
 of 1 500 such loops (`simulation.population.plant_population`, seed 16) were told below `doubt.LEAST` but for it, 55 of
 which stick."""
 
 
-def against_both(controller: ControllerFit) -> tuple[str, ...]:
+def against_both(controller: ControllerFit) -> tuple[Objection, ...]:
     """Say what keeps a valve from being surely anything, whatever is to blame.
 
     Parameters
@@ -106,14 +97,14 @@ def against_both(controller: ControllerFit) -> tuple[str, ...]:
 
     Returns
     -------
-    tuple of str
+    tuple of Objection
         An OP whose moves no controller explains (`UNLAWFUL`): it is not what a controller made of this PV, or not what
         was sent to the valve.
     """
-    return ("no controller explains OP",) if controller.left > UNLAWFUL else ()
+    return (Objection.NO_LAW,) if controller.left > UNLAWFUL else ()
 
 
-def against_good(found: Identification, row: Features, causes: Mapping[str, float]) -> tuple[str, ...]:
+def against_good(found: Identification, row: Features, causes: Mapping[str, float]) -> tuple[Objection, ...]:
     """Say what keeps a valve from being surely good, though nothing is wrong with the data.
 
     Parameters
@@ -127,7 +118,7 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
 
     Returns
     -------
-    tuple of str
+    tuple of Objection
         A jump beyond chance (`features.CLEAR_JUMP`), a sticky valve that explains much more, one that foretells better
         in cycle after cycle, than any good one, and is no play, play where the samples are not the controller's own, or
         values such as a plant's historian keeps, slower than these: in them slips drown. Where the transmitter or a
@@ -137,25 +128,25 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
     """
     if causes["sensor"] + causes["saturation"] >= FAULT_SEEN:
         plain = {
-            PLAINLY_JUMPS: row.likely_jump_clear > PLAIN_JUMP,
-            STICKY_FORETELLS: not found.own_samples and found.gain_on_any > BEATS_EVERY,
+            Objection.JUMP_PLAIN: row.likely_jump_clear > PLAIN_JUMP,
+            Objection.FORETELLS: not found.own_samples and found.gain_on_any > BEATS_EVERY,
         }
-        return tuple(name for name, true in plain.items() if true)
+        return tuple(one for one, true in plain.items() if true)
     foretells = found.own_samples and causes["deadband"] < FAULT_SEEN and found.beats_any > 0.0
     seen = {
-        JUMP_LIKELY: row.likely_jump_clear > 0.0,
-        "a sticky valve explains much more": explains_much_more(found),
-        EVERY_RIVAL: beats_every_rival(found),
-        STICKY_FORETELLS: foretells and found.beats_good > FORETELLS,
-        JUMP_OPEN: causes["deadband"] > PLAY and not found.own_samples,
-        "samples not seen to be the controller's": not found.own_samples and kept_by_plant(row) > LIKE_A_PLANTS,
+        Objection.JUMP_LIKELY: row.likely_jump_clear > 0.0,
+        Objection.MUCH_MORE: explains_much_more(found),
+        Objection.EVERY_RIVAL: beats_every_rival(found),
+        Objection.FORETELLS: foretells and found.beats_good > FORETELLS,
+        Objection.JUMP_OPEN: causes["deadband"] > PLAY and not found.own_samples,
+        Objection.SLIPS_DROWN: not found.own_samples and kept_by_plant(row) > LIKE_A_PLANTS,
     }
-    return tuple(name for name, true in seen.items() if true)
+    return tuple(one for one, true in seen.items() if true)
 
 
 def against_sticking(
     found: Identification, valve: Identification, row: Features, makes_cycle: Callable[[], bool]
-) -> tuple[str, ...]:
+) -> tuple[Objection, ...]:
     """Say what keeps a valve from surely sticking, though nothing is wrong with the data.
 
     Parameters
@@ -172,7 +163,7 @@ def against_sticking(
 
     Returns
     -------
-    tuple of str
+    tuple of Objection
         A regular oscillation that the valve, process and controller found do not make by themselves, the valve hardly
         jumping: a band alone makes no cycle with a self-regulating process, and fits many that come from outside or
         from a characteristic that is not straight; unless a jump is plain (`A_JUMP`), which the dense search may miss,
@@ -185,12 +176,12 @@ def against_sticking(
     not_its_own = row.own_amplitude < OWN_CYCLE and row.jump < HARDLY_JUMPS and not row.integrating
     jumps = max(valve.J / NO_JUMP[0], valve.J_high / NO_JUMP[1]) > valve.S or found.jump_gain > 0.0
     seen = {
-        "the loop found makes no such cycle": regular and not_its_own and not (plainly_jumps and makes_cycle()),
-        "the valve does not jump": not jumps and not valve.process.integrating,
-        "OP explains next to nothing": max(valve.fit, valve.fit_linear) < BY_CHANCE,
-        "a good valve explains as much": valve.fit <= valve.fit_linear and not plainly_jumps,
+        Objection.NOT_ITS_OWN: regular and not_its_own and not (plainly_jumps and makes_cycle()),
+        Objection.NO_JUMP: not jumps and not valve.process.integrating,
+        Objection.NOTHING_EXPLAINED: max(valve.fit, valve.fit_linear) < BY_CHANCE,
+        Objection.AS_MUCH: valve.fit <= valve.fit_linear and not plainly_jumps,
     }
-    return tuple(name for name, true in seen.items() if true)
+    return tuple(one for one, true in seen.items() if true)
 
 
 def explains_much_more(found: Identification) -> bool:

@@ -16,9 +16,7 @@ from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence
 from stiction.diagnosis.verdict.cause import named_cause, not_seen
 from stiction.diagnosis.verdict.contradiction import (
-    EVERY_RIVAL,
     OWN_CYCLE,
-    PLAINLY_JUMPS,
     against_both,
     against_good,
     against_sticking,
@@ -27,6 +25,7 @@ from stiction.diagnosis.verdict.contradiction import (
 )
 from stiction.diagnosis.verdict.doubt import FAULT_SEEN, UNKNOWN, held_back, only_saturated
 from stiction.diagnosis.verdict.features import Features, features
+from stiction.diagnosis.verdict.objection import Objection
 from stiction.diagnosis.verdict.own_cycle import near, own_cycle
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
 from stiction.diagnosis.verdict.stem import stem_shown
@@ -54,7 +53,7 @@ SHORTEST_PERIOD = 8
 PLAIN_REASONS = ("exception", "compression", "missing", "op moves", "pv moves", "manual", "saturation")
 """Refusals that others follow from; that of a record which is too short as a whole comes before them."""
 
-PV_LATE, LATE_SAID = "PV stored late", "PV was stored a sample late, and is taken a sample earlier."
+LATE_SAID = "PV was stored a sample late, and is taken a sample earlier."
 """What is told of such a record."""
 
 STICKS, FOLLOWS = 0.45, 0.1
@@ -181,7 +180,7 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
     by_itself = blind and told["sensor"] + told["saturation"] < FAULT_SEEN
     nothing = explains_nothing(found) if blind else ""
     assert seen.controller is not None
-    both = (*((PV_LATE,) if seen.late else ()), *against_both(seen.controller)) if blind else ()
+    both = (*((Objection.PV_LATE,) if seen.late else ()), *against_both(seen.controller)) if blind else ()
     against = (*against_good(found, row, told), *both) if blind else ()
     held = held_back(
         told["stiction"], seen.quality, told["saturation"], told["sensor"],
@@ -193,7 +192,7 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
     verdict = _verdict(held.probability)
     much_more = by_itself and explains_much_more(found)
     not_seen = nothing if by_itself else ""
-    plain = much_more or PLAINLY_JUMPS in against or EVERY_RIVAL in against
+    plain = much_more or Objection.JUMP_PLAIN in against or Objection.EVERY_RIVAL in against
     if not_seen or (verdict == "no_stiction" and plain):
         verdict = "undecided"
     if much_more and verdict == "undecided":

@@ -24,6 +24,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
+from stiction.diagnosis.verdict.objection import Objection
 from stiction.records.digits import chance
 
 if TYPE_CHECKING:
@@ -34,7 +35,6 @@ __all__ = [
     "FAULT_SEEN",
     "FEW",
     "HIDES",
-    "JUMP_LIKELY",
     "KEPT",
     "LEAST",
     "MOST",
@@ -78,14 +78,10 @@ SPIKES = 5.0
 historian writes a code for a bad value a few times, a loose contact makes spikes all the time."""
 TOLD = 0.02
 """Change of the probability up to which doubts are named without it [-]."""
-MUCH_LEFT_OUT, FEW_SAMPLES = "much left out", "few samples"
-"""Names of the doubt where less is kept, and of the bound of records of fewer than `FEW` samples."""
-JUMP_LIKELY = "a jump is likely"
-"""What is told of a valve whose jump is beyond chance."""
-SURELY, SLIGHT = 0.05, (FEW_SAMPLES, "sampling", JUMP_LIKELY)
+SURELY, SLIGHT = 0.05, (Objection.FEW_SAMPLES, "sampling", Objection.JUMP_LIKELY)
 """Probability below which few samples, in all or for a cycle, and a likely jump are no bound by themselves [-]: of
 8 000 loops (seeds 10, 12, 13, 14) 620 are told less in spite of them, three of which stick."""
-PLAINLY, ROWS = 0.001, (MUCH_LEFT_OUT, "clock", "missing", "outages", "replay")
+PLAINLY, ROWS = 0.001, (Objection.MUCH_LEFT_OUT, "clock", "missing", "outages", "replay")
 """Probability below which rows that are lost, left out or repeated are no bound by themselves [-]: the others are what
 the controller saw, and what smears these (means, lines, steps) bounds as ever. Of 4 000 loops (`simulation.population`,
 seeds 10 and 18) 92 are told less in spite of them, none of which sticks, and of 22 000 trials of 400 sticky loops
@@ -114,8 +110,8 @@ def held_back(
     *,
     own_samples: bool = False,
     valve_seen: bool = True,
-    against: tuple[str, ...] = (),
-    against_sticking: tuple[str, ...] = (),
+    against: tuple[Objection, ...] = (),
+    against_sticking: tuple[Objection, ...] = (),
 ) -> HeldBack:
     """Draw a probability towards what is not known for each doubt about the data, and keep it from being sure.
 
@@ -134,9 +130,9 @@ def held_back(
     valve_seen : bool
         Whether OP explains enough of the PV to see a valve by (`contradiction.explains_nothing`). Where it does not a
         faulty sensor or saturation may be why; but few samples of a historian may have made the one look so.
-    against : tuple of str
+    against : tuple of Objection
         What keeps the valve from being surely good (`contradiction.against_good`).
-    against_sticking : tuple of str
+    against_sticking : tuple of Objection
         What keeps it from surely sticking (`contradiction.against_sticking`).
 
     Returns
@@ -164,7 +160,7 @@ def held_back(
     kept = FIRST * FURTHER ** (len(doubts) - 1)
     drawn = 1.0 / (1.0 + math.exp(-usual - kept * (odds - usual))) if doubts else probability
     of_data = _hides(doubts, quality, own_samples=own_samples)
-    found = ["valve not seen"] if not valve_seen and saturation + sensor < FAULT_SEEN else []
+    found: list[str] = [Objection.NOT_SEEN] if not valve_seen and saturation + sensor < FAULT_SEEN else []
     found += against if drawn < LEAST else against_sticking if drawn > MOST else ()
     slight = drawn < SURELY and valve_seen and {*of_data, *found} <= {*SLIGHT}
     plain = drawn < PLAINLY and not found and {*of_data} <= {*ROWS}
@@ -186,13 +182,13 @@ def _doubts(quality: Quality, saturation: float, sensor: float) -> list[str]:
     spikes = {gate.name: gate.value for gate in quality.gates}.get("outliers", 0.0)
     harmless = (*harmless, "outliers") if spikes > SPIKES and sensor >= FAULT_SEEN else harmless
     doubts = [gate.name for gate in quality.reservations if gate.name not in harmless]
-    return [*doubts, MUCH_LEFT_OUT] if _kept(quality) < KEPT else doubts
+    return [*doubts, Objection.MUCH_LEFT_OUT] if _kept(quality) < KEPT else doubts
 
 
 def _hides(doubts: list[str], quality: Quality, *, own_samples: bool) -> list[str]:
     """What may have hidden a sticky valve: names of gates, and of what the record is short of."""
     value = {gate.name: gate.value for gate in quality.gates}
-    names = [name for name in doubts if name in (*HIDES, MUCH_LEFT_OUT)]
+    names = [name for name in doubts if name in (*HIDES, Objection.MUCH_LEFT_OUT)]
     names += [name for name, most in BEYOND.items() if value.get(name, 0.0) > most]
     if value.get("op resolution", STEPS) < STEPS:
         names.append("op resolution")
@@ -200,7 +196,7 @@ def _hides(doubts: list[str], quality: Quality, *, own_samples: bool) -> list[st
     if not own_samples and "sampling" in doubts:
         names.append("sampling")
     if not own_samples and "length" not in names and quality.last - quality.first < FEW:
-        names.append(FEW_SAMPLES)
+        names.append(Objection.FEW_SAMPLES)
     return names
 
 

@@ -1,0 +1,51 @@
+"""What keeps a verdict from being sure, beside the gates: members to compare, whose words are free to change."""
+
+from __future__ import annotations
+
+from enum import StrEnum, unique
+
+__all__ = ["Objection"]
+
+
+@unique
+class Objection(StrEnum):
+    """An objection to a sure verdict, as it is told.
+
+    Examples
+    --------
+    >>> f"The data allow no more than 0.90 ({Objection.FEW_SAMPLES})."
+    'The data allow no more than 0.90 (few samples).'
+    """
+
+    MUCH_LEFT_OUT = "much left out"
+    """Of the record less than `doubt.KEPT` is analysed."""
+    FEW_SAMPLES = "few samples"
+    """Fewer than `doubt.FEW`, not the controller's own."""
+    NOT_SEEN = "valve not seen"
+    """OP explains next to nothing, and no fault is seen that explains why (`contradiction.explains_nothing`)."""
+    PV_LATE = "PV stored late"
+    """PV was stored a sample late."""
+    NO_LAW = "no controller explains OP"
+    """OP is not what a controller made of this PV (`contradiction.UNLAWFUL`)."""
+    JUMP_LIKELY = "a jump is likely"
+    """Against a good valve: its jump is beyond chance."""
+    JUMP_PLAIN = "a jump is plain"
+    """Against a good valve: a jump beyond `contradiction.PLAIN_JUMP`, whatever else is wrong with the loop."""
+    MUCH_MORE = "a sticky valve explains much more"
+    """Against a good valve: beyond `contradiction.MUCH_MORE`."""
+    EVERY_RIVAL = "a sticky valve beats every rival"
+    """Against a good valve: beyond `contradiction.BEATS_EVERY`."""
+    FORETELLS = "a sticky valve foretells the PV"
+    """Against a good valve: beyond `contradiction.FORETELLS`, though something else may drive the loop."""
+    JUMP_OPEN = "play and stiction differ by J, which other samples than the controller's hardly tell"
+    """Against a good valve: what speaks for one is play."""
+    SLIPS_DROWN = "samples not seen to be the controller's"
+    """Against a good valve: values such as a plant's historian keeps (`contradiction.LIKE_A_PLANTS`)."""
+    NOT_ITS_OWN = "the loop found makes no such cycle"
+    """Against a sticking valve: the loop found does not make its regular cycle (`contradiction.OWN_CYCLE`)."""
+    NO_JUMP = "the valve does not jump"
+    """Against a sticking valve: to within `contradiction.NO_JUMP` it has play only."""
+    NOTHING_EXPLAINED = "OP explains next to nothing"
+    """Against a sticking valve: less than `contradiction.BY_CHANCE`."""
+    AS_MUCH = "a good valve explains as much"
+    """Against a sticking valve: a good one explains as much of the PV."""
