@@ -172,3 +172,15 @@ def test_a_stem_that_never_moves_explains_nothing():
     assert error[0] == pytest.approx(np.sum(target[13 : N - 10] ** 2))
     assert gain[0] == 0.0
     assert best[0, 0] == -1.0
+
+
+@given(seed=some.integers(0, 999), sign=some.sampled_from([-1.0, 0.0, 1.0]), late=some.floats(-0.5, 1.5))
+def test_the_shares_of_an_answer_and_its_next_sample_are_a_least_squares_fit(seed, sign, late):
+    rng = np.random.default_rng(seed)
+    one, other = rng.normal(size=(2, 40)).cumsum(axis=1)
+    target = (1.0 - late) * one + late * other + 0.1 * rng.normal(size=40)
+    products = (one @ target, other @ target, one @ one, other @ other, one @ other)
+    best = np.linalg.lstsq(np.stack([one, other], axis=1), target, rcond=None)[0]
+    between_them = best.prod() > 0.0 and best[0] * sign >= 0.0
+    assert page.shares(*products, sign) == pytest.approx(tuple(best) if between_them else (0.0, 0.0), rel=1e-6)
+    assert page.shares(1.0, 1.0, 2.0, 2.0, 2.0, sign) == (0.0, 0.0), "the same answer twice"

@@ -14,13 +14,23 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.lanes import about_mean, answer_lanes, backwards, follow_lanes, products, squares
-from stiction.models.compiled import kernel
+from stiction.models.compiled import inlined, kernel
 from stiction.models.component import TIE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Work", "best_dead_time", "follow", "lag_pair", "remove_local_mean", "search", "windows", "work_space"]
+__all__ = [
+    "Work",
+    "best_dead_time",
+    "follow",
+    "lag_pair",
+    "remove_local_mean",
+    "search",
+    "shares",
+    "windows",
+    "work_space",
+]
 
 LANES = 32
 """Valves handled side by side."""
@@ -275,6 +285,23 @@ def search(op, width, target, half, S, J, first, second, delays, begin, sign, er
                 )  # fmt: skip
 
 
+@inlined
+def shares(c, next_c, power, next_power, mixed, sign):
+    """Gains of an answer and of the same a sample later that leave least of a target; 0 and 0 where one alone does.
+
+    `c`, `next_c` are their products with the target, `power`, `next_power` their squares, `mixed` that of one with the
+    other. The dead time between the two is the first's and next_gain / (gain + next_gain) of a sample.
+    """
+    determinant = power * next_power - mixed * mixed
+    if determinant <= 1e-12 * power * next_power:
+        return 0.0, 0.0
+    gain = (c * next_power - next_c * mixed) / determinant
+    next_gain = (next_c * power - c * mixed) / determinant
+    if gain * next_gain <= 0.0 or gain * sign < 0.0:
+        return 0.0, 0.0
+    return gain, next_gain
+
+
 @kernel
 def best_dead_time(v, i, q, delays, sign, energy, rounding, error, gain, best, by_delay, cross, square, opens, closes):
     """Keep the best dead time of lag pair `q` for valve `i` if it beats what was found before, and each dead time's.
@@ -307,13 +334,7 @@ def best_dead_time(v, i, q, delays, sign, energy, rounding, error, gain, best, b
         if (c * c / power < 0.98 * (energy - error[i])) or next_power <= least:
             continue
         mixed = square[closes[d], 1, v] - square[opens[d], 1, v]
-        determinant = power * next_power - mixed * mixed
-        if determinant <= 1e-12 * power * next_power:
-            continue
-        w0 = (c * next_power - next_c * mixed) / determinant
-        w1 = (next_c * power - c * mixed) / determinant
-        if w0 * w1 <= 0.0 or w0 * sign < 0.0:
-            continue
+        w0, w1 = shares(c, next_c, power, next_power, mixed, sign)
         left = energy - w0 * c - w1 * next_c
         if left < error[i]:
             error[i] = left

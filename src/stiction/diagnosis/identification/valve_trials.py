@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.processes import Processes, answer
-from stiction.diagnosis.identification.search import lag_pair, remove_local_mean
+from stiction.diagnosis.identification.search import lag_pair, remove_local_mean, shares
 from stiction.models.compiled import kernel
 from stiction.models.component import TIE, ValveState
 from stiction.models.valves.srinivasan import srinivasan_step
@@ -172,13 +172,7 @@ def _choose(sums, delays, n_lags, sign, energy, least, found):
         if d + 1 == n_delays or delays[d + 1] != delays[d] + 1:
             continue
         next_c, next_power, mixed = sums[0, at + 1], sums[1, at + 1], sums[2, at]
-        determinant = power * next_power - mixed * mixed
-        if determinant <= 1e-12 * power * next_power:
-            continue
-        w0 = (c * next_power - next_c * mixed) / determinant
-        w1 = (next_c * power - c * mixed) / determinant
-        if w0 * w1 <= 0.0 or w0 * sign < 0.0:
-            continue
+        w0, w1 = shares(c, next_c, power, next_power, mixed, sign)
         left = energy - w0 * c - w1 * next_c
         if left < found[0]:
             found[0], found[1], found[2], found[3], found[4] = (
