@@ -197,14 +197,15 @@ def test_a_list_of_records_is_told_to_be_one():
         st.diagnose([st.LoopRecord("FC1", 1.0, op=np.zeros(3))] * 2)  # pyright: ignore[reportArgumentType]
 
 
-@pytest.mark.parametrize("make", [sticky, disturbed])
-def test_a_position_that_shows_nothing_changes_the_reason_only(make):
+@pytest.mark.parametrize(
+    ("make", "mv"), [(sticky, sticky().op), (disturbed, disturbed().op), (sticky, np.full(N, 50.0))]
+)
+def test_a_position_that_shows_nothing_changes_the_reason_only(make, mv):
     plain = st.diagnose(make()).to_dict()
     plain["evidence"] = plain["evidence"][0]
-    for mv in (make().op, np.full(N, 50.0)):
-        told = st.diagnose(replace(make(), mv=mv)).to_dict()
-        assert told["reason"] != plain["reason"]
-        assert told | {"evidence": told["evidence"][0], "reason": plain["reason"]} == plain
+    told = st.diagnose(replace(make(), mv=mv)).to_dict()
+    assert told["reason"] != plain["reason"]
+    assert told | {"evidence": told["evidence"][0], "reason": plain["reason"]} == plain
 
 
 def test_the_record_is_left_as_it_was():

@@ -16,7 +16,7 @@ from hypothesis import strategies as some
 import stiction as st
 from stiction.diagnosis.identification.position import watch
 from stiction.diagnosis.verdict.probability import causes
-from stiction.diagnosis.verdict.stem import MOST, Shown, stem_shown
+from stiction.diagnosis.verdict.stem import AGAINST, MOST, Shown, stem_shown
 from stiction.report.story import story
 from stiction.simulation.population import CAUSES, population
 
@@ -136,8 +136,8 @@ def test_odds_of_a_band_are_multiplied_and_a_jump_is_for_stiction(shares, band, 
     before = dict(zip(("stiction", "deadband", "none"), np.array(shares) / sum(shares), strict=True))
     after = Shown("good", "", None, band, jump).weighed(before)
     assert sum(after.values()) == pytest.approx(1.0)
-    ratio = (1.0 / after["none"] - 1.0) / (1.0 / before["none"] - 1.0)
-    assert math.log(ratio) == pytest.approx(band, abs=1e-6)
+    other = max(math.log(1.0 / before["none"] - 1.0), -AGAINST)
+    assert math.log(1.0 / after["none"] - 1.0) == pytest.approx(band + other, abs=1e-6)
     more = Shown("good", "", None, band, jump + 1.0).weighed(before)
     assert more["stiction"] > after["stiction"]
 
@@ -190,6 +190,53 @@ def test_a_population_with_positions():
             good.append(called)
     assert sum(sticky) >= 0.95 * len(sticky)
     assert sum(good) <= 0.01 * len(good)
+
+
+@cache
+def driven(S=3.0, J=0.6, swing=2.4):
+    """A flow loop that a wave from outside drives, with the stem's own position."""
+    made = st.Loop(st.PID(0.309, 14.0), st.Kano(S, J), st.FOPDT(1.186, 14.0, 9.17), dt=1.0, noise=0.06)
+    load = swing * np.sin(2.0 * np.pi * np.arange(1500) / 137.0)
+    return st.simulate(made, 150.0, 1500.0, load, seed=11, pv_start=150.0, op_start=50.0, tag="FC1", loop_type="flow")
+
+
+@pytest.mark.parametrize("decimals", [None, 4, 3, 2, 1])
+def test_decimals_of_a_position_do_not_matter(decimals):
+    record = driven()
+    seen = stem_shown(record if decimals is None else replace(record, mv=np.round(record.mv, decimals)))
+    assert seen.what == "stiction"
+    assert pytest.approx(3.0, rel=0.02) == seen.valve.S
+    assert pytest.approx(0.6, abs=0.06) == seen.valve.J
+
+
+def test_a_position_that_shows_sticking_is_heard_beside_a_wave_from_outside():
+    record = driven()
+    assert st.diagnose(replace(record, mv=None)).probability < 0.1
+    found = st.diagnose(replace(record, mv=record.mv.round(3)))
+    assert found.verdict == "stiction"
+    assert found.probability < 0.95  # the other findings speak for a good valve
+    assert "Check packing" in found.action
+
+
+def test_a_position_that_starts_from_zero_is_that_of_a_good_valve():
+    op = 50.0 + 1.5 * np.sin(np.arange(1200.0) / 20.0) + 0.02 * np.random.default_rng(0).normal(size=1200)
+    record = st.LoopRecord(op=op, pv=op, dt=1.0, tag="FC1", mv=np.convolve(op, [0.0, 0.5, 0.3, 0.2])[:1200].round(3))
+    assert record.mv[0] == 0.0
+    assert stem_shown(record).what == "good"
+
+
+def test_a_stem_that_stands_still_is_not_called_good_where_pv_moves_without_it():
+    stuck = driven(S=12.0, J=12.0)
+    assert np.ptp(stuck.mv) == 0.0
+    found = st.diagnose(stuck)
+    assert found.verdict == "undecided"
+    assert found.probability >= 0.1
+    assert "stands still" in found.reason
+    assert "Watch the stem" in found.action
+    assert st.diagnose(replace(stuck, mv=None)).verdict == "no_stiction"
+    rings = st.Loop(st.PID(0.9, 6.0), st.Ideal(), st.FOPDT(1.5, 6.0, 6.0), dt=1.0, noise=0.3)
+    moved = st.simulate(rings, 70.0, 1500.0, seed=3, pv_start=70.0, op_start=50.0, tag="FC1", loop_type="flow")
+    assert st.diagnose(replace(moved, mv=np.full(1500, 46.7))).verdict == "no_stiction"
 
 
 def test_the_loop_does_not_depend_on_its_position():

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 __all__ = ["LEAST", "LONGEST", "Watched", "Watching", "longest_seen", "noise_of", "swing_of", "watch"]
 
+FINEST = 0.03
+"""Least noise that what a valve leaves is measured by, as a share of the position's swing [-]: no model is a stem of
+steel to the last decimal of a good transmitter."""
 CAP = 4.0
 """c: deviation at which the stem is taken to be where it is seen, in standard deviations of the noise [-]."""
 LEAST = 0.1
@@ -43,9 +46,9 @@ LATEST = 3
 """Latest samples that a position may come [-]."""
 FIRST_LOOK, LONGEST = 1000, 6000
 """Samples of the first look, and the most that are compared [-]."""
-CLOSER = ((1.0, 1.0, 4, 5, 20), (0.0, 1.0, 2, 10, 20), (0.0, 0.3, 1, 6, 20))
-"""Of each closer search: how loose slips are, size of the first steps, valves it starts from, rounds, and valves tried
-in each [-]."""
+CLOSER = ((0.03, 1.0, 1.0, 8, 3, 30), (0.02, 0.0, 1.0, 4, 6, 40), (0.01, 0.0, 0.5, 2, 10, 40))
+"""Of each closer search: least noise that the position is taken to have, as a share of its swing, how loose slips are,
+size of the first steps, valves it starts from, rounds, and valves tried in each [-]."""
 STEPS = np.array([0.08, 0.15, 0.02, 0.08, 0.4, 0.8, 0.0])
 """First steps of a closer search: of S (relative), of J / S, of the slope (relative), of the level (in S), of the lag
 (relative) and of how late it is [samples]."""
@@ -69,11 +72,12 @@ class Watched(NamedTuple):
     stops: float
     """1 for a stem that rests after every sample, as He's and Stenman's do, 0 for one that goes on [-]."""
     left: float
-    """What the valve leaves, in squares of the noise [-]."""
+    """What the valve leaves [squares of the noise, or of `FINEST` where that is more]."""
     turns: int
     """How often its stem sets out in another direction [-]."""
     tried: NDArray[np.float64]
-    """S, J [% of span] and what is left [-] of all valves tried closely, shape (n, 3)."""
+    """S, J [% of span] and what is left of all valves tried in the last closer search [squares of the noise that the
+    position is taken to have there], shape (n, 3)."""
 
 
 class Watching(NamedTuple):
@@ -90,7 +94,7 @@ class Watching(NamedTuple):
     explained: float
     """Share of the position's variance that the best of them explains by simulation alone, not watched [-]."""
     spread: float
-    """Variance of the position, in squares of its noise [-]."""
+    """Variance of the position [squares of the same noise as what is left]."""
 
     def share(self, valve: Watched) -> float:
         """Share of the position's variance that a valve explains when watched [%]."""
@@ -103,7 +107,17 @@ class _Sight(NamedTuple):
     op: NDArray[np.float64]
     y: NDArray[np.float64]
     mean: float
-    cap: float
+    noise: float
+    swing: float
+    cap: float = np.inf
+
+    def sigma(self, share: float) -> float:
+        """Noise of the position, or that share of its swing where it is less."""
+        return max(self.noise, share * self.swing)
+
+    def by(self, share: float) -> _Sight:
+        """The same with a stem that is taken to be where it is seen when it is off by `CAP` of that."""
+        return self._replace(cap=CAP * self.sigma(share))
 
     def left(
         self, rows: NDArray[np.float64], n: int, loose: float, least: float = np.inf
@@ -189,6 +203,7 @@ def noise_of(y: NDArray[np.float64], step: float) -> float:
 
 def _slopes(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> tuple[NDArray[np.float64], bool]:
     """Slopes that the position may have over OP, and whether they are those of known units."""
+    op, y = (np.clip(x, *np.nanpercentile(x, (1, 99))) for x in (op, y))  # spikes would widen them
     alike = []
     for late in range(LATEST + 1):
         ok = np.isfinite(y[late:])
@@ -231,9 +246,8 @@ def watch(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> Watch
     seen = longest_seen(y)
     op, y = np.ascontiguousarray(op[seen]), np.ascontiguousarray(y[seen])
     slopes, of_unit = _slopes(op, y, step)
-    sigma = min(noise_of(one, step) for one in (y, *(y - slope * op for slope in slopes)))
-    sigma = max(sigma, 1e-3 * float(np.nanstd(y)))
-    sight = _Sight(op, y, float(op.mean()), CAP * sigma)
+    noise = min(noise_of(one, step) for one in (y, *(y - slope * op for slope in slopes)))
+    sight = _Sight(op, y, float(op.mean()), noise, swing_of(y))
     wide, whole, least = CALIBRATED if of_unit else FREE, float(np.ptp(op)), LEAST * swing_of(op)
     bands, shares = np.geomspace(1.1 * least, whole, 26), np.array([0.2, 0.5, 0.8, 1.0])
     plain, good = np.zeros(1), [(lag, late) for lag in LAGS for late in range(LATEST + 1)]
@@ -242,10 +256,10 @@ def watch(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> Watch
         (_grid(sight, bands, plain, slopes, DELAYS), (least, whole), (0.0, JUMP)),
         (_grid(sight, bands, shares, slopes, DELAYS, (0.0, 1.0)), (least, whole), (JUMP, 1.0)),
     )
-    found = [_best(sight, rows, S, J, slopes, wide, sigma) for rows, S, J in searches]
+    found = [_best(sight, rows, S, J, slopes, wide) for rows, S, J in searches]
     return Watching(
-        good=found[0], deadband=found[1], stiction=found[2], noise=sigma / abs(found[0].slope),
-        explained=max(map(sight.explained, found)), spread=float(np.nanvar(y)) / sigma**2,
+        good=found[0], deadband=found[1], stiction=found[2], noise=noise / abs(found[0].slope),
+        explained=max(map(sight.explained, found)), spread=float(np.nanvar(y)) / sight.sigma(FINEST) ** 2,
     )  # fmt: skip
 
 
@@ -276,24 +290,23 @@ def _best(
     ratio: tuple[float, float],
     slopes: NDArray[np.float64],
     wide: float,
-    sigma: float,
 ) -> Watched:
     """The best valve within bounds, searched closer and closer from the best of `rows`."""
     rng, tried = np.random.default_rng(0), []
-    left, _ = sight.left(rows, FIRST_LOOK, 1.0)
+    left, _ = sight.by(FINEST).left(rows, FIRST_LOOK, 1.0)
     order = np.argsort(left)
     starts = _apart(rows[order])
-    for loose, wide_at_first, keep, rounds, tries in CLOSER:
-        valleys = []
+    for share, loose, wide_at_first, keep, rounds, tries in CLOSER:
+        valleys, close = [], sight.by(share)
         for row in starts[:keep]:
-            left, _ = sight.left(row[np.newaxis], LONGEST, loose)
+            left, _ = close.left(row[np.newaxis], LONGEST, loose)
             best, error, near = row, float(left[0]), wide_at_first
             slope = min(slopes, key=lambda one: abs(one - row[2]))
             for _ in range(rounds):
-                near_by = _about(best, rng, near, tries, S, ratio, sigma)
+                near_by = _about(best, rng, near, tries, S, ratio, sight.sigma(FINEST))
                 near_by[:, 2] = slope * np.clip(near_by[:, 2] / slope, 1.0 - wide, 1.0 + wide)
-                left, _ = sight.left(near_by, LONGEST, loose, error)
-                if not loose:
+                left, _ = close.left(near_by, LONGEST, loose, error)
+                if share == CLOSER[-1][0]:
                     tried.append(np.column_stack([near_by[:, 0], near_by[:, 0] * near_by[:, 1], left]))
                 i = int(left.argmin())
                 if left[i] < error:
@@ -303,13 +316,12 @@ def _best(
             valleys.append((error, tuple(best)))
         starts = [np.array(best) for _, best in sorted(valleys)]
     best = starts[0]
-    left, turns = sight.left(best[np.newaxis], LONGEST, 0.0)
-    every = np.concatenate(tried)
-    every[:, 2] /= sigma**2
+    left, turns = sight.by(FINEST).left(best[np.newaxis], LONGEST, 0.0)
     band, share, slope, level, lag, late, stops = (float(x) for x in best)
     return Watched(
         S=band, J=band * share, slope=slope, level=level, lag=lag, late=round(late), stops=stops,
-        left=float(left[0]) / sigma**2, turns=int(turns[0]), tried=every,
+        left=float(left[0]) / sight.sigma(FINEST) ** 2, turns=int(turns[0]),
+        tried=np.concatenate(tried) / (1.0, 1.0, sight.sigma(CLOSER[-1][0]) ** 2),
     )  # fmt: skip
 
 
@@ -326,7 +338,7 @@ def _apart(rows: NDArray[np.float64]) -> list[NDArray[np.float64]]:
             for one in found
         ):
             found.append(row)
-            if len(found) == CLOSER[0][2]:
+            if len(found) == CLOSER[0][3]:
                 break
     return found
 

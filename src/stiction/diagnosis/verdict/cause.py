@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identified import Identification
     from stiction.diagnosis.result import Counted, Oscillation, Verdict
 
-__all__ = ["UNSURE", "Cause", "named_cause", "not_seen"]
+__all__ = ["UNSURE", "Cause", "named_cause", "not_seen", "stuck_or_not"]
 
 PLAINLY = 0.5
 """Probability below which a cause is named as the likeliest of several only [-]."""
@@ -192,6 +192,29 @@ def _against(found: Identification, counted: Sequence[Counted]) -> str:
         return _no_more(sticky, good)
     most = strongest(counted, against=True)
     return f"{fits(found)}; what counted most against it: {most}" if most else fits(found)
+
+
+def stuck_or_not(causes: Mapping[str, float]) -> Cause:
+    """Say that PV does not tell whether a stem moves whose recorded position stands still.
+
+    Parameters
+    ----------
+    causes : mapping of str to float
+        Probability of each cause [-].
+
+    Returns
+    -------
+    Cause
+        `unknown`, with what decides.
+    """
+    likely = max((name for name in causes if name != "stiction"), key=lambda name: causes[name])
+    what = "no fault" if likely == "none" else likely
+    return Cause(
+        "unknown",
+        f"PV speaks for {what} ({chance(causes[likely])}), and would move so with a stem that is stuck fast as well.",
+        "Watch the stem while OP moves, or step OP in manual: if the stem follows, mend its transmitter; if not, the "
+        "valve sticks.",
+    )
 
 
 def _stiction(

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.controller import ControllerFit
     from stiction.diagnosis.identified import Identification
     from stiction.diagnosis.verdict.features import Features
+    from stiction.diagnosis.verdict.stem import Shown
 
 __all__ = [
     "BEATS_EVERY",
@@ -35,6 +36,7 @@ __all__ = [
     "UNLAWFUL",
     "against_both",
     "against_good",
+    "against_moving",
     "against_sticking",
     "beats_every_rival",
     "explains_much_more",
@@ -81,6 +83,10 @@ PLAY = 0.5
 """Probability of play beyond which it is what speaks against stiction [-]. Of 4 000 loops (`simulation.population`,
 seeds 10 and 17) 144 are told below `doubt.LEAST` but for a J that may be all of S, six of which stick, and of seeds 10
 and 12 67 more whose J is said to be less, one of which does."""
+STILL = 1.0
+"""OP's swing above which a position that stands still is more than one too coarse to show the stem move [% of span]."""
+BESIDE_THE_VALVE = ("external disturbance", "none")
+"""Causes of a PV that moves as it does though the stem be stuck; all others need a stem that moves, or hide it."""
 LIKE_A_PLANTS = 0.5
 """Likeness to a plant historian's record beyond which a slip may have left nothing to see [-]. When it was chosen 382
 of 1 500 such loops (`simulation.population.plant_population`, seed 16) were told below `doubt.LEAST` but for it, 55 of
@@ -142,6 +148,26 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
         Objection.SLIPS_DROWN: not found.own_samples and kept_by_plant(row) > LIKE_A_PLANTS,
     }
     return tuple(one for one, true in seen.items() if true)
+
+
+def against_moving(stem: Shown | None, causes: Mapping[str, float]) -> tuple[Objection, ...]:
+    """Say what keeps a valve from being good where its recorded position stands still.
+
+    Parameters
+    ----------
+    stem : Shown or None
+        What the recorded position shows; None where none was recorded.
+    causes : mapping of str to float
+        Probability of each cause, before any doubt [-].
+
+    Returns
+    -------
+    tuple of Objection
+        A position that stands still while OP moves by more than `STILL`, where a wave from outside or nothing is the
+        likeliest cause: either its transmitter hangs, or the stem is stuck fast and PV moves without it.
+    """
+    still = stem is not None and stem.what == "frozen" and stem.swing > STILL
+    return (Objection.STANDS_STILL,) if still and max(causes, key=lambda one: causes[one]) in BESIDE_THE_VALVE else ()
 
 
 def against_sticking(

@@ -14,11 +14,12 @@ from stiction.diagnosis.identification.identify import search
 from stiction.diagnosis.identification.in_step import is_late, with_pv_earlier
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence
-from stiction.diagnosis.verdict.cause import named_cause, not_seen
+from stiction.diagnosis.verdict.cause import named_cause, not_seen, stuck_or_not
 from stiction.diagnosis.verdict.contradiction import (
     OWN_CYCLE,
     against_both,
     against_good,
+    against_moving,
     against_sticking,
     explains_much_more,
     explains_nothing,
@@ -159,6 +160,8 @@ class Judged(NamedTuple):
     """What held the probability back, in a sentence."""
     not_seen: str
     """Why the valve is not seen, in a sentence; empty where it is."""
+    still: bool
+    """Whether it is not called good because its position stands still."""
     valve: Identification
     """The valve to tell."""
 
@@ -181,7 +184,7 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
     nothing = explains_nothing(found) if blind else ""
     assert seen.controller is not None
     both = (*((Objection.PV_LATE,) if seen.late else ()), *against_both(seen.controller)) if blind else ()
-    against = (*against_good(found, row, told), *both) if blind else ()
+    against = (*against_good(found, row, told), *against_moving(seen.stem, told), *both) if blind else ()
     held = held_back(
         told["stiction"], seen.quality, told["saturation"], told["sensor"],
         own_samples=found.own_samples, valve_seen=not nothing, against=against,
@@ -192,12 +195,13 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
     verdict = _verdict(held.probability)
     much_more = by_itself and explains_much_more(found)
     not_seen = nothing if by_itself else ""
+    still = verdict == "no_stiction" and Objection.STANDS_STILL in against
     plain = much_more or Objection.JUMP_PLAIN in against or Objection.EVERY_RIVAL in against
-    if not_seen or (verdict == "no_stiction" and plain):
+    if not_seen or still or (verdict == "no_stiction" and plain):
         verdict = "undecided"
     if much_more and verdict == "undecided":
         valve = max((valve, valve.rough or valve), key=lambda one: one.fit)  # the one that explains so much
-    return Judged(verdict, told, held.why, not_seen, valve)
+    return Judged(verdict, told, held.why, not_seen, still, valve)
 
 
 def _makes_cycle(seen: Findings) -> bool:
@@ -219,6 +223,8 @@ def _told(seen: Findings, weighed: Weighed, judged: Judged) -> Diagnosis:
     )  # fmt: skip
     if judged.not_seen:
         cause = not_seen(judged.not_seen, judged.causes)
+    elif judged.still:
+        cause = stuck_or_not(judged.causes)
     shown = windows(seen.part, valve, seen.quality.first) if verdict != "no_stiction" else ()
     if weighed.stem is not None and not any(window.verdict == "stiction" for window in shown):
         shown = ()

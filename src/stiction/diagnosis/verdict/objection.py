@@ -41,6 +41,8 @@ class Objection(StrEnum):
     """Against a good valve: what speaks for one is play."""
     SLIPS_DROWN = "samples not seen to be the controller's"
     """Against a good valve: values such as a plant's historian keeps (`contradiction.LIKE_A_PLANTS`)."""
+    STANDS_STILL = "the valve's position stands still"
+    """Against a good valve: by it the stem may be stuck fast (`contradiction.STILL`)."""
     NOT_ITS_OWN = "the loop found makes no such cycle"
     """Against a sticking valve: the loop found does not make its regular cycle (`contradiction.OWN_CYCLE`)."""
     NO_JUMP = "the valve does not jump"

@@ -5,10 +5,10 @@ than OP itself (not an `echo`, a positioner's set point), and some valve leaves 
 record is judged as without it.
 
 `identification.position` gives what the best valve that follows, the best with play and the best that sticks leave of
-it: :math:`E_g, E_d, E_s`, `LITTLE` added to each. Two straight lines make log odds of them,
+it: :math:`E_g, E_d, E_s`, `LITTLE` added to each. With n turns of the stem log odds are made of them,
 
 .. math:: \ell_b = a_0 + a_1 \ln\frac{E_g}{\min(E_d, E_s)}, \quad
-    \ell_j = b_0 + b_1 \ln\frac{E_d}{E_s} + b_2 \frac{J}{S}
+    \ell_j = b_0 + b_1 \tanh\Big(\frac{n}{m} \ln\frac{E_d}{E_s}\Big) + b_2 \frac{J}{S}
 
 for a band against none, and for a jump in it against none. With the other findings' probabilities p,
 
@@ -16,12 +16,13 @@ for a band against none, and for a jump in it against none. With the other findi
     \text{logit}\,\frac{P(\text{stiction})}{P(\text{band})} = \ln\frac{p_s}{p_d} + \ell_j
 
 That is Bayes' rule for findings that are independent once the valve is known: what a valve of a given kind leaves of
-the position is the transmitter's noise and rounding, of which the PV knows nothing. Two bounds guard it. A position
+the position is the transmitter's noise and rounding, of which the PV knows nothing. Three bounds guard it. A position
 says no more than `MOST` of a band, since it may be something else than its name in a way that no check sees. The other
-findings say no more than `OTHERS` of a jump: they know play from integrating loops only, and the position sees it.
+findings say no more than `AGAINST` against one: a wave from outside shows in the PV whatever the valve does. And they
+say no more than `OTHERS` of a jump: they know play from integrating loops only, and the position sees it.
 
-The numbers are logistic regressions, both outcomes weighing the same, on 1 030 loops of `simulation.population` (seeds
-501 to 503, `position=True`), those of a jump on the 296 of them that have a band.
+The numbers are logistic regressions, both outcomes weighing the same, on 1 045 loops of `simulation.population` (seeds
+501 to 504, `position=True`), those of a jump on the 308 of them that have a band.
 """
 
 from __future__ import annotations
@@ -47,12 +48,13 @@ if TYPE_CHECKING:
 
 __all__ = ["Shown", "stem_shown"]
 
-BAND = (-1.12, 11.1)
+BAND = (-1.17, 14.2)
 """a0 and a1: log odds of a band where both valves leave the same, and for each factor e between them [-]."""
-JUMPS = (-0.67, 4.08, 3.09)
-"""b0, b1 and b2: log odds of a jump [-]."""
-OTHERS = 1.5
-"""Largest log odds of sticking against play that the other findings have [-]."""
+JUMPS, TURNS = (-1.34, 2.83, 4.75), 8.0
+"""b0, b1 and b2: log odds of a jump [-]; m: turns of the stem with which a factor e between them says most of what it
+can [-]."""
+AGAINST, OTHERS = 5.0, 1.5
+"""Largest log odds that the other findings have against a band, and of sticking against play [-]."""
 LITTLE = 0.05
 """Added to what is left, so that a perfect fit is no better than a good one [squares of the noise]."""
 MOST = 7.0
@@ -62,13 +64,13 @@ FEWEST = 60
 EXPLAINED = 0.1
 """Share of the position's variance below which it is another valve's [-]: of 69 of those none was explained to 0.06."""
 UNCLEAR = 6.0
-"""Squares of the noise [-] that the best valve may leave; 98 in 100 good ones and 95 in 100 sticky ones leave less."""
+"""Squares of the noise [-] that the best valve may leave; 99 in 100 good ones and 97 in 100 with a band leave less."""
 ROUNDING = 0.6
 """Deviation from OP, in resolutions of the position, up to which 99 in 100 samples of an echo lie [-]."""
-SEEN, UNSEEN = (4.0, 0.03), (32.0, 0.2)
+SEEN, UNSEEN = (8.0, 0.03), (32.0, 0.2)
 """How much further than a likelihood region of 95 % the intervals reach where the record shows the controller's own
 samples, and where OP between them trips the valve unseen: as a factor of the log likelihood, and beyond that as a share
-of S [-]. By how often they hold S: 0.94 of 171 and 0.92 of 81 simulated sticky valves without mass, seeds 1901 and 1902
+of S [-]. By how often they hold S: 0.94 of 123 and 0.95 of 55 simulated sticky valves without mass, seeds 1901 and 1902
 of `simulation.population` with `position="stem"`."""
 
 
@@ -118,9 +120,11 @@ class Shown(NamedTuple):
         >>> {name: round(share, 2) for name, share in told.items()}
         {'stiction': 0.84, 'deadband': 0.06, 'none': 0.1}
         """
+        others = sum(p for name, p in causes.items() if name not in ("stiction", "deadband"))
+        band = max(causes["stiction"] + causes["deadband"], others * float(np.exp(-AGAINST)))
         before = float(np.log(max(causes["stiction"], 1e-12) / max(causes["deadband"], 1e-12)))
         split = float(np.clip(before, -OTHERS, OTHERS)) + self.jump
-        band = (causes["stiction"] + causes["deadband"]) * float(np.exp(self.band))
+        band *= float(np.exp(self.band))
         sticks = 1.0 / (1.0 + float(np.exp(-split)))
         share = {**causes, "stiction": band * sticks, "deadband": band * (1.0 - sticks)}
         total = sum(share.values())
@@ -192,6 +196,7 @@ def stem_shown(part: LoopRecord, unit: str = "") -> Shown | None:
             "frozen",
             "The recorded valve position stands still while OP moves: its transmitter hangs, or the stem is stuck "
             "fast. Look at the valve; the record is judged without the position.",
+            swing=swing_of(op[there]),
         )
     step = lattice(y)
     if _repeats(op, y, step):
@@ -216,7 +221,8 @@ def stem_shown(part: LoopRecord, unit: str = "") -> Shown | None:
         )
     left = {kind: float(np.log(getattr(seen, kind).left + LITTLE)) for kind in ("good", "deadband", "stiction")}
     band = BAND[0] + BAND[1] * (left["good"] - min(left["deadband"], left["stiction"]))
-    jump = JUMPS[0] + JUMPS[1] * (left["deadband"] - left["stiction"]) + JUMPS[2] * seen.stiction.J / seen.stiction.S
+    beats = float(np.tanh(seen.stiction.turns / TURNS * (left["deadband"] - left["stiction"])))
+    jump = JUMPS[0] + JUMPS[1] * beats + JUMPS[2] * seen.stiction.J / seen.stiction.S
     band = float(np.clip(band, -MOST, MOST))
     what = "good" if band <= 0.0 else "stiction" if jump > 0.0 else "deadband"
     shown = Shown(what, "", seen, band, float(jump), swing_of(op))
@@ -260,7 +266,7 @@ def _alike(op: NDArray[np.float64], y: NDArray[np.float64]) -> float:
 def _interval(valve: Watched, axis: int, *, own: bool) -> tuple[float, float]:
     """Ends of the 95 % interval of S (0) or J (1) over the valves tried [% of span]."""
     value, (factor, share) = valve[axis], SEEN if own else UNSEEN
-    limit = (valve.left + LITTLE) * float(np.exp(factor * CHI2_1 / max(valve.turns, 1))) - LITTLE
+    limit = (float(valve.tried[:, 2].min()) + LITTLE) * float(np.exp(factor * CHI2_1 / max(valve.turns, 1))) - LITTLE
     inside = valve.tried[valve.tried[:, 2] <= limit, axis]
     low, high = (min(inside.min(), value), max(inside.max(), value)) if inside.size else (value, value)
     return max(float(low) - share * valve.S, 0.0), float(high) + share * valve.S

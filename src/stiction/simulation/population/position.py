@@ -24,9 +24,9 @@ POSITIONS = {"stem": 0.8, "echo": 0.1, "frozen": 0.05, "another": 0.05}
 """What is recorded as the position, and how often."""
 UNITS = {(1.0, 0.0): 0.6, (0.16, 4.0): 0.2, (0.01, 0.0): 0.1, (-1.0, 100.0): 0.1}
 """Slope and offset from % of span to the unit recorded (%, mA, a share, % closed), and how often they come."""
-NOISE = (0.05, 0.5)
+NOISE = (0.005, 0.5)
 """Standard deviation of the noise [% of span]."""
-RESOLUTION = (0.1, 1.0)
+RESOLUTION = (0.01, 1.0)
 """Resolution of three in four of the positions [% of span]."""
 LAG = 0.03
 """Longest lag of three in four of the positions, as a share of the period [-]."""
