@@ -110,6 +110,27 @@ def test_what_cannot_be_tested_is_said(argv, code, says, run, folder):
     assert done.out == ""
 
 
+@pytest.mark.parametrize(
+    ("header", "zero", "span", "options"),
+    [
+        ("time_s,OP [mA],ZT [mA]", 4.0, 0.16, ()),
+        ("time_s,OP [fraction],ZT [fraction]", 0.0, 0.01, ()),
+        ("time_s,OP,ZT", 4.0, 0.16, ("--op-range", "4", "20", "--mv-range", "4", "20")),
+    ],
+)
+def test_a_position_in_the_unit_of_op_is_the_same_test(header, zero, span, options, run, folder, ramp_csv):
+    rows = np.loadtxt(folder / ramp_csv, delimiter=",", skiprows=1)
+    lines = [f"{t:g},{zero + span * op:.9g},{zero + span * mv:.9g}" for t, op, mv in rows]
+    (folder / "raw.csv").write_text("\n".join([header, *lines]))
+    found = json.loads(run("valve-test", "analyse", "ramp", "raw.csv", "--json", *options).out)
+    assert found["sb"]["value"] == pytest.approx(3.0, rel=0.05)
+    assert found["sj"]["value"] == pytest.approx(1.0, rel=0.1)
+    if options:
+        done = run("valve-test", "analyse", "ramp", "raw.csv", "--op-range", "4", "20")
+        assert "guessed: The valve position lies in 5.6" in done.out
+        assert "give --mv-range 4 20 to convert" in done.out
+
+
 def test_a_test_comes_by_standard_input_too(run, folder, ramp_csv, monkeypatch):
     by_file = run("valve-test", "analyse", "ramp", ramp_csv, "--json")
     monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO((folder / ramp_csv).read_bytes())))

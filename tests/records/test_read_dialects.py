@@ -263,6 +263,50 @@ def test_op_in_milliamperes_by_its_unit_is_converted_and_said(signals, table, re
     assert any("like no current of 4 to 20 mA" in guess for guess in record.provenance.guesses)
 
 
+@pytest.mark.parametrize(
+    ("header", "zero", "span", "options"),
+    [
+        ("time_s,OP [mA],ZT [mA]", 4.0, 0.16, {}),
+        ("time_s,OP_mA,POS_mA", 4.0, 0.16, {}),
+        ("time_s,OP,ZT [0-1]", 0.0, 0.01, {}),
+        ("time_s,OP [counts],ZT [counts]", 0.0, 40.95, {"op_range": (0, 4095)}),
+        ("time_s,OP,ZT", 0.0, 40.95, {"op_range": (0, 4095), "mv_range": (0, 4095)}),
+    ],
+)
+def test_a_position_comes_to_percent_by_its_own_unit(header, zero, span, options, signals, table, read_text):
+    t, _, op, _ = signals
+    mv = np.roll(op, 1)
+    raw = op if header.startswith("time_s,OP,ZT [") else zero + span * op
+    [record] = read_text(table(header, t, raw, zero + span * mv), **options)
+    np.testing.assert_allclose(record.op, op, rtol=1e-12)
+    np.testing.assert_allclose(record.mv, mv, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("raw_op", "raw_mv", "options", "remedy"),
+    [
+        ((0.0, 1.0), (4.0, 0.16), {}, "mv_range=(4, 20)"),
+        ((0.0, 1.0), (0.0, 0.01), {}, "mv_range=(0, 1)"),
+        ((4.0, 0.16), (4.0, 0.16), {"op_range": (4, 20)}, "mv_range=(4, 20)"),
+        ((0.0, 40.95), (0.0, 40.95), {"op_range": (0, 4095)}, "mv_range=(0, 4095)"),
+        ((0.0, 1.0), (0.0, 655.35), {}, "mv_range=(low, high)"),
+    ],
+)
+def test_a_position_unlike_op_is_left_and_said(raw_op, raw_mv, options, remedy, signals, table, read_text):
+    t, _, op, _ = signals
+    mv = np.roll(op, 1)
+    raw = raw_mv[0] + raw_mv[1] * mv
+    [record] = read_text(table("time_s,OP,ZT", t, raw_op[0] + raw_op[1] * op, raw), **options)
+    np.testing.assert_array_equal(record.mv, raw)
+    assert any(f"give {remedy} to convert" in guess for guess in record.provenance.guesses)
+
+
+def test_a_position_in_percent_is_no_guess(signals, table, read_text):
+    t, _, op, _ = signals
+    for mv in (np.roll(op, 1), np.full(len(t), 5.0), np.linspace(0.0, 1.0, len(t)), np.full(len(t), "")):
+        assert read_text(table("time_s,OP,ZT", t, op, mv), columns={"pv": "OP", "op": "OP"})[0].provenance.guesses == ()
+
+
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "utf-32", "latin-1"])
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_encodings(encoding, end, signals, table, read_text):

@@ -43,6 +43,7 @@ def compensate(
     decimal: str | None = None,
     time_format: str | None = None,
     op_range: tuple[float, float] | None = None,
+    mv_range: tuple[float, float] | None = None,
     day_first: bool | None = None,
 ) -> int:
     """Try every remedy of a sticky loop on its twin: what each gives and costs, and which to take until the shutdown.
@@ -94,6 +95,8 @@ def compensate(
         How time stamps are written, as in "%d.%m.%Y %H:%M:%S".
     op_range
         OP at 0 % and at 100 % of span, where the column is not in %: two numbers.
+    mv_range
+        The same of the valve position.
     day_first
         Whether 01/02/2026 is the first of February.
     """
@@ -101,7 +104,7 @@ def compensate(
     given = {"process": process, "valve": valve, "noise": noise, "loop": loop}
     reading = {
         "column": column or None, "loop_type": loop_type, "delimiter": delimiter, "decimal": decimal,
-        "time_format": time_format, "op_range": op_range, "day_first": day_first,
+        "time_format": time_format, "op_range": op_range, "mv_range": mv_range, "day_first": day_first,
     }  # fmt: skip
     _one_source(files, given, reading, controller, work_order)
     from stiction.apps.diagnose import columns_of

@@ -110,6 +110,8 @@ def analyse(
     dt: float | None = None,
     time_format: str | None = None,
     day_first: bool | None = None,
+    op_range: tuple[float, float] | None = None,
+    mv_range: tuple[float, float] | None = None,
     report: Report = None,
     as_json: Json = False,
 ) -> int:
@@ -137,13 +139,18 @@ def analyse(
         How time stamps are written, as in "%d.%m.%Y %H:%M:%S".
     day_first
         Whether 01/02/2026 is the first of February.
+    op_range
+        OP at 0 % and at 100 % of span, where the column is not in %: two numbers.
+    mv_range
+        The same of the valve position.
     as_json
         Print the result as JSON.
     """
     from stiction import RecordError, analyse_ramp, analyse_steps, compare_tests, read
     from stiction.apps.diagnose import columns_of
     from stiction.apps.files import check_report
-    from stiction.apps.output import print_json, say
+    from stiction.apps.output import note, print_json, say
+    from stiction.records import receipt
 
     refuse_options((file,), analyse, "valve-test analyse")
     ramp = {"lag": lag}
@@ -153,8 +160,9 @@ def analyse(
     def result(path: str):
         try:
             records = read(
-                path, columns=columns_of(column), tag=tag, dt=dt, time_format=time_format, day_first=day_first
-            )
+                path, columns=columns_of(column), tag=tag, dt=dt, time_format=time_format, day_first=day_first,
+                op_range=op_range, mv_range=mv_range,
+            )  # fmt: skip
         except RecordError as error:
             raise RecordError(in_options(str(error))) from None
         if len(records) > 1:
@@ -165,7 +173,9 @@ def analyse(
         return analyse_steps(records[0], signal=signal, limit=limit)
 
     found = result(file)
-    changes = None if before is None else compare_tests(result(before), found)
+    earlier = None if before is None else result(before)
+    changes = None if earlier is None else compare_tests(earlier, found)
+    (note if as_json else say)(in_options(receipt(test.record for test in (found, earlier) if test).summary()))
     if target is not None:
         from stiction.apps.valve_test_page import write_valve_test_page
 

@@ -40,6 +40,7 @@ class Options:
     loop_type: str | None = None
     time_format: str | None = None
     op_range: tuple[float, float] | None = None
+    mv_range: tuple[float, float] | None = None
     day_first: bool | None = None
 
 

@@ -17,7 +17,7 @@ from stiction.records.layout import MIN_ROWS, Options, find_time, is_loop, laid_
 from stiction.records.long_table import LongTable
 from stiction.records.record import LARGEST, LoopRecord, Provenance
 from stiction.records.resample import Grid, regular_grid
-from stiction.records.signals import automatic, flagged_rows, in_percent
+from stiction.records.signals import automatic, flagged_rows, in_percent, position_in_percent
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -241,7 +241,11 @@ def _loop(
         guesses.append(f"Missing: {number_of(flagged, 'row')}, flagged as bad.")
     op = values["op"]
     assert op is not None
-    values["op"] = in_percent(op, units[signals["op"]].upper() if units else "", options.op_range, guesses)
+    unit = {role: units[i].upper() if units else "" for role, i in signals.items()}
+    values["op"] = op = in_percent(op, unit["op"], options.op_range, guesses)
+    if values["mv"] is not None:
+        own = options.mv_range or (options.op_range if unit["mv"] and unit["mv"] == unit["op"] else None)
+        values["mv"] = position_in_percent(values["mv"], unit["mv"], own, op, options.op_range, guesses)
     missing = ~np.isfinite(values["op"])
     if values["pv"] is not None:
         missing |= ~np.isfinite(values["pv"])
