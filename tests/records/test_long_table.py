@@ -74,6 +74,13 @@ def test_an_even_long_table_is_as_good_as_a_wide_one(signals, table, read_text):
         np.testing.assert_array_equal(getattr(record, name), x)
 
 
+def test_values_that_share_a_stamp_with_the_next_are_said(events, read_text):
+    twice = {tag: [*list_, (list_[40][0], 7.5), list_[-1]] for tag, list_ in events.items()}
+    [record] = read_text(text(twice))
+    assert any("2 values with the time stamp of the tag's next" in guess for guess in record.provenance.guesses)
+    assert not any("time stamp of the tag's" in guess for guess in read_text(text(events))[0].provenance.guesses)
+
+
 def test_several_loops_bad_values_and_any_order_of_columns(signals, read_text):
     t, pv, op, _ = signals
     lines = ["Value;Quality;TagName;Time"]

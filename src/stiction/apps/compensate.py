@@ -81,7 +81,8 @@ def compensate(
     tag
         Only this loop of a file with several; the name of the loop where there is none.
     dt
-        Sampling period in seconds, where the file has no time or a wrong one; without FILE that of the loop (1).
+        Sampling period in seconds, where the file has no time or a wrong one: its rows are then taken as even;
+        without FILE that of the loop (1).
     column
         SIGNAL=NAME, for example op=FIC101.OUT: which column is which, instead of guessing. SIGNAL is time, pv, sp,
         op, mv (valve position), mode, bad or quality. May be repeated.

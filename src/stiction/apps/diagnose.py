@@ -54,7 +54,7 @@ def diagnose(
     tag
         Only this loop of a file with several; the name of the loop where the header has none.
     dt
-        Sampling period in seconds, where the file has no time or a wrong one.
+        Sampling period in seconds, where the file has no time or a wrong one: its rows are then taken as even.
     column
         SIGNAL=NAME, for example op=FIC101.OUT: which column is which, instead of guessing. SIGNAL is time, pv, sp,
         op, mv (valve position), valve_signal (what a compensator sends to the valve), mode, bad or quality. May be

@@ -134,7 +134,7 @@ def analyse(
     tag
         Which valve of a file with several.
     dt
-        Sampling period in seconds, where the file has no time.
+        Sampling period in seconds, where the file has no time or a wrong one: its rows are then taken as even.
     time_format
         How time stamps are written, as in "%d.%m.%Y %H:%M:%S".
     day_first

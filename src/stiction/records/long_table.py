@@ -275,10 +275,14 @@ def _joined(
 ) -> LongTable:
     """Columns, each of times and cells, on all their times; of a column's cells at one time the last counts."""
     seconds = np.unique(np.concatenate([when for when, _ in columns]))
-    cells = []
+    cells, lost = [], 0
     for when, texts in columns:
         order = np.argsort(when, kind="stable")
         row = np.searchsorted(seconds, when[order])
         last = np.append(np.diff(row) > 0, True) if row.size else np.zeros(0, dtype=bool)
+        lost += sum(texts[order[k]] != texts[order[k + 1]] for k in np.flatnonzero(~last))
         cells.append((row[last].astype(np.int64), [texts[k] for k in order[last]]))
+    if lost:
+        told = f"Left out: {number_of(lost, 'value')} with the time stamp of the tag's next, which is another."
+        stamps = replace(stamps, guesses=[*stamps.guesses, told])
     return LongTable(table, replace(stamps, seconds=seconds), names, cells, units)

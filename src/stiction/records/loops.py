@@ -178,7 +178,7 @@ def _grid(
         stamps = parse_numbers(taken.numbers[first], unit_of_time(first, names, units))
     else:
         stamps = stamps_of(given.time, taken.text, table, names, units, options)
-    grid = regular_grid(stamps, dt, name, table.first_line, hold)
+    grid = regular_grid(stamps, dt, name, table.first_line, hold, taken.differ)
     grid.guesses[:0] = stamps.guesses
     return grid
 

@@ -64,7 +64,9 @@ def read(
     path : str, path or binary file
         A CSV file in any of the usual dialects; "-" is the standard input.
     dt : float, optional
-        Sampling period [s]; the median step of the time stamps when not given.
+        Sampling period [s]; the median step of the time stamps when not given. Stamps that do not fit it are taken as
+        wrong: the rows are then `dt` apart in the order they come, gaps and all. Of tags with stamps of their own it is
+        the step at which these are laid out.
     tag : str, optional
         Which loop of a file with several; the name of the loop where the header has none.
     columns : mapping, optional
