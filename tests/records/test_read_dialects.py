@@ -330,6 +330,71 @@ def test_thousands(signals, table, read_text):
     np.testing.assert_array_equal(record.pv, big)
 
 
+def parted(x, mark, decimals=0):
+    """A number with marks between its thousands."""
+    english = f"{x:,.{decimals}f}"
+    return english if mark == "," else english.replace(",", "_").replace(".", ",").replace("_", ".")
+
+
+@pytest.mark.parametrize("mark", [".", ","])
+@pytest.mark.parametrize("late", [False, True])
+def test_thousands_without_decimals_are_refused_where_they_would_be_read_as_decimals(mark, late, table, read_text):
+    k = np.arange(400)
+    big = np.where(k < 220, 900 + k % 60, 950 + k % 100) if late else 950 + k % 100
+    op = [str(40 + i % 7) for i in k]
+    text = table("time_s;PV;OP", map(str, k), [parted(x, mark) for x in big], op, delimiter=";")
+    if mark == "," and late:
+        np.testing.assert_array_equal(read_text(text)[0].pv, big)  # a decimal point is the rule until a cell speaks
+        return
+    with pytest.raises(RecordError, match=rf"column PV: '999' beside '1\{mark}0.*' looks like thousands .*decimal="):
+        read_text(text)
+    other = "," if mark == "." else "."
+    np.testing.assert_array_equal(read_text(text, decimal=other)[0].pv, big)
+    assert read_text(text, decimal=mark)[0].pv.min() < 2.0
+
+
+@pytest.mark.parametrize("mark", [".", ","])
+def test_thousands_that_may_be_decimals_are_told(mark, signals, table, read_text):
+    t, _, op, _ = signals
+    big = 1100.0 + t
+    columns = [str(int(s)) for s in t], [parted(x, mark) for x in big], [f"{x:.0f}" for x in op]
+    text = table("time_s;PV;OP", *columns, delimiter=";")
+    [record] = read_text(text)
+    np.testing.assert_allclose(record.pv, big / 1000)
+    other = "," if mark == "." else "."
+    assert any(f"is read as 1.1; if that is wrong give decimal='{other}'" in told for told in record.provenance.guesses)
+    np.testing.assert_array_equal(read_text(text, decimal=other)[0].pv, big)
+    fixed = [f"{x:.3f}".replace(".", mark) for x in op]  # an OP with three decimals says which mark it is
+    assert not any(
+        "is read as" in told
+        for told in read_text(table("time_s;PV;OP", *columns[:2], fixed, delimiter=";"))[0].provenance.guesses
+    )
+
+
+@pytest.mark.parametrize("first", [1000, 900, 700])
+def test_thousands_between_commas_without_quotes_are_refused(first, signals, table, read_text):
+    _, _, op, _ = signals
+    k = np.arange(4 * len(op))
+    pv = [f"{first + i:,.1f}" for i in k]
+    with pytest.raises(RecordError, match=r"commas between columns and within numbers, such as 1,0"):
+        read_text(table("time_s,PV,OP", map(str, k), pv, np.tile(op, 4)))
+    quoted = [f'"{cell}"' for cell in pv]
+    np.testing.assert_array_equal(
+        read_text(table("time_s,PV,OP", map(str, k), quoted, np.tile(op, 4)))[0].pv, first + k
+    )
+
+
+def test_decimals_beside_whole_numbers_are_no_thousands(signals, table, read_text):
+    t, pv, op, _ = signals
+    for odd in ("7", "700", "999"):
+        cells = [odd if k == 5 else f"{x / 10:.3f}" for k, x in enumerate(pv)]
+        read_text(table("time_s;PV;OP", t, cells, op, delimiter=";"))
+    short = [f"{1 + k / 100:.2f}" if k % 2 else "999" for k in range(len(pv))]
+    assert read_text(table("time_s;PV;OP", t, short, op, delimiter=";"))[0].pv[1] == 1.01
+    notes = [f"{x},100,,note" if k == 7 else repr(float(x)) for k, x in enumerate(op)]
+    read_text(table("time_s,PV,OP", t, pv, notes))
+
+
 def test_reading_a_path_names_loop_and_digest(tmp_path, signals, table):
     import hashlib
 

@@ -108,6 +108,8 @@ def analyse(
     column: Annotated[tuple[str, ...], Parameter(negative="")] = (),
     tag: str | None = None,
     dt: float | None = None,
+    delimiter: str | None = None,
+    decimal: str | None = None,
     time_format: str | None = None,
     day_first: bool | None = None,
     op_range: tuple[float, float] | None = None,
@@ -135,6 +137,10 @@ def analyse(
         Which valve of a file with several.
     dt
         Sampling period in seconds, where the file has no time or a wrong one: its rows are then taken as even.
+    delimiter
+        Character between columns.
+    decimal
+        Decimal mark, "." or ",".
     time_format
         How time stamps are written, as in "%d.%m.%Y %H:%M:%S".
     day_first
@@ -161,7 +167,7 @@ def analyse(
         try:
             records = read(
                 path, columns=columns_of(column), tag=tag, dt=dt, time_format=time_format, day_first=day_first,
-                op_range=op_range, mv_range=mv_range,
+                op_range=op_range, mv_range=mv_range, delimiter=delimiter, decimal=decimal,
             )  # fmt: skip
         except RecordError as error:
             raise RecordError(in_options(str(error))) from None
