@@ -170,7 +170,7 @@ def analyse(
                 op_range=op_range, mv_range=mv_range, delimiter=delimiter, decimal=decimal,
             )  # fmt: skip
         except RecordError as error:
-            raise RecordError(in_options(str(error))) from None
+            raise RecordError(in_options(_of_a_test(str(error)))) from None
         if len(records) > 1:
             tags = ", ".join(record.tag for record in records)
             raise RecordError(f"{path}: holds {len(records)} valves ({tags}); name one with --tag.")
@@ -195,6 +195,12 @@ def analyse(
         if target is not None:
             say(f"Report: {target}")
     return int(found.verdict == "beyond limit")
+
+
+def _of_a_test(sentence: str) -> str:
+    """What the reader says of a loop said of a test, in which the stem is looked for where a loop has its PV."""
+    sentence = sentence.replace("no loop with PV and OP was", "no OP with a valve position (MV) or a flow (PV) was")
+    return sentence.replace("columns={'pv': ..., 'op': ...}", "columns={'mv': ..., 'op': ...}")
 
 
 def _given(options: dict[str, Any]) -> dict[str, Any]:

@@ -77,7 +77,8 @@ def _loops_of_part(table: Table, options: Options) -> tuple[list[LoopRecord], li
     numbers = {s[role] for s in roles for role in NUMBERS if role in s} | set(given.time if numeric_time else [])
     taken = table.take(sorted(text - numbers), sorted(numbers))
     if taken.rows < MIN_ROWS:
-        raise RecordError(f"{name}: has {taken.rows} rows of data; {MIN_ROWS} or more are needed, hundreds are useful.")
+        rows = number_of(taken.rows, "row")
+        raise RecordError(f"{name}: has {rows} of data; {MIN_ROWS} or more are needed, hundreds are useful.")
     shared = {role: i for role, i in given.loops.get("", {}).items() if role in ("bad", "quality", "mode")}
     records: list[LoopRecord] = []
     dead: list[RecordError] = []
