@@ -81,7 +81,7 @@ def read(
     op_range : pair of float, optional
         OP at 0 and at 100 % of span [unit of the column], to convert OP to % of span; never converted on suspicion.
     mv_range : pair of float, optional
-        The same of the valve position.
+        Valve position at 0 and at 100 % of span [unit of the column], to convert it likewise.
     day_first : bool, optional
         Whether 01/02/2026 is the first of February.
 
