@@ -203,6 +203,20 @@ def test_a_block_without_a_header_is_refused_with_the_line_of_the_data(read_text
         read_text("Trend export\nInterval [s],1\n\n" + rows())
 
 
+@pytest.mark.parametrize("names", ["time_s,PV,OP", '"time_s","PV","OP"'])
+def test_a_column_without_a_name_is_refused_and_an_empty_one_is_not(names, read_text):
+    # R writes row numbers so; a name further left, PV would be read as OP.
+    pv, _, op = values()
+    lines = [f"{k + 1},{2 * k},{x},{y}" for k, (x, y) in enumerate(zip(pv, op, strict=True))]
+    with pytest.raises(RecordError, match="has 3 names over 4 columns; write one over each column"):
+        read_text("\n".join([names, *lines]))
+    [record] = read_text("\n".join([f"row,{names}", *lines]))
+    assert record.dt == 2.0
+    np.testing.assert_array_equal(record.op, op)
+    [record] = read_text("\n".join([names, *(f"{line[line.index(',') + 1 :]}," for line in lines)]))
+    np.testing.assert_array_equal(record.op, op)
+
+
 def test_a_mode_behind_empty_cells_is_no_zone_of_the_clock(read_text):
     lines = [line.replace(",", "\t") + "\tAUTO" for line in rows(10).splitlines()]
     lines[:5] = [line.split("\t")[0] + "\t\t\t\tAUTO" for line in lines[:5]]

@@ -66,7 +66,7 @@ def sniff(name: str, lines: list[str], delimiter: str | None, decimal: str | Non
     if lines and (marked := re.fullmatch(r'"?sep=(.)"?\s*', lines[0], re.IGNORECASE)):
         delimiter = delimiter or marked.group(1)
     best: Layout | None = None
-    best_score, broken, doubled = 0.0, "", ""
+    best_score, broken, doubled, short = 0.0, "", "", ""
     there = [mark for mark in DELIMITERS if mark == "," or any(mark in line for line in lines)]
     for mark in (delimiter,) if delimiter else there:
         try:
@@ -84,12 +84,15 @@ def sniff(name: str, lines: list[str], delimiter: str | None, decimal: str | Non
             score = _score(data, width)
             if score > best_score + 1e-9:
                 header, passed_over = _header(cells[:first], words[:first], width, cells[first])
+                short = _short(cells, first, width, header)
                 doubled = _doubled(cells, first, width, bool(header)) if mark == "," else ""
                 best_score, best = score, Layout(mark, point, header, above_row[first], width, passed_over)
     if doubled or (broken and best is None):
         raise RecordError(
             f"{name}: holds {doubled or broken}; export it with semicolons between columns, or without quotes."
         )
+    if best is not None and short:
+        raise RecordError(f"{name}: has {short}; write one over each column, so that it is plain which is which.")
     if best is None:
         first_line = lines[0].strip()[:60] if lines else ""
         raise RecordError(
@@ -109,6 +112,16 @@ def _doubled(cells: list[list[str]], first: int, width: int, has_header: bool) -
     if 1 < above < width and 2 * sum(map(bool, torn)) > len(torn):
         return what + f"commas between columns and within numbers, such as {next(filter(None, torn))}"
     return ""
+
+
+def _short(cells: list[list[str]], first: int, width: int, header: list[list[str]]) -> str:
+    """That a column without a name stands among the others; empty where none does, or one that is empty, at the end."""
+    rows = [row for row in cells[first:] if len(row) == width]
+    put_in = bool(header) and header[-1][0] == "Date" != [*cells[first - 1], ""][0]
+    if not header or put_in or max(map(len, cells[:first])) >= width:
+        return ""
+    filled = sum(bool(row[-1].strip()) for row in rows)
+    return f"{width - 1} names over {width} columns" if 2 * filled > len(rows) else ""
 
 
 def _is_written(row: list[str]) -> bool:
