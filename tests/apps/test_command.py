@@ -104,6 +104,22 @@ def test_ctrl_c_ends_a_running_command_quietly():
     assert out == b""
 
 
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_a_file_being_written_leaves_nothing_when_the_program_is_asked_to_end(name, folder, monkeypatch, capsys):
+    number = getattr(signal, name)
+
+    def halfway(*_):
+        assert [path.suffix for path in folder.iterdir()] == [".part"]
+        signal.raise_signal(number)
+
+    before = signal.getsignal(number)
+    monkeypatch.setattr("stiction.report.save.os.replace", halfway)
+    assert main(["simulate", "--duration", "100", "--out", "a.csv"]) == 128 + number
+    assert list(folder.iterdir()) == []
+    assert signal.getsignal(number) is before
+    assert capsys.readouterr() == ("", "")
+
+
 def test_a_closed_pipe_is_quiet():
     read_end, write_end = os.pipe()
     os.close(read_end)

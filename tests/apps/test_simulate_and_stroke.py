@@ -118,10 +118,30 @@ def test_summary_as_json(run, folder):
 
 
 @pytest.mark.parametrize(
+    "op",
+    [
+        "triangle:mean=50,amplitude=10,period=400,duration=1e12",
+        "ramp:start=0,stop=20,rate=1e-12",
+        "staircase:levels=50 51,hold=1e12",
+    ],
+)
+def test_a_test_signal_too_long_for_the_memory_is_refused_before_it_is_made(op, run):
+    done = run("stroke", "--op", op)
+    assert (done.code, done.out) == (2, "")
+    assert "10,000,000 can be made; give at most 1e+07 s" in done.err
+
+
+@pytest.mark.parametrize(
     ("argv", "code", "says"),
     [
         (["--dt", "0"], 2, "dt = 0 s is not positive"),
         (["--duration", "0.2"], 2, "does not fit"),
+        (
+            ["--duration", "1e9"],
+            2,
+            "duration = 1e+09 s is 1e+09 samples of 1 s, and 10,000,000 can be made; give at most",
+        ),
+        (["--dt", "1e-9"], 2, "duration = 2000 s is 2e+12 samples of 1e-09 s"),
         (["--noise", "-1"], 2, "noise"),
         (["--process", "3"], 2, "direct path"),
         (["--loop", "none.toml"], 3, "No such file"),

@@ -94,7 +94,8 @@ def test_options_of_the_other_kind_are_refused(argv, says, run):
         (["plan", "rmp"], 2, 'Did you mean "ramp"'),
         (["plan", "ramp", "--low", "10", "--high", "20"], 2, "threshold"),
         (["analyse", "ramp", "none.csv"], 3, "no such file"),
-        (["analyse", "ramp", "alone.csv"], 3, "--column"),
+        (["analyse", "ramp", "alone.csv"], 3, "no OP with a valve position (MV) or a flow (PV) was found"),
+        (["analyse", "step", "alone.csv"], 3, "say which is which with --column mv=NAME --column op=NAME"),
         (["analyse", "step", "still.csv"], 3, "OP"),
         (["analyse", "ramp", "still.csv", "--report", "none/v.html"], 3, "Cannot write"),
         (["frob"], 2, "Unknown command"),
@@ -108,6 +109,27 @@ def test_what_cannot_be_tested_is_said(argv, code, says, run, folder):
     assert says in done.err
     assert done.err.count("\n") == 1
     assert done.out == ""
+
+
+@pytest.mark.parametrize(
+    ("header", "zero", "span", "options"),
+    [
+        ("time_s,OP [mA],ZT [mA]", 4.0, 0.16, ()),
+        ("time_s,OP [fraction],ZT [fraction]", 0.0, 0.01, ()),
+        ("time_s,OP,ZT", 4.0, 0.16, ("--op-range", "4", "20", "--mv-range", "4", "20")),
+    ],
+)
+def test_a_position_in_the_unit_of_op_is_the_same_test(header, zero, span, options, run, folder, ramp_csv):
+    rows = np.loadtxt(folder / ramp_csv, delimiter=",", skiprows=1)
+    lines = [f"{t:g},{zero + span * op:.9g},{zero + span * mv:.9g}" for t, op, mv in rows]
+    (folder / "raw.csv").write_text("\n".join([header, *lines]))
+    found = json.loads(run("valve-test", "analyse", "ramp", "raw.csv", "--json", *options).out)
+    assert found["sb"]["value"] == pytest.approx(3.0, rel=0.05)
+    assert found["sj"]["value"] == pytest.approx(1.0, rel=0.1)
+    if options:
+        done = run("valve-test", "analyse", "ramp", "raw.csv", "--op-range", "4", "20")
+        assert "guessed: The valve position lies in 5.6" in done.out
+        assert "give --mv-range 4 20 to convert" in done.out
 
 
 def test_a_test_comes_by_standard_input_too(run, folder, ramp_csv, monkeypatch):

@@ -115,6 +115,35 @@ def test_four_header_rows(case, read_text):
     assert record.provenance.pv_unit == "t/h"
 
 
+MERGED = {
+    "merged": [",FIC101,,", "Time,PV,SP,OP"],
+    "merged, time above": ["Time,FIC101,,", ",PV,SP,OP"],
+    "merged, units": [",FIC101,,", "Time,PV,SP,OP", "s,t/h,t/h,%"],
+    "merged, of no letters": [",Feed,,", "Time,PV,SP,OP"],
+    "repeated": [",FIC101,FIC101,FIC101", "Time,PV,SP,OP"],
+    "a tag in the corner": ["FIC101,,,", "Time,PV,SP,OP"],
+    "under a title": ["Trend of unit 3,,,", ",FIC101,,", "Time,PV,SP,OP"],
+    "in German": [",FIC101,,", "Zeit,Istwert,Sollwert,Stellgrad"],
+}
+
+
+@pytest.mark.parametrize("case", MERGED)
+def test_a_tag_over_the_signals_of_one_loop(case, read_text):
+    [record] = read_text("\n".join(MERGED[case]) + "\n" + rows())
+    assert record.tag == ("Feed" if "no letters" in case else "FIC101")
+    assert record.provenance.pv_unit == ("t/h" if "units" in case else "")
+    np.testing.assert_array_equal(record.sp, values()[1])
+    np.testing.assert_array_equal(record.op, values()[2])
+
+
+@pytest.mark.parametrize(
+    "above", ["Trend of unit 3,,,", ",t/h,t/h,%", ",Double,Double,Double", ",filtered,raw,raw", ",,,%"]
+)
+def test_what_is_no_tag_over_the_signals_names_no_loop(above, read_text):
+    [record] = read_text(f"{above}\nTime,PV,SP,OP\n{rows()}")
+    assert record.tag == "stream"
+
+
 def test_line_ends_within_a_heading(read_text):
     block = '"Trend\nexport"\n\nTime,"FIC101.PV\n[t/h]",FIC101.SP,"FIC101.OP\n[%]"\n'
     [record] = read_text(block + rows())
@@ -172,6 +201,20 @@ def test_a_header_that_comes_again_on_each_page_costs_no_row(read_text):
 def test_a_block_without_a_header_is_refused_with_the_line_of_the_data(read_text):
     with pytest.raises(RecordError, match="line 4: there is no header above the 4 columns"):
         read_text("Trend export\nInterval [s],1\n\n" + rows())
+
+
+@pytest.mark.parametrize("names", ["time_s,PV,OP", '"time_s","PV","OP"'])
+def test_a_column_without_a_name_is_refused_and_an_empty_one_is_not(names, read_text):
+    # R writes row numbers so; a name further left, PV would be read as OP.
+    pv, _, op = values()
+    lines = [f"{k + 1},{2 * k},{x},{y}" for k, (x, y) in enumerate(zip(pv, op, strict=True))]
+    with pytest.raises(RecordError, match="has 3 names over 4 columns; write one over each column"):
+        read_text("\n".join([names, *lines]))
+    [record] = read_text("\n".join([f"row,{names}", *lines]))
+    assert record.dt == 2.0
+    np.testing.assert_array_equal(record.op, op)
+    [record] = read_text("\n".join([names, *(f"{line[line.index(',') + 1 :]}," for line in lines)]))
+    np.testing.assert_array_equal(record.op, op)
 
 
 def test_a_mode_behind_empty_cells_is_no_zone_of_the_clock(read_text):

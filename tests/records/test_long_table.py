@@ -74,6 +74,61 @@ def test_an_even_long_table_is_as_good_as_a_wide_one(signals, table, read_text):
         np.testing.assert_array_equal(getattr(record, name), x)
 
 
+def flux(blocks, annotated):
+    """What InfluxDB exports: a block for each series, each under a header of its own."""
+    notes = (
+        "#group,false,false,true,true,false,false,true,true\n"
+        "#datatype,string,long,dateTime:RFC3339,dateTime:RFC3339,dateTime:RFC3339,double,string,string\n"
+        "#default,_result,,,,,,,\n"
+    )
+    lines = []
+    for k, (loop, field, values) in enumerate(blocks):
+        lines += [notes * annotated + ",result,table,_start,_stop,_time,_value,_field,_measurement"]
+        for second, value in enumerate(values):
+            when = f"{(START + timedelta(seconds=second)).isoformat()}Z"
+            lines += [f",,{k},2026-02-01T13:00:00Z,2026-02-01T14:00:00Z,{when},{value!r},{field},{loop}"]
+        lines += [""]
+    return "\r\n".join(lines)
+
+
+@pytest.mark.parametrize("annotated", [True, False])
+@pytest.mark.parametrize("n", [30, 120])
+def test_blocks_by_field_of_influxdb(annotated, n, signals, read_text):
+    _, pv, op, _ = (x[:n].tolist() for x in signals)
+    one = [("FIC-1", "PV", pv), ("FIC-1", "OP", op)]
+    [record] = read_text(flux(one, annotated))
+    assert (record.tag, record.loop_type, record.dt, len(record)) == ("FIC-1", "flow", 1.0, n)
+    assert (record.pv.tolist(), record.op.tolist()) == (pv, op)
+    assert not any("carry a zone" in guess for guess in record.provenance.guesses)
+    flow, level = read_text(flux([*one, ("LIC-2", "pv", op), ("LIC-2", "op", pv)], annotated))
+    assert (flow.op.tolist(), level.tag, level.op.tolist()) == (op, "LIC-2", pv)
+    [record] = read_text(flux([("opc", "FIC-1.PV", pv), ("opc", "FIC-1.OP", op)], annotated))
+    assert (record.tag, record.op.tolist()) == ("FIC-1", op)
+
+
+def test_the_loop_in_one_column_and_its_signal_in_another(signals, read_text):
+    _, pv, op, _ = signals
+    rows = [(name, when, x) for name, values in (("PV", pv), ("OP", op)) for when, x in enumerate(values.tolist())]
+    for loops in (("FIC-1",), ("FIC-1", "LIC-2")):
+        lines = [f"{loop},{name},{START + timedelta(seconds=k)},{x!r}" for loop in loops for name, k, x in rows]
+        records = read_text("\n".join(["Loop,Signal,Time,Value", *lines]))
+        assert [record.tag for record in records] == list(loops)
+        for record in records:
+            np.testing.assert_array_equal(record.op, op)
+    lines = [
+        f"Feed {'flow' if name == 'PV' else 'valve'},{name},{START + timedelta(seconds=k)},{x!r}" for name, k, x in rows
+    ]
+    [record] = read_text("\n".join(["Name,Signal,Time,Value", *lines]))
+    np.testing.assert_array_equal(record.op, op)
+
+
+def test_values_that_share_a_stamp_with_the_next_are_said(events, read_text):
+    twice = {tag: [*list_, (list_[40][0], 7.5), list_[-1]] for tag, list_ in events.items()}
+    [record] = read_text(text(twice))
+    assert any("2 values with the time stamp of the tag's next" in guess for guess in record.provenance.guesses)
+    assert not any("time stamp of the tag's" in guess for guess in read_text(text(events))[0].provenance.guesses)
+
+
 def test_several_loops_bad_values_and_any_order_of_columns(signals, read_text):
     t, pv, op, _ = signals
     lines = ["Value;Quality;TagName;Time"]

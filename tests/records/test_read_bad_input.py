@@ -29,6 +29,7 @@ BAD = {
     "no header": (ROWS.encode(), "line 1: there is no header.*columns="),
     "two PV": (f"PV,PV,OP\n{ROWS}".encode(), "'PV' and 'PV' are both the PV"),
     "no time": (f"foo,PV,OP\n{ROWS}".encode(), "no column is known as time; if 'foo' is.*columns=.*dt="),
+    "one row": (b"time_s,PV,OP\n0,1,2\n", "has 1 row of data; 10 or more"),
     "three rows": (b"time_s,PV,OP\n0,1,2\n1,2,3\n2,3,4\n", "has 3 rows of data; 10 or more"),
     "all missing": (
         b"time_s,PV,OP\n" + b"".join(b"%d,Bad,5\n" % k for k in range(50)),

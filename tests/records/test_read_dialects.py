@@ -272,20 +272,6 @@ def test_encodings(encoding, end, signals, table, read_text):
     np.testing.assert_array_equal(record.pv, pv)
 
 
-def test_thousands(signals, table, read_text):
-    t, _, op, _ = signals
-    big = 1000.5 + np.arange(len(t))
-    english = [f'"{x:,.1f}"' for x in big]
-    [record] = read_text(table("time_s,PV,OP", t, english, op))
-    np.testing.assert_array_equal(record.pv, big)
-    [record] = read_text(table("time_s,PV,OP", t, [f'"{x:,.0f}"' for x in 3000 + t], op))
-    np.testing.assert_array_equal(record.pv, 3000 + t)
-    assert any("'3,000' is read as 3000" in guess for guess in record.provenance.guesses)
-    german = [f"{x:,.1f}".replace(",", " ").replace(".", ",").replace(" ", ".") for x in big]
-    [record] = read_text(table("time_s;PV;OP", t, german, op, delimiter=";", decimal=","))
-    np.testing.assert_array_equal(record.pv, big)
-
-
 def test_reading_a_path_names_loop_and_digest(tmp_path, signals, table):
     import hashlib
 

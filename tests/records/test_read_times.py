@@ -219,9 +219,59 @@ def test_unreadable_stamps_are_left_out_and_said(signals, table, read_text):
     assert any("1 row without a readable time stamp" in guess for guess in record.provenance.guesses)
 
 
-def test_given_dt_rules(signals, table, read_text):
+@pytest.mark.parametrize("seconds", [7, 8, 9, 11, 13, 14.5, 17, 25, 40, 42.5])
+def test_stamps_rounded_to_a_minute_that_no_whole_number_of_rows_fills(seconds, signals, table, read_text):
+    _, pv, op, _ = signals
+    cells = stamps(len(pv), seconds, "%Y-%m-%d %H:%M", START + timedelta(seconds=3))
+    [record] = read_text(table("Time,PV,OP", cells, pv, op))
+    assert record.dt == pytest.approx(seconds, rel=0.01)
+    np.testing.assert_array_equal(record.op, op)
+    assert any("share each stamp" in guess for guess in record.provenance.guesses)
+
+
+def test_rounded_stamps_that_tell_no_period_are_refused_and_dt_cures_it(signals, table, read_text):
+    _, pv, op, _ = signals
+    moments = np.cumsum(np.random.default_rng(2).uniform(5, 40, len(pv)))
+    cells = [(START + timedelta(seconds=s)).strftime("%Y-%m-%d %H:%M") for s in moments]
+    text = table("Time,PV,OP", cells, pv, op)
+    with pytest.raises(
+        RecordError, match=r"of 120 rows have the time stamp .* are rounded; .* dt= \(--dt\) in seconds"
+    ):
+        read_text(text)
+    [record] = read_text(text, dt=20.0)
+    assert (record.dt, record.start) == (20.0, START)
+    np.testing.assert_array_equal(record.op, op)
+
+
+def test_a_few_rows_of_one_stamp_and_other_values_are_left_out_and_said(signals, table, read_text):
     t, pv, op, _ = signals
-    [record] = read_text(table("time_s,PV,OP", t, pv, op), dt=2.0)
-    np.testing.assert_array_equal(record.op, op[::2])
+    t = t.copy()
+    t[[20, 60]] = t[[21, 61]]
+    [record] = read_text(table("time_s,PV,OP", t, pv, op))
+    assert np.isnan(record.op[20])
+    assert any(
+        "2 rows with the time stamp of the next, 2 rows of them with" in guess for guess in record.provenance.guesses
+    )
+
+
+def test_a_given_dt_stands_above_wrong_stamps_and_keeps_every_row(signals, table, read_text):
+    t, pv, op, _ = signals
+    drunk = np.cumsum(np.random.default_rng(4).uniform(0.01, 9.0, len(t)))
+    for wrong in (t, 7.0 * t, t // 2, t // 7, drunk, t[::-1], np.where(t < 60, t, t + 1e7)):
+        [record] = read_text(table("time_s,PV,OP", wrong, pv, op), dt=2.5)
+        assert record.dt == 2.5
+        np.testing.assert_array_equal(record.op, op[::-1] if wrong[0] > wrong[-1] else op)
+        assert any("taken as 2.5 s apart" in guess and "not used" in guess for guess in record.provenance.guesses)
     [record] = read_text(table("Time,PV,OP", ["x"] * len(t), pv, op), dt=3.0)
     assert (record.dt, len(record)) == (3.0, len(t))
+
+
+def test_a_given_dt_that_the_stamps_bear_out_keeps_their_gaps(signals, table, read_text):
+    t, pv, op, _ = signals
+    there = np.r_[0:50, 57 : len(t)]
+    [record] = read_text(table("time_s,PV,OP", 10.002 * t[there], pv[there], op[there]), dt=10.0)
+    assert (record.dt, len(record)) == (10.0, len(t))
+    assert np.flatnonzero(np.isnan(record.op)).tolist() == list(range(50, 57))
+    np.testing.assert_array_equal(record.op[57:], op[57:])
+    minutes = [(START + timedelta(seconds=10 * k)).strftime("%Y-%m-%d %H:%M") for k in range(len(t))]
+    np.testing.assert_array_equal(read_text(table("Time,PV,OP", minutes, pv, op), dt=10.0)[0].op, op)

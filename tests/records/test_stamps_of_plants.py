@@ -131,6 +131,63 @@ def test_the_clock_first_leaves_the_order_of_the_date_a_guess(signals, table, re
     assert read_text(text, day_first=False)[0].start == datetime(2026, 1, 2, 10)
 
 
+COMPACT = {
+    "both compact": ("%Y%m%d", "%H%M%S"),
+    "clock compact": ("%Y-%m-%d", "%H%M%S"),
+    "to the minute": ("%Y%m%d", "%H%M"),
+    "dots": ("%d.%m.%Y", "%H.%M.%S"),
+}
+
+
+@pytest.mark.parametrize("cut", [False, True])
+@pytest.mark.parametrize("start", [datetime(2026, 2, 14, 7, 59), datetime(2026, 2, 14, 23, 59)])
+@pytest.mark.parametrize("form", COMPACT)
+def test_day_and_clock_without_marks_in_two_columns(form, start, cut, signals, table, read_text):
+    _, pv, op, _ = signals
+    day, clock = COMPACT[form]
+    step = 60 if form == "to the minute" else 1
+    clocks = [
+        cell.lstrip("0") or "0" if cut and "." not in cell else cell
+        for cell in cells(clock_of(clock), step=step, start=start)
+    ]
+    text = table("Date,Time,PV,OP", cells(clock_of(day), step=step, start=start), clocks, pv, op)
+    [record] = read_text(text)
+    assert (record.dt, record.start, len(record)) == (step, start, len(pv))
+    np.testing.assert_array_equal(record.op, op)
+    told = [guess for guess in record.provenance.guesses if guess.startswith("Times such as")]
+    assert len(told) == (cut and form != "dots")
+
+
+def clock_of(form):
+    return lambda t: t.strftime(form)
+
+
+def test_two_columns_by_a_format(signals, table, read_text):
+    _, pv, op, _ = signals
+    text = table("Datum,Uhrzeit,PV,OP", cells(clock_of("%d%m%Y")), cells(clock_of("%H%M%S")), pv, op)
+    [record] = read_text(text, time_format="%d%m%Y %H%M%S")
+    assert (record.dt, record.start, len(record)) == (1.0, START, len(pv))
+
+
+def test_a_temperature_beside_a_day_is_no_clock(signals, table, read_text):
+    _, pv, op, _ = signals
+    degrees = [str(45 + k % 3) for k in range(len(pv))]
+    with pytest.raises(RecordError, match="all time stamps are equal"):
+        read_text(table("Date,T,PV,OP", ["20260214"] * len(pv), degrees, pv, op))
+
+
+def test_numbers_of_a_clock_without_marks_are_no_seconds(signals, table, read_text):
+    _, pv, op, _ = signals
+    for form, step in (("%H%M%S", 1), ("%H%M%S", 5), ("%H%M", 60)):
+        clocks = [str(int(cell)) for cell in cells(clock_of(form), step=step, start=datetime(2026, 2, 14, 7, 59))]
+        [record] = read_text(table("Time,PV,OP", clocks, pv, op))
+        assert (record.dt, len(record)) == (step, len(pv))
+        assert any("clock without marks" in guess for guess in record.provenance.guesses)
+    for counted in (range(len(pv)), range(0, 20 * len(pv), 20), range(0, 100 * len(pv), 100), range(7000, 7120)):
+        [record] = read_text(table("Time,PV,OP", [str(k) for k in counted], pv, op))
+        assert record.dt == counted[1] - counted[0]
+
+
 @pytest.mark.parametrize("mark", [".", ","])
 def test_minutes_and_seconds_as_excel_shows_them(mark, signals, table, read_text):
     t, pv, op, _ = signals

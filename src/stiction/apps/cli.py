@@ -1,15 +1,18 @@
 """The command `stiction`: which verbs there are, and what becomes of their results and errors.
 
 Exit codes: 0 nothing found, 1 findings, 2 usage, 3 data problem; 70 a fault of this program, 130 interrupted, 141
-nobody reads on.
+nobody reads on, 143 asked to end.
 """
 
 import errno
 import logging
 import os
 import re
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from stiction import __version__
@@ -78,9 +81,34 @@ def main(argv: Sequence[str] | None = None) -> int:
     0
     """
     try:
-        return _run(list(sys.argv[1:] if argv is None else argv))
+        with _ended_in_order():
+            return _run(list(sys.argv[1:] if argv is None else argv))
+    except _Asked as asked:
+        return 128 + asked.args[0]
     except KeyboardInterrupt:
         return 130
+
+
+class _Asked(KeyboardInterrupt):
+    """The system asks the program to end, by the signal of that number."""
+
+
+@contextmanager
+def _ended_in_order() -> Iterator[None]:
+    """Let SIGTERM and SIGHUP end the work as Ctrl-C does, so that no half-written file is left behind."""
+
+    def end(number: int, _: object) -> None:
+        raise _Asked(number)
+
+    ours = {}
+    if threading.current_thread() is threading.main_thread():
+        known = (getattr(signal, name, None) for name in ("SIGTERM", "SIGHUP"))
+        ours = {one: signal.signal(one, end) for one in known if one and signal.getsignal(one) is signal.SIG_DFL}
+    try:
+        yield
+    finally:
+        for one, before in ours.items():
+            signal.signal(one, before)
 
 
 def _run(tokens: list[str]) -> int:

@@ -43,6 +43,7 @@ def compensate(
     decimal: str | None = None,
     time_format: str | None = None,
     op_range: tuple[float, float] | None = None,
+    mv_range: tuple[float, float] | None = None,
     day_first: bool | None = None,
 ) -> int:
     """Try every remedy of a sticky loop on its twin: what each gives and costs, and which to take until the shutdown.
@@ -80,7 +81,8 @@ def compensate(
     tag
         Only this loop of a file with several; the name of the loop where there is none.
     dt
-        Sampling period in seconds, where the file has no time or a wrong one; without FILE that of the loop (1).
+        Sampling period in seconds, where the file has no time or a wrong one: its rows are then taken as even;
+        without FILE that of the loop (1).
     column
         SIGNAL=NAME, for example op=FIC101.OUT: which column is which, instead of guessing. SIGNAL is time, pv, sp,
         op, mv (valve position), mode, bad or quality. May be repeated.
@@ -94,6 +96,8 @@ def compensate(
         How time stamps are written, as in "%d.%m.%Y %H:%M:%S".
     op_range
         OP at 0 % and at 100 % of span, where the column is not in %: two numbers.
+    mv_range
+        The same of the valve position.
     day_first
         Whether 01/02/2026 is the first of February.
     """
@@ -101,7 +105,7 @@ def compensate(
     given = {"process": process, "valve": valve, "noise": noise, "loop": loop}
     reading = {
         "column": column or None, "loop_type": loop_type, "delimiter": delimiter, "decimal": decimal,
-        "time_format": time_format, "op_range": op_range, "day_first": day_first,
+        "time_format": time_format, "op_range": op_range, "mv_range": mv_range, "day_first": day_first,
     }  # fmt: skip
     _one_source(files, given, reading, controller, work_order)
     from stiction.apps.diagnose import columns_of

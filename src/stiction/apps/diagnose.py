@@ -33,6 +33,7 @@ def diagnose(
     decimal: str | None = None,
     time_format: str | None = None,
     op_range: tuple[float, float] | None = None,
+    mv_range: tuple[float, float] | None = None,
     day_first: bool | None = None,
 ) -> int:
     """Say of each loop in a record whether its valve sticks, how badly, how sure that is, and what to do.
@@ -53,7 +54,7 @@ def diagnose(
     tag
         Only this loop of a file with several; the name of the loop where the header has none.
     dt
-        Sampling period in seconds, where the file has no time or a wrong one.
+        Sampling period in seconds, where the file has no time or a wrong one: its rows are then taken as even.
     column
         SIGNAL=NAME, for example op=FIC101.OUT: which column is which, instead of guessing. SIGNAL is time, pv, sp,
         op, mv (valve position), valve_signal (what a compensator sends to the valve), mode, bad or quality. May be
@@ -68,6 +69,8 @@ def diagnose(
         How time stamps are written, as in "%d.%m.%Y %H:%M:%S".
     op_range
         OP at 0 % and at 100 % of span, where the column is not in %: two numbers.
+    mv_range
+        The same of the valve position.
     day_first
         Whether 01/02/2026 is the first of February.
     """
@@ -83,7 +86,8 @@ def diagnose(
         )
     given = {
         "tag": tag, "dt": dt, "columns": columns_of(column), "loop_type": loop_type, "delimiter": delimiter,
-        "decimal": decimal, "time_format": time_format, "op_range": op_range, "day_first": day_first,
+        "decimal": decimal, "time_format": time_format, "op_range": op_range, "mv_range": mv_range,
+        "day_first": day_first,
     }  # fmt: skip
     options = {name: value for name, value in given.items() if value is not None}
     target = None

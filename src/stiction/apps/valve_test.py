@@ -108,8 +108,12 @@ def analyse(
     column: Annotated[tuple[str, ...], Parameter(negative="")] = (),
     tag: str | None = None,
     dt: float | None = None,
+    delimiter: str | None = None,
+    decimal: str | None = None,
     time_format: str | None = None,
     day_first: bool | None = None,
+    op_range: tuple[float, float] | None = None,
+    mv_range: tuple[float, float] | None = None,
     report: Report = None,
     as_json: Json = False,
 ) -> int:
@@ -132,18 +136,27 @@ def analyse(
     tag
         Which valve of a file with several.
     dt
-        Sampling period in seconds, where the file has no time.
+        Sampling period in seconds, where the file has no time or a wrong one: its rows are then taken as even.
+    delimiter
+        Character between columns.
+    decimal
+        Decimal mark, "." or ",".
     time_format
         How time stamps are written, as in "%d.%m.%Y %H:%M:%S".
     day_first
         Whether 01/02/2026 is the first of February.
+    op_range
+        OP at 0 % and at 100 % of span, where the column is not in %: two numbers.
+    mv_range
+        The same of the valve position.
     as_json
         Print the result as JSON.
     """
     from stiction import RecordError, analyse_ramp, analyse_steps, compare_tests, read
     from stiction.apps.diagnose import columns_of
     from stiction.apps.files import check_report
-    from stiction.apps.output import print_json, say
+    from stiction.apps.output import note, print_json, say
+    from stiction.records import receipt
 
     refuse_options((file,), analyse, "valve-test analyse")
     ramp = {"lag": lag}
@@ -153,10 +166,11 @@ def analyse(
     def result(path: str):
         try:
             records = read(
-                path, columns=columns_of(column), tag=tag, dt=dt, time_format=time_format, day_first=day_first
-            )
+                path, columns=columns_of(column), tag=tag, dt=dt, time_format=time_format, day_first=day_first,
+                op_range=op_range, mv_range=mv_range, delimiter=delimiter, decimal=decimal,
+            )  # fmt: skip
         except RecordError as error:
-            raise RecordError(in_options(str(error))) from None
+            raise RecordError(in_options(_of_a_test(str(error)))) from None
         if len(records) > 1:
             tags = ", ".join(record.tag for record in records)
             raise RecordError(f"{path}: holds {len(records)} valves ({tags}); name one with --tag.")
@@ -165,7 +179,9 @@ def analyse(
         return analyse_steps(records[0], signal=signal, limit=limit)
 
     found = result(file)
-    changes = None if before is None else compare_tests(result(before), found)
+    earlier = None if before is None else result(before)
+    changes = None if earlier is None else compare_tests(earlier, found)
+    (note if as_json else say)(in_options(receipt(test.record for test in (found, earlier) if test).summary()))
     if target is not None:
         from stiction.apps.valve_test_page import write_valve_test_page
 
@@ -179,6 +195,12 @@ def analyse(
         if target is not None:
             say(f"Report: {target}")
     return int(found.verdict == "beyond limit")
+
+
+def _of_a_test(sentence: str) -> str:
+    """What the reader says of a loop said of a test, in which the stem is looked for where a loop has its PV."""
+    sentence = sentence.replace("no loop with PV and OP was", "no OP with a valve position (MV) or a flow (PV) was")
+    return sentence.replace("columns={'pv': ..., 'op': ...}", "columns={'mv': ..., 'op': ...}")
 
 
 def _given(options: dict[str, Any]) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from stiction.records.dialects import (
     TIME_WORDS,
     UNIT_WORDS,
     VALUE_WORDS,
+    loop_type_of,
 )
 
 if TYPE_CHECKING:
@@ -128,7 +129,7 @@ def choose_names(header: list[list[str]]) -> tuple[list[str], list[str]]:
         pairs = Counter(pair for pair in known if pair)
         return len(pairs) + sum(_is_time(name) for name in names) - 2 * sum(n - 1 for n in pairs.values())
 
-    candidates = list(header)
+    candidates = [(found(row), False, row, row) for row in header]
     for upper, lower in itertools.pairwise(header):
         tag, joined = "", []
         for above, below in zip(upper, lower, strict=True):
@@ -140,11 +141,21 @@ def choose_names(header: list[list[str]]) -> tuple[list[str], list[str]]:
                 joined.append(tag)
             else:
                 joined.append(below if _is_time(below) else above or below)
-        candidates.append(joined)
-    names = max(candidates, key=found)
-    rows = [row for row in header if row is not names and _are_units(row)]
+        candidates.append((found(joined), _is_of_tags(upper, lower), joined, upper))
+    *_, names, used = max(candidates, key=lambda row: row[:2])
+    rows = [row for row in header if row is not used and _are_units(row)]
     units = max(rows, key=lambda row: sum(_is_unit(cell) for cell in row), default=[""] * len(names))
     return names, [unit_of(name) or unit for name, unit in zip(names, units, strict=True)]
+
+
+def _is_of_tags(upper: list[str], lower: list[str]) -> bool:
+    """Whether a row names the one loop whose signals are below: in a merged cell, or by letters and number of a tag."""
+    texts = [cell for cell in upper if cell]
+    signals = [i for i, cell in enumerate(lower) if (pair := signal_of(cell)) and not pair[0]]
+    if len(signals) < 2 or len(set(texts)) != 1 or _is_unit(texts[0]):
+        return False
+    merged = len(texts) == 1 and 0 < upper.index(texts[0]) <= signals[0]
+    return merged or loop_type_of(texts[0], numbered=True) != "other"
 
 
 def _is_unit(cell: str) -> bool:

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import RecordError
-from stiction.records.csv_sniff import grouped_cell, sniff
+from stiction.records.csv_sniff import sniff
 from stiction.records.digits import number_of
 from stiction.records.numbers import is_number, to_numbers
 from stiction.records.source import text_encoding
 from stiction.records.table import Columns
+from stiction.records.thousands import grouped_cell, may_be_parted, parted_cells, torn_number
 
 if TYPE_CHECKING:
     from _csv import Reader as CsvReader
@@ -28,6 +29,8 @@ __all__ = ["CsvTable", "open_csv"]
 MAX_LINE = 1_000_000
 MAX_ROWS = 5_000_000
 _BLOCK = 20_000
+TORN = 0.01
+"""Share of the rows that may have a number torn in two [-]."""
 _LOOK_AHEAD = 200
 _NAMES = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "pipes", " ": "spaces"}
 
@@ -62,7 +65,7 @@ class CsvTable:
         head = [line for line, _ in zip(self._lines(), range(_LOOK_AHEAD), strict=False)]
         layout = sniff(source.name, head, delimiter, decimal)
         self.header, self.decimal, self.width = layout.header, layout.decimal, layout.width
-        self._delimiter = layout.delimiter
+        self._delimiter, self._sure = layout.delimiter, decimal is not None
         self.first_line = layout.skip + 1
         self.sample = [row for _, row in zip(range(_LOOK_AHEAD), self._rows(), strict=False)]
         self.guesses: list[str] = []
@@ -73,7 +76,8 @@ class CsvTable:
         if decimal is None and layout.decimal == ",":
             self.guesses.append("Numbers have a decimal comma.")
         if decimal is None and (seen := grouped_cell(self.sample, layout)):
-            self.guesses.append(f"{seen!r} is read as {seen.replace(',', '')}; if that is wrong give decimal=','.")
+            cell, value, other = seen
+            self.guesses.append(f"{cell!r} is read as {value:.10g}; if that is wrong give decimal={other!r}.")
         if layout.passed_over:
             self.guesses.append(f"{layout.passed_over} lines above the header were passed over.")
 
@@ -88,11 +92,13 @@ class CsvTable:
         Raises
         ------
         RecordError
-            When there are more than `MAX_ROWS` rows or a line longer than `MAX_LINE` characters.
+            When there are more than `MAX_ROWS` rows or a line longer than `MAX_LINE` characters, or when marks between
+            thousands make a number two, or may make it another.
         """
         taken = Columns(text={i: [] for i in text}, texts={i: Counter() for i in numbers})
         parts: dict[int, list] = {i: [] for i in numbers}
         ragged, first_ragged = 0, 0
+        torn: list[str] = []
         rows = self._rows()
         while block := [row for _, row in zip(range(_BLOCK), rows, strict=False)]:
             odd = [k for k, row in enumerate(block) if len(row) != self.width]
@@ -100,6 +106,7 @@ class CsvTable:
                 first_ragged = first_ragged or self.first_line + taken.rows + odd[0]
                 ragged += len(odd)
                 for k in odd:
+                    torn += filter(None, [torn_number(block[k])] if len(block[k]) > self.width else ())
                     block[k] = [*block[k], *[""] * self.width][: self.width]
             taken.rows += len(block)
             if taken.rows > MAX_ROWS:
@@ -112,12 +119,33 @@ class CsvTable:
                 taken.texts[i] += texts
         for i in numbers:
             taken.numbers[i] = np.concatenate(parts[i]) if parts[i] else np.empty(0)
+        self._refuse_parted(taken, torn)
         if ragged:
             rows = number_of(ragged, "row")
             guess = f"{rows} of other than {self.width} cells (first near line {first_ragged}); the rest is empty."
             if guess not in self.guesses:  # columns may be taken in turns
                 self.guesses.append(guess)
         return taken
+
+    def _refuse_parted(self, taken: Columns, torn: list[str]) -> None:
+        """Refuse numbers whose thousands are parted in a way that makes others of them."""
+        if self._delimiter == "," and len(torn) > TORN * taken.rows:
+            raise RecordError(
+                f"{self.source.name}: has commas between columns and within numbers, such as {torn[0]}; export it "
+                "with semicolons between columns, or with such numbers in quotes."
+            )
+        for i, values in taken.numbers.items():
+            if self._sure or not may_be_parted(values):
+                continue
+            if found := parted_cells((row[i] for row in self._rows() if i < len(row)), self.decimal):
+                whole, marked = found
+                other = "," if self.decimal == "." else "."
+                column = self.header[-1][i] if self.header else i
+                raise RecordError(
+                    f"{self.source.name}, column {column}: {whole!r} beside {marked!r} "
+                    f"looks like thousands parted by {self.decimal!r}; give decimal={other!r} if they are, "
+                    f"decimal={self.decimal!r} if not."
+                )
 
     def _lines(self) -> Iterator[str]:
         stream = io.TextIOWrapper(io.BytesIO(self.source.data), encoding=self._encoding, errors="replace")

@@ -14,12 +14,12 @@ from dataclasses import dataclass
 from stiction.errors import RecordError
 from stiction.records.dialects import MISSING_WORDS, STATUS_WORDS
 from stiction.records.numbers import as_number, is_number
+from stiction.records.thousands import GROUPS, torn_number
 from stiction.records.timestamps import is_clock, is_date, is_stamp
 
-__all__ = ["Layout", "grouped_cell", "sniff", "split"]
+__all__ = ["Layout", "sniff", "split"]
 
 DELIMITERS = (",", ";", "\t", "|", " ")
-_GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
 _FILLERS = {*MISSING_WORDS, *STATUS_WORDS}
 _NUMBER, _GROUPED, _STAMP, _FILLER, _TEXT = "ngt-x"
 _SENSE = {_NUMBER: 1.0, _STAMP: 1.0, _GROUPED: 0.9, _FILLER: 0.5, _TEXT: 0.0}
@@ -66,7 +66,7 @@ def sniff(name: str, lines: list[str], delimiter: str | None, decimal: str | Non
     if lines and (marked := re.fullmatch(r'"?sep=(.)"?\s*', lines[0], re.IGNORECASE)):
         delimiter = delimiter or marked.group(1)
     best: Layout | None = None
-    best_score, broken, doubled = 0.0, "", ""
+    best_score, broken, doubled, short = 0.0, "", "", ""
     there = [mark for mark in DELIMITERS if mark == "," or any(mark in line for line in lines)]
     for mark in (delimiter,) if delimiter else there:
         try:
@@ -84,14 +84,15 @@ def sniff(name: str, lines: list[str], delimiter: str | None, decimal: str | Non
             score = _score(data, width)
             if score > best_score + 1e-9:
                 header, passed_over = _header(cells[:first], words[:first], width, cells[first])
-                above = len(cells[first - 1]) if first and not header else 0
-                twice = mark == "," and above > 1 and width in (2 * above - 1, 2 * above)
-                doubled = f"rows of {width} cells under a header of {above}: a decimal comma between commas" * twice
+                short = _short(cells, first, width, header)
+                doubled = _doubled(cells, first, width, bool(header)) if mark == "," else ""
                 best_score, best = score, Layout(mark, point, header, above_row[first], width, passed_over)
     if doubled or (broken and best is None):
         raise RecordError(
             f"{name}: holds {doubled or broken}; export it with semicolons between columns, or without quotes."
         )
+    if best is not None and short:
+        raise RecordError(f"{name}: has {short}; write one over each column, so that it is plain which is which.")
     if best is None:
         first_line = lines[0].strip()[:60] if lines else ""
         raise RecordError(
@@ -99,6 +100,28 @@ def sniff(name: str, lines: list[str], delimiter: str | None, decimal: str | Non
             "export a table with a header and one row of numbers per sample."
         )
     return best
+
+
+def _doubled(cells: list[list[str]], first: int, width: int, has_header: bool) -> str:
+    """What commas within numbers have done to a table with commas between columns; empty where nothing."""
+    above = len(cells[first - 1]) if first else 0
+    what = f"rows of {width} cells under a header of {above}: "
+    if above > 1 and not has_header and width in (2 * above - 1, 2 * above):
+        return what + "a decimal comma between commas"
+    torn = [torn_number(row) for row in cells[first:] if len(row) == width]
+    if 1 < above < width and 2 * sum(map(bool, torn)) > len(torn):
+        return what + f"commas between columns and within numbers, such as {next(filter(None, torn))}"
+    return ""
+
+
+def _short(cells: list[list[str]], first: int, width: int, header: list[list[str]]) -> str:
+    """That a column without a name stands among the others; empty where none does, or one that is empty, at the end."""
+    rows = [row for row in cells[first:] if len(row) == width]
+    put_in = bool(header) and header[-1][0] == "Date" != [*cells[first - 1], ""][0]
+    if not header or put_in or max(map(len, cells[:first])) >= width:
+        return ""
+    filled = sum(bool(row[-1].strip()) for row in rows)
+    return f"{width - 1} names over {width} columns" if 2 * filled > len(rows) else ""
 
 
 def _is_written(row: list[str]) -> bool:
@@ -113,7 +136,7 @@ def _letter(cell: str, decimal: str, delimiter: str) -> str:
         return _NUMBER
     if is_stamp(text):
         return _STAMP
-    if decimal == "." and delimiter == "," and _GROUPS.fullmatch(text):
+    if decimal == "." and delimiter == "," and GROUPS.fullmatch(text):
         return _NUMBER  # quoted "1,234" between commas is more likely a group of thousands
     return _GROUPED if is_number(text, decimal) else _TEXT
 
@@ -163,13 +186,6 @@ def _likeness(word: str, usual: str, key: int | None) -> float:
         return alike / len(usual)
     other = sum(b in _VALUES and a not in (b, _FILLER) for a, b in pairs)
     return -1.0 if shown != _FILLER else (alike - other) / len(usual)
-
-
-def grouped_cell(rows: list[list[str]], layout: Layout) -> str | None:
-    """Find a cell such as "1,234" between commas, whose comma may be a decimal mark after all."""
-    if (layout.delimiter, layout.decimal) != (",", "."):
-        return None
-    return next((cell for row in rows for cell in row if _GROUPS.fullmatch(cell.strip())), None)
 
 
 def _header(rows: list[list[str]], words: list[str], width: int, data: list[str]) -> tuple[list[list[str]], int]:

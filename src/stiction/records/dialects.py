@@ -18,6 +18,7 @@ __all__ = [
     "MODES",
     "OTHER_OUTPUT_UNITS",
     "OUTPUT_WHEN_ALONE",
+    "OWNER_WORDS",
     "SIGNAL_WORDS",
     "STATUS_WORDS",
     "TAG_WORDS",
@@ -56,8 +57,12 @@ stands behind it (`FIC-101.PV.Quality`)."""
 TAG_WORDS = (
     *("TAG", "TAGNAME", "TAG NAME", "TAG_NAME", "POINT", "POINT NAME", "POINTNAME", "SIGNAL", "VARIABLE", "LOOP"),
     *("LOOP NAME", "CONTROLLER", "NAME", "VARNAME", "SERIES", "METRIC", "ITEM", "ITEM NAME", "POINT PARAMETER"),
+    "_FIELD",  # InfluxDB
 )
 """A column that says whose row it is."""
+
+OWNER_WORDS = ("_MEASUREMENT",)
+"""A column that names the loop, as one of `TAG_WORDS` may, where the row's tag is only PV or OP."""
 
 VALUE_WORDS = ("VALUE", "VAL", "READING", "VARVALUE", "VVALUE", "IP_TREND_VALUE", "_VALUE")
 """A column of the values of whatever the row's tag is."""

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stiction.records.compact import ticks_as_clock
 from stiction.records.timestamps import Stamps, parse_texts
 
 if TYPE_CHECKING:
@@ -78,6 +79,10 @@ def parse_numbers(values: NDArray[np.float64], unit: float | None) -> Stamps:
             if epoch.longest_step < np.inf:  # a serial day carries about a microsecond of rounding
                 seconds = np.round(seconds, 3)
             return Stamps(seconds, epoch.kind, [f"The time column is taken as {epoch.name}."])
+    if unit is None and (clock := ticks_as_clock(values)):
+        stamps = parse_texts(clock[0])
+        stamps.guesses.append(clock[1])
+        return stamps
     if unit is None and step >= _LONG_STEP and step % 300.0:
         told = f"The time column steps by {step:.6g} and is taken as milliseconds; if these are seconds name it time_s."
         return Stamps(values * 1e-3, "relative", [told])

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
+from datetime import datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiction.errors import RecordError
 from stiction.records.columns import Assignment, assign, choose_names, time_unit
+from stiction.records.compact import is_compact_clock, with_colons
 from stiction.records.dialects import MISSING_WORDS
 from stiction.records.epochs import parse_numbers
 from stiction.records.long_table import LongTable, apart, long_columns, widened
@@ -29,6 +32,8 @@ SPARSE, LONGEST_BLANK = 0.5, 20
 """Share of the first rows that hold both OP and PV below which each is stored at its own times, and rows in a row
 without one of them up to which that is so [-]; more are gaps."""
 
+_DOTTED = re.compile(r"\d{1,2}\.\d{2}\.\d{2}")
+
 
 @dataclass(frozen=True)
 class Options:
@@ -40,6 +45,7 @@ class Options:
     loop_type: str | None = None
     time_format: str | None = None
     op_range: tuple[float, float] | None = None
+    mv_range: tuple[float, float] | None = None
     day_first: bool | None = None
 
 
@@ -137,9 +143,13 @@ def find_time(given: Assignment, table: Table, options: Options) -> None:
         if 0 not in used and first and 2 * sum(map(is_stamp, first)) > len(first):
             given.time = [0]
     if len(given.time) > 1:
-        cells = {i: next((row[i] for row in table.sample if i < len(row) and row[i].strip()), "") for i in given.time}
-        dates = [i for i in given.time if is_date(cells[i])]
-        clocks = [i for i in given.time if is_clock(cells[i])]
+        cells = {i: [row[i] for row in table.sample if i < len(row) and row[i].strip()] or [""] for i in given.time}
+        dates = [i for i in given.time if is_date(cells[i][0])]
+        beside = [i for i in given.time if i not in dates[:1]]
+        clocks = [i for i in given.time if is_clock(cells[i][0])]
+        clocks += [i for i in beside if dates and (_DOTTED.fullmatch(cells[i][0]) or is_compact_clock(cells[i]))]
+        if options.time_format and _reads(f"{cells[given.time[0]][0]} {cells[given.time[1]][0]}", options.time_format):
+            dates, clocks = given.time[:1], given.time[1:2]
         several = len(given.time)
         given.time = [dates[0], clocks[0]] if dates and clocks else given.time[:1]
         if several > len(given.time):
@@ -161,6 +171,14 @@ def find_time(given: Assignment, table: Table, options: Options) -> None:
         raise RecordError(f"{table.source.name}: has{counted}; give the sampling period with dt= (--dt) in seconds.")
 
 
+def _reads(stamp: str, time_format: str) -> bool:
+    """Whether a format is that of a stamp."""
+    try:
+        return datetime.strptime(stamp, time_format) is not None
+    except ValueError:
+        return False
+
+
 def unit_of_time(column: int, names: list[str], units: list[str]) -> float | None:
     """Seconds per unit of a time column of numbers [s]; None where the header does not tell."""
     return time_unit(names[column] if names else "", units[column] if units else "")
@@ -175,12 +193,17 @@ def stamps_of(
     options: Options,
 ) -> Stamps:
     """Time of each row from the cells of one column, or of a date and a time of day."""
-    cells = text[time[0]]
+    cells, told = text[time[0]], ""
     if len(time) == 2:
-        cells = [f"{day} {clock}" for day, clock in zip(cells, text[time[1]], strict=True)]
+        clocks = text[time[1]]
+        if options.time_format is None and is_compact_clock(clocks[:200]):
+            clocks, told = with_colons(clocks)
+        cells = [f"{day} {clock}" for day, clock in zip(cells, clocks, strict=True)]
     elif table.is_numeric(time[0]) and options.time_format is None:
         return parse_numbers(to_numbers(cells, table.decimal)[0], unit_of_time(time[0], names, units))
-    return parse_texts(cells, day_first=options.day_first, time_format=options.time_format)
+    stamps = parse_texts(cells, day_first=options.day_first, time_format=options.time_format)
+    stamps.guesses += [told] if told else []
+    return stamps
 
 
 def _widened(

@@ -13,7 +13,7 @@ import numpy as np
 
 from stiction.errors import RecordError
 from stiction.records.columns import signal_of
-from stiction.records.dialects import SIGNAL_WORDS, TAG_WORDS, VALUE_WORDS
+from stiction.records.dialects import OWNER_WORDS, SIGNAL_WORDS, TAG_WORDS, VALUE_WORDS
 from stiction.records.digits import number_of
 from stiction.records.numbers import is_number, to_numbers
 from stiction.records.resample import untangled
@@ -39,7 +39,7 @@ _LONGEST_REST = 20.0
 
 
 def long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = (), decimal: str = ".") -> dict[str, int]:
-    """Columns of tag, value and quality of a long table; none where it is none.
+    """Columns of tag, value, quality and owner of the tag, a loop, of a long table; none where it is none.
 
     Parameters
     ----------
@@ -57,14 +57,12 @@ def long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = (), dec
     ({'tag': 0, 'value': 2}, {})
     >>> long_columns(["what", "when", "x"], [["FIC-1.PV", "2026-02-01 10:00", "3.5"]])
     {'tag': 0, 'value': 2}
+    >>> long_columns(["Loop", "Signal", "When", "Value"], [["FIC-1", "PV", "2026-02-01 10:00", "3.5"]])
+    {'tag': 1, 'value': 3, 'owner': 0}
     """
     words = [name.strip().upper() for name in names]
     roles = {"tag": TAG_WORDS, "value": VALUE_WORDS, "quality": SIGNAL_WORDS["quality"]}
-    given = {
-        role: next(i for i, word in enumerate(words) if word in known)
-        for role, known in roles.items()
-        if any(word in known for word in words)
-    }
+    given = {role: places[0] for role, known in roles.items() if (places := _places(words, known))}
     if sample:
         columns = [[row[i].strip() for row in sample if i < len(row) and row[i].strip()] for i in range(len(names))]
         tags = [i for i, cells in enumerate(columns) if cells and _are_tags(cells)]
@@ -75,7 +73,19 @@ def long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = (), dec
         ]
         if tags and (values or "value" in given):
             given = {**given, "tag": tags[0], "value": given.get("value", values[0] if values else -1)}
+        by_name = _places(words, TAG_WORDS)
+        signals = [i for i in by_name if columns[i] and all(map(signal_of, columns[i]))]
+        if signals and not tags:
+            given["tag"] = signals[0]
+        pairs = [signal_of(cell) for cell in columns[given["tag"]]] if "tag" in given else []
+        owners = [i for i in (*by_name, *_places(words, OWNER_WORDS)) if i != given.get("tag") and columns[i]]
+        if owners and any(pair and not pair[0] for pair in pairs):
+            given["owner"] = owners[0]
     return given if {"tag", "value"} <= set(given) else {}
+
+
+def _places(words: Sequence[str], known: Sequence[str]) -> list[int]:
+    return [i for i, word in enumerate(words) if word in known]
 
 
 def _are_tags(cells: Sequence[str]) -> bool:
@@ -194,6 +204,8 @@ def widened(
     tags = np.array([tag.strip() for tag in taken.text[columns["tag"]]], dtype=object)[known]
     values = np.array(taken.text[columns["value"]], dtype=object)[known]
     guesses = list(stamps.guesses)
+    if "owner" in columns:
+        tags = _owned(tags, np.array([cell.strip() for cell in taken.text[columns["owner"]]], dtype=object)[known])
     if "quality" in columns:
         values[not_good(taken.text[columns["quality"]], "of the quality", guesses)[known]] = "BAD"
     names = list(dict.fromkeys(tags))
@@ -209,6 +221,13 @@ def widened(
     guesses += dict.fromkeys(guess for clock in clocks for guess in clock.guesses)
     jumps = max(clock.clock_jumps for clock in clocks)
     return _joined(table, names, columns_of, Stamps(stamps.seconds, stamps.kind, guesses, clock_jumps=jumps))
+
+
+def _owned(tags: NDArray[np.object_], owners: NDArray[np.object_]) -> NDArray[np.object_]:
+    """Bare signals with the loop's name before them, where names are of loops: one of them has several signals."""
+    several = len(set(zip(owners, tags, strict=True))) > len(set(owners))
+    joined = [f"{owner}.{tag}" if several and owner else tag for owner, tag in zip(owners, tags, strict=True)]
+    return np.array(joined, dtype=object)
 
 
 def apart(
@@ -275,10 +294,14 @@ def _joined(
 ) -> LongTable:
     """Columns, each of times and cells, on all their times; of a column's cells at one time the last counts."""
     seconds = np.unique(np.concatenate([when for when, _ in columns]))
-    cells = []
+    cells, lost = [], 0
     for when, texts in columns:
         order = np.argsort(when, kind="stable")
         row = np.searchsorted(seconds, when[order])
         last = np.append(np.diff(row) > 0, True) if row.size else np.zeros(0, dtype=bool)
+        lost += sum(texts[order[k]] != texts[order[k + 1]] for k in np.flatnonzero(~last))
         cells.append((row[last].astype(np.int64), [texts[k] for k in order[last]]))
+    if lost:
+        told = f"Left out: {number_of(lost, 'value')} with the time stamp of the tag's next, which is another."
+        stamps = replace(stamps, guesses=[*stamps.guesses, told])
     return LongTable(table, replace(stamps, seconds=seconds), names, cells, units)

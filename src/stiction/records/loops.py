@@ -17,7 +17,7 @@ from stiction.records.layout import MIN_ROWS, Options, find_time, is_loop, laid_
 from stiction.records.long_table import LongTable
 from stiction.records.record import LARGEST, LoopRecord, Provenance
 from stiction.records.resample import Grid, regular_grid
-from stiction.records.signals import automatic, flagged_rows, in_percent
+from stiction.records.signals import automatic, flagged_rows, in_percent, position_in_percent
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -77,7 +77,8 @@ def _loops_of_part(table: Table, options: Options) -> tuple[list[LoopRecord], li
     numbers = {s[role] for s in roles for role in NUMBERS if role in s} | set(given.time if numeric_time else [])
     taken = table.take(sorted(text - numbers), sorted(numbers))
     if taken.rows < MIN_ROWS:
-        raise RecordError(f"{name}: has {taken.rows} rows of data; {MIN_ROWS} or more are needed, hundreds are useful.")
+        rows = number_of(taken.rows, "row")
+        raise RecordError(f"{name}: has {rows} of data; {MIN_ROWS} or more are needed, hundreds are useful.")
     shared = {role: i for role, i in given.loops.get("", {}).items() if role in ("bad", "quality", "mode")}
     records: list[LoopRecord] = []
     dead: list[RecordError] = []
@@ -178,7 +179,7 @@ def _grid(
         stamps = parse_numbers(taken.numbers[first], unit_of_time(first, names, units))
     else:
         stamps = stamps_of(given.time, taken.text, table, names, units, options)
-    grid = regular_grid(stamps, dt, name, table.first_line, hold)
+    grid = regular_grid(stamps, dt, name, table.first_line, hold, taken.differ)
     grid.guesses[:0] = stamps.guesses
     return grid
 
@@ -241,7 +242,11 @@ def _loop(
         guesses.append(f"Missing: {number_of(flagged, 'row')}, flagged as bad.")
     op = values["op"]
     assert op is not None
-    values["op"] = in_percent(op, units[signals["op"]].upper() if units else "", options.op_range, guesses)
+    unit = {role: units[i].upper() if units else "" for role, i in signals.items()}
+    values["op"] = op = in_percent(op, unit["op"], options.op_range, guesses)
+    if values["mv"] is not None:
+        own = options.mv_range or (options.op_range if unit["mv"] and unit["mv"] == unit["op"] else None)
+        values["mv"] = position_in_percent(values["mv"], unit["mv"], own, op, options.op_range, guesses)
     missing = ~np.isfinite(values["op"])
     if values["pv"] is not None:
         missing |= ~np.isfinite(values["pv"])

@@ -54,6 +54,7 @@ def read(
     decimal: str | None = None,
     time_format: str | None = None,
     op_range: tuple[float, float] | None = None,
+    mv_range: tuple[float, float] | None = None,
     day_first: bool | None = None,
 ) -> list[LoopRecord]:
     """Read every control loop of a file.
@@ -63,7 +64,9 @@ def read(
     path : str, path or binary file
         A CSV file in any of the usual dialects; "-" is the standard input.
     dt : float, optional
-        Sampling period [s]; the median step of the time stamps when not given.
+        Sampling period [s]; the median step of the time stamps when not given. Stamps that do not fit it are taken as
+        wrong: the rows are then `dt` apart in the order they come, gaps and all. Of tags with stamps of their own it is
+        the step at which these are laid out.
     tag : str, optional
         Which loop of a file with several; the name of the loop where the header has none.
     columns : mapping, optional
@@ -77,6 +80,8 @@ def read(
         A `datetime.strptime` format.
     op_range : pair of float, optional
         OP at 0 and at 100 % of span [unit of the column], to convert OP to % of span; never converted on suspicion.
+    mv_range : pair of float, optional
+        Valve position at 0 and at 100 % of span [unit of the column], to convert it likewise.
     day_first : bool, optional
         Whether 01/02/2026 is the first of February.
 
@@ -107,25 +112,31 @@ def read(
         raise ParameterError(f"decimal = {decimal!r} is no decimal mark; give '.' or ','.")
     if delimiter is not None and (len(delimiter) != 1 or delimiter in "\r\n\"'"):
         raise ParameterError(f"delimiter = {delimiter!r} is not one character; give for example ',' or ';' or a tab.")
-    if op_range is not None:
-        try:
-            zero, full = op_range
-        except (TypeError, ValueError):
-            raise ParameterError(
-                f"op_range = {op_range!r} is no pair of numbers; give the OP at 0 % and at 100 %, for example (4, 20)."
-            ) from None
-        low, high = require_finite("op_range", zero), require_finite("op_range", full)
-        if not low < high:
-            raise ParameterError(
-                f"op_range = ({low:g}, {high:g}) is empty; give the OP at 0 % and a larger one at 100 %."
-            )
-        op_range = (low, high)
+    spans = _span("op_range", "OP", op_range), _span("mv_range", "valve position", mv_range)
     source = load(path, _refuse_binary)
     kind = next(form for form in FORMATS if source.data.startswith(form.signature))
     assert kind.opener is not None
     module, function = kind.opener.split(":")
     table = getattr(import_module(module), function)(source, delimiter=delimiter, decimal=decimal)
-    return loops_of(table, Options(dt, tag, columns, loop_type, time_format, op_range, day_first))
+    return loops_of(table, Options(dt, tag, columns, loop_type, time_format, *spans, day_first))
+
+
+def _span(name: str, what: str, span: tuple[float, float] | None) -> tuple[float, float] | None:
+    """A signal at 0 and at 100 % of span, or the error that says why it cannot be."""
+    if span is None:
+        return None
+    try:
+        zero, full = span
+    except (TypeError, ValueError):
+        raise ParameterError(
+            f"{name} = {span!r} is no pair of numbers; give the {what} at 0 % and at 100 %, for example (4, 20)."
+        ) from None
+    low, high = require_finite(name, zero), require_finite(name, full)
+    if not low < high:
+        raise ParameterError(
+            f"{name} = ({low:g}, {high:g}) is empty; give the {what} at 0 % and a larger one at 100 %."
+        )
+    return low, high
 
 
 def _refuse_binary(name: str, head: bytes) -> None:

@@ -17,6 +17,8 @@ from stiction.records.digits import number_of
 from stiction.records.durations import in_seconds
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from stiction.records.timestamps import Stamps
@@ -25,6 +27,8 @@ __all__ = ["Grid", "regular_grid", "untangled"]
 
 HOLD_LIMIT = 10
 """Sampling periods over which an unevenly recorded value is held; beyond it the time counts as missing."""
+MOST_SHARED = 0.1
+"""Share of the rows that may have the stamp of the next one and other values [-]."""
 _HOUR = 3600.0
 
 
@@ -41,7 +45,14 @@ class Grid:
     guesses: list[str] = field(default_factory=list)
 
 
-def regular_grid(stamps: Stamps, dt: float | None, name: str, line: int, hold: float | None = None) -> Grid:
+def regular_grid(
+    stamps: Stamps,
+    dt: float | None,
+    name: str,
+    line: int,
+    hold: float | None = None,
+    differ: Callable[[NDArray[np.int64], NDArray[np.int64]], NDArray[np.bool_]] | None = None,
+) -> Grid:
     """Lay an even grid over the stamps.
 
     Parameters
@@ -49,7 +60,8 @@ def regular_grid(stamps: Stamps, dt: float | None, name: str, line: int, hold: f
     stamps : Stamps
         Time of each row.
     dt : float, optional
-        Sampling period to use [s]; the median step when not given.
+        Sampling period [s]; the median step when not given. Stamps that do not fit it are taken as wrong: the rows
+        are then `dt` apart in the order they come, unless there is a `hold`.
     name : str
         File name, for messages.
     line : int
@@ -57,11 +69,14 @@ def regular_grid(stamps: Stamps, dt: float | None, name: str, line: int, hold: f
     hold : float, optional
         Longest time over which a value stands [s], where rows are written when a value changes. When not given, an
         unevenly recorded one is held for `HOLD_LIMIT` periods.
+    differ : callable, optional
+        From two arrays of rows to whether these hold other values, pair by pair; all do when not given.
 
     Raises
     ------
     RecordError
-        When fewer than two stamps are understood, time stands still, or the stamps span far more than was recorded.
+        When fewer than two stamps are understood, time stands still, more than `MOST_SHARED` of the rows share a stamp
+        and differ, or the stamps span far more than was recorded.
     """
     grid = Grid(np.empty(0, dtype=np.int64), dt or 1.0, clock_jumps=stamps.clock_jumps)
     known = np.flatnonzero(np.isfinite(stamps.seconds))
@@ -80,10 +95,12 @@ def regular_grid(stamps: Stamps, dt: float | None, name: str, line: int, hold: f
             f"Left out: {number_of(lost, 'row')} without a readable time stamp (first near line {first})."
         )
     t, rows = _in_order(stamps.seconds[known], known, stamps.kind, grid)
-    t = _spread_rounded(t, rows, grid)
-    t, rows = _without_repeats(t, rows, grid)
-    if len(t) < 2:
+    if t[0] == t[-1]:
         raise RecordError(f"{name}, line {line}: all time stamps are equal; give dt if the rows are evenly sampled.")
+    t = _spread_rounded(t, rows, grid)
+    if dt is not None and hold is None and not _fits(t, dt):
+        return _row_by_row(stamps, t, dt)
+    t, rows = _without_repeats(t, rows, grid, name, differ)
     if stamps.kind != "relative":
         grid.start = _moment(float(t[0]), stamps.kind)
     _lay(t, rows, dt, grid, name, hold)
@@ -116,7 +133,7 @@ def untangled(stamps: Stamps) -> Stamps:
 def _in_order(t: NDArray, rows: NDArray, kind: str, grid: Grid) -> tuple[NDArray, NDArray]:
     """Newest-first files turned round, clock changes undone, the rest sorted."""
     steps = np.diff(t)
-    if (steps < 0).sum() > (steps > 0).sum():
+    if _newest_first(t):
         t, rows, steps = t[::-1], rows[::-1], -steps[::-1]
         grid.guesses.append("The file runs from the newest row to the oldest and was turned round.")
     usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
@@ -130,6 +147,11 @@ def _in_order(t: NDArray, rows: NDArray, kind: str, grid: Grid) -> tuple[NDArray
         order = np.argsort(t, kind="stable")
         t, rows = t[order], rows[order]
     return t, rows
+
+
+def _newest_first(t: NDArray) -> bool:
+    steps = np.diff(t)
+    return bool((steps < 0).sum() > (steps > 0).sum())
 
 
 def _undo_summer_time(t: NDArray, usual: float, grid: Grid) -> NDArray:
@@ -158,27 +180,82 @@ def _clocks_change(moment: datetime) -> bool:
     return about.weekday() == 6 and 60 * about.hour + about.minute <= 190 and about.month in (3, 4, 9, 10, 11)
 
 
+def _fits(t: NDArray, dt: float) -> bool:
+    """Whether stamps are those of rows `dt` apart, with gaps, as far as each step tells."""
+    steps = np.diff(t) / dt
+    whole = np.round(steps)
+    usual = bool(np.median(whole) == 1.0) and whole.sum() <= max(20 * len(t), 10_000)
+    return usual and bool((whole >= 1.0).all() and np.abs(steps - whole).max() <= 0.3)
+
+
+def _row_by_row(stamps: Stamps, t: NDArray, dt: float) -> Grid:
+    """All rows, `dt` apart in the order they come, from the oldest on."""
+    steps = np.diff(t)
+    n, turned = len(stamps.seconds), _newest_first(stamps.seconds[np.isfinite(stamps.seconds)])
+    pick = np.arange(n)[::-1] if turned else np.arange(n)
+    told = (
+        f"The rows are taken as {dt:g} s apart{', the last one first,' if turned else ''} in the order they come, as dt"
+    )
+    told += f" is given: the time stamps ({in_seconds(float(steps.min()))} to {in_seconds(float(steps.max()))} apart)"
+    start = None if stamps.kind == "relative" else _moment(float(t[0]), stamps.kind)
+    return Grid(pick, dt, start, guesses=[f"{told} do not fit it and are not used."])
+
+
 def _spread_rounded(t: NDArray, rows: NDArray, grid: Grid) -> NDArray:
-    """Stamps rounded to the minute (or second) repeat k times each, row after row: spread the rows evenly."""
+    """Stamps rounded to the minute (or second) that several rows share, row after row: spread the rows evenly."""
     values, first, counts = np.unique(t, return_index=True, return_counts=True)
-    if len(values) < 4:
-        return t
-    k = int(np.median(counts[1:-1]))
-    if k < 2 or np.mean(counts[1:-1] == k) < 0.9:
+    k = float(np.mean(counts[1:-1])) if len(values) >= 4 else 1.0
+    if k < 1.2:
         return t
     apart = np.maximum.reduceat(rows, first) - np.minimum.reduceat(rows, first)
     if np.mean(apart == counts - 1) < 0.9:  # the same time twice in a file is no rounding
         return t
-    step = float(np.median(np.diff(values)))
-    place = np.concatenate([np.arange(c) + (max(0, k - c) if i == 0 else 0) for i, c in enumerate(counts)])
-    grid.guesses.append(f"{k} rows share each stamp (rounded to {step:g} s): taken as {step / k:g} s apart.")
-    return t + place * step / np.maximum(k, np.repeat(counts, counts))
+    step, usual = float(np.median(np.diff(values))), int(np.median(counts[1:-1]))
+    if usual >= 2 and np.mean(counts[1:-1] == usual) >= 0.9:
+        place = np.concatenate([np.arange(c) + (max(0, usual - c) if i == 0 else 0) for i, c in enumerate(counts)])
+        even = t + place * step / np.maximum(usual, np.repeat(counts, counts))
+        dt = step / usual
+    else:
+        even, dt = _even_behind(t, step, (values[-1] - values[1]) / (first[-1] - first[1]))
+    if dt > 0.0:
+        shared = f"{usual}" if dt * usual == step else f"About {step / dt:.3g}"
+        grid.guesses.append(f"{shared} rows share each stamp (rounded to {step:g} s): taken as {dt:g} s apart.")
+    return even
 
 
-def _without_repeats(t: NDArray, rows: NDArray, grid: Grid) -> tuple[NDArray, NDArray]:
+def _even_behind(t: NDArray, step: float, dt: float) -> tuple[NDArray, float]:
+    """Even times of about `dt` that are the stamps when rounded down to `step`; the stamps and 0 if there are none."""
+    place = np.arange(len(t))
+
+    def spread(period: float) -> float:
+        return float(np.ptp(t - period * place))
+
+    low, high = 0.8 * dt, 1.2 * dt
+    for _ in range(40):  # the spread is convex in the period
+        third = (high - low) / 3.0
+        low, high = (low, high - third) if spread(low + third) < spread(high - third) else (low + third, high)
+    for near in (*(float(f"{low:.{digits}g}") for digits in range(1, 6)), low):
+        if spread(near) < step:
+            return float((t - near * place).max()) + near * place, near
+    return t, 0.0
+
+
+def _without_repeats(
+    t: NDArray, rows: NDArray, grid: Grid, name: str, differ: Callable[..., NDArray[np.bool_]] | None
+) -> tuple[NDArray, NDArray]:
+    """The last row of each stamp; a record that loses many rows so is none."""
     keep = np.append(np.diff(t) > 0, True)
     if repeated := int((~keep).sum()):
-        grid.guesses.append(f"Left out: {number_of(repeated, 'row')} with the time stamp of the next.")
+        twice = np.flatnonzero(~keep)
+        other = repeated if differ is None else int(differ(rows[twice], rows[twice + 1]).sum())
+        if other > MOST_SHARED * len(t):
+            raise RecordError(
+                f"{name}: {other} of {len(t)} rows have the time stamp of the next and other values (up to "
+                f"{MOST_SHARED:.0%} may), so the stamps are rounded; export finer ones, or, if the rows are evenly "
+                "sampled, give the sampling period with dt= (--dt) in seconds."
+            )
+        values = f", {number_of(other, 'row')} of them with other values" if other else ""
+        grid.guesses.append(f"Left out: {number_of(repeated, 'row')} with the time stamp of the next{values}.")
     return t[keep], rows[keep]
 
 
@@ -186,6 +263,7 @@ def _lay(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: str, hol
     steps = np.diff(t)
     grid.dt = float(dt) if dt else float(np.median(steps))
     whole = np.maximum(np.round(steps / grid.dt), 1.0)
+    counted = dt is not None and hold is None
     place = np.concatenate([[0.0], np.cumsum(whole)])
     if place[-1] > max(20 * len(t), 10_000):
         k = int(np.argmax(steps))
@@ -197,7 +275,7 @@ def _lay(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: str, hol
         grid.dt = _plain(float(np.polyfit(place, t - t[0], 1)[0]))
     off = t - t[0] - place * grid.dt
     off -= (off.max() + off.min()) / 2
-    if np.abs(off).max() <= 0.3 * grid.dt:
+    if counted or np.abs(off).max() <= 0.3 * grid.dt:
         grid.pick = np.full(int(place[-1]) + 1, -1, dtype=np.int64)
         grid.pick[place.astype(np.int64)] = rows
         if hold is not None:

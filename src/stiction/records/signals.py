@@ -19,11 +19,23 @@ if TYPE_CHECKING:
     from stiction.records.resample import Grid
     from stiction.records.table import Columns
 
-__all__ = ["automatic", "bad_codes", "flagged_rows", "in_percent", "not_a_percentage", "not_good"]
+__all__ = [
+    "automatic",
+    "bad_codes",
+    "flagged_rows",
+    "in_percent",
+    "not_a_percentage",
+    "not_good",
+    "position_in_percent",
+]
 
 MOSTLY = 0.9
 """Share of the rows that are good in a column that tells the quality [-]; in another one, such as a status of the
 plant, words that are not known say nothing."""
+SIGNAL_SPANS = ((4.0, 20.0), (0.0, 1.0))
+"""Ranges [mA] and [-] in which a position is recorded that is not in %."""
+NEARER = 0.25
+"""How near to OP, as a share of its distance as it stands, a position comes that is in another range than % [-]."""
 
 
 def flagged_rows(
@@ -103,17 +115,11 @@ def _as_code(code: str) -> int | None:
 
 def in_percent(op: NDArray, unit: str, op_range: tuple[float, float] | None, guesses: list[str]) -> NDArray:
     """OP in % of span where its range is known; otherwise as it stands, with a word on what it looks like."""
-    seen = op[np.isfinite(op) & ~far_off(op, OP_OFF)]  # a code for a bad value says nothing of the scale
-    low, high = float(seen.min()), float(seen.max())
+    low, high = _ends(op)
     if op_range is not None:
-        zero, span = op_range[0], op_range[1] - op_range[0]
-        return (op - zero) * (100.0 / span)
-    if unit in FRACTION_UNITS and low >= -0.1 and high <= 1.1:
-        guesses.append(f"OP is given in {unit.lower()} and was multiplied by 100.")
-        return op * 100.0
-    if unit == "MA" and low >= 3.6 and high <= 21.0:  # the range in which NAMUR NE 43 lets a signal live
-        guesses.append("OP is given in mA: 4 mA are taken as 0 % and 20 mA as 100 %; give op_range if that is wrong.")
-        return (op - 4.0) * 6.25
+        return _of_span(op, op_range)
+    if (known := _by_unit(op, unit, "OP", guesses)) is not None:
+        return known
     suspicion = not_a_percentage(low, high)
     if unit == "MA":
         suspicion = "like no current of 4 to 20 mA"
@@ -130,6 +136,92 @@ def in_percent(op: NDArray, unit: str, op_range: tuple[float, float] | None, gue
             "op_range=(low, high), OP at 0 % and at 100 %, to convert."
         )
     return op
+
+
+def position_in_percent(
+    mv: NDArray,
+    unit: str,
+    mv_range: tuple[float, float] | None,
+    op: NDArray,
+    op_range: tuple[float, float] | None,
+    guesses: list[str],
+) -> NDArray:
+    """Valve position in % of span where its range is known; otherwise as it stands, with a word where OP is unlike it.
+
+    Parameters
+    ----------
+    mv : ndarray, shape (n_samples,)
+        Valve position [unit of the column].
+    unit : str
+        Its unit in capitals; empty where the header names none.
+    mv_range : pair of float, optional
+        Position at 0 and at 100 % of span [unit of the column].
+    op : ndarray, shape (n_samples,)
+        OP [% of span], as far as that is known.
+    op_range : pair of float, optional
+        OP at 0 and at 100 % of span, where the user gave it [unit of the column].
+    guesses : list of str
+        Is added to.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> told = []
+    >>> position_in_percent(np.array([8.0, 12.0]), "MA", None, np.array([25.0, 50.0]), None, told).tolist()
+    [25.0, 50.0]
+    >>> position_in_percent(np.array([0.25, 0.5]), "", None, np.array([25.0, 50.0]), None, told).tolist(), told[1][-27:]
+    ([0.25, 0.5], 'mv_range=(0, 1) to convert.')
+    """
+    if mv_range is not None:
+        return _of_span(mv, mv_range)
+    both = np.isfinite(mv) & np.isfinite(op)
+    if not both.any():
+        return mv
+    said = "The valve position"
+    if unit in (*FRACTION_UNITS, "MA") and (known := _by_unit(mv, unit, said, guesses)) is not None:
+        return known
+    low, high = _ends(mv)
+    spans = [span for span in dict.fromkeys((op_range, *SIGNAL_SPANS)) if span]
+    near = [span for span in spans if _apart(_of_span(mv, span)[both], op[both]) < NEARER * _apart(mv[both], op[both])]
+    off = not not_a_percentage(*_ends(op)) and (low < -10.0 or high > 110.0)
+    if near or off or unit in OTHER_OUTPUT_UNITS:
+        hint = f"({near[0][0]:g}, {near[0][1]:g})" if near else "(low, high)"
+        looks = f" and goes with OP as a signal of {near[0][0]:g} to {near[0][1]:g} would" if near else ""
+        guesses.append(
+            f"{said} lies in {low:.4g} to {high:.4g}{looks}: it is taken as % of span as it stands; give "
+            f"mv_range={hint} to convert."
+        )
+    return mv
+
+
+def _ends(values: NDArray) -> tuple[float, float]:
+    """Smallest and largest value; a code for a bad one says nothing of the scale."""
+    seen = values[np.isfinite(values) & ~far_off(values, OP_OFF)]
+    return float(seen.min()), float(seen.max())
+
+
+def _of_span(values: NDArray, span: tuple[float, float]) -> NDArray:
+    return (values - span[0]) * (100.0 / (span[1] - span[0]))
+
+
+def _by_unit(values: NDArray, unit: str, said: str, guesses: list[str]) -> NDArray | None:
+    """Values in % of span by their unit, a fraction or mA; None where it does not tell, or they cannot be in it."""
+    low, high = _ends(values)
+    if unit in FRACTION_UNITS and low >= -0.1 and high <= 1.1:
+        guesses.append(f"{said} is given in {unit.lower()} and was multiplied by 100.")
+        return values * 100.0
+    if unit == "MA" and low >= 3.6 and high <= 21.0:  # the range in which NAMUR NE 43 lets a signal live
+        option = "op_range" if said == "OP" else "mv_range"
+        guesses.append(
+            f"{said} is given in mA: 4 mA are taken as 0 % and 20 mA as 100 %; give {option} if that is wrong."
+        )
+        return _of_span(values, (4.0, 20.0))
+    return None
+
+
+def _apart(one: NDArray, other: NDArray) -> float:
+    """Usual distance of two series."""
+    return float(np.median(np.abs(one - other)))
 
 
 def not_a_percentage(low: float, high: float) -> str:

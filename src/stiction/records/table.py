@@ -6,6 +6,8 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
+import numpy as np
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -37,6 +39,15 @@ class Columns:
             texts={i: Counter() for i in self.texts},
             rows=len(rows),
         )
+
+    def differ(self, one: NDArray, other: NDArray) -> NDArray:
+        """Whether rows hold something else than others, pair by pair, shape (n_pairs,)."""
+        unlike = np.zeros(len(one), dtype=bool)
+        for values in self.numbers.values():
+            unlike |= (values[one] != values[other]) & ~(np.isnan(values[one]) & np.isnan(values[other]))
+        for cells in self.text.values():
+            unlike |= np.array([cells[i] != cells[k] for i, k in zip(one, other, strict=True)], dtype=bool)
+        return unlike
 
 
 class Table(Protocol):

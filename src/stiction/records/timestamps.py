@@ -184,8 +184,8 @@ def parse_texts(cells: Sequence[str], *, day_first: bool | None = None, time_for
     total = np.array(ordinals)[codes] * 86400.0 + seconds
     if (named := _CLOCK.fullmatch(next(filter(None, clocks), ""))) and named[6] and not zoned:
         guesses.append(f"The zone {named[6]} is not looked up: the stamps are taken as a wall clock.")
-    if zoned and zoned < len(cells):
-        guesses.append(f"{zoned} of {len(cells)} stamps carry a zone; the others are taken as UTC.")
+    if zoned and zoned < (read := int(np.isfinite(total).sum())):
+        guesses.append(f"{zoned} of {read} stamps carry a zone; the others are taken as UTC.")
     return Stamps(total, "utc" if zoned else "local", guesses, _unread(given, total))
 
 
