@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from functools import partial
+from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
@@ -57,7 +58,8 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]], *, rig
     from rich.table import Table
     from rich.text import Text
 
-    console = Console(width=None if sys.stdout.isatty() else 10_000, highlight=False)
+    # Rich takes a dumb terminal for 80 columns, whatever COLUMNS says.
+    console = Console(width=get_terminal_size().columns if sys.stdout.isatty() else 10_000, highlight=False)
     shown_rows = [[_plain(str(value)) for value in row] for row in rows]
     widths = _widths([list(column) for column in zip(columns, *shown_rows, strict=True)], console.width)
     if widths is None:
