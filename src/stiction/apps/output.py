@@ -58,8 +58,8 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]], *, rig
     from rich.table import Table
     from rich.text import Text
 
-    # Rich takes a dumb terminal for 80 columns, whatever COLUMNS says.
-    console = Console(width=get_terminal_size().columns if sys.stdout.isatty() else 10_000, highlight=False)
+    width = get_terminal_size().columns if sys.stdout.isatty() else 10_000
+    console = Console(width=width, height=25, highlight=False)  # without a height Rich takes 80 columns where TERM is dumb
     shown_rows = [[_plain(str(value)) for value in row] for row in rows]
     widths = _widths([list(column) for column in zip(columns, *shown_rows, strict=True)], console.width)
     if widths is None:
