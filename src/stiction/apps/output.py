@@ -59,7 +59,8 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]], *, rig
     from rich.text import Text
 
     width = get_terminal_size().columns if sys.stdout.isatty() else 10_000
-    console = Console(width=width, height=25, highlight=False)  # without a height Rich takes 80 columns where TERM is dumb
+    # Without a height Rich takes 80 columns where TERM is dumb.
+    console = Console(width=width, height=25, highlight=False)
     shown_rows = [[_plain(str(value)) for value in row] for row in rows]
     widths = _widths([list(column) for column in zip(columns, *shown_rows, strict=True)], console.width)
     if widths is None:
