@@ -193,10 +193,12 @@ def _row_by_row(stamps: Stamps, t: NDArray, dt: float) -> Grid:
     steps = np.diff(t)
     n, turned = len(stamps.seconds), _newest_first(stamps.seconds[np.isfinite(stamps.seconds)])
     pick = np.arange(n)[::-1] if turned else np.arange(n)
+    order = ", the last one first," if turned else ""
+    apart = " to ".join(dict.fromkeys(in_seconds(float(step)) for step in (steps.min(), steps.max())))
     told = (
-        f"The rows are taken as {dt:g} s apart{', the last one first,' if turned else ''} in the order they come, as dt"
+        f"The rows are taken as {dt:g} s apart{order} in the order they come, as dt is given: the time stamps ({apart} "
+        "apart)"
     )
-    told += f" is given: the time stamps ({in_seconds(float(steps.min()))} to {in_seconds(float(steps.max()))} apart)"
     start = None if stamps.kind == "relative" else _moment(float(t[0]), stamps.kind)
     return Grid(pick, dt, start, guesses=[f"{told} do not fit it and are not used."])
 
