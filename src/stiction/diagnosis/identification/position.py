@@ -7,6 +7,7 @@ swing; a deadband, with a larger S and J below `JUMP` S; and a valve that sticks
 
 from __future__ import annotations
 
+from itertools import zip_longest
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -294,11 +295,11 @@ def _best(
     """The best valve within bounds, searched closer and closer from the best of `rows`."""
     rng, tried = np.random.default_rng(0), []
     left, _ = sight.by(FINEST).left(rows, FIRST_LOOK, 1.0)
-    order = np.argsort(left)
-    starts = _apart(rows[order])
+    rows = rows[np.argsort(left)]
+    starts, best = [row for stops in (0.0, 1.0) for row in _apart(rows[rows[:, 6] == stops])], rows[0]
     for share, loose, wide_at_first, keep, rounds, tries in CLOSER:
         valleys, close = [], sight.by(share)
-        for row in starts[:keep]:
+        for row in _by_turns(starts)[:keep]:
             left, _ = close.left(row[np.newaxis], LONGEST, loose)
             best, error, near = row, float(left[0]), wide_at_first
             slope = min(slopes, key=lambda one: abs(one - row[2]))
@@ -314,8 +315,8 @@ def _best(
                 else:
                     near *= 0.65
             valleys.append((error, tuple(best)))
-        starts = [np.array(best) for _, best in sorted(valleys)]
-    best = starts[0]
+        starts = [np.array(one) for _, one in sorted(valleys)]
+        best = starts[0]
     left, turns = sight.by(FINEST).left(best[np.newaxis], LONGEST, 0.0)
     band, share, slope, level, lag, late, stops = (float(x) for x in best)
     return Watched(
@@ -333,7 +334,6 @@ def _apart(rows: NDArray[np.float64]) -> list[NDArray[np.float64]]:
             abs(row[0] - one[0]) > 0.1 * one[0]
             or abs(row[1] - one[1]) > 0.25
             or row[2] != one[2]
-            or row[6] != one[6]
             or abs(row[4] + row[5] - one[4] - one[5]) > 1.0 + 0.3 * one[4]
             for one in found
         ):
@@ -341,6 +341,12 @@ def _apart(rows: NDArray[np.float64]) -> list[NDArray[np.float64]]:
             if len(found) == CLOSER[0][3]:
                 break
     return found
+
+
+def _by_turns(rows: list[NDArray[np.float64]]) -> list[NDArray[np.float64]]:
+    """Rows with stems that go on and with such as rest by turns: no step of a search leads from one to the other."""
+    goes_on, rests = ([row for row in rows if row[6] == stops] for stops in (0.0, 1.0))
+    return [row for pair in zip_longest(goes_on, rests) for row in pair if row is not None]
 
 
 def _about(
