@@ -234,6 +234,10 @@ def test_a_stem_that_stands_still_is_not_called_good_where_pv_moves_without_it()
     assert "stands still" in found.reason
     assert "Watch the stem" in found.action
     assert st.diagnose(replace(stuck, mv=None)).verdict == "no_stiction"
+    noise = 0.05 * np.random.default_rng(0).normal(size=1500)
+    assert st.diagnose(replace(stuck, mv=(stuck.mv + noise).round(2))).verdict == "undecided"
+    coarse = stem_shown(replace(stuck, mv=stuck.mv + 20.0 * noise))
+    assert coarse.what == "unrelated"  # a stem that follows would be lost in such noise
     rings = st.Loop(st.PID(0.9, 6.0), st.Ideal(), st.FOPDT(1.5, 6.0, 6.0), dt=1.0, noise=0.3)
     moved = st.simulate(rings, 70.0, 1500.0, seed=3, pv_start=70.0, op_start=50.0, tag="FC1", loop_type="flow")
     assert st.diagnose(replace(moved, mv=np.full(1500, 46.7))).verdict == "no_stiction"
