@@ -62,7 +62,7 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]], *, rig
     # Without a height Rich takes 80 columns where TERM is dumb.
     console = Console(width=width, height=25, highlight=False)
     shown_rows = [[_plain(str(value)) for value in row] for row in rows]
-    widths = _widths([list(column) for column in zip(columns, *shown_rows, strict=True)], console.width)
+    widths = _widths([list(column) for column in zip(columns, *shown_rows, strict=True)], width)
     if widths is None:
         for row in shown_rows:
             _write(sys.stdout, "")

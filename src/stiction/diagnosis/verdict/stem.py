@@ -68,7 +68,7 @@ UNCLEAR = 6.0
 WHITE, WITHIN = 0.8, 0.5
 """Share of a position's deviation from which it is noise alone, and of OP's swing that this noise may swing over, of a
 stem that stands still [-]."""
-STILL = (
+STANDS_STILL = (
     "The recorded valve position stands still while OP moves: its transmitter hangs, or the stem is stuck fast. Look "
     "at the valve; the record is judged without the position."
 )
@@ -200,7 +200,7 @@ def stem_shown(part: LoopRecord, unit: str = "") -> Shown | None:
         )
     op = hold_gaps(sent)[cut]
     if not (swing_of(op[there]) > 0.0 and swing_of(y) > 1e-9 * float(np.nanmax(np.abs(y)))):
-        return Shown("frozen", STILL, swing=swing_of(op[there]))
+        return Shown("frozen", STANDS_STILL, swing=swing_of(op[there]))
     step = lattice(y)
     if _repeats(op, y, step):
         return Shown(
@@ -211,7 +211,7 @@ def stem_shown(part: LoopRecord, unit: str = "") -> Shown | None:
     seen = watch(op, y, max(step, 2.0 * exception_deviation(y, step)))
     if max(seen.explained, _alike(op, y)) < EXPLAINED:
         if noise_of(y, step) > WHITE * float(np.nanstd(y)) and swing_of(y) < WITHIN * swing_of(op[there]):
-            return Shown("frozen", STILL, swing=swing_of(op[there]))
+            return Shown("frozen", STANDS_STILL, swing=swing_of(op[there]))
         return Shown(
             "unrelated",
             "The recorded valve position does not go with OP: it is another valve's, or mostly noise. The record is "
