@@ -12,7 +12,7 @@ from stiction.records.digits import interval
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["J_OPEN", "J_UNKNOWN", "ErrorSurface", "Identification", "ProcessFit", "Stretch", "plain"]
+__all__ = ["J_OPEN", "J_UNKNOWN", "ErrorSurface", "Identification", "ProcessFit", "Stretch", "leaves_open", "plain"]
 
 J_OPEN = 0.6
 """Length of the interval of J, as a share of S, beyond which it leaves J open [-]."""
@@ -169,6 +169,11 @@ class Identification:
     """Their 95 % intervals [as above]; r may reach infinity: then a stem that never follows explains the record too."""
 
     @property
+    def J_open(self) -> bool:
+        """Whether the interval of J is so long that it leaves J open (`J_OPEN`)."""
+        return leaves_open(self.J_low, self.J_high, self.S)
+
+    @property
     def beats_any(self) -> float:
         """Vuong's statistic over the good valve that comes nearest: straight, bent, or beside a wave [-]."""
         return float(np.fmin(np.fmin(self.beats_good, self.beats_bent), self.beats_wave))
@@ -237,6 +242,24 @@ class Identification:
                 name: [plain(end) for end in ends] for name, ends in self.parameter_intervals.items()
             },
         }
+
+
+def leaves_open(low: float, high: float, S: float) -> bool:
+    """Whether an interval of the slip jump is so long that it leaves it open (`J_OPEN`).
+
+    Parameters
+    ----------
+    low, high : float
+        Ends of the interval [% of span].
+    S : float
+        Deadband plus stickband [% of span].
+
+    Returns
+    -------
+    bool
+        True where it is.
+    """
+    return high - low > J_OPEN * S
 
 
 def plain(value: float) -> float | None:

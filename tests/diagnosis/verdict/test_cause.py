@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 import stiction as st
-from stiction.diagnosis.identified import ErrorSurface, Identification, ProcessFit
+from stiction.diagnosis.identified import J_UNKNOWN, ErrorSurface, Identification, ProcessFit
 from stiction.diagnosis.result import Counted, Oscillation
 from stiction.diagnosis.verdict.cause import fits, named_cause
 from stiction.diagnosis.verdict.meaning import strongest
@@ -121,24 +121,32 @@ def test_more_is_said_only_where_the_numbers_shown_are_more(fit, good, gain):
 
 
 def test_a_jump_that_cannot_be_told_is_told():
-    wide = replace(FOUND, J_low=0.1, J_high=2.9, reason="OP is not recorded. J cannot be told from this record.")
+    wide = replace(FOUND, J_low=0.1, J_high=2.9)
     reason = told("stiction", 0.8, "deadband", wide, deadband=0.15).reason
     play = "Stiction differs from play (deadband) by J only; the probability of play is 0.15."
     assert reason.endswith(f"J cannot be told from this record. {play}")
     assert told("stiction", 0.8, found=replace(wide, J_low=0.5)).reason.endswith("J cannot be told from this record.")
+    causes = {"stiction": 1.0, **dict.fromkeys(NAMES, 0.0)}
+    assert "J cannot" not in named_cause("stiction", causes, wide, RHYTHM, 1.0, by_position=True).reason
     unlikely = "J alone does not exclude play (deadband); by all that was found its probability is <0.01."
     assert told("stiction", 0.8, found=replace(FOUND, J_low=0.0)).reason.endswith(unlikely)
     assert "play" not in told("stiction", 0.8).reason
 
 
-def test_the_identification_says_so_in_the_words_that_are_looked_for():
+def test_an_interval_longer_than_three_fifths_of_S_leaves_J_open():
+    J_high = 0.4 + 0.6 * FOUND.S
+    assert [replace(FOUND, J_low=0.4, J_high=J_high + more).J_open for more in (-0.01, 0.01)] == [False, True]
+
+
+def test_identification_and_verdict_say_it_alike():
     loop = st.Loop(st.PID(0.4, 5.0), st.Kano(4.0, 1.0), st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=0.5)
     run = st.simulate(loop, 70.0, 600.0, 6.0, seed=1, pv_start=70.0, op_start=50.0, loop_type="flow")
     found = st.diagnose(replace(run, mv=None))
     assert found.identification is not None
-    assert found.identification.J_high - found.identification.J_low > found.identification.S
+    assert found.identification.J_open
     assert found.verdict == "stiction"
-    assert "J cannot be told from this record." in found.reason
+    assert J_UNKNOWN in found.identification.reason
+    assert J_UNKNOWN in found.reason
 
 
 @pytest.mark.parametrize("p", [0.53, 0.6, 0.74])

@@ -9,7 +9,7 @@ import numpy as np
 
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, limit
 from stiction.diagnosis.identification.processes import in_seconds, late_by_mean
-from stiction.diagnosis.identified import J_OPEN, J_UNKNOWN, ErrorSurface, Identification, Stretch
+from stiction.diagnosis.identified import J_UNKNOWN, ErrorSurface, Identification, Stretch, leaves_open
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -63,6 +63,7 @@ def assembled(
     at = np.minimum(np.arange(len(record)), signals.op.size - 1)
     S, J = valve
     S_low, S_high, J_low, J_high = ends
+    J_high = min(J_high, S_high)
     return Identification(
         model=model,
         S=S,
@@ -70,7 +71,7 @@ def assembled(
         S_low=S_low,
         S_high=S_high,
         J_low=J_low,
-        J_high=min(J_high, S_high),
+        J_high=J_high,
         process=in_seconds(speaks.process, signals.dt, signals.thinned),
         fit=100.0 * (1.0 - float(weight @ np.array([one.error for one in pieces]))),
         fit_linear=100.0 * (1.0 - float(weight @ np.array([one.linear.error[0, 0] for one in pieces]))),
@@ -79,7 +80,7 @@ def assembled(
         pv=pv[at // signals.thinned],
         linear=in_seconds(speaks.good, signals.dt, signals.thinned),
         stretches=tuple(stretches),
-        reason=J_UNKNOWN if J_high - J_low > J_OPEN * S else "",
+        reason=J_UNKNOWN if leaves_open(J_low, J_high, S) else "",
     )
 
 

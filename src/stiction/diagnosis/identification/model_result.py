@@ -14,7 +14,7 @@ from stiction.diagnosis.identification.model_signals import rates_of, signals_of
 from stiction.diagnosis.identification.processes import in_seconds
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.identification.valve_trials import answer_of, stem_of
-from stiction.diagnosis.identified import J_OPEN, Identification, ProcessFit, Stretch
+from stiction.diagnosis.identified import Identification, ProcessFit, Stretch, leaves_open
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -170,7 +170,7 @@ def _reason(model: str, intervals: dict[str, tuple[float, float]], S: float, rat
     if model == "stenman":
         return ""
     reasons = []
-    if intervals["sj"][1] - intervals["sj"][0] > J_OPEN * S:
+    if leaves_open(*intervals["sj"], S):
         reasons.append("sj cannot be told from this record.")
     fastest = rates[np.isfinite(rates)].max()
     low, high = intervals["r"]

@@ -76,6 +76,7 @@ def named_cause(
     kind_known: bool = True,
     unit: str = "%",
     swing: float = math.inf,
+    by_position: bool = False,
 ) -> Cause:
     """Put the likeliest cause into words.
 
@@ -99,6 +100,8 @@ def named_cause(
         Unit of OP, S and J, as it stands behind a number.
     swing : float
         What OP moves over, in that unit.
+    by_position : bool
+        Whether S and J are those of the recorded valve position: that they leave J open is then not told.
 
     Returns
     -------
@@ -110,7 +113,8 @@ def named_cause(
     deciding = _deciding(oscillation, dt, kind_known)
     unsure = UNSURE[0] < causes["stiction"] < UNSURE[1]
     if verdict == "stiction":
-        return _stiction(found, causes, counted, deciding if unsure else "", unit)
+        J_unknown = J_UNKNOWN if found.J_open and not by_position else ""
+        return _stiction(found, causes, counted, J_unknown, deciding if unsure else "", unit)
     if verdict == "undecided":
         reason = _undecided(likely[0], causes, found, counted) + _rival(found, oscillation)
         return Cause("unknown", reason, deciding)
@@ -218,12 +222,17 @@ def stuck_or_not(causes: Mapping[str, float]) -> Cause:
 
 
 def _stiction(
-    found: Identification, causes: Mapping[str, float], counted: Sequence[Counted], deciding: str, unit: str
+    found: Identification,
+    causes: Mapping[str, float],
+    counted: Sequence[Counted],
+    J_unknown: str,
+    deciding: str,
+    unit: str,
 ) -> Cause:
     S, low, high = interval(found.S, found.S_low, found.S_high)
     reason = f"A sticky valve with S = {S} {unit} (95 % {low} to {high}) {_for(found, counted)}."
-    if J_UNKNOWN in found.reason:
-        reason += f" {J_UNKNOWN}"
+    if J_unknown:
+        reason += f" {J_unknown}"
     if found.J_low <= J_MAY_BE_NONE * found.S:
         play = chance(causes["deadband"])
         reason += (

@@ -220,6 +220,7 @@ def _told(seen: Findings, weighed: Weighed, judged: Judged) -> Diagnosis:
     cause = named_cause(
         verdict, judged.causes, valve, seen.oscillation, seen.record.dt, weighed.counted,
         kind_known=seen.record.integrating is not None, unit=unit, swing=swing(seen.part.op),
+        by_position=weighed.stem is not None and weighed.stem.what != "good",
     )  # fmt: skip
     if judged.not_seen:
         cause = not_seen(judged.not_seen, judged.causes)
