@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 KEYS = {
-    "file", "tag", "verdict", "probability", "cause", "reason", "action",
+    "file", "tag", "verdict", "probability", "probability_before_doubts", "cause", "reason", "action",
     "stiction", "oscillation", "evidence", "quality",
 }  # fmt: skip
 

@@ -63,10 +63,12 @@ def diagnosis(n=2000, verdict="stiction", found=True, probability=None, run=None
     run = record(n) if run is None else run
     default = {"stiction": 0.94, "no_stiction": 0.06, "undecided": 0.5}[verdict]
     cause = {"stiction": "stiction", "no_stiction": "tight tuning", "undecided": "unknown"}[verdict]
+    told = default if probability is None else probability
     values = {
         "record": run,
         "verdict": verdict,
-        "probability": default if probability is None else probability,
+        "probability": told,
+        "probability_before_doubts": told,
         "cause": cause,
         "reason": "Six methods of seven see the valve stick, and a sticky valve explains the PV far better.",
         "action": "Check packing friction and positioner at the next chance; retuning will not cure it.",

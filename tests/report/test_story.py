@@ -29,7 +29,7 @@ def test_what_counted_adds_up_to_what_is_told(found):
     shown = [float(row[3]) for row in (*rows, others)]
     assert sum(shown) == pytest.approx(float(total[3]), abs=0.05 * (len(shown) + 1))
     # Stiction against all but play, before doubts drew stiction and left the others in proportion.
-    before, after = found.settings["before_doubts"], found.causes["stiction"]
+    before, after = found.probability_before_doubts, found.causes["stiction"]
     play = found.causes["deadband"] * (1.0 - before) / (1.0 - after)
     assert float(total[3]) == pytest.approx(math.log(before / (1.0 - before - play)), abs=0.06)
     assert words.chance(before) in step.lines[0]

@@ -58,6 +58,7 @@ def as_object(failure: Failure) -> dict[str, Any]:
         "tag": failure.tag,
         "verdict": "undecided",
         "probability": None,
+        "probability_before_doubts": None,
         "cause": "unknown",
         "causes": {},
         "reason": failure.reason,

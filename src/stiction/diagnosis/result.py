@@ -183,6 +183,9 @@ class Diagnosis:
     """`stiction`, `no_stiction` or `undecided`."""
     probability: float
     """Probability that the valve sticks [-]."""
+    probability_before_doubts: float
+    """The same by all that was found, before any doubt about the data [-]; of a record that could not be judged the one
+    told."""
     cause: str
     """Named cause: stiction, deadband, tight tuning, external disturbance, sensor, saturation, none, unknown."""
     reason: str
@@ -198,11 +201,14 @@ class Diagnosis:
     identification: Identification | None = None
     """Stiction and process found; None when the record did not allow a search."""
     settings: dict[str, Any] = field(default_factory=dict)
-    """Settings the diagnosis ran with."""
+    """What the diagnosis ran with: the valve model that was fitted, the limits of a call; and what a caller adds."""
     windows: tuple[Window, ...] = ()
     """Where the valve sticks and where not, in order; empty where the record was judged as one."""
     causes: dict[str, float] = field(default_factory=dict)
     """Probability of each cause [-]; empty where the record could not be judged."""
+    features: dict[str, float] = field(default_factory=dict)
+    """The findings as the tables of weights take them, by name (`verdict.features`) [-]; empty where the record could
+    not be judged."""
     counted: tuple[Counted, ...] = ()
     """What each feature did to the probability of stiction before any doubt about the data, the strongest first."""
     controller: ControllerFit | None = None
@@ -222,6 +228,7 @@ class Diagnosis:
             "tag": self.record.tag,
             "verdict": self.verdict,
             "probability": round(self.probability, 4),
+            "probability_before_doubts": round(self.probability_before_doubts, 4),
             "cause": self.cause,
             "causes": {name: round(share, 4) for name, share in self.causes.items()},
             "reason": self.reason,

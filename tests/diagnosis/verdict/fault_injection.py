@@ -131,7 +131,7 @@ def trials(task) -> list[Trial]:
         out.append(
             Trial(
                 case.record.tag, case.cause, effects, strengths, again, plain.probability, found.probability,
-                found.settings.get("before_doubts", found.probability), refused, gates, doubts,
+                found.probability_before_doubts, refused, gates, doubts,
             )
         )  # fmt: skip
     return out

@@ -167,7 +167,7 @@ def test_a_valve_that_slips_into_a_limit_is_not_surely_good():
     steps = 20.0 * (np.arange(3000.0) // 500 % 2) + 85.0
     record = st.simulate(loop, steps, 3000.0, seed=3, pv_start=85.0, op_start=85.0, loop_type="flow")
     found = st.diagnose(replace(record, mv=None))
-    assert found.settings["before_doubts"] < LEAST <= found.probability
+    assert found.probability_before_doubts < LEAST <= found.probability
     assert found.verdict == "undecided"
     assert "speaks for saturation" in found.reason
     assert "a jump is plain" in found.reason

@@ -16,6 +16,7 @@ from hypothesis import strategies as some
 import stiction as st
 from stiction.diagnosis.verdict.diagnose import findings
 from stiction.diagnosis.verdict.doubt import LEAST
+from stiction.diagnosis.verdict.features import Features
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes
 from stiction.errors import RecordError
 from stiction.simulation.historian import averaged
@@ -140,12 +141,16 @@ def diagnosed(name):
 def test_every_record_gets_a_verdict_that_json_can_hold(name):
     found = diagnosed(name)
     told = json.loads(json.dumps(found.to_dict(), allow_nan=False))
-    assert set(told) == REQUIRED[""] | {"cause", "causes", "controller", "counted", "op_unit", "windows"}
+    more = {"cause", "causes", "controller", "counted", "op_unit", "probability_before_doubts", "windows"}
+    assert set(told) == REQUIRED[""] | more
     assert set(told["oscillation"]) >= REQUIRED["oscillation"]
     assert all(set(row) >= REQUIRED["evidence"] for row in told["evidence"])
     assert told["stiction"] is None or set(told["stiction"]) >= REQUIRED["stiction"]
     assert told["verdict"] in VERDICTS
     assert 0.0 <= told["probability"] <= 1.0
+    assert 0.0 <= told["probability_before_doubts"] <= 1.0
+    assert set(found.settings) <= {"model", "undecided"}
+    assert set(found.features) == (set(Features._fields) if found.identification is not None else set())
     assert {row["vote"] for row in told["evidence"]} <= set(VERDICTS)
     assert told["reason"].endswith(".")
     assert told["action"].endswith(".")

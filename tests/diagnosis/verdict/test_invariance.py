@@ -69,7 +69,7 @@ def same(found, truth):
     """Verdict, cause, probability, S and J in % of span: all that an engineer acts on."""
     assert (found.verdict, found.cause) == (truth.verdict, truth.cause)
     assert found.probability == pytest.approx(truth.probability, abs=1e-6)
-    assert undoubted(found) == pytest.approx(undoubted(truth), abs=1e-6)
+    assert found.probability_before_doubts == pytest.approx(truth.probability_before_doubts, abs=1e-6)
     assert [(g.name, g.severity) for g in found.quality.gates] == [(g.name, g.severity) for g in truth.quality.gates]
     if truth.identification is None:
         assert found.identification is None
@@ -78,15 +78,10 @@ def same(found, truth):
     assert pytest.approx(truth.identification.J, rel=1e-6, abs=1e-9) == found.identification.J
 
 
-def undoubted(found):
-    """Probability before the doubts, which hold some at a bound."""
-    return found.settings.get("before_doubts", found.probability)
-
-
 def test_the_loops_differ():
     # Else what follows would compare one verdict with itself.
     assert {told(name).verdict for name in ("sticky", "disturbed")} == {"stiction", "no_stiction"}
-    assert len({undoubted(told(name)) for name in loops()}) == len(loops())
+    assert len({told(name).probability_before_doubts for name in loops()}) == len(loops())
 
 
 @settings(max_examples=12)

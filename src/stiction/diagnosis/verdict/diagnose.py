@@ -133,7 +133,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     if seen.features is None:
         return _cannot_tell(seen)
     weighed = _weigh(seen, seen.features)
-    return _told(seen, weighed, _judge(seen, seen.features, weighed))
+    return _told(seen, seen.features, weighed, _judge(seen, seen.features, weighed))
 
 
 class Weighed(NamedTuple):
@@ -213,7 +213,7 @@ def _makes_cycle(seen: Findings) -> bool:
     return own is not None and near(seen.oscillation.amplitude_op, own.amplitude_op) >= OWN_CYCLE
 
 
-def _told(seen: Findings, weighed: Weighed, judged: Judged) -> Diagnosis:
+def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged) -> Diagnosis:
     """Put the verdict into words."""
     verdict, valve, found = judged.verdict, judged.valve, seen.found[seen.speaks]
     unit = seen.record.op_unit_short
@@ -238,6 +238,7 @@ def _told(seen: Findings, weighed: Weighed, judged: Judged) -> Diagnosis:
         record=seen.record,
         verdict=verdict,
         probability=judged.causes["stiction"],
+        probability_before_doubts=weighed.causes["stiction"],
         cause=cause.name,
         reason=" ".join(text for text in spoken if text),
         action=cause.action,
@@ -245,14 +246,10 @@ def _told(seen: Findings, weighed: Weighed, judged: Judged) -> Diagnosis:
         evidence=(_own_row(found.rough or found, seen.part, explains_nothing(found)), *seen.evidence),
         quality=seen.quality,
         identification=valve,
-        settings={
-            "model": valve.model,
-            "undecided": list(UNDECIDED),
-            "before_doubts": weighed.causes["stiction"],
-            "features": seen.features._asdict() if seen.features is not None else {},
-        },
+        settings={"model": valve.model, "undecided": list(UNDECIDED)},
         windows=shown,
         causes=judged.causes,
+        features=row._asdict(),
         counted=weighed.counted,
         controller=seen.controller,
     )
@@ -366,6 +363,7 @@ def _cannot_tell(seen: Findings) -> Diagnosis:
         record=seen.record,
         verdict="undecided",
         probability=UNKNOWN[0],
+        probability_before_doubts=UNKNOWN[0],
         cause="saturation" if saturated else "unknown",
         reason=f"The record cannot be judged: {why} The probability told is that of any loop.",
         action=AT_LIMIT if saturated else "Record the loop again as the reason asks.",
