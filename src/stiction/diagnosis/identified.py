@@ -1,9 +1,10 @@
-"""What identification finds: the valve and the process behind it, how sure they are, and the error surface."""
+"""What identification finds: valve, process and controller, how sure they are, and the error surface."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -12,7 +13,17 @@ from stiction.records.digits import interval
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["J_OPEN", "J_UNKNOWN", "ErrorSurface", "Identification", "ProcessFit", "Stretch", "leaves_open", "plain"]
+__all__ = [
+    "J_OPEN",
+    "J_UNKNOWN",
+    "ControllerFit",
+    "ErrorSurface",
+    "Identification",
+    "ProcessFit",
+    "Stretch",
+    "leaves_open",
+    "plain",
+]
 
 J_OPEN = 0.6
 """Length of the interval of J, as a share of S, beyond which it leaves J open [-]."""
@@ -34,6 +45,45 @@ class ProcessFit:
     """True when the process integrates."""
     lag: float = 0.0
     """The smaller of two lags in series, part of `time_constant` [s]; 0 where one was enough."""
+
+
+class ControllerFit(NamedTuple):
+    """A controller that explains the OP."""
+
+    Kc: float
+    """Proportional gain [% of span per PV unit]; 0 for a controller that only integrates."""
+    Ti: float
+    """Integral time [s]: Kc / Ki; inf without an integral part, 0 for a controller that only integrates."""
+    explained: float
+    """Share that it explains of the OP's variation [-], or of its moves where `why` says moves."""
+    action: float
+    """Sign of the process gain that makes the loop stable: that of Ki; 0 when the record does not tell."""
+    form: str = "unknown"
+    """P, I, PI, PID, or I-P, PI-D, I-PD with the part behind the hyphen on the PV alone; or unknown."""
+    Td: float = 0.0
+    """Derivative time [s]."""
+    Ki: float = math.nan
+    """Integral gain [% of span per PV unit and s]."""
+    Kc_error: float = math.nan
+    """Standard error of Kc [% of span per PV unit]."""
+    Ti_error: float = math.nan
+    """Standard error of Ti [s]."""
+    exact: bool = False
+    """Whether all but rounding of the moves is explained, as of the controller's own samples."""
+    why: str = ""
+    """Which comparison was made, what was left out, and why no form is named where none is."""
+    own_samples: bool = False
+    """Whether the record shows the controller's own samples: nothing is left of the moves, or no more than rounding
+    leaves and a slower record would leave more."""
+    left: float = math.nan
+    """Share of the OP's moves that no form of controller explains [-]."""
+    left_if_later: float = math.nan
+    """What proportional and integral part leave with each PV taken a sample later, over that as recorded [-]:
+    little where PV was stored a sample late."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {name: plain(value) if isinstance(value, float) else value for name, value in self._asdict().items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +121,7 @@ class Stretch:
     S is another."""
     fit_linear: float
     """The same for a good valve [%]."""
-    gain: float = float("nan")
+    gain: float = math.nan
     """Twice the log likelihood by which a sticky valve foretells it better than a good one [-]; NaN where not asked."""
 
     def to_dict(self) -> dict[str, Any]:
@@ -119,40 +169,40 @@ class Identification:
     """Lag of the actuator, which holds the air behind OP [s]; 0 where none stands out."""
     stretches: tuple[Stretch, ...] = ()
     """What each stretch of the record says by itself, in order."""
-    S_bootstrap: tuple[float, float] = (float("nan"), float("nan"))
+    S_bootstrap: tuple[float, float] = (math.nan, math.nan)
     """Ends between which the likeliest S lies in 95 of 100 draws of the record's half cycles [% of span]: how far S
     hangs on single cycles. The interval of S is wider, since no (S, J) valve is the true one."""
-    drift: float = float("nan")
+    drift: float = math.nan
     """Change of S over the record [% of span per h]; NaN of fewer than four stretches in which the valve sticks."""
-    drift_error: float = float("nan")
+    drift_error: float = math.nan
     """Standard error of the drift [% of span per h]."""
-    beats_good: float = float("nan")
+    beats_good: float = math.nan
     """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one, half cycle by half
     cycle [-]; NaN where only the dense search was made. That valve's actuator may lag where the one told has none,
     since the record does not show the controller's own samples; so in the gains that follow."""
-    gain: float = float("nan")
+    gain: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over a good one [-]."""
-    gain_in_part: float = float("nan")
+    gain_in_part: float = math.nan
     """`gain` in the third of the record where it is largest [-]."""
-    jump_gain: float = float("nan")
+    jump_gain: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over the likeliest one that hardly jumps [-]."""
-    beats_bent: float = float("nan")
+    beats_bent: float = math.nan
     """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one whose
     characteristic is bent [-]."""
-    gain_on_bent: float = float("nan")
+    gain_on_bent: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over a good one whose characteristic is bent [-]."""
     bent: str = ""
     """The bent characteristic that is the likeliest of those tried."""
-    beats_wave: float = float("nan")
+    beats_wave: float = math.nan
     """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one and a wave from
     outside, the same in every period but for one change [-]; NaN where the loop does not oscillate, or too short for a
     wave to be told."""
-    gain_on_wave: float = float("nan")
+    gain_on_wave: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over a good one and a wave from outside [-]."""
-    beats_beside_wave: float = float("nan")
+    beats_beside_wave: float = math.nan
     """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one with such a wave
     beside both [-]: the valve may stick in a loop that something else moves as well."""
-    gain_beside_wave: float = float("nan")
+    gain_beside_wave: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over a good one with such a wave beside both [-]."""
     left_out: int = 0
     """Samples left out of the likelihood, since neither a sticky valve nor a good one foretells them [-]: a step of the

@@ -13,8 +13,7 @@ from stiction.records.digits import chance
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.diagnosis.identification.controller import ControllerFit
-    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.identified import ControllerFit, Identification
     from stiction.records import LoopRecord, Quality
 
 __all__ = [

@@ -10,8 +10,7 @@ from stiction.records.digits import number_of
 from stiction.report import words
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.identification.controller import ControllerFit
-    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.identified import ControllerFit, Identification
     from stiction.diagnosis.result import Diagnosis
 
 __all__ = ["Step", "Tabled", "causes_step", "counted_step", "story"]

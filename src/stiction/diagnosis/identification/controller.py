@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from stiction.diagnosis.identification.controller_forms import (
     positions,
 )
 from stiction.diagnosis.identification.signals import hold_gaps
-from stiction.diagnosis.identified import plain
+from stiction.diagnosis.identified import ControllerFit
 from stiction.errors import RecordError
 from stiction.records.storage import lattice
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["COMPUTED", "EXACT", "ControllerFit", "at_limit", "fit_controller"]
+__all__ = ["COMPUTED", "EXACT", "at_limit", "fit_controller"]
 
 FEWEST_ROWS = 20
 """Samples [-] below which no controller is fitted."""
@@ -47,45 +47,6 @@ SMOOTHER, STANDARD_ERRORS = 4.0, 4.0
 standard errors of what is left by which it must stand out [-]."""
 NEIGHBOURS = 3
 """Samples on either side that tell a sample of the PV [-]: enough for three sines."""
-
-
-class ControllerFit(NamedTuple):
-    """A controller that explains the OP."""
-
-    Kc: float
-    """Proportional gain [% of span per PV unit]; 0 for a controller that only integrates."""
-    Ti: float
-    """Integral time [s]: Kc / Ki; inf without an integral part, 0 for a controller that only integrates."""
-    explained: float
-    """Share that it explains of the OP's variation [-], or of its moves where `why` says moves."""
-    action: float
-    """Sign of the process gain that makes the loop stable: that of Ki; 0 when the record does not tell."""
-    form: str = "unknown"
-    """P, I, PI, PID, or I-P, PI-D, I-PD with the part behind the hyphen on the PV alone; or unknown."""
-    Td: float = 0.0
-    """Derivative time [s]."""
-    Ki: float = math.nan
-    """Integral gain [% of span per PV unit and s]."""
-    Kc_error: float = math.nan
-    """Standard error of Kc [% of span per PV unit]."""
-    Ti_error: float = math.nan
-    """Standard error of Ti [s]."""
-    exact: bool = False
-    """Whether all but rounding of the moves is explained, as of the controller's own samples."""
-    why: str = ""
-    """Which comparison was made, what was left out, and why no form is named where none is."""
-    own_samples: bool = False
-    """Whether the record shows the controller's own samples: nothing is left of the moves, or no more than rounding
-    leaves and a slower record would leave more."""
-    left: float = math.nan
-    """Share of the OP's moves that no form of controller explains [-]."""
-    left_if_later: float = math.nan
-    """What proportional and integral part leave with each PV taken a sample later, over that as recorded [-]:
-    little where PV was stored a sample late."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return {name: plain(value) if isinstance(value, float) else value for name, value in self._asdict().items()}
 
 
 def fit_controller(record: LoopRecord) -> ControllerFit:

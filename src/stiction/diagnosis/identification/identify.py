@@ -21,8 +21,7 @@ from stiction.records.outliers import without_outliers
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.closer import Closer
-    from stiction.diagnosis.identification.controller import ControllerFit
-    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.identified import ControllerFit, Identification
     from stiction.records.record import LoopRecord
 
 __all__ = ["Search", "identify", "search"]

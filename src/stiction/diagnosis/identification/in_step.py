@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.identification.controller import ControllerFit
+    from stiction.diagnosis.identified import ControllerFit
     from stiction.records.record import LoopRecord
 
 __all__ = ["is_late", "with_pv_earlier"]

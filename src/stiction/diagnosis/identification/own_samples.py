@@ -9,7 +9,7 @@ import numpy as np
 from stiction.diagnosis.identification.controller import COMPUTED
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.identification.controller import ControllerFit
+    from stiction.diagnosis.identified import ControllerFit
     from stiction.records.record import LoopRecord
 
 __all__ = ["are_own_samples", "shows_own_samples"]

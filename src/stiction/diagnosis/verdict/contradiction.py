@@ -18,8 +18,7 @@ from stiction.diagnosis.verdict.probability import kept_by_plant
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from stiction.diagnosis.identification.controller import ControllerFit
-    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.identified import ControllerFit, Identification
     from stiction.diagnosis.verdict.features import Features
     from stiction.diagnosis.verdict.stem import Shown
 

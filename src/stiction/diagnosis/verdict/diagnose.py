@@ -39,9 +39,8 @@ from stiction.records.storage import swing
 from stiction.records.stretches import held_set_point
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.identification.controller import ControllerFit
     from stiction.diagnosis.identification.identify import Search
-    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.identified import ControllerFit, Identification
     from stiction.diagnosis.result import Counted, Oscillation, Verdict
     from stiction.diagnosis.verdict.stem import Shown
     from stiction.records.quality import Quality

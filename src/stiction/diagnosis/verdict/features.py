@@ -16,8 +16,7 @@ from stiction.records.limits import at_limits, saturated
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stiction.diagnosis.identification.controller import ControllerFit
-    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.identified import ControllerFit, Identification
     from stiction.diagnosis.result import Evidence, Oscillation
     from stiction.records.record import LoopRecord
 

@@ -13,8 +13,7 @@ from stiction.models import FOPDT, PID, SOPDT, Integrating, Kano, Loop
 from stiction.simulation.closed_loop import simulate
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.identification.controller import ControllerFit
-    from stiction.diagnosis.identified import Identification, ProcessFit
+    from stiction.diagnosis.identified import ControllerFit, Identification, ProcessFit
     from stiction.models import TransferFunction
 
 __all__ = ["OwnCycle", "near", "own_cycle", "process_of", "ultimate"]
