@@ -62,16 +62,16 @@ def test_each_good_valve_to_beat_is_told(found):
         return [line for line in lines if "twice the log likelihood" in line]
 
     valve = found.identification
-    gains = valve.gain, valve.gain_on_bent, valve.gain_on_wave, valve.gain_beside_wave
-    straight, bent, wave, beside = (words.digits(gain) for gain in gains)
+    likelier = valve.likelier_than_good, valve.likelier_than_bent, valve.likelier_than_wave, valve.likelier_beside_wave
+    straight, bent, wave, beside = (words.digits(by) for by in likelier)
     by = (
         f"In twice the log likelihood a sticky valve foretells the PV better by {straight} than a good one, "
         f"by {bent} than a good one of a bent characteristic ({valve.bent})"
     )
     waves = f"by {wave} than a good one beside a wave from outside, by {beside} with that wave beside both"
     assert told(valve) == [f"{by}, {waves}."]
-    assert told(replace(valve, gain_on_wave=math.nan, gain_beside_wave=math.nan)) == [f"{by}."]
-    assert told(replace(valve, gain_on_bent=math.nan)) == []
+    assert told(replace(valve, likelier_than_wave=math.nan, likelier_beside_wave=math.nan)) == [f"{by}."]
+    assert told(replace(valve, likelier_than_bent=math.nan)) == []
 
 
 @pytest.mark.parametrize(("left_out", "said"), [(0, None), (1, "1 sample"), (34, "34 samples")])

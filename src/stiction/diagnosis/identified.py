@@ -121,12 +121,12 @@ class Stretch:
     S is another."""
     fit_linear: float
     """The same for a good valve [%]."""
-    gain: float = math.nan
+    likelier_than_good: float = math.nan
     """Twice the log likelihood by which a sticky valve foretells it better than a good one [-]; NaN where not asked."""
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
-        numbers = {name: plain(getattr(self, name)) for name in ("S", "J", "fit", "fit_linear", "gain")}
+        numbers = {name: plain(getattr(self, name)) for name in ("S", "J", "fit", "fit_linear", "likelier_than_good")}
         return {"first": self.first, "last": self.last, **numbers}
 
 
@@ -179,17 +179,17 @@ class Identification:
     beats_good: float = math.nan
     """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one, half cycle by half
     cycle [-]; NaN where only the dense search was made. That valve's actuator may lag where the one told has none,
-    since the record does not show the controller's own samples; so in the gains that follow."""
-    gain: float = math.nan
+    since the record does not show the controller's own samples; so in the likelihoods that follow."""
+    likelier_than_good: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over a good one [-]."""
-    gain_in_part: float = math.nan
-    """`gain` in the third of the record where it is largest [-]."""
-    jump_gain: float = math.nan
+    likelier_in_part: float = math.nan
+    """The same in the third of the record where it is largest [-]."""
+    likelier_than_play: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over the likeliest one that hardly jumps [-]."""
     beats_bent: float = math.nan
     """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one whose
     characteristic is bent [-]."""
-    gain_on_bent: float = math.nan
+    likelier_than_bent: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over a good one whose characteristic is bent [-]."""
     bent: str = ""
     """The bent characteristic that is the likeliest of those tried."""
@@ -197,12 +197,12 @@ class Identification:
     """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one and a wave from
     outside, the same in every period but for one change [-]; NaN where the loop does not oscillate, or too short for a
     wave to be told."""
-    gain_on_wave: float = math.nan
+    likelier_than_wave: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over a good one and a wave from outside [-]."""
     beats_beside_wave: float = math.nan
     """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one with such a wave
     beside both [-]: the valve may stick in a loop that something else moves as well."""
-    gain_beside_wave: float = math.nan
+    likelier_beside_wave: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over a good one with such a wave beside both [-]."""
     left_out: int = 0
     """Samples left out of the likelihood, since neither a sticky valve nor a good one foretells them [-]: a step of the
@@ -229,9 +229,9 @@ class Identification:
         return float(np.fmin(np.fmin(self.beats_good, self.beats_bent), self.beats_wave))
 
     @property
-    def gain_on_any(self) -> float:
+    def likelier_than_any(self) -> float:
         """Twice the log likelihood over that good valve [-]."""
-        return float(np.fmin(np.fmin(self.gain, self.gain_on_bent), self.gain_on_wave))
+        return float(np.fmin(np.fmin(self.likelier_than_good, self.likelier_than_bent), self.likelier_than_wave))
 
     def summary(self, unit: str = "%") -> str:
         """The finding in a line, S and J with the unit that stands behind a number."""
@@ -274,16 +274,16 @@ class Identification:
             "drift_per_h": plain(self.drift),
             "drift_error_per_h": plain(self.drift_error),
             "beats_good": plain(self.beats_good),
-            "gain": plain(self.gain),
-            "gain_in_part": plain(self.gain_in_part),
-            "jump_gain": plain(self.jump_gain),
+            "likelier_than_good": plain(self.likelier_than_good),
+            "likelier_in_part": plain(self.likelier_in_part),
+            "likelier_than_play": plain(self.likelier_than_play),
             "beats_bent": plain(self.beats_bent),
-            "gain_on_bent": plain(self.gain_on_bent),
+            "likelier_than_bent": plain(self.likelier_than_bent),
             "bent": self.bent,
             "beats_wave": plain(self.beats_wave),
-            "gain_on_wave": plain(self.gain_on_wave),
+            "likelier_than_wave": plain(self.likelier_than_wave),
             "beats_beside_wave": plain(self.beats_beside_wave),
-            "gain_beside_wave": plain(self.gain_beside_wave),
+            "likelier_beside_wave": plain(self.likelier_beside_wave),
             "left_out": self.left_out,
             "own_samples": self.own_samples,
             "rebuilt": self.rebuilt,

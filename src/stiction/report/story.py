@@ -121,13 +121,13 @@ def _explained(found: Identification, unit: str) -> list[str]:
         low, high = (words.digits(end) for end in found.S_bootstrap)
         ends = f"{low} and {high} {unit}"
         lines.append(f"In 95 of 100 draws of the record's half cycles the likeliest S lies between {ends}.")
-    if math.isfinite(found.gain_on_bent):
-        rivals = {"": found.gain, f" of a bent characteristic ({found.bent})": found.gain_on_bent}
-        if math.isfinite(found.gain_on_wave):
-            rivals[" beside a wave from outside"] = found.gain_on_wave
-        by = ", by ".join(f"{words.digits(gain)} than a good one{what}" for what, gain in rivals.items())
-        if math.isfinite(found.gain_beside_wave):
-            by += f", by {words.digits(found.gain_beside_wave)} with that wave beside both"
+    if math.isfinite(found.likelier_than_bent):
+        rivals = {"": found.likelier_than_good, f" of a bent characteristic ({found.bent})": found.likelier_than_bent}
+        if math.isfinite(found.likelier_than_wave):
+            rivals[" beside a wave from outside"] = found.likelier_than_wave
+        by = ", by ".join(f"{words.digits(likelier)} than a good one{what}" for what, likelier in rivals.items())
+        if math.isfinite(found.likelier_beside_wave):
+            by += f", by {words.digits(found.likelier_beside_wave)} with that wave beside both"
         lines.append(f"In twice the log likelihood a sticky valve foretells the PV better by {by}.")
     if found.left_out:
         samples = number_of(found.left_out, "sample")

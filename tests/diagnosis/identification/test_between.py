@@ -152,6 +152,6 @@ def test_the_verdict_is_weighed_by_the_recorded_samples(monkeypatch):
     alone = st.diagnose(record)
     assert not alone.identification.rebuilt
     assert found.causes == pytest.approx(alone.causes, abs=0.01)
-    names = ("beats_good", "gain", "gain_in_part", "beats_bent", "gain_on_bent")
+    names = ("beats_good", "likelier_than_good", "likelier_in_part", "beats_bent", "likelier_than_bent")
     told, recorded = ([getattr(one.identification, name) for name in names] for one in (found, alone))
     assert told == pytest.approx(recorded, rel=0.1)

@@ -43,15 +43,19 @@ def test_draws_of_half_cycles_that_do_not_agree():
 def test_no_good_valve_foretells_what_a_sticky_one_does(name):
     """Neither a straight one, nor one with a bend, nor one beside a wave from outside."""
     found = st.identify(replace(run_of(KNOWN[name], 0.05), mv=None), period=KNOWN[name].period)
-    assert min(found.gain_on_bent, found.gain_on_wave) == found.gain_on_any > 0.4 * found.gain
-    assert found.gain > 100.0
+    assert (
+        min(found.likelier_than_bent, found.likelier_than_wave)
+        == found.likelier_than_any
+        > 0.4 * found.likelier_than_good
+    )
+    assert found.likelier_than_good > 100.0
     assert found.beats_any > 2.0
 
 
-def test_what_a_part_of_the_half_cycles_gains():
+def test_what_a_part_of_the_half_cycles_is_worth():
     found = contest(np.array([np.full(N, 1.0), np.full(N, 2.0)]))
-    assert found.gain_in(slice(10, 20)) == pytest.approx(10 * 5.0 / 2.0)
-    assert found.gain(3) == pytest.approx(N / 3 * 5.0 / 2.0)
+    assert found.likelier_in(slice(10, 20)) == pytest.approx(10 * 5.0 / 2.0)
+    assert found.likelier_than_good(3) == pytest.approx(N / 3 * 5.0 / 2.0)
 
 
 def test_student_is_that_of_scipy():

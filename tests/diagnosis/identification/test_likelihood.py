@@ -209,4 +209,4 @@ def test_a_band_that_is_small_beside_the_steps_of_the_set_point(S, J, seed):
     found = st.identify(replace(record, mv=None))
     assert pytest.approx(S, rel=0.02) == found.S
     assert pytest.approx(J, rel=0.05) == found.J
-    assert found.gain > 500.0
+    assert found.likelier_than_good > 500.0

@@ -89,9 +89,9 @@ def test_too_few_periods_or_samples_of_one_tell_no_wave(samples, period):
 
 def test_a_wave_from_outside_passes_for_a_band_only_where_it_is_not_looked_for():
     found = st.identify(driven_from_outside(square, 71.3), period=70.0)
-    assert found.gain > 100.0
-    assert found.gain_on_wave < 0.0
-    assert found.to_dict()["gain_on_wave"] == found.gain_on_wave
+    assert found.likelier_than_good > 100.0
+    assert found.likelier_than_wave < 0.0
+    assert found.to_dict()["likelier_than_wave"] == found.likelier_than_wave
     assert found.to_dict()["beats_wave"] == found.beats_wave
 
 
@@ -111,9 +111,9 @@ def test_a_wave_that_begins_or_ends_within_the_record_leaves_no_more(monkeypatch
 @pytest.mark.parametrize(("band", "least", "most"), [(0.0, -50.0, 50.0), (6.0, 100.0, np.inf)])
 def test_a_wave_beside_both_leaves_what_the_stem_alone_explains(band, least, most):
     found = st.identify(driven_from_outside(square, 71.3, band=band), period=70.0)
-    assert least < found.gain_beside_wave < most
+    assert least < found.likelier_beside_wave < most
     assert (found.beats_beside_wave > 3.0) == (band > 0.0)
-    assert found.to_dict()["gain_beside_wave"] == found.gain_beside_wave
+    assert found.to_dict()["likelier_beside_wave"] == found.likelier_beside_wave
     assert found.to_dict()["beats_beside_wave"] == found.beats_beside_wave
 
 
@@ -123,7 +123,7 @@ def test_weights_that_a_rival_has_for_nothing_are_made_good():
     left = 3.0 + np.tile([0.5, 1.5], 10)
     total = 20 * 1.0 / 0.5
     assert contest.over(Rival(left, 0.0))[1] == pytest.approx(total)
-    statistic, gain = contest.over(Rival(left, 6.0))
-    assert gain == pytest.approx(total + 6.0)
+    statistic, likelier = contest.over(Rival(left, 6.0))
+    assert likelier == pytest.approx(total + 6.0)
     # Differences of 1 and 3, about 2: a variance of 20 / 19.
     assert statistic == pytest.approx((total + 6.0) / np.sqrt(20 * 20 / 19))

@@ -57,7 +57,7 @@ def left_over(pv: np.ndarray, u: np.ndarray, delay: int) -> float:
     return float(rest @ rest) / rest.size
 
 
-def gain_of_stem(loop: Adverse) -> float:
+def likelier_by_stem(loop: Adverse) -> float:
     """Twice the log likelihood by which the stem foretells the PV better than the OP does, each at its best delay."""
     op, pv = loop.record.op, (loop.record.pv - loop.record.pv.mean()) / loop.record.pv.std()
     inputs = ((u - u.mean()) / op.std() for u in (op, loop.mv))
@@ -68,7 +68,7 @@ def gain_of_stem(loop: Adverse) -> float:
 def can_be_seen(loop: Adverse) -> bool:
     """Whether someone who knows the stem would say that it sticks; never of st_slow, whose stem ramps."""
     jumps = int(np.sum(np.abs(np.diff(loop.mv)) > JUMP * loop.J))
-    return loop.sticky and jumps >= JUMPS and gain_of_stem(loop) > BETTER
+    return loop.sticky and jumps >= JUMPS and likelier_by_stem(loop) > BETTER
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ SHARE_REAL = 0.35
 """What the loss on the real loops left out counts, against that on simulated ones, when features are chosen [-]."""
 PARTS = ((0, 4), (0, 3), (1, 4))
 """Quarters of a real record from which to which it is a row: what is told should not hang on where a record begins."""
-LEAST_GAIN = 0.001
+LEAST_DROP = 0.001
 MOST = 8
 """What a feature must take off the loss to be chosen, and how many are at most [-]."""
 BAGS, OF_REAL, OF_SIMULATED = 32, 0.75, 0.35
@@ -131,7 +131,7 @@ class Sticks:
         while len(chosen) < MOST:
             tries = [(self.loss([*chosen, k]), k) for k in range(len(NAMES)) if k not in chosen]
             loss, k = min(tries)
-            if loss > best - LEAST_GAIN:
+            if loss > best - LEAST_DROP:
                 break
             best = loss
             chosen.append(k)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from adverse import KINDS, Told, can_be_seen, counted, drawn, gain_of_stem, table, tell
+from adverse import KINDS, Told, can_be_seen, counted, drawn, likelier_by_stem, table, tell
 from adverse_draws import WAVES, Adverse, by_historian, recorded
 from adverse_plant import Controller, Process, Signals, Transmitter, Valve, run
 from scipy import signal
@@ -241,16 +241,16 @@ def test_stiction_is_seen_where_the_stem_jumps_and_foretells_the_pv():
     assert not can_be_seen(loop._replace(J=100.0))  # the same stem has no jump that large
     assert not can_be_seen(loop._replace(mv=loop.record.op + np.where(np.arange(1500) % 200 < 100, 0.0, 3.0)))
     assert not can_be_seen(loop._replace(J=0.0))  # it would only play
-    assert gain_of_stem(loop_of(Valve())) == 0.0
+    assert likelier_by_stem(loop_of(Valve())) == 0.0
 
 
-def test_the_gain_is_that_of_the_noise_which_the_op_leaves():
+def test_a_stem_is_likelier_by_that_of_the_noise_which_the_op_leaves():
     """Where the PV is the stem three samples before, and noise: with white noise for an OP that says nothing of it."""
     rng = np.random.default_rng(2)
     op, mv, error = rng.normal(size=(3, 4000))
     pv = 0.5 * np.roll(mv, 3) + 0.5 * error
     loop = Adverse(st.LoopRecord("X", 1.0, op=op, pv=pv), mv, 1.0, 1.0)
-    assert gain_of_stem(loop) == pytest.approx(4000.0 * math.log(2.0), rel=0.05)
+    assert likelier_by_stem(loop) == pytest.approx(4000.0 * math.log(2.0), rel=0.05)
 
 
 @pytest.mark.parametrize("kind", ["slave_good", "batch", "sawload_level", "st_slave", "st_batch", "st_eqpct"])

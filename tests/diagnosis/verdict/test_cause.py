@@ -37,8 +37,8 @@ def told(verdict, p, name="none", found=FOUND, **shares):
     return named_cause(verdict, causes, found, RHYTHM, 1.0, COUNTED)
 
 
-def fitting(fit, fit_linear, gain=math.nan):
-    return replace(FOUND, fit=fit, fit_linear=fit_linear, gain=gain)
+def fitting(fit, fit_linear, likelier=math.nan):
+    return replace(FOUND, fit=fit, fit_linear=fit_linear, likelier_than_good=likelier)
 
 
 def test_a_valve_that_explains_more_is_said_to():
@@ -53,12 +53,12 @@ def test_a_valve_that_explains_no_more_is_called_sticky_for_what_counted(fit, go
     by_cycle = told("stiction", 0.9, found=fitting(fit, good, 106.6)).reason
     assert "foretells the PV better than a good one, cycle by cycle (twice the log likelihood: 107), though" in by_cycle
     assert f"explains no more of its movement by simulation {shares}." in by_cycle
-    for gain in (-5.8, 0.9, math.nan):
-        reason = told("stiction", 0.9, found=fitting(fit, good, gain)).reason
+    for likelier in (-5.8, 0.9, math.nan):
+        reason = told("stiction", 0.9, found=fitting(fit, good, likelier)).reason
         assert f"explains no more of the PV's movement than a good one {shares}; " in reason
         assert "what counted most for it: S takes so much of the OP's swing (0.7, usually 0.31)." in reason
         assert "foretells" not in reason
-        assert strongest(COUNTED) in told("undecided", 0.5, found=fitting(fit, good, gain)).reason
+        assert strongest(COUNTED) in told("undecided", 0.5, found=fitting(fit, good, likelier)).reason
 
 
 @pytest.mark.parametrize("name", ["tight tuning", "external disturbance"])
@@ -66,13 +66,13 @@ def test_a_good_valve_is_not_defended_with_a_sticky_one_that_explains_more(name)
     against = "share of the error that the oscillation carries (0.94, usually 0.5)"
     more = told("no_stiction", 0.05, name, fitting(90.0, 70.0, 50.0)).reason
     assert more.endswith(f"a good valve 70 %; what counted most against it: {against}.")
-    for gain in (50.0, -50.0):
-        less = told("no_stiction", 0.05, name, fitting(70.0, 90.0, gain)).reason
+    for likelier in (50.0, -50.0):
+        less = told("no_stiction", 0.05, name, fitting(70.0, 90.0, likelier)).reason
         assert less.endswith("explains no more of the PV's movement than a good one (70 %, a good valve 90 %).")
 
 
 @pytest.mark.parametrize(
-    ("gain", "bent", "wave", "named"),
+    ("likelier", "bent", "wave", "named"),
     [
         (106.6, -20.0, math.nan, "with a bent characteristic (a seat at 15 % of OP's range)"),
         (106.6, 40.0, -3.0, "beside a wave from outside, the same every 60 s,"),
@@ -83,9 +83,9 @@ def test_a_good_valve_is_not_defended_with_a_sticky_one_that_explains_more(name)
         (0.5, -20.0, -30.0, ""),  # the straight one is as good
     ],
 )
-def test_a_good_valve_that_foretells_better_is_named(gain, bent, wave, named):
-    more = {"gain_on_bent": bent, "gain_on_wave": wave, "bent": "a seat at 15 % of OP's range"}
-    found = replace(fitting(60.0, 41.0, gain), **more)
+def test_a_good_valve_that_foretells_better_is_named(likelier, bent, wave, named):
+    more = {"likelier_than_bent": bent, "likelier_than_wave": wave, "bent": "a seat at 15 % of OP's range"}
+    found = replace(fitting(60.0, 41.0, likelier), **more)
     sentence = f" A good valve {named} foretells the PV better than a sticky one."
     for verdict, p in (("no_stiction", 0.05), ("undecided", 0.5)):
         for cause in ("external disturbance", "none"):
@@ -95,11 +95,11 @@ def test_a_good_valve_that_foretells_better_is_named(gain, bent, wave, named):
 
 
 def test_the_nearest_of_all_good_valves_is_the_one_to_beat():
-    found = replace(FOUND, gain=9.0, beats_good=3.0, gain_on_bent=-4.0, beats_bent=-1.0)
-    assert (found.gain_on_any, found.beats_any) == (-4.0, -1.0)
-    found = replace(found, gain_on_wave=-6.0, beats_wave=2.0)
-    assert (found.gain_on_any, found.beats_any) == (-6.0, -1.0)
-    assert math.isnan(FOUND.gain_on_any)
+    found = replace(FOUND, likelier_than_good=9.0, beats_good=3.0, likelier_than_bent=-4.0, beats_bent=-1.0)
+    assert (found.likelier_than_any, found.beats_any) == (-4.0, -1.0)
+    found = replace(found, likelier_than_wave=-6.0, beats_wave=2.0)
+    assert (found.likelier_than_any, found.beats_any) == (-6.0, -1.0)
+    assert math.isnan(FOUND.likelier_than_any)
 
 
 def test_play_is_named_by_what_was_found():
@@ -111,12 +111,12 @@ def test_play_is_named_by_what_was_found():
     assert torn.endswith("(50 %, a good valve 60 %). By all that was found play is the likeliest cause (0.95).")
 
 
-@given(fit=some.floats(-50.0, 100.0), good=some.floats(-50.0, 100.0), gain=some.floats(-100.0, 2000.0))
-def test_more_is_said_only_where_the_numbers_shown_are_more(fit, good, gain):
-    said = fits(fitting(fit, good, gain))
+@given(fit=some.floats(-50.0, 100.0), good=some.floats(-50.0, 100.0), likelier=some.floats(-100.0, 2000.0))
+def test_more_is_said_only_where_the_numbers_shown_are_more(fit, good, likelier):
+    said = fits(fitting(fit, good, likelier))
     shown = [max(round(x), 0) for x in (fit, good)]
     assert ("no more" in said) == (shown[0] <= shown[1])
-    assert ("foretells" in said) == (shown[0] <= shown[1] and gain > 1.0)
+    assert ("foretells" in said) == (shown[0] <= shown[1] and likelier > 1.0)
     assert "-" not in said
 
 
@@ -209,7 +209,7 @@ def test_a_real_record_is_not_argued_against(records):
     found = st.diagnose(record)
     valve = found.identification
     assert valve is not None
-    assert (found.verdict, valve.fit < valve.fit_linear, valve.gain > 0.0) == ("stiction", True, True)
+    assert (found.verdict, valve.fit < valve.fit_linear, valve.likelier_than_good > 0.0) == ("stiction", True, True)
     assert "foretells the PV better than a good one, cycle by cycle" in found.reason
 
 

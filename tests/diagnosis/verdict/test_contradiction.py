@@ -24,7 +24,7 @@ from stiction.simulation.population import plant_population
 
 HEALTHY = {"sensor": 0.0, "saturation": 0.0, "deadband": 0.0}
 """Probabilities of causes with which nothing else is to blame."""
-EVEN = {"gain_on_any": 0.0, "gain_beside_wave": math.nan, "jump_gain": 0.0, "beats_any": 0.0}
+EVEN = {"likelier_than_any": 0.0, "likelier_beside_wave": math.nan, "likelier_than_play": 0.0, "beats_any": 0.0}
 """Twice the log likelihood by which a sticky valve beats its rivals that are as likely."""
 SLOW = Objection.SLIPS_DROWN
 """What a record such as plants keep is told to be."""
@@ -42,7 +42,9 @@ def test_no_objection_is_told_as_a_gate_is_named():
 
 
 def fits(fit, fit_linear=0.0):
-    return SimpleNamespace(fit=fit, fit_linear=fit_linear, rough=None, gain=1.0, own_samples=False, **EVEN)
+    return SimpleNamespace(
+        fit=fit, fit_linear=fit_linear, rough=None, likelier_than_good=1.0, own_samples=False, **EVEN
+    )
 
 
 @pytest.mark.parametrize(("fit", "said"), [(14.9, True), (15.0, False)])
@@ -61,11 +63,17 @@ def test_the_limit_of_likeness_to_a_plants_record(monkeypatch, likeness, told):
     assert against_good(fits(50.0, 50.0), SimpleNamespace(likely_jump_clear=0.0), HEALTHY) == told
 
 
-def valve(J=1.0, J_high=2.0, jump_gain=30.0, fit=90.0, fit_linear=60.0, integrating=False):
+def valve(J=1.0, J_high=2.0, likelier_than_play=30.0, fit=90.0, fit_linear=60.0, integrating=False):
     """A valve of S = 3 % that was found."""
     process = SimpleNamespace(integrating=integrating)
     return SimpleNamespace(
-        S=3.0, J=J, J_high=J_high, jump_gain=jump_gain, fit=fit, fit_linear=fit_linear, process=process
+        S=3.0,
+        J=J,
+        J_high=J_high,
+        likelier_than_play=likelier_than_play,
+        fit=fit,
+        fit_linear=fit_linear,
+        process=process,
     )
 
 
@@ -73,14 +81,14 @@ def valve(J=1.0, J_high=2.0, jump_gain=30.0, fit=90.0, fit_linear=60.0, integrat
     ("found", "told"),
     [
         ({}, ()),
-        ({"J": 0.29, "J_high": 0.89, "jump_gain": 0.0}, (NO_JUMP,)),
-        ({"J": 0.31, "J_high": 0.89, "jump_gain": 0.0}, ()),
-        ({"J": 0.29, "J_high": 0.91, "jump_gain": 0.0}, ()),
-        ({"J": 0.29, "J_high": 0.89, "jump_gain": 0.1}, ()),
-        ({"J": 0.29, "J_high": 0.89, "jump_gain": 0.0, "integrating": True}, ()),
-        ({"fit": 60.0, "jump_gain": 19.9}, (AS_MUCH,)),
-        ({"fit": 60.0, "jump_gain": 20.0}, ()),
-        ({"fit": 60.1, "jump_gain": 19.9}, ()),
+        ({"J": 0.29, "J_high": 0.89, "likelier_than_play": 0.0}, (NO_JUMP,)),
+        ({"J": 0.31, "J_high": 0.89, "likelier_than_play": 0.0}, ()),
+        ({"J": 0.29, "J_high": 0.91, "likelier_than_play": 0.0}, ()),
+        ({"J": 0.29, "J_high": 0.89, "likelier_than_play": 0.1}, ()),
+        ({"J": 0.29, "J_high": 0.89, "likelier_than_play": 0.0, "integrating": True}, ()),
+        ({"fit": 60.0, "likelier_than_play": 19.9}, (AS_MUCH,)),
+        ({"fit": 60.0, "likelier_than_play": 20.0}, ()),
+        ({"fit": 60.1, "likelier_than_play": 19.9}, ()),
     ],
 )
 def test_a_valve_that_does_not_jump_or_explains_no_more_is_not_sure(found, told):
@@ -94,9 +102,9 @@ def test_a_valve_that_does_not_jump_or_explains_no_more_is_not_sure(found, told)
         ({}, (NOT_ITS_OWN,)),
         ({"own_amplitude": 0.3}, ()),
         ({"jump": 0.15}, ()),
-        ({"jump_gain": 20.0}, (NOT_ITS_OWN,)),
+        ({"likelier_than_play": 20.0}, (NOT_ITS_OWN,)),
         ({"makes_cycle": True}, (NOT_ITS_OWN,)),
-        ({"jump_gain": 20.0, "makes_cycle": True}, ()),
+        ({"likelier_than_play": 20.0, "makes_cycle": True}, ()),
         ({"integrating": 1.0}, ()),
         ({"regularity": 0.95}, ()),
         ({"oscillating": 0.0}, ()),
@@ -104,7 +112,10 @@ def test_a_valve_that_does_not_jump_or_explains_no_more_is_not_sure(found, told)
 )
 def test_what_keeps_a_valve_from_surely_sticking(changed, told):
     row = {"oscillating": 1.0, "regularity": 1.0, "own_amplitude": 0.29, "jump": 0.1, "integrating": 0.0}
-    likeliest, row = valve(jump_gain=changed.get("jump_gain", 19.9)), SimpleNamespace(**(row | changed))
+    likeliest, row = (
+        valve(likelier_than_play=changed.get("likelier_than_play", 19.9)),
+        SimpleNamespace(**(row | changed)),
+    )
     assert against_sticking(likeliest, likeliest, row, lambda: "makes_cycle" in changed) == told
     for p in (0.05, 0.6, 0.97):
         found = held_back(p, SOUND, against_sticking=told)
@@ -125,15 +136,15 @@ PLAIN = Objection.FORETELLS
         ({"own_samples": False}, {}, ()),
         ({}, {"deadband": 0.5}, ()),
         ({}, {"sensor": 0.3, "saturation": 0.2}, ()),
-        ({"own_samples": False, "gain_on_any": 60.1}, {"sensor": 0.5}, (PLAIN,)),
-        ({"own_samples": False, "gain_on_any": 59.9}, {"sensor": 0.5}, ()),
-        ({"gain_on_any": 60.1}, {"sensor": 0.5}, ()),
+        ({"own_samples": False, "likelier_than_any": 60.1}, {"sensor": 0.5}, (PLAIN,)),
+        ({"own_samples": False, "likelier_than_any": 59.9}, {"sensor": 0.5}, ()),
+        ({"likelier_than_any": 60.1}, {"sensor": 0.5}, ()),
     ],
 )
 def test_a_plain_valve_in_a_driven_loop(monkeypatch, changed, causes, told):
     monkeypatch.setattr("stiction.diagnosis.verdict.contradiction.kept_by_plant", lambda _row: 0.0)
     plain = {"beats_good": 8.1, "beats_any": 0.1, "own_samples": True}
-    found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, gain=500.0, **(EVEN | plain | changed))
+    found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, likelier_than_good=500.0, **(EVEN | plain | changed))
     assert against_good(found, SimpleNamespace(likely_jump_clear=0.0), HEALTHY | causes) == told
 
 
@@ -148,7 +159,7 @@ def test_a_plain_valve_in_a_driven_loop(monkeypatch, changed, causes, told):
 )
 def test_play_is_not_sure_between_the_samples(monkeypatch, changed, play, told):
     monkeypatch.setattr("stiction.diagnosis.verdict.contradiction.kept_by_plant", lambda _row: 0.0)
-    open_jump = {"S": 3.0, "J_high": 3.0, "own_samples": False, "gain": 0.0}
+    open_jump = {"S": 3.0, "J_high": 3.0, "own_samples": False, "likelier_than_good": 0.0}
     found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, **(EVEN | open_jump | changed))
     assert against_good(found, SimpleNamespace(likely_jump_clear=0.0), HEALTHY | {"deadband": play}) == told
 

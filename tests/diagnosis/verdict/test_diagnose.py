@@ -269,7 +269,7 @@ def test_the_likelier_a_jump_the_less_a_valve_has_mere_play():
     run = st.simulate(loop, 50.0, 900.0, load, 2, pv_start=50.0, op_start=50.0, tag="LC1", loop_type="level")
     row = findings(replace(run, mv=None)).features
     assert row is not None
-    told = [causes(row._replace(likely_jump_gain=gain)) for gain in np.linspace(0.0, 1.0, 9)]
+    told = [causes(row._replace(likelier_than_play=more)) for more in np.linspace(0.0, 1.0, 9)]
     assert all(np.diff([one["stiction"] / one["deadband"] for one in told]) > 0.0)
     assert told[0]["deadband"] > 0.5 > told[-1]["deadband"]
     assert [sum(one.values()) for one in told] == pytest.approx([1.0] * 9)

@@ -12,24 +12,38 @@ from stiction.diagnosis.verdict.contradiction import BEATS_EVERY, STEADILY, beat
 from stiction.diagnosis.verdict.doubt import LEAST
 
 MORE, LESS = BEATS_EVERY + 0.1, BEATS_EVERY
-GAINS = {"gain": 500.0, "gain_on_any": MORE, "gain_beside_wave": MORE, "jump_gain": MORE, "beats_any": STEADILY + 0.01}
+BEATS_ALL = {
+    "likelier_than_good": 500.0,
+    "likelier_than_any": MORE,
+    "likelier_beside_wave": MORE,
+    "likelier_than_play": MORE,
+    "beats_any": STEADILY + 0.01,
+}
 
 
 @pytest.mark.parametrize(
     ("changed", "told"),
     [
         ({}, True),
-        ({"gain_on_any": LESS}, False),
-        ({"gain_beside_wave": LESS}, False),
-        ({"jump_gain": LESS}, False),
+        ({"likelier_than_any": LESS}, False),
+        ({"likelier_beside_wave": LESS}, False),
+        ({"likelier_than_play": LESS}, False),
         ({"beats_any": STEADILY}, False),
-        ({"gain_beside_wave": math.nan}, True),
-        ({"gain_beside_wave": math.nan, "jump_gain": LESS}, False),
-        ({"gain": math.nan, "gain_on_any": math.nan, "gain_beside_wave": math.nan, "jump_gain": math.nan}, False),
+        ({"likelier_beside_wave": math.nan}, True),
+        ({"likelier_beside_wave": math.nan, "likelier_than_play": LESS}, False),
+        (
+            {
+                "likelier_than_good": math.nan,
+                "likelier_than_any": math.nan,
+                "likelier_beside_wave": math.nan,
+                "likelier_than_play": math.nan,
+            },
+            False,
+        ),
     ],
 )
 def test_the_least_of_all_margins_decides(changed, told):
-    assert beats_every_rival(SimpleNamespace(**(GAINS | changed))) is told
+    assert beats_every_rival(SimpleNamespace(**(BEATS_ALL | changed))) is told
 
 
 def sticky_loop(n=3000):

@@ -22,11 +22,11 @@ def test_where_op_does_not_move_pv_nothing_is_said_of_the_valve():
     assert "no more than 12 %" in explains_nothing(replace(found, fit=11.0, fit_linear=12.0))
     assert explains_nothing(replace(found, fit=20.0, fit_linear=12.0)) == ""
     assert explains_nothing(replace(found, fit=-5.0, fit_linear=40.0)) == ""
-    better = replace(found, fit=40.0 + MUCH_MORE + 1.0, fit_linear=40.0, gain=1.0)
+    better = replace(found, fit=40.0 + MUCH_MORE + 1.0, fit_linear=40.0, likelier_than_good=1.0)
     assert explains_much_more(better)
     assert explains_much_more(replace(better, fit=0.0, rough=better))
     assert not explains_much_more(replace(better, fit_linear=42.0))
-    assert not explains_much_more(replace(better, gain=-1.0))
+    assert not explains_much_more(replace(better, likelier_than_good=-1.0))
 
 
 @pytest.mark.parametrize(

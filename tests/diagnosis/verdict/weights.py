@@ -18,7 +18,7 @@ RIDGE_PLANT = 0.4
 apart from others, which is what does not carry over from simulated to recorded loops."""
 STICKY_PLANTS = 0.4
 """What the sticky loops of a plant's historian weigh together, against the others [-]."""
-OF_JUMPS = ("likely_jump_gain", "own_samples")
+OF_JUMPS = ("likelier_than_play", "own_samples")
 """Features of the third table."""
 JUMPS = [NAMES.index(name) for name in OF_JUMPS]
 

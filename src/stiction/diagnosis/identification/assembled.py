@@ -97,7 +97,7 @@ def _surface(signals: Signals, pieces: list[Piece], speaks: Piece, energy: NDArr
     return ErrorSurface(S, ratio, error, most, dead_time, late)
 
 
-def stretch_of(piece: Piece, samples: int, S: float, ratio: float, gain: float = math.nan) -> Stretch:
+def stretch_of(piece: Piece, samples: int, S: float, ratio: float, likelier: float = math.nan) -> Stretch:
     """Tell one stretch in the record's samples.
 
     Parameters
@@ -110,7 +110,7 @@ def stretch_of(piece: Piece, samples: int, S: float, ratio: float, gain: float =
         Its S [% of span].
     ratio : float
         Its J / S [-].
-    gain : float
+    likelier : float
         Twice the log likelihood by which a sticky valve beats a good one in it [-].
 
     Returns
@@ -127,7 +127,7 @@ def stretch_of(piece: Piece, samples: int, S: float, ratio: float, gain: float =
         J=S * ratio,
         fit=100.0 * (1.0 - piece.error),
         fit_linear=100.0 * (1.0 - float(piece.linear.error[0, 0])),
-        gain=gain,
+        likelier_than_good=likelier,
     )
 
 

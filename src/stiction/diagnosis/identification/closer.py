@@ -104,9 +104,9 @@ def _recorded(search: Search, fine: Prediction, tried: Trials, known: Known) -> 
     recorded = replace(
         _by_stretches(search, fine, search.signals.op, 1, found),
         beats_good=float(clearest.worse[-1]),
-        gain=clearest.gain(),
-        gain_in_part=clearest.gain(3),
-        jump_gain=clearest.jump_gain,
+        likelier_than_good=clearest.likelier_than_good(),
+        likelier_in_part=clearest.likelier_than_good(3),
+        likelier_than_play=clearest.likelier_than_play,
         left_out=fine.shocks.size * fine.width,
         own_samples=own,
         **over_rivals(fine, clearest, period),
@@ -132,9 +132,14 @@ def _without_shocks(fine: Prediction, tried: Trials, swing: float) -> tuple[Pred
 
 def _weighed_as(recorded: Identification, told: Identification) -> Identification:
     """The valve `told`, with what the recorded samples say of how far it beats a good one."""
-    alike = ("beats_good", "gain", "gain_in_part", "jump_gain", "left_out", "beats_bent", "gain_on_bent", "bent",
-             "beats_wave", "gain_on_wave", "beats_beside_wave", "gain_beside_wave")  # fmt: skip
-    stretches = (replace(one, gain=other.gain) for one, other in zip(told.stretches, recorded.stretches, strict=True))
+    alike = (
+        *("likelier_than_good", "likelier_in_part", "likelier_than_play", "likelier_than_bent", "likelier_than_wave"),
+        *("likelier_beside_wave", "beats_good", "beats_bent", "beats_wave", "beats_beside_wave", "bent", "left_out"),
+    )
+    stretches = (
+        replace(one, likelier_than_good=other.likelier_than_good)
+        for one, other in zip(told.stretches, recorded.stretches, strict=True)
+    )
     said = {name: getattr(recorded, name) for name in alike}
     return replace(told, stretches=tuple(stretches), rebuilt=True, **said)
 
@@ -184,11 +189,11 @@ def _by_stretches(
         cycles = slice(int(ends[0]), max(int(ends[1]), int(ends[0]) + 1))
         own = found.best_in(cycles)
         size = own.S + found.beyond
-        gain = found.gain_in(cycles)
-        if gain > STANDS_OUT and abs(own.S / S - 1.0) > ANOTHER:
+        likelier = found.likelier_in(cycles)
+        if likelier > STANDS_OUT and abs(own.S / S - 1.0) > ANOTHER:
             piece = min(piece, behind(one, own), key=lambda piece: piece.error)
-        stretches.append(stretch_of(piece, len(record), size, own.S * own.ratio / size, gain))
-        if gain > STANDS_OUT:
+        stretches.append(stretch_of(piece, len(record), size, own.S * own.ratio / size, likelier))
+        if likelier > STANDS_OUT:
             hours.append(0.5 * (first + last) * signals.dt / 3600.0)
             bands.append(size)
     speaks = min(pieces, key=lambda piece: piece.error)

@@ -76,7 +76,8 @@ class Rival(NamedTuple):
     error: NDArray[np.float64]
     """Sum of squares that it leaves in each half cycle, shape (n_halves,)."""
     weights: float
-    """Weights that it has beyond those of a good valve [-]: so much it gains by chance in twice the log likelihood."""
+    """Weights that it has beyond those of a good valve [-]: so much they are worth by chance in twice the log
+    likelihood."""
 
 
 class Contest(NamedTuple):
@@ -85,7 +86,7 @@ class Contest(NamedTuple):
     valve: NDArray[np.float64]
     """Valves compared as in `Trials`; the first is the most likely, the last a good one. Shape (n, 5)."""
     error: NDArray[np.float64]
-    """Sum of squares that each leaves in each half cycle, that of the good one less what `weights` gain by chance;
+    """Sum of squares that each leaves in each half cycle, that of the good one less what `weights` are worth by chance;
     shape (n, n_halves)."""
     worse: NDArray[np.float64]
     """Student's statistic of each against the first over the half cycles [-], shape (n,)."""
@@ -95,7 +96,7 @@ class Contest(NamedTuple):
     """95 % interval of J [% of span]."""
     variance: float
     """Variance of what the most likely valve leaves."""
-    jump_gain: float
+    likelier_than_play: float
     """Twice the log likelihood by which it beats the likeliest valve that hardly jumps [-]."""
     beyond: float
     """What S is larger by than the band that trips at the record's samples [% of span]; the interval has it."""
@@ -115,14 +116,14 @@ class Contest(NamedTuple):
         """The sticky valve that leaves least in some of the cycles."""
         return Trial(*self.valve[int(np.argmin(self.error[:-1, cycles].sum(axis=1)))].tolist())
 
-    def gain(self, parts: int = 1) -> float:
+    def likelier_than_good(self, parts: int = 1) -> float:
         """Twice the log likelihood by which the first beats a good valve, in the best of `parts` equal parts [-]."""
         by_half = (self.error[-1] - self.error[0]) / self.variance
         width = max(by_half.size // parts, 1)
         sums = np.concatenate([[0.0], by_half.cumsum()])
         return float((sums[width:] - sums[:-width]).max())
 
-    def gain_in(self, cycles: slice) -> float:
+    def likelier_in(self, cycles: slice) -> float:
         """Twice the log likelihood by which some sticky valve beats a good one in some of the cycles [-]."""
         left = self.error[:, cycles].sum(axis=1)
         return float(left[-1] - left[:-1].min()) / self.variance
@@ -179,7 +180,7 @@ def contest(prediction: Prediction, trials: Trials, known: Known) -> Contest:
     valve = np.concatenate([trials.valve[chosen], good_valve(best)])
     error = by_cycle(prediction, valve)
     variance = float(error[0].sum()) / prediction.samples
-    error[-1] -= variance * prediction.op_order / error.shape[1]  # what a sticky valve gains by its weights alone
+    error[-1] -= variance * prediction.op_order / error.shape[1]  # what a sticky valve's weights alone are worth
     apart = (error - error[0]) / variance
     S, ratio, _, _, lag = Columns(*valve.T)
     lagged = (lag > 0.0).astype(float)
@@ -201,8 +202,8 @@ def contest(prediction: Prediction, trials: Trials, known: Known) -> Contest:
     )
     J_range = ends(J, known.J, jump - least, jump + least)
     small = trials.cost[trials.columns.ratio < HARDLY]
-    jump_gain = float(small.min() - trials.cost.min()) if small.size else 0.0
-    return Contest(valve, error, worse, S_range, J_range, variance, jump_gain, beyond, prediction.op_order)
+    likelier_than_play = float(small.min() - trials.cost.min()) if small.size else 0.0
+    return Contest(valve, error, worse, S_range, J_range, variance, likelier_than_play, beyond, prediction.op_order)
 
 
 def vuong(by_half: NDArray[np.float64], free: float = 0.0) -> tuple[float, float]:
@@ -213,7 +214,7 @@ def vuong(by_half: NDArray[np.float64], free: float = 0.0) -> tuple[float, float
     by_half : ndarray, shape (n_halves,)
         Twice the log likelihood by which one beats the other in each half cycle [-].
     free : float
-        What the other gains by chance in all of them together, for weights of its own [-].
+        What the other is worth by chance in all of them together, for weights of its own [-].
 
     Returns
     -------

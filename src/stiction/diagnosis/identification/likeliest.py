@@ -93,13 +93,13 @@ def most_likely(prediction: Prediction, fine: Prediction, swing: float, *, own_s
     Trials
         The valves tried on the whole record in the last searches.
     """
-    tried, gain, swing = _coarsely(prediction, fine, swing)
-    if gain > WORTH:
+    tried, likelier, swing = _coarsely(prediction, fine, swing)
+    if likelier > WORTH:
         tried = _fanned(fine, tried, swing)
         going_on, resting = (float(tried.cost[of].min(initial=np.inf)) for of in (~tried.rests, tried.rests))
-        if going_on - resting < LAG_RIVAL * gain:
+        if going_on - resting < LAG_RIVAL * likelier:
             tried = _lagged(fine, tried, swing)
-        if own_samples and gain > CLEAR and resting - going_on < RIVAL * gain:
+        if own_samples and likelier > CLEAR and resting - going_on < RIVAL * likelier:
             tried = joined(tried, trials_of(fine, from_reversals(prediction, fine, swing)))
     return _closer(fine, tried, STAGES[1:], swing)
 
@@ -169,18 +169,18 @@ def tried_recorded(prediction: Prediction, tried: Trials, swing: float) -> Trial
 
 
 def _coarsely(prediction: Prediction, fine: Prediction, swing: float) -> tuple[Trials, float, float]:
-    """Valves tried, as far as the first step in the fine record; what they gain on a good one; and the largest S."""
-    tried, gain = _within(prediction, fine, LEAST_SWING * swing, swing)
+    """Valves tried so far, how much likelier the best of them is than a good one, and the largest S."""
+    tried, likelier = _within(prediction, fine, LEAST_SWING * swing, swing)
     usual = _usual_swing(prediction, swing)
-    if usual < swing and (gain <= WORTH or AT_EDGE * LEAST_SWING * swing > tried.best.S):
+    if usual < swing and (likelier <= WORTH or AT_EDGE * LEAST_SWING * swing > tried.best.S):
         below, more = _within(prediction, fine, LEAST_SWING * usual, LEAST_SWING * swing)
-        if more > CLEAR + max(gain, 0.0):
+        if more > CLEAR + max(likelier, 0.0):
             return below, more, usual
-    return tried, gain, swing
+    return tried, likelier, swing
 
 
 def _within(prediction: Prediction, fine: Prediction, least: float, most: float) -> tuple[Trials, float]:
-    """Valves with S between two bounds, as far as the first step in the fine record; what they gain on a good one."""
+    """Valves with S between two bounds, tried so far, and how much likelier the best of them is than a good one."""
     valleys = []
     for window in _windows(prediction):
         tried = trials_of(window, _plane(least, most, N_S, N_J, N_PLACES))

@@ -34,19 +34,19 @@ def over_rivals(prediction: Prediction, contest: Contest, period: float | None) 
         What `Identification` says of them, by its names; nothing of a wave where none can be told.
     """
     bent, rival = bent_valve(prediction)
-    beats_bent, gain_on_bent = contest.over(rival)
-    said = {"bent": bent, "beats_bent": beats_bent, "gain_on_bent": gain_on_bent}
+    beats_bent, likelier_than_bent = contest.over(rival)
+    said = {"bent": bent, "beats_bent": beats_bent, "likelier_than_bent": likelier_than_bent}
     if period is None:
         return said
     wave = outside_wave(prediction, period, stem_of(prediction, contest.best))
     if wave is None:
         return said
-    beats_wave, gain_on_wave = contest.over(wave.good)
+    beats_wave, likelier_than_wave = contest.over(wave.good)
     variance = float(wave.sticky.sum()) / prediction.samples
-    beats_beside_wave, gain_beside_wave = vuong((wave.good.error - wave.sticky) / variance, -prediction.op_order)
+    beats_beside_wave, likelier_beside_wave = vuong((wave.good.error - wave.sticky) / variance, -prediction.op_order)
     return said | {
         "beats_wave": beats_wave,
-        "gain_on_wave": gain_on_wave,
+        "likelier_than_wave": likelier_than_wave,
         "beats_beside_wave": beats_beside_wave,
-        "gain_beside_wave": gain_beside_wave,
+        "likelier_beside_wave": likelier_beside_wave,
     }

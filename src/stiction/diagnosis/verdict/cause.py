@@ -29,7 +29,7 @@ UNSURE = 0.25, 0.75
 """Probabilities of stiction between which what would decide is told with any call [-]: no call is of more than low
 confidence there (`report.words`)."""
 BY_CHANCE = 1.0
-"""Twice the log likelihood that one parameter more gains on average where there is nothing to gain [-]."""
+"""Twice the log likelihood that one parameter more is worth on average where there is nothing to find [-]."""
 PLAY_UNLIKELY = 0.05
 """Probability of play up to which what was found besides J is said to speak against it [-]."""
 J_MAY_BE_NONE = 0.05
@@ -160,10 +160,10 @@ def fits(found: Identification) -> str:
     sticky, good = _percent(found.fit), _percent(found.fit_linear)
     if sticky > good:
         return f"explains {sticky} % of the PV's movement, a good valve {good} %"
-    if found.gain > BY_CHANCE:
-        gain = digits(found.gain, significant=2)
+    if found.likelier_than_good > BY_CHANCE:
+        by = digits(found.likelier_than_good, significant=2)
         return (
-            f"foretells the PV better than a good one, cycle by cycle (twice the log likelihood: {gain}), though it "
+            f"foretells the PV better than a good one, cycle by cycle (twice the log likelihood: {by}), though it "
             f"explains no more of its movement by simulation ({sticky} %, a good valve {good} %)"
         )
     return _no_more(sticky, good)
@@ -180,7 +180,7 @@ def _percent(fit: float) -> int:
 
 def _speaks(found: Identification) -> bool:
     """Whether `fits` says something for a band."""
-    return _percent(found.fit) > _percent(found.fit_linear) or found.gain > BY_CHANCE
+    return _percent(found.fit) > _percent(found.fit_linear) or found.likelier_than_good > BY_CHANCE
 
 
 def _for(found: Identification, counted: Sequence[Counted]) -> str:
@@ -278,8 +278,8 @@ def _deciding(rhythm: Oscillation, dt: float, kind_known: bool) -> str:
 
 def _rival(found: Identification, rhythm: Oscillation) -> str:
     """The good valve that foretells the PV better than the sticky one though a straight one does not; or nothing."""
-    bent, wave = found.gain_on_bent, found.gain_on_wave
-    if not (found.gain > BY_CHANCE and (bent < 0.0 or wave < 0.0)):
+    bent, wave = found.likelier_than_bent, found.likelier_than_wave
+    if not (found.likelier_than_good > BY_CHANCE and (bent < 0.0 or wave < 0.0)):
         return ""
     beside = f"beside a wave from outside, the same every {in_seconds(rhythm.period)},"
     name = beside if wave < 0.0 and not bent < wave else f"with a bent characteristic ({found.bent})"

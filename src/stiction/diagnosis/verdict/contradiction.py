@@ -134,7 +134,7 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
     if causes["sensor"] + causes["saturation"] >= FAULT_SEEN:
         plain = {
             Objection.JUMP_PLAIN: row.likely_jump_clear > PLAIN_JUMP,
-            Objection.FORETELLS: not found.own_samples and found.gain_on_any > BEATS_EVERY,
+            Objection.FORETELLS: not found.own_samples and found.likelier_than_any > BEATS_EVERY,
         }
         return tuple(one for one, true in plain.items() if true)
     foretells = found.own_samples and causes["deadband"] < FAULT_SEEN and found.beats_any > 0.0
@@ -197,9 +197,9 @@ def against_sticking(
         that both explain next to nothing (`BY_CHANCE`).
     """
     regular = row.oscillating > 0.0 and row.regularity > REGULAR
-    plainly_jumps = found.jump_gain >= A_JUMP
+    plainly_jumps = found.likelier_than_play >= A_JUMP
     not_its_own = row.own_amplitude < OWN_CYCLE and row.jump < HARDLY_JUMPS and not row.integrating
-    jumps = max(valve.J / NO_JUMP[0], valve.J_high / NO_JUMP[1]) > valve.S or found.jump_gain > 0.0
+    jumps = max(valve.J / NO_JUMP[0], valve.J_high / NO_JUMP[1]) > valve.S or found.likelier_than_play > 0.0
     seen = {
         Objection.NOT_ITS_OWN: regular and not_its_own and not (plainly_jumps and makes_cycle()),
         Objection.NO_JUMP: not jumps and not valve.process.integrating,
@@ -223,7 +223,7 @@ def explains_much_more(found: Identification) -> bool:
         True where the likeliest one, or that of the dense search, explains `MUCH_MORE`, and it foretells the PV
         better as well: of a stem that rests but for one slip the likelihood may see a smaller band than the search.
     """
-    return max(found.fit, (found.rough or found).fit) - found.fit_linear > MUCH_MORE and found.gain > 0.0
+    return max(found.fit, (found.rough or found).fit) - found.fit_linear > MUCH_MORE and found.likelier_than_good > 0.0
 
 
 def beats_every_rival(found: Identification) -> bool:
@@ -241,8 +241,9 @@ def beats_every_rival(found: Identification) -> bool:
         one with that wave beside both, and one that hardly jumps, and the first three `STEADILY` from half cycle to
         half cycle: one upset that a slip explains by chance is worth as much in all.
     """
-    gains = [gain for gain in (found.gain_on_any, found.gain_beside_wave, found.jump_gain) if not math.isnan(gain)]
-    return not math.isnan(found.gain) and min(gains) > BEATS_EVERY and found.beats_any > STEADILY
+    rivals = (found.likelier_than_any, found.likelier_beside_wave, found.likelier_than_play)
+    likelier = [by for by in rivals if not math.isnan(by)]
+    return not math.isnan(found.likelier_than_good) and min(likelier) > BEATS_EVERY and found.beats_any > STEADILY
 
 
 def explains_nothing(found: Identification) -> str:

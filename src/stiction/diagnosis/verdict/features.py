@@ -27,7 +27,7 @@ LEAST_FIT = 0.02
 PERIOD_WEIGHT = 3.0
 """How much more the comparison about the period of an oscillating loop weighs [-]."""
 CLEAR_JUMP = 0.5
-"""`likely_jump_gain` beyond which a jump is clear [-]: half of the simulated loops that stick pass it, of the others
+"""`likelier_than_play` beyond which a jump is clear [-]: half of the simulated loops that stick pass it, of the others
 one in twenty, by chance (`simulation.population`, seed 101)."""
 LEAST_LEFT = 1e-3
 """Share of the PV's energy that is left unexplained at least [-]."""
@@ -75,34 +75,34 @@ class Features(NamedTuple):
     """Lower end of J's interval over S [-]."""
     jump_high: float
     """Upper end of J's interval over S, held at 1.5 [-]."""
-    jump_gain: float
+    better_with_jump: float
     """ln(error of the best valve without jump / error of the best valve), held at 3 [-]."""
     beats_good: float
     """Vuong's statistic x by which the sticky valve foretells the PV better than a good one, as x / (3 + |x|) [-]."""
-    likely_gain: float
+    likelier_than_good: float
     """ln(1 + x) over 8, x twice the log likelihood by which the likeliest sticky valve beats a good one [-]; of a
     good one that is likelier the same below 0."""
-    likely_gain_in_part: float
+    likelier_in_part: float
     """The same in the third of the record where it is largest [-]."""
-    likely_gain_seen: float
+    likelier_seen: float
     """The same of the whole record where it shows the controller's own samples, else 0 [-]."""
     beats_bent: float
     """`beats_good` over a good valve, be its characteristic straight or bent [-]."""
-    gain_on_bent: float
-    """`likely_gain` over a good valve, be its characteristic straight or bent [-]."""
+    likelier_than_bent: float
+    """`likelier_than_good` over a good valve, be its characteristic straight or bent [-]."""
     beats_wave: float
     """`beats_good` over a good valve, be there a wave from outside or not [-]."""
-    gain_on_wave: float
-    """`likely_gain` over a good valve, be there a wave from outside or not [-]."""
+    likelier_than_wave: float
+    """`likelier_than_good` over a good valve, be there a wave from outside or not [-]."""
     beats_beside_wave: float
     """`beats_good` with a wave from outside beside both, where there is one [-]."""
-    gain_beside_wave: float
-    """`likely_gain` with a wave from outside beside both, where there is one [-]."""
+    likelier_beside_wave: float
+    """`likelier_than_good` with a wave from outside beside both, where there is one [-]."""
     beats_any: float
     """`beats_good` over the good valve of all that comes nearest [-]."""
-    gain_on_any: float
-    """`likely_gain` over the likeliest of all good valves [-]."""
-    likely_jump_gain: float
+    likelier_than_any: float
+    """`likelier_than_good` over the likeliest of all good valves [-]."""
+    likelier_than_play: float
     """The same scale of the log likelihood by which it beats a valve that hardly jumps [-]."""
     likely_jump_clear: float
     """What of it is beyond what chance gives [-]."""
@@ -232,7 +232,7 @@ def features(
     slow, slow_linear, lag, dead_time = _process(main, period)
     limit = None if main.linear is None else ultimate(main.linear, controller, part.dt)
     own = own_cycle(main, controller, period, part.dt) if math.isfinite(period) else None
-    jump_gain = _log(close.jump_gain)
+    likelier_than_play = _log(close.likelier_than_play)
     rhythm = rhythm_of(part, oscillation)
     sensor = sensor_of(part)
     rows = {row.method: row for row in evidence if row.valid and math.isfinite(row.index)}
@@ -257,21 +257,21 @@ def features(
         jump=main.J / S,
         jump_low=main.J_low / S,
         jump_high=min(main.J_high / S, 1.5),
-        jump_gain=_jump_gain(main),
+        better_with_jump=_better_with_jump(main),
         beats_good=_squashed(close.beats_good),
-        likely_gain=_log(close.gain),
-        likely_gain_in_part=_log(close.gain_in_part),
-        likely_gain_seen=_log(close.gain) if close.own_samples else 0.0,
+        likelier_than_good=_log(close.likelier_than_good),
+        likelier_in_part=_log(close.likelier_in_part),
+        likelier_seen=_log(close.likelier_than_good) if close.own_samples else 0.0,
         beats_bent=_squashed(min(close.beats_good, close.beats_bent)),
-        gain_on_bent=_log(min(close.gain, close.gain_on_bent)),
+        likelier_than_bent=_log(min(close.likelier_than_good, close.likelier_than_bent)),
         beats_wave=_squashed(float(np.fmin(close.beats_good, close.beats_wave))),
-        gain_on_wave=_log(float(np.fmin(close.gain, close.gain_on_wave))),
+        likelier_than_wave=_log(float(np.fmin(close.likelier_than_good, close.likelier_than_wave))),
         beats_beside_wave=_squashed(_first_known(close.beats_beside_wave, close.beats_good)),
-        gain_beside_wave=_log(_first_known(close.gain_beside_wave, close.gain)),
+        likelier_beside_wave=_log(_first_known(close.likelier_beside_wave, close.likelier_than_good)),
         beats_any=_squashed(close.beats_any),
-        gain_on_any=_log(close.gain_on_any),
-        likely_jump_gain=jump_gain,
-        likely_jump_clear=max(jump_gain - CLEAR_JUMP, 0.0),
+        likelier_than_any=_log(close.likelier_than_any),
+        likelier_than_play=likelier_than_play,
+        likely_jump_clear=max(likelier_than_play - CLEAR_JUMP, 0.0),
         own_samples=float(close.own_samples),
         likely_band=min(close.S / swing, 1.5),
         likely_S_low=close.S_low / likely_S,
@@ -338,9 +338,9 @@ def _better(fit: float, fit_linear: float) -> float:
     return min(max(math.log(left_linear / left), 0.0) / 3.0, 1.0)
 
 
-def _log(gain: float) -> float:
-    """A gain in likelihood on the scale of its logarithm; 0 where it is not known."""
-    return 0.0 if math.isnan(gain) else math.copysign(math.log1p(abs(gain)) / 8.0, gain)
+def _log(likelier: float) -> float:
+    """Twice a log likelihood ratio on the scale of its logarithm; 0 where it is not known."""
+    return 0.0 if math.isnan(likelier) else math.copysign(math.log1p(abs(likelier)) / 8.0, likelier)
 
 
 def _first_known(one: float, other: float) -> float:
@@ -362,7 +362,7 @@ def _significance(found: Identification) -> float:
     return math.log1p(samples * 3.0 * _better(found.fit, found.fit_linear)) / 5.0
 
 
-def _jump_gain(found: Identification) -> float:
+def _better_with_jump(found: Identification) -> float:
     """How much worse the best valve without a jump explains the PV than the best of all, on the error surface."""
     error = found.surface.error
     return min(math.log(max(float(error[:, 0].min()), 1e-4) / max(float(error.min()), 1e-4)), 3.0)

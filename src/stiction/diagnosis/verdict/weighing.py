@@ -49,7 +49,7 @@ class Weighing:
     slope: NDArray[np.float64]
     """Slope below the bend, shape (n_features, n_outcomes)."""
     bend: NDArray[np.float64]
-    """What the slope gains beyond it, same shape."""
+    """What is added to the slope beyond it, same shape."""
 
     def added(self, row: Sequence[float]) -> NDArray[np.float64]:
         """What each feature of a row adds to the log odds.

@@ -96,7 +96,7 @@ def _verdict(piece: Stretch, swing: float, usual: float) -> Verdict:
     if swing * BAND > piece.S:
         return "no_stiction"
     if piece.fit <= piece.fit_linear:
-        return "undecided" if piece.gain > STANDS_OUT else "no_stiction"
+        return "undecided" if piece.likelier_than_good > STANDS_OUT else "no_stiction"
     return "stiction" if piece.fit > HALF else "undecided"
 
 
