@@ -86,7 +86,7 @@ def refine(record: LoopRecord, found: Identification, period: float, *, cycles: 
         The best point; the identified one where nothing explains more.
     """
     view = _View(record, found.process.integrating, period)
-    late = found.process.dead_time + found.lag
+    late = found.process.dead_time + found.actuator_lag
     tau, ratio = max(found.process.time_constant, 0.1 * record.dt), min(max(found.J / found.S, 0.0), 1.0)
     centre = np.array([np.log(found.S), ratio, np.log(tau / record.dt), 0.0, late / record.dt])
     best, least = centre, view.error(centre)

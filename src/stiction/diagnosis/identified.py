@@ -165,7 +165,7 @@ class Identification:
     """What limits the estimate, in a sentence; empty when nothing does."""
     linear: ProcessFit | None = None
     """The process found with a good valve."""
-    lag: float = 0.0
+    actuator_lag: float = 0.0
     """Lag of the actuator, which holds the air behind OP [s]; 0 where none stands out."""
     stretches: tuple[Stretch, ...] = ()
     """What each stretch of the record says by itself, in order."""
@@ -245,7 +245,7 @@ class Identification:
         J, J_low, J_high = interval(self.J, self.J_low, self.J_high)
         return (own + "; " if own else "") + (
             f"S = {S} {unit} (95 % {S_low} to {S_high}), J = {J} {unit} (95 % {J_low} to {J_high})"
-            f"{f', behind a lag of {self.lag:.3g} s' if self.lag > 0.0 else ''}; "
+            f"{f', behind a lag of {self.actuator_lag:.3g} s' if self.actuator_lag > 0.0 else ''}; "
             f"simulation explains {self.fit:.0f} % of the PV, a good valve {self.fit_linear:.0f} %."
         )
 
@@ -259,7 +259,7 @@ class Identification:
             "J_low": plain(self.J_low),
             "J_high": plain(self.J_high),
             "S_bootstrap": [plain(end) for end in self.S_bootstrap],
-            "lag": plain(self.lag),
+            "actuator_lag": plain(self.actuator_lag),
             "model": self.model,
             "fit": plain(self.fit),
             "fit_linear": plain(self.fit_linear),

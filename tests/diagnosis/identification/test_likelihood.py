@@ -97,17 +97,17 @@ def test_the_lag_of_an_actuator_is_found_and_does_not_pass_for_stiction():
     sp = 50.0 + 8.0 * np.repeat(np.random.default_rng(1).uniform(-1.0, 1.0, 31), 60)[:1800]
     record = replace(st.simulate(loop, sp, 1800.0, seed=1, pv_start=50.0, op_start=50.0).window(100, 1800), mv=None)
     found = st.identify(record, period=100.0)
-    assert found.lag == pytest.approx(3.571, rel=0.1)
+    assert found.actuator_lag == pytest.approx(3.571, rel=0.1)
     assert pytest.approx(S, rel=0.05) == found.S
     assert found.J_low <= J <= found.J_high
-    assert f"behind a lag of {found.lag:.3g} s" in found.summary()
-    assert found.to_dict()["lag"] == found.lag
+    assert f"behind a lag of {found.actuator_lag:.3g} s" in found.summary()
+    assert found.to_dict()["actuator_lag"] == found.actuator_lag
 
 
 def test_a_valve_without_one_has_no_lag():
     known = KNOWN["first order"]
     found = st.identify(replace(run_of(known, 0.05), mv=None), period=known.period)
-    assert found.lag == 0.0
+    assert found.actuator_lag == 0.0
     assert "lag" not in found.summary()
 
 

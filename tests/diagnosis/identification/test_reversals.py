@@ -185,4 +185,4 @@ def test_a_lag_that_fits_by_chance_does_not_keep_a_resting_stem_from_being_found
     run = st.simulate(loop, sp=50.0, duration=8190.0, seed=seed, pv_start=35.0, op_start=43.6)
     found = st.identify(replace(run.window(100, 819), mv=None), period=334.0)
     assert pytest.approx(6.48 + 3.385, rel=0.01) == found.S
-    assert found.lag == 0.0
+    assert found.actuator_lag == 0.0

@@ -204,7 +204,7 @@ def _by_stretches(
     mv = mv[np.minimum(np.arange(len(record)), mv.size - 1)]
     return replace(
         result, mv=np.where(np.isfinite(result.mv), result.mv, mv), drift=slope, drift_error=error,
-        lag=found.best.lag * record.dt / per, rough=search.rough,
+        actuator_lag=found.best.lag * record.dt / per, rough=search.rough,
     )  # fmt: skip
 
 

@@ -1,12 +1,12 @@
 """Prediction error of many valves at once: how well each stem, together with the past, foretells the PV.
 
-A regression with lags of the PV and of the stem (ARX) takes process and disturbance together: what a load, a wave
-from outside or a drift leave in a simulation is foretold from the PV's past, and what is left is the part of the PV
-that is new in each sample. Slips are new. A few lags of OP stand beside those of the PV, whatever the valve: OP holds
-what the controller saw of the PV, and where a record adds to that (noise, rounding, a PV before its filter) a good
-valve would foretell the PV by it, a sticky one could not. The regression is solved for each valve from sums of
-products, which are those of neighbouring lags but for the edges of the window, so that a valve costs three products for
-each lag and sample.
+A regression on lags of the PV and of the stem, their values so many samples before (ARX), takes process and disturbance
+together: what a load, a wave from outside or a drift leave in a simulation is foretold from the PV's past, and what is
+left is the part of the PV that is new in each sample. Slips are new. A few lags of OP stand beside those of the PV,
+whatever the valve: OP holds what the controller saw of the PV, and where a record adds to that (noise, rounding, a PV
+before its filter) a good valve would foretell the PV by it, a sticky one could not. The regression is solved for each
+valve from sums of products, which are those of neighbouring lags but for the edges of the window, so that a valve costs
+three products for each lag and sample.
 """
 
 from __future__ import annotations
@@ -159,19 +159,19 @@ def prediction_errors(
     The samples `shocks` are not foretold, and are past of others all the same. `floor` is the square that no sample
     falls below. `ends` (n_blocks,) are the samples at which blocks of time end, `blocks` (n, n_blocks) what is left in
     each; both may be empty. `S`, `J`, `K` and `place` (n,) are those of `stems`, `keep` (n,) that of `behind_lag`;
-    valves side by side are best of one lag.
+    valves side by side are best of one `keep`.
     """
     valve = work.valve
     energy = past(pv, op_mean, order, op_order, begin, shocks, work.own)
-    lag, lanes = -1.0, 0
+    kept, lanes = -1.0, 0
     for i in range(S.shape[0]):
         valve[0, lanes], valve[1, lanes], valve[2, lanes], valve[3, lanes] = S[i], J[i], K[i], place[i]
         lanes += 1
         if lanes < work.mv.shape[0] and i + 1 < S.shape[0] and keep[i + 1] == keep[i]:
             continue
-        if keep[i] != lag:
-            lag = keep[i]
-            behind_lag(op, lag, work.air)
+        if keep[i] != kept:
+            kept = keep[i]
+            behind_lag(op, kept, work.air)
         stems(work.air, width, lanes, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], work.mean, work.mv)
         left_over(
             pv, op_mean, lanes, order, op_order, edges, begin, shocks, floor, energy, ends, i + 1 - lanes, left, blocks,

@@ -46,7 +46,6 @@ class Stretches(NamedTuple):
     start: NDArray[np.float64]
     """How the stem begins in each stretch, shape (n_stretches, 3): the sample of OP at which it is known, the
     direction in which it moves there (then it is sb - sj behind OP), and how much further behind it is [% of span]."""
-
     by_stem: bool
     """Whether the target is the stem itself, so that there is no process."""
     sign: float
@@ -89,15 +88,18 @@ class Trials(NamedTuple):
 
 
 @kernel
-def _stroke(op, sb, lag, slow, start, mv):
-    """Drive the valve over `op` (n,) from the sample of `start` (3,) on; before, the stem rests where it is then."""
+def _stroke(op, sb, behind, slow, start, mv):
+    """Drive the valve over `op` (n,) from the sample of `start` (3,) on; before, the stem rests where it is then.
+
+    `behind` is sb - sj, how far behind OP a stem is that moves.
+    """
     index, way = int(start[0]), start[1]
-    position = op[index] - way * lag - start[2]
+    position = op[index] - way * behind - start[2]
     s = ValveState(position, op[index], op[index], way, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for k in range(index + 1):
         mv[k] = position
     for k in range(index + 1, op.shape[0]):
-        s = srinivasan_step(op[k], s, sb, lag, slow)
+        s = srinivasan_step(op[k], s, sb, behind, slow)
         mv[k] = s.position
 
 
@@ -112,7 +114,7 @@ def _try(op, target, width, half, bounds, windows, start, valves, first, second,
     stems, sums = work
     n_lags, n_delays = first.shape[0], delays.shape[0]
     for v in range(valves.shape[0]):
-        sb, lag, slow = valves[v, 0], valves[v, 1], valves[v, 2]
+        sb, behind, slow = valves[v, 0], valves[v, 1], valves[v, 2]
         sums[:] = 0.0
         for i in range(windows.shape[0]):
             a, b = bounds[i], bounds[i + 1]
@@ -120,7 +122,7 @@ def _try(op, target, width, half, bounds, windows, start, valves, first, second,
             u = op[a * width : b * width]
             whole, mv, y, z = stems[0, : n * width], stems[1, :n], stems[2, :n], stems[3, :n]
             power, mixed = stems[4, : n + 1], stems[5, : n + 1]
-            _stroke(u, sb, lag, slow, start[v, i], whole)
+            _stroke(u, sb, behind, slow, start[v, i], whole)
             centre = 0.0
             for k in range(n):
                 total = 0.0
@@ -246,10 +248,10 @@ def stem_of(signals: Stretches, valve: NDArray[np.float64]) -> NDArray[np.float6
     ndarray, shape (n_samples * width,)
         Stem position [% of span].
     """
-    (sb, lag, slow), stem = _packed(valve[np.newaxis], signals.dt)[0], np.empty(signals.op.size)
+    (sb, behind, slow), stem = _packed(valve[np.newaxis], signals.dt)[0], np.empty(signals.op.size)
     for (a, b), start in zip(_cuts(signals), signals.start, strict=True):
         part = slice(a * signals.width, b * signals.width)
-        _stroke(signals.op[part], sb, lag, slow, start, stem[part])
+        _stroke(signals.op[part], sb, behind, slow, start, stem[part])
     return stem
 
 

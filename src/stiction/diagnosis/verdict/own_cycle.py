@@ -84,7 +84,7 @@ def own_cycle(found: Identification, controller: ControllerFit, period: float, d
     # In units of S, of the process gain and of the step: whether a loop at its limit rests or cycles must not hang on
     # how the units of a record round.
     times = {name: getattr(process, name) / step for name in ("time_constant", "dead_time", "lag")}
-    times["dead_time"] += found.lag / step
+    times["dead_time"] += found.actuator_lag / step
     plain = replace(process, gain=1.0, **{name: _round(x) for name, x in times.items()})
     ratio = _round(min(found.J / found.S, 1.0)) if found.S > 0.0 else 0.0
     n = int(PERIODS * period / step)
