@@ -22,7 +22,6 @@ __all__ = ["assembled", "stretch_of"]
 
 
 def assembled(
-    model: str,
     record: LoopRecord,
     signals: Signals,
     pieces: list[Piece],
@@ -31,12 +30,10 @@ def assembled(
     ends: tuple[float, float, float, float],
     stretches: list[Stretch],
 ) -> Identification:
-    """Put one identification together out of the stretches.
+    """Put one identification of Kano's valve together out of the stretches.
 
     Parameters
     ----------
-    model : str
-        Valve model fitted.
     record : LoopRecord
         The record.
     signals : Signals
@@ -65,7 +62,7 @@ def assembled(
     S_low, S_high, J_low, J_high = ends
     J_high = min(J_high, S_high)
     return Identification(
-        model=model,
+        model="kano",
         S=S,
         J=J,
         S_low=S_low,

@@ -198,7 +198,7 @@ def _by_stretches(
             bands.append(size)
     speaks = min(pieces, key=lambda piece: piece.error)
     valve, interval = (S + found.beyond, S * ratio), (*found.S_range, *found.J_range)
-    result = assembled("kano", record, signals, pieces, speaks, valve, interval, stretches)
+    result = assembled(record, signals, pieces, speaks, valve, interval, stretches)
     slope, error = drift(hours, bands)
     mv = stem(found.best)
     mv = mv[np.minimum(np.arange(len(record)), mv.size - 1)]

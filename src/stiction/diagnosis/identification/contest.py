@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.interval import CHI2_1, NORMAL, student
+from stiction.diagnosis.identification.interval import CHI2_1, FLOOR, NORMAL, student
 from stiction.diagnosis.identification.likelihood import LAG_WORTH, Columns, Trial, by_cycle, good_valve
 from stiction.diagnosis.identification.valleys import one_each
 
@@ -61,8 +61,6 @@ MOST = 60
 """Valves compared at most beside those [-]."""
 HARDLY = 0.1
 """J / S up to which a valve hardly jumps [-]."""
-FLOOR = 0.01
-"""Half width below which no interval goes, as a share of S [-]."""
 STANDS_OUT = 12.0
 """Twice the log likelihood by which a sticky valve beats a good one in a stretch where it sticks: twice the 95 %
 point of two parameters, since the best of many valves is taken [-]."""
@@ -117,7 +115,7 @@ class Contest(NamedTuple):
         return Trial(*self.valve[int(np.argmin(self.error[:-1, cycles].sum(axis=1)))].tolist())
 
     def likelier_than_good(self, parts: int = 1) -> float:
-        """Twice the log likelihood by which the first beats a good valve, in the best of `parts` equal parts [-]."""
+        """Twice the log likelihood by which the first beats a good valve, in the best stretch of 1 / `parts` [-]."""
         by_half = (self.error[-1] - self.error[0]) / self.variance
         width = max(by_half.size // parts, 1)
         sums = np.concatenate([[0.0], by_half.cumsum()])

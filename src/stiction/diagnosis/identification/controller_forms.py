@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["FORMS", "INTEGRAL", "PARTS", "FormFit", "Regression", "best_form", "energy_of", "moves", "positions"]
 
 P, INTEGRAL, D, P_PV, D_PV = range(5)
+"""Columns of a regression: parts of the error, and those of the PV alone."""
 FORMS: dict[str, tuple[int, ...]] = {
     "P": (P,),
     "I": (INTEGRAL,),

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Surface", "explore", "explore_behind"]
 
+MUCH = 4e6
+"""Valves times samples times lags, a dead time counting a tenth of a lag, beyond which two threads share the search
+[-]: it then takes longer than their start."""
+
 
 class Surface(NamedTuple):
     """What the search found for each valve; S and J span a grid, row by row."""
@@ -79,7 +83,7 @@ def explore(
         )  # fmt: skip
 
     middle = valves // 2
-    if valves * n * (first.size + 0.1 * first.size * delays.size) > 4e6:
+    if valves * n * (first.size + 0.1 * first.size * delays.size) > MUCH:
         with ThreadPoolExecutor(2) as pool:
             list(pool.map(rows, (slice(0, middle), slice(middle, valves))))
     else:

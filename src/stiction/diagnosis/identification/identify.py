@@ -33,7 +33,7 @@ MODELS = ("kano", "stenman", "three_parameter")
 def identify(
     record: LoopRecord, model: str = "kano", *, period: float | None = None, closer: bool = True
 ) -> Identification:
-    """Identify stiction and process together by simulation error.
+    """Identify stiction and process together, by simulation error and then by the likelihood of prediction errors.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def search(record: LoopRecord, period: float | None, controller: ControllerFit |
     else:
         with ThreadPoolExecutor(2) as pool:
             pieces = list(pool.map(searched, stretches))
-    return Search(record, period, signals, controller, pieces, _roughly("kano", record, signals, pieces))
+    return Search(record, period, signals, controller, pieces, _roughly(record, signals, pieces))
 
 
 def _agreed(pieces: list[Piece]) -> int:
@@ -187,7 +187,7 @@ def _agreed(pieces: list[Piece]) -> int:
     return int(np.argmin(np.abs(S[:, np.newaxis] - S) @ weight))
 
 
-def _roughly(model: str, record: LoopRecord, signals: Signals, pieces: list[Piece]) -> Identification:
+def _roughly(record: LoopRecord, signals: Signals, pieces: list[Piece]) -> Identification:
     """By the dense searches alone."""
     chosen = _agreed(pieces)
     S, ratio = pieces[chosen].valve
@@ -195,4 +195,4 @@ def _roughly(model: str, record: LoopRecord, signals: Signals, pieces: list[Piec
     ratio_high = min(ratio_high, 1.0)
     stretches = [stretch_of(one, len(record), *one.valve) for one in pieces]
     ends = (*interval(pieces, chosen, 0), S * ratio_low, S * ratio_high)
-    return assembled(model, record, signals, pieces, pieces[chosen], (S, S * ratio), ends, stretches)
+    return assembled(record, signals, pieces, pieces[chosen], (S, S * ratio), ends, stretches)

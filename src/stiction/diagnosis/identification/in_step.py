@@ -26,6 +26,16 @@ none has, and 23 with PV stored late."""
 def is_late(controller: ControllerFit) -> bool:
     """Whether PV was stored a sample late, by the controller found.
 
+    Parameters
+    ----------
+    controller : ControllerFit
+        The controller behind the record.
+
+    Returns
+    -------
+    bool
+        True below `LATE`; False where that is not known.
+
     Examples
     --------
     >>> from dataclasses import replace
@@ -42,6 +52,16 @@ def is_late(controller: ControllerFit) -> bool:
 
 def with_pv_earlier(record: LoopRecord) -> LoopRecord:
     """The record with each PV taken a sample earlier, and so a sample shorter.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        A record with PV.
+
+    Returns
+    -------
+    LoopRecord
+        OP, and PV as it was a sample later.
 
     Examples
     --------

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.grid import Surface
     from stiction.diagnosis.identification.piece import Piece
 
-__all__ = ["CHI2_1", "CHI2_2", "MODEL_ERROR", "NORMAL", "independent_samples", "interval", "limit", "student"]
+__all__ = ["CHI2_1", "CHI2_2", "FLOOR", "MODEL_ERROR", "NORMAL", "independent_samples", "interval", "limit", "student"]
 
 CHI2_1, CHI2_2 = 3.841, 5.991
 """95 % points of the chi-square distribution with one and two degrees of freedom."""
@@ -25,7 +25,8 @@ STUDENT = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228
 MODEL_ERROR = 0.002
 """Share of the PV's energy that a process of two lags and a sampled stem may leave however good the data are [-]."""
 FLOOR = 0.01
-"""Half width below which no interval goes, as a share of S [-]: the step of the fine search."""
+"""Half width below which no interval goes, as a share of S, or of J / S by the dense search [-]; what `contest` counts
+of intervals that hold the truth is with it."""
 
 
 def interval(pieces: Sequence[Piece], chosen: int, axis: int) -> tuple[float, float]:

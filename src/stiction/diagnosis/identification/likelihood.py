@@ -40,8 +40,7 @@ ORDER = 12
 """Lags of the PV in the regression, at most [-]; fewer where a record is very short."""
 OP_ORDER = 4
 """Lags of OP beside them, at most [-]: of 440 simulated sticky loops (`simulation.population`, seed 31, J visible) S is
-within 10 % in 0.736 with so many, in 0.730 without and in 0.725 with
-eight (by a script of ours)."""
+within 10 % in 0.736 with so many, in 0.730 without and in 0.725 with eight (by a script of ours)."""
 ONE_BY_ONE = 8
 """Lags of the stem that have a weight of their own; longer ones share theirs in groups [-]."""
 LONGEST = 24, 48
@@ -70,7 +69,7 @@ class Prediction(NamedTuple):
     pv: NDArray[np.float64]
     """PV over its standard deviation, about its mean [-], shape (n_samples,)."""
     op_mean: NDArray[np.float64]
-    """OP over the samples of the PV, the same of it [-], shape (n_samples,)."""
+    """Mean of OP over each sample of the PV, over its standard deviation, about its mean [-], shape (n_samples,)."""
     edges: NDArray[np.int64]
     """Lags at which groups of the stem's lags begin [samples]."""
     begin: int

@@ -28,9 +28,10 @@ LEAST_S = 0.12
 N_BEGINS, N_CLOSER_BEGINS = 12, 48
 """Samples tried for the first slip [-], at first and in every closer search."""
 STAGES = ((1.3, 0.015, 0.08, 12, 16), (1.15, 0.012, 0.05, 40, 6))
+"""Of each search after the first look: factor between lags, steps of S (relative) and of J / S, which part of all rates
+a step of r passes, and how many valleys are followed."""
 CLOSER = ((1.06, 0.005, 0.02, 120), (1.03, 0.002, 0.01, 400))
-"""Of each closer search: factor between lags, steps of S (relative) and of J / S, which part of all rates a step of r
-passes, and how many valleys it follows."""
+"""The same of those about the best valley."""
 S_AROUND = np.array([-0.1, -0.05, -0.025, -0.01, 0.0, 0.01, 0.025, 0.05, 0.1])
 RATIO_AROUND = np.array([-0.4, -0.2, -0.1, -0.04, 0.0, 0.04, 0.1, 0.2, 0.4])
 """Where the likelihood is looked at about the best valve: S (relative) and J / S [-]."""

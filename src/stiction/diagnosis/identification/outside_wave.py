@@ -37,7 +37,8 @@ NEAR = 0.8, 1.25
 CHANGES = 1 / 3, 1 / 2, 2 / 3
 """Places of the record at which the wave may become another one, as where it begins or ends within it [-]."""
 CHANGE_WORTH = 12.0
-"""Twice the log likelihood that such a change has to be worth beyond its weights [-]: the best of three gains some."""
+"""Twice the log likelihood that such a change has to be worth beyond its weights [-]: the best of three is worth some
+by chance."""
 PADDED = 64
 """How much finer than the record's own frequencies the period is looked for, at least [-]: the 24th harmonic of one
 that is off by half a step is 0.6 rad off at the ends of the record."""

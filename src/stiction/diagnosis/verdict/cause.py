@@ -34,6 +34,8 @@ PLAY_UNLIKELY = 0.05
 """Probability of play up to which what was found besides J is said to speak against it [-]."""
 J_MAY_BE_NONE = 0.05
 """Lower end of J over S up to which the record leaves open whether the valve jumps at all [-]: it chooses words."""
+MOSTLY = 80.0
+"""Share of the PV that a good valve explains beyond which the rest is not worth a word [%]."""
 LITTLE = 5.0
 """OP's swing below which it is told that a wider band would not show [% of span]: what is found of seven of the eight
 sticky recorded loops in use is 2.5 at most."""
@@ -270,7 +272,7 @@ def _deciding(rhythm: Oscillation, dt: float, kind_known: bool) -> str:
     if not rhythm.oscillating or rhythm.cycles < FEW_CYCLES:
         wanted.append("a longer record")
     if rhythm.oscillating and rhythm.period < FEW_SAMPLES * dt:
-        often = in_seconds(float(f"{rhythm.period / FEW_SAMPLES / 2.0:.2g}"))
+        often = in_seconds(float(f"{rhythm.period / FEW_SAMPLES / 2.0:.2g}"))  # twice those that few are
         wanted.append(f"samples every {often} or faster, without compression")
     wanted.append("the valve stroked by a ramp in manual, or the stem's position")
     return f"What would decide: {'; '.join(wanted)}."
@@ -325,7 +327,7 @@ def _saturation(_: Seen) -> tuple[str, str]:
 
 
 def _none(seen: Seen) -> tuple[str, str]:
-    rest = "." if seen.found.fit_linear > 80.0 else ", the rest is disturbance."
+    rest = "." if seen.found.fit_linear > MOSTLY else ", the rest is disturbance."
     what = "No fault shows behind the oscillation" if seen.rhythm.oscillating else "No regular oscillation"
     return (
         f"{what}; a good valve explains {_percent(seen.found.fit_linear)} % of the PV's movement{rest}",

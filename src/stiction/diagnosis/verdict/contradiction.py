@@ -223,7 +223,7 @@ def explains_much_more(found: Identification) -> bool:
         True where the likeliest one, or that of the dense search, explains `MUCH_MORE`, and it foretells the PV
         better as well: of a stem that rests but for one slip the likelihood may see a smaller band than the search.
     """
-    return max(found.fit, (found.rough or found).fit) - found.fit_linear > MUCH_MORE and found.likelier_than_good > 0.0
+    return _explained(found) - found.fit_linear > MUCH_MORE and found.likelier_than_good > 0.0
 
 
 def beats_every_rival(found: Identification) -> bool:
@@ -259,11 +259,15 @@ def explains_nothing(found: Identification) -> str:
     str
         A sentence; empty where a valve explains more than `BY_CHANCE`.
     """
-    best = max(one.fit for one in (found, found.rough or found))
-    best = max(best, found.fit_linear)
+    best = max(_explained(found), found.fit_linear)
     if best >= BY_CHANCE:
         return ""
     return (
         f"OP explains no more than {best:.0f} % of the PV's movement, be the valve good or sticky: something else "
         "moves the PV, or OP and PV are not of one loop, and the valve is not seen."
     )
+
+
+def _explained(found: Identification) -> float:
+    """Share of the PV that a sticky valve explains, the likeliest one or that of the dense search [%]."""
+    return max(found.fit, (found.rough or found).fit)

@@ -228,11 +228,11 @@ def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged) -> Di
     shown = windows(seen.part, valve, seen.quality.first) if verdict != "no_stiction" else ()
     if weighed.stem is not None and not any(window.verdict == "stiction" for window in shown):
         shown = ()
-    by_position = seen.stem.why if seen.stem is not None else ""
+    of_stem = seen.stem.why if seen.stem is not None else ""
     _, of_set_point = held_set_point(seen.record, seen.quality.first, seen.quality.last)
     drift = changes(valve, seen.part.duration, unit) if verdict == "stiction" else ""
     late = LATE_SAID if seen.late else ""
-    spoken = (cause.reason, by_position, late, said(shown, seen.record.dt), drift, of_set_point, judged.why)
+    spoken = (cause.reason, of_stem, late, said(shown, seen.record.dt), drift, of_set_point, judged.why)
     return Diagnosis(
         record=seen.record,
         verdict=verdict,

@@ -103,11 +103,11 @@ class Features(NamedTuple):
     likelier_than_any: float
     """`likelier_than_good` over the likeliest of all good valves [-]."""
     likelier_than_play: float
-    """The same scale of the log likelihood by which it beats a valve that hardly jumps [-]."""
+    """`likelier_than_good` over the likeliest valve that hardly jumps [-]."""
     likely_jump_clear: float
-    """What of it is beyond what chance gives [-]."""
+    """What of it is beyond `CLEAR_JUMP` [-]."""
     own_samples: float
-    """1 where it does."""
+    """1 where the record shows the controller's own samples."""
     likely_band: float
     """The likeliest S over the OP's swing, held at 1.5 [-]."""
     likely_S_low: float

@@ -20,6 +20,10 @@ __all__ = ["OwnCycle", "near", "own_cycle", "process_of", "ultimate"]
 
 PERIODS, PER_PERIOD = 16, 60
 """Periods simulated, and samples of each at most."""
+PUSH, PART = 0.7, 3.0
+"""Load that the run begins with, over S [-], for one part in so many of a period [-]: a loop at rest would stay so."""
+RESTS = 1e-3
+"""Half the swing of OP over S below which the loop rests [-]."""
 LEAST_FIT = 0.5
 """Share of the OP that the controller found must explain [-]."""
 
@@ -30,7 +34,7 @@ class OwnCycle(NamedTuple):
     period: float
     """Period [s]; NaN where there is none."""
     amplitude_op: float
-    """Half peak to peak of OP [% of span]; 0 where it dies out."""
+    """Half peak to peak of OP [% of span]; 0 where it dies out, infinite where the loop runs away."""
 
 
 def process_of(found: ProcessFit) -> TransferFunction:
@@ -89,7 +93,7 @@ def own_cycle(found: Identification, controller: ControllerFit, period: float, d
     ratio = _round(min(found.J / found.S, 1.0)) if found.S > 0.0 else 0.0
     n = int(PERIODS * period / step)
     load = np.zeros(n)
-    load[: max(int(period / (3.0 * step)), 2)] = 0.7
+    load[: max(int(period / (PART * step)), 2)] = PUSH
     try:
         loop = Loop(
             PID(_round(gain), _round(controller.Ti / step), op_limits=(-1e4, 1e4)),
@@ -105,7 +109,7 @@ def own_cycle(found: Identification, controller: ControllerFit, period: float, d
     swing = 0.5 * float(np.ptp(op))
     wave = op - op.mean()
     rises = np.flatnonzero((wave[:-1] < 0.0) & (wave[1:] >= 0.0))
-    if rises.size < 3 or swing < 1e-3:
+    if rises.size < 3 or swing < RESTS:
         return OwnCycle(math.nan, 0.0)
     return OwnCycle(float(np.median(np.diff(rises))) * step, swing * found.S)
 
@@ -171,5 +175,6 @@ def ultimate(process: ProcessFit, controller: ControllerFit, dt: float) -> tuple
     crossing = np.flatnonzero((phase[:-1] > -np.pi) & (phase[1:] <= -np.pi))
     if crossing.size == 0:
         return None
+    # Where an integral acts on an integrating process the phase may begin below -180 degrees and rise above it first.
     k = int(crossing[-1]) if phase[0] < -np.pi else int(crossing[0])
     return float(1.0 / abs(response[k])), float(2.0 * np.pi / omega[k])

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Rhythm", "rhythm_of"]
 
+NORMAL_TAILS = 0.3
+"""Fourth moment of a normal distribution over 10 [-]: what is told of a signal that is missing or stands still."""
 FEWEST = 4
 """Periods below which nothing is said of how the amplitude changes."""
 
@@ -75,11 +77,11 @@ def _moments(x: NDArray[np.float64] | None, samples: float) -> tuple[float, floa
     """Size of the third moment, and the fourth over 10, of a signal about its drift or its mean."""
     whole = filled(x)
     if whole is None:
-        return 0.0, 0.3
+        return 0.0, NORMAL_TAILS
     wave = about_drift(whole, samples) if samples > 0.0 else whole - whole.mean()
     spread = float(wave.std())
     if not spread > 0.0:
-        return 0.0, 0.3
+        return 0.0, NORMAL_TAILS
     wave = wave / spread
     return abs(float(np.mean(wave**3))), min(float(np.mean(wave**4)) / 10.0, 1.0)
 
@@ -93,7 +95,7 @@ def _amplitudes(record: LoopRecord, samples: float) -> tuple[NDArray[np.float64]
     turning = np.concatenate([[0.0], np.cumsum(wave * np.exp(-2j * np.pi * np.arange(wave.size) / samples))])
     edges = np.round(np.arange(0.0, wave.size + 1.0, samples)).astype(int)
     edges = edges[edges <= wave.size]
-    noise = float(np.std(np.diff(wave, 2))) / np.sqrt(6.0)
+    noise = float(np.std(np.diff(wave, 2))) / np.sqrt(6.0)  # of second differences, which an oscillation hardly moves
     return np.abs(np.diff(turning[edges])) / np.diff(edges), noise / float(np.sqrt(2.0 * samples))
 
 

@@ -17,7 +17,12 @@ SPIKE, LEAST_SPIKE = 6.0, 0.3
 """Distance of a spike from its neighbours: so many robust standard deviations of such distances [-], and on top so
 much of the PV's swing [-]."""
 MANY = 4.0
-"""Spikes from which on more say nothing new."""
+"""Spikes from which on more say nothing new [-]."""
+LEVELS, STEP = 0.5, 5.0
+"""Values over samples from which on the PV is not coarse [-], and the percentile of the distances of neighbouring
+values that is taken for its resolution [%]."""
+OUTER = 99, 1
+"""Percentiles of the PV between which it swings, spikes left out [%]."""
 FEWEST = 10
 """Samples below which nothing is said."""
 
@@ -48,11 +53,11 @@ def sensor_of(record: LoopRecord) -> Sensor:
     pv = record.pv[np.isfinite(record.pv)]
     if pv.size < FEWEST:
         return Sensor(0.0, 0.0, 0.0, 0.0)
-    swing = float(np.subtract(*np.percentile(pv, (99, 1)))) or float(np.ptp(pv))
+    swing = float(np.subtract(*np.percentile(pv, OUTER))) or float(np.ptp(pv))
     values = np.unique(pv)
     coarse = 0.0
-    if 1 < values.size < 0.5 * pv.size and swing > 0.0:
-        coarse = min(float(np.percentile(np.diff(values), 5)) / swing, 1.0)
+    if 1 < values.size < LEVELS * pv.size and swing > 0.0:
+        coarse = min(float(np.percentile(np.diff(values), STEP)) / swing, 1.0)
     still = float(np.mean((np.diff(record.pv) == 0.0) & (np.diff(record.op) != 0.0)))
     away = pv[1:-1] - 0.5 * (pv[2:] + pv[:-2])
     there_and_back = (pv[1:-1] - pv[:-2]) * (pv[1:-1] - pv[2:]) > 0.0
