@@ -83,6 +83,42 @@ def test_S_and_J_of_a_position_that_is_not_perfect(spoil):
     assert seen.stiction.left < 0.5 * seen.good.left
 
 
+def looped(seed):
+    """OP and position of a sticky valve in its loop, and its S and J: He's in odd loops, Kano's in even ones."""
+    rng = np.random.default_rng(seed)
+    fs, ratio, gain, lag, dead_time = rng.uniform((1.0, 0.15, 0.6, 4.0, 2.0), (3.5, 0.85, 2.5, 30.0, 10.0))
+    S, J = fs * (1.0 + ratio), fs * (1.0 - ratio)
+    valve = st.He(fs, ratio * fs) if seed % 2 else st.Kano(S, J)
+    controller = st.PID(0.5 * lag / (gain * (dead_time + 0.5 * lag)), max(lag, 8.0))
+    t = np.arange(1500.0)
+    load = rng.uniform(0.0, 2.0) * np.sin(2.0 * t / rng.uniform(150.0, 400.0)) + rng.uniform(0.0, 3.0) * (t > 200.0)
+    loop = st.Loop(controller, valve, st.FOPDT(gain, lag, dead_time), dt=1.0, noise=0.08 * gain)
+    record = st.simulate(loop, 310.0, 1500.0, load, seed=seed, pv_start=310.0, op_start=61.0)
+    return record.op, record.mv + (0.005, 0.05, 0.2)[seed % 3] * rng.normal(size=1500), S, J
+
+
+def test_valves_in_their_loops_are_found_whether_their_stems_rest_or_go_on():
+    errors = []
+    for seed in range(36):
+        op, y, S, J = looped(seed)
+        found = watch(op, y, 0.0).stiction
+        errors.append((abs(found.S / S - 1.0), abs(found.J / J - 1.0)))
+    within = (np.array(errors) < (0.05, 0.1)).sum(axis=0)
+    assert (within >= (30, 30)).all(), within
+
+
+def test_a_stem_that_goes_in_few_stairs_is_found_in_a_long_record():
+    """Its slips are a needle: a valve that is off by a tenth of J makes each of them at another time."""
+    t = np.arange(6000.0)
+    load = 1.5 * np.sin(t / 100.0) + 3.0 * (t > 200.0)
+    loop = st.Loop(st.PID(0.5, 20.0), st.He(2.6, 1.2), st.FOPDT(1.7, 18.0, 6.0), dt=1.0, noise=0.12)
+    record = st.simulate(loop, 310.0, 6000.0, load, seed=1, pv_start=310.0, op_start=61.0)
+    seen = watch(record.op, record.mv + 0.02 * np.random.default_rng(0).normal(size=6000), 0.0)
+    assert pytest.approx(3.8, rel=0.02) == seen.stiction.S
+    assert pytest.approx(1.4, rel=0.02) == seen.stiction.J
+    assert seen.stiction.left < 0.3 * seen.deadband.left
+
+
 def test_a_good_valve_is_explained_best_by_a_good_one():
     op = wandering(4)
     y = lfilter([0.5], [1.0, -0.5], op, zi=[0.5 * op[0]])[0] + 0.2 * np.random.default_rng(4).normal(size=N)

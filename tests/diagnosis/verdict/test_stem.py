@@ -218,6 +218,18 @@ def test_a_position_that_shows_sticking_is_heard_beside_a_wave_from_outside():
     assert "Check packing" in found.action
 
 
+def test_a_position_hangs_where_pv_follows_a_moved_set_point():
+    steps = 150.0 + 12.0 * (np.arange(1500) // 150 % 2)
+    loop = st.Loop(st.PID(0.3, 10.0), st.Ideal(), st.FOPDT(1.5, 8.0, 3.0), dt=1.0, noise=0.1)
+    run = st.simulate(loop, steps, 1500.0, seed=5, pv_start=150.0, op_start=50.0, tag="FC1", loop_type="flow")
+    still = replace(run, mv=np.full(1500, 46.7))
+    assert stem_shown(still).what == "hangs"
+    assert st.diagnose(still).verdict == "no_stiction"
+    assert stem_shown(replace(still, sp=None)).what == "frozen"
+    wave = 156.0 + 4.0 * np.sin(np.arange(1500) / 20.0)
+    assert stem_shown(replace(still, pv=wave)).what == "frozen"
+
+
 def test_a_position_that_starts_from_zero_is_that_of_a_good_valve():
     op = 50.0 + 1.5 * np.sin(np.arange(1200.0) / 20.0) + 0.02 * np.random.default_rng(0).normal(size=1200)
     record = st.LoopRecord(op=op, pv=op, dt=1.0, tag="FC1", mv=np.convolve(op, [0.0, 0.5, 0.3, 0.2])[:1200].round(3))

@@ -2,7 +2,8 @@ r"""A valve whose position was recorded: the S and J that explain it, and how we
 
 The position is held against the stem of Kano's valve on the recorded OP, watched (see `watched`), behind a lag, late by
 whole samples, on a scale of its own. Three kinds are searched for: a good valve, whose S is at most `LEAST` of OP's
-swing; a deadband, with a larger S and J below `JUMP` S; and a valve that sticks, with a larger J.
+swing; a deadband, with a larger S and J below `JUMP` S; and a valve that sticks, with a larger J. A search begins at
+the best valves of a grid and of those that plain moves of the position tell (see `moves`), and goes closer by chance.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stiction.diagnosis.identification.moves import told_by_moves
 from stiction.diagnosis.identification.watched import watched
 
 if TYPE_CHECKING:
@@ -41,18 +43,23 @@ DELAYS = ((0.3, 0), (2.0, 0), (0.3, 1), (0.3, 2))
 """Lags and whole samples late that are tried at first, with every valve [samples]."""
 LAGS = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Lags tried at first with a good valve [samples]."""
+SOME_LAGS = (0.3, 2.0)
+"""Lags tried at first with a valve that the moves tell [samples]."""
 OFF = np.array([-0.04, 0.0, 0.04])
 """Levels tried at first, about that on which the position lies evenly, as shares of OP's swing [-]."""
 LATEST = 3
 """Latest samples that a position may come [-]."""
 FIRST_LOOK, LONGEST = 1000, 6000
 """Samples of the first look, and the most that are compared [-]."""
-CLOSER = ((0.03, 1.0, 1.0, 8, 3, 30), (0.02, 0.0, 1.0, 4, 6, 40), (0.01, 0.0, 0.5, 2, 10, 40))
+CLOSER = (
+    (0.03, 1.0, 1.0, 24, 3, 20, FIRST_LOOK), (0.015, 0.3, 1.0, 6, 6, 30, 2000), (0.01, 0.0, 0.5, 2, 10, 40, LONGEST),
+)  # fmt: skip
 """Of each closer search: least noise that the position is taken to have, as a share of its swing, how loose slips are,
-size of the first steps, valves it starts from, rounds, and valves tried in each [-]."""
-STEPS = np.array([0.08, 0.15, 0.02, 0.08, 0.4, 0.8, 0.0])
-"""First steps of a closer search: of S (relative), of J / S, of the slope (relative), of the level (in S), of the lag
-(relative) and of how late it is [samples]."""
+size of the first steps, valves it starts from, rounds, valves tried in each, and samples that are looked at [-]."""
+STEPS = np.array([0.06, 0.06, 0.02, 0.08, 0.4, 0.8, 0.0])
+"""First steps of a closer search: of how far OP goes from a resting stem before it slips and of how far a moving one
+stays behind OP (both in S), of the slope (relative), of the level (in S), of the lag (relative) and of how late it is
+[samples]."""
 
 
 class Watched(NamedTuple):
@@ -257,7 +264,10 @@ def watch(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> Watch
         (_grid(sight, bands, plain, slopes, DELAYS), (least, whole), (0.0, JUMP)),
         (_grid(sight, bands, shares, slopes, DELAYS, (0.0, 1.0)), (least, whole), (JUMP, 1.0)),
     )
-    found = [_best(sight, rows, S, J, slopes, wide) for rows, S, J in searches]
+    told, found = _told(sight, slopes), []
+    for rows, S, J in searches:
+        inside = np.clip(told, (S[0], J[0], *5 * [-np.inf]), (S[1], J[1], *5 * [np.inf]))
+        found.append(_best(sight, np.concatenate([rows, inside]), S, J, slopes, wide))
     return Watching(
         good=found[0], deadband=found[1], stiction=found[2], noise=noise / abs(found[0].slope),
         explained=max(map(sight.explained, found)), spread=float(np.nanvar(y)) / sight.sigma(FINEST) ** 2,
@@ -284,6 +294,19 @@ def _grid(
     return np.concatenate(rows)
 
 
+def _told(sight: _Sight, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rows of the valves that the plain moves of the position tell, with stems that go on and that rest."""
+    rows = []
+    for slope in slopes:
+        for late in range(LATEST + 1):
+            told = told_by_moves(sight.op[: sight.op.size - late], sight.y[late:], slope, sight.noise)
+            if told is not None:
+                S, J, level = told
+                at_mean = level + slope * sight.mean
+                rows += [[S, J / S, slope, at_mean, lag, late, stops] for lag in SOME_LAGS for stops in (0.0, 1.0)]
+    return np.array(rows).reshape(-1, 7)
+
+
 def _best(
     sight: _Sight,
     rows: NDArray[np.float64],
@@ -297,16 +320,16 @@ def _best(
     left, _ = sight.by(FINEST).left(rows, FIRST_LOOK, 1.0)
     rows = rows[np.argsort(left)]
     starts, best = [row for stops in (0.0, 1.0) for row in _apart(rows[rows[:, 6] == stops])], rows[0]
-    for share, loose, wide_at_first, keep, rounds, tries in CLOSER:
+    for share, loose, wide_at_first, keep, rounds, tries, n in CLOSER:
         valleys, close = [], sight.by(share)
         for row in _by_turns(starts)[:keep]:
-            left, _ = close.left(row[np.newaxis], LONGEST, loose)
+            left, _ = close.left(row[np.newaxis], n, loose)
             best, error, near = row, float(left[0]), wide_at_first
             slope = min(slopes, key=lambda one: abs(one - row[2]))
             for _ in range(rounds):
                 near_by = _about(best, rng, near, tries, S, ratio, sight.sigma(FINEST))
                 near_by[:, 2] = slope * np.clip(near_by[:, 2] / slope, 1.0 - wide, 1.0 + wide)
-                left, _ = close.left(near_by, LONGEST, loose, error)
+                left, _ = close.left(near_by, n, loose, error if n == LONGEST else 0.5 * error)
                 if share == CLOSER[-1][0]:
                     tried.append(np.column_stack([near_by[:, 0], near_by[:, 0] * near_by[:, 1], left]))
                 i = int(left.argmin())
@@ -358,12 +381,18 @@ def _about(
     ratio: tuple[float, float],
     noise: float,
 ) -> NDArray[np.float64]:
-    """Rows about one, some of its entries changed."""
+    """Rows about one, some of its entries changed.
+
+    S and J are changed by (S + J) / 2, which says when a stem slips, and by (S - J) / 2, which says where it then is:
+    what the position tells of one it hardly tells of the other.
+    """
     rows = np.repeat(row[np.newaxis], tries, axis=0)
     change = near * STEPS * rng.normal(size=rows.shape) * (rng.random(rows.shape) < 0.5)
     size = max(row[0], 0.3 * S[1])
-    rows[:, 0] = np.clip(rows[:, 0] + size * change[:, 0], *S)
-    rows[:, 1] = np.clip(rows[:, 1] + change[:, 1], *ratio)
+    reach = 0.5 * row[0] * (1.0 + row[1]) + size * change[:, 0]
+    behind = 0.5 * row[0] * (1.0 - row[1]) + size * change[:, 1]
+    rows[:, 0] = np.clip(reach + behind, *S)
+    rows[:, 1] = np.clip((reach - behind) / np.maximum(rows[:, 0], np.finfo(float).tiny), *ratio)
     rows[:, 2] *= 1.0 + change[:, 2]
     rows[:, 3] += np.copysign(max(size * abs(row[2]), noise / STEPS[3]), row[2]) * change[:, 3]
     rows[:, 4] = np.clip((rows[:, 4] + 0.3) * np.exp(change[:, 4]) - 0.3, 0.0, LAGS[-1])
