@@ -262,7 +262,7 @@ def _said(shown: Shown, seen: Watching, unit: str) -> str:
 
 def _still(part: LoopRecord, swing: float) -> Shown:
     """What a position shows that stands still while OP moves by `swing` [% of span]."""
-    if part.sp is None:
+    if part.sp is None or part.pv is None:
         return Shown("frozen", STANDS_STILL, swing=swing)
     error, spread = np.nanvar(part.pv - part.sp), np.nanvar(part.sp)
     follows = spread > 0.0 and error < (1.0 - FOLLOWS) * spread
