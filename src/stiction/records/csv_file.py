@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import RecordError
+from stiction.records.columns import choose_names
 from stiction.records.csv_sniff import sniff
 from stiction.records.digits import number_of
-from stiction.records.numbers import is_number, to_numbers
+from stiction.records.numbers import is_number, one_unit, to_numbers, usual_unit
 from stiction.records.source import text_encoding
 from stiction.records.table import Columns
 from stiction.records.thousands import grouped_cell, may_be_parted, parted_cells, torn_number
@@ -68,6 +69,15 @@ class CsvTable:
         self._delimiter, self._sure = layout.delimiter, decimal is not None
         self.first_line = layout.skip + 1
         self.sample = [row for _, row in zip(range(_LOOK_AHEAD), self._rows(), strict=False)]
+        units = [
+            usual_unit([row[i] for row in self.sample if i < len(row)], layout.decimal) for i in range(layout.width)
+        ]
+        if not self.header and (foreign := [unit for unit in units if unit not in ("", "%")]):
+            raise RecordError(
+                f"{source.name}: has numbers in {foreign[0]} under no header; write one, to say what they are."
+            )
+        if any(units) and self.header:
+            self.header = [*self.header, units]
         self.guesses: list[str] = []
         if encoding not in ("utf-8", "utf-8-sig"):
             self.guesses.append(f"The text is taken as {encoding}.")
@@ -97,6 +107,7 @@ class CsvTable:
         """
         taken = Columns(text={i: [] for i in text}, texts={i: Counter() for i in numbers})
         parts: dict[int, list] = {i: [] for i in numbers}
+        units: dict[int, Counter[str]] = {i: Counter() for i in numbers}
         ragged, first_ragged = 0, 0
         torn: list[str] = []
         rows = self._rows()
@@ -114,10 +125,12 @@ class CsvTable:
             for i in text:
                 taken.text[i].extend(row[i] for row in block)
             for i in numbers:
-                values, texts = to_numbers([row[i] for row in block], self.decimal)
-                parts[i].append(values)
-                taken.texts[i] += texts
+                found = to_numbers([row[i] for row in block], self.decimal)
+                parts[i].append(found.values)
+                taken.texts[i] += found.texts
+                units[i] += found.units
         for i in numbers:
+            one_unit(units[i], f"{self.source.name}, column {self._name(i)}")
             taken.numbers[i] = np.concatenate(parts[i]) if parts[i] else np.empty(0)
         self._refuse_parted(taken, torn)
         if ragged:
@@ -140,12 +153,15 @@ class CsvTable:
             if found := parted_cells((row[i] for row in self._rows() if i < len(row)), self.decimal):
                 whole, marked = found
                 other = "," if self.decimal == "." else "."
-                column = self.header[-1][i] if self.header else i
                 raise RecordError(
-                    f"{self.source.name}, column {column}: {whole!r} beside {marked!r} "
+                    f"{self.source.name}, column {self._name(i)}: {whole!r} beside {marked!r} "
                     f"looks like thousands parted by {self.decimal!r}; give decimal={other!r} if they are, "
                     f"decimal={self.decimal!r} if not."
                 )
+
+    def _name(self, column: int) -> str | int:
+        names, _ = choose_names(self.header)
+        return names[column] if names and names[column] else column
 
     def _lines(self) -> Iterator[str]:
         stream = io.TextIOWrapper(io.BytesIO(self.source.data), encoding=self._encoding, errors="replace")

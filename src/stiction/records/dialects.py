@@ -10,6 +10,7 @@ import re
 
 __all__ = [
     "BAD_WORDS",
+    "CELL_UNITS",
     "FRACTION_UNITS",
     "GOOD_WORDS",
     "INDEX_WORDS",
@@ -73,6 +74,12 @@ UNIT_WORDS = (
 )
 """Units that stand behind a signal without brackets: `OP_mA`, `PV bar`. None of them is a concentration's, since
 `CO ppm` is a gas and no controller output."""
+
+CELL_UNITS = (
+    *(*UNIT_WORDS, "PSIG", "PA", "HPA", "K", "M", "KG", "T/D", "KG/MIN", "M³/H", "M³/S", "M3/S", "M/S", "ML/MIN"),
+    *("V", "VDC", "W", "KW", "MW", "HZ", "PPM", "PH"),
+)
+"""Units that stand behind the number in each cell: `52.3 %`, `12.5 bar`."""
 
 OTHER_OUTPUT_UNITS = (*(set(UNIT_WORDS) - {"%", "PCT", "PERCENT", "MA"}), "PSIG", "V", "VDC", "HZ", "COUNTS")
 """Units of a controller output that is not in % of span; how far 0 and 100 % lie apart in them is not known."""

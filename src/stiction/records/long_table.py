@@ -5,7 +5,6 @@ So a historian stores by exception. A stored value stands until the tag's next o
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -15,7 +14,7 @@ from stiction.errors import RecordError
 from stiction.records.columns import signal_of
 from stiction.records.dialects import OWNER_WORDS, SIGNAL_WORDS, TAG_WORDS, VALUE_WORDS
 from stiction.records.digits import number_of
-from stiction.records.numbers import is_number, to_numbers
+from stiction.records.numbers import is_number, one_unit, to_numbers, usual_unit
 from stiction.records.resample import untangled
 from stiction.records.signals import not_good
 from stiction.records.table import Columns
@@ -32,6 +31,7 @@ __all__ = ["LongTable", "apart", "long_columns", "widened"]
 
 NO_NUMBERS = {word for signal in ("mode", "bad", "quality") for word in SIGNAL_WORDS[signal]}
 MAX_TAGS = 400
+_LOOK_AHEAD = 200
 _BEST = 10.0
 """Percentile of a tag's steps that is taken as the time between two scans [%]."""
 _LONGEST_REST = 20.0
@@ -156,9 +156,10 @@ class LongTable:
             cells = self._cells[i - 1][1]
             taken.text[i] = [cells[k] if k >= 0 else "" for k in where]
         for i in numbers:
-            values, texts = to_numbers(self._cells[i - 1][1], self.decimal) if i else (np.zeros(0), Counter[str]())
-            taken.numbers[i] = np.append(values, np.nan)[self._which(i)]
-            taken.texts[i] = texts
+            found = to_numbers(self._cells[i - 1][1] if i else [], self.decimal)
+            one_unit(found.units, f"{self.source.name}, {self.header[0][i]}")
+            taken.numbers[i] = np.append(found.values, np.nan)[self._which(i)]
+            taken.texts[i] = found.texts
         return taken
 
 
@@ -220,7 +221,8 @@ def widened(
     columns_of = [(clock.seconds, list(values[rows])) for clock, rows in zip(clocks, mine, strict=True)]
     guesses += dict.fromkeys(guess for clock in clocks for guess in clock.guesses)
     jumps = max(clock.clock_jumps for clock in clocks)
-    return _joined(table, names, columns_of, Stamps(stamps.seconds, stamps.kind, guesses, clock_jumps=jumps))
+    units = [usual_unit(cells[:_LOOK_AHEAD], table.decimal) for _, cells in columns_of]
+    return _joined(table, names, columns_of, Stamps(stamps.seconds, stamps.kind, guesses, clock_jumps=jumps), units)
 
 
 def _owned(tags: NDArray[np.object_], owners: NDArray[np.object_]) -> NDArray[np.object_]:
