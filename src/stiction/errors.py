@@ -26,7 +26,11 @@ __all__ = [
     "require_finite",
     "require_not_negative",
     "require_positive",
+    "require_samples",
 ]
+
+MOST_SAMPLES = 10_000_000
+"""Samples that are made at most [-]: some of them stand in memory ten times over."""
 
 
 class StictionError(Exception):
@@ -84,6 +88,32 @@ def require_count(name: str, value: float) -> int:
     if number != round(number):
         raise ParameterError(f"{name} = {number:g} is no whole number; give 1 or more.")
     return round(number)
+
+
+def require_samples(name: str, seconds: float, dt: float) -> None:
+    """Refuse a length before memory is taken for it.
+
+    Parameters
+    ----------
+    name : str
+        What is so long, for the error.
+    seconds, dt : float
+        Length and sampling period [s].
+
+    Raises
+    ------
+    ParameterError
+        When that is more than `MOST_SAMPLES` samples.
+
+    Examples
+    --------
+    >>> require_samples("duration", 3600.0, 1.0)
+    """
+    if seconds > MOST_SAMPLES * dt:
+        raise ParameterError(
+            f"{name} = {seconds:g} s is {seconds / dt:.4g} samples of {dt:g} s, and {MOST_SAMPLES:,} can be made; give "
+            f"at most {MOST_SAMPLES * dt:g} s, or a longer dt."
+        )
 
 
 def _unit(unit: str) -> str:

@@ -311,3 +311,10 @@ def test_a_small_price_is_no_price_of_nothing():
     from stiction.compensation.recommend import _times
 
     assert (_times(0.05, 1.0), _times(9.87, 1.0), _times(0.0, 1.0), _times(150.2, 1.0)) == ("0.05", "9.9", "0", "150")
+
+
+@pytest.mark.parametrize("source", [["a.csv"], GIVEN])
+def test_a_run_too_long_for_the_memory_is_refused_before_it_is_made(source, run, sticky_file):
+    done = run("compensate", *source, "--duration", "1e12", "--json")
+    assert (done.code, done.out) == (2, "")
+    assert "duration = 1e+12 s is 1e+12 samples of 1 s, and 10,000,000 can be made; give at most 1e+07 s" in done.err

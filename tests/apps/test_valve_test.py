@@ -141,3 +141,20 @@ def test_a_test_comes_by_standard_input_too(run, folder, ramp_csv, monkeypatch):
     done = run("valve-test", "analyse", "ramp", "--jsn")
     assert done.code == 2
     assert "Did you mean --json? Try: stiction valve-test analyse --help" in done.err
+
+
+@pytest.mark.parametrize(
+    "argv",
+    [
+        ["ramp", "--low", "5", "--high", "25", "--threshold", "0.05", "--wait", "1e12"],
+        ["ramp", "--low", "5", "--high", "25", "--rates", "1e-9"],
+        ["ramp", "--low", "5", "--high", "25", "--threshold", "0.05", "--repeats", "1000000000"],
+        ["step", "--start", "50", "--wait", "1e12"],
+        ["step", "--start", "50", "--fine-step", "1e-9"],
+    ],
+)
+def test_a_plan_too_long_for_the_memory_is_refused_before_it_is_made(argv, run):
+    done = run("valve-test", "plan", *argv)
+    assert (done.code, done.out) == (2, "")
+    assert "together = " in done.err
+    assert "10,000,000 can be made; give at most 1e+07 s" in done.err

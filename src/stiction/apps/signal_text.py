@@ -7,44 +7,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.apps.model_text import build, split
-from stiction.errors import ParameterError, RecordError, require_finite
+from stiction.errors import ParameterError, RecordError, require_finite, require_samples
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.records import LoopRecord
 
-__all__ = ["SIGNALS", "levels", "op_signal", "within_memory"]
+__all__ = ["SIGNALS", "levels", "op_signal"]
 
 SIGNALS = ("ramp", "triangle", "sine", "staircase", "random_walk", "binary_sequence")
-MOST_SAMPLES = 10_000_000
-"""Samples that a verb makes at most [-]: some of them stand in memory ten times over."""
-
-
-def within_memory(what: str, seconds: float, dt: float) -> None:
-    """Refuse a length before memory is taken for it.
-
-    Parameters
-    ----------
-    what : str
-        What is so long, for the error.
-    seconds, dt : float
-        Length and sampling period [s].
-
-    Raises
-    ------
-    ParameterError
-        When that is more than `MOST_SAMPLES` samples.
-
-    Examples
-    --------
-    >>> within_memory("duration", 3600.0, 1.0)
-    """
-    if seconds > MOST_SAMPLES * dt:
-        raise ParameterError(
-            f"{what} = {seconds:g} s is {seconds / dt:.4g} samples of {dt:g} s, and {MOST_SAMPLES:,} can be made; give "
-            f"at most {MOST_SAMPLES * dt:g} s, or a longer dt."
-        )
 
 
 def levels(name: str, spec: str | float, duration: float, dt: float) -> NDArray[np.float64]:
@@ -76,7 +48,7 @@ def levels(name: str, spec: str | float, duration: float, dt: float) -> NDArray[
     """
     if not (dt > 0.0 and duration >= dt):
         raise ParameterError(f"dt = {dt:g} s does not fit into duration = {duration:g} s; give 0 < dt <= duration.")
-    within_memory("duration", duration, dt)
+    require_samples("duration", duration, dt)
     n = round(duration / dt)
     series = np.empty(n)
     last = 0.0
@@ -137,7 +109,7 @@ def op_signal(spec: str, dt: float) -> tuple[NDArray[np.float64], float]:
     if (rate := _number(given.get("rate"))) > 0.0:
         lengths["ramp"] = abs(_number(given.get("stop")) - _number(given.get("start"))) / rate
     for what, seconds in lengths.items():
-        within_memory(what, seconds, dt)
+        require_samples(what, seconds, dt)
     return build("op signal", name, makers, {"dt": dt, **given}), dt
 
 

@@ -126,8 +126,8 @@ def _trial(
     tag: str, twin: Twin, S: float, J: float, weights: dict[str, float], seeds: int, duration: float | None,
     progress: Callable[[int, int], Any] | None,
 ) -> CompensationTrial:  # fmt: skip
-    retuning = retune(twin.loop, twin.measured.period)
     plan = programme_for(twin, S, duration)
+    retuning = retune(twin.loop, twin.measured.period)
     fixed, variants = remedies_for(S, J, 2.0 * twin.simulated.amplitude_pv / S, twin.dt, twin.loop, retuning)
     few, some = min(FEW, seeds), max(seeds // len(ERRORS), 1)
     picks = [(remedy, Job(remedy, 1.0, 1.0, few)) for options in variants.values() for remedy in options]

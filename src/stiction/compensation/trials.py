@@ -15,6 +15,7 @@ import numpy as np
 
 from stiction.compensation.exchange import exchange
 from stiction.compensation.surroundings import run_in
+from stiction.errors import require_samples
 from stiction.models import Kano
 
 if TYPE_CHECKING:
@@ -70,6 +71,8 @@ def programme_for(twin: Twin, S: float, duration: float | None, dt: float | None
     `dt` is the sampling period [s] of another loop that is to go through the same.
     """
     dt = twin.loop.dt if dt is None else dt
+    if duration is not None:
+        require_samples("duration", duration, dt)
     period = twin.measured.period if twin.measured.period > 0.0 else 100.0 * dt
     samples = max(period / dt, 4.0)
     steady = round(STEADY * samples) if duration is None else max(round(duration / dt), 20)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.valvetests.plan import TestPlan, within_span
-from stiction.errors import ParameterError, require_count, require_not_negative, require_positive
+from stiction.errors import ParameterError, require_count, require_not_negative, require_positive, require_samples
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -100,6 +100,8 @@ def plan_ramp_test(
             f"The range of {high - low:g} % is less than twice S = {S:g} %: the stem would hardly slip; "
             "widen the range."
         )
+    ramps = repeats * sum(2.0 * (high - low) / speed for speed in speeds)
+    require_samples("the ramps and their rests together", ramps + 2.0 * repeats * len(speeds) * wait, dt)
     rest = round(wait / dt)
     parts = [np.full(max(rest, 1), begin)]
     if begin != low:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.valvetests.plan import TestPlan
-from stiction.errors import ParameterError, require_finite, require_not_negative, require_positive
+from stiction.errors import ParameterError, require_finite, require_not_negative, require_positive, require_samples
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -81,6 +81,7 @@ def plan_step_test(
         raise ParameterError(f"hold = {hold:g} s has {samples} samples of {dt:g} s; hold 5 samples or more.")
     if not steps and fine_range < fine_step:
         raise ParameterError("The plan has no step; give sizes, or a fine_range of one fine_step or more.")
+    require_samples("the steps together", (4.0 * fine_range / fine_step + 4.0 * len(steps)) * hold, dt)
     n = round(fine_range / fine_step)
     stairs = [*range(1, n + 1), *range(n - 1, -n - 1, -1), *range(-n + 1, 1)] if n else []
     levels = [start, *(start + fine_step * k for k in stairs)]
