@@ -24,7 +24,7 @@ from stiction.records.dialects import (
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["NUMBERS", "Assignment", "assign", "choose_names", "signal_of", "unit_of"]
+__all__ = ["NUMBERS", "Assignment", "assign", "choose_names", "is_time", "signal_of", "unit_of"]
 
 NUMBERS = ("pv", "sp", "op", "mv", "valve_signal")
 """Signals that are numbers."""
@@ -89,7 +89,14 @@ def time_unit(name: str, unit: str) -> float | None:
     return None
 
 
-def _is_time(name: str) -> bool:
+def is_time(name: str) -> bool:
+    """Whether a column name is one of time.
+
+    Examples
+    --------
+    >>> is_time("Time [s]"), is_time("time_ms"), is_time("FIC-1.PV")
+    (True, True, False)
+    """
     word = _word(name).lstrip("_")
     head, _, tail = word.replace("_", " ").rpartition(" ")
     return word in TIME_WORDS or word.replace("_", " ") in TIME_WORDS or (head in TIME_WORDS and tail in TIME_UNITS)
@@ -127,7 +134,7 @@ def choose_names(header: list[list[str]]) -> tuple[list[str], list[str]]:
     def found(names: list[str]) -> int:
         known = [signal_of(name) for name in names]
         pairs = Counter(pair for pair in known if pair)
-        return len(pairs) + sum(_is_time(name) for name in names) - 2 * sum(n - 1 for n in pairs.values())
+        return len(pairs) + sum(is_time(name) for name in names) - 2 * sum(n - 1 for n in pairs.values())
 
     candidates = [(found(row), False, row, row) for row in header]
     for upper, lower in itertools.pairwise(header):
@@ -135,12 +142,12 @@ def choose_names(header: list[list[str]]) -> tuple[list[str], list[str]]:
         for above, below in zip(upper, lower, strict=True):
             tag = above or tag
             known = signal_of(below)
-            if known and known[0] == "" and not _is_time(tag):
+            if known and known[0] == "" and not is_time(tag):
                 joined.append(f"{tag}.{below}")
             elif _word(below) in VALUE_WORDS and signal_of(tag):
                 joined.append(tag)
             else:
-                joined.append(below if _is_time(below) else above or below)
+                joined.append(below if is_time(below) else above or below)
         candidates.append((found(joined), _is_of_tags(upper, lower), joined, upper))
     *_, names, used = max(candidates, key=lambda row: row[:2])
     rows = [row for row in header if row is not used and _are_units(row)]
@@ -194,7 +201,7 @@ def assign(names: list[str], width: int, columns: Mapping[str, str | int] | None
     if "time" in taken:
         given.time = [taken.pop("time")]
     else:
-        given.time = [i for i in free if _is_time(names[i])]
+        given.time = [i for i in free if is_time(names[i])]
     if not given.time and 0 in free and _word(names[0]) in INDEX_WORDS:
         given.index = 0
     found: dict[str, dict[str, list[int]]] = {}

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import RecordError
+from stiction.records.blocks import in_blocks, tagged
 from stiction.records.columns import choose_names
 from stiction.records.csv_sniff import sniff
 from stiction.records.digits import number_of
@@ -63,6 +64,7 @@ class CsvTable:
             raise RecordError(f"{source.name}: is binary, not text; export the loop as CSV.")
         self.source = source
         self._encoding = encoding
+        self._in_blocks = in_blocks(self._as_written())
         head = [line for line, _ in zip(self._lines(), range(_LOOK_AHEAD), strict=False)]
         layout = sniff(source.name, head, delimiter, decimal)
         self.header, self.decimal, self.width = layout.header, layout.decimal, layout.width
@@ -164,6 +166,9 @@ class CsvTable:
         return names[column] if names and names[column] else column
 
     def _lines(self) -> Iterator[str]:
+        return tagged(self._as_written()) if self._in_blocks else self._as_written()
+
+    def _as_written(self) -> Iterator[str]:
         stream = io.TextIOWrapper(io.BytesIO(self.source.data), encoding=self._encoding, errors="replace")
         for number, line in enumerate(iter(lambda: stream.readline(MAX_LINE), ""), start=1):
             if len(line) >= MAX_LINE:
