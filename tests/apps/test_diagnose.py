@@ -226,3 +226,17 @@ def test_counts_become_percent(run, folder, sticky_csv):
     (folder / "counts.csv").write_text("\n".join([header, *(",".join(map(repr, map(float, row))) for row in table)]))
     [found] = json.loads(run("diagnose", "counts.csv", "--json", "--op-range", "0", "4095").out)
     assert found["stiction"]["S"] == pytest.approx(5.0, rel=0.15)
+
+
+def test_loops_of_one_name_are_told_apart_by_their_files(run, folder, sticky_csv):
+    for month in ("may", "june"):
+        (folder / month).mkdir()
+        (folder / month / "FIC-101.csv").write_text(sticky_csv)
+    done = run("diagnose", "may/FIC-101.csv", "june/FIC-101.csv", "--explain")
+    page = (folder / "stiction-report.html").read_text()
+    for month in ("may", "june"):
+        name = f"FIC-101 ({month}/FIC-101.csv)"
+        assert re.search(rf"\n{re.escape(name)} +Stiction", done.out)
+        assert f"\n{name}, step by step" in done.out
+        assert f">{name}</a>" in page
+        assert f"{name} · " in page

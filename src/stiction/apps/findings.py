@@ -21,6 +21,7 @@ def tell(diagnoses: Sequence[Diagnosis], failures: Sequence[Failure], *, explain
     from stiction.report.overview import worst_first
 
     ranked = worst_first(diagnoses)
+    names = words.names([diagnosis.record for diagnosis in ranked])
     if ranked:
         say("")
     if len(ranked) + len(failures) == 1 and ranked:
@@ -29,7 +30,7 @@ def tell(diagnoses: Sequence[Diagnosis], failures: Sequence[Failure], *, explain
         say(only.reason)
         say(only.action)
     elif ranked:
-        rows = [_row(diagnosis) for diagnosis in ranked]
+        rows = [[name, *_row(diagnosis)] for name, diagnosis in zip(names, ranked, strict=True)]
         rows += [[failure.tag or failure.file, "not diagnosed", "", "", "", "", failure.reason] for failure in failures]
         S = "S [%]" if any(diagnosis.record.op_in_percent for diagnosis in ranked) else "S"
         columns = ["Loop", "Verdict", "Cause", "Probability", S, "Period", "What to do"]
@@ -37,8 +38,8 @@ def tell(diagnoses: Sequence[Diagnosis], failures: Sequence[Failure], *, explain
     elif len(failures) > 1:
         print_table(["File", "Reason"], [[failure.tag or failure.file, failure.reason] for failure in failures])
     if explain:
-        for diagnosis in ranked:
-            _explain(diagnosis)
+        for name, diagnosis in zip(names, ranked, strict=True):
+            _explain(name, diagnosis)
 
 
 def size(diagnosis: Diagnosis) -> str:
@@ -78,7 +79,6 @@ def as_object(failure: Failure) -> dict[str, Any]:
 def _row(diagnosis: Diagnosis) -> list[str]:
     rhythm = diagnosis.oscillation
     return [
-        diagnosis.record.tag,
         words.VERDICTS[diagnosis.verdict],
         diagnosis.cause,
         words.chance(diagnosis.probability),
@@ -88,10 +88,10 @@ def _row(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def _explain(diagnosis: Diagnosis) -> None:
+def _explain(name: str, diagnosis: Diagnosis) -> None:
     from stiction.report.story import story
 
-    say(f"\n{diagnosis.record.tag}, step by step")
+    say(f"\n{name}, step by step")
     for k, step in enumerate(story(diagnosis), 1):
         say(f"\n{k}. {step.title}")
         for line in step.lines:

@@ -39,7 +39,8 @@ def anchor(k: int) -> str:
 
 def overview(diagnoses: Sequence[Diagnosis]) -> Table:
     """Return the table; each row links to the loop's part of the page."""
-    rows = [_row(k, diagnosis) for k, diagnosis in enumerate(diagnoses)]
+    names = words.names([diagnosis.record for diagnosis in diagnoses])
+    rows = [_row(k, *named) for k, named in enumerate(zip(names, diagnoses, strict=True))]
     percent = any(diagnosis.record.op_in_percent for diagnosis in diagnoses)
     S, OP = ("S [% of span]", "OP\u00a0± [%]") if percent else ("S", "OP\u00a0±")
     return Table(
@@ -50,7 +51,7 @@ def overview(diagnoses: Sequence[Diagnosis]) -> Table:
     )
 
 
-def _row(k: int, diagnosis: Diagnosis) -> list[Cell]:
+def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
     record, found, rhythm = diagnosis.record, diagnosis.identification, diagnosis.oscillation
     percent = record.op_in_percent
     unit = "" if percent else f"\u00a0{record.op_unit_short}"
@@ -68,7 +69,7 @@ def _row(k: int, diagnosis: Diagnosis) -> list[Cell]:
     if rhythm.oscillating:
         swing = Cell(f"{words.digits(rhythm.amplitude_op)}{unit}", sort=_finite(rhythm.amplitude_op) if percent else "")
     return [
-        Cell(record.tag, href=f"#{anchor(k)}"),
+        Cell(name, href=f"#{anchor(k)}"),
         Cell(verdict, sort=order, mark=words.MARKS[diagnosis.verdict]),
         Cell(words.chance(diagnosis.probability), sort=_finite(diagnosis.probability)),
         size,

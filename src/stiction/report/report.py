@@ -70,12 +70,12 @@ def write_report(
     blocks: list[Block] = [overview(ranked), Heading("Loops", anchor="loops")]
     blocks += [
         Fold(
-            f"{diagnosis.record.tag} · {words.headline(diagnosis)}",
+            f"{name} · {words.headline(diagnosis)}",
             loop_blocks(diagnosis, settings),
             anchor=anchor(k),
             mark=words.MARKS[diagnosis.verdict],
         )
-        for k, diagnosis in enumerate(ranked)
+        for k, (name, diagnosis) in enumerate(zip(words.names([one.record for one in ranked]), ranked, strict=True))
     ]
     number = Counter(diagnosis.verdict for diagnosis in ranked)
     subtitle = ", ".join(f"{number[verdict]} {said.lower()}" for verdict, said in words.VERDICTS.items())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,8 @@ from stiction.diagnosis.verdict.doubt import MOST
 from stiction.records.digits import chance, digits, interval
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from stiction.diagnosis.identified import Identification
     from stiction.diagnosis.result import Diagnosis
     from stiction.records.record import LoopRecord
@@ -28,6 +31,7 @@ __all__ = [
     "headline",
     "interval",
     "method",
+    "names",
     "pv_unit",
     "setting",
     "span",
@@ -42,6 +46,19 @@ _METHODS = {
     "singhal_salsbury": "Singhal and Salsbury",
 }
 MARKS: dict[str, Mark] = {"stiction": "alert", "no_stiction": "good", "undecided": "unknown"}
+
+
+def names(records: Sequence[LoopRecord]) -> list[str]:
+    """Return what each loop is called beside the others: its tag, with the file where several have the same.
+
+    Examples
+    --------
+    >>> from stiction.records import LoopRecord
+    >>> names([LoopRecord("FIC-1", 1.0, op=[50.0]), LoopRecord("LIC-2", 1.0, op=[50.0])])
+    ['FIC-1', 'LIC-2']
+    """
+    times = Counter(record.tag for record in records)
+    return [f"{r.tag} ({r.provenance.source})" if times[r.tag] > 1 and r.provenance.source else r.tag for r in records]
 
 
 def span(seconds: float) -> str:
