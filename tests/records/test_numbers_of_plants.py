@@ -72,6 +72,16 @@ def parted(x, mark, decimals=0):
     return english if mark == "," else english.replace(",", "_").replace(".", ",").replace("_", ".")
 
 
+@pytest.mark.parametrize("delimiter", [";", "\t"])
+def test_decimal_commas_beside_a_decimal_point_are_told_where_they_are_read_as_thousands(
+    delimiter, signals, table, read_text
+):
+    t, pv, op, _ = signals
+    three = [[f"{x:.3f}".replace(".", ",") for x in values] for values in (pv, op)]
+    [record] = read_text(table(delimiter.join(("time_s", "PV", "OP")), t, *three, delimiter=delimiter))
+    assert any(f"{three[0][0]!r} is read as {1000 * pv[0]:.0f}; if" in guess for guess in record.provenance.guesses)
+
+
 @pytest.mark.parametrize("mark", [".", ","])
 @pytest.mark.parametrize("late", [False, True])
 def test_thousands_without_decimals_are_refused_where_they_would_be_read_as_decimals(mark, late, table, read_text):

@@ -31,20 +31,22 @@ SEVERAL, FAR = 0.02, 100.0
 def grouped_cell(rows: Sequence[Sequence[str]], layout: Layout) -> tuple[str, float, str] | None:
     """Find a cell whose mark may be the other one after all, how it is read, and the decimal mark that says otherwise.
 
-    Between commas "1,234" is taken as thousands. Between other delimiters "1.234" is taken as a little more than one:
+    Beside a decimal point "1,234" is taken as thousands, and told. Between other delimiters "1.234" is taken as a little more than one:
     that is told where no cell settles it and a signal has no mark, as in a table without decimals.
 
     Examples
     --------
     >>> from stiction.records.csv_sniff import Layout
     >>> semicolons = Layout(";", ".", [], 0, 3, 0)
+    >>> grouped_cell([["0.5", "49,612", "50,125"]], semicolons)
+    ('49,612', 49612.0, ',')
     >>> grouped_cell([["0", "1.234", "50"]], semicolons), grouped_cell([["0", "1.234", "50.5"]], semicolons)
     (('1.234', 1.234, ','), None)
     """
     mark = layout.decimal
-    if (layout.delimiter, mark) == (",", "."):
-        seen = next((cell.strip() for row in rows for cell in row if GROUPS.fullmatch(cell.strip())), None)
-        return None if seen is None else (seen, as_number(seen, mark), ",")
+    seen = next((cell.strip() for row in rows for cell in row if GROUPS.fullmatch(cell.strip())), None)
+    if mark == "." and (seen or layout.delimiter == ","):
+        return (seen, as_number(seen, mark), ",") if seen else None
     columns = list(zip(*([cell.strip() for cell in row] for row in rows if len(row) == layout.width), strict=True))[1:]
     signals = [column for column in columns if all(is_number(cell, mark) for cell in column if cell)]
     marked = [cell for column in signals for cell in column if mark in cell]
