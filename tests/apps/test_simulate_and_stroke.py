@@ -243,3 +243,13 @@ def test_a_full_disk_is_no_fault_of_the_program(argv):
     assert done.returncode == 3
     assert done.stderr.count("\n") == 1
     assert "No space left" in done.stderr
+
+
+def test_codes_for_bad_values_are_no_strokes_of_a_valve(run, folder):
+    op = [f"{50.0 + k % 20:.1f}" for k in range(200)]
+    for bad, code in ((op, 0), ([*op[:40], "-9999", *op[41:90], "-9999", *op[91:]], 3)):
+        (folder / "op.csv").write_text("\n".join(["time_s,OP", *(f"{k},{x}" for k, x in enumerate(bad))]))
+        done = run("stroke", "--op", "op.csv", "--valve", "kano:S=3,J=1")
+        assert done.code == code
+    assert "2 samples of OP, such as -9999 %, lie outside 0 to 100 % and far off all others" in done.err
+    assert done.out == ""

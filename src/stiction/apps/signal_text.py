@@ -123,6 +123,7 @@ def _number(text: Any) -> float:
 
 def _op_of_file(path: str) -> tuple[NDArray[np.float64], float]:
     from stiction.records import read
+    from stiction.records.outliers import OP_OFF, far_off
 
     try:
         records = read(path)
@@ -134,6 +135,13 @@ def _op_of_file(path: str) -> tuple[NDArray[np.float64], float]:
         tags = ", ".join(record.tag for record in records)
         raise RecordError(f"{path}: holds {len(records)} loops ({tags}); give a file with one OP column.")
     op = records[0].op
+    # A code for a bad value would be a stroke of the valve, far beyond its stops.
+    if np.any(codes := far_off(op, OP_OFF) & ((op < 0.0) | (op > 100.0))):
+        seen = float(op[codes][0])
+        raise RecordError(
+            f"{path}: {int(codes.sum())} samples of OP, such as {seen:g} %, lie outside 0 to 100 % and far off "
+            "all others; cut or mend them first."
+        )
     if not np.all(np.isfinite(op)):
         raise RecordError(f"{path}: {int(np.sum(~np.isfinite(op)))} samples of OP are missing; fill or cut them first.")
     return op, records[0].dt
