@@ -31,7 +31,7 @@ SEVERAL, FAR = 0.02, 100.0
 def grouped_cell(rows: Sequence[Sequence[str]], layout: Layout) -> tuple[str, float, str] | None:
     """Find a cell whose mark may be the other one after all, how it is read, and the decimal mark that says otherwise.
 
-    Beside a decimal point "1,234" is taken as thousands, and told. Between other delimiters "1.234" is taken as a little
+    Beside a decimal point "1,234" is taken as thousands, and told. Between other delimiters "1.234" is taken as little
     more than one: that is told where no cell settles it and a signal has no mark, as in a table without decimals.
 
     Examples
