@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+import re
 
 import pytest
 
 import stiction as st
 from compensation.iec_interpreter import FunctionBlock
+from stiction.apps.files import csv_text
 
 KEYS = {
     "expected_gain",
@@ -318,3 +320,17 @@ def test_a_run_too_long_for_the_memory_is_refused_before_it_is_made(source, run,
     done = run("compensate", *source, "--duration", "1e12", "--json")
     assert (done.code, done.out) == (2, "")
     assert "duration = 1e+12 s is 1e+12 samples of 1 s, and 10,000,000 can be made; give at most 1e+07 s" in done.err
+
+
+def test_a_run_shorter_than_two_cycles_says_nothing_of_a_deviation(run):
+    done = run("compensate", *GIVEN, "--duration", "5")
+    assert (done.code, done.out) == (2, "")
+    assert re.search(r"duration = 5 s is less than 2 cycles of the loop, of \d+\.?\d* s; give at least", done.err)
+
+
+def test_no_cause_is_named_where_there_is_none(run, folder):
+    loop = st.Loop(st.PID(0.2, 10.0), st.Ideal(), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.1)
+    record = st.simulate(loop, 150.0, 1200.0, seed=1, pv_start=150.0, op_start=50.0, loop_type="flow")
+    (folder / "good.csv").write_text(csv_text(record))
+    done = run("compensate", "good.csv")
+    assert "The valve does not stick, so that there is nothing to compensate" in done.out

@@ -179,7 +179,7 @@ def test_a_change_too_small_to_matter_is_not_told(diagnosis):
     found, period = diagnosis.identification, diagnosis.oscillation.period
     none = replace(found, process=replace(found.process, dead_time=0.0))
     better = refine(diagnosis.record, found, period)._replace(S=found.S, J=found.J)
-    for dead_time, told in ((6.9e-9, ()), (5.0, ("dead time 0 to 5",))):
+    for dead_time, told in ((6.9e-9, ()), (5.0, ("dead time 0 to 5 s",))):
         assert _changes(none, better._replace(process=st.FOPDT(3.0, 10.0, dead_time))) == told
 
 

@@ -51,6 +51,8 @@ def in_options(sentence: str) -> str:
     'give --op-range 0 4095 to convert, or --no-day-first.'
     >>> in_options("give time_format='...' (--time-format) or dt= (--dt).")
     'give --time-format "..." or --dt.'
+    >>> in_options("give op_range (--op-range) to convert it.")
+    'give --op-range to convert it.'
     >>> in_options("give controller=PID(Kc, Ti).")
     'give --controller pi:Kc=..,Ti=...'
     """
@@ -65,7 +67,7 @@ def in_options(sentence: str) -> str:
     sentence = re.sub(r"\b(give|or) dt\b(?!=)", r"\1 --dt", sentence)
     sentence = re.sub(r"\bgive loop_type\b(?!=)", "give --loop-type", sentence)
     sentence = re.sub(r"\b(op|mv)_range=\(([^,]+), ([^)]+)\)", r"--\1-range \2 \3", sentence)
-    sentence = re.sub(r"\bgive (op|mv)_range\b(?!=)", r"give --\1-range", sentence)
+    sentence = re.sub(r"\bgive (op|mv)_range\b(?!=)(?: \(--\1-range\))?", r"give --\1-range", sentence)
     sentence = re.sub(r"decimal='(.)'", r'--decimal "\1"', sentence)
     sentence = sentence.replace("day_first=True", "--day-first").replace("day_first=False", "--no-day-first")
     sentence = sentence.replace("controller=PID(Kc, Ti)", "--controller pi:Kc=..,Ti=..")

@@ -15,7 +15,7 @@ import numpy as np
 
 from stiction.compensation.exchange import exchange
 from stiction.compensation.surroundings import run_in
-from stiction.errors import require_samples
+from stiction.errors import ParameterError, require_samples
 from stiction.models import Kano
 
 if TYPE_CHECKING:
@@ -35,6 +35,8 @@ METRICS = ("pv_std", "iae", "offset", "travel", "reversals", "op_travel", "sp_st
 """What is measured of a run, in the order of its row."""
 SETTLE, STEADY, STEP = 8.0, 14.0, 6.0
 """Periods for settling, for what is undisturbed, and after each step [-]."""
+SHORTEST = 2.0
+"""Periods that what is undisturbed lasts at least [-]: a part of one cycle says nothing of a deviation."""
 
 
 class Programme(NamedTuple):
@@ -75,6 +77,11 @@ def programme_for(twin: Twin, S: float, duration: float | None, dt: float | None
         require_samples("duration", duration, dt)
     period = twin.measured.period if twin.measured.period > 0.0 else 100.0 * dt
     samples = max(period / dt, 4.0)
+    if duration is not None and duration < SHORTEST * period:
+        raise ParameterError(
+            f"duration = {duration:g} s is less than {SHORTEST:g} cycles of the loop, of {period:.4g} s; give at least "
+            f"{SHORTEST * period:.4g} s, or none for {STEADY:g} cycles."
+        )
     steady = round(STEADY * samples) if duration is None else max(round(duration / dt), 20)
     return Programme(
         sp=twin.sp, op=twin.op, settle=round(SETTLE * samples), steady=steady, step=round(STEP * samples),

@@ -242,13 +242,15 @@ def _judge(a: Cycle, b: Cycle, spread: float) -> tuple[bool, str]:
 def _changes(found: Identification, better: Refined) -> tuple[str, ...]:
     """What the open-loop search changed by more than 2 %, and the second lag it found."""
     compared = (
-        ("S", found.S, better.S),
-        ("J", found.J, better.J),
-        ("dead time", found.process.dead_time, better.process.dead_time),
+        ("S", "%", found.S, better.S),
+        ("J", "%", found.J, better.J),
+        ("dead time", "s", found.process.dead_time, better.process.dead_time),
     )
     least = {"dead time": 0.01 * found.process.time_constant}
     told = [
-        f"{name} {a:.3g} to {b:.3g}" for name, a, b in compared if abs(b - a) > 0.02 * abs(a) + least.get(name, 1e-9)
+        f"{name} {a:.3g} to {b:.3g} {unit}"
+        for name, unit, a, b in compared
+        if abs(b - a) > 0.02 * abs(a) + least.get(name, 1e-9)
     ]
     return (*told, *(["a second lag"] if better.process.den.size > 2 else []))
 
