@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from stiction.errors import RecordError
+from stiction.records import assess
 
 
 @pytest.fixture(scope="module")
@@ -121,10 +122,22 @@ def test_an_op_in_another_unit_than_percent_is_told(unit, signals, table, read_t
     t, pv, op, _ = signals
     text = table(f"time_s,FIC-1.PV [t/h],FIC-1.OP [{unit}]", t, pv, 3.0 + 0.12 * op)
     [record] = read_text(text)
-    assert any(f"OP is given in {unit.lower()} and taken as % of span" in guess for guess in record.provenance.guesses)
+    assert any(f"OP is given in {unit}: left as it is" in guess for guess in record.provenance.guesses)
+    assert (record.op_unit, record.provenance.op_unit) == ("OP units", unit)
+    [gate] = [gate for gate in assess(record).gates if gate.name == "op scale"]
+    assert (gate.severity, f"in {unit}: S and J are in its unit, not in % of span" in gate.why) == ("lowers", True)
     [record] = read_text(text, op_range=(3.0, 15.0))
+    assert record.op_unit == "% of span"
     assert not any("OP is given in" in guess for guess in record.provenance.guesses)
     np.testing.assert_allclose(record.op, op, atol=1e-3)
+
+
+def test_an_op_in_milliamperes_below_four_is_no_percentage(signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table("time_s,FIC-1.PV,FIC-1.OP [mA]", t, pv, 0.05 * op))
+    assert record.op_unit == "OP units"
+    [record] = read_text(table("time_s,FIC-1.PV,FIC-1.OP [mA]", t, pv, 4.0 + 0.16 * op))
+    assert record.op_unit == "% of span"
 
 
 def test_an_op_in_bar_is_no_fraction(signals, table, read_text):

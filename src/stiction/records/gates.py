@@ -219,13 +219,12 @@ def op_scale(view: View) -> Gate | None:
     if op.size == 0:
         return None
     low, high = float(op.min()), float(op.max())
-    looks = not_a_percentage(low, high)
+    unit = view.record.provenance.op_unit
+    seen = not_a_percentage(low, high)
+    looks = f", as its header says, in {unit}" if unit else seen and f" and looks {seen}"
     why = f"OP lies in {low:.4g} to {high:.4g}"
-    why += (
-        f" and looks {looks}: S and J are in its unit, not in % of span; give op_range (--op-range) to convert."
-        if looks
-        else " and is taken as % of span."
-    )
+    remedy = "S and J are in its unit, not in % of span; give op_range (--op-range) to convert."
+    why += f"{looks}: {remedy}" if looks else " and is taken as % of span."
     return Gate("op scale", "lowers" if looks else "ok", high if abs(high) >= abs(low) else low, 100.0, why)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from stiction.errors import RecordError
 from stiction.records.columns import NUMBERS, Assignment, assign, choose_names
-from stiction.records.dialects import loop_type_of
+from stiction.records.dialects import OTHER_OUTPUT_UNITS, loop_type_of
 from stiction.records.digits import number_of
 from stiction.records.epochs import parse_numbers
 from stiction.records.layout import MIN_ROWS, Options, find_time, is_loop, laid_out, stamps_of, unit_of_time
@@ -243,7 +243,9 @@ def _loop(
     op = values["op"]
     assert op is not None
     unit = {role: units[i].upper() if units else "" for role, i in signals.items()}
-    values["op"] = op = in_percent(op, unit["op"], options.op_range, guesses)
+    values["op"] = in_percent(op, units[signals["op"]] if units else "", options.op_range, guesses)
+    left = values["op"] is op and unit["op"] in (*OTHER_OUTPUT_UNITS, "MA")
+    op = values["op"]
     if values["mv"] is not None:
         own = options.mv_range or (options.op_range if unit["mv"] and unit["mv"] == unit["op"] else None)
         values["mv"] = position_in_percent(values["mv"], unit["mv"], own, op, options.op_range, guesses)
@@ -276,5 +278,6 @@ def _loop(
             clock_jumps=grid.clock_jumps,
             made_up=_made_up(table, grid, [signals[role] for role in ("op", "pv") if role in signals]),
             pv_unit=units[signals["pv"]] if units and "pv" in signals else "",
+            op_unit=units[signals["op"]] if left else "",
         ),
     )

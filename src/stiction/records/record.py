@@ -52,6 +52,8 @@ class Provenance:
     """Values that stood alone far off all others and count as missing (see `records.outliers`)."""
     pv_unit: str = ""
     """Unit of the PV, where the source names it."""
+    op_unit: str = ""
+    """Unit of OP, where the source names one that is not % of span and could not be converted."""
 
 
 @dataclass(frozen=True)
@@ -159,7 +161,9 @@ class LoopRecord:
 
     @cached_property
     def op_in_percent(self) -> bool:
-        """Whether OP looks like % of span: by the rule, and of the samples, of the gate "op scale"."""
+        """Whether OP is in % of span, as far as is known: by the rule, and of the samples, of the gate "op scale"."""
+        if self.provenance.op_unit:
+            return False
         op = without_outliers(self).op
         seen = op[np.isfinite(op)]
         return seen.size == 0 or not not_a_percentage(float(seen.min()), float(seen.max()))

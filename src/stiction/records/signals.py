@@ -113,9 +113,10 @@ def _as_code(code: str) -> int | None:
     return int(code.removesuffix(".0")) if re.fullmatch(r"[0-9]{1,10}(\.0)?", code) else None
 
 
-def in_percent(op: NDArray, unit: str, op_range: tuple[float, float] | None, guesses: list[str]) -> NDArray:
+def in_percent(op: NDArray, written: str, op_range: tuple[float, float] | None, guesses: list[str]) -> NDArray:
     """OP in % of span where its range is known; otherwise as it stands, with a word on what it looks like."""
     low, high = _ends(op)
+    unit = written.upper()
     if op_range is not None:
         return _of_span(op, op_range)
     if (known := _by_unit(op, unit, "OP", guesses)) is not None:
@@ -132,8 +133,8 @@ def in_percent(op: NDArray, unit: str, op_range: tuple[float, float] | None, gue
         )
     elif unit in OTHER_OUTPUT_UNITS:
         guesses.append(
-            f"OP is given in {unit.lower()} and taken as % of span as it stands, S and J with it; give "
-            "op_range=(low, high), OP at 0 % and at 100 %, to convert."
+            f"OP is given in {written}: left as it is, S and J are then in its unit; give op_range=(low, high), OP at "
+            "0 % and at 100 %, to convert."
         )
     return op
 
