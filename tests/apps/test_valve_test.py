@@ -158,3 +158,24 @@ def test_a_plan_too_long_for_the_memory_is_refused_before_it_is_made(argv, run):
     assert (done.code, done.out) == (2, "")
     assert "together = " in done.err
     assert "10,000,000 can be made; give at most 1e+07 s" in done.err
+
+
+@pytest.mark.parametrize(("header", "low", "span"), [("OP [psi],MV [psi]", 3.0, 0.12), ("OP,MV", 0.0, 0.01)])
+def test_an_op_in_another_unit_is_not_judged_by_a_limit_in_percent(header, low, span, run, folder, ramp_csv):
+    rows = np.loadtxt(folder / ramp_csv, delimiter=",", skiprows=1)
+    rows[:, 1:] = low + span * rows[:, 1:]
+    lines = [",".join(f"{x:.6f}" for x in row) for row in rows]
+    (folder / "raw.csv").write_text("\n".join([f"time_s,{header}", *lines]))
+    done = run("valve-test", "analyse", "ramp", "raw.csv")
+    assert done.code == 3
+    assert "not in % of span, in which the limit and the steps of a valve test are; give --op-range to" in done.err
+    ends = [str(low), str(low + 100.0 * span)]
+    done = run("valve-test", "analyse", "ramp", "raw.csv", "--op-range", *ends, "--mv-range", *ends, "--json")
+    assert json.loads(done.out)["sb"]["value"] == pytest.approx(3.0, rel=0.05)
+
+
+def test_an_error_names_the_verb_and_not_the_function(run, folder, ramp_csv):
+    done = run("valve-test", "analyse", "step", ramp_csv)
+    assert done.code == 3
+    assert "use valve-test analyse ramp for ramps" in done.err
+    assert "_" not in done.err

@@ -169,14 +169,14 @@ def analyse(
                 path, columns=columns_of(column), tag=tag, dt=dt, time_format=time_format, day_first=day_first,
                 op_range=op_range, mv_range=mv_range, delimiter=delimiter, decimal=decimal,
             )  # fmt: skip
+            if len(records) > 1:
+                tags = ", ".join(record.tag for record in records)
+                raise RecordError(f"{path}: holds {len(records)} valves ({tags}); name one with --tag.")
+            if kind == "ramp":
+                return analyse_ramp(records[0], signal=signal, limit=limit, **_given(ramp))
+            return analyse_steps(records[0], signal=signal, limit=limit)
         except RecordError as error:
             raise RecordError(in_options(_of_a_test(str(error)))) from None
-        if len(records) > 1:
-            tags = ", ".join(record.tag for record in records)
-            raise RecordError(f"{path}: holds {len(records)} valves ({tags}); name one with --tag.")
-        if kind == "ramp":
-            return analyse_ramp(records[0], signal=signal, limit=limit, **_given(ramp))
-        return analyse_steps(records[0], signal=signal, limit=limit)
 
     found = result(file)
     earlier = None if before is None else result(before)
@@ -197,10 +197,24 @@ def analyse(
     return int(found.verdict == "beyond limit")
 
 
+_VERBS = {
+    "analyse_ramp": "valve-test analyse ramp",
+    "analyse_steps": "valve-test analyse step",
+    "plan_ramp_test": "valve-test plan ramp",
+    "plan_step_test": "valve-test plan step",
+    "diagnose or identify": "diagnose",
+    "signal='pv'": "--signal pv",
+}
+"""What a library says of its functions, and the verb or option for it."""
+
+
 def _of_a_test(sentence: str) -> str:
-    """What the reader says of a loop said of a test, in which the stem is looked for where a loop has its PV."""
+    """What the library says of a loop said of a test, in which the stem is looked for where a loop has its PV."""
     sentence = sentence.replace("no loop with PV and OP was", "no OP with a valve position (MV) or a flow (PV) was")
-    return sentence.replace("columns={'pv': ..., 'op': ...}", "columns={'mv': ..., 'op': ...}")
+    sentence = sentence.replace("columns={'pv': ..., 'op': ...}", "columns={'mv': ..., 'op': ...}")
+    for function, verb in _VERBS.items():
+        sentence = sentence.replace(function, verb)
+    return sentence
 
 
 def _given(options: dict[str, Any]) -> dict[str, Any]:

@@ -50,7 +50,7 @@ def read_stem(record: LoopRecord, signal: str | None, lag: float) -> Reading:
     Raises
     ------
     RecordError
-        When the signal was not recorded, or too much of it is missing.
+        When the signal was not recorded, too much of it is missing, or OP is not in % of span.
     ParameterError
         When `signal` is neither "mv" nor "pv", or `lag` is negative.
     """
@@ -65,6 +65,11 @@ def read_stem(record: LoopRecord, signal: str | None, lag: float) -> Reading:
         )
     if len(record) < 30:
         raise RecordError(f"{record.tag} has {len(record)} samples; a valve test needs 30 or more.")
+    if not record.op_in_percent:
+        raise RecordError(
+            f"The OP of {record.tag} is not in % of span, in which the limit and the steps of a valve test are; give "
+            "op_range (--op-range) to convert it."
+        )
     op = record.op
     for label, values in (("OP", op), (name.upper(), stem)):
         missing = float(np.mean(~np.isfinite(values)))
