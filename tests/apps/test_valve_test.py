@@ -179,3 +179,13 @@ def test_an_error_names_the_verb_and_not_the_function(run, folder, ramp_csv):
     assert done.code == 3
     assert "use valve-test analyse ramp for ramps" in done.err
     assert "_" not in done.err
+
+
+def test_a_position_that_counts_the_closing_is_refused_and_not_called_stuck(run, folder, ramp_csv):
+    rows = np.loadtxt(folder / ramp_csv, delimiter=",", skiprows=1)
+    lines = [f"{t:g},{op:.4f},{100.0 - mv:.4f}" for t, op, mv in rows]
+    (folder / "closing.csv").write_text("\n".join(["time_s,OP,MV", *lines]))
+    done = run("valve-test", "analyse", "ramp", "closing.csv")
+    assert (done.code, done.out) == (3, "")
+    assert "The valve position of closing goes against the OP, by -0." in done.err
+    assert "give 100 minus it" in done.err

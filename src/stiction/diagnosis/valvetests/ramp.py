@@ -17,7 +17,7 @@ from stiction.diagnosis.valvetests.ramp_words import judge, not_known
 from stiction.diagnosis.valvetests.reading import COARSE, Reading, read_stem
 from stiction.diagnosis.valvetests.result import Estimate
 from stiction.diagnosis.valvetests.stem_moves import Moves, moves
-from stiction.errors import require_count, require_positive
+from stiction.errors import RecordError, require_count, require_positive
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from stiction.records import LoopRecord
 
 __all__ = ["analyse_ramp"]
+
+TURNED = -0.5
+"""Travel per OP travel below which a position is the closing, not the opening [-]."""
 
 
 def analyse_ramp(
@@ -83,7 +86,7 @@ def analyse_ramp(
     settings = {"signal": signal, "lag": lag, "limit": limit, "bins": bins}
     reading = read_stem(record, signal, lag)
     op_ramps, pieces = find_ramps(reading, record.tag)
-    found = _moves(reading, op_ramps)
+    found = _moves(reading, op_ramps, record.tag)
     rows = rows_for_fit(op_ramps, found)
     fit = fit_friction(rows, reading.signal == "mv") if rows.op.size else None
     ramps = classify(op_ramps, found, fit)
@@ -103,14 +106,19 @@ def analyse_ramp(
     )  # fmt: skip
 
 
-def _moves(reading: Reading, ramps: tuple[OpRamp, ...]) -> tuple[Moves, ...]:
+def _moves(reading: Reading, ramps: tuple[OpRamp, ...], tag: str) -> tuple[Moves, ...]:
     inside = [slice(ramp.line.first, ramp.line.last) for ramp in ramps]
     tested = np.concatenate([reading.stem[part] for part in inside])
     driven = np.concatenate([reading.op[part] for part in inside])
-    gain = 1.0
-    if reading.signal == "pv":
-        spread = driven - driven.mean()
-        gain = float(spread @ (tested - tested.mean()) / (spread @ spread)) or 1e-12
+    spread = driven - driven.mean()
+    gain = float(spread @ (tested - tested.mean()) / (spread @ spread)) or 1e-12
+    if reading.signal == "mv":
+        if gain < TURNED:
+            raise RecordError(
+                f"The valve position of {tag} goes against the OP, by {gain:.2g} % per %; give 100 minus it, the "
+                "opening that the OP asks for."
+            )
+        gain = 1.0
     rounding = resolution(tested, COARSE * abs(gain))
     sigma = max(noise(reading.stem), 0.5 * rounding, 0.002 * abs(gain))
     return tuple(
