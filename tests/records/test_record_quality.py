@@ -350,6 +350,13 @@ def test_a_clock_jump_is_cut_where_the_signals_break_off(good):
     assert analysis_window(replace(record, provenance=good.provenance)) == (0, len(record))
 
 
+def test_a_clock_jump_with_nothing_lost_cuts_nothing(good):
+    rng = np.random.default_rng(4)
+    noise = rng.normal(0, 0.5, N)  # that the controller passes on
+    record = replace(good, op=good.op - 0.2 * noise, pv=good.pv + noise)
+    assert analysis_window(replace(record, provenance=replace(good.provenance, clock_jumps=1))) == (0, N)
+
+
 def test_clock_jumps_of_the_reader(good):
     record = replace(good, provenance=replace(good.provenance, clock_jumps=1))
     assert faults(record) == {"clock": "lowers"}

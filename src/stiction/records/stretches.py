@@ -36,6 +36,9 @@ UNREACHED = 6
 """Samples for which OP and PV must rest together where they hardly ever rest, for the historian not to be reached."""
 LEAP = 3.0
 """Usual moves from sample to sample, the median, beyond which a signal leaps [-]."""
+TEAR = 3.0
+"""Bend of OP and PV at once, over one that 95 % of the samples stay below, from which they break off together [-]. Noise
+that the controller passes on bends both by up to 2.5."""
 TEARS = 20
 """Clock jumps above which no more are looked for."""
 
@@ -112,7 +115,7 @@ def torn(record: LoopRecord) -> NDArray[np.bool_]:
         size = np.fmin(size, bend / usual if usual > 0.0 else 0.0)
     for _ in range(min(jumps, TEARS)):
         k = int(np.argmax(size))
-        if not size[k] > 1.0:
+        if not size[k] > TEAR:
             break
         mask[k] = True
         size[max(k - 2, 0) : k + 3] = 0.0
