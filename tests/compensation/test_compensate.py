@@ -291,3 +291,11 @@ def test_advice_holds_on_loops_it_has_not_seen():
     assert len(treated) >= 5
     assert all(one.falls for one in treated)
     assert sum(one.close for one in treated) >= 0.8 * len(treated)
+
+
+def test_a_controller_beside_a_loop_is_refused_and_not_passed_over():
+    loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    with pytest.raises(st.ParameterError, match="the Loop has its own"):
+        st.compensate(loop, controller=st.PID(0.1, 10.0))
+    with pytest.raises(st.ParameterError, match="period = -1 s is not positive"):
+        st.retune(loop, -1.0)

@@ -215,3 +215,9 @@ print(min(times), *[name for name in ("polars", "numba", "scipy", "plotly") if n
     best, *heavy = done.stdout.split()
     assert float(best) < 0.15  # some 15 ms on an idle machine
     assert heavy == []
+
+
+@pytest.mark.parametrize("columns", ["OP", ["OP"]])
+def test_columns_that_name_no_signals_are_refused(columns, read_text):
+    with pytest.raises(ParameterError, match="is no mapping of signals to columns; give for example"):
+        read_text("time_s,PV,OP\n0,1,2\n", columns=columns)

@@ -75,8 +75,8 @@ def compensate(
     Raises
     ------
     ParameterError
-        When `source` is neither, a weight is unknown or negative, `seeds` is below 1, or the loop's valve has no S
-        and J.
+        When `source` is neither, a Loop has a `controller` beside it, a weight is unknown or negative, `seeds` is below
+        1, `duration` is too short or too long, or the loop's valve has no S and J.
 
     Notes
     -----
@@ -108,6 +108,8 @@ def compensate(
         except RecordError as error:
             return _no_advice(tag, str(error), whole)
     elif isinstance(source, Loop):
+        if controller is not None:
+            raise ParameterError("controller is for a Diagnosis, and the Loop has its own; put it into the Loop.")
         tag, (S, J) = "loop", _stiction(source)
         if runs_away(source):
             return _no_advice(tag, _RUNS_AWAY, whole, S=S, J=J)

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.compensation.exchange import exchange
+from stiction.errors import require_positive
 from stiction.limitcycle import describing_function, predict_limit_cycles
 from stiction.models import PID, Ideal
 from stiction.simulation import simulate
@@ -121,6 +122,11 @@ def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: floa
     Retuning
         The setting, whether a cycle is left, and the trade-off as data.
 
+    Raises
+    ------
+    ParameterError
+        When `period` is not positive.
+
     Examples
     --------
     >>> import stiction as st
@@ -129,6 +135,7 @@ def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: floa
     >>> retune(loop, period=100.0).cycle_left
     False
     """
+    period = require_positive("period", period, "s")
     quiet = exchange(loop, noise=0.0, compensator=None)
     now = loop.controller
     base_iae, base_Ms = _load_iae(quiet, now, period), sensitivity(quiet, now)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
@@ -12,7 +13,6 @@ from stiction.records.source import load, text_encoding
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Mapping
 
     from stiction.records.record import LoopRecord
 
@@ -112,6 +112,10 @@ def read(
         raise ParameterError(f"decimal = {decimal!r} is no decimal mark; give '.' or ','.")
     if delimiter is not None and (len(delimiter) != 1 or delimiter in "\r\n\"'"):
         raise ParameterError(f"delimiter = {delimiter!r} is not one character; give for example ',' or ';' or a tab.")
+    if columns is not None and not isinstance(columns, Mapping):
+        raise ParameterError(
+            f"columns = {columns!r} is no mapping of signals to columns; give for example columns={{'op': 'FIC101.OUT'}}."
+        )
     spans = _span("op_range", "OP", op_range), _span("mv_range", "valve position", mv_range)
     source = load(path, _refuse_binary)
     kind = next(form for form in FORMATS if source.data.startswith(form.signature))

@@ -37,8 +37,8 @@ UNREACHED = 6
 LEAP = 3.0
 """Usual moves from sample to sample, the median, beyond which a signal leaps [-]."""
 TEAR = 3.0
-"""Bend of OP and PV at once, over one that 95 % of the samples stay below, from which they break off together [-]. Noise
-that the controller passes on bends both by up to 2.5."""
+"""Bend of OP and PV at once, over one that 95 % of the samples stay below, beyond which they break off together [-].
+Noise that the controller passes on bends both by up to 2.5."""
 TEARS = 20
 """Clock jumps above which no more are looked for."""
 

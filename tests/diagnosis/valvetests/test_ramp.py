@@ -198,3 +198,8 @@ def test_what_is_counted_is_whole(wrong):
 def test_a_plan_that_makes_no_sense_is_refused(words, arguments):
     with pytest.raises(st.ParameterError, match=words):
         st.plan_ramp_test(**arguments)
+
+
+def test_one_rate_or_size_is_a_plan():
+    assert st.plan_ramp_test(5.0, 25.0, rates=0.1).op.tolist() == st.plan_ramp_test(5.0, 25.0, rates=[0.1]).op.tolist()
+    assert st.plan_step_test(50.0, sizes=2.0).op.tolist() == st.plan_step_test(50.0, sizes=[2.0]).op.tolist()

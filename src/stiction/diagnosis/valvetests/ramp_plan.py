@@ -23,7 +23,7 @@ def plan_ramp_test(
     high: float,
     *,
     threshold: float | None = None,
-    rates: Sequence[float] | None = None,
+    rates: float | Sequence[float] | None = None,
     wait: float = 60.0,
     dt: float = 1.0,
     start: float | None = None,
@@ -38,7 +38,7 @@ def plan_ramp_test(
         Range of the OP [% of span], within 0 and 100.
     threshold : float, optional
         Expected rate r below which the valve goes in stairs [% of span / s]; the rates are chosen about it.
-    rates : sequence of float, optional
+    rates : float or sequence of float, optional
         Rates to test instead [% of span / s].
     wait : float
         Rest before, between and after the ramps [s].
@@ -81,7 +81,7 @@ def plan_ramp_test(
     if threshold is not None:
         rates = [factor * require_positive("threshold", threshold, "% of span / s") for factor in AROUND]
     assert rates is not None
-    speeds = [require_positive("rate", rate, "% of span / s") for rate in rates]
+    speeds = [require_positive("rate", rate, "% of span / s") for rate in np.atleast_1d(rates).tolist()]
     dt, wait = require_positive("dt", dt, "s"), require_not_negative("wait", wait, "s")
     repeats = require_count("repeats", repeats)
     begin = low if start is None else require_not_negative("start", start, "% of span")

@@ -20,7 +20,7 @@ def plan_step_test(
     *,
     fine_step: float = 0.1,
     fine_range: float = 2.0,
-    sizes: Sequence[float] = (0.5, 1.0, 2.0, 5.0),
+    sizes: float | Sequence[float] = (0.5, 1.0, 2.0, 5.0),
     hold: float = 30.0,
     dt: float = 1.0,
 ) -> TestPlan:
@@ -35,7 +35,7 @@ def plan_step_test(
     fine_range : float
         Staircase from `start` up by this much, down to as much below, and back [% of span]; make it at least twice
         the deadband expected. 0 leaves the staircase out.
-    sizes : sequence of float
+    sizes : float or sequence of float
         Steps for the response time [% of span], each given up, down, down and up.
     hold : float
         Time at each step [s], longer than the valve needs to settle.
@@ -74,7 +74,7 @@ def plan_step_test(
         require_positive("fine_step", fine_step, "%"),
         require_not_negative("fine_range", fine_range, "%"),
     )
-    steps = [require_positive("size", size, "% of span") for size in sizes]
+    steps = [require_positive("size", size, "% of span") for size in np.atleast_1d(sizes).tolist()]
     hold, dt = require_positive("hold", hold, "s"), require_positive("dt", dt, "s")
     samples = round(hold / dt)
     if samples < 5:
