@@ -114,7 +114,7 @@ def read(
         raise ParameterError(f"delimiter = {delimiter!r} is not one character; give for example ',' or ';' or a tab.")
     if columns is not None and not isinstance(columns, Mapping):
         raise ParameterError(
-            f"columns = {columns!r} is no mapping of signals to columns; give for example columns={{'op': 'FIC101.OUT'}}."
+            f"columns = {columns!r} is no mapping of signals to columns; give for example columns={{'op': 'CO'}}."
         )
     spans = _span("op_range", "OP", op_range), _span("mv_range", "valve position", mv_range)
     source = load(path, _refuse_binary)
