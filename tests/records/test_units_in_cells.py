@@ -73,3 +73,10 @@ def test_units_under_no_header_are_refused(signals, grafana, read_text):
     _, _, rows = grafana(" bar", " mA", 4.0 + 0.16 * signals[2]).partition("\n")
     with pytest.raises(RecordError, match="has numbers in bar under no header; write one"):
         read_text(rows, columns={"time": 0, "pv": 1, "op": 2})
+
+
+def test_a_unit_in_the_header_and_another_in_the_cells_is_refused(grafana, read_text):
+    text = grafana(" bar", " %")
+    assert read_text(text.replace("FIC-1.PV", "FIC-1.PV [BAR]"))[0].provenance.pv_unit == "BAR"
+    with pytest.raises(RecordError, match=r"column FIC-1.OP \[mA\]: is in mA by its header and in % by its numbers"):
+        read_text(text.replace("FIC-1.OP", "FIC-1.OP [mA]"))

@@ -12,7 +12,7 @@ import numpy as np
 
 from stiction.errors import RecordError
 from stiction.records.blocks import in_blocks, tagged
-from stiction.records.columns import choose_names
+from stiction.records.columns import choose_names, unit_of
 from stiction.records.csv_sniff import sniff
 from stiction.records.digits import number_of
 from stiction.records.numbers import is_number, one_unit, to_numbers, usual_unit
@@ -78,6 +78,12 @@ class CsvTable:
             raise RecordError(
                 f"{source.name}: has numbers in {foreign[0]} under no header; write one, to say what they are."
             )
+        for name, unit in zip(choose_names(self.header)[0], units, strict=False):
+            if unit and (told := unit_of(name)) and told.upper() != unit.upper():
+                raise RecordError(
+                    f"{source.name}, column {name}: is in {told} by its header and in {unit} by its numbers; mend the "
+                    "one that is wrong."
+                )
         if any(units) and self.header:
             self.header = [*self.header, units]
         self.guesses: list[str] = []

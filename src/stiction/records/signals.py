@@ -230,16 +230,14 @@ def not_a_percentage(low: float, high: float) -> str:
 
     Examples
     --------
-    >>> not_a_percentage(0.2, 0.7), not_a_percentage(17.0, 21.0)
-    ('like a fraction of span', '')
+    >>> not_a_percentage(0.2, 0.7), not_a_percentage(-1.9, 2.2), not_a_percentage(-52.0, -45.0)
+    ('like a fraction of span', 'normalised', 'like no percentage')
     """
     if low >= 0.0 and high <= 1.0:
         return "like a fraction of span"
-    if low < -0.5 and high <= 5.0:
-        return "normalised"
     if low < -10.0 or high > 110.0:
         return "like no percentage"
-    return ""
+    return "normalised" if low < -0.5 and high <= 5.0 else ""
 
 
 def automatic(signals: dict[str, int], taken: Columns, grid: Grid, guesses: list[str]) -> NDArray[np.bool_] | None:
