@@ -69,6 +69,6 @@ def test_every_line_keeps_its_number(signals):
 
 def test_a_heading_over_one_loop_is_none_of_a_block(signals, table, read_text):
     t, pv, op, _ = signals
-    for title in ("FIC101.PV", "Tag: FIC101.PID"):
+    for title in ("FIC101.PV", "Tag: FIC101.PID", "Tag: FIC101.PV\nTag: FIC101.OP"):
         [record] = read_text(table([title, "Time,PV,OP"], t, pv, op))
         assert record.pv.tolist() == pv.tolist()

@@ -23,12 +23,12 @@ _HEADER = "Time{0}Value"
 
 
 def in_blocks(lines: Iterable[str]) -> bool:
-    """Whether headings of several tags stand over rows of their own.
+    """Whether a heading stands over rows, and another one below them.
 
     Parameters
     ----------
     lines : iterable of str
-        The file; read to the second heading, or to its first row where that stands under none.
+        The file; read to that second heading, or to the first row where that stands under none.
 
     Examples
     --------
@@ -38,14 +38,14 @@ def in_blocks(lines: Iterable[str]) -> bool:
     >>> in_blocks(["FIC-1.PV", *rows, *rows])
     False
     """
-    headings, mark = [], ""
+    name = mark = ""
     for line in lines:
-        if name := _heading(line):
-            headings.append(name)
-        elif not mark and (mark := _mark_of_row(line)) and not headings:
+        if found := _heading(line):
+            if mark and found != name:
+                return True
+            name = found
+        elif not mark and (mark := _mark_of_row(line)) and not name:
             return False
-        if mark and len(set(headings)) > 1:
-            return True
     return False
 
 
