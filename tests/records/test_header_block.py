@@ -51,9 +51,9 @@ def test_blocks_above_the_table(block, n, read_text):
     np.testing.assert_array_equal(record.sp, sp)
     np.testing.assert_array_equal(record.op, op)
     written = sum(bool(line.strip(",")) for line in BLOCKS[block].splitlines())
-    told = [guess for guess in record.provenance.guesses if "above the header were passed over" in guess]
+    told = [guess for guess in record.provenance.guesses if guess.startswith("Passed over: ")]
     assert len(told) == 1
-    assert int(told[0].split()[0]) in (written, written - 1)  # a row of titles may be taken for a row of the header
+    assert int(told[0].split()[2]) in (written, written - 1)  # a row of titles may be taken for a row of the header
     assert record.provenance.pv_unit == ""
 
 
@@ -148,7 +148,7 @@ def test_line_ends_within_a_heading(read_text):
     block = '"Trend\nexport"\n\nTime,"FIC101.PV\n[t/h]",FIC101.SP,"FIC101.OP\n[%]"\n'
     [record] = read_text(block + rows())
     assert (record.tag, record.start, len(record), record.provenance.rows) == ("FIC101", START, N, N)
-    assert record.provenance.guesses == ("1 lines above the header were passed over.",)
+    assert record.provenance.guesses == ("Passed over: 1 line above the header.",)
 
 
 def test_influx_annotations(read_text):

@@ -97,7 +97,7 @@ class CsvTable:
             cell, value, other = seen
             self.guesses.append(f"{cell!r} is read as {value:.10g}; if that is wrong give decimal={other!r}.")
         if layout.passed_over:
-            self.guesses.append(f"{layout.passed_over} lines above the header were passed over.")
+            self.guesses.append(f"Passed over: {number_of(layout.passed_over, 'line')} above the header.")
 
     def is_numeric(self, column: int) -> bool:
         """Whether the first rows of a column hold numbers."""
