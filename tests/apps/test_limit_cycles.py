@@ -31,6 +31,13 @@ def test_table_and_page(run, folder):
     assert all(title in page for title in titles)
 
 
+def test_every_start_is_told_in_the_shares_of_the_basins(run, folder):
+    assert run("limit-cycles", "--valve", "kano:S=5,J=2", "--report", "lc.html").code == 1
+    caption, *_ = re.findall(r"starts from rest with the stem at 0: ([^<]*)\.<", (folder / "lc.html").read_text())
+    assert "come to rest" in caption
+    assert sum(float(part.split()[0]) for part in caption.split(";")) == pytest.approx(100.0, abs=1.0)
+
+
 def test_a_good_valve_has_none(run, folder):
     done = run("limit-cycles", "--valve", "ideal", "--report", "lc.html")
     assert done.code == 0

@@ -116,7 +116,8 @@ def basins(loop: Loop, exact: Sequence[LimitCycle], *, load: float) -> Figure:
     op = 2.0 * max(cycle.amplitude for cycle in exact) * np.linspace(-1.0, 1.0, STARTS)
     pv = 2.0 * max(cycle.pv_amplitude for cycle in exact) * np.linspace(-1.0, 1.0, STARTS)
     found = basin_map(loop, op=op[None, :], pv=pv[:, None], load=load)
-    names = {-3: "runs away", -2: "not settled", -1: "comes to rest"} | {a.label: a.name for a in found.attractors}
+    others = {-1: "come to rest", -2: "did not settle", -3: "run away"}
+    names = others | {a.label: a.name for a in found.attractors}
     there = sorted(int(label) for label in np.unique(found.label))
     shown = np.searchsorted(np.array(there), found.label).astype(float)
     steps = len(there)
@@ -130,8 +131,10 @@ def basins(loop: Loop, exact: Sequence[LimitCycle], *, load: float) -> Figure:
         "xaxis": {"title": {"text": "OP at the start, deviation [% of span]"}},
         "yaxis": {"title": {"text": "PV at the start, deviation [PV units]"}},
     }
-    shares = "; ".join(f"{words.digits(100.0 * a.share, '%', 2)} end in {a.name}" for a in found.attractors)
-    caption = f"{found.label.size} starts from rest with the stem at 0: {shares or 'none of them cycles'}."
+    told = {a.label: f"end in {a.name}" for a in found.attractors} | others
+    counts = {label: float(np.mean(found.label == label)) for label in told}
+    shares = [f"{words.digits(100.0 * counts[label], '%', 2)} {said}" for label, said in told.items() if counts[label]]
+    caption = f"{found.label.size} starts from rest with the stem at 0: {'; '.join(shares)}."
     return Figure({"data": [heat], "layout": layout}, "Basins", caption, height=420)
 
 
