@@ -275,3 +275,10 @@ def test_a_given_dt_that_the_stamps_bear_out_keeps_their_gaps(signals, table, re
     np.testing.assert_array_equal(record.op[57:], op[57:])
     minutes = [(START + timedelta(seconds=10 * k)).strftime("%Y-%m-%d %H:%M") for k in range(len(t))]
     np.testing.assert_array_equal(read_text(table("Time,PV,OP", minutes, pv, op), dt=10.0)[0].op, op)
+
+
+def test_rows_that_a_file_has_twice_are_read_once(signals, table, read_text):
+    t, pv, op, _ = (np.repeat(x, 2) for x in signals)
+    [record] = read_text(table("time_s,PV,OP", t, pv, op))
+    assert (record.dt, record.pv.tolist(), record.op.tolist()) == (1.0, *(x.tolist() for x in signals[1:3]))
+    assert any("120 rows" in guess for guess in record.provenance.guesses)

@@ -97,7 +97,9 @@ def regular_grid(
     t, rows = _in_order(stamps.seconds[known], known, stamps.kind, grid)
     if t[0] == t[-1]:
         raise RecordError(f"{name}, line {line}: all time stamps are equal; give dt if the rows are evenly sampled.")
-    t = _spread_rounded(t, rows, grid)
+    twice = np.flatnonzero(np.diff(t) == 0.0)
+    copied = differ is not None and not differ(rows[twice], rows[twice + 1]).any()
+    t = t if copied else _spread_rounded(t, rows, grid)
     if dt is not None and hold is None and not _fits(t, dt):
         return _row_by_row(stamps, t, dt)
     t, rows = _without_repeats(t, rows, grid, name, differ)
