@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields, replace
 from datetime import timedelta
 from functools import cached_property
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["LOOP_TYPES", "LoopRecord", "Provenance"]
+__all__ = ["LOOP_TYPES", "LoopRecord", "Provenance", "require_record"]
 
 LOOP_TYPES = ("flow", "level", "pressure", "temperature", "analyser", "other")
 LARGEST = 1e100
@@ -218,6 +219,37 @@ class LoopRecord:
         origin = replace(self.provenance, bad=int(bad.sum()), made_up=made_up)
         start = self.start and self.start + timedelta(seconds=begin * self.dt)
         return replace(self, **parts, start=start, provenance=origin)
+
+
+def require_record(record: object) -> None:
+    """Refuse what is no record of one loop.
+
+    Parameters
+    ----------
+    record : object
+        What was given in place of one.
+
+    Raises
+    ------
+    RecordError
+        When it is a path, the list that `read` gives, or anything else.
+
+    Examples
+    --------
+    >>> require_record(LoopRecord("FIC-101", 1.0, op=np.arange(40.0)))
+    """
+    if isinstance(record, LoopRecord):
+        return
+    if isinstance(record, (list, tuple)):
+        raise RecordError(f"record is a list of {len(record)}, as st.read gives: take them one by one.")
+    if isinstance(record, (str, PathLike)):
+        raise RecordError(
+            f"record = {str(record)!r} is a path; read it, and take the loops of st.read(...) one by one."
+        )
+    raise RecordError(
+        f"record is of type {type(record).__name__}, no LoopRecord; give one of those that st.read(...) gives, or "
+        "st.LoopRecord(tag, dt, op=..., pv=...)."
+    )
 
 
 def _signal(name: str, value: ArrayLike, n: int | None) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ import json
 import re
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -197,9 +198,19 @@ def test_without_a_pv_there_is_nothing_to_say():
         st.diagnose(changed(pv=None))
 
 
-def test_a_list_of_records_is_told_to_be_one():
-    with pytest.raises(RecordError, match="a list of 2, as"):
-        st.diagnose([st.LoopRecord("FC1", 1.0, op=np.zeros(3))] * 2)  # pyright: ignore[reportArgumentType]
+@pytest.mark.parametrize("take", [st.diagnose, st.identify, st.compare_models, st.analyse_ramp, st.analyse_steps])
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ([st.LoopRecord("FC1", 1.0, op=np.zeros(3))] * 2, "a list of 2, as"),
+        ("loop.csv", r"'loop\.csv' is a path; read it"),
+        (Path("loop.csv"), r"'loop\.csv' is a path; read it"),
+        (5, "of type int, no LoopRecord; give"),
+    ],
+)
+def test_what_is_no_record_is_told_to_be_none(take, given, told):
+    with pytest.raises(RecordError, match=told):
+        take(given)
 
 
 @pytest.mark.parametrize(

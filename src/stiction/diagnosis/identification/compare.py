@@ -15,6 +15,7 @@ from stiction.diagnosis.identification.model_signals import signals_of
 from stiction.diagnosis.identification.stenman import fit_stenman
 from stiction.diagnosis.identification.three_parameter import fit_three_parameter
 from stiction.records.outliers import without_outliers
+from stiction.records.record import require_record
 
 if TYPE_CHECKING:
     from stiction.records.record import LoopRecord
@@ -71,6 +72,7 @@ def compare_models(record: LoopRecord, *, period: float | None = None) -> ModelC
     >>> st.compare_models(st.simulate(loop, sp, 2100.0), period=130.0).best
     'kano'
     """
+    require_record(record)
     record = without_outliers(record)
     known = identify(record, period=period)
     signals = signals_of(record, period)

@@ -18,6 +18,7 @@ from stiction.diagnosis.identification.signals import Signals, pieces_of, prepar
 from stiction.diagnosis.oscillation.rhythm import SHORTEST
 from stiction.errors import ParameterError, RecordError
 from stiction.records.outliers import without_outliers
+from stiction.records.record import require_record
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.closer import Closer
@@ -93,6 +94,7 @@ def identify(
     >>> abs(found.S - 3.0) < 0.3
     True
     """
+    require_record(record)
     if model not in MODELS:
         raise ParameterError(f"model = {model!r} is not identified; use {', '.join(map(repr, MODELS))}.")
     if period is not None and not 0.0 < period < math.inf:

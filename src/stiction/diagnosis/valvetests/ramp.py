@@ -18,6 +18,7 @@ from stiction.diagnosis.valvetests.reading import COARSE, Reading, read_stem
 from stiction.diagnosis.valvetests.result import Estimate
 from stiction.diagnosis.valvetests.stem_moves import Moves, moves
 from stiction.errors import RecordError, require_count, require_positive
+from stiction.records.record import require_record
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -81,6 +82,7 @@ def analyse_ramp(
     >>> round(test.sb.value, 1), round(test.sj.value, 1), test.r_low < 0.05 <= test.r_high
     (3.0, 1.5, True)
     """
+    require_record(record)
     limit = require_positive("limit", limit, "% of span")
     bins = require_count("bins", bins)
     settings = {"signal": signal, "lag": lag, "limit": limit, "bins": bins}

@@ -14,6 +14,7 @@ from stiction.diagnosis.valvetests.step_response import response
 from stiction.diagnosis.valvetests.step_result import Step, StepTest
 from stiction.diagnosis.valvetests.step_words import judge_steps, steps_not_known
 from stiction.errors import RecordError, require_positive
+from stiction.records.record import require_record
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -75,6 +76,7 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
     >>> round(test.S.value, 1), round(test.resolution.value, 1)
     (3.1, 1.1)
     """
+    require_record(record)
     limit = require_positive("limit", limit, "% of span")
     settings = {"signal": signal, "limit": limit}
     reading = read_stem(record, signal, 0.0)

@@ -35,6 +35,7 @@ from stiction.errors import RecordError
 from stiction.records.gate import LEAST_SAMPLES
 from stiction.records.outliers import without_outliers
 from stiction.records.quality import assess, usable_part
+from stiction.records.record import require_record
 from stiction.records.storage import swing
 from stiction.records.stretches import held_set_point
 
@@ -112,7 +113,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     Raises
     ------
     RecordError
-        When the record has no PV at all, or is the list that `read` gives.
+        When the record has no PV at all, or is a path or the list that `read` gives.
 
     Notes
     -----
@@ -272,8 +273,7 @@ def findings(record: LoopRecord) -> Findings:
     RecordError
         When the record has no PV at all.
     """
-    if isinstance(record, list):
-        raise RecordError(f"record is a list of {len(record)}, as st.read gives: diagnose them one by one.")
+    require_record(record)
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV.")
     return _findings(without_outliers(record), late=False)
