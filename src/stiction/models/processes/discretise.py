@@ -7,10 +7,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stiction.errors import ParameterError
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = ["Discrete", "discretise"]
+
+MOST_DELAY = 10_000_000
+"""Whole samples of dead time at most [-]: each is kept."""
 
 
 class Discrete(NamedTuple):
@@ -49,12 +54,22 @@ def discretise(A, B, C, D: float, dead_time: float, dt: float) -> Discrete:
     Discrete
         The matrices and the whole samples of delay.
 
+    Raises
+    ------
+    ParameterError
+        When the dead time is more than `MOST_DELAY` samples.
+
     Notes
     -----
     A dead time of n samples and a fraction f splits a sample in two: for f dt the input is still the
     older one, for the rest it is the newer one. Both integrals of exp(A t) B are taken exactly.
     """
     ratio = dead_time / dt
+    if ratio > MOST_DELAY:
+        raise ParameterError(
+            f"dead_time = {dead_time:g} s is {ratio:.4g} samples of {dt:g} s, and {MOST_DELAY:,} can be kept; give a "
+            "shorter one, or a longer dt."
+        )
     delay = round(ratio)
     if abs(ratio - delay) > 1e-9 * max(1.0, ratio):
         delay = math.floor(ratio)
