@@ -123,5 +123,5 @@ def test_systems_that_are_no_process():
 
 @pytest.mark.parametrize("dt", [1e-320, 1e-7])
 def test_a_dead_time_of_too_many_samples_is_refused_before_memory_is_taken(dt):
-    with pytest.raises(ParameterError, match=r"dead_time = 10 s is .* samples .* longer dt"):
+    with pytest.raises(st.ParameterError, match=r"dead_time = 10 s is .* samples .* longer dt"):
         st.FOPDT(1.0, 5.0, 10.0).discretise(dt)
