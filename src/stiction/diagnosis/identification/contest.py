@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.interval import CHI2_1, FLOOR, NORMAL, student
-from stiction.diagnosis.identification.likelihood import LAG_WORTH, Columns, Trial, by_cycle, good_valve
+from stiction.diagnosis.identification.likelihood import EQUAL, LAG_WORTH, Columns, Trial, by_cycle, good_valve
 from stiction.diagnosis.identification.valleys import one_each
 
 if TYPE_CHECKING:
@@ -84,8 +84,8 @@ class Contest(NamedTuple):
     valve: NDArray[np.float64]
     """Valves compared as in `Trials`; the first is the most likely, the last a good one. Shape (n, 5)."""
     error: NDArray[np.float64]
-    """Sum of squares that each leaves in each half cycle, that of the good one less what `weights` are worth by chance;
-    shape (n, n_halves)."""
+    """Sum of squares that each leaves in each half cycle, that of the good one less what `weights` are worth by chance,
+    that of one whose actuator lags with what its lag must be worth; shape (n, n_halves)."""
     worse: NDArray[np.float64]
     """Student's statistic of each against the first over the half cycles [-], shape (n,)."""
     S_range: tuple[float, float]
@@ -112,7 +112,8 @@ class Contest(NamedTuple):
 
     def best_in(self, cycles: slice) -> Trial:
         """The sticky valve that leaves least in some of the cycles."""
-        return Trial(*self.valve[int(np.argmin(self.error[:-1, cycles].sum(axis=1)))].tolist())
+        left = self.error[:-1, cycles].sum(axis=1) / self.variance
+        return Trial(*self.valve[int(np.argmin(np.round(left, EQUAL)))].tolist())
 
     def likelier_than_good(self, parts: int = 1) -> float:
         """Twice the log likelihood by which the first beats a good valve, in the best stretch of 1 / `parts` [-]."""
@@ -131,8 +132,8 @@ class Contest(NamedTuple):
         n = self.error.shape[1]
         weights = np.random.default_rng(seed).multinomial(n, np.full(n, 1.0 / n), draws)
         # Not by `@`: the threads of a linear algebra library take longer to start than so small a product takes.
-        left = np.einsum("ic,dc->di", self.error[:-1], weights.astype(np.float64))
-        drawn = Columns(*self.valve.T).S[left.argmin(axis=1)] + self.beyond
+        left = np.einsum("ic,dc->di", self.error[:-1], weights.astype(np.float64)) / self.variance
+        drawn = Columns(*self.valve.T).S[np.round(left, EQUAL).argmin(axis=1)] + self.beyond
         low, high = np.quantile(drawn, (0.025, 0.975))
         return float(low), float(high)
 
@@ -160,8 +161,7 @@ def contest(prediction: Prediction, trials: Trials, known: Known) -> Contest:
     -----
     No (S, J) valve is the true one, so that the curvature of the likelihood says too little of the error. Vuong's
     test asks whether a rival foretells worse by its own scatter from half cycle to half cycle, a slip each. A rival
-    less than 3.84 in twice the log likelihood behind is never left out. A valve whose actuator lags is `LAG_WORTH`
-    further behind.
+    less than 3.84 in twice the log likelihood behind is never left out.
 
     Between samples that are not the controller's own the noise on OP trips the valve: the band that trips at the
     samples is smaller than S, by what OP goes beyond its samples, and no likelihood tells S within a third, nor, where
@@ -178,11 +178,12 @@ def contest(prediction: Prediction, trials: Trials, known: Known) -> Contest:
     valve = np.concatenate([trials.valve[chosen], good_valve(best)])
     error = by_cycle(prediction, valve)
     variance = float(error[0].sum()) / prediction.samples
-    error[-1] -= variance * prediction.op_order / error.shape[1]  # what a sticky valve's weights alone are worth
-    apart = (error - error[0]) / variance
     S, ratio, _, _, lag = Columns(*valve.T)
-    lagged = (lag > 0.0).astype(float)
-    behind, n = apart.sum(axis=1) + LAG_WORTH * (lagged - lagged[0]), apart.shape[1]
+    n = error.shape[1]
+    error[-1] -= variance * prediction.op_order / n  # what a sticky valve's weights alone are worth
+    error[lag > 0.0] += variance * LAG_WORTH / n
+    apart = (error - error[0]) / variance
+    behind = apart.sum(axis=1)
     worse = behind / np.sqrt(np.maximum(n * apart.var(axis=1, ddof=1), 1e-300))
     few = student(n - 1) / NORMAL
     S, J = S[:-1], (S * ratio)[:-1]

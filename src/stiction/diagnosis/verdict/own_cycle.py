@@ -48,10 +48,10 @@ def process_of(found: ProcessFit) -> TransferFunction:
     Returns
     -------
     TransferFunction
-        One lag, two lags, or an integrator, with dead time.
+        One lag, two lags, or an integrator with or without a lag, with dead time.
     """
     if found.integrating:
-        return Integrating(found.gain, found.dead_time)
+        return Integrating(found.gain, found.dead_time, found.time_constant)
     slow = found.time_constant - found.lag
     if found.lag > 1e-3 * slow:
         return SOPDT(found.gain, slow, found.lag, found.dead_time)

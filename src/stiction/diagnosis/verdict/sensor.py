@@ -9,6 +9,8 @@ import numpy as np
 from stiction.diagnosis.oscillation import control_error
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from stiction.records.record import LoopRecord
 
 __all__ = ["Sensor", "sensor_of"]
@@ -59,11 +61,17 @@ def sensor_of(record: LoopRecord) -> Sensor:
     if 1 < values.size < LEVELS * pv.size and swing > 0.0:
         coarse = min(float(np.percentile(np.diff(values), STEP)) / swing, 1.0)
     still = float(np.mean((np.diff(record.pv) == 0.0) & (np.diff(record.op) != 0.0)))
-    away = pv[1:-1] - 0.5 * (pv[2:] + pv[:-2])
-    there_and_back = (pv[1:-1] - pv[:-2]) * (pv[1:-1] - pv[2:]) > 0.0
-    limit = SPIKE * 1.4826 * float(np.median(np.abs(away))) + LEAST_SPIKE * swing
-    spikes = int(np.count_nonzero((np.abs(away) > limit) & there_and_back))
-    return Sensor(coarse, still, min(spikes / MANY, 1.0), _set_point(record))
+    return Sensor(coarse, still, min(_spikes(record.pv, swing) / MANY, 1.0), _set_point(record))
+
+
+def _spikes(pv: NDArray[np.float64], swing: float) -> int:
+    """Samples far from both neighbours; those beside a gap have but one."""
+    before, at, after = pv[:-2], pv[1:-1], pv[2:]
+    away = np.abs(at - 0.5 * (before + after))
+    if not np.isfinite(away).any():
+        return 0
+    limit = SPIKE * 1.4826 * float(np.nanmedian(away)) + LEAST_SPIKE * swing
+    return int(np.count_nonzero((away > limit) & ((at - before) * (at - after) > 0.0)))
 
 
 def _set_point(record: LoopRecord) -> float:
