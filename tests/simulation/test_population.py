@@ -11,10 +11,11 @@ import pytest
 import stiction as st
 from stiction.errors import ParameterError
 from stiction.simulation.historian import EFFECTS
-from stiction.simulation.population import CAUSES, plant_population, population
+from stiction.simulation.population import CAUSES, plant_population, population, upset_population
 from stiction.simulation.population.loads import SHAPES, lagged, wave
 from stiction.simulation.population.plan import Plan
 from stiction.simulation.population.processes import KINDS, draw_loop, margin, scaled
+from stiction.simulation.population.upsets import upset_series
 from stiction.simulation.population.valves import BODIES, MODELS, physical_valve, sticky_valve
 
 OWN = ("stiction", "deadband", "tight tuning")
@@ -284,3 +285,23 @@ def test_a_plants_sticky_valve_has_a_band_and_is_asked_to_leave_it():
         assert 0.2 <= case.S <= 10.0
         assert 0.1 * case.S * (1.0 - 1e-9) <= case.J <= case.S * (1.0 + 1e-9)
         assert np.ptp(case.record.op) > 0.2 * case.S
+
+
+def test_loops_that_something_upsets_rest_in_between():
+    cases = list(upset_population(30, seed=3))
+    assert [case.sticky for case in cases] == [True, False, False] * 10
+    assert {case.kind.rpartition(" ")[0].rpartition(", ")[2] for case in cases} >= {"steps of the", "pulses of the"}
+    for one, again in zip(cases[:3], upset_population(3, seed=3), strict=True):
+        np.testing.assert_array_equal(one.record.op, again.record.op)
+    for case in cases:
+        assert case.record.mv is None
+        assert case.S > 0.0 if case.sticky else case.S == case.J == 0.0
+
+
+@pytest.mark.parametrize(("shape", "least"), [("steps", 0.95), ("pulses", 0.9), ("ramps", 0.0)])
+def test_upsets_are_few_and_up_to_one_in_size(shape, least):
+    for seed in range(20):
+        series = upset_series(np.random.default_rng(seed), shape, 3000, 2)
+        assert series.shape == (3000,)
+        assert np.abs(series).max() <= 1.0
+        assert np.mean(np.diff(series) == 0.0) >= least

@@ -193,6 +193,11 @@ class Identification:
     """Twice the log likelihood ratio of the likeliest sticky valve over a good one whose characteristic is bent [-]."""
     bent: str = ""
     """The bent characteristic that is the likeliest of those tried."""
+    beats_gated: float = math.nan
+    """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one that is also told
+    the past of the PV without its noise [-]."""
+    likelier_than_gated: float = math.nan
+    """Twice the log likelihood ratio of the likeliest sticky valve over such a good one [-]."""
     beats_wave: float = math.nan
     """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one and a wave from
     outside, the same in every period but for one change [-]; NaN where the loop does not oscillate, or too short for a
@@ -225,13 +230,14 @@ class Identification:
 
     @property
     def beats_any(self) -> float:
-        """Vuong's statistic over the good valve that comes nearest: straight, bent, or beside a wave [-]."""
-        return float(np.fmin(np.fmin(self.beats_good, self.beats_bent), self.beats_wave))
+        """Vuong's statistic over the good valve that comes nearest: straight, bent, gated, or beside a wave [-]."""
+        return float(np.fmin.reduce([self.beats_good, self.beats_bent, self.beats_gated, self.beats_wave]))
 
     @property
     def likelier_than_any(self) -> float:
         """Twice the log likelihood over that good valve [-]."""
-        return float(np.fmin(np.fmin(self.likelier_than_good, self.likelier_than_bent), self.likelier_than_wave))
+        rivals = self.likelier_than_good, self.likelier_than_bent, self.likelier_than_gated, self.likelier_than_wave
+        return float(np.fmin.reduce(rivals))
 
     def summary(self, unit: str = "%") -> str:
         """The finding in a line, S and J with the unit that stands behind a number."""
@@ -280,6 +286,8 @@ class Identification:
             "beats_bent": plain(self.beats_bent),
             "likelier_than_bent": plain(self.likelier_than_bent),
             "bent": self.bent,
+            "beats_gated": plain(self.beats_gated),
+            "likelier_than_gated": plain(self.likelier_than_gated),
             "beats_wave": plain(self.beats_wave),
             "likelier_than_wave": plain(self.likelier_than_wave),
             "beats_beside_wave": plain(self.beats_beside_wave),

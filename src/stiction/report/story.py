@@ -123,6 +123,8 @@ def _explained(found: Identification, unit: str) -> list[str]:
         lines.append(f"In 95 of 100 draws of the record's half cycles the likeliest S lies between {ends}.")
     if math.isfinite(found.likelier_than_bent):
         rivals = {"": found.likelier_than_good, f" of a bent characteristic ({found.bent})": found.likelier_than_bent}
+        if math.isfinite(found.likelier_than_gated):
+            rivals[" told the past of the PV without its noise"] = found.likelier_than_gated
         if math.isfinite(found.likelier_than_wave):
             rivals[" beside a wave from outside"] = found.likelier_than_wave
         by = ", by ".join(f"{words.digits(likelier)} than a good one{what}" for what, likelier in rivals.items())

@@ -1,6 +1,7 @@
 """Find the weights of the verdict again, judge each real loop by weights found without it, and write the tables.
 
-python tests/diagnosis/verdict/calibrate.py ../shared/data --loops 7000 --plants 4800 --seed 101 --jobs 2 [--write]
+python tests/diagnosis/verdict/calibrate.py ../shared/data --loops 7000 --upsets 450 --plants 4800 --seed 101 --jobs 2
+[--write]
 
 --keep keeps the rows of features in a file, --rows goes on from such files. The features of the first table are chosen
 by many samples of the loops, one feature after the other, by what each adds on simulated loops that were not fitted and
@@ -16,6 +17,7 @@ import csv
 import warnings
 from datetime import date
 from functools import partial
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +43,7 @@ from stiction.apps.labels import read_labels
 from stiction.diagnosis.verdict.diagnose import findings
 from stiction.diagnosis.verdict.probability import UNDECIDED
 from stiction.diagnosis.verdict.weighing import COLUMNS
-from stiction.simulation.population import CAUSES, plant_population, population
+from stiction.simulation.population import CAUSES, plant_population, population, upset_population
 
 HERE = Path(st.__file__).parent / "diagnosis" / "verdict"
 REAL = 0.6
@@ -76,9 +78,11 @@ def of_case(case):
     return [CAUSES.index(case.cause), *row(case.record)]
 
 
-def gather(folder, loops, plants, seed, jobs):
+def gather(folder, loops, upsets, plants, seed, jobs):
     """Rows of the simulated loops, cause first, and of the real ones, with their labels, groups and names."""
-    simulated = np.array(list(each(of_case, population(loops, seed=seed), jobs, loops)))
+    simulated = np.array(
+        list(each(of_case, chain(population(loops, seed=seed), upset_population(upsets, seed)), jobs, loops + upsets))
+    )
     kept = np.array(list(each(of_case, plant_population(plants, seed), jobs, plants)))
     real, of = [], []
     for one in read_labels(str(folder)):
@@ -243,6 +247,7 @@ def main() -> None:
     ask = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     ask.add_argument("folder", type=Path)
     ask.add_argument("--loops", type=int, default=7000)
+    ask.add_argument("--upsets", type=int, default=450)
     ask.add_argument("--plants", type=int, default=4800)
     ask.add_argument("--seed", type=int, default=101)
     ask.add_argument("--jobs", type=int, default=1)
@@ -252,7 +257,7 @@ def main() -> None:
     given = ask.parse_args()
     kept = [np.load(file) for file in given.rows or ()]
     seeds = {str(one["seed"]) for one in kept} or {str(given.seed)}
-    kept = kept or [gather(given.folder, given.loops, given.plants, given.seed, given.jobs)]
+    kept = kept or [gather(given.folder, given.loops, given.upsets, given.plants, given.seed, given.jobs)]
     if given.keep:
         np.savez(given.keep, **kept[0])
     X, y, number = told(np.concatenate([one["simulated"] for one in kept]))
@@ -287,7 +292,7 @@ def main() -> None:
     tell(alone[whole], sticky[whole], group[whole], files[whole])
     if given.write:
         drawn = f", seed {' and '.join(sorted(seeds))}"
-        simulated = f"{len(X)} loops of simulation.population{drawn}"
+        simulated = f"{len(X)} loops of simulation.population and its upset_population{drawn}"
         plants = f"{simulated}; {len(P)} of plant_population{drawn}"
         recorded = f"{simulated}; {whole.sum()} records of {np.unique(group).size} recorded loops"
         causes = (line for k, cause in enumerate(CAUSES) for line in lines.rows(cause, W[:, k], every))

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import stiction as st
-from stiction.simulation.population import CAUSES, plant_population, population
+from stiction.simulation.population import CAUSES, plant_population, population, upset_population
 
 OTHERS = ("deadband", "tight tuning", "external disturbance", "sensor", "saturation")
 """Causes other than stiction for which a loop oscillates or moves."""
@@ -137,6 +137,11 @@ def judged(
 def judged_plants(n: int, seed: int, jobs: int = 1) -> tuple[Judged, ...]:
     """Diagnose `n` loops as a plant's historian keeps them."""
     return tuple(each(judge, plant_population(n, seed), jobs, n))
+
+
+def judged_upsets(n: int, seed: int, jobs: int = 1) -> tuple[Judged, ...]:
+    """Diagnose `n` loops that loads or set points upset now and then."""
+    return tuple(each(judge, upset_population(n, seed), jobs, n))
 
 
 def each(work, things, jobs: int, n: int):
@@ -287,15 +292,18 @@ def main() -> None:
     parser.add_argument("--longest", type=int, help="only records of at most so many samples")
     parser.add_argument("--position", action="store_true", help="with the valve's position as it is reported")
     parser.add_argument("--plant", action="store_true", help="loops as a plant's historian keeps them")
+    parser.add_argument("--upsets", action="store_true", help="loops that rest until something upsets them")
     parser.add_argument("--wrong", action="store_true", help="list what is wrong, or S beyond 10 %% though J shows")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--json", type=Path, help="write measures and rows to this file")
     chosen = parser.parse_args()
     causes = tuple(chosen.causes)
-    if chosen.plant and (causes != CAUSES or chosen.longest or chosen.position):
-        parser.error("--plant draws causes and records of its own: leave out --causes, --longest and --position")
+    if (chosen.plant or chosen.upsets) and (causes != CAUSES or chosen.longest or chosen.position):
+        parser.error("--plant and --upsets draw all by themselves: leave out --causes, --longest and --position")
     if chosen.plant:
         rows = judged_plants(chosen.loops, chosen.seed, chosen.jobs)
+    elif chosen.upsets:
+        rows = judged_upsets(chosen.loops, chosen.seed, chosen.jobs)
     else:
         rows = judged(chosen.loops, causes, chosen.seed, chosen.longest, chosen.jobs, position=chosen.position)
     print(table(rows))

@@ -94,11 +94,20 @@ def test_a_good_valve_that_foretells_better_is_named(likelier, bent, wave, named
     assert "A good valve" not in told("stiction", 0.9, found=found).reason
 
 
+@pytest.mark.parametrize("gated", [-25.0, -35.0])
+def test_of_several_that_foretell_better_the_likeliest_is_named(gated):
+    more = {"likelier_than_bent": -20.0, "likelier_than_wave": -30.0, "likelier_than_gated": gated}
+    reason = told("no_stiction", 0.05, "none", replace(fitting(60.0, 41.0, 106.6), **more)).reason
+    assert ("A good valve told the past of the PV without its noise as well foretells" in reason) is (gated < -30.0)
+
+
 def test_the_nearest_of_all_good_valves_is_the_one_to_beat():
     found = replace(FOUND, likelier_than_good=9.0, beats_good=3.0, likelier_than_bent=-4.0, beats_bent=-1.0)
     assert (found.likelier_than_any, found.beats_any) == (-4.0, -1.0)
     found = replace(found, likelier_than_wave=-6.0, beats_wave=2.0)
     assert (found.likelier_than_any, found.beats_any) == (-6.0, -1.0)
+    found = replace(found, likelier_than_gated=-5.0, beats_gated=-2.0)
+    assert (found.likelier_than_any, found.beats_any) == (-6.0, -2.0)
     assert math.isnan(FOUND.likelier_than_any)
 
 

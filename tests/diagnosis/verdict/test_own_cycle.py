@@ -18,7 +18,6 @@ LEVEL = st.PID(1.2, 60.0)
     ("process", "controller", "kind"),
     [
         (st.Integrating(0.02, 3.0, 12.0), LEVEL, "level"),
-        (st.Integrating(0.02, 3.0, 30.0), LEVEL, "level"),
         (st.Integrating(0.02, 12.0), LEVEL, "level"),
         (st.FOPDT(1.5, 20.0, 6.0), st.PID(0.4, 12.0), "flow"),
     ],

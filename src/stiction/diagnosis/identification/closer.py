@@ -134,7 +134,8 @@ def _weighed_as(recorded: Identification, told: Identification) -> Identificatio
     """The valve `told`, with what the recorded samples say of how far it beats a good one."""
     alike = (
         *("likelier_than_good", "likelier_in_part", "likelier_than_play", "likelier_than_bent", "likelier_than_wave"),
-        *("likelier_beside_wave", "beats_good", "beats_bent", "beats_wave", "beats_beside_wave", "bent", "left_out"),
+        *("likelier_than_gated", "likelier_beside_wave", "beats_good", "beats_bent", "beats_gated", "beats_wave"),
+        *("beats_beside_wave", "bent", "left_out"),
     )
     stretches = (
         replace(one, likelier_than_good=other.likelier_than_good)

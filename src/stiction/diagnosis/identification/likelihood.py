@@ -31,6 +31,7 @@ __all__ = [
     "joined",
     "kept",
     "prediction_of",
+    "scaled",
     "stem_of",
     "trials_of",
     "valves",
@@ -193,11 +194,11 @@ def prediction_of(signals: Signals, *, fine: bool = False) -> Prediction:
     ends = np.linspace(begin, n, count + 1).round().astype(np.int64)[1:]
     op_mean = op.reshape(n, signals.thinned).mean(axis=1)
     edges = np.array(edges, dtype=np.int64)
-    return Prediction(op, signals.thinned, _scaled(pv), _scaled(op_mean), edges, begin, ends, first)
+    return Prediction(op, signals.thinned, scaled(pv), scaled(op_mean), edges, begin, ends, first)
 
 
-def _scaled(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A signal about its mean, over its standard deviation; OP may rest."""
+def scaled(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A signal about its mean, over its standard deviation [-]; OP may rest."""
     x = x - x.mean()
     return x / max(float(x.std()), 1e-12)
 

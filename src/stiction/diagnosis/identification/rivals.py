@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiction.diagnosis.identification.characteristic import bent_valve
 from stiction.diagnosis.identification.contest import vuong
+from stiction.diagnosis.identification.gated_past import gated_past
 from stiction.diagnosis.identification.likelihood import stem_of
 from stiction.diagnosis.identification.outside_wave import outside_wave
 
@@ -17,7 +18,7 @@ __all__ = ["over_rivals"]
 
 
 def over_rivals(prediction: Prediction, contest: Contest, period: float | None) -> dict[str, Any]:
-    """Compare the likeliest valve with a good one of a bent characteristic, and with one beside a wave from outside.
+    """Compare the likeliest valve with good ones: of a bent characteristic, a gated past, beside a wave from outside.
 
     Parameters
     ----------
@@ -35,7 +36,14 @@ def over_rivals(prediction: Prediction, contest: Contest, period: float | None) 
     """
     bent, rival = bent_valve(prediction)
     beats_bent, likelier_than_bent = contest.over(rival)
-    said = {"bent": bent, "beats_bent": beats_bent, "likelier_than_bent": likelier_than_bent}
+    beats_gated, likelier_than_gated = contest.over(gated_past(prediction))
+    said = {
+        "bent": bent,
+        "beats_bent": beats_bent,
+        "likelier_than_bent": likelier_than_bent,
+        "beats_gated": beats_gated,
+        "likelier_than_gated": likelier_than_gated,
+    }
     if period is None:
         return said
     wave = outside_wave(prediction, period, stem_of(prediction, contest.best))

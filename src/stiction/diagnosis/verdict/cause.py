@@ -280,12 +280,15 @@ def _deciding(rhythm: Oscillation, dt: float, kind_known: bool) -> str:
 
 def _rival(found: Identification, rhythm: Oscillation) -> str:
     """The good valve that foretells the PV better than the sticky one though a straight one does not; or nothing."""
-    bent, wave = found.likelier_than_bent, found.likelier_than_wave
-    if not (found.likelier_than_good > BY_CHANCE and (bent < 0.0 or wave < 0.0)):
+    rivals = (
+        (found.likelier_than_wave, f"beside a wave from outside, the same every {in_seconds(rhythm.period)},"),
+        (found.likelier_than_bent, f"with a bent characteristic ({found.bent})"),
+        (found.likelier_than_gated, "told the past of the PV without its noise as well"),
+    )
+    better = [(likelier, name) for likelier, name in rivals if likelier < 0.0]
+    if not (better and found.likelier_than_good > BY_CHANCE):
         return ""
-    beside = f"beside a wave from outside, the same every {in_seconds(rhythm.period)},"
-    name = beside if wave < 0.0 and not bent < wave else f"with a bent characteristic ({found.bent})"
-    return f" A good valve {name} foretells the PV better than a sticky one."
+    return f" A good valve {min(better)[1]} foretells the PV better than a sticky one."
 
 
 def _deadband(seen: Seen) -> tuple[str, str]:

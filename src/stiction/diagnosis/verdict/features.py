@@ -90,6 +90,10 @@ class Features(NamedTuple):
     """`beats_good` over a good valve, be its characteristic straight or bent [-]."""
     likelier_than_bent: float
     """`likelier_than_good` over a good valve, be its characteristic straight or bent [-]."""
+    beats_gated: float
+    """`beats_good` over a good valve, be it told the past of the PV with its noise alone or without it as well [-]."""
+    likelier_than_gated: float
+    """`likelier_than_good` over such a good valve [-]."""
     beats_wave: float
     """`beats_good` over a good valve, be there a wave from outside or not [-]."""
     likelier_than_wave: float
@@ -264,6 +268,8 @@ def features(
         likelier_seen=_log(close.likelier_than_good) if close.own_samples else 0.0,
         beats_bent=_squashed(min(close.beats_good, close.beats_bent)),
         likelier_than_bent=_log(min(close.likelier_than_good, close.likelier_than_bent)),
+        beats_gated=_squashed(float(np.fmin(close.beats_good, close.beats_gated))),
+        likelier_than_gated=_log(float(np.fmin(close.likelier_than_good, close.likelier_than_gated))),
         beats_wave=_squashed(float(np.fmin(close.beats_good, close.beats_wave))),
         likelier_than_wave=_log(float(np.fmin(close.likelier_than_good, close.likelier_than_wave))),
         beats_beside_wave=_squashed(_first_known(close.beats_beside_wave, close.beats_good)),

@@ -34,6 +34,8 @@ FEATURES = {
     "likelier_seen": "likelihood of a sticky valve over a good one, where the controller's own samples show",
     "beats_bent": "a sticky valve foretells the PV better than a good one of any characteristic, cycle by cycle",
     "likelier_than_bent": "likelihood of a sticky valve over a good one of any characteristic",
+    "beats_gated": "a sticky valve foretells the PV better than a good one told the past without noise, cycle by cycle",
+    "likelier_than_gated": "likelihood of a sticky valve over a good one told the past without noise",
     "beats_wave": "a sticky valve foretells the PV better than a good one and a wave from outside, cycle by cycle",
     "likelier_than_wave": "likelihood of a sticky valve over a good one and a wave from outside",
     "beats_beside_wave": "a sticky valve foretells the PV better than a good one, a wave from outside beside both, "

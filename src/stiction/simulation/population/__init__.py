@@ -3,5 +3,6 @@
 from stiction.simulation.population.case import CAUSES, Case
 from stiction.simulation.population.draw import population
 from stiction.simulation.population.plant import plant_population
+from stiction.simulation.population.upsets import upset_population
 
-__all__ = ["CAUSES", "Case", "plant_population", "population"]
+__all__ = ["CAUSES", "Case", "plant_population", "population", "upset_population"]

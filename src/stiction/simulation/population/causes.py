@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from stiction.models import Loop, Valve
 
-__all__ = ["PLANS"]
+__all__ = ["DT", "PER_PERIOD", "PLANS", "SAMPLES", "any_loop"]
 
 DT = (0.5, 1.0, 1.0, 2.0, 5.0, 10.0, 30.0)
 """Sampling periods of the controllers [s]."""
@@ -41,7 +41,7 @@ def stiction(rng: np.random.Generator) -> Plan | None:
         if isinstance(valve, PhysicalValve):
             dt = min(dt, 2.0)
         if moved:
-            return _moved(rng, _loop(rng, dt), valve, S, J)
+            return _moved(rng, any_loop(rng, dt), valve, S, J)
         plan = _limit_cycle(rng, dt, valve, S, J)
         if plan is not None:
             break
@@ -83,7 +83,7 @@ def deadband(rng: np.random.Generator) -> Plan | None:
 
 def tight_tuning(rng: np.random.Generator) -> Plan | None:
     """A gain just below the stability limit: rings for long after a kick, or is kept ringing by a random load."""
-    loop = _loop(rng)
+    loop = any_loop(rng)
     found = margin(loop)
     if found is None:
         return None
@@ -106,7 +106,7 @@ def tight_tuning(rng: np.random.Generator) -> Plan | None:
 
 def external_disturbance(rng: np.random.Generator) -> Plan | None:
     """An oscillation from outside: a load, a disturbance of the PV, or the set point of a cascade."""
-    loop = _loop(rng)
+    loop = any_loop(rng)
     period = float(np.exp(rng.uniform(np.log(10.0), np.log(150.0))))
     every, n = _recording(rng, period) or (1, SAMPLES[0])
     shape = str(rng.choice(list(SHAPES), p=list(SHAPES.values())))
@@ -139,7 +139,7 @@ def sensor(rng: np.random.Generator) -> Plan | None:
 
 def saturation(rng: np.random.Generator) -> Plan | None:
     """A valve at a limit for part of the time, under an oscillating or a random load, with or without windup."""
-    loop = _loop(rng)
+    loop = any_loop(rng)
     loop = replace(loop, controller=replace(loop.controller, anti_windup=bool(rng.random() < 0.5)))
     if rng.random() < 0.7:
         period = float(np.exp(rng.uniform(np.log(20.0), np.log(150.0))))
@@ -169,7 +169,7 @@ def none(rng: np.random.Generator) -> Plan | None:
         return _random_load(rng)
     if kind == "quiet":
         return replace(_random_load(rng, largest=0.3), kind=kind)
-    loop = _loop(rng)
+    loop = any_loop(rng)
     if kind == "event":
         return _event(rng, loop)
     if kind == "sluggish":
@@ -209,8 +209,23 @@ PLANS: dict[str, Callable[[np.random.Generator], Plan | None]] = {
 """Cause -> how it is drawn."""
 
 
-def _loop(rng: np.random.Generator, dt: float | None = None, kind: str | None = None) -> Loop:
-    """Draw until there is a loop with a gain margin."""
+def any_loop(rng: np.random.Generator, dt: float | None = None, kind: str | None = None) -> Loop:
+    """Draw until there is a loop with a gain margin.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+        What is drawn from.
+    dt : float, optional
+        Sampling period of the controller [s]; by default one of `DT`.
+    kind : str, optional
+        Kind of process; by default any.
+
+    Returns
+    -------
+    Loop
+        With a good valve.
+    """
     dt = float(rng.choice(DT)) if dt is None else dt
     while True:
         if (drawn := draw_loop(rng, dt, kind)) is not None:
@@ -225,7 +240,7 @@ def _limit_cycle(
     rng: np.random.Generator, dt: float, valve: Valve, S: float, J: float, kind: str | None = None
 ) -> Plan | None:
     """A loop that the valve keeps oscillating; a load pulse starts it, and a background may move it."""
-    loop = replace(_loop(rng, dt, kind), valve=valve)
+    loop = replace(any_loop(rng, dt, kind), valve=valve)
     found = settled(loop, rng, 0.7 * S)
     size = None if found is None else _recording(rng, found[0])
     if found is None or size is None:
@@ -250,7 +265,7 @@ def _recording(rng: np.random.Generator, period: float) -> tuple[int, int] | Non
 
 def _random_load(rng: np.random.Generator, loop: Loop | None = None, largest: float = 4.0) -> Plan:
     """A loop that only a random load of up to `largest` [% of span] moves, at times with steps or a ramp."""
-    loop = _loop(rng) if loop is None else loop
+    loop = any_loop(rng) if loop is None else loop
     every = int(rng.choice([1, 1, 1, 2, 5]))
     n = every * int(np.exp(rng.uniform(*np.log(SAMPLES))))
     load = largest * float(rng.uniform(0.3, 1.0))

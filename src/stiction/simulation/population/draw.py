@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stiction.records.record import LoopRecord
     from stiction.simulation.population.plan import Plan
 
-__all__ = ["population"]
+__all__ = ["SPOILED", "population", "recorded", "stored"]
 
 MILD = 0.3
 """Largest strength of what the historian does to a case [-]."""
@@ -93,14 +93,36 @@ def population(
         while case is None:
             case = _draw(causes[i % len(causes)], rng, noise, f"loop-{i:04d}")
         case = _positioned(case, np.random.default_rng([seed, i, OWN]), position)
-        yield _stored(case, rng) if historian and rng.random() < SPOILED else case
+        yield stored(case, rng) if historian and rng.random() < SPOILED else case
 
 
 def _draw(cause: str, rng: np.random.Generator, noise: float, tag: str) -> Case | None:
     """Draw a case, or None where the loop does not show the cause."""
     plan = PLANS[cause](rng)
-    if plan is None:
-        return None
+    return None if plan is None else recorded(plan, cause, rng, noise, tag)
+
+
+def recorded(plan: Plan, cause: str, rng: np.random.Generator, noise: float, tag: str) -> Case | None:
+    """Run a plan and record it.
+
+    Parameters
+    ----------
+    plan : Plan
+        A loop and what moves it.
+    cause : str
+        Its cause.
+    rng : numpy.random.Generator
+        What noise and kind of loop are drawn from.
+    noise : float
+        Largest standard deviation of the measurement noise, as a share of the PV's swing [-].
+    tag : str
+        Name of the loop.
+
+    Returns
+    -------
+    Case or None
+        The case, before any historian; None where the loop does not move or runs into a limit of OP.
+    """
     clean = plan.run()
     if not _sound(clean, cause):
         return None
@@ -153,8 +175,21 @@ def _windows(plan: Plan) -> tuple[tuple[int, int], ...]:
     return ((int(inside[0]) // plan.every, int(inside[-1]) // plan.every + 1),)
 
 
-def _stored(case: Case, rng: np.random.Generator) -> Case:
-    """The case as a historian gives it back that does one thing to it, mildly."""
+def stored(case: Case, rng: np.random.Generator) -> Case:
+    """Let a historian do one thing to a case, mildly.
+
+    Parameters
+    ----------
+    case : Case
+        The case.
+    rng : numpy.random.Generator
+        What it does is drawn from.
+
+    Returns
+    -------
+    Case
+        As it comes back.
+    """
     strength = MILD * float(rng.random())
     per_period = case.period / case.record.dt if np.isfinite(case.period) else 2.0 * PER_PERIOD[0]
     room = float(np.log(max(per_period / PER_PERIOD[0], 1.0)) / np.log(SLOWEST))

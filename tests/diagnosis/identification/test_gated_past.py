@@ -1,0 +1,48 @@
+"""A good valve that is told the past without its noise: it takes from a small band what upsets lend it, not from one
+that sticks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as some
+
+import stiction as st
+from stiction.diagnosis.identification.gated_past import gate
+
+
+def upset(valve, seed, size=2.0, every=300):
+    """A flow loop whose load steps every five minutes and that rests in between."""
+    load = np.repeat(np.random.default_rng(2000 + seed).normal(0.0, size, 3600 // every), every)
+    loop = st.Loop(st.PID(0.2, 10.0), valve, st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.1)
+    record = st.simulate(loop, 150.0, 3600.0, load, seed=seed, pv_start=150.0, op_start=50.0, loop_type="flow")
+    return replace(record, mv=None)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_upsets_lend_a_small_band_the_gate_takes_back(seed):
+    found = st.diagnose(upset(st.Ideal(), seed)).identification
+    assert found.likelier_than_good > 300.0
+    assert found.likelier_than_gated < 0.6 * found.likelier_than_good
+    assert found.likelier_than_any <= found.likelier_than_gated
+    assert found.beats_any <= found.beats_gated
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_a_valve_does_that_sticks_no_gate_foretells(seed):
+    found = st.diagnose(upset(st.Kano(5.0, 2.0), seed)).identification
+    assert found.likelier_than_gated > 0.7 * found.likelier_than_good > 200.0
+
+
+@given(y=some.lists(some.floats(-50.0, 50.0), min_size=2, max_size=60), width=some.floats(0.0, 20.0))
+def test_a_gate_is_never_further_off_than_its_width_and_moves_no_more_than_it_must(y, width):
+    out = np.empty(len(y))
+    gate(np.array(y), width, out)
+    assert np.all(np.abs(out - y) <= width * (1.0 + 1e-9) + 1e-9)
+    # Kano's stem without a slip jump is a play operator of twice that half width.
+    if width > 0.01:
+        stem = st.stroke(st.Kano(2.0 * width, 0.0), np.array(y) + 500.0, dt=1.0, position=y[0] + 500.0).mv - 500.0
+        np.testing.assert_allclose(out, stem, atol=1e-6 * max(width, 1.0))
