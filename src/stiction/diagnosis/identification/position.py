@@ -56,6 +56,8 @@ CLOSER = (
 )  # fmt: skip
 """Of each closer search: least noise that the position is taken to have, as a share of its swing, how loose slips are,
 size of the first steps, valves it starts from, rounds, valves tried in each, and samples that are looked at [-]."""
+FEWER = 3
+"""One valve in so many of those is gone on from where a good one is searched: its band hardly tells [-]."""
 STEPS = np.array([0.06, 0.06, 0.02, 0.08, 0.4, 0.8, 0.0])
 """First steps of a closer search: of how far OP goes from a resting stem before it slips and of how far a moving one
 stays behind OP (both in S), of the slope (relative), of the level (in S), of the lag (relative) and of how late it is
@@ -322,7 +324,7 @@ def _best(
     starts, best = [row for stops in (0.0, 1.0) for row in _apart(rows[rows[:, 6] == stops])], rows[0]
     for share, loose, wide_at_first, keep, rounds, tries, n in CLOSER:
         valleys, close = [], sight.by(share)
-        for row in _by_turns(starts)[:keep]:
+        for row in _by_turns(starts)[: keep if S[0] > 0.0 else -(-keep // FEWER)]:
             left, _ = close.left(row[np.newaxis], n, loose)
             best, error, near = row, float(left[0]), wide_at_first
             slope = min(slopes, key=lambda one: abs(one - row[2]))
@@ -354,12 +356,10 @@ def _apart(rows: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     found: list[NDArray[np.float64]] = []
     for row in rows:
         if all(
-            abs(row[0] - one[0]) > 0.1 * one[0]
-            or abs(row[1] - one[1]) > 0.25
-            or row[2] != one[2]
+            abs(row[0] - one[0]) > 0.1 * one[0] or abs(row[1] - one[1]) > 0.25 or row[2] != one[2]
             or abs(row[4] + row[5] - one[4] - one[5]) > 1.0 + 0.3 * one[4]
             for one in found
-        ):
+        ):  # fmt: skip
             found.append(row)
             if len(found) == CLOSER[0][3]:
                 break
