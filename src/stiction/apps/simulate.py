@@ -97,12 +97,13 @@ def simulate(
     }  # fmt: skip
     settings = settings_of(loop, typed, DEFAULTS)
     target = None if out is None or out == "-" else check_text(out, "--out")
-    made = make_loop(settings)
     from stiction.diagnosis.oscillation import find_oscillation
-    from stiction.errors import require_positive
+    from stiction.errors import require_positive, require_samples
     from stiction.simulation import simulate as run
 
     length = require_positive("duration", settings["duration"], "s")
+    require_samples("duration", length, require_positive("dt", settings["dt"], "s"))
+    made = make_loop(settings)
     record = run(
         made,
         levels("sp", settings["sp"], length, made.dt),
