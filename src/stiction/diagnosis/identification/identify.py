@@ -45,7 +45,8 @@ def identify(
         go on from (S, J), and compare the stem itself where the record has MV.
     period : float, optional
         Period of the oscillation [s]; slow disturbances are then kept out by comparing deviations from the
-        moving average over one period. Without it the record is compared about its mean.
+        moving average over one period. Without it the record is compared about its mean, and a cycle that repeats
+        tells its dead time up to whole periods only, and the gain with it: `diagnose(record).oscillation.period` is one.
     closer : bool
         Go on to the fine search; without it S and J are only as exact as the dense one.
 
