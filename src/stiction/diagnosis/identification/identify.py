@@ -46,7 +46,8 @@ def identify(
     period : float, optional
         Period of the oscillation [s]; slow disturbances are then kept out by comparing deviations from the
         moving average over one period. Without it the record is compared about its mean, and a cycle that repeats
-        tells its dead time up to whole periods only, and the gain with it: `diagnose(record).oscillation.period` is one.
+        tells its dead time up to whole periods only, and the gain with it: `diagnose(record).oscillation.period` is
+        the one that is found.
     closer : bool
         Go on to the fine search; without it S and J are only as exact as the dense one.
 
