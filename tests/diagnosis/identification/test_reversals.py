@@ -171,7 +171,7 @@ def test_reversals_find_needles_that_the_grids_miss(monkeypatch):
         return int(np.sum(np.abs(np.array(found) / S - 1.0) < 0.1))
 
     told = close()
-    monkeypatch.setattr("stiction.diagnosis.identification.likeliest.from_reversals", lambda *_: np.empty((0, 4)))
+    monkeypatch.setattr("stiction.diagnosis.identification.likeliest.from_reversals", lambda *_: np.empty((0, 5)))
     without = close()
     print(f"S within 10 % in {told} of {len(runs)}, without reversals in {without}")
     assert told >= 0.85 * len(runs)
