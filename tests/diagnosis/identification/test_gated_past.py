@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 import stiction as st
-from stiction.diagnosis.identification.gated_past import gate
+from stiction.diagnosis.identification.search import follow
 
 
 def upset(valve, seed, size=2.0, every=300):
@@ -37,12 +37,12 @@ def test_what_a_valve_does_that_sticks_no_gate_foretells(seed):
     assert found.likelier_than_gated > 0.7 * found.likelier_than_good > 200.0
 
 
-@given(y=some.lists(some.floats(-50.0, 50.0), min_size=2, max_size=60), width=some.floats(0.0, 20.0))
-def test_a_gate_is_never_further_off_than_its_width_and_moves_no_more_than_it_must(y, width):
-    out = np.empty(len(y))
-    gate(np.array(y), width, out)
-    assert np.all(np.abs(out - y) <= width * (1.0 + 1e-9) + 1e-9)
-    # Kano's stem without a slip jump is a play operator of twice that half width.
-    if width > 0.01:
-        stem = st.stroke(st.Kano(2.0 * width, 0.0), np.array(y) + 500.0, dt=1.0, position=y[0] + 500.0).mv - 500.0
-        np.testing.assert_allclose(out, stem, atol=1e-6 * max(width, 1.0))
+@given(y=some.lists(some.floats(-50.0, 50.0), min_size=2, max_size=60), width=some.floats(0.01, 20.0))
+def test_the_gate_is_the_rule_of_play(y, width):
+    told, at = [], y[0]
+    for value in y:
+        at += np.sign(value - at) * max(abs(value - at) - width, 0.0)
+        told.append(at)
+    gated = np.empty(len(y))
+    follow(np.array(y), 2.0 * width, 0.0, gated)
+    np.testing.assert_allclose(gated, told, atol=1e-6 * max(width, 1.0))

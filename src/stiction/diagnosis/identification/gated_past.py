@@ -10,8 +10,8 @@ stand lags of the PV behind a gate,
 .. math:: g_k = g_{k-1} + \operatorname{sign}(e_k)\,\max(|e_k| - c\,\sigma, 0), \qquad e_k = y_k - g_{k-1}
 
 with y the PV, as it is or behind a short lag, and :math:`\sigma` its noise, in place of those of OP, which to a good
-valve are its stem's. The gate knows nothing of the valve: what a valve that sticks does it foretells no better than the
-past of the PV.
+valve are its stem's. It is the rule of play (`search.follow` without a slip jump), here of the PV: the gate knows
+nothing of OP and of when a stem slips.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ import numpy as np
 from stiction.diagnosis.identification.contest import Rival
 from stiction.diagnosis.identification.likelihood import errors_of, scaled
 from stiction.diagnosis.identification.prediction import behind_lag
-from stiction.models.compiled import kernel
+from stiction.diagnosis.identification.search import follow
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.diagnosis.identification.likelihood import Prediction
 
-__all__ = ["gate", "gated_past"]
+__all__ = ["gated_past"]
 
 GATES = (2.0, 3.0, 4.5, 7.0)
 """c: half widths of the gates that are tried, in standard deviations of the PV's noise [-]."""
@@ -59,22 +59,10 @@ def gated_past(prediction: Prediction) -> Rival:
         behind_lag(pv, keep, smooth)
         noise = _noise(pv) * ((1.0 - keep) / (1.0 + keep)) ** 0.5
         for width in GATES:
-            gate(smooth, width * noise, gated)
+            follow(smooth, 2.0 * width * noise, 0.0, gated)
             left, by_half = errors_of(prediction._replace(op_mean=scaled(gated)), stem)
             tried.append((float(left[0]), by_half[0]))
     return Rival(min(tried, key=lambda one: one[0])[1], prediction.op_order)
-
-
-@kernel
-def gate(y, width, out):
-    """Fill `out` (n_samples,) with `y` as far as it goes more than `width` from where it came to last."""
-    at = y[0]
-    for k in range(y.shape[0]):
-        if y[k] > at + width:
-            at = y[k] - width
-        elif y[k] < at - width:
-            at = y[k] + width
-        out[k] = at
 
 
 def _noise(pv: NDArray[np.float64]) -> float:
