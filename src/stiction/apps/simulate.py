@@ -98,17 +98,19 @@ def simulate(
     settings = settings_of(loop, typed, DEFAULTS)
     target = None if out is None or out == "-" else check_text(out, "--out")
     from stiction.diagnosis.oscillation import find_oscillation
-    from stiction.errors import require_positive, require_samples
+    from stiction.errors import require_positive
     from stiction.simulation import simulate as run
 
     length = require_positive("duration", settings["duration"], "s")
-    require_samples("duration", length, require_positive("dt", settings["dt"], "s"))
+    step = require_positive("dt", settings["dt"], "s")
+    # Before the loop is made: a length of too many samples is told by its name, and not by what of the loop is as long.
+    set_point, load_series = (levels(name, settings[name], length, step) for name in ("sp", "load"))
     made = make_loop(settings)
     record = run(
         made,
-        levels("sp", settings["sp"], length, made.dt),
+        set_point,
         length,
-        levels("load", settings["load"], length, made.dt),
+        load_series,
         settings["seed"],
         pv_start=settings["pv_start"],
         op_start=within("op_start", settings["op_start"]),

@@ -7,15 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.errors import ParameterError
+from stiction.errors import require_samples
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = ["Discrete", "discretise"]
-
-MOST_DELAY = 10_000_000
-"""Whole samples of dead time at most [-]: each is kept."""
 
 
 class Discrete(NamedTuple):
@@ -57,19 +54,15 @@ def discretise(A, B, C, D: float, dead_time: float, dt: float) -> Discrete:
     Raises
     ------
     ParameterError
-        When the dead time is more than `MOST_DELAY` samples.
+        When the dead time is more samples than can be kept (`errors.require_samples`).
 
     Notes
     -----
     A dead time of n samples and a fraction f splits a sample in two: for f dt the input is still the
     older one, for the rest it is the newer one. Both integrals of exp(A t) B are taken exactly.
     """
+    require_samples("dead_time", dead_time, dt)
     ratio = dead_time / dt
-    if ratio > MOST_DELAY:
-        raise ParameterError(
-            f"dead_time = {dead_time:g} s is {ratio:.4g} samples of {dt:g} s, and {MOST_DELAY:,} can be kept; give a "
-            "shorter one, or a longer dt."
-        )
     delay = round(ratio)
     if abs(ratio - delay) > 1e-9 * max(1.0, ratio):
         delay = math.floor(ratio)
