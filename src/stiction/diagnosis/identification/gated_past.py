@@ -12,6 +12,10 @@ stand lags of the PV behind a gate,
 with y the PV, as it is or behind a short lag, and :math:`\sigma` its noise, in place of those of OP, which to a good
 valve are its stem's. It is the rule of play (`search.follow` without a slip jump), here of the PV: the gate knows
 nothing of OP and of when a stem slips.
+
+Behind good valves it leaves a band 0.08 to 0.54 of what that had over a straight good one (medians of seven kinds of
+such loops), sticky ones with S of 0.5 to 5 % keep 0.83 to 0.88. Where the upsets move OP by more than S and the slip
+jump is small it foretells better than the sticky valve: such stiction is not seen.
 """
 
 from __future__ import annotations
