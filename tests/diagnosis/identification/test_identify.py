@@ -11,6 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as some
 
 import stiction as st
+from stiction.diagnosis.oscillation import find_oscillation
 from stiction.errors import ParameterError, RecordError
 
 from .loops import KNOWN, run_of
@@ -78,6 +79,45 @@ def test_a_cycle_that_repeats_exactly_still_shows_its_band(name):
     known = KNOWN[name]
     found = st.identify(plain(run_of(known)), period=known.period)
     assert pytest.approx(known.S, rel=0.15) == found.S
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_period_need_not_be_given(seed):
+    """About the mean of the record a cycle that repeats fits as well with a period more of dead time."""
+    loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
+    record = plain(st.simulate(loop, 10.0, 3000.0, seed=seed, op_start=50.0, pv_start=8.0))
+    found = st.identify(record)
+    assert found.process.dead_time == pytest.approx(10.0, abs=4.0)
+    assert found.process.gain == pytest.approx(3.0, rel=0.35)
+    if seed < 3:
+        period = find_oscillation(record).period
+        assert st.identify(record, period=np.inf).process.dead_time == pytest.approx(10.0 + period, abs=10.0)
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_what_is_found_without_a_period_is_what_diagnose_finds(name):
+    run = plain(run_of(KNOWN[name], 0.05, seed=3))
+    told = st.diagnose(run)
+    assert told.oscillation.oscillating
+    assert told.identification is not None
+    assert st.identify(run).to_dict() == told.identification.to_dict()
+
+
+def test_what_is_found_in_a_calm_loop_is_what_diagnose_finds():
+    run = replace(good_valve(), loop_type="flow")
+    told = st.diagnose(run)
+    assert not told.oscillation.oscillating
+    assert told.identification is not None
+    assert st.identify(run).to_dict() == told.identification.to_dict()
+
+
+@pytest.mark.parametrize("model", ["stenman", "three_parameter"])
+def test_models_take_the_period_that_is_found(model):
+    run = plain(run_of(KNOWN["second order"], 0.02, samples=500))
+    period = find_oscillation(run).period
+    assert period == pytest.approx(KNOWN["second order"].period, rel=0.2)
+    assert st.identify(run, model).to_dict() == st.identify(run, model, period=period).to_dict()
+    assert st.identify(run, model).to_dict() != st.identify(run, model, period=np.inf).to_dict()
 
 
 @pytest.mark.parametrize("first", [0, 18, 45, 63, 81])
@@ -200,7 +240,7 @@ def test_a_good_valve_fits_as_well_as_any():
 @pytest.mark.parametrize("name", ["first order", "second order"])
 def test_the_good_valve_of_a_sticky_loop_gets_its_best_process(name):
     record = plain(run_of(KNOWN[name], 0.02, samples=500))
-    found = st.identify(record)
+    found = st.identify(record, period=np.inf)
     by_hand = linear_by_hand(record, np.geomspace(1.0, 80.0, 25), range(-1, 41))
     assert found.fit_linear >= by_hand - 1.0
     assert found.fit_linear <= by_hand + 6.0  # a second lag may help
@@ -306,7 +346,7 @@ def test_an_empty_record_is_too_short():
         st.identify(reference()[0].window(0, 0))
 
 
-@pytest.mark.parametrize("period", [0.0, -5.0, np.nan, np.inf, 0.01, 0.1, 3.9])
+@pytest.mark.parametrize("period", [0.0, -5.0, np.nan, -np.inf, 0.01, 0.1, 3.9])
 def test_a_period_is_positive_and_longer_than_a_few_samples(period):
     for identified in (st.identify, st.compare_models):
         with pytest.raises(ParameterError, match="period"):

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.comparison import ModelComparison, ModelShare
-from stiction.diagnosis.identification.identify import identify
+from stiction.diagnosis.identification.identify import searched
 from stiction.diagnosis.identification.interval import MODEL_ERROR
 from stiction.diagnosis.identification.model_fit import ModelFit, Tied, fit_model, fit_process
 from stiction.diagnosis.identification.model_result import independent_samples
 from stiction.diagnosis.identification.model_signals import signals_of
 from stiction.diagnosis.identification.stenman import fit_stenman
 from stiction.diagnosis.identification.three_parameter import fit_three_parameter
-from stiction.records.outliers import without_outliers
 from stiction.records.record import require_record
 
 if TYPE_CHECKING:
@@ -36,7 +35,8 @@ def compare_models(record: LoopRecord, *, period: float | None = None) -> ModelC
     record : LoopRecord
         A record with OP and PV; where it has MV, the stem itself is compared.
     period : float, optional
-        Period of the oscillation [s]; slow disturbances are then kept out.
+        Period of the oscillation [s]; slow disturbances are then kept out. It is found where it is not given, as
+        `identify` finds it; `inf` compares about the mean.
 
     Returns
     -------
@@ -73,8 +73,8 @@ def compare_models(record: LoopRecord, *, period: float | None = None) -> ModelC
     'kano'
     """
     require_record(record)
-    record = without_outliers(record)
-    known = identify(record, period=period)
+    dense = searched(record, period)
+    known, record, period = dense.closer().told, dense.record, dense.period
     signals = signals_of(record, period)
     stenman, kano = fit_stenman(signals, known), fit_model(signals, KANO, known)
     fits = {

@@ -15,20 +15,27 @@ from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.interval import interval
 from stiction.diagnosis.identification.piece import Piece, search_piece
 from stiction.diagnosis.identification.signals import Signals, pieces_of, prepare
+from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.oscillation.rhythm import SHORTEST
 from stiction.errors import ParameterError, RecordError
 from stiction.records.outliers import without_outliers
 from stiction.records.record import require_record
+from stiction.records.stretches import usable_part
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from stiction.diagnosis.identification.closer import Closer
     from stiction.diagnosis.identified import ControllerFit, Identification
+    from stiction.diagnosis.result import Oscillation
     from stiction.records.record import LoopRecord
 
-__all__ = ["Search", "identify", "search"]
+__all__ = ["Search", "identify", "periods_of", "search", "searched", "speaking"]
 
 MODELS = ("kano", "stenman", "three_parameter")
 """Valve models that are identified."""
+SHORTEST_PERIOD = 8
+"""Samples per period below which a local mean over one period says nothing about the valve."""
 
 
 def identify(
@@ -45,9 +52,9 @@ def identify(
         go on from (S, J), and compare the stem itself where the record has MV.
     period : float, optional
         Period of the oscillation [s]; slow disturbances are then kept out by comparing deviations from the
-        moving average over one period. Without it the record is compared about its mean, and a cycle that repeats
-        tells its dead time up to whole periods only, and the gain with it: `diagnose(record).oscillation.period` is
-        the one that is found.
+        moving average over one period. Without it the period is found as `diagnose` finds it, and where nothing
+        cycles the record is compared about its mean. `inf` asks for the mean, whatever cycles: then a cycle that
+        repeats tells its dead time up to whole periods only, and the gain with it.
     closer : bool
         Go on to the fine search; without it S and J are only as exact as the dense one.
 
@@ -65,6 +72,11 @@ def identify(
 
     Notes
     -----
+    What is found without a period is what `diagnose` finds, of a record that it analyses whole and in step: here the
+    record is taken as it is, stretches in manual included, and a PV that was stored late as well. Where no
+    oscillation is regular, the comparison about the likeliest period or about the mean speaks whose valve explains
+    more.
+
     Every (S, J / S) of a 24 x 10 grid up to the OP's swing (a limit cycle needs OP_pp >= S) is tried with 100
     processes, 10 lags (an integrator among them where the loop's kind is not known, behind one where it integrates) by
     10 dead times, by the error of the simulation. With a period
@@ -92,32 +104,106 @@ def identify(
     --------
     >>> import stiction as st
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
-    >>> found = st.identify(st.simulate(loop, sp=10.0, duration=2000.0, seed=1), period=162.0)
+    >>> found = st.identify(st.simulate(loop, sp=10.0, duration=2000.0, seed=1))
     >>> abs(found.S - 3.0) < 0.3
     True
     """
     require_record(record)
     if model not in MODELS:
         raise ParameterError(f"model = {model!r} is not identified; use {', '.join(map(repr, MODELS))}.")
-    if period is not None and not 0.0 < period < math.inf:
-        raise ParameterError(f"period = {period} s is not a period; give the oscillation's or leave it out.")
-    if period is not None and period < SHORTEST * record.dt:
-        raise ParameterError(
-            f"period = {period:g} s is shorter than {SHORTEST:g} samples of {record.dt:g} s, too short to be told from "
-            "noise; give the oscillation's, leave it out, or record faster."
-        )
-    record = without_outliers(record)
-    known = search(record, period)
+    known = searched(record, period)
     found = known.closer().told if closer else known.rough
     if model == "stenman":
         from stiction.diagnosis.identification.stenman import identify_stenman
 
-        return identify_stenman(record, found, period)
+        return identify_stenman(known.record, found, known.period)
     if model == "three_parameter":
         from stiction.diagnosis.identification.three_parameter import identify_three_parameter
 
-        return identify_three_parameter(record, found, period)
+        return identify_three_parameter(known.record, found, known.period)
     return found
+
+
+def searched(record: LoopRecord, period: float | None = None) -> Search:
+    """Search a record densely about the period given, or about the one that is found.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        A record with OP and PV.
+    period : float, optional
+        Period of the oscillation [s]; it is found where it is not given. `inf` compares about the mean of the record.
+
+    Returns
+    -------
+    Search
+        What was found in the record without values far off all others; its `period` is the one it was compared about.
+
+    Raises
+    ------
+    RecordError
+        When the record has no PV, no variation, or fewer than 30 samples with both OP and PV.
+    ParameterError
+        When `period` is not positive or shorter than four samples.
+    """
+    if period is not None and not period > 0.0:
+        raise ParameterError(
+            f"period = {period} s is not a period; give the oscillation's, leave it out to have it found, or give inf "
+            "to compare about the mean."
+        )
+    if period is not None and period < SHORTEST * record.dt:
+        raise ParameterError(
+            f"period = {period:g} s is shorter than {SHORTEST:g} samples of {record.dt:g} s, too short to be told from "
+            "noise; give the oscillation's, leave it out to have it found, or record faster."
+        )
+    record = without_outliers(record)
+    if period is not None:
+        return search(record, period if math.isfinite(period) else None)
+    part = usable_part(record)
+    oscillation = find_oscillation(part)
+    first, *others = periods_of(part, oscillation)
+    searches = [search(record, first)]
+    if not oscillation.oscillating:
+        searches += [search(record, other, searches[0].controller) for other in others]
+    return searches[speaking(searches, oscillation)]
+
+
+def periods_of(part: LoopRecord, oscillation: Oscillation) -> tuple[float | None, ...]:
+    """Periods about whose moving average a record is compared.
+
+    Parameters
+    ----------
+    part : LoopRecord
+        The stretch of it that is analysed.
+    oscillation : Oscillation
+        The oscillation found in that.
+
+    Returns
+    -------
+    tuple of float or None
+        That of the oscillation [s], or the likeliest one where none is regular, if it is neither too short nor too
+        long for a moving average; and None, for the mean.
+    """
+    fits = SHORTEST_PERIOD * part.dt < oscillation.period < part.duration / 2.0
+    return (oscillation.period, None) if fits else (None,)
+
+
+def speaking(searches: Sequence[Search], oscillation: Oscillation) -> int:
+    """Which of the comparisons about `periods_of` speaks: the first of a loop that oscillates, else the best one.
+
+    Parameters
+    ----------
+    searches : sequence of Search
+        The comparisons, in the order of `periods_of`.
+    oscillation : Oscillation
+        The oscillation found.
+
+    Returns
+    -------
+    int
+        Its index [-].
+    """
+    return 0 if oscillation.oscillating else max(range(len(searches)), key=lambda i: searches[i].rough.fit)
 
 
 @dataclass(frozen=True, slots=True)

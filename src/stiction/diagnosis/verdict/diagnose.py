@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.detection.evidence import judge
 from stiction.diagnosis.identification.controller import fit_controller
-from stiction.diagnosis.identification.identify import search
+from stiction.diagnosis.identification.identify import periods_of, search, speaking
 from stiction.diagnosis.identification.in_step import is_late, with_pv_earlier
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence
@@ -49,8 +49,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Findings", "diagnose", "findings"]
 
-SHORTEST_PERIOD = 8
-"""Samples per period below which a local mean over one period says nothing about the valve."""
 PLAIN_REASONS = ("exception", "compression", "missing", "op moves", "pv moves", "manual", "saturation")
 """Refusals that others follow from; that of a record which is too short as a whole comes before them."""
 
@@ -299,7 +297,7 @@ def _findings(record: LoopRecord, *, late: bool) -> Findings:
     searches = () if controller is None else _searched(gappy, oscillation, controller)
     if controller is None or not searches:
         return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, None, stem, late)
-    speaks = 0 if oscillation.oscillating else max(range(len(searches)), key=lambda i: searches[i].rough.fit)
+    speaks = speaking(searches, oscillation)
     closer = searches[speaks].closer()
     found = tuple(closer.recorded if i == speaks else one.rough for i, one in enumerate(searches))
     row = features(record, part, found, speaks, controller, oscillation, votes)
@@ -323,12 +321,9 @@ def _searched(part: LoopRecord, oscillation: Oscillation, controller: Controller
     searched closely.
     """
     try:
-        whole = search(part, None, controller)
-        if SHORTEST_PERIOD * part.dt < oscillation.period < part.duration / 2.0:
-            return search(part, oscillation.period, controller), whole
+        return tuple(search(part, period, controller) for period in periods_of(part, oscillation))
     except RecordError:
         return ()
-    return (whole,)
 
 
 def _verdict(probability: float) -> Verdict:
