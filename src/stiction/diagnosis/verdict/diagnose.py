@@ -12,6 +12,7 @@ from stiction.diagnosis.detection.evidence import judge
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.identify import periods_of, search, speaking
 from stiction.diagnosis.identification.in_step import is_late, with_pv_earlier
+from stiction.diagnosis.identification.swapped import are_swapped
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence
 from stiction.diagnosis.verdict.cause import named_cause, not_seen, stuck_or_not
@@ -55,6 +56,16 @@ PLAIN_REASONS = ("exception", "compression", "missing", "op moves", "pv moves", 
 LATE_SAID = "PV was stored a sample late, and is taken a sample earlier."
 """What is told of such a record."""
 
+SWAPPED_SAID = (
+    "OP and PV look swapped: what is named PV follows what is named OP by a controller's law all but exactly, and not "
+    "the other way round."
+)
+"""What is told of columns named wrongly."""
+SWAP = (
+    "Name the columns the other way round (--column op=NAME --column pv=NAME; columns= of read), then diagnose again."
+)
+"""What to do then."""
+
 STICKS, FOLLOWS = 0.45, 0.1
 """S over the OP's swing from which the identification by itself votes for stiction, and up to which against [-]: a loop
 that cycles because of its valve moves OP through the band and little more, noise and drift fit bands of a tenth."""
@@ -92,6 +103,8 @@ class Findings:
     """What the recorded valve position shows; None where none was recorded."""
     late: bool = False
     """Whether PV was stored a sample late, and is taken a sample earlier."""
+    swapped: bool = False
+    """Whether OP and PV surely stand in each other's columns; nothing is searched then."""
 
 
 def diagnose(record: LoopRecord) -> Diagnosis:
@@ -292,11 +305,12 @@ def _findings(record: LoopRecord, *, late: bool) -> Findings:
     stored = record.window(quality.first, quality.last)
     gappy = replace(part, op=stored.op, pv=stored.pv)
     controller = _controller(gappy) if quality.usable else None
-    if not late and controller is not None and is_late(controller):
+    swapped = controller is not None and are_swapped(gappy, controller)
+    if not (late or swapped) and controller is not None and is_late(controller):
         return _findings(with_pv_earlier(record), late=True)
-    searches = () if controller is None else _searched(gappy, oscillation, controller)
+    searches = () if controller is None or swapped else _searched(gappy, oscillation, controller)
     if controller is None or not searches:
-        return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, None, stem, late)
+        return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, None, stem, late, swapped)
     speaks = speaking(searches, oscillation)
     closer = searches[speaks].closer()
     found = tuple(closer.recorded if i == speaks else one.rough for i, one in enumerate(searches))
@@ -349,10 +363,12 @@ def _cannot_tell(seen: Findings) -> Diagnosis:
     first = ("length",) if quality.rows < LEAST_SAMPLES else PLAIN_REASONS
     refusals = sorted(quality.refusals, key=lambda gate: first.index(gate.name) if gate.name in first else len(first))
     why = (
-        " ".join(gate.why for gate in refusals[:2])
+        (SWAPPED_SAID if seen.swapped else "")
+        or " ".join(gate.why for gate in refusals[:2])
         or "OP or PV does not vary enough for a search; record while it does."
     )
     saturated = only_saturated(quality)
+    action = SWAP if seen.swapped else AT_LIMIT if saturated else "Record the loop again as the reason asks."
     return Diagnosis(
         record=seen.record,
         verdict="undecided",
@@ -360,7 +376,7 @@ def _cannot_tell(seen: Findings) -> Diagnosis:
         probability_before_doubts=UNKNOWN[0],
         cause="saturation" if saturated else "unknown",
         reason=f"The record cannot be judged: {why} The probability told is that of any loop.",
-        action=AT_LIMIT if saturated else "Record the loop again as the reason asks.",
+        action=action,
         oscillation=seen.oscillation,
         evidence=seen.evidence,
         quality=quality,
