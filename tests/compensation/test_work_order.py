@@ -52,7 +52,7 @@ def test_the_test_after_accepts_a_good_valve_and_no_other(S, J, verdict):
 @pytest.mark.parametrize(("S", "J"), [(0.5, 0.5), (0.8, 0.4), (1.6, 0.3)])
 def test_the_test_after_does_not_accept_a_small_S_as_it_was(run, S, J):
     limit = sum(kept(S))
-    assert f"deadband plus resolution at most {limit:.2g} % of span (half" in acceptance(S)[0]
+    assert f"deadband plus stickband, S, at most {limit:.2g} % of span (half" in acceptance(S)[0]
     for share, refused in ((1.0, True), (0.3, False)):
         record = stroked(plan_acceptance(50.0, S), share * S, share * min(J, 0.4 * S), noise=0.005)
         assert (st.analyse_steps(record, limit=limit).verdict == "beyond limit") == refused
@@ -90,7 +90,7 @@ def test_a_sticky_valve(run):
         "Packing",
         "Ramp test:",
         "Staircase of 0.1 % steps over 2 % up and down",
-        "deadband plus resolution at most 1 % of span",
+        "deadband plus stickband, S, at most 1 % of span",
         "Stroke in mm (S is 0.03, J 0.01 of the stroke): ____",
         "Work done, by / date: ____",
     ):

@@ -124,7 +124,7 @@ def analyse(
     Parameters
     ----------
     limit
-        Limit on deadband plus stickband (ramp) or resolution (step) in % of span (1).
+        Limit on deadband plus stickband, S, in % of span (1).
     signal
         mv (valve position) or pv (flow): what shows the stem; mv where it was recorded.
     lag

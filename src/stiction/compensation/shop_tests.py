@@ -100,14 +100,14 @@ def acceptance(S: float = math.inf) -> tuple[str, ...]:
     Examples
     --------
     >>> acceptance()[0]
-    'deadband plus resolution at most 1 % of span (the customary limit of EnTech 1998, after recollection)'
+    'deadband plus stickband, S, at most 1 % of span (the customary limit of EnTech 1998, after recollection)'
     """
     limit, source = sum(kept(S)), "EnTech 1998, after recollection"
     why = f"the customary limit of {source}"
     if limit < USUAL:
         why = f"half of what was found: the customary {USUAL:g} % would leave more of it; read with --limit {limit:.2g}"
     return (
-        f"deadband plus resolution at most {limit:.2g} % of span ({why})",
+        f"deadband plus stickband, S, at most {limit:.2g} % of span ({why})",
         f"overshoot at most 20 % of the step ({source})",
         "T86 of the 2 and 5 % steps within the maker's figure for this size of valve",
     )

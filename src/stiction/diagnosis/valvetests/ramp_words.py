@@ -21,7 +21,8 @@ BELOW_ZERO = 0.25
 def judge(sb: Estimate, sj: Estimate, S: Estimate, stuck: float, limit: float, signal: str) -> tuple[Verdict, str]:
     """Verdict on deadband plus stickband S [% of span], read from `signal`.
 
-    `stuck` is the longest OP travel without any slip [% of span].
+    `stuck` is the longest OP travel without any slip [% of span]. A stem that began somewhere in its band of S + J may
+    rest so long with half of it as S.
     """
     allowed = BELOW_ZERO * max(1.0, S.value if S.known else 0.0)
     for name, found in (("S, deadband plus stickband,", S), ("sb", sb), ("sj", sj)):
@@ -34,10 +35,11 @@ def judge(sb: Estimate, sj: Estimate, S: Estimate, stuck: float, limit: float, s
     if not S.known:
         if stuck > limit and signal == "pv":
             return "undecided", no_answer(stuck)
-        if stuck > limit:
+        if 0.5 * stuck > limit:
             return (
                 "beyond limit",
-                f"The stem did not move over {stuck:.3g} % of OP travel, above the limit of {limit:g} %.",
+                f"The stem did not move over {stuck:.3g} % of OP travel, so S, deadband plus stickband, is at least "
+                f"{0.5 * stuck:.3g} %; limit {limit:g} %.",
             )
         return "undecided", "S, deadband plus stickband, cannot be told from this test."
     text = f"S, deadband plus stickband, is {S.text()}, limit {limit:g} %."

@@ -44,7 +44,7 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
     signal : {"mv", "pv"}, optional
         What shows the stem; by default `mv` where it was recorded, else `pv`.
     limit : float
-        Limit on deadband plus resolution [% of span].
+        Limit on deadband plus stickband, S [% of span].
 
     Returns
     -------
@@ -60,13 +60,15 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
     Notes
     -----
     A reading is rounded up to a step. The deadband read from the turning point depends on where in the stick band
-    the reversal starts: it lies between S and S + J. Read from the last response it is S. Held steps cannot tell
-    the rate r: every published two- and three-parameter model gives the same stem for them.
+    the reversal starts: it lies between S and S + J. Read from the last response it is S, and S is what is judged, as
+    by a ramp test: the lost motion S - J and the resolution J together. Deadband and resolution as they are read would
+    count the jump twice. Held steps cannot tell the rate r: every published two- and three-parameter model gives the
+    same stem for them.
 
     References
     ----------
-    isa75_25_01, after: the terms deadband, resolution, dead time, T63, T86 and T98. The limit of 1 % on deadband
-    plus resolution is customary (entech1998, after).
+    isa75_25_01, after: the terms deadband, resolution, dead time, T63, T86 and T98. The limit of 1 % on backlash and
+    stiction together is customary (entech1998, after).
 
     Examples
     --------
@@ -90,7 +92,7 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
     S = rounded([r.from_last_move for r in turned], turned)
     unknown = steps_not_known(reading.signal, steps, turned, onwards)
     still = unanswered(steps, smallest, reading.signal == "mv")
-    verdict, reason = judge_steps(steps, readings, deadband, fine, still, limit, reading.signal)
+    verdict, reason = judge_steps(steps, readings, S, still, limit, reading.signal)
     dead_time, t63, t86, t98, overshoot = (
         middle([getattr(s, name) for s in steps]) for name in ("dead_time", "t63", "t86", "t98", "overshoot")
     )

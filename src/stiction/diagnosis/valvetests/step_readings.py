@@ -23,7 +23,7 @@ class Unanswered(NamedTuple):
     travel: float
     """The travel [% of span]."""
     sure: float
-    """What is left of it when the stem moved as far as its readings and the noise allow [% of span]."""
+    """What S is at least, if the stem moved as far as its readings and the noise allow [% of span]."""
     hidden: float
     """OP travel of the smallest response that the noise lets one see [% of span]."""
 
@@ -87,25 +87,25 @@ def lost_motion(steps: Sequence[Step], is_position: bool) -> Estimate:
 
 
 def unanswered(steps: Sequence[Step], smallest: float, is_position: bool) -> Unanswered:
-    """Longest OP travel that the stem did not answer, from the OP that it answered last.
+    """Find the OP travel without an answer that needs the largest S.
 
-    A stem rests while OP stays within a band of S + J, so no such travel is longer than deadband plus resolution.
-    `smallest` is the smallest response that can be seen [unit of the stem]; a flow's gain is at least that of the
-    whole test.
+    A stem that answered rests until OP has gone S back or J, which is no more, onwards. Before any answer it is not
+    known where in its band of S + J it rests, and half of the travel is sure. `smallest` is the smallest response that
+    can be seen [unit of the stem]; a flow's gain is at least that of the whole test.
     """
     given = float(np.ptp([steps[0].op_before, *(step.op_after for step in steps)]))
     seen = float(np.ptp([steps[0].stem_before, *(step.stem_after for step in steps)]))
     per_stem = 1.0 if is_position else given / (seen or 1.0)
     hidden = per_stem * smallest
     longest = Unanswered(0.0, 0.0, hidden)
-    op, stem = [steps[0].op_before], [steps[0].stem_before]
+    op, stem, answered = [steps[0].op_before], [steps[0].stem_before], False
     for step in steps:
         if step.responded:
-            op, stem = [], []
+            op, stem, answered = [], [], True
         op.append(step.op_after)
         stem.append(step.stem_after)
-        travel = float(np.ptp(op))
-        sure = travel - per_stem * float(np.ptp(stem)) - hidden
+        travel = float(np.abs(np.subtract(op, op[0])).max() if answered else np.ptp(op))
+        sure = (1.0 if answered else 0.5) * (travel - per_stem * float(np.ptp(stem)) - hidden)
         if sure > longest.sure:
             longest = Unanswered(travel, sure, hidden)
     return longest

@@ -26,16 +26,15 @@ MOST_AGAINST = 0.25
 def judge_steps(
     steps: Sequence[Step],
     readings: Sequence[BandReading],
-    deadband: Estimate,
-    fine: Estimate,
+    S: Estimate,
     still: Unanswered,
     limit: float,
     signal: str,
 ) -> tuple[Verdict, str]:
-    """Verdict on deadband plus resolution [% of span], read from `signal`.
+    """Verdict on deadband plus stickband S [% of span], read from `signal`.
 
     A response is seen late, and a reading too large, by what the noise hides: so much is taken off before a reading
-    counts against the limit. The lower end of a deadband is travel without a response, and counts as such.
+    counts against the limit. Its lower end is travel without a response, and counts as such.
     """
     what = "stem" if signal == "mv" else "flow"
     ways = [(step.stem_after - step.stem_before) * (step.op_after - step.op_before) for step in steps if step.responded]
@@ -48,29 +47,29 @@ def judge_steps(
             f"The {what} went against the OP in {against} of {len(ways)} responses, with it in the others: the OP is "
             "not what moves it. Step in manual, with nothing but OP moving it."
         )
-    least, total = deadband.low + fine.low - 2.0 * still.hidden, deadband.value + fine.value
+    least = S.low - still.hidden
     text = (
-        f"Deadband {deadband.value:.3g} % plus resolution {fine.value:.3g} % is {total:.3g} % "
-        f"(at least {min(max(least, still.sure), total):.3g} %), limit {limit:g} %."
+        f"S, deadband plus stickband, is {S.value:.3g} % "
+        f"(at least {min(max(least, still.sure, 0.0), S.value):.3g} %), limit {limit:g} %."
     )
     if least > limit:
         return "beyond limit", text
     if still.sure > limit:
         return "beyond limit", (
-            f"The {what} did not respond to {still.travel:.3g} % of OP travel, so deadband plus resolution is at least "
-            f"{still.sure:.3g} %; limit {limit:g} %."
+            f"The {what} did not respond to {still.travel:.3g} % of OP travel, so S, deadband plus stickband, is at "
+            f"least {still.sure:.3g} %; limit {limit:g} %."
         )
     if not ways:
         return (
             "undecided",
             f"The {what} did not respond to {given:.3g} % of OP travel; limit {limit:g} %. Step further.",
         )
-    if not deadband.known or not fine.known:
-        missing = "deadband (no reversal with a response)" if not deadband.known else "resolution"
-        return "undecided", f"The test does not show the {missing}."
-    if total <= limit * (1.0 + 1e-9):
+    if not S.known:
+        return "undecided", "The test does not show S, deadband plus stickband (no reversal with a response)."
+    finest = min(r.step for r in readings if r.kind == "deadband")
+    # Where noise hides whole steps the response before the reversal may have been seen late, and S be read too small.
+    if S.value + (still.hidden if still.hidden > finest else 0.0) <= limit * (1.0 + 1e-9):
         return "within limit", text
-    finest = max(min(r.step for r in readings if r.kind == kind) for kind in ("deadband", "resolution"))
     if still.hidden > finest:
         return "undecided", f"{text} The noise hides responses below {still.hidden:.3g} %: hold the steps longer."
     return "undecided", f"{text} {_finer(steps, finest)}"
