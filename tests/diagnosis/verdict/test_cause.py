@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -136,7 +137,10 @@ def test_a_jump_that_cannot_be_told_is_told():
     assert reason.endswith(f"J cannot be told from this record. {play}")
     assert told("stiction", 0.8, found=replace(wide, J_low=0.5)).reason.endswith("J cannot be told from this record.")
     causes = {"stiction": 1.0, **dict.fromkeys(NAMES, 0.0)}
-    assert "J cannot" not in named_cause("stiction", causes, wide, RHYTHM, 1.0, by_position=True).reason
+    by_position = named_cause("stiction", causes, wide, RHYTHM, 1.0, by_position=True).reason
+    assert "J cannot" not in by_position
+    assert "and J = " in by_position
+    assert "J = " not in reason
     unlikely = "J alone does not exclude play (deadband); by all that was found its probability is <0.01."
     assert told("stiction", 0.8, found=replace(FOUND, J_low=0.0)).reason.endswith(unlikely)
     assert "play" not in told("stiction", 0.8).reason
@@ -156,6 +160,15 @@ def test_identification_and_verdict_say_it_alike():
     assert found.verdict == "stiction"
     assert J_UNKNOWN in found.identification.reason
     assert J_UNKNOWN in found.reason
+
+
+def test_where_the_position_was_recorded_J_is_found_and_told():
+    loop = st.Loop(st.PID(0.4, 5.0), st.Kano(4.0, 1.0), st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=0.5)
+    found = st.diagnose(st.simulate(loop, 70.0, 600.0, 6.0, seed=1, pv_start=70.0, op_start=50.0, loop_type="flow"))
+    assert found.identification is not None
+    assert pytest.approx(1.0, abs=0.1) == found.identification.J
+    assert re.search(r"A sticky valve with S = 4\.0+ % \(95 % [\d.]+ to [\d.]+\) and J = (1\.0|0\.9)", found.reason)
+    assert J_UNKNOWN not in found.reason + found.identification.reason
 
 
 @pytest.mark.parametrize("p", [0.53, 0.6, 0.74])

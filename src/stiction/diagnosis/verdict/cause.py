@@ -103,7 +103,7 @@ def named_cause(
     swing : float
         What OP moves over, in that unit.
     by_position : bool
-        Whether S and J are those of the recorded valve position: that they leave J open is then not told.
+        Whether S and J are those of the recorded valve position: J is then told with its interval, however long.
 
     Returns
     -------
@@ -115,8 +115,7 @@ def named_cause(
     deciding = _deciding(oscillation, dt, kind_known)
     unsure = UNSURE[0] < causes["stiction"] < UNSURE[1]
     if verdict == "stiction":
-        J_unknown = J_UNKNOWN if found.J_open and not by_position else ""
-        return _stiction(found, causes, counted, J_unknown, deciding if unsure else "", unit)
+        return _stiction(found, causes, counted, deciding if unsure else "", unit, by_position=by_position)
     if verdict == "undecided":
         reason = _undecided(likely[0], causes, found, counted) + _rival(found, oscillation)
         return Cause("unknown", reason, deciding)
@@ -227,14 +226,18 @@ def _stiction(
     found: Identification,
     causes: Mapping[str, float],
     counted: Sequence[Counted],
-    J_unknown: str,
     deciding: str,
     unit: str,
+    *,
+    by_position: bool,
 ) -> Cause:
     S, low, high = interval(found.S, found.S_low, found.S_high)
-    reason = f"A sticky valve with S = {S} {unit} (95 % {low} to {high}) {_for(found, counted)}."
-    if J_unknown:
-        reason += f" {J_unknown}"
+    J, J_low, J_high = interval(found.J, found.J_low, found.J_high)
+    # The interval that a position leaves is made longer than its error, so that it holds an unseen trip as well.
+    jump = f" and J = {J} {unit} ({J_low} to {J_high})" if by_position else ""
+    reason = f"A sticky valve with S = {S} {unit} (95 % {low} to {high}){jump} {_for(found, counted)}."
+    if found.J_open and not by_position:
+        reason += f" {J_UNKNOWN}"
     if found.J_low <= J_MAY_BE_NONE * found.S:
         play = chance(causes["deadband"])
         reason += (
