@@ -206,6 +206,7 @@ def test_summer_time(table, read_text):
         pv, op = np.round(np.sin(k / 9.0), 3), np.round(50 + np.cos(k / 9.0), 3)
         [record] = read_text(table("Time,PV,OP", cells, pv, op))
         assert (record.dt, len(record), record.provenance.clock_jumps) == (60.0, 300, 1)
+        assert record.provenance.summer_time == 1
         np.testing.assert_array_equal(record.op, op)
         assert any("summer time" in guess for guess in record.provenance.guesses)
 

@@ -362,6 +362,22 @@ def test_clock_jumps_of_the_reader(good):
     assert faults(record) == {"clock": "lowers"}
 
 
+def test_a_change_of_summer_time_that_was_undone_lowers_nothing(good):
+    record = replace(good, provenance=replace(good.provenance, clock_jumps=1, summer_time=1))
+    assert faults(record) == {}
+    assert "summer time was undone" in gate(record, "clock").why
+    other = replace(good, provenance=replace(good.provenance, clock_jumps=2, summer_time=1))
+    assert faults(other) == {"clock": "lowers"}
+
+
+def test_an_hour_that_was_lost_then_is_no_change_of_summer_time(good):
+    keep = np.r_[0:500, 530:N]
+    told = replace(good.provenance, clock_jumps=1, summer_time=1)
+    record = replace(good, op=good.op[keep], pv=good.pv[keep], provenance=told)
+    assert analysis_window(record)[0] in (501, 502)
+    assert faults(record) == {"clock": "lowers"}
+
+
 @settings(deadline=None, max_examples=60)
 @given(data=some.data(), n=some.integers(0, 80))
 def test_window_holds_nothing_bad_and_is_the_longest(data, n):

@@ -19,7 +19,7 @@ from stiction.records.storage import (
     straight,
     swing,
 )
-from stiction.records.stretches import unreached
+from stiction.records.stretches import torn, unreached
 
 __all__ = [
     "averaging",
@@ -175,9 +175,13 @@ def replay(view: View) -> Gate | None:
 
 def clock(view: View) -> Gate:
     """Count clock changes that the reader met."""
-    jumps = view.record.provenance.clock_jumps
+    told = view.record.provenance
+    # The hour of a change of summer time tells itself, but only where OP and PV go on are no rows lost beside it.
+    undone = told.summer_time if told.summer_time and not torn(view.record).any() else 0
+    jumps = told.clock_jumps - undone
     seen = f"The clock jumped {number_of(jumps, 'time')}; see what the reader guessed, or cut the record there."
-    why = seen if jumps else "The clock runs evenly."
+    even = "The change of summer time was undone; OP and PV go on." if undone else "The clock runs evenly."
+    why = seen if jumps else even
     return at_most("clock", jumps, 0, np.inf, why)
 
 

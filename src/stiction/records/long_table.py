@@ -21,7 +21,7 @@ from stiction.records.table import Columns
 from stiction.records.timestamps import Stamps, is_stamp
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -220,9 +220,14 @@ def widened(
     clocks = [untangled(Stamps(stamps.seconds[known][rows], stamps.kind)) for rows in mine]
     columns_of = [(clock.seconds, list(values[rows])) for clock, rows in zip(clocks, mine, strict=True)]
     guesses += dict.fromkeys(guess for clock in clocks for guess in clock.guesses)
-    jumps = max(clock.clock_jumps for clock in clocks)
+    jumps = _jumps(clocks)
     units = [usual_unit(cells[:_LOOK_AHEAD], table.decimal) for _, cells in columns_of]
-    return _joined(table, names, columns_of, Stamps(stamps.seconds, stamps.kind, guesses, clock_jumps=jumps), units)
+    return _joined(table, names, columns_of, Stamps(stamps.seconds, stamps.kind, guesses, None, *jumps), units)
+
+
+def _jumps(clocks: Iterable[Stamps]) -> tuple[int, int]:
+    """Most jumps of any clock, and how many of that one's were changes of summer time."""
+    return max(((clock.clock_jumps, clock.summer_time) for clock in clocks), key=lambda one: (one[0], -one[1]))
 
 
 def _owned(tags: NDArray[np.object_], owners: NDArray[np.object_]) -> NDArray[np.object_]:
@@ -274,8 +279,8 @@ def apart(
         rows = [k for k, cell in enumerate(cells) if cell.strip().upper() not in empty and np.isfinite(seconds[k])]
         stored[column] = seconds[rows], [cells[k] for k in rows]
     guesses = list(dict.fromkeys(guess for one in stamps.values() for guess in one.guesses))
-    jumps = max(one.clock_jumps for one in stamps.values())
-    told = Stamps(first.seconds, first.kind, guesses, clock_jumps=jumps)
+    jumps = _jumps(stamps.values())
+    told = Stamps(first.seconds, first.kind, guesses, None, *jumps)
     return [
         _joined(table, [names[i] for i in own], [stored[i] for i in own], told, [units[i] for i in own])
         for own in groups

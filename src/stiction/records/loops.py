@@ -276,6 +276,7 @@ def _loop(
             bad=int(missing.sum()),
             bad_texts=dict(texts),
             clock_jumps=grid.clock_jumps,
+            summer_time=grid.summer_time,
             made_up=_made_up(table, grid, [signals[role] for role in ("op", "pv") if role in signals]),
             pv_unit=units[signals["pv"]] if units and "pv" in signals else "",
             op_unit=units[signals["op"]] if left else "",

@@ -47,6 +47,8 @@ class Provenance:
     """Text found in the place of a number ("Bad Input") -> how often."""
     clock_jumps: int = 0
     """Times that the clock ran backwards or changed to or from summer time."""
+    summer_time: int = 0
+    """How many of `clock_jumps` were changes to or from summer time, undone, with no row missing beside them."""
     made_up: int = 0
     """Samples for which the reader held an earlier value, as the time stamps were uneven."""
     outliers: int = 0

@@ -42,6 +42,8 @@ class Grid:
     """Sampling period [s]."""
     start: datetime | None = None
     clock_jumps: int = 0
+    summer_time: int = 0
+    """How many of these were changes to or from summer time."""
     guesses: list[str] = field(default_factory=list)
 
 
@@ -78,7 +80,7 @@ def regular_grid(
         When fewer than two stamps are understood, time stands still, more than `MOST_SHARED` of the rows share a stamp
         and differ, or the stamps span far more than was recorded.
     """
-    grid = Grid(np.empty(0, dtype=np.int64), dt or 1.0, clock_jumps=stamps.clock_jumps)
+    grid = Grid(np.empty(0, dtype=np.int64), dt or 1.0, clock_jumps=stamps.clock_jumps, summer_time=stamps.summer_time)
     known = np.flatnonzero(np.isfinite(stamps.seconds))
     lost = len(stamps.seconds) - len(known)
     if dt is not None and (len(known) < 2 or np.ptp(stamps.seconds[known]) == 0.0):
@@ -129,7 +131,10 @@ def untangled(stamps: Stamps) -> Stamps:
     t, rows = _in_order(stamps.seconds[known], known, stamps.kind, grid)
     seconds = np.full(stamps.seconds.size, np.nan)
     seconds[rows] = _spread_rounded(t, rows, grid)
-    return replace(stamps, seconds=seconds, guesses=[*stamps.guesses, *grid.guesses], clock_jumps=grid.clock_jumps)
+    return replace(
+        stamps, seconds=seconds, guesses=[*stamps.guesses, *grid.guesses],
+        clock_jumps=grid.clock_jumps, summer_time=grid.summer_time,
+    )  # fmt: skip
 
 
 def _in_order(t: NDArray, rows: NDArray, kind: str, grid: Grid) -> tuple[NDArray, NDArray]:
@@ -166,12 +171,14 @@ def _undo_summer_time(t: NDArray, usual: float, grid: Grid) -> NDArray:
         if _clocks_change(moment):
             shift[k + 1 :] += _HOUR
             grid.clock_jumps += 1
+            grid.summer_time += 1
             grid.guesses.append(f"The clock goes back one hour at {moment}: taken as the end of summer time.")
     for k in np.flatnonzero(np.abs(steps - _HOUR - usual) < near):
         moment = _moment(float(t[k]), "local")
         if _clocks_change(moment):
             shift[k + 1 :] -= _HOUR
             grid.clock_jumps += 1
+            grid.summer_time += 1
             grid.guesses.append(f"The clock goes forward one hour at {moment}: taken as the start of summer time.")
     return t + shift
 

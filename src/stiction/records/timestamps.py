@@ -91,6 +91,8 @@ class Stamps:
     """Row and text of the first cell that was not understood."""
     clock_jumps: int = 0
     """Times that the clock jumped, as far as that was mended."""
+    summer_time: int = 0
+    """How many of them were changes to or from summer time."""
 
 
 def is_clock(cell: str) -> bool:
