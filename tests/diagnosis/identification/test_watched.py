@@ -80,7 +80,8 @@ def one_by_one(op, y, rows, cap, loose, least):
 @given(
     seed=some.integers(0, 10_000), n=some.sampled_from([1, 7, 20, LANES, 2 * LANES + 5]),
     searches=some.sampled_from([1, 2]), cap=some.sampled_from([0.2, 0.8, np.inf]),
-    loose=some.sampled_from([0.0, 0.3, 1.0]), least=some.sampled_from([np.inf, 1e300, 0.05]), missing=some.sampled_from([0.0, 0.2]),
+    loose=some.sampled_from([0.0, 0.3, 1.0]), least=some.sampled_from([np.inf, 1e300, 0.05]),
+    missing=some.sampled_from([0.0, 0.2]),
 )  # fmt: skip
 def test_valves_side_by_side_leave_what_they_leave_one_by_one(seed, n, searches, cap, loose, least, missing):
     rng = np.random.default_rng(seed)
