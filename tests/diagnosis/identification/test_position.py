@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 import stiction as st
 from stiction.diagnosis.identification.position import noise_of, watch
-from stiction.diagnosis.identification.watched import watched
+from stiction.diagnosis.identification.watched import watched, work_space
 
 N = 1500
 
@@ -24,10 +24,17 @@ def wandering(seed, n=N):
 
 def left(op, y, *, S, J, slope=1.0, offset=0.0, decay=0.0, late=0, stops=0.0):
     """Mean square that one valve leaves, after what it began with is forgotten."""
-    out, turns = np.empty((2, 1))
-    rows = np.array([[S, J, slope, offset, decay, late, stops]])
-    watched(op, y, rows, np.inf, 0.0, op.size // 3, np.inf, out, turns)
-    return float(out[0])
+    return float(all_left(op, y, [[S, J / S, slope, offset, 0.0, late, stops]], [decay])[0])
+
+
+def all_left(op, y, rows, decay, *, cap=np.inf, loose=0.0, begin=None, least=np.inf):
+    """Mean squares that some valves leave."""
+    out, known = np.empty(len(rows)), np.concatenate([[0], np.cumsum(~np.isnan(y))])
+    watched(
+        op, y, known, 0.0, np.array(rows), np.array(decay), cap, loose, begin or op.size // 3,
+        np.atleast_1d(np.array(least, dtype=float)), out, *work_space(op.size),
+    )  # fmt: skip
+    return out
 
 
 @settings(deadline=None, max_examples=40)

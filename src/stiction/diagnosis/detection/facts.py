@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.result import Evidence, Oscillation
     from stiction.records.record import LoopRecord
 
-__all__ = ["FACTS", "MethodFacts", "detect_all"]
+__all__ = ["FACTS", "MethodFacts", "detect_all", "with_stem"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ FACTS: dict[str, MethodFacts] = {
     ),
     "yamashita": MethodFacts(
         yamashita,
-        signals=("op", "pv"),
+        signals=("op", "pv", "mv"),
         holds_for="flow, pressure",
         asks="Does OP move while the flow is still?",
         rule="rho_3: stiction from 0.25, none below",
@@ -96,7 +96,7 @@ FACTS: dict[str, MethodFacts] = {
     ),
     "kano_patterns": MethodFacts(
         kano_patterns,
-        signals=("op", "pv"),
+        signals=("op", "pv", "mv"),
         holds_for="flow, pressure, level",
         asks="How long is the valve still while OP moves?",
         rule="rho: stiction from 0.5, none to 0.41",
@@ -159,3 +159,35 @@ def detect_all(record: LoopRecord, oscillation: Oscillation) -> tuple[Evidence, 
     {'stiction'}
     """
     return tuple(facts.function(record, oscillation) for facts in FACTS.values())
+
+
+def with_stem(record: LoopRecord, oscillation: Oscillation, rows: tuple[Evidence, ...]) -> tuple[Evidence, ...]:
+    """What `detect_all` says of a record with its valve's position, from what it says of it without.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        The loop, with the position.
+    oscillation : Oscillation
+        What `find_oscillation` says of the record.
+    rows : tuple of Evidence
+        Those of the same record without it.
+
+    Returns
+    -------
+    tuple of Evidence
+        The same, anew where a method looks at the position.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> import stiction as st
+    >>> from stiction.diagnosis.oscillation import find_oscillation
+    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    >>> record = st.simulate(loop, sp=10.0, duration=2000.0, loop_type="flow")
+    >>> found = find_oscillation(record)
+    >>> with_stem(record, found, detect_all(replace(record, mv=None), found)) == detect_all(record, found)
+    True
+    """
+    asked = zip(FACTS.values(), rows, strict=True)
+    return tuple(facts.function(record, oscillation) if "mv" in facts.signals else row for facts, row in asked)

@@ -8,13 +8,21 @@ the best valves of a grid and of those that plain moves of the position tell (se
 
 from __future__ import annotations
 
-from itertools import zip_longest
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.moves import told_by_moves
-from stiction.diagnosis.identification.watched import watched
+from stiction.diagnosis.identification.position_trials import (
+    DELAYS,
+    LAGS,
+    by_turns,
+    draws,
+    first_apart,
+    grid,
+    near_by,
+    told,
+)
+from stiction.diagnosis.identification.watched import LATEST, decays, turns_of, watched, work_space
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -39,16 +47,6 @@ PLAINLY = 0.7
 """Correlation with OP below which the position may also go the other way [-]."""
 CALIBRATED, FREE = 0.04, 0.5
 """How far a slope may be from a known one, and from one guessed from the swings [-]."""
-DELAYS = ((0.3, 0), (2.0, 0), (0.3, 1), (0.3, 2))
-"""Lags and whole samples late that are tried at first, with every valve [samples]."""
-LAGS = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
-"""Lags tried at first with a good valve [samples]."""
-SOME_LAGS = (0.3, 2.0)
-"""Lags tried at first with a valve that the moves tell [samples]."""
-OFF = np.array([-0.04, 0.0, 0.04])
-"""Levels tried at first, about that on which the position lies evenly, as shares of OP's swing [-]."""
-LATEST = 3
-"""Latest samples that a position may come [-]."""
 FIRST_LOOK, LONGEST = 1000, 6000
 """Samples of the first look, and the most that are compared [-]."""
 CLOSER = (
@@ -56,12 +54,12 @@ CLOSER = (
 )  # fmt: skip
 """Of each closer search: least noise that the position is taken to have, as a share of its swing, how loose slips are,
 size of the first steps, valves it starts from, rounds, valves tried in each, and samples that are looked at [-]."""
+SLOWER = 0.65
+"""Factor of the steps after a round in which no better valve was found [-]."""
+MUCH = 1e300
+"""More than any valve leaves [squares of the position's unit]."""
 FEWER = 3
 """One valve in so many of those is gone on from where a good one is searched: its band hardly tells [-]."""
-STEPS = np.array([0.06, 0.06, 0.02, 0.08, 0.4, 0.8, 0.0])
-"""First steps of a closer search: of how far OP goes from a resting stem before it slips and of how far a moving one
-stays behind OP (both in S), of the slope (relative), of the level (in S), of the lag (relative) and of how late it is
-[samples]."""
 
 
 class Watched(NamedTuple):
@@ -112,41 +110,44 @@ class Watching(NamedTuple):
 
 
 class _Sight(NamedTuple):
-    """What is compared."""
+    """What is compared, and room for it."""
 
     op: NDArray[np.float64]
     y: NDArray[np.float64]
+    known: NDArray[np.int64]
     mean: float
     noise: float
     swing: float
+    work: tuple[NDArray[np.float64], NDArray[np.float64]]
     cap: float = np.inf
 
     def sigma(self, share: float) -> float:
         """Noise of the position, or that share of its swing where it is less."""
         return max(self.noise, share * self.swing)
 
-    def by(self, share: float) -> _Sight:
-        """The same with a stem that is taken to be where it is seen when it is off by `CAP` of that."""
-        return self._replace(cap=CAP * self.sigma(share))
+    def by(self, share: float, n: int) -> _Sight:
+        """The first `n` samples, with a stem that is taken to be where it is seen when it is off by `CAP` of that."""
+        return self._replace(op=self.op[:n], y=self.y[:n], cap=CAP * self.sigma(share))
 
     def left(
-        self, rows: NDArray[np.float64], n: int, loose: float, least: float = np.inf
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """What rows of S, J / S, slope, level, lag and lateness leave of the first `n` samples, and their turns."""
-        asked = rows.copy()
-        asked[:, 1] *= rows[:, 0]
-        asked[:, 3] -= rows[:, 2] * self.mean
-        with np.errstate(divide="ignore"):
-            asked[:, 4] = np.exp(-1.0 / rows[:, 4])
-        left, turns = np.empty((2, len(rows)))
-        n = min(n, self.op.size)
-        watched(self.op[:n], self.y[:n], asked, self.cap, loose, n // 50 + LATEST, least, left, turns)
-        return left, turns
+        self, rows: NDArray[np.float64], loose: float, least: float | NDArray[np.float64] = np.inf
+    ) -> NDArray[np.float64]:
+        """What rows of S, J / S, slope, level, lag, lateness and rests leave; see `watched`."""
+        left = np.empty(len(rows))
+        watched(
+            self.op, self.y, self.known, self.mean, rows, decays(rows[:, 4]), self.cap, loose,
+            self.op.size // 50 + LATEST, np.array(least, dtype=float, ndmin=1), left, *self.work,
+        )  # fmt: skip
+        return left
+
+    def turns(self, row: NDArray[np.float64]) -> int:
+        """How often the stem of such a row sets out in another direction."""
+        return turns_of(self.op, self.y, self.mean, row, decays(row[4:5])[0], self.cap, 0.0, self.work[0])
 
     def explained(self, found: Watched) -> float:
         """Share of the position's variance that a valve explains when it is not corrected by what is seen [-]."""
         row = np.array([[found.S, found.J / found.S if found.S > 0.0 else 0.0, *found[2:7]]])
-        left, _ = self._replace(cap=np.inf).left(row, self.op.size, 0.0)
+        left = self._replace(cap=np.inf).left(row, 0.0)
         return 1.0 - float(left[0]) / float(np.nanvar(self.y))
 
 
@@ -257,56 +258,25 @@ def watch(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> Watch
     op, y = np.ascontiguousarray(op[seen]), np.ascontiguousarray(y[seen])
     slopes, of_unit = _slopes(op, y, step)
     noise = min(noise_of(one, step) for one in (y, *(y - slope * op for slope in slopes)))
-    sight = _Sight(op, y, float(op.mean()), noise, swing_of(y))
-    wide, whole, least = CALIBRATED if of_unit else FREE, float(np.ptp(op)), LEAST * swing_of(op)
+    known = np.concatenate([[0], np.cumsum(~np.isnan(y))])
+    sight = _Sight(op, y, known, float(op.mean()), noise, swing_of(y), work_space(y.size))
+    swing, whole = swing_of(op), float(np.ptp(op))
+    wide, least = CALIBRATED if of_unit else FREE, LEAST * swing
     bands, shares = np.geomspace(1.1 * least, whole, 26), np.array([0.2, 0.5, 0.8, 1.0])
     plain, good = np.zeros(1), [(lag, late) for lag in LAGS for late in range(LATEST + 1)]
     searches = (
-        (_grid(sight, plain, plain, slopes, good), (0.0, least), (0.0, 1.0)),
-        (_grid(sight, bands, plain, slopes, DELAYS), (least, whole), (0.0, JUMP)),
-        (_grid(sight, bands, shares, slopes, DELAYS, (0.0, 1.0)), (least, whole), (JUMP, 1.0)),
+        (grid(op, y, swing, plain, plain, slopes, good), (0.0, least), (0.0, 1.0)),
+        (grid(op, y, swing, bands, plain, slopes, DELAYS), (least, whole), (0.0, JUMP)),
+        (grid(op, y, swing, bands, shares, slopes, DELAYS, (0.0, 1.0)), (least, whole), (JUMP, 1.0)),
     )
-    told, found = _told(sight, slopes), []
+    by_moves, found = told(op, y, noise, slopes), []
     for rows, S, J in searches:
-        inside = np.clip(told, (S[0], J[0], *5 * [-np.inf]), (S[1], J[1], *5 * [np.inf]))
+        inside = np.clip(by_moves, (S[0], J[0], *5 * [-np.inf]), (S[1], J[1], *5 * [np.inf]))
         found.append(_best(sight, np.concatenate([rows, inside]), S, J, slopes, wide))
     return Watching(
         good=found[0], deadband=found[1], stiction=found[2], noise=noise / abs(found[0].slope),
         explained=max(map(sight.explained, found)), spread=float(np.nanvar(y)) / sight.sigma(FINEST) ** 2,
     )  # fmt: skip
-
-
-def _grid(
-    sight: _Sight,
-    S: NDArray[np.float64],
-    ratio: NDArray[np.float64],
-    slopes: NDArray[np.float64],
-    delays: list[tuple[float, int]] | tuple[tuple[float, int], ...],
-    stops: tuple[float, ...] = (0.0,),
-) -> NDArray[np.float64]:
-    """All rows of these, each on the level about which the position lies evenly."""
-    rows = []
-    for slope in slopes:
-        off = np.nanpercentile(sight.y - slope * sight.op, (2, 98) if S[-1] > 0.0 else (50, 50))
-        level = 0.5 * float(np.sum(off)) + slope * sight.mean
-        for lag, late in delays:
-            levels = level + slope * OFF * swing_of(sight.op)
-            axes = np.meshgrid(S, ratio, slope, levels, lag, late, stops, indexing="ij")
-            rows.append(np.stack([axis.ravel() for axis in axes], axis=1))
-    return np.concatenate(rows)
-
-
-def _told(sight: _Sight, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rows of the valves that the plain moves of the position tell, with stems that go on and that rest."""
-    rows = []
-    for slope in slopes:
-        for late in range(LATEST + 1):
-            told = told_by_moves(sight.op[: sight.op.size - late], sight.y[late:], slope, sight.noise)
-            if told is not None:
-                S, J, level = told
-                at_mean = level + slope * sight.mean
-                rows += [[S, J / S, slope, at_mean, lag, late, stops] for lag in SOME_LAGS for stops in (0.0, 1.0)]
-    return np.array(rows).reshape(-1, 7)
 
 
 def _best(
@@ -318,83 +288,40 @@ def _best(
     wide: float,
 ) -> Watched:
     """The best valve within bounds, searched closer and closer from the best of `rows`."""
-    rng, tried = np.random.default_rng(0), []
-    left, _ = sight.by(FINEST).left(rows, FIRST_LOOK, 1.0)
-    rows = rows[np.argsort(left)]
-    starts, best = [row for stops in (0.0, 1.0) for row in _apart(rows[rows[:, 6] == stops])], rows[0]
-    for share, loose, wide_at_first, keep, rounds, tries, n in CLOSER:
-        valleys, close = [], sight.by(share)
-        for row in _by_turns(starts)[: keep if S[0] > 0.0 else -(-keep // FEWER)]:
-            left, _ = close.left(row[np.newaxis], n, loose)
-            best, error, near = row, float(left[0]), wide_at_first
-            slope = min(slopes, key=lambda one: abs(one - row[2]))
-            for _ in range(rounds):
-                near_by = _about(best, rng, near, tries, S, ratio, sight.sigma(FINEST))
-                near_by[:, 2] = slope * np.clip(near_by[:, 2] / slope, 1.0 - wide, 1.0 + wide)
-                left, _ = close.left(near_by, n, loose, error if n == LONGEST else 0.5 * error)
-                if share == CLOSER[-1][0]:
-                    tried.append(np.column_stack([near_by[:, 0], near_by[:, 0] * near_by[:, 1], left]))
-                i = int(left.argmin())
-                if left[i] < error:
-                    best, error = near_by[i], float(left[i])
-                else:
-                    near *= 0.65
-            valleys.append((error, tuple(best)))
-        starts = [np.array(one) for _, one in sorted(valleys)]
-        best = starts[0]
-    left, turns = sight.by(FINEST).left(best[np.newaxis], LONGEST, 0.0)
+    left = sight.by(FINEST, FIRST_LOOK).left(rows, 1.0, MUCH)
+    rows, tried = rows[np.argsort(left)], []
+    starts = [row for stops in (0.0, 1.0) for row in first_apart(rows[rows[:, 6] == stops], CLOSER[0][3])]
+    shapes = _searches(len(starts), FEWER if S[0] == 0.0 else 1)
+    for (share, loose, wide_at_first, _, rounds, tries, n), chance in zip(CLOSER, draws(shapes), strict=True):
+        close, some = sight.by(share, n), np.arange(chance.shape[1])
+        best = np.array(by_turns(starts)[: some.size])
+        error, near, tried = close.left(best, loose), np.full(some.size, wide_at_first), []
+        slope = slopes[np.abs(slopes - best[:, 2:3]).argmin(axis=1)]
+        bounds = np.array([(*S, *ratio, one, 1.0 - wide, 1.0 + wide) for one in slope])
+        for k in range(rounds):  # of all searches at once: none knows of another
+            others = near_by(best, near, chance[:, :, k], bounds, sight.sigma(FINEST))
+            left = close.left(others.reshape(-1, 7), loose, error if n == LONGEST else 0.5 * error).reshape(-1, tries)
+            tried.append((others, left))
+            i = left.argmin(axis=1)
+            better = left[some, i] < error
+            best = np.where(better[:, np.newaxis], others[some, i], best)
+            error, near = np.where(better, left[some, i], error), np.where(better, near, SLOWER * near)
+        starts = [np.array(one) for _, one in sorted(zip(error, map(tuple, best), strict=True))]
+    best, last = starts[0], sight.by(FINEST, LONGEST)
+    rows, left = (np.stack(part, axis=1) for part in zip(*tried, strict=True))
+    rows, left = rows.reshape(-1, 7), left.ravel() / sight.sigma(CLOSER[-1][0]) ** 2
     band, share, slope, level, lag, late, stops = (float(x) for x in best)
     return Watched(
         S=band, J=band * share, slope=slope, level=level, lag=lag, late=round(late), stops=stops,
-        left=float(left[0]) / sight.sigma(FINEST) ** 2, turns=int(turns[0]),
-        tried=np.concatenate(tried) / (1.0, 1.0, sight.sigma(CLOSER[-1][0]) ** 2),
+        left=float(last.left(best[np.newaxis], 0.0)[0]) / sight.sigma(FINEST) ** 2, turns=last.turns(best),
+        tried=np.column_stack([rows[:, 0], rows[:, 0] * rows[:, 1], left]),
     )  # fmt: skip
 
 
-def _apart(rows: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """The first rows that are apart from those before them in S, J / S or scale."""
-    found: list[NDArray[np.float64]] = []
-    for row in rows:
-        if all(
-            abs(row[0] - one[0]) > 0.1 * one[0] or abs(row[1] - one[1]) > 0.25 or row[2] != one[2]
-            or abs(row[4] + row[5] - one[4] - one[5]) > 1.0 + 0.3 * one[4]
-            for one in found
-        ):  # fmt: skip
-            found.append(row)
-            if len(found) == CLOSER[0][3]:
-                break
-    return found
-
-
-def _by_turns(rows: list[NDArray[np.float64]]) -> list[NDArray[np.float64]]:
-    """Rows with stems that go on and with such as rest by turns: no step of a search leads from one to the other."""
-    goes_on, rests = ([row for row in rows if row[6] == stops] for stops in (0.0, 1.0))
-    return [row for pair in zip_longest(goes_on, rests) for row in pair if row is not None]
-
-
-def _about(
-    row: NDArray[np.float64],
-    rng: np.random.Generator,
-    near: float,
-    tries: int,
-    S: tuple[float, float],
-    ratio: tuple[float, float],
-    noise: float,
-) -> NDArray[np.float64]:
-    """Rows about one, some of its entries changed.
-
-    S and J are changed by (S + J) / 2, which says when a stem slips, and by (S - J) / 2, which says where it then is:
-    what the position tells of one it hardly tells of the other.
-    """
-    rows = np.repeat(row[np.newaxis], tries, axis=0)
-    change = near * STEPS * rng.normal(size=rows.shape) * (rng.random(rows.shape) < 0.5)
-    size = max(row[0], 0.3 * S[1])
-    reach = 0.5 * row[0] * (1.0 + row[1]) + size * change[:, 0]
-    behind = 0.5 * row[0] * (1.0 - row[1]) + size * change[:, 1]
-    rows[:, 0] = np.clip(reach + behind, *S)
-    rows[:, 1] = np.clip((reach - behind) / np.maximum(rows[:, 0], np.finfo(float).tiny), *ratio)
-    rows[:, 2] *= 1.0 + change[:, 2]
-    rows[:, 3] += np.copysign(max(size * abs(row[2]), noise / STEPS[3]), row[2]) * change[:, 3]
-    rows[:, 4] = np.clip((rows[:, 4] + 0.3) * np.exp(change[:, 4]) - 0.3, 0.0, LAGS[-1])
-    rows[:, 5] = np.clip(rows[:, 5] + np.round(change[:, 5]), 0, LATEST)
-    return rows
+def _searches(starts: int, fewer: int) -> tuple[tuple[int, int, int], ...]:
+    """Searches, rounds and valves tried in each, of each closer search from so many starts, one in `fewer` kept."""
+    shapes = []
+    for _, _, _, keep, rounds, tries, _ in CLOSER:
+        starts = min(starts, -(-keep // fewer))
+        shapes.append((starts, rounds, tries))
+    return tuple(shapes)

@@ -9,14 +9,24 @@ stem is taken to be where it is seen, and goes on from there. What a valve leave
 with y the position, z the stem behind its lag, m = `LIMIT`. So a slip that comes a sample early, as it does where the
 record is slower than the controller, costs one sample and not all that follow. A stem may rest after every sample, as
 He's and Stenman's do, or go on while OP does, as Kano's and Choudhury's.
+
+Valves stand side by side, so that the processor's lanes are full: a step has no branch. Which valve is given up, and
+where, is as if they came one after the other.
 """
 
 from __future__ import annotations
 
-from stiction.models.compiled import kernel
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.models.compiled import inlined, kernel
 from stiction.models.component import TIE
 
-__all__ = ["watched"]
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["LANES", "LATEST", "decays", "turns_of", "watched", "work_space"]
 
 LIMIT = 3.0
 """Largest deviation that counts, over the one at which the stem is taken to be where it is seen [-]."""
@@ -24,68 +34,187 @@ TOLERANCE = 0.08
 """Share of its reach, beside one sample's movement of OP, by which a stem may slip early or late at first [-]."""
 HOPELESS = 2.0
 """Times the best so far that a valve may leave before it is given up [-]."""
+AVERAGED = 8.0
+"""Samples of its position by which a stem at rest is placed, at most [-]."""
+LATEST = 3
+"""Latest samples that a position may come [-]."""
+LANES = 40
+"""Most valves that stand side by side [-]: as many as are tried in one round of the closest search."""
+FULL = 8
+"""Lanes that a processor takes at once, at most [-]: their number is a multiple."""
+LOOK = 32
+"""Samples after which it is looked whether any valve is worth going on with [-]: a look takes as long as a sample."""
+NEVER = -1e300
+"""In place of how far from its trip a stem may slip: at no time."""
+X, Z, MOVING, PLACED_BY, TOTAL, BEHIND, REACH = range(0, 7 * LANES, LANES)
+SOFT, SLOPE, OFFSET, DECAY, LATE, GOES_ON, MOST = range(7 * LANES, 14 * LANES, LANES)
+"""Where each quantity of the lanes begins in the work space. The distances are known when the kernel is compiled: else
+it would ask at every sample whether they overlap."""
+
+
+def work_space(n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Room for the lanes and for what each has left of every sample, for positions of up to `n` samples."""
+    return np.empty(14 * LANES), np.empty((n, LANES))
+
+
+def decays(lags: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What a lag [samples] keeps of its difference in a sample [-]; 0 without a lag."""
+    return np.exp(-1.0 / np.maximum(lags, np.finfo(float).tiny))
+
+
+@inlined
+def _step(u, du, about, x, z, moving, averaged, behind, reach, soft, slope, decay, goes_on, cap, loose):
+    """One sample: stem, position behind its lag, way it moves, samples it is placed by, deviation, and way it set out.
+
+    `about` is what was seen less the offset, NaN where nothing was. Without a branch, see `lanes.stem_in_lane`; `/`
+    would be one, since it looks whether it divides by nothing.
+    """
+    keep = 1.0 - decay
+    goes = du * moving * goes_on > 0.0
+    e = u - x
+    way = 1.0 if e > 0.0 else -1.0
+    base = decay * z
+    near = abs(abs(e) - reach) < loose * (soft + abs(du))
+    seen = np.true_divide(about, slope)
+    earlier = abs(seen - (base + keep * (u - way * behind))) < abs(seen - (base + keep * x))
+    slips = earlier if near else abs(e) > reach
+    set_out = way if slips else 0.0
+    set_out = 0.0 if goes else set_out
+    moving = moving if goes else set_out
+    x = u - moving * behind if slips | goes else x
+    z = base + keep * x
+    r = about - slope * z
+    off = abs(r) > cap
+    calm = (r == r) & (moving == 0.0) & (averaged < AVERAGED)
+    averaged = averaged + 1.0 if calm else averaged
+    averaged = 1.0 if off else averaged
+    away = np.true_divide(r, slope)
+    placed = min(max(x + np.true_divide(away, keep if off else averaged), u - reach), u + reach)
+    x = placed if off | calm else x
+    z = z + away if off else z
+    way = 1.0 if away > 0.0 else -1.0
+    on_its_way = way if abs(u - way * behind - x) * abs(slope) < cap else 0.0
+    moving = on_its_way if off else moving
+    return x, z, moving, averaged, r, set_out
+
+
+@inlined
+def _begin(op, y, mean, row, decay, w, v):
+    """Put a row into lane `v`, its stem where it is seen."""
+    behind = 0.5 * (row[0] - row[0] * row[1])
+    reach = 0.5 * (row[0] + row[0] * row[1]) * (1.0 + TIE)
+    offset = row[3] - row[2] * mean
+    x = (y[int(row[5])] - offset) / row[2]
+    x = min(max(x, op[0] - reach), op[0] + reach) if x == x else op[0]
+    w[X + v] = w[Z + v] = x
+    w[MOVING + v] = w[TOTAL + v] = 0.0
+    w[PLACED_BY + v] = 100.0
+    w[BEHIND + v] = behind
+    w[REACH + v] = reach
+    w[SOFT + v] = TOLERANCE * reach if row[0] != 0.0 else NEVER
+    w[SLOPE + v] = row[2]
+    w[OFFSET + v] = offset
+    w[DECAY + v] = decay
+    w[LATE + v] = row[5]
+    w[GOES_ON + v] = 1.0 - row[6]
 
 
 @kernel
-def watched(op, y, rows, cap, loose, begin, least, left, turns):
+def watched(op, y, known, mean, rows, decays, cap, loose, begin, least, left, w, totals):
     """Fill `left` (n,) with the mean square that each of `rows` (n, 7) leaves of `y` (n_samples,); `cap` is c sigma.
 
-    A row holds S, J, slope, offset, the decay per sample of the lag, the whole samples that the position is late, and 1
-    for a stem that rests after every sample, 0 for one that goes on. With `loose` a slip may come early or late at no
-    cost (see `TOLERANCE`). A row is given up when it leaves `HOPELESS` times `least` or the least of those before.
-    `turns` (n,) counts how often the stem set out in another direction than before.
+    A row holds S, J / S, slope, the position at an OP of `mean`, the lag, whose decay is in `decays` (n,), the whole
+    samples that the position is late, up to `LATEST`, and 1 for a stem that rests after every sample, 0 for one that
+    goes on. With `loose` a slip may come early or late at no cost (see `TOLERANCE`). What is left is counted from
+    sample `begin` on. `least` (m,) is the least so far of each of m searches, whose rows stand one after the other; it
+    is brought up to date. A row is given up when it leaves `HOPELESS` times as much, none where that is infinite; what
+    it has left until then counts. `known` (n_samples + 1,) counts what was seen before each sample; `w` and `totals`
+    are work space.
     """
     n = op.shape[0]
-    for v in range(rows.shape[0]):
-        behind = 0.5 * (rows[v, 0] - rows[v, 1])
-        reach = 0.5 * (rows[v, 0] + rows[v, 1]) * (1.0 + TIE)
-        good = rows[v, 0] == 0.0
-        slope, offset, decay, late = rows[v, 2], rows[v, 3], rows[v, 4], int(rows[v, 5])
+    limit = LIMIT * LIMIT * cap * cap
+    each = rows.shape[0] // least.shape[0]
+    for first in range(0, rows.shape[0], LANES):
+        lanes = min(rows.shape[0] - first, LANES)
+        filled = min((lanes + FULL - 1) // FULL * FULL, LANES)
+        for v in range(filled):
+            i = first + min(v, lanes - 1)
+            _begin(op, y, mean, rows[i], decays[i], w, v)
+            w[MOST + v] = HOPELESS * least[i // each] * n
         before = op[0]
-        x = (y[late] - offset) / slope
-        z = x = min(max(x, before - reach), before + reach) if x == x else before
-        moving = last = total = 0.0
-        averaged = 100.0
-        turned = compared = 0
-        for k in range(1, n - late):
-            u = op[k]
-            if (u - before) * moving > 0.0 and rows[v, 6] == 0.0:
-                x = u - moving * behind
-            else:
-                moving = 0.0
-                way = 1.0 if u > x else -1.0
-                room = loose * (TOLERANCE * reach + abs(u - before))
-                slips = abs(u - x) > reach
-                if not good and abs(abs(u - x) - reach) < room:
-                    seen = (y[k + late] - offset) / slope
-                    rests = decay * z + (1.0 - decay) * x
-                    slipped = decay * z + (1.0 - decay) * (u - way * behind)
-                    slips = abs(seen - slipped) < abs(seen - rests)
-                if slips:
-                    moving = way
-                    x = u - moving * behind
-                    if moving * last < 0.0:
-                        turned += 1
-                    last = moving
-            before = u
-            z = decay * z + (1.0 - decay) * x
-            r = y[k + late] - offset - slope * z
-            if not abs(r) >= 0.0:
-                continue
-            if k >= begin:
-                compared += 1
-                total += min(r * r, LIMIT * LIMIT * cap * cap)
-                if total > HOPELESS * least * n:
-                    break
-            if abs(r) > cap:
-                way = 1.0 if r * slope > 0.0 else -1.0
-                x = min(max(x + r / slope / (1.0 - decay), u - reach), u + reach)
-                z += r / slope
-                moving = way if abs(u - way * behind - x) * abs(slope) < cap else 0.0
-                averaged = 1.0
-            elif moving == 0.0 and averaged < 8.0:
-                averaged += 1.0
-                x = min(max(x + r / slope / averaged, u - reach), u + reach)
-        left[v] = total / max(compared, 1)
-        least = min(least, left[v])
-        turns[v] = turned
+        k, going = 1, True
+        while going and k < n:
+            until = min(k + LOOK, n)
+            while k < until:
+                u = op[k]
+                du = u - before
+                before = u
+                y0 = y[k]
+                y1 = y[k + 1] if k + 1 < n else np.nan
+                y2 = y[k + 2] if k + 2 < n else np.nan
+                y3 = y[k + 3] if k + 3 < n else np.nan
+                if k == begin:
+                    for v in range(filled):
+                        w[TOTAL + v] = 0.0
+                total = totals[k]
+                for v in range(filled):
+                    late = w[LATE + v]
+                    seen = y0 if late == 0.0 else y1 if late == 1.0 else y2 if late == 2.0 else y3
+                    x, z, moving, averaged, r, _ = _step(
+                        u, du, seen - w[OFFSET + v], w[X + v], w[Z + v], w[MOVING + v], w[PLACED_BY + v], w[BEHIND + v],
+                        w[REACH + v], w[SOFT + v], w[SLOPE + v], w[DECAY + v], w[GOES_ON + v], cap, loose,
+                    )  # fmt: skip
+                    w[X + v] = x
+                    w[Z + v] = z
+                    w[MOVING + v] = moving
+                    w[PLACED_BY + v] = averaged
+                    square = min(r * r, limit)
+                    so_far = w[TOTAL + v] + (square if r == r else 0.0)
+                    w[TOTAL + v] = so_far
+                    total[v] = so_far
+                k += 1
+            if k > begin:
+                going = False
+                for v in range(filled):
+                    going |= w[TOTAL + v] <= w[MOST + v]
+        for v in range(lanes):
+            late = int(w[LATE + v])
+            end, search = n - late, (first + v) // each
+            most = HOPELESS * least[search] * n
+            if totals[k - 1, v] > most:
+                end = 1 + _passes(totals, v, begin, k - 1, most)
+            compared = known[end + late] - known[begin + late]
+            left[first + v] = totals[end - 1, v] / max(compared, 1)
+            if least[search] < np.inf:
+                least[search] = min(least[search], left[first + v])
+
+
+@inlined
+def _passes(totals, v, low, high, most):
+    """First sample from `low` to `high` at which the total of lane `v` is more than `most`; at `high` it is."""
+    while low < high:
+        middle = (low + high) // 2
+        if totals[middle, v] > most:
+            high = middle
+        else:
+            low = middle + 1
+    return low
+
+
+@kernel
+def turns_of(op, y, mean, row, decay, cap, loose, w):
+    """How often the stem of one row, as `watched` takes it, set out in another direction than before."""
+    _begin(op, y, mean, row, decay, w, 0)
+    x, z, moving, averaged = w[X], w[Z], w[MOVING], w[PLACED_BY]
+    last = 0.0
+    turns = 0
+    late = int(row[5])
+    for k in range(1, op.shape[0] - late):
+        x, z, moving, averaged, _, set_out = _step(
+            op[k], op[k] - op[k - 1], y[k + late] - w[OFFSET], x, z, moving, averaged, w[BEHIND],
+            w[REACH], w[SOFT], w[SLOPE], w[DECAY], w[GOES_ON], cap, loose,
+        )  # fmt: skip
+        if set_out != 0.0:
+            turns += 1 if set_out * last < 0.0 else 0
+            last = set_out
+    return turns

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
-from stiction.diagnosis.detection import detect_all
+from stiction.diagnosis.detection import detect_all, with_stem
 from stiction.diagnosis.detection.evidence import judge
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.identify import periods_of, search, speaking
@@ -296,9 +296,9 @@ def _findings(record: LoopRecord, *, late: bool) -> Findings:
     oscillation = find_oscillation(part)
     quality = assess(record, oscillation.period if oscillation.oscillating else None)
     stem = stem_shown(record.window(quality.first, quality.last), record.op_unit_short)
-    evidence = detect_all(part if stem is not None and stem.used else replace(part, mv=None), oscillation)
     # Weights were found without a stem position, and what a method makes of one must not shift them.
-    votes = evidence if stem is None or not stem.used else detect_all(replace(part, mv=None), oscillation)
+    votes = detect_all(replace(part, mv=None), oscillation)
+    evidence = votes if stem is None or not stem.used else with_stem(part, oscillation, votes)
     if stem is not None:
         evidence = (stem.evidence(), *evidence)
     # The search draws lines over what is missing, and a held value is none that the controller saw.
