@@ -40,7 +40,7 @@ def diagnosis() -> st.Diagnosis:
 def test_nothing_and_repair_are_always_there(trial):
     names = [one.name for one in trial.remedies]
     assert {NOTHING, FIX, "knocker", "constant reinforcement", "two-move", "integral deadband"} <= set(names)
-    assert trial[NOTHING].gain == 0.0
+    assert trial[NOTHING].improvement == 0.0
     assert trial[NOTHING].cost == pytest.approx(1.0)
     assert trial[NOTHING].worst == pytest.approx(1.0)
     assert [one.cost for one in trial.remedies] == sorted(one.cost for one in trial.remedies)
@@ -49,7 +49,7 @@ def test_nothing_and_repair_are_always_there(trial):
 def test_repair_scales_with_S():
     """A Kano cycle scales with S (science.md N24), so that 1 % left of 5 % takes four fifths of the deviation."""
     quiet = st.compensate(exchange(LOOP, noise=0.0, valve=st.Kano(5.0, 2.5)), seeds=8)
-    assert quiet[FIX].gain == pytest.approx(0.8, abs=0.05)
+    assert quiet[FIX].improvement == pytest.approx(0.8, abs=0.05)
 
 
 def test_wear_is_billed(trial):
@@ -64,7 +64,7 @@ def test_recommendation_names_repair_price_and_error(trial):
     assert "Fixing the valve" in trial.reason
     assert "stem travel" in trial.risk
     assert "30 %" in trial.risk
-    assert trial[trial.recommended].gain >= 0.1
+    assert trial[trial.recommended].improvement >= 0.1
     assert not trial[trial.recommended].hurts
 
 
@@ -79,11 +79,11 @@ def test_trial_is_json(trial):
 
 
 def test_unit_of_pv_plays_no_part():
-    """Four times the PV unit: the same gains, but for rounding that a loop on the verge of a slip makes visible."""
+    """Four times the PV unit: the same improvement, but for rounding that a loop on the verge of a slip shows."""
     other = st.Loop(st.PID(0.05, 10.0), LOOP.valve, st.FOPDT(12.0, 10.0, 10.0), dt=1.0, noise=0.2)
     one, two = st.compensate(LOOP, seeds=2), st.compensate(other, seeds=2)
     for a in one.remedies:
-        assert two[a.name].gain == pytest.approx(a.gain, abs=0.02)
+        assert two[a.name].improvement == pytest.approx(a.improvement, abs=0.02)
 
 
 def test_weights_decide():
@@ -122,7 +122,7 @@ def test_diagnosed_loop_gets_advice(diagnosis):
     assert found.tag == "FIC-1"
     assert found.twin is not None
     assert found.twin.fits
-    assert found[found.recommended].gain > 0.3
+    assert found[found.recommended].improvement > 0.3
 
 
 def gate(name: str) -> Gate:
@@ -161,9 +161,9 @@ def test_loop_without_a_cycle_needs_no_remedy():
     assert "does not cycle" in said.reason
 
 
-def trial_of(name: str, gain: float, worst: float, price: float) -> RemedyTrial:
-    behaviour = Behaviour(1.0 - gain, 1.0, 0.1, 1.0, 1.0, 1.0, 1.0, 1.0)
-    return RemedyTrial(Remedy(name, "Do it."), behaviour, gain, gain, (worst,), price, name != FIX)
+def trial_of(name: str, improvement: float, worst: float, price: float) -> RemedyTrial:
+    behaviour = Behaviour(1.0 - improvement, 1.0, 0.1, 1.0, 1.0, 1.0, 1.0, 1.0)
+    return RemedyTrial(Remedy(name, "Do it."), behaviour, improvement, improvement, (worst,), price, name != FIX)
 
 
 numbers = some.tuples(some.floats(-1.0, 1.0), some.floats(0.0, 3.0), some.floats(0.1, 3.0))
@@ -180,11 +180,13 @@ def test_what_hurts_or_hardly_helps_is_never_recommended(rows):
     assert name != FIX
     assert "valve" in reason
     if name != NOTHING:
-        assert chosen.gain >= 0.1
+        assert chosen.improvement >= 0.1
         assert chosen.worst <= 1.05
         assert chosen.cost < 1.0
     else:
-        assert not [one for one in ranked if one.at_hand and one.gain >= 0.1 and not one.hurts and one.cost < 1.0]
+        assert not [
+            one for one in ranked if one.at_hand and one.improvement >= 0.1 and not one.hurts and one.cost < 1.0
+        ]
 
 
 def test_a_valve_that_changes_nothing_is_not_compensated():
@@ -220,8 +222,8 @@ def test_a_small_S_that_makes_the_whole_cycle_is_worth_a_repair(K, valve):
     assert found.S < 1.1
     assert not found.refused
     true = 1.0 - deviation(recorded(repair(loop))) / deviation(record)
-    assert found[FIX].gain == pytest.approx(true, abs=0.15)
-    assert found[FIX].gain > 0.4
+    assert found[FIX].improvement == pytest.approx(true, abs=0.15)
+    assert found[FIX].improvement > 0.4
     assert "half of its S" in found[FIX].remedy.words
 
 
