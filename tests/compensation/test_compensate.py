@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from stiction.compensation.cost import WEIGHTS, cost
 from stiction.compensation.exchange import exchange
 from stiction.compensation.recommend import choose, pointless
 from stiction.compensation.remedies import FIX, NOTHING, Remedy
-from stiction.compensation.trials import METRICS, Programme, measure
+from stiction.compensation.trials import METRICS, Programme, measure, run
 from stiction.records.gates import Gate
 
 LOOP = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
@@ -189,6 +190,15 @@ def test_what_hurts_or_hardly_helps_is_never_recommended(rows):
         ]
 
 
+@pytest.mark.parametrize(("improvement", "given", "found"), [(0.09, NOTHING, NOTHING), (0.19, "knocker", NOTHING)])
+def test_a_record_asks_for_twice_as_much(improvement, given, found):
+    """10 % on a loop that is given, 20 % on the twin of a record; where it helps by more it is taken on both."""
+    ranked = trial_of(FIX, 0.9, 0.5, 0.05), trial_of("knocker", improvement, 0.8, 0.7), trial_of(NOTHING, 0.0, 1.0, 1.0)
+    assert (choose(ranked)[0], choose(ranked, found=True)[0]) == (given, found)
+    better = (ranked[0], trial_of("knocker", 0.21, 0.8, 0.7), ranked[2])
+    assert (choose(better)[0], choose(better, found=True)[0]) == ("knocker", "knocker")
+
+
 def test_a_valve_that_changes_nothing_is_not_compensated():
     fix = trial_of(FIX, 0.003, 1.0, 1.0)
     assert "change the PV's deviation by 0 % only" in pointless(fix)
@@ -267,6 +277,26 @@ def test_row_of_a_run():
     assert row["travel"] == pytest.approx(199.0, rel=0.01)
     assert row["reversals"] == pytest.approx(198.0, rel=0.01)
     assert row["op_travel"] == pytest.approx(2.0 * row["travel"])
+
+
+def test_each_step_is_billed_in_its_own_window():
+    """8 samples left out, 12 undisturbed with an error of 1, 4 of 3 after the set point's step, 4 of 5 at the end."""
+    error = np.repeat([9.0, 1.0, 3.0, 5.0], [8, 12, 4, 4])
+    record = st.LoopRecord("x", 1.0, op=error, pv=error, sp=np.zeros(28), mv=error)
+    row = dict(zip(METRICS, measure(record, Programme(0.0, 0.0, 8, 12, 4, 0.0, 0.0, 0.0)), strict=True))
+    assert (row["iae"], row["sp_step"], row["load_step"]) == (1.0, 3.0, 5.0)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_run_goes_through_its_programme(seed):
+    """An open loop shows what moves it: a step of the set point, then one of the load, both up or both down."""
+    loop = st.Loop(st.PID(0.0, math.inf), st.Ideal(), st.FOPDT(2.0, 0.0, 1.0), dt=1.0)
+    record = run(loop, Programme(40.0, 30.0, 48, 20, 10, 3.0, 4.0, 0.0), seed)
+    side = 1.0 if seed else -1.0
+    assert set(record.pv[1:79]) == {40.0}
+    assert set(record.pv[79:]) == {40.0 + 2.0 * 4.0 * side}
+    assert set(record.sp[:68]) == {40.0}
+    assert set(record.sp[68:]) == {40.0 + 3.0 * side}
 
 
 def test_cost_of_nothing_is_one():

@@ -58,6 +58,16 @@ def _pairs(found):
     return [(c.amplitude, c.omega) for c in found]
 
 
+def test_a_stem_of_many_levels_is_followed():
+    """The larger the gain the more levels: at 2.3 times the paper's the exact cycles of 13 to 17 are predicted."""
+    controller = replace(EXAMPLE_LOOP.controller, Kc=2.3 * EXAMPLE_LOOP.controller.Kc)
+    found = predict_limit_cycles(replace(EXAMPLE_LOOP, controller=controller))
+    predicted = {len(c.levels): c for c in found if c.method == "describing function" and c.kind == "cycle"}
+    for n in range(13, 18):
+        assert len(predicted[n].exact.levels) == n
+        assert predicted[n].amplitude == pytest.approx(predicted[n].exact.amplitude, rel=0.01)
+
+
 def test_python_control_saturation():
     assert _pairs(harmonic_balance(st.TransferFunction([8], [1, 2, 2, 1]), Saturation(1.0))) == [
         pytest.approx((3.343999, 1.414214), abs=1e-5)
