@@ -135,11 +135,11 @@ def _trial(
     picks = [(remedy, Job(remedy, 1.0, 1.0, few)) for options in variants.values() for remedy in options]
     n_remedies = len(fixed) + len(variants)
     done = _counter(progress, len(picks) + n_remedies * (1 + len(ERRORS)))
-    found = dict(
+    compared = dict(
         zip([id(r) for r, _ in picks], run_all(twin, plan, [job for _, job in picks], S, J, done), strict=True)
     )
     nothing = run_all(twin, plan, [Job(fixed[0], 1.0, 1.0, few)], S, J)[0].mean(axis=0)
-    remedies = [*fixed, *(_cheapest(options, found, nothing, weights) for options in variants.values())]
+    remedies = [*fixed, *(_cheapest(options, compared, nothing, weights) for options in variants.values())]
     jobs = [Job(remedy, 1.0, 1.0, seeds) for remedy in remedies]
     jobs += [Job(remedy, *wrong, some) for remedy in remedies for wrong in ERRORS]
     tables = run_all(twin, plan, jobs, S, J, done)
@@ -173,12 +173,12 @@ def _trial(
 
 def _cheapest(
     options: tuple[Remedy, ...],
-    found: dict[int, NDArray[np.float64]],
+    compared: dict[int, NDArray[np.float64]],
     nothing: NDArray[np.float64],
     weights: dict[str, float],
 ) -> Remedy:
     def price(remedy: Remedy) -> float:
-        row = found[id(remedy)].mean(axis=0)
+        row = compared[id(remedy)].mean(axis=0)
         return cost(row, nothing, float(row[0] / nothing[0]), weights)
 
     return min(options, key=price)
