@@ -13,7 +13,7 @@ from compensation.iec_interpreter import FunctionBlock
 from stiction.apps.files import csv_text
 
 KEYS = {
-    "expected_gain",
+    "expected_improvement",
     "file", "tag", "verdict", "probability", "cause", "action", "recommended", "refused", "reason", "risk", "S", "J",
     "weights", "seeds", "remedies", "twin", "retuning", "structured_text", "work_order", "error",
 }  # fmt: skip
@@ -293,8 +293,8 @@ def test_retuning_is_told_once_and_the_same(run, folder):
     told, tried = retuning_told(found), found["retune"]
     assert told.startswith(found.retuning.reason)
     assert "without noise and disturbances" in told
-    assert f"{round(-100.0 * tried.gain):+d} %" in told
-    assert told.endswith("leave the settings.") == (tried.gain <= 0.0 or note_on(tried, found) != "")
+    assert f"{round(-100.0 * tried.improvement):+d} %" in told
+    assert told.endswith("leave the settings.") == (tried.improvement <= 0.0 or note_on(tried, found) != "")
 
 
 def test_advice_of_another_cause_is_none_on_the_valve(run, folder):

@@ -6,7 +6,7 @@ Each record is diagnosed, the remedies are tried on the twin of what was identif
 shutdown is put into the true loop, in the surroundings of its record: the same set point and the same loads, turned
 round in time or in sign, with another constant load and other noise. A valve that sticks at times is taken while it
 sticks. Counted: loops whose PV standard deviation about the set point falls; loops where it rises by more than 5 %
-although no risk of it was told; loops whose gain, the share by which the deviation falls, was predicted within 25 % of
+although no risk of it was told; loops for which the share by which the deviation falls was predicted within 25 % of
 the true one. With --plain only loops for which the twin has a model: a Kano valve that always sticks, a PI, a record
 sampled as the controller is, nothing from outside, and nothing done to it by a historian. With --known the cause is
 taken as known where the record can be judged, so that the advice is tried and not the verdict.
@@ -53,9 +53,9 @@ class Outcome(NamedTuple):
     remedy: str | None
     """Recommended; None where no advice was given."""
     predicted: float
-    """Gain on the twin [-]."""
+    """Share by which the deviation should fall [-]."""
     true: float
-    """Gain of the true loop [-]."""
+    """Share by which that of the true loop falls [-]."""
     warned: bool
     """Whether the trial said that it may hurt."""
     why: str
@@ -78,7 +78,7 @@ class Outcome(NamedTuple):
         return self.treated and self.true < -0.05 and not self.warned
 
 
-def true_gain(case: Case, plan: Plan, remedy: Remedy) -> float:
+def true_improvement(case: Case, plan: Plan, remedy: Remedy) -> float:
     """Share by which the PV deviation of the true loop falls with the remedy."""
     with_it = remedy.apply(case.loop)
     pairs = [[deviation(loop, case, plan, seed) for loop in (case.loop, with_it)] for seed in SEEDS]
@@ -114,8 +114,8 @@ def outcome(case: Case, plan: Plan, found: Diagnosis, *, known: bool = False) ->
     if trial.recommended is None:
         return Outcome(case.record.tag, None, np.nan, np.nan, False, trial.reason)
     chosen = trial[trial.recommended]
-    gain = 0.0 if chosen.name == NOTHING else true_gain(case, plan, chosen.remedy)
-    return Outcome(case.record.tag, chosen.name, trial.expected, gain, chosen.hurts, trial.reason)
+    true = 0.0 if chosen.name == NOTHING else true_improvement(case, plan, chosen.remedy)
+    return Outcome(case.record.tag, chosen.name, trial.expected, true, chosen.hurts, trial.reason)
 
 
 def report(outcomes: list[Outcome]) -> str:
@@ -125,7 +125,7 @@ def report(outcomes: list[Outcome]) -> str:
         f"no advice on {sum(one.remedy is None for one in outcomes)}",
         f"PV deviation falls: {sum(one.falls for one in outcomes)}",
         f"rises by more than 5 % unsaid: {sum(one.harmed for one in outcomes)}",
-        f"gain predicted within 25 %: {sum(one.close for one in outcomes)}",
+        f"predicted within 25 %: {sum(one.close for one in outcomes)}",
         f"recommended: {dict(Counter(one.remedy for one in outcomes))}",
     ]
     return "\n".join(lines)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 from dataclasses import replace
 
@@ -10,13 +11,13 @@ import pytest
 
 import stiction as st
 from stiction.compensation import Twin, build_twin
-from stiction.compensation.cycle import Cycle, cycle_of, distance
+from stiction.compensation.cycle import Cycle, cycle_of, distance, pace
 from stiction.compensation.locked import locked_to
 from stiction.compensation.match import bring_nearer
 from stiction.compensation.recorded_controller import recorded_controller
 from stiction.compensation.refine import refine
 from stiction.compensation.surroundings import Surroundings
-from stiction.compensation.twin import _changes, twin_of_loop
+from stiction.compensation.twin import _changes, _judge, twin_of_loop
 from stiction.models import SOPDT
 
 PID = st.PID(0.2, 10.0, op_limits=(0.0, 100.0))
@@ -121,6 +122,46 @@ def test_nearer_twin_is_found():
     assert nearer[1]
 
 
+@pytest.mark.parametrize(
+    ("period", "amplitude", "spread", "fits"),
+    [
+        (1.14, 1.0, 0.0, True), (1.16, 1.0, 0.0, False), (1.0, 1.24, 0.0, True), (1.0, 1.26, 0.0, False),
+        (1.0, 1.34, 0.05, True), (1.0, 1.36, 0.05, False), (1.0, 1.39, 0.5, True), (1.0, 1.41, 0.5, False),
+    ],
+)  # fmt: skip
+def test_limits_of_a_twin_that_fits(period, amplitude, spread, fits):
+    """15 % of the period and 25 % of the amplitudes; up to 15 % more where its own runs differ."""
+    record = Cycle(60.0, 2.0, 3.0)
+    for twin in (Cycle(60.0 * period, 2.0 * amplitude, 3.0), Cycle(60.0 * period, 2.0, 3.0 * amplitude)):
+        assert _judge(record, twin, spread)[0] is fits
+
+
+@pytest.mark.parametrize(("unexplained", "fits"), [(0.39, True), (0.41, False)])
+def test_a_twin_that_leaves_more_than_four_tenths_of_the_pv_is_none(unexplained, fits, diagnosis, monkeypatch):
+    monkeypatch.setattr(
+        "stiction.compensation.twin.refine",
+        lambda *given, **known: refine(*given, **known)._replace(error=unexplained),
+    )
+    twin = build_twin(diagnosis)
+    assert twin.fits is fits
+    assert ("unexplained" in twin.reason) is not fits
+
+
+def test_a_lag_of_the_actuator_is_late_as_a_dead_time_is(diagnosis):
+    """The twin's valve has none of its own: its process must be as late as both together."""
+    found, period = diagnosis.identification, diagnosis.oscillation.period
+    late = replace(found, process=replace(found.process, dead_time=found.process.dead_time - 4.0), actuator_lag=4.0)
+    one, other = (refine(diagnosis.record, each, period) for each in (found, late))
+    assert one.error_found == pytest.approx(other.error_found, rel=1e-9)
+
+
+@pytest.mark.parametrize("n", [400, 410, 430])
+def test_pace_of_a_wave_that_rises_faster_than_it_falls(n):
+    """A quarter of 40 samples up, three quarters down: as many of both, or the mean is of neither."""
+    phase = (np.arange(n) % 40) / 40.0
+    assert pace(np.where(phase < 0.25, 1.0, -1.0 / 3.0), 40.0) == pytest.approx(40.0)
+
+
 def test_distance_of_a_loop_without_a_cycle():
     assert distance(Cycle(10.0, 1.0, 1.0), Cycle(float("nan"), 0.0, 0.0)) == np.inf
     assert distance(Cycle(10.0, 1.0, 1.0), Cycle(11.0, 1.1, 1.1)) == pytest.approx(np.log(1.1))
@@ -163,6 +204,29 @@ def test_surroundings_are_played_with_the_record_s_size_and_pace():
         assert not moves.any()
         assert left.std() == pytest.approx(sine.std(), rel=0.02)
         assert abs(int(np.abs(np.fft.rfft(left))[1:].argmax()) + 1 - 50) <= 3
+
+
+def test_surroundings_are_played_with_either_sign():
+    around = Surroundings(np.zeros(1), np.ones(10), 1.0)
+    signs = [float(around.drawn(np.random.default_rng(seed), 20, 1.0)[1].mean()) for seed in range(20)]
+    assert set(signs) == {-1.0, 1.0}
+
+
+@pytest.mark.parametrize(("left", "taken"), [(0.036, False), (0.034, True)])
+def test_a_derivative_behind_a_lag_must_leave_much_less(left, taken, monkeypatch):
+    """Less than 0.7 of the 0.05 that one without a lag leaves: more parameters always fit a little better."""
+    page = importlib.import_module("stiction.compensation.recorded_controller")
+    lagged = st.PID(0.15, 12.0, Td=4.0, N=8.0)
+    monkeypatch.setattr(page, "_with_lag", lambda *_: (lagged, 1.0 - left, 0.95))
+    loop = replace(LOOP, controller=st.PID(0.15, 12.0, Td=4.0, op_limits=(0.0, 100.0)))
+    assert (recorded_controller(recorded(loop, 2500))[0] is lagged) is taken
+
+
+def test_of_few_cycles_noise_keeps_no_step():
+    """The mean of 6 cycles of noise is 0.4 of it by chance; most of that is not taken for the model's error."""
+    t = np.arange(360.0)
+    noise = np.random.default_rng(2).normal(size=t.size)
+    assert np.std(locked_to(np.sin(2.0 * np.pi * t / 60.0), noise, 60.0)) < 0.2
 
 
 def test_what_keeps_step_with_the_cycle_is_the_model_s_error():

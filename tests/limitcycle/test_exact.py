@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -131,6 +133,16 @@ def test_sampled_cycle_is_that_of_simulate():
     ups = np.nonzero((record.op[1:] > 10 / 3) & (record.op[:-1] <= 10 / 3))[0][-100:]
     assert min(abs(c.period / np.mean(np.diff(ups)) - 1.0) for c in cycles) < 2e-3
     assert min(abs(c.period - 71.5) for c in cycles) < 0.2
+
+
+def test_a_rate_that_is_never_reached_is_no_size_of_a_start():
+    """r is no band: one of 1000 % of span / s is the same valve as an infinite one, from the same starts."""
+    process, controller = st.FOPDT(3.0, 10.0, 10.0), st.PID(0.2, 10.0)
+    never, beyond = (
+        sampled_limit_cycles(st.Loop(controller, st.Srinivasan(2.0, 1.0, r), process, dt=1.0), sp=10.0, periods=20.0)
+        for r in (math.inf, 1000.0)
+    )
+    assert never == beyond
 
 
 def test_srinivasan_is_kano_when_fast_and_a_staircase_when_slow():

@@ -58,6 +58,16 @@ def _pairs(found):
     return [(c.amplitude, c.omega) for c in found]
 
 
+def test_a_stem_of_many_levels_is_followed():
+    """The larger the gain the more levels: at 2.3 times the paper's the exact cycles of 13 to 17 are predicted."""
+    controller = replace(EXAMPLE_LOOP.controller, Kc=2.3 * EXAMPLE_LOOP.controller.Kc)
+    found = predict_limit_cycles(replace(EXAMPLE_LOOP, controller=controller))
+    predicted = {len(c.levels): c for c in found if c.method == "describing function" and c.kind == "cycle"}
+    for n in range(13, 18):
+        assert len(predicted[n].exact.levels) == n
+        assert predicted[n].amplitude == pytest.approx(predicted[n].exact.amplitude, rel=0.01)
+
+
 def test_python_control_saturation():
     assert _pairs(harmonic_balance(st.TransferFunction([8], [1, 2, 2, 1]), Saturation(1.0))) == [
         pytest.approx((3.343999, 1.414214), abs=1e-5)
@@ -75,7 +85,10 @@ def test_python_control_backlash_with_its_pade_approximation():
 
 def test_real_dead_time_moves_the_crossings_that_pade_has():
     system = st.TransferFunction([4], [1, 2, 2, 1], dead_time=5.0)
-    for a, w in _pairs(harmonic_balance(system, Deadband(1.0))):
+    first, second = _pairs(harmonic_balance(system, Deadband(1.0)))
+    assert first == pytest.approx((0.626016, 0.310262), abs=1e-5)  # slow: there the approximation is good
+    assert second[1] < 1.215641 - 0.02
+    for a, w in (first, second):
         n = Deadband(1.0).describing_function(np.array([a]))[0]
         s = 1j * w
         assert abs(1.0 + 4.0 * np.exp(-5.0 * s) / (s**3 + 2 * s**2 + 2 * s + 1) * n) < 1e-9

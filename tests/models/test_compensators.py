@@ -84,6 +84,11 @@ def test_signal_by_hand(row):
     assert tuple(sent) == row.expected
 
 
+def test_times_are_rounded_to_whole_samples():
+    near, whole = st.Knocker(1.0, 1.6, 4.6), st.Knocker(1.0, 2.0, 5.0)
+    assert near.pack(1.0).tolist() == whole.pack(1.0).tolist() == [1.0, 2.0, 5.0]
+
+
 @settings(max_examples=60)
 @given(op=inputs(), amplitude=dyadic(0.0, 5.0), width=some.integers(1, 3), pause=some.integers(1, 4))
 def test_knocker_is_its_equation(op, amplitude, width, pause):

@@ -59,6 +59,7 @@ REFUSED = [
     (st.Srinivasan(2.0, 1.0, math.inf), "Stenman", {}, "S = J = d"),
     (st.Srinivasan(2.0, 1.0, 0.5), "He", {}, "give dt"),
     (st.Srinivasan(2.0, 1.0, 0.5), "He", {"dt": 1.0}, "is not the threshold sj / dt = 1 %/s"),
+    (st.Srinivasan(2.0, 1.0, 1.01), "He", {"dt": 1.0}, "is not the threshold sj / dt = 1 %/s"),
     (st.Srinivasan(2.0, 1.0, 0.0, as_printed=True), "Kano", {}, "as printed"),
     (TABLED, "Kano", {}, "table"),
     (st.Kano(3.0, 1.0), "HeWang", {}, "HeWang does not convert"),

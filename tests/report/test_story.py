@@ -65,9 +65,9 @@ def test_each_good_valve_to_beat_is_told(found):
     names = "than_good", "than_bent", "than_gated", "than_wave", "beside_wave"
     straight, bent, gated, wave, beside = (words.digits(getattr(valve, f"likelier_{name}")) for name in names)
     by = (
-        f"In twice the log likelihood a sticky valve foretells the PV better by {straight} than a good one, "
+        f"In twice the log likelihood a sticky valve predicts the PV better by {straight} than a good one, "
         f"by {bent} than a good one of a bent characteristic ({valve.bent}), "
-        f"by {gated} than a good one told the past of the PV without its noise"
+        f"by {gated} than a good one given the past of the PV without its noise"
     )
     waves = f"by {wave} than a good one beside a wave from outside, by {beside} with that wave beside both"
     assert told(valve) == [f"{by}, {waves}."]
@@ -80,6 +80,4 @@ def test_what_was_left_out_is_told(found, left_out, said):
     steps = story(replace(found, identification=replace(found.identification, left_out=left_out)))
     [lines] = [step.lines for step in steps if step.title == "Which valve and process explain the PV?"]
     told = [line for line in lines if line.startswith("Left out")]
-    assert told == (
-        [f"Left out of that: {said} that neither valve foretells, as where the load steps."] if said else []
-    )
+    assert told == ([f"Left out of that: {said} that neither valve predicts, as where the load steps."] if said else [])

@@ -10,6 +10,7 @@ import pytest
 import scipy.signal
 
 import stiction as st
+from stiction.models.processes import as_process
 
 DT = 0.5
 N = 240
@@ -154,3 +155,8 @@ def test_step_response_meets_the_closed_form():
     record = st.simulate(loop, 0.0, 60.0, manual=np.full(60, 2.0))
     t = np.maximum(record.time - 2.37, 0.0)
     np.testing.assert_allclose(record.pv, 6.0 * (1.0 - np.exp(-t / 10.0)), atol=1e-12)
+
+
+def test_dead_times_of_a_process_and_beside_it_add_up():
+    one = as_process(st.FOPDT(3.0, 10.0, 5.0), dead_time=2.5)
+    assert one.dead_time == as_process(([3.0], [10.0, 1.0], 5.0), dead_time=2.5).dead_time == 7.5

@@ -96,9 +96,11 @@ def _expected(trial: CompensationTrial) -> str:
     if not trial.remedies:
         return "No remedy was tried" if trial.refused else ""
     parts = (
-        [] if trial.recommended in (None, NOTHING) else [f"PV std {told.change(1.0 - trial[trial.recommended].gain)}"]
+        []
+        if trial.recommended in (None, NOTHING)
+        else [f"PV std {told.change(1.0 - trial[trial.recommended].improvement)}"]
     )
-    return "; ".join([*parts, f"with a good valve {told.change(1.0 - trial[FIX].gain)}"])
+    return "; ".join([*parts, f"with a good valve {told.change(1.0 - trial[FIX].improvement)}"])
 
 
 def _remedies(trial: CompensationTrial) -> Table:
@@ -119,7 +121,7 @@ def _row(one: RemedyTrial, trial: CompensationTrial) -> list[Cell | str | float 
     b, note = one.behaviour, told.note_on(one, trial)
     mark: Mark = "good" if one.name == trial.recommended else "alert" if note.startswith(("hurts", "makes")) else ""
     numbers = [
-        b.pv_std, 100.0 * (1.0 - one.gain), b.iae, b.offset, b.sp_step, b.load_step, b.travel,
+        b.pv_std, 100.0 * (1.0 - one.improvement), b.iae, b.offset, b.sp_step, b.load_step, b.travel,
         b.reversals, b.op_travel, one.cost,
     ]  # fmt: skip
     now, share, *others = (float(f"{x:.3g}") for x in numbers)
@@ -168,8 +170,8 @@ def _overview(advice: Advice, k: int) -> list[Cell | str | float | None]:
     name = Cell(trial.tag, href=f"#loop-{k}")
     if trial.refused:
         return [name, f"No advice. {trial.reason}", None, None]
-    gains = (trial[str(trial.recommended)].gain, trial[FIX].gain)
-    return [name, str(trial.recommended), *(round(100.0 * (1.0 - gain)) for gain in gains)]
+    shares = (trial[str(trial.recommended)].improvement, trial[FIX].improvement)
+    return [name, str(trial.recommended), *(round(100.0 * (1.0 - share)) for share in shares)]
 
 
 def _sheet(text: str) -> Html:

@@ -96,8 +96,10 @@ def retuning_told(trial: CompensationTrial) -> str:
         return trial.retuning.reason
     alone = trial.twin is None or trial.twin.around is None
     where = "with noise and loads" if alone else "with the noise and load of the record"
-    verdict = ": leave the settings" if note_on(tried, trial) in WARNINGS or tried.gain <= 0.0 else ""
-    return f"{trial.retuning.reason} In the table, {where}, it changes it by {change(1.0 - tried.gain)}{verdict}."
+    verdict = ": leave the settings" if note_on(tried, trial) in WARNINGS or tried.improvement <= 0.0 else ""
+    return (
+        f"{trial.retuning.reason} In the table, {where}, it changes it by {change(1.0 - tried.improvement)}{verdict}."
+    )
 
 
 def settings_told(one: RemedyTrial) -> str:
@@ -119,7 +121,7 @@ def note_on(one: RemedyTrial, trial: CompensationTrial) -> str:
         return "recommended"
     if not one.at_hand:
         return "at the shutdown"
-    if one.gain < -WORSE:
+    if one.improvement < -WORSE:
         return "makes it worse"
     return "hurts if S, J are off" if one.hurts else ""
 
@@ -162,7 +164,7 @@ def failed(failure: Failure) -> dict[str, Any]:
     nothing = dict.fromkeys(("S", "J", "twin", "retuning", "structured_text", "work_order"))
     return {
         "file": failure.file, "tag": failure.tag, "verdict": "undecided", "probability": None, "cause": "unknown",
-        "action": failure.remedy, "recommended": None, "expected_gain": None, "refused": True,
+        "action": failure.remedy, "recommended": None, "expected_improvement": None, "refused": True,
         "reason": failure.reason, "risk": "", "weights": {}, "seeds": 0, "remedies": [], **nothing,
         "error": failure.reason,
     }  # fmt: skip

@@ -82,7 +82,7 @@ def compensate(
     -----
     A remedy is recommended only if it lowers the PV's standard deviation about the set point by 10 % or more (20 % on
     the twin of a record), costs less than doing nothing, and does not raise the deviation by more than 5 % where S and
-    J are off by 30 % either way. On the twin of a record only remedies are recommended whose gain such a twin
+    J are off by 30 % either way. On the twin of a record only remedies are recommended whose improvement such a twin
     foretells: knocker and constant reinforcement, where they still lower the deviation by 10 % with S and J off; and
     no advice is given where even a good valve would lower it by less than 10 %.
     Fixing the valve is always shown beside it; it is not at hand until the shutdown.
@@ -92,7 +92,7 @@ def compensate(
     >>> import stiction as st
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
     >>> trial = st.compensate(loop, seeds=4)
-    >>> trial["fix the valve"].gain > 0.5, trial[trial.recommended].gain > 0.1
+    >>> trial["fix the valve"].improvement > 0.5, trial[trial.recommended].improvement > 0.1
     (True, True)
     """
     whole = checked(weights)
@@ -135,11 +135,11 @@ def _trial(
     picks = [(remedy, Job(remedy, 1.0, 1.0, few)) for options in variants.values() for remedy in options]
     n_remedies = len(fixed) + len(variants)
     done = _counter(progress, len(picks) + n_remedies * (1 + len(ERRORS)))
-    found = dict(
+    compared = dict(
         zip([id(r) for r, _ in picks], run_all(twin, plan, [job for _, job in picks], S, J, done), strict=True)
     )
     nothing = run_all(twin, plan, [Job(fixed[0], 1.0, 1.0, few)], S, J)[0].mean(axis=0)
-    remedies = [*fixed, *(_cheapest(options, found, nothing, weights) for options in variants.values())]
+    remedies = [*fixed, *(_cheapest(options, compared, nothing, weights) for options in variants.values())]
     jobs = [Job(remedy, 1.0, 1.0, seeds) for remedy in remedies]
     jobs += [Job(remedy, *wrong, some) for remedy in remedies for wrong in ERRORS]
     tables = run_all(twin, plan, jobs, S, J, done)
@@ -151,11 +151,11 @@ def _trial(
         row = plain[i].mean(axis=0)
         off = errors[i * len(ERRORS) : (i + 1) * len(ERRORS)]
         with_errors = tuple(float(a[:, 0].mean() / b[:, 0].mean()) for a, b in zip(off, base_errors, strict=True))
-        gains = 1.0 - plain[i][:, 0] / plain[0][:, 0]
+        improvements = 1.0 - plain[i][:, 0] / plain[0][:, 0]
         trials.append(
             RemedyTrial(
                 remedy, Behaviour(*(float(x) for x in row)), float(1.0 - row[0] / base[0]),
-                float(np.percentile(gains, 5.0)), with_errors, cost(row, base, max(with_errors), weights),
+                float(np.percentile(improvements, 5.0)), with_errors, cost(row, base, max(with_errors), weights),
                 remedy.name != FIX,
             )
         )  # fmt: skip
@@ -173,12 +173,12 @@ def _trial(
 
 def _cheapest(
     options: tuple[Remedy, ...],
-    found: dict[int, NDArray[np.float64]],
+    compared: dict[int, NDArray[np.float64]],
     nothing: NDArray[np.float64],
     weights: dict[str, float],
 ) -> Remedy:
     def price(remedy: Remedy) -> float:
-        row = found[id(remedy)].mean(axis=0)
+        row = compared[id(remedy)].mean(axis=0)
         return cost(row, nothing, float(row[0] / nothing[0]), weights)
 
     return min(options, key=price)

@@ -75,10 +75,9 @@ def cost(row: NDArray[np.float64], nothing: NDArray[np.float64], worst: float, w
     float
         The cost [-]; 1 for doing nothing.
     """
-    scale = nothing.copy()
+    ratios = row / np.maximum(nothing, 1e-12)
     # The offset of a loop that cycles is next to nothing: it is measured by the PV's deviation instead.
     at = METRICS.index("offset")
-    ratios = row / np.maximum(scale, 1e-12)
     ratios[at] = 1.0 + (row[at] - nothing[at]) / max(nothing[METRICS.index("pv_std")], 1e-12)
     total = sum(weights[name] * ratio for name, ratio in zip(METRICS, ratios, strict=True))
     return float((total + weights["errors"] * worst) / sum(weights.values()))

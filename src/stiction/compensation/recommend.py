@@ -14,20 +14,20 @@ __all__ = ["choose", "pointless", "refusal"]
 
 OPEN_LOOP = ("two-move", "four-move")
 """Remedies that open the loop."""
-LEAST_GAIN, LEAST_FOUND = 0.10, 0.20
+LEAST_IMPROVEMENT, LEAST_FOUND = 0.10, 0.20
 """Share by which a remedy must lower the PV's deviation to be recommended, on a loop that is given and on the twin of a
 record [-]."""
 LEAST_REPAIR = 0.10
 """Share by which a good valve must lower it for the valve to be worth compensating [-]."""
 FORESEEN = ("knocker", "constant reinforcement")
-"""Remedies whose gain the twin of a record foretells: whether those that rest in a band rest at all, and what other
-settings do, hangs on more of valve and process than a record shows (docs/repair-retune-compensate.md)."""
+"""Remedies whose improvement the twin of a record foretells: whether those that rest in a band rest at all, and what
+other settings do, hangs on more of valve and process than a record shows (docs/repair-retune-compensate.md)."""
 SURE = 0.90
 """PV deviation over that of doing nothing that the remedy must keep to on the twin of a record with S and J off by 30 %
 [-]."""
 OPTIMISM = 0.9
-"""Gain of the true loop over that of its twin, the median of 300 simulated loops: a remedy set on a twin fits the twin
-best [-]."""
+"""Improvement of the true loop over that of its twin, the median of 300 simulated loops: a remedy set on a twin fits
+the twin best [-]."""
 
 
 def refusal(diagnosis: Diagnosis) -> str:
@@ -60,11 +60,11 @@ def refusal(diagnosis: Diagnosis) -> str:
 
 def pointless(fix: RemedyTrial) -> str:
     """Say that a good valve would change nothing; empty where it would."""
-    if fix.gain >= LEAST_REPAIR:
+    if fix.improvement >= LEAST_REPAIR:
         return ""
     return (
-        f"Even a good valve would change the PV's deviation by {_little(-fix.gain)}: what moves the PV is not the "
-        "valve, and there is nothing to compensate. Repair it at the shutdown if it sticks."
+        f"Even a good valve would change the PV's deviation by {_little(-fix.improvement)}: what moves the PV is not "
+        "the valve, and there is nothing to compensate. Repair it at the shutdown if it sticks."
     )
 
 
@@ -85,17 +85,17 @@ def choose(ranked: tuple[RemedyTrial, ...], *, found: bool = False) -> tuple[str
     """
     fix = next(one for one in ranked if one.name == FIX)
     nothing = next(one for one in ranked if one.name == NOTHING)
-    least = LEAST_FOUND if found else LEAST_GAIN
-    helping = [one for one in ranked if one.at_hand and one.gain >= least and one.cost < nothing.cost]
+    least = LEAST_FOUND if found else LEAST_IMPROVEMENT
+    helping = [one for one in ranked if one.at_hand and one.improvement >= least and one.cost < nothing.cost]
     safe = [one for one in helping if not one.hurts and (not found or _foreseen(one))]
-    repair = f"Fixing the valve lowers the PV's deviation by {100.0 * fix.gain:.0f} %"
-    if fix.gain < LEAST_REPAIR:
-        repair = f"Fixing the valve changes the PV's deviation by {_little(-fix.gain)}"
+    repair = f"Fixing the valve lowers the PV's deviation by {100.0 * fix.improvement:.0f} %"
+    if fix.improvement < LEAST_REPAIR:
+        repair = f"Fixing the valve changes the PV's deviation by {_little(-fix.improvement)}"
     if not safe:
         why = f"{repair}; until then no remedy lowers it by {100.0 * least:.0f} % at a price worth paying"
         if helping:
             one = helping[0]
-            why = f"{repair}; until then the {one.name} would lower it by {100.0 * one.gain:.0f} %, but "
+            why = f"{repair}; until then the {one.name} would lower it by {100.0 * one.improvement:.0f} %, but "
             why += (
                 f"raises it to {one.worst:.2f} times that of doing nothing where S and J are off by 30 %"
                 if one.hurts
@@ -103,15 +103,15 @@ def choose(ranked: tuple[RemedyTrial, ...], *, found: bool = False) -> tuple[str
             )
         return NOTHING, f"{why}: leave the loop as it is.", "The valve goes on wearing at the present rate.", 0.0
     best = safe[0]
-    expected = OPTIMISM * best.gain if found else best.gain
+    expected = OPTIMISM * best.improvement if found else best.improvement
     advice = f"until the shutdown: {best.name}. {best.remedy.words}"
-    reason = f"{repair}; {advice} It lowers the PV's deviation by {100.0 * best.gain:.0f} %"
+    reason = f"{repair}; {advice} It lowers the PV's deviation by {100.0 * best.improvement:.0f} %"
     reason += f" on the twin; expect {100.0 * expected:.0f} % on the plant." if found else "."
     return best.name, reason, _risk(best, nothing), expected
 
 
 def _foreseen(one: RemedyTrial) -> bool:
-    """Whether the twin of a record foretells the gain of a remedy."""
+    """Whether the twin of a record foretells the improvement by a remedy."""
     return one.name in FORESEEN and one.worst <= SURE
 
 

@@ -55,9 +55,9 @@ class RemedyTrial:
     """What was done."""
     behaviour: Behaviour
     """What came of it."""
-    gain: float
+    improvement: float
     """Share by which the PV's standard deviation falls against doing nothing [-]; negative where it rises."""
-    gain_low: float
+    improvement_low: float
     """The same for the seed at the 5 % point [-]."""
     with_errors: tuple[float, ...]
     """PV deviation over that of doing nothing with S and J off by 30 %: both larger, both smaller, S larger and J
@@ -86,7 +86,8 @@ class RemedyTrial:
         """JSON-ready form."""
         return {
             "name": self.name, "words": self.remedy.words, "settings": self.remedy.settings,
-            "behaviour": self.behaviour.to_dict(), "gain": self.gain, "gain_low": self.gain_low,
+            "behaviour": self.behaviour.to_dict(), "improvement": self.improvement,
+            "improvement_low": self.improvement_low,
             "with_30_percent_error": list(self.with_errors),
             "worst_with_30_percent_error": self.worst, "cost": self.cost, "at_hand": self.at_hand,
         }  # fmt: skip
@@ -159,7 +160,7 @@ class CompensationTrial:
             "tag": self.tag,
             "recommended": self.recommended,
             "refused": self.refused,
-            "expected_gain": self.expected if np.isfinite(self.expected) else None,
+            "expected_improvement": self.expected if np.isfinite(self.expected) else None,
             "reason": self.reason,
             "risk": self.risk,
             "S": self.S if np.isfinite(self.S) else None,

@@ -26,7 +26,9 @@ if TYPE_CHECKING:
 __all__ = ["Attractor", "BasinMap", "basin_map", "smallest_pulse"]
 
 AT_REST, UNSETTLED, RUNAWAY = -1, -2, -3
+"""Labels of starts that end in no cycle."""
 _BLOCK = 32
+"""Starts that a thread takes at once [-]: enough to hide the call, few enough to share and to tell progress."""
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 __all__ = ["Family", "families_of", "family_of"]
 
 _LEVELS = 60
+"""Largest amplitude of a staircase, in jumps [-]: N is then 1 to a thousandth or so."""
 _LARGE = 1e4
+"""Largest amplitude of any other valve, over that at which it begins to move [-]."""
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["Bifurcation", "Branch", "bifurcation"]
 
 _HALVINGS = 7
+"""Halvings of a step of the parameter, before a cycle counts as gone [-]: born and dies are told to 1/128 of a step."""
 
 
 @dataclass(frozen=True)

@@ -120,9 +120,8 @@ def _boundary(linear, family, a: float, below: complex, above: complex, share: f
 def _rated(linear: LinearPart, family: Family, points: int = 120) -> list[LimitCycle]:
     """Solutions of a family whose N depends on amplitude and frequency: cells in which both parts change sign."""
     low, high = family.jumps[0], family.largest
-    if np.all(np.isin([low, high], [0.0])):
-        return []
-    fine = hasattr(family, "lag") and family.lag >= 0.0 and high > 25.0 * low
+    # Of a physical valve, whose `high` is 20 times `low`, each N is a run of its own.
+    fine = family.lag >= 0.0 and high > 25.0 * low
     n_a, n_w = (points, points) if fine else (24, 24)
     a = low * (1.0 + np.geomspace(1e-4, high / low - 1.0, n_a))
     omega = frequency_grid(linear, 1.5, n_w)

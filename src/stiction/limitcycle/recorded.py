@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["CycleMatch", "match_record", "measured_cycle"]
 
 _FAR = 0.25
+"""Distance beyond which a record is in none of the cycles predicted [-], as in `CycleMatch.distance`."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,6 @@ def match_record(loop: Loop, record: LoopRecord, cycles: tuple[LimitCycle, ...] 
     """
     period, amplitude, pv_amplitude = measured_cycle(record)
     if cycles is None:
-        families = None
         if require_bands(loop.valve).staircase and record.mv is not None:
             recent = record.mv[-max(int(3 * period / record.dt), 2) :]
             set_point = 0.0 if record.sp is None else float(np.nanmedian(record.sp))

@@ -12,6 +12,7 @@ from stiction.errors import ParameterError, require_positive
 from stiction.limitcycle.result import LimitCycle
 from stiction.models.compiled import kernel
 from stiction.models.controllers.pid import pid_at_rest, pid_step
+from stiction.models.facts import FACTS
 from stiction.models.switch import valve_at_rest, valve_step
 
 if TYPE_CHECKING:
@@ -81,7 +82,8 @@ def sampled_limit_cycles(
     sp, load : float
         Set point [PV units] and constant load [% of span].
     op : array_like, optional
-        OP at the start of each trial [% of span]; by default sizes from a half to twenty times the valve's band.
+        OP at the start of each trial [% of span]; by default from a half to eight times the valve's
+        largest band.
     position : float
         Stem position at the start [% of span].
     periods : float
@@ -140,9 +142,10 @@ def _gain(loop: Loop) -> float:
 
 
 def _default_starts(loop: Loop) -> np.ndarray:
-    scale = max((abs(float(v)) for v in vars(loop.valve).values() if isinstance(v, float) and math.isfinite(v)),
-                default=1.0)  # fmt: skip
-    return np.array([0.5, 1.0, 1.5, 2.5, 4.0, 8.0]) * scale
+    facts = FACTS.get(type(loop.valve).__name__)
+    names = [name for name, unit in facts.parameters.items() if unit == "% of span"] if facts else []
+    sizes = [value for name in names if isinstance(value := getattr(loop.valve, name), float)]
+    return np.array([0.5, 1.0, 1.5, 2.5, 4.0, 8.0]) * max(sizes, default=1.0)
 
 
 def _orbit(loop, sp, load, op0, position, periods, longest, tolerance) -> LimitCycle | None:

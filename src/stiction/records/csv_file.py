@@ -17,7 +17,7 @@ from stiction.records.csv_sniff import sniff
 from stiction.records.digits import number_of
 from stiction.records.numbers import is_number, one_unit, to_numbers, usual_unit
 from stiction.records.source import text_encoding
-from stiction.records.table import Columns
+from stiction.records.table import LOOK_AHEAD, Columns
 from stiction.records.thousands import grouped_cell, may_be_parted, parted_cells, torn_number
 
 if TYPE_CHECKING:
@@ -33,7 +33,6 @@ MAX_ROWS = 5_000_000
 _BLOCK = 20_000
 TORN = 0.01
 """Share of the rows that may have a number torn in two [-]."""
-_LOOK_AHEAD = 200
 _NAMES = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "pipes", " ": "spaces"}
 
 
@@ -65,12 +64,12 @@ class CsvTable:
         self.source = source
         self._encoding = encoding
         self._in_blocks = in_blocks(self._as_written())
-        head = [line for line, _ in zip(self._lines(), range(_LOOK_AHEAD), strict=False)]
+        head = [line for line, _ in zip(self._lines(), range(LOOK_AHEAD), strict=False)]
         layout = sniff(source.name, head, delimiter, decimal)
         self.header, self.decimal, self.width = layout.header, layout.decimal, layout.width
         self._delimiter, self._sure = layout.delimiter, decimal is not None
         self.first_line = layout.skip + 1
-        self.sample = [row for _, row in zip(range(_LOOK_AHEAD), self._rows(), strict=False)]
+        self.sample = [row for _, row in zip(range(LOOK_AHEAD), self._rows(), strict=False)]
         units = [
             usual_unit([row[i] for row in self.sample if i < len(row)], layout.decimal) for i in range(layout.width)
         ]

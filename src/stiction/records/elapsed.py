@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.table import LOOK_AHEAD
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -17,7 +19,6 @@ __all__ = ["is_elapsed", "parse_elapsed", "run_on"]
 _SPAN = re.compile(r"(?:(\d+) days?,? *)?(\d{1,5}):(\d{2}):(\d{2}(?:[.,]\d+)?)")
 _MINUTES = re.compile(r"()()(\d{1,3}):(\d{2}[.,]\d+)")
 _WEIGHTS = (86400.0, 3600.0, 60.0, 1.0)
-_LOOK_AHEAD = 200
 
 
 def is_elapsed(cell: str) -> bool:
@@ -44,7 +45,7 @@ def parse_elapsed(cells: Sequence[str]) -> tuple[NDArray[np.float64], str] | Non
     >>> parse_elapsed(["24:59:59", "25:00:00"])[0], parse_elapsed(["59:59.5", "00:00.0"])[0]
     (array([89999., 90000.]), array([3599.5, 3600. ]))
     """
-    sample = [text for cell in cells[:_LOOK_AHEAD] if (text := cell.strip())]
+    sample = [text for cell in cells[:LOOK_AHEAD] if (text := cell.strip())]
     form = next(
         (form for form in (_SPAN, _MINUTES) if 2 * sum(map(bool, map(form.fullmatch, sample))) > len(sample)), None
     )

@@ -17,7 +17,7 @@ from stiction.records.digits import number_of
 from stiction.records.numbers import is_number, one_unit, to_numbers, usual_unit
 from stiction.records.resample import untangled
 from stiction.records.signals import not_good
-from stiction.records.table import Columns
+from stiction.records.table import LOOK_AHEAD, Columns
 from stiction.records.timestamps import Stamps, is_stamp
 
 if TYPE_CHECKING:
@@ -31,7 +31,6 @@ __all__ = ["LongTable", "apart", "long_columns", "widened"]
 
 NO_NUMBERS = {word for signal in ("mode", "bad", "quality") for word in SIGNAL_WORDS[signal]}
 MAX_TAGS = 400
-_LOOK_AHEAD = 200
 _BEST = 10.0
 """Percentile of a tag's steps that is taken as the time between two scans [%]."""
 _LONGEST_REST = 20.0
@@ -221,7 +220,7 @@ def widened(
     columns_of = [(clock.seconds, list(values[rows])) for clock, rows in zip(clocks, mine, strict=True)]
     guesses += dict.fromkeys(guess for clock in clocks for guess in clock.guesses)
     jumps = _jumps(clocks)
-    units = [usual_unit(cells[:_LOOK_AHEAD], table.decimal) for _, cells in columns_of]
+    units = [usual_unit(cells[:LOOK_AHEAD], table.decimal) for _, cells in columns_of]
     return _joined(table, names, columns_of, Stamps(stamps.seconds, stamps.kind, guesses, None, *jumps), units)
 
 

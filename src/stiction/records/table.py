@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 
     from stiction.records.source import Source
 
-__all__ = ["Columns", "Table"]
+__all__ = ["LOOK_AHEAD", "Columns", "Table"]
+
+LOOK_AHEAD = 200
+"""Rows of a table by which its form is told [-]."""
 
 
 @dataclass

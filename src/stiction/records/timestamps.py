@@ -14,6 +14,7 @@ import numpy as np
 
 from stiction.errors import RecordError
 from stiction.records.elapsed import is_elapsed, parse_elapsed, run_on
+from stiction.records.table import LOOK_AHEAD
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -43,7 +44,6 @@ _ORDERS = {
 _REASONS = ("", "", "the days then follow each other", "the year is then a likely one", "as AM and PM are American")
 _LIKELY_DAYS = (14610, 25568)
 """First days of 2010 and 2040 [d since 1970]: where two digits may be the year, the order that ends up between."""
-_LOOK_AHEAD = 200
 _SHORTEST, _LONGEST = len("1:00"), 60
 _MONTHS = {
     **{
@@ -155,7 +155,7 @@ def parse_texts(cells: Sequence[str], *, day_first: bool | None = None, time_for
     if time_format is not None:
         return _parse_format(cells, time_format)
     given = cells
-    sample = [text for cell in cells[:_LOOK_AHEAD] if not _is_usual(text := cell.strip())]
+    sample = [text for cell in cells[:LOOK_AHEAD] if not _is_usual(text := cell.strip())]
     if form := next(filter(None, map(_rarer, sample)), None):
         rewrite = re.compile(f"^{form[0].pattern}$")
         cells = [rewrite.sub(form[1], cell.strip()) for cell in cells]

@@ -4,7 +4,22 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["ALERT", "FAINT", "GRID", "INK", "MODEL", "MUTED", "MV", "OP", "PV", "SP", "TEMPLATE", "colorbar", "line"]
+__all__ = [
+    "ALERT",
+    "FAINT",
+    "GRID",
+    "INK",
+    "MODEL",
+    "MUTED",
+    "MV",
+    "OP",
+    "PV",
+    "SP",
+    "TEMPLATE",
+    "colorbar",
+    "dotted",
+    "line",
+]
 
 PV = "#0072B2"
 OP = "#D55E00"
@@ -31,6 +46,12 @@ def line(color: str, width: float = 1.5, **more: Any) -> dict[str, Any]:
     {'color': '#D55E00', 'dash': 'dash', 'width': 1.5}
     """
     return {"color": color, "dash": _DASH.get(color, "solid"), "width": width, **more}
+
+
+def dotted(x: float) -> dict[str, Any]:
+    """A dotted line upright at `x`, behind the data."""
+    style = {"color": MUTED, "dash": "dot", "width": 1}
+    return {"type": "line", "x0": x, "x1": x, "y0": 0, "y1": 1, "yref": "paper", "line": style, "layer": "below"}
 
 
 def colorbar(title: str) -> dict[str, Any]:

@@ -124,16 +124,16 @@ def _explained(found: Identification, unit: str) -> list[str]:
     if math.isfinite(found.likelier_than_bent):
         rivals = {"": found.likelier_than_good, f" of a bent characteristic ({found.bent})": found.likelier_than_bent}
         if math.isfinite(found.likelier_than_gated):
-            rivals[" told the past of the PV without its noise"] = found.likelier_than_gated
+            rivals[" given the past of the PV without its noise"] = found.likelier_than_gated
         if math.isfinite(found.likelier_than_wave):
             rivals[" beside a wave from outside"] = found.likelier_than_wave
         by = ", by ".join(f"{words.digits(likelier)} than a good one{what}" for what, likelier in rivals.items())
         if math.isfinite(found.likelier_beside_wave):
             by += f", by {words.digits(found.likelier_beside_wave)} with that wave beside both"
-        lines.append(f"In twice the log likelihood a sticky valve foretells the PV better by {by}.")
+        lines.append(f"In twice the log likelihood a sticky valve predicts the PV better by {by}.")
     if found.left_out:
         samples = number_of(found.left_out, "sample")
-        lines.append(f"Left out of that: {samples} that neither valve foretells, as where the load steps.")
+        lines.append(f"Left out of that: {samples} that neither valve predicts, as where the load steps.")
     if math.isfinite(found.drift):
         lines.append(f"S changes by {found.drift:.2g} {unit} per hour (standard error {found.drift_error:.2g}).")
     return [*lines, found.reason] if found.reason else lines

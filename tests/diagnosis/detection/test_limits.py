@@ -75,6 +75,25 @@ def test_horch_takes_even_odd_and_what_is_between(degrees, vote):
     assert import_module("stiction.diagnosis.detection.horch_correlation").horch_correlation(record, found).vote == vote
 
 
+@pytest.mark.parametrize(
+    ("offsets", "vote"), [((0.02, 0.2), "no_stiction"), ((0.02, 0.5), "undecided"), ((0.5, 0.9), "stiction")]
+)
+def test_horch_clears_a_valve_only_where_both_offsets_are_small(offsets, vote, monkeypatch):
+    """d_rho of 0.02 is an angle of 16 degrees and d_tau of 0.2 one of 18; d_tau of 0.5 is 45."""
+    page = import_module("stiction.diagnosis.detection.horch_correlation")
+    monkeypatch.setattr(page, "correlation_offsets", lambda _: offsets)
+    record = fast()
+    assert page.horch_correlation(record, find_oscillation(record)).vote == vote
+
+
+@pytest.mark.parametrize(("windows", "valid"), [(29, False), (30, True)])
+def test_damarla_needs_thirty_windows(windows, valid):
+    record = fast().window(0, 6 * windows + 5)
+    row = FACTS["damarla_regression"].function(record, replace(find_oscillation(record), period=PERIOD))
+    assert row.valid is valid
+    assert (f"only {windows} windows" in row.why) is not valid
+
+
 @pytest.mark.parametrize("noise", [0.0, 0.3])
 def test_singhals_delta_is_two_standard_errors_of_the_median(noise, monkeypatch):
     rng = np.random.default_rng(1)

@@ -35,7 +35,7 @@ NAMED = {
     "much more is explained": (contradiction, "MUCH_MORE", math.inf),
     "beats every rival": (contradiction, "BEATS_EVERY", math.inf),
     "a jump is plain": (contradiction, "PLAIN_JUMP", math.inf),
-    "foretells the PV": (contradiction, "FORETELLS", math.inf),
+    "predicts the PV": (contradiction, "PREDICTS", math.inf),
     "samples not seen to be the controller's": (contradiction, "LIKE_A_PLANTS", math.inf),
     "makes no such cycle": (contradiction, "OWN_CYCLE", -math.inf),
 }

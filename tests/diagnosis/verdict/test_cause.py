@@ -52,13 +52,13 @@ def test_a_valve_that_explains_more_is_said_to():
 def test_a_valve_that_explains_no_more_is_called_sticky_for_what_counted(fit, good):
     shares = f"({max(round(fit), 0)} %, a good valve {max(round(good), 0)} %)"
     by_cycle = told("stiction", 0.9, found=fitting(fit, good, 106.6)).reason
-    assert "foretells the PV better than a good one, cycle by cycle (twice the log likelihood: 107), though" in by_cycle
+    assert "predicts the PV better than a good one, cycle by cycle (twice the log likelihood: 107), though" in by_cycle
     assert f"explains no more of its movement by simulation {shares}." in by_cycle
     for likelier in (-5.8, 0.9, math.nan):
         reason = told("stiction", 0.9, found=fitting(fit, good, likelier)).reason
         assert f"explains no more of the PV's movement than a good one {shares}; " in reason
         assert "what counted most for it: S takes so much of the OP's swing (0.7, usually 0.31)." in reason
-        assert "foretells" not in reason
+        assert "predicts" not in reason
         assert strongest(COUNTED) in told("undecided", 0.5, found=fitting(fit, good, likelier)).reason
 
 
@@ -84,10 +84,10 @@ def test_a_good_valve_is_not_defended_with_a_sticky_one_that_explains_more(name)
         (0.5, -20.0, -30.0, ""),  # the straight one is as good
     ],
 )
-def test_a_good_valve_that_foretells_better_is_named(likelier, bent, wave, named):
+def test_a_good_valve_that_predicts_better_is_named(likelier, bent, wave, named):
     more = {"likelier_than_bent": bent, "likelier_than_wave": wave, "bent": "a seat at 15 % of OP's range"}
     found = replace(fitting(60.0, 41.0, likelier), **more)
-    sentence = f" A good valve {named} foretells the PV better than a sticky one."
+    sentence = f" A good valve {named} predicts the PV better than a sticky one."
     for verdict, p in (("no_stiction", 0.05), ("undecided", 0.5)):
         for cause in ("external disturbance", "none"):
             assert (sentence in told(verdict, p, cause, found).reason) is bool(named)
@@ -99,7 +99,7 @@ def test_a_good_valve_that_foretells_better_is_named(likelier, bent, wave, named
 def test_of_several_that_foretell_better_the_likeliest_is_named(gated):
     more = {"likelier_than_bent": -20.0, "likelier_than_wave": -30.0, "likelier_than_gated": gated}
     reason = told("no_stiction", 0.05, "none", replace(fitting(60.0, 41.0, 106.6), **more)).reason
-    assert ("A good valve told the past of the PV without its noise as well foretells" in reason) is (gated < -30.0)
+    assert ("A good valve given the past of the PV without its noise as well predicts" in reason) is (gated < -30.0)
 
 
 def test_the_nearest_of_all_good_valves_is_the_one_to_beat():
@@ -126,7 +126,7 @@ def test_more_is_said_only_where_the_numbers_shown_are_more(fit, good, likelier)
     said = fits(fitting(fit, good, likelier))
     shown = [max(round(x), 0) for x in (fit, good)]
     assert ("no more" in said) == (shown[0] <= shown[1])
-    assert ("foretells" in said) == (shown[0] <= shown[1] and likelier > 1.0)
+    assert ("predicts" in said) == (shown[0] <= shown[1] and likelier > 1.0)
     assert "-" not in said
 
 
@@ -232,7 +232,7 @@ def test_a_real_record_is_not_argued_against(records):
     valve = found.identification
     assert valve is not None
     assert (found.verdict, valve.fit < valve.fit_linear, valve.likelier_than_good > 0.0) == ("stiction", True, True)
-    assert "foretells the PV better than a good one, cycle by cycle" in found.reason
+    assert "predicts the PV better than a good one, cycle by cycle" in found.reason
 
 
 def test_the_strongest_finding_is_none_of_the_constant():

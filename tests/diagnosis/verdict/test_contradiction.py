@@ -123,7 +123,7 @@ def test_what_keeps_a_valve_from_surely_sticking(changed, told):
         assert (NOT_ITS_OWN in found.why) is (NOT_ITS_OWN in told and p > MOST)
 
 
-PLAIN = Objection.FORETELLS
+PLAIN = Objection.PREDICTS
 """What a valve is told to be whose S is plain, though its loop may be driven."""
 
 

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 __all__ = ["with_samples_between"]
 
+# What half and twice of each does is counted in docs/verdict-measured.md, "What each constant of the search brings".
 FEWEST = 100
 """Intervals without which no law is fitted [-]."""
 PAST = 6

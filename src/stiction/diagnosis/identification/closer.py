@@ -47,7 +47,8 @@ of them may be a set point's that was not recorded."""
 STARTS = np.linspace(-1.0, 1.0, 9)
 """Places at the start of a record of which only the middle is foretold [half bands]."""
 ANOTHER = 0.1
-"""How far off the record's S that of a stretch is beyond which its own valve is simulated in it, as a share [-]."""
+"""How far off the record's S that of a stretch is beyond which its own valve is simulated in it, as a share [-]. S and
+J do not depend on it."""
 
 
 class Closer(NamedTuple):

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["most_likely", "most_likely_between", "tried_again", "tried_recorded"]
 
+# What half and twice of each does is counted in docs/verdict-measured.md, "What each constant of the search brings".
 LEAST_SWING = 0.07
 """Smallest S looked for first, as a share of the OP's swing [-]."""
 USUAL = (3.0, 30.0, 0.15)

@@ -37,6 +37,7 @@ __all__ = [
     "valves",
 ]
 
+# What half and twice of each does is counted in docs/verdict-measured.md, "What each constant of the search brings".
 ORDER = 12
 """Lags of the PV in the regression, at most [-]; fewer where a record is very short."""
 OP_ORDER = 4

@@ -25,6 +25,8 @@ __all__ = ["ModelFit", "Tied", "fit_model", "fit_process"]
 
 LEAST_S = 0.12
 """Smallest S tried at first, as a share of OP's swing [-]."""
+# Widths and numbers were chosen by how often intervals hold the truth of staircases
+# (tests/diagnosis/identification/staircases.py), which docs/valve-models-from-a-record.md counts.
 N_BEGINS, N_CLOSER_BEGINS = 12, 48
 """Samples tried for the first slip [-], at first and in every closer search."""
 STAGES = ((1.3, 0.015, 0.08, 12, 16), (1.15, 0.012, 0.05, 40, 6))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["Piece", "search_piece", "with_stem"]
 
 N_S, N_J = 24, 10
-"""Points of the dense search over S and J / S."""
+"""Points of the dense search over S and J / S [-]: a map and a start, from which the closer search tells S."""
 
 
 class Piece(NamedTuple):

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["LANES", "Desk", "behind_lag", "desk", "prediction_errors", "stems"]
 
 LANES = 32
-"""Valves handled side by side [-]."""
+"""Valves handled side by side [-]; as in `search`."""
 SIDE = 16
 """Samples after which their stem positions are turned from columns into rows [-]."""
 

@@ -13,11 +13,13 @@ from stiction.models.compiled import summing
 __all__ = ["left_over", "past"]
 
 NUGGET = 1e-9
-"""Added to the diagonal of normal equations whose columns have unit length [-]."""
+"""Added to the diagonal of normal equations whose columns have unit length [-]: far above the rounding of their
+products, far below what a column must add to matter."""
 EXPLAINED = 1e-8
-"""Share of a column's square that those before it must leave for it to get a weight [-]."""
+"""Share of a column's square that those before it must leave for it to get a weight [-]: of one that they explain the
+nugget is left, a tenth of this."""
 EMPTY = 1e-12
-"""Mean square up to which a column is none."""
+"""Mean square up to which a column is none: that of signals is 1, but that of a stem or an OP that rests."""
 
 
 @summing

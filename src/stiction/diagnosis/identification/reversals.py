@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 __all__ = ["distinct", "from_reversals", "turns"]
 
+# What half and twice of each does is counted in docs/verdict-measured.md, "What each constant of the search brings".
 STARTS = 3
 """Reversals begun from, spread over the first half of the record [-]."""
 CYCLES, SHORTEST = 3.0, 60

@@ -33,7 +33,7 @@ __all__ = [
 ]
 
 LANES = 32
-"""Valves handled side by side."""
+"""Valves handled side by side [-]: four vectors of eight numbers, or eight of four, whose sums wait for none."""
 
 
 class Work(NamedTuple):

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["one_each", "surroundings", "valleys_of"]
 
+# What half and twice of each does is counted in docs/verdict-measured.md, "What each constant of the search brings".
 FORGOTTEN = 0.1
 """Step over the place from which on that of a stem that goes on is left alone: after the first slip it is forgotten."""
 EVERY_J, FEW = np.linspace(0.0, 1.0, 13), 2

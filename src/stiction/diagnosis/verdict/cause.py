@@ -157,14 +157,14 @@ def not_seen(why: str, causes: Mapping[str, float]) -> Cause:
 
 
 def fits(found: Identification) -> str:
-    """How well a sticky valve explains the PV, as part of a sentence; where no better, whether it foretells it so."""
+    """How well a sticky valve explains the PV, as part of a sentence; where no better, whether it predicts it so."""
     sticky, good = _percent(found.fit), _percent(found.fit_linear)
     if sticky > good:
         return f"explains {sticky} % of the PV's movement, a good valve {good} %"
     if found.likelier_than_good > BY_CHANCE:
         by = digits(found.likelier_than_good, significant=2)
         return (
-            f"foretells the PV better than a good one, cycle by cycle (twice the log likelihood: {by}), though it "
+            f"predicts the PV better than a good one, cycle by cycle (twice the log likelihood: {by}), though it "
             f"explains no more of its movement by simulation ({sticky} %, a good valve {good} %)"
         )
     return _no_more(sticky, good)
@@ -282,16 +282,16 @@ def _deciding(rhythm: Oscillation, dt: float, kind_known: bool) -> str:
 
 
 def _rival(found: Identification, rhythm: Oscillation) -> str:
-    """The good valve that foretells the PV better than the sticky one though a straight one does not; or nothing."""
+    """The good valve that predicts the PV better than the sticky one though a straight one does not; or nothing."""
     rivals = (
         (found.likelier_than_wave, f"beside a wave from outside, the same every {in_seconds(rhythm.period)},"),
         (found.likelier_than_bent, f"with a bent characteristic ({found.bent})"),
-        (found.likelier_than_gated, "told the past of the PV without its noise as well"),
+        (found.likelier_than_gated, "given the past of the PV without its noise as well"),
     )
     better = [(likelier, name) for likelier, name in rivals if likelier < 0.0]
     if not (better and found.likelier_than_good > BY_CHANCE):
         return ""
-    return f" A good valve {min(better)[1]} foretells the PV better than a sticky one."
+    return f" A good valve {min(better)[1]} predicts the PV better than a sticky one."
 
 
 def _deadband(seen: Seen) -> tuple[str, str]:

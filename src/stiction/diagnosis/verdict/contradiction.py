@@ -1,7 +1,7 @@
 """What the findings say against one another: a valve is then neither surely good nor surely sticking.
 
 The tables of `probability` add what the findings say. A few of them say something that no sum of others outweighs: a
-sticky valve that foretells the PV far better than every rival in a loop that is otherwise calm, a cycle that the loop
+sticky valve that predicts the PV far better than every rival in a loop that is otherwise calm, a cycle that the loop
 found does not make. Beside the doubts about the data (`doubt`) these keep a probability between `doubt.LEAST` and
 `doubt.MOST`, and two of them turn "no stiction" into `undecided`.
 """
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BEATS_EVERY",
-    "FORETELLS",
     "HARDLY_JUMPS",
     "LIKE_A_PLANTS",
     "MUCH_MORE",
     "OWN_CYCLE",
     "PLAIN_JUMP",
+    "PREDICTS",
     "REGULAR",
     "STEADILY",
     "UNLAWFUL",
@@ -53,7 +53,7 @@ faults of the data which no gate asks for turned into surely good ones (another 
 PV rounded or stored slower, bursts of noise) it tells 60, and 8 of 13 the other way; of 3 120 told surely and right
 (`simulation.population`, seeds 10 and 12, and that hand's) 25."""
 MUCH_MORE = 30.0
-"""Share of the PV [%] that a sticky valve explains beyond a good one, and foretells better, with which no calm speaks
+"""Share of the PV [%] that a sticky valve explains beyond a good one, and predicts better, with which no calm speaks
 for the latter: when it was chosen three of 6 857 loops that do not stick and were called so had it
 (`simulation.population`, seeds 10, 12, 13 and 14)."""
 BEATS_EVERY, STEADILY = 60.0, 1.64
@@ -65,9 +65,9 @@ PLAIN_JUMP = 0.33
 """`features.likely_jump_clear` beyond which a jump is plain whatever else is wrong with the loop [-]: of 91 loops told
 below `doubt.LEAST` with a faulty transmitter or a limit to blame and a likely jump, one of them sticky, none had 0.33
 (seeds 10, 12, 13, 14)."""
-FORETELLS = 8.0
+PREDICTS = 8.0
 """Vuong's statistic over a good valve beyond which a sticky one may be there though something else drives the loop [-].
-A good valve with a bend, or beside a wave from outside, must not foretell the PV better. Of 14 800 loops
+A good valve with a bend, or beside a wave from outside, must not predict the PV better. Of 14 800 loops
 (`simulation.population`, seeds 10, 12, 13, 14 and 17, and two seeds of another hand) 48 are told below `doubt.LEAST`
 but for this, 16 of which stick."""
 REGULAR, OWN_CYCLE, HARDLY_JUMPS = 0.95, 0.3, 0.15
@@ -124,7 +124,7 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
     Returns
     -------
     tuple of Objection
-        A jump beyond chance (`features.CLEAR_JUMP`), a sticky valve that explains much more, one that foretells better
+        A jump beyond chance (`features.CLEAR_JUMP`), a sticky valve that explains much more, one that predicts better
         in cycle after cycle, than any good one, and is no play, play where the samples are not the controller's own, or
         values such as a plant's historian keeps, slower than these: in them slips drown. Where the transmitter or a
         limit of OP is to blame only a jump that is plain (`PLAIN_JUMP`) or, of samples that are not the controller's
@@ -134,15 +134,15 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
     if causes["sensor"] + causes["saturation"] >= FAULT_SEEN:
         plain = {
             Objection.JUMP_PLAIN: row.likely_jump_clear > PLAIN_JUMP,
-            Objection.FORETELLS: not found.own_samples and found.likelier_than_any > BEATS_EVERY,
+            Objection.PREDICTS: not found.own_samples and found.likelier_than_any > BEATS_EVERY,
         }
         return tuple(one for one, true in plain.items() if true)
-    foretells = found.own_samples and causes["deadband"] < FAULT_SEEN and found.beats_any > 0.0
+    predicts = found.own_samples and causes["deadband"] < FAULT_SEEN and found.beats_any > 0.0
     seen = {
         Objection.JUMP_LIKELY: row.likely_jump_clear > 0.0,
         Objection.MUCH_MORE: explains_much_more(found),
         Objection.EVERY_RIVAL: beats_every_rival(found),
-        Objection.FORETELLS: foretells and found.beats_good > FORETELLS,
+        Objection.PREDICTS: predicts and found.beats_good > PREDICTS,
         Objection.JUMP_OPEN: causes["deadband"] > PLAY and not found.own_samples,
         Objection.SLIPS_DROWN: not found.own_samples and kept_by_plant(row) > LIKE_A_PLANTS,
     }
@@ -220,7 +220,7 @@ def explains_much_more(found: Identification) -> bool:
     Returns
     -------
     bool
-        True where the likeliest one, or that of the dense search, explains `MUCH_MORE`, and it foretells the PV
+        True where the likeliest one, or that of the dense search, explains `MUCH_MORE`, and it predicts the PV
         better as well: of a stem that rests but for one slip the likelihood may see a smaller band than the search.
     """
     return _explained(found) - found.fit_linear > MUCH_MORE and found.likelier_than_good > 0.0

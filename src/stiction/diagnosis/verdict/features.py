@@ -78,7 +78,7 @@ class Features(NamedTuple):
     better_with_jump: float
     """ln(error of the best valve without jump / error of the best valve), held at 3 [-]."""
     beats_good: float
-    """Vuong's statistic x by which the sticky valve foretells the PV better than a good one, as x / (3 + |x|) [-]."""
+    """Vuong's statistic x by which the sticky valve predicts the PV better than a good one, as x / (3 + |x|) [-]."""
     likelier_than_good: float
     """ln(1 + x) over 8, x twice the log likelihood by which the likeliest sticky valve beats a good one [-]; of a
     good one that is likelier the same below 0."""

@@ -6,7 +6,7 @@ The identification searches stretches of about eight periods by themselves; here
 - it `sticks` where the band found takes `BAND` of the OP's swing in it, as a cycle of the valve's own must have
   (OP_pp >= S), and the sticky valve explains the PV better than a good one;
 - it does not stick (`no_stiction`) where it fails either (`undecided` where only the latter, but a sticky valve
-  foretells the PV better: S may have changed in its midst), and wherever a good valve explains most of a PV that
+  predicts the PV better: S may have changed in its midst), and wherever a good valve explains most of a PV that
   answers an OP smaller than the record's S: a valve that sticks would have rested;
 - otherwise such a window is `undecided`: OP moves too little to free the valve, and nothing shows. So is one in which
   the band fits but explains less than half of the PV.

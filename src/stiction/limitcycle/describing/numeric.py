@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["numeric_df"]
 
 _FEWEST, _MOST, _PERIODS = 1 << 10, 1 << 22, 40
+"""Samples of a period at first and at most, and periods until two must agree [-]."""
 
 
 @kernel

@@ -22,6 +22,7 @@ from stiction.models.compiled import kernel
 __all__ = ["lattice_offset", "staircase_amplitudes", "staircase_df", "staircase_levels", "stenman_printed"]
 
 _TIE = 1e-12
+"""Share of the amplitude by which a level may be missed and still be reached: rounding, not physics [-]."""
 
 
 def lattice_offset(jump: float, family: str | float) -> float:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["Orbit", "family_name", "limit_cycle", "refine"]
 
 _FLAT = 1e-6
+"""Distance of the largest multiplier from the unit circle within which stability is not told [-]."""
 
 
 @dataclass(frozen=True)

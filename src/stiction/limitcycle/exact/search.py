@@ -23,8 +23,11 @@ if TYPE_CHECKING:
 __all__ = ["exact_limit_cycles", "same_cycle", "search", "solve"]
 
 _SIZES = (0.7, 1.05, 1.5, 2.2, 3.3, 5.0, 9.0, 20.0)
-_LOOK, _LOOK_STEPS = 24, 60_000
+"""OP amplitudes of the starts, over sb [-]."""
 _PHASES = (-math.pi, -2.6, -2.1)
+"""Phases of L at the frequencies of the starts [rad]: -1/N of a stem that lags has half a turn to a quarter."""
+_LOOK, _LOOK_STEPS = 24, 60_000
+"""Turns and steps of a first look, which tells most starts that lead to a cycle already known [-]."""
 
 
 def exact_limit_cycles(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -36,7 +36,7 @@ def autocorrelation(view: View) -> Figure | None:
     layout = {
         "xaxis": {"title": {"text": f"Lag [{name}]"}, "range": [0.0, float(lag[-1])]},
         "yaxis": {"title": {"text": "Autocorrelation [-]"}, "zeroline": True, "zerolinecolor": look.FAINT},
-        "shapes": [_mark(float(x)) for x in marks if x <= lag[-1]],
+        "shapes": [look.dotted(float(x)) for x in marks if x <= lag[-1]],
         "showlegend": False,
         "margin": {"t": look.BELOW_BUTTONS},
     }
@@ -48,8 +48,3 @@ def autocorrelation(view: View) -> Figure | None:
     else:
         caption = "No period was found: the autocorrelation does not come back at regular lags."
     return Figure({"data": data, "layout": layout}, "Autocorrelation of the control error", caption, height=300)
-
-
-def _mark(x: float) -> dict[str, Any]:
-    line = {"color": look.MUTED, "dash": "dot", "width": 1}
-    return {"type": "line", "x0": x, "x1": x, "y0": 0, "y1": 1, "yref": "paper", "line": line, "layer": "below"}

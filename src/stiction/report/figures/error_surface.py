@@ -72,7 +72,7 @@ def error_surface(view: View) -> Figure | None:
         f"J = {J} {unit} ({J_low} to {J_high} {unit})"
     )
     if found.rough is not None:
-        told += ", which foretells the PV best from sample to sample: loads pull a simulation away from it"
+        told += ", which predicts the PV best from sample to sample: loads pull a simulation away from it"
     caption = f"Pale is a good fit; a long pale valley means that the data do not tell S and J apart. What is {told}."
     return Figure({"data": data, "layout": layout}, "Simulation error for each S and J", caption, height=400)
 

@@ -69,8 +69,8 @@ def remedy_sensitivity(trial: CompensationTrial) -> Figure | None:
         return None
     ranked = [one for one in reversed(trial.remedies) if one.name != "do nothing"]
     names = [f"<b>{one.name}</b>" if one.name == trial.recommended else one.name for one in ranked]
-    plain = [100.0 * (1.0 - one.gain) for one in ranked]
-    seed = [100.0 * (1.0 - one.gain_low) for one in ranked]
+    plain = [100.0 * (1.0 - one.improvement) for one in ranked]
+    seed = [100.0 * (1.0 - one.improvement_low) for one in ranked]
     worst = [100.0 * one.worst for one in ranked]
     spans = [(min(three), max(three)) for three in zip(plain, seed, worst, strict=True)]
     data: list[dict[str, Any]] = [

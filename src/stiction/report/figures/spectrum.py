@@ -41,7 +41,7 @@ def spectrum(view: View) -> Figure | None:
     layout = {
         "xaxis": {"title": {"text": f"Frequency [1/{name}]"}, "range": [0.0, end * size]},
         "yaxis": {"title": {"text": "PV amplitude"}, "rangemode": "tozero"},
-        "shapes": [_mark(x) for _, x in marks],
+        "shapes": [look.dotted(x) for _, x in marks],
         "annotations": [_label(k, x) for k, x in marks],
         "showlegend": False,
         "margin": {"t": look.BELOW_BUTTONS},
@@ -63,11 +63,6 @@ def _amplitudes(y: NDArray[np.float64], dt: float) -> tuple[NDArray[np.float64],
     window = np.hanning(y.size)
     amplitude = 2.0 / window.sum() * np.abs(np.fft.rfft(level * window))
     return np.fft.rfftfreq(y.size, dt).astype(np.float64), amplitude.astype(np.float64)
-
-
-def _mark(x: float) -> dict[str, Any]:
-    line = {"color": look.MUTED, "dash": "dot", "width": 1}
-    return {"type": "line", "x0": x, "x1": x, "y0": 0, "y1": 1, "yref": "paper", "line": line, "layer": "below"}
 
 
 def _label(k: int, x: float) -> dict[str, Any]:
