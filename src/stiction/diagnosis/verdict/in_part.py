@@ -84,7 +84,7 @@ def suspect(part: LoopRecord, stem: Shown | None) -> slice | None:
     >>> abs(cut.start - 3200) <= 130, cut.stop
     (True, 4000)
     """
-    if stem is not None and stem.watching is not None and stem.what != "stiction":
+    if stem is not None and stem.watching is not None:
         loose = _loose(_off(part, stem.watching.good))
         if loose is not None:
             return loose
