@@ -150,7 +150,7 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
 
 
 def against_moving(stem: Shown | None, causes: Mapping[str, float]) -> tuple[Objection, ...]:
-    """Say what keeps a valve from being good where its recorded position stands still.
+    """Say what keeps a valve from being good where its recorded position does not go with OP.
 
     Parameters
     ----------
@@ -163,8 +163,11 @@ def against_moving(stem: Shown | None, causes: Mapping[str, float]) -> tuple[Obj
     -------
     tuple of Objection
         A position that stands still while OP moves by more than `STILL`, where a wave from outside or nothing is the
-        likeliest cause: either its transmitter hangs, or the stem is stuck fast and PV moves without it.
+        likeliest cause: either its transmitter hangs, or the stem is stuck fast and PV moves without it. And one that
+        moves otherwise than OP: another valve's, or of a stem that seldom leaves its band.
     """
+    if stem is not None and stem.what == "unrelated":
+        return (Objection.ANOTHER_STEM,)
     still = stem is not None and stem.what == "frozen" and stem.swing > STILL
     return (Objection.STANDS_STILL,) if still and max(causes, key=lambda one: causes[one]) in BESIDE_THE_VALVE else ()
 

@@ -25,8 +25,9 @@ from stiction.diagnosis.verdict.contradiction import (
     explains_much_more,
     explains_nothing,
 )
-from stiction.diagnosis.verdict.doubt import FAULT_SEEN, UNKNOWN, held_back, only_saturated
+from stiction.diagnosis.verdict.doubt import FAULT_SEEN, MOST, UNKNOWN, held_back, only_saturated
 from stiction.diagnosis.verdict.features import Features, features
+from stiction.diagnosis.verdict.in_part import suspect, told_of_part
 from stiction.diagnosis.verdict.objection import Objection
 from stiction.diagnosis.verdict.own_cycle import near, own_cycle
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
@@ -140,11 +141,22 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     >>> st.diagnose(st.simulate(loop, sp=10.0, duration=2000.0, loop_type="flow")).verdict
     'stiction'
     """
+    return _diagnosed(record, 0)
+
+
+def _diagnosed(record: LoopRecord, start: int) -> Diagnosis:
+    """Judge a record that begins at sample `start` of the one asked about, and a part of it where the valve may stick."""
     seen = findings(record)
     if seen.features is None:
         return _cannot_tell(seen)
     weighed = _weigh(seen, seen.features)
-    return _told(seen, seen.features, weighed, _judge(seen, seen.features, weighed))
+    whole = _told(seen, seen.features, weighed, _judge(seen, seen.features, weighed), start)
+    first, last = whole.quality.first, whole.quality.last
+    cut = None if whole.probability >= MOST else suspect(seen.record.window(first, last), seen.stem)
+    if cut is None:
+        return whole
+    begin, end = first + cut.start, first + cut.stop
+    return told_of_part(whole, _diagnosed(record.window(begin, end), start + begin), begin, start)
 
 
 class Weighed(NamedTuple):
@@ -224,8 +236,8 @@ def _makes_cycle(seen: Findings) -> bool:
     return own is not None and near(seen.oscillation.amplitude_op, own.amplitude_op) >= OWN_CYCLE
 
 
-def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged) -> Diagnosis:
-    """Put the verdict into words."""
+def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged, start: int) -> Diagnosis:
+    """Put the verdict into words; times count from `start` samples before the record."""
     verdict, valve, found = judged.verdict, judged.valve, seen.found[seen.speaks]
     unit = seen.record.op_unit_short
     cause = named_cause(
@@ -237,7 +249,7 @@ def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged) -> Di
         cause = not_seen(judged.not_seen, judged.causes)
     elif judged.still:
         cause = stuck_or_not(judged.causes)
-    shown = windows(seen.part, valve, seen.quality.first) if verdict != "no_stiction" else ()
+    shown = windows(seen.part, valve, start + seen.quality.first) if verdict != "no_stiction" else ()
     if weighed.stem is not None and not any(window.verdict == "stiction" for window in shown):
         shown = ()
     of_stem = seen.stem.why if seen.stem is not None else ""

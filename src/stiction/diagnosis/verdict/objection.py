@@ -43,6 +43,8 @@ class Objection(StrEnum):
     """Against a good valve: values such as a plant's historian keeps (`contradiction.LIKE_A_PLANTS`)."""
     STANDS_STILL = "the valve's position stands still"
     """Against a good valve: by it the stem may be stuck fast (`contradiction.STILL`)."""
+    ANOTHER_STEM = "the valve's position does not go with OP"
+    """Against a good valve: its stem would; the position is another valve's, or the stem sticks."""
     NOT_ITS_OWN = "the loop found makes no such cycle"
     """Against a sticking valve: the loop found does not make its regular cycle (`contradiction.OWN_CYCLE`)."""
     NO_JUMP = "the valve does not jump"
