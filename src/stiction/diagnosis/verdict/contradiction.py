@@ -70,6 +70,11 @@ PREDICTS = 8.0
 A good valve with a bend, or beside a wave from outside, must not predict the PV better. Of 14 800 loops
 (`simulation.population`, seeds 10, 12, 13, 14 and 17, and two seeds of another hand) 48 are told below `doubt.LEAST`
 but for this, 16 of which stick."""
+BESIDE_PLAY = 15.0
+"""Twice the log likelihood over play from which a valve may stick beside a wave from outside [-]: that wave explains most
+of the PV whatever the valve does, so that what counts is which valve predicts the rest. Of 7 000 loops
+(`simulation.population`, seed 101) 31 are told below `doubt.LEAST` with it and more than `BEATS_EVERY` over a good valve
+beside the wave, six of which stick."""
 REGULAR, OWN_CYCLE, HARDLY_JUMPS = 0.95, 0.3, 0.15
 """`features.regularity` above which an oscillation is regular, and `own_amplitude` and `jump` below which the loop
 found does not make it [-]. Of the same loops 34 are told beyond `doubt.MOST` but for these, 12 of which are good."""
@@ -125,7 +130,8 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
     -------
     tuple of Objection
         A jump beyond chance (`features.CLEAR_JUMP`), a sticky valve that explains much more, one that predicts better
-        in cycle after cycle, than any good one, and is no play, play where the samples are not the controller's own, or
+        in cycle after cycle, than any good one, and is no play, one that jumps and predicts better with a wave from
+        outside beside both, play where the samples are not the controller's own, or
         values such as a plant's historian keeps, slower than these: in them slips drown. Where the transmitter or a
         limit of OP is to blame only a jump that is plain (`PLAIN_JUMP`) or, of samples that are not the controller's
         own, a sticky valve that beats each of its rivals (`BEATS_EVERY`): what else such a loop shows is of their
@@ -137,12 +143,16 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
             Objection.PREDICTS: not found.own_samples and found.likelier_than_any > BEATS_EVERY,
         }
         return tuple(one for one, true in plain.items() if true)
+    beside = found.own_samples and max(causes, key=lambda one: causes[one]) in BESIDE_THE_VALVE
     predicts = found.own_samples and causes["deadband"] < FAULT_SEEN and found.beats_any > 0.0
     seen = {
         Objection.JUMP_LIKELY: row.likely_jump_clear > 0.0,
         Objection.MUCH_MORE: explains_much_more(found),
         Objection.EVERY_RIVAL: beats_every_rival(found),
         Objection.PREDICTS: predicts and found.beats_good > PREDICTS,
+        Objection.BESIDE_WAVE: beside
+        and found.likelier_beside_wave > BEATS_EVERY
+        and found.likelier_than_play > BESIDE_PLAY,
         Objection.JUMP_OPEN: causes["deadband"] > PLAY and not found.own_samples,
         Objection.SLIPS_DROWN: not found.own_samples and kept_by_plant(row) > LIKE_A_PLANTS,
     }
