@@ -298,6 +298,32 @@ def test_loops_that_something_upsets_rest_in_between():
         assert case.S > 0.0 if case.sticky else case.S == case.J == 0.0
 
 
+def test_a_short_record_is_cut_out_of_a_long_one_where_the_cause_shows():
+    causes = ("stiction", "tight tuning")
+    long, short = (list(population(60, causes, 17, historian=False, samples=size)) for size in (None, (100, 300)))
+    sizes = [len(case.record) for case in short]
+    assert min(sizes) >= 100
+    assert max(sizes) <= 300
+    assert len(set(sizes)) > 30
+    starts = []
+    for whole, cut in zip(long, short, strict=True):
+        n = len(cut.record)
+        inside = np.lib.stride_tricks.sliding_window_view(whole.record.pv, n)
+        (at,) = np.flatnonzero((inside == cut.record.pv).all(axis=1))
+        np.testing.assert_array_equal(cut.record.op, whole.record.op[at : at + n])
+        assert cut.cycles == pytest.approx(n * cut.record.dt / cut.period)
+        if whole.kind == "ringing":
+            assert at == 0
+        elif whole.sticking:
+            (first, last), (begin, end) = whole.sticking[0], cut.sticking[0]
+            assert (begin, end) == (max(first - at, 0), min(last - at, n))
+            assert end - begin >= 0.9 * min(n, last - first)
+        else:
+            starts.append(at)
+    assert {case.kind for case in short} >= {"ringing", "intermittent"}
+    assert len(set(starts)) > 30
+
+
 @pytest.mark.parametrize(("shape", "least"), [("steps", 0.95), ("pulses", 0.9), ("ramps", 0.0)])
 def test_upsets_are_few_and_up_to_one_in_size(shape, least):
     for seed in range(20):

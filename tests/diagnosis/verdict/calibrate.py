@@ -1,7 +1,7 @@
 """Find the weights of the verdict again, judge each real loop by weights found without it, and write the tables.
 
-python tests/diagnosis/verdict/calibrate.py ../shared/data --loops 7000 --upsets 450 --plants 4800 --seed 101 --jobs 2
-[--write]
+python tests/diagnosis/verdict/calibrate.py ../shared/data --loops 7000 --short 1400 --upsets 450 --plants 4800 --seed 101
+--jobs 2 [--write]
 
 --keep keeps the rows of features in a file, --rows goes on from such files. The features of the first table are chosen
 by many samples of the loops, one feature after the other, by what each adds on simulated loops that were not fitted and
@@ -63,6 +63,8 @@ FEWEST = 3
 """Samples that must choose a feature for it to be in the table: what fewer choose may be by chance [-]."""
 FOLDS = 4
 """Parts that the simulated loops are left out in, to see how well they are told."""
+SHORT = (100, 500)
+"""Fewest and most samples of the short records [-]: of an hour or a shift, shorter than those of `population`."""
 TESTED = 5
 """One simulated loop in so many is left out of the fits."""
 
@@ -78,11 +80,12 @@ def of_case(case):
     return [CAUSES.index(case.cause), *row(case.record)]
 
 
-def gather(folder, loops, upsets, plants, seed, jobs):
+def gather(folder, loops, short, upsets, plants, seed, jobs):
     """Rows of the simulated loops, cause first, and of the real ones, with their labels, groups and names."""
-    simulated = np.array(
-        list(each(of_case, chain(population(loops, seed=seed), upset_population(upsets, seed)), jobs, loops + upsets))
+    drawn = chain(
+        population(loops, seed=seed), upset_population(upsets, seed), population(short, seed=seed + 1, samples=SHORT)
     )
+    simulated = np.array(list(each(of_case, drawn, jobs, loops + upsets + short)))
     kept = np.array(list(each(of_case, plant_population(plants, seed), jobs, plants)))
     real, of = [], []
     for one in read_labels(str(folder)):
@@ -247,6 +250,7 @@ def main() -> None:
     ask = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     ask.add_argument("folder", type=Path)
     ask.add_argument("--loops", type=int, default=7000)
+    ask.add_argument("--short", type=int, default=1400)
     ask.add_argument("--upsets", type=int, default=450)
     ask.add_argument("--plants", type=int, default=4800)
     ask.add_argument("--seed", type=int, default=101)
@@ -257,7 +261,8 @@ def main() -> None:
     given = ask.parse_args()
     kept = [np.load(file) for file in given.rows or ()]
     seeds = {str(one["seed"]) for one in kept} or {str(given.seed)}
-    kept = kept or [gather(given.folder, given.loops, given.upsets, given.plants, given.seed, given.jobs)]
+    drawn = given.loops, given.short, given.upsets, given.plants
+    kept = kept or [gather(given.folder, *drawn, given.seed, given.jobs)]
     if given.keep:
         np.savez(given.keep, **kept[0])
     X, y, number = told(np.concatenate([one["simulated"] for one in kept]))
@@ -292,7 +297,7 @@ def main() -> None:
     tell(alone[whole], sticky[whole], group[whole], files[whole])
     if given.write:
         drawn = f", seed {' and '.join(sorted(seeds))}"
-        simulated = f"{len(X)} loops of simulation.population and its upset_population{drawn}"
+        simulated = f"{len(X)} loops of simulation.population, some of them short, and its upset_population{drawn}"
         plants = f"{simulated}; {len(P)} of plant_population{drawn}"
         recorded = f"{simulated}; {whole.sum()} records of {np.unique(group).size} recorded loops"
         causes = (line for k, cause in enumerate(CAUSES) for line in lines.rows(cause, W[:, k], every))

@@ -117,17 +117,24 @@ def judge(case) -> Judged:
 
 @cache
 def judged(
-    n: int, causes: tuple[str, ...], seed: int, longest: int | None = None, jobs: int = 1, *, position: bool = False
+    n: int,
+    causes: tuple[str, ...],
+    seed: int,
+    longest: int | None = None,
+    jobs: int = 1,
+    *,
+    position: bool = False,
+    samples: tuple[int, int] | None = None,
 ) -> tuple[Judged, ...]:
     """Diagnose `n` loops of a population, or its first `n` that have at most `longest` samples.
 
     Causes come in turn, so with `longest` each cause takes its own population: `n` is then dealt out evenly.
     """
     if longest is None:
-        return tuple(each(judge, population(n, causes, seed, position=position), jobs, n))
+        return tuple(each(judge, population(n, causes, seed, position=position, samples=samples), jobs, n))
     rows: list[Judged] = []
     for k, cause in enumerate(causes):
-        drawn = population(100 * n, (cause,), seed + k, position=position)
+        drawn = population(100 * n, (cause,), seed + k, position=position, samples=samples)
         short = (case for case in drawn if len(case.record) <= longest)
         share = n // len(causes) + (k < n % len(causes))
         rows += each(judge, islice(short, share), jobs, share)
@@ -290,6 +297,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--causes", nargs="+", choices=CAUSES, default=CAUSES)
     parser.add_argument("--longest", type=int, help="only records of at most so many samples")
+    parser.add_argument("--samples", type=int, nargs=2, help="fewest and most samples cut out of each record")
     parser.add_argument("--position", action="store_true", help="with the valve's position as it is reported")
     parser.add_argument("--plant", action="store_true", help="loops as a plant's historian keeps them")
     parser.add_argument("--upsets", action="store_true", help="loops that rest until something upsets them")
@@ -298,14 +306,19 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write measures and rows to this file")
     chosen = parser.parse_args()
     causes = tuple(chosen.causes)
-    if (chosen.plant or chosen.upsets) and (causes != CAUSES or chosen.longest or chosen.position):
-        parser.error("--plant and --upsets draw all by themselves: leave out --causes, --longest and --position")
+    if (chosen.plant or chosen.upsets) and (
+        causes != CAUSES or chosen.longest or chosen.position or chosen.samples
+    ):
+        parser.error("--plant and --upsets draw all by themselves: leave out --causes, --longest, --position, --samples")
+    samples = tuple(chosen.samples) if chosen.samples else None
     if chosen.plant:
         rows = judged_plants(chosen.loops, chosen.seed, chosen.jobs)
     elif chosen.upsets:
         rows = judged_upsets(chosen.loops, chosen.seed, chosen.jobs)
     else:
-        rows = judged(chosen.loops, causes, chosen.seed, chosen.longest, chosen.jobs, position=chosen.position)
+        rows = judged(
+            chosen.loops, causes, chosen.seed, chosen.longest, chosen.jobs, position=chosen.position, samples=samples
+        )
     print(table(rows))
     if chosen.position:
         print(by_position(rows))

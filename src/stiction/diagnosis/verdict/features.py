@@ -29,6 +29,8 @@ PERIOD_WEIGHT = 3.0
 CLEAR_JUMP = 0.5
 """`likelier_than_play` beyond which a jump is clear [-]: half of the simulated loops that stick pass it, of the others
 one in twenty, by chance (`simulation.population`, seed 101)."""
+ENOUGH = 750
+"""Samples that are not few [-]."""
 LEAST_LEFT = 1e-3
 """Share of the PV's energy that is left unexplained at least [-]."""
 
@@ -154,6 +156,8 @@ class Features(NamedTuple):
     """ln(1 + periods in the record) over 4 [-]."""
     samples: float
     """ln(samples of a period) over 6, held at 1 [-]."""
+    few: float
+    """ln(`ENOUGH` / samples of the stretch analysed) over 2, 0 where there are as many [-]."""
     share: float
     """Share of the control error's variance that the oscillation carries [-]."""
     others: float
@@ -300,6 +304,7 @@ def features(
         regularity=min(oscillation.regularity, 10.0) / 10.0 if math.isfinite(oscillation.regularity) else 0.0,
         cycles=rhythm.cycles,
         samples=rhythm.samples,
+        few=max(math.log(ENOUGH / len(part)) / 2.0, 0.0),
         share=oscillation.share if math.isfinite(oscillation.share) else 0.0,
         others=sum(other.share for other in oscillation.others),
         wander=rhythm.wander,

@@ -14,6 +14,7 @@ from stiction.simulation.population.case import CAUSES, Case
 from stiction.simulation.population.causes import PER_PERIOD, PLANS
 from stiction.simulation.population.loads import lagged
 from stiction.simulation.population.position import reported
+from stiction.simulation.population.processes import log_uniform
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,6 +31,8 @@ SPOILED = 1.0 / 3.0
 
 OWN = 1
 """What the seed of the position adds to that of its loop, so that the loop is the same with a position and without."""
+CUT = 2
+"""The same of the place that a short record is cut out from."""
 SHAKEN = 0.05
 """Largest standard deviation that noise gives OP, as a share of its swing: beyond, a plant filters the PV [-]."""
 
@@ -42,6 +45,7 @@ def population(
     noise: float = 0.2,
     historian: bool = True,
     position: bool | str = False,
+    samples: tuple[int, int] | None = None,
 ) -> Iterator[Case]:
     """Draw `n` loops, their causes taken in turn.
 
@@ -61,6 +65,8 @@ def population(
     position : bool or str
         Whether the valve's position was recorded, as `position.reported` reports it; one of `position.POSITIONS` asks
         for that kind. Nothing else of the loop depends on it.
+    samples : tuple of int, optional
+        Fewest and most samples of which the record is cut out, where the cause shows [-]; by default all are kept.
 
     Yields
     ------
@@ -93,6 +99,8 @@ def population(
         while case is None:
             case = _draw(causes[i % len(causes)], rng, noise, f"loop-{i:04d}")
         case = _positioned(case, np.random.default_rng([seed, i, OWN]), position)
+        if samples is not None:
+            case = _cut(case, np.random.default_rng([seed, i, CUT]), *samples)
         yield stored(case, rng) if historian and rng.random() < SPOILED else case
 
 
@@ -157,6 +165,17 @@ def _positioned(case: Case, rng: np.random.Generator, position: bool | str) -> C
     scale = per_period if np.isfinite(per_period) else len(case.record) / 20.0
     record, kind = reported(case.record, scale, rng, None if position is True else str(position))
     return replace(case, record=record, position=kind)
+
+
+def _cut(case: Case, rng: np.random.Generator, fewest: int, most: int) -> Case:
+    """A stretch of the record in which the cause shows: where the valve sticks, or after the kick that makes a ring."""
+    n = len(case.record)
+    size = min(round(log_uniform(rng, fewest, most)), n)
+    first, last = case.sticking[0] if case.sticking else (0, 0 if case.kind == "ringing" else n)
+    at = min(max(int(rng.integers(first, max(last - size, first) + 1)), 0), n - size)
+    sticking = tuple((max(begin - at, 0), min(end - at, size)) for begin, end in case.sticking)
+    record = case.record.window(at, at + size)
+    return replace(case, record=record, cycles=record.duration / case.period, sticking=sticking)
 
 
 def _sound(record: LoopRecord, cause: str) -> bool:
