@@ -1,7 +1,6 @@
 """Find the weights of the verdict again, judge each real loop by weights found without it, and write the tables.
 
-python tests/diagnosis/verdict/calibrate.py ../shared/data --loops 7000 --short 1400 --upsets 450 --plants 4800 --seed 101
---jobs 2 [--write]
+python tests/diagnosis/verdict/calibrate.py ../shared/data --seed 101 --jobs 2 [--write]
 
 --keep keeps the rows of features in a file, --rows goes on from such files. The features of the first table are chosen
 by many samples of the loops, one feature after the other, by what each adds on simulated loops that were not fitted and
