@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from stiction.diagnosis.identified import J_UNKNOWN
 from stiction.diagnosis.verdict.meaning import strongest
 from stiction.diagnosis.verdict.probability import UNDECIDED
 from stiction.records.digits import chance, digits, interval
@@ -115,8 +114,8 @@ def named_cause(
     deciding = _deciding(oscillation, dt, kind_known)
     unsure = UNSURE[0] < causes["stiction"] < UNSURE[1]
     if verdict == "stiction":
-        J_unknown = J_UNKNOWN if found.J_open and not by_position else ""
-        return _stiction(found, causes, counted, J_unknown, deciding if unsure else "", unit)
+        J_told = "" if by_position else found.J_told
+        return _stiction(found, causes, counted, J_told, deciding if unsure else "", unit)
     if verdict == "undecided":
         reason = _undecided(likely[0], causes, found, counted) + _rival(found, oscillation)
         return Cause("unknown", reason, deciding)
@@ -227,14 +226,14 @@ def _stiction(
     found: Identification,
     causes: Mapping[str, float],
     counted: Sequence[Counted],
-    J_unknown: str,
+    J_told: str,
     deciding: str,
     unit: str,
 ) -> Cause:
     S, low, high = interval(found.S, found.S_low, found.S_high)
     reason = f"A sticky valve with S = {S} {unit} (95 % {low} to {high}) {_for(found, counted)}."
-    if J_unknown:
-        reason += f" {J_unknown}"
+    if J_told:
+        reason += f" {J_told}"
     if found.J_low <= J_MAY_BE_NONE * found.S:
         play = chance(causes["deadband"])
         reason += (
