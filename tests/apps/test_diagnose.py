@@ -74,8 +74,9 @@ def test_one_bad_file_is_a_row_with_its_reason(run, folder, sticky_csv, healthy_
     (folder / "healthy.csv").write_text(healthy_csv)
     (folder / "empty.csv").write_text("")
     files = ("empty.csv", "healthy.csv", "sticky.csv")
-    done = run("diagnose", *files, "--no-report")
+    done = run("diagnose", *files, "--report", "r.html")
     assert done.code == 1
+    assert re.search(r"empty\.csv.{1,600}Not diagnosed", (folder / "r.html").read_text(), re.DOTALL)
     table = [line for line in done.out.splitlines() if line.startswith(("FIC-101 ", "healthy ", "empty.csv "))][-3:]
     assert [line.split()[0] for line in table] == ["FIC-101", "healthy", "empty.csv"]
     assert "not diagnosed" in table[2]

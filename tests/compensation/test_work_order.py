@@ -125,6 +125,14 @@ def test_the_jump_orders_the_suspects(run, J, J_low, J_high, first, why):
     assert len({part.part for part in parts}) == 5
 
 
+@pytest.mark.parametrize(("J_low", "jumps"), [(0.35, False), (0.37, True)])
+def test_what_is_said_of_an_open_J_agrees_with_the_order_of_the_suspects(run, J_low, jumps):
+    found = replace(identification(run, 3.0, 2.9), J_low=J_low, J_high=3.0)
+    assert ("The stem jumps" in suspects(found)[1]) is jumps
+    assert ("the valve jumps" in found.J_told) is jumps
+    assert ("cannot be told" in found.J_told) is not jumps
+
+
 def test_what_is_not_known_is_left_to_fill_in(run):
     bare = replace(run, start=None, mv=None)
     order = work_order(diagnosis(run=bare, found=False))

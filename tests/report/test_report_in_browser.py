@@ -116,6 +116,38 @@ def test_the_table_sorts_by_keyboard_and_says_so(tmp_path, visit):
     assert page.locator("th[aria-sort]").count() == 1
 
 
+def test_loops_without_a_period_and_files_not_diagnosed_come_last_either_way(tmp_path, visit):
+    loops = [diagnosis(400, run=record(400, tag=tag)) for tag in ("FIC-1", "FIC-2", "FIC-3")]
+    rhythms = ((False, 1.0, 9.0), (True, 9.0, 1.0), (True, 60.0, 2.0))
+    loops = [
+        replace(loop, oscillation=replace(loop.oscillation, oscillating=cycles, period=period, amplitude_op=swing))
+        for loop, (cycles, period, swing) in zip(loops, rhythms, strict=True)
+    ]
+    page = visit(write_report(loops, tmp_path / "some.html", failures=[("b.csv", "no such file.")]))
+    for column in ("Period", "OP ±"):
+        for way in ("ascending", "descending"):
+            page.get_by_role("button", name=column).first.click()
+            assert page.locator("th[aria-sort]").get_attribute("aria-sort") == way
+            assert page.locator("tbody tr td:first-child").all_inner_texts()[2:4] == ["FIC-1", "b.csv"]
+
+
+def test_on_a_phone_the_whole_table_is_in_sight(tmp_path, visit):
+    loops = [diagnosis(400, run=record(400, tag=f"FIC-{k}")) for k in range(2)]
+    page = visit(write_report(loops, tmp_path / "phone.html"), "#loop-1")
+    page.set_viewport_size({"width": 390, "height": 844})
+    drawn(page)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    beyond = (
+        "[...document.querySelectorAll('main td, main th, main p')].filter((e) => e.offsetParent !== null"
+        " && e.getBoundingClientRect().right > 391).map((e) => e.textContent)"
+    )
+    assert page.evaluate(beyond) == []
+    row = page.locator("table.sortable tbody tr").first
+    assert row.locator("td").last.is_visible()
+    assert row.evaluate("(row) => row.getBoundingClientRect().height") < 300
+    assert page.get_by_role("button", name="Period").is_visible()
+
+
 def test_names_from_a_file_run_nothing(tmp_path, visit):
     run = replace(record(400), tag=EVIL)
     bad = replace(diagnosis(400, run=run), reason=EVIL, action=EVIL, cause=EVIL)

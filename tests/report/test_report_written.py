@@ -267,6 +267,14 @@ def test_several_loops_come_as_a_table_worst_first(tmp_path):
     assert page.headings == ["Loops", *SECTIONS * 4]
 
 
+def test_what_was_not_diagnosed_stands_at_the_end_of_the_table(tmp_path):
+    page = written(tmp_path, diagnosis(), failures=[("b.csv", "b.csv: no such file.")])
+    text = " ".join(page.text)
+    assert page.links == ["#loop-1"]
+    assert "; 1 not diagnosed" in text
+    assert re.search(r"FIC-101.*b\.csv\s+Not diagnosed.*b\.csv: no such file\.\s+Loops", text, re.DOTALL)
+
+
 def test_long_records_stay_small(tmp_path):
     run = record(60_000)
     path = write_report([diagnosis(run=run)], tmp_path / "long.html")

@@ -129,7 +129,8 @@ def judge(files: tuple[str, ...], options: dict[str, Any], target: Path | None, 
     if target is not None:
         from stiction.report import write_report
 
-        path = write_report(diagnoses, target, settings=options)
+        left = [(failure.tag or failure.file, failure.reason) for failure in failures]
+        path = write_report(diagnoses, target, settings=options, failures=left)
         (note if as_json else say)(f"Report: {path}")
     return int(any(diagnosis.verdict == "stiction" for diagnosis in diagnoses))
 

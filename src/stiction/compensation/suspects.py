@@ -10,13 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from stiction.diagnosis.identified import PLAY
+
 if TYPE_CHECKING:
     from stiction.diagnosis.identified import Identification
 
 __all__ = ["Suspect", "suspects"]
-
-PLAY = 0.12
-"""J over S below which a valve has play and does not jump [-]: simulated loops with J = 0 stay below 0.03."""
 
 
 @dataclass(frozen=True, slots=True)

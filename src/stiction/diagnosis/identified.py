@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 __all__ = [
     "J_OPEN",
+    "J_ROUGH",
     "J_UNKNOWN",
+    "PLAY",
     "ControllerFit",
     "ErrorSurface",
     "Identification",
@@ -23,12 +25,17 @@ __all__ = [
     "Stretch",
     "leaves_open",
     "plain",
+    "told_of_J",
 ]
 
 J_OPEN = 0.6
 """Length of the interval of J, as a share of S, beyond which it leaves J open [-]."""
+PLAY = 0.12
+"""J over S below which a valve has play and does not jump [-]: simulated loops with J = 0 stay below 0.03."""
 J_UNKNOWN = "J cannot be told from this record."
 """What `Identification.reason` says where the interval of J leaves it open."""
+J_ROUGH = "J is told only roughly: the valve jumps, by how much is open."
+"""The same where the interval lies above that of play."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,6 +236,11 @@ class Identification:
         return leaves_open(self.J_low, self.J_high, self.S)
 
     @property
+    def J_told(self) -> str:
+        """What is said of a J that is open, in a sentence; empty where it is not."""
+        return told_of_J(self.J_low, self.J_high, self.S)
+
+    @property
     def beats_any(self) -> float:
         """Vuong's statistic over the good valve that comes nearest: straight, bent, gated, or beside a wave [-]."""
         return float(np.fmin.reduce([self.beats_good, self.beats_bent, self.beats_gated, self.beats_wave]))
@@ -318,6 +330,31 @@ def leaves_open(low: float, high: float, S: float) -> bool:
         True where it is.
     """
     return high - low > J_OPEN * S
+
+
+def told_of_J(low: float, high: float, S: float) -> str:
+    """Say of an interval of the slip jump that it leaves it open.
+
+    Parameters
+    ----------
+    low, high : float
+        Ends of the interval [% of span].
+    S : float
+        Deadband plus stickband [% of span].
+
+    Returns
+    -------
+    str
+        A sentence; empty where it does not.
+
+    Examples
+    --------
+    >>> told_of_J(0.1, 4.0, 4.1), told_of_J(1.6, 4.3, 4.1), told_of_J(1.6, 2.0, 4.1)
+    ('J cannot be told from this record.', 'J is told only roughly: the valve jumps, by how much is open.', '')
+    """
+    if not leaves_open(low, high, S):
+        return ""
+    return J_ROUGH if low > PLAY * S else J_UNKNOWN
 
 
 def plain(value: float) -> float | None:

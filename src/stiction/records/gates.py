@@ -14,6 +14,7 @@ import numpy as np
 from stiction.records.digits import number_of
 from stiction.records.durations import in_seconds
 from stiction.records.gate import LEAST_CYCLES, LEAST_SAMPLES, Gate, Severity, View, at_least, at_most
+from stiction.records.hand import stepped
 from stiction.records.historian_gates import (
     averaging,
     clock,
@@ -166,6 +167,8 @@ def manual(view: View) -> Gate:
     where = _share_in_stretches(off)
     if view.record.auto is not None:
         why = f"The loop is in manual in {where} (by the mode; left out)."
+    elif stepped(view.record).any():
+        why = f"OP rests at levels one straight after the other, as if moved by hand, in {where} (left out)."
     else:
         why = f"OP rests while PV moves, as in manual or within a controller's gap, in {where} (left out)."
     return _left_out("manual", off, 90, why, "record it in automatic", view)

@@ -1,4 +1,4 @@
-"""OP at its limits: at 0 and 100 %, or clipped at its own largest or smallest value."""
+"""OP at its limits: at 0 and 100 %, or clipped at its own largest or smallest value, and not put there by hand."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.hand import by_hand
 from stiction.records.rests import bridged, hardly_rests, lengths_of, moves_in, repeats, runs
 
 if TYPE_CHECKING:
@@ -34,26 +35,30 @@ LIVELY = 12
 def saturated(record: LoopRecord) -> NDArray[np.bool_]:
     """Mark where OP rests at a limit, shape (n_samples,).
 
-    That is 0 or 100 % (also as a fraction or in mA), or its own largest or smallest value while PV moves.
+    That is 0 or 100 % (also as a fraction or in mA), or its own largest or smallest value while PV moves; in manual by
+    the mode it is neither.
     """
-    mask, flat = clipped(record), _flat(record)
+    mask, flat = clipped(record), _flat(record.op)
     for at in _span_ends(bridged(record.op)):
         mask |= _resting(record, at, flat)
-    return mask
+    return mask if record.auto is None else mask & record.auto
 
 
 def clipped(record: LoopRecord) -> NDArray[np.bool_]:
     """Mark where OP rests at its own largest or smallest value, off 0 and 100 %, while PV moves, shape (n_samples,).
 
-    There the OP that was stored need not be the one the valve was sent; at 0 and 100 % it is.
+    There the OP that was stored need not be the one the valve was sent; at 0 and 100 % it is. What was moved by hand
+    (see `hand`) is left out.
     """
-    op = bridged(record.op)
+    moved = by_hand(record)
+    own = np.where(moved, np.nan, record.op) if moved.any() else record.op
+    op = np.where(moved, np.nan, bridged(own))
     mask = np.zeros(len(op), dtype=bool)
     finite = op[np.isfinite(op)]
     if finite.size == 0 or np.unique(finite).size < LIVELY + 2:
         return mask
-    spans = [end for end in _span_ends(op) if end.any()]
-    flat = _flat(record)
+    spans = [end for end in _span_ends(bridged(record.op)) if end.any()]
+    flat = _flat(own)
     for at in (op == finite.min(), op == finite.max()):
         if not any(end[at].all() for end in spans):
             mask |= _resting(record, at, flat, while_moving=True)
@@ -62,6 +67,8 @@ def clipped(record: LoopRecord) -> NDArray[np.bool_]:
 
 def at_limits(record: LoopRecord, running: int = 2) -> NDArray[np.bool_]:
     """Mark where OP is at 0 or 100 % of span for `running` samples or more, also as a fraction or in mA.
+
+    What is in manual by the mode is left out.
 
     Examples
     --------
@@ -74,7 +81,7 @@ def at_limits(record: LoopRecord, running: int = 2) -> NDArray[np.bool_]:
     for at in _span_ends(record.op):
         for first, last in runs(at):
             mask[first:last] |= last - first >= running
-    return mask
+    return mask if record.auto is None else mask & record.auto
 
 
 def shut(record: LoopRecord) -> NDArray[np.bool_]:
@@ -96,9 +103,9 @@ def shut(record: LoopRecord) -> NDArray[np.bool_]:
     return mask
 
 
-def _flat(record: LoopRecord) -> int:
+def _flat(op: NDArray[np.float64]) -> int:
     """Samples for which OP must rest to be at a limit: few where it hardly ever rests elsewhere."""
-    op, finite = record.op, record.op[np.isfinite(record.op)]
+    finite = op[np.isfinite(op)]
     if finite.size == 0:
         return FLAT
     inside = np.isfinite(op) & (op != finite.min()) & (op != finite.max())

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.hand import stepped
 from stiction.records.limits import clipped, saturated, shut
 from stiction.records.rests import (
     BRIDGE,
@@ -44,14 +45,17 @@ TEARS = 20
 
 
 def in_manual(record: LoopRecord) -> NDArray[np.bool_]:
-    """Mark where the mode says so or OP rests for long while PV moves, shape (n_samples,).
+    """Mark where the mode says so, or OP rests for long or is `stepped` while PV moves, shape (n_samples,).
 
     Long is less where OP hardly ever rests: no controller that moves at every sample forgets to for a dozen. One that
     is slower than the record rests again and again, and is not meant.
     """
     mask = np.zeros(len(record), dtype=bool) if record.auto is None else ~record.auto
-    at_limit = saturated(record)
-    rests = [(start - 1, last) for start, last in runs(repeats(record.op)) if not at_limit[start - 1 : last].all()]
+    at_limit, steps = saturated(record), stepped(record)
+    for first, last in runs(steps):
+        mask[first:last] |= moves_in(record.pv, first, last) & ~at_limit[first:last]
+    known = at_limit | steps
+    rests = [(start - 1, last) for start, last in runs(repeats(record.op)) if not known[start - 1 : last].all()]
     enough = FROZEN if hardly_rests(lengths_of(rests), len(record)) else max(MANUAL, len(record) // 20)
     for first, last in rests:
         if last - first >= enough and moves_in(record.pv, first, last):

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 __all__ = ["anchor", "overview", "worst_first"]
 
 _RANK = {"stiction": 0, "undecided": 1, "no_stiction": 2}
+NOTHING = Cell("–", sort="")
+"""A dash, which stands behind all numbers whichever way they are sorted."""
 
 
 def worst_first(diagnoses: Sequence[Diagnosis]) -> list[Diagnosis]:
@@ -37,10 +39,11 @@ def anchor(k: int) -> str:
     return f"loop-{k + 1}"
 
 
-def overview(diagnoses: Sequence[Diagnosis]) -> Table:
-    """Return the table; each row links to the loop's part of the page."""
+def overview(diagnoses: Sequence[Diagnosis], failures: Sequence[tuple[str, str]] = ()) -> Table:
+    """Return the table; each row links to the loop's part of the page, those of what was not diagnosed come last."""
     names = words.names([diagnosis.record for diagnosis in diagnoses])
     rows = [_row(k, *named) for k, named in enumerate(zip(names, diagnoses, strict=True))]
+    rows += [_not_diagnosed(*failure) for failure in failures]
     percent = any(diagnosis.record.op_in_percent for diagnosis in diagnoses)
     S, OP = ("S [% of span]", "OP\u00a0± [%]") if percent else ("S", "OP\u00a0±")
     return Table(
@@ -55,7 +58,7 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
     record, found, rhythm = diagnosis.record, diagnosis.identification, diagnosis.oscillation
     percent = record.op_in_percent
     unit = "" if percent else f"\u00a0{record.op_unit_short}"
-    size = Cell("–", sort="")
+    size = NOTHING
     if found is not None and diagnosis.verdict != "no_stiction":
         S, low, high = words.interval(found.S, found.S_low, found.S_high)
         size = Cell(f"{S} ({low}\u00a0to\u00a0{high}){unit}", sort=_finite(found.S) if percent else "")
@@ -65,20 +68,26 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
     order = f"{_RANK[diagnosis.verdict]} {verdict}"
     data, data_mark = _worth(diagnosis)
     trend = record.op if record.pv is None else record.pv
-    swing = Cell("–", sort=_finite(rhythm.amplitude_op))
+    period = swing = NOTHING
     if rhythm.oscillating:
+        period = Cell(words.span(rhythm.period), sort=_finite(rhythm.period))
         swing = Cell(f"{words.digits(rhythm.amplitude_op)}{unit}", sort=_finite(rhythm.amplitude_op) if percent else "")
     return [
         Cell(name, href=f"#{anchor(k)}"),
         Cell(verdict, sort=order, mark=words.MARKS[diagnosis.verdict]),
         Cell(words.chance(diagnosis.probability), sort=_finite(diagnosis.probability)),
         size,
-        Cell(words.span(rhythm.period) if rhythm.oscillating else "–", sort=_finite(rhythm.period)),
+        period,
         swing,
         Cell(data, mark=data_mark),
         Cell(sparkline(trend, "trend of the PV")),
         Cell(diagnosis.action),
     ]
+
+
+def _not_diagnosed(name: str, reason: str) -> list[Cell]:
+    verdict = Cell("Not diagnosed", sort=f"{len(_RANK)}", mark="unknown")
+    return [Cell(name), verdict, *6 * [NOTHING], Cell(reason)]
 
 
 def _worth(diagnosis: Diagnosis) -> tuple[str, Mark]:

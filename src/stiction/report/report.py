@@ -29,19 +29,22 @@ def write_report(
     *,
     title: str | None = None,
     settings: Mapping[str, Any] | None = None,
+    failures: Sequence[tuple[str, str]] = (),
 ) -> Path:
     """Write what was found as one HTML file that opens offline.
 
     Parameters
     ----------
     diagnoses : sequence of Diagnosis
-        One loop gets its page; several get a table, worst first, with each loop's page folded below.
+        One loop by itself gets its page; several get a table, worst first, with each loop's page folded below.
     path : path-like
         File to write; written whole or not at all.
     title : str, optional
         Title; by default the tag, or "Control loops".
     settings : mapping, optional
         Settings of the run, printed with each loop's origin.
+    failures : sequence of (str, str)
+        Name of each file or loop that could not be diagnosed, and why; they stand at the end of the table.
 
     Returns
     -------
@@ -64,10 +67,10 @@ def write_report(
     """
     if not diagnoses:
         raise ParameterError("write_report got no diagnosis; give at least one.")
-    if len(diagnoses) == 1:
+    if len(diagnoses) == 1 and not failures:
         return _one(diagnoses[0], path, title, settings)
     ranked = worst_first(diagnoses)
-    blocks: list[Block] = [overview(ranked), Heading("Loops", anchor="loops")]
+    blocks: list[Block] = [overview(ranked, failures), Heading("Loops", anchor="loops")]
     blocks += [
         Fold(
             f"{name} · {words.headline(diagnosis)}",
@@ -79,9 +82,10 @@ def write_report(
     ]
     number = Counter(diagnosis.verdict for diagnosis in ranked)
     subtitle = ", ".join(f"{number[verdict]} {said.lower()}" for verdict, said in words.VERDICTS.items())
-    return write_page(
-        title or "Control loops", blocks, path, subtitle=f"{words.count(len(ranked), 'loop')}: {subtitle}"
-    )
+    subtitle = f"{words.count(len(ranked), 'loop')}: {subtitle}"
+    if failures:
+        subtitle += f"; {len(failures)} not diagnosed"
+    return write_page(title or "Control loops", blocks, path, subtitle=subtitle)
 
 
 def _one(diagnosis: Diagnosis, path: str | os.PathLike[str], title: str | None, settings: Any) -> Path:

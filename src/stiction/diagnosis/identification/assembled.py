@@ -9,7 +9,7 @@ import numpy as np
 
 from stiction.diagnosis.identification.interval import CHI2_2, independent_samples, limit
 from stiction.diagnosis.identification.processes import in_seconds, late_by_mean
-from stiction.diagnosis.identified import J_UNKNOWN, ErrorSurface, Identification, Stretch, leaves_open
+from stiction.diagnosis.identified import ErrorSurface, Identification, Stretch, told_of_J
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -77,7 +77,7 @@ def assembled(
         pv=pv[at // signals.thinned],
         linear=in_seconds(speaks.good, signals.dt, signals.thinned),
         stretches=tuple(stretches),
-        reason=J_UNKNOWN if leaves_open(J_low, J_high, S) else "",
+        reason=told_of_J(J_low, J_high, S),
     )
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from stiction.diagnosis.identified import J_UNKNOWN
 from stiction.diagnosis.verdict.meaning import strongest
 from stiction.diagnosis.verdict.probability import UNDECIDED
 from stiction.records.digits import chance, digits, interval
@@ -236,8 +235,8 @@ def _stiction(
     # The interval that a position leaves is made longer than its error, so that it holds an unseen trip as well.
     jump = f" and J = {J} {unit} ({J_low} to {J_high})" if by_position else ""
     reason = f"A sticky valve with S = {S} {unit} (95 % {low} to {high}){jump} {_for(found, counted)}."
-    if found.J_open and not by_position:
-        reason += f" {J_UNKNOWN}"
+    if found.J_told and not by_position:
+        reason += f" {found.J_told}"
     if found.J_low <= J_MAY_BE_NONE * found.S:
         play = chance(causes["deadband"])
         reason += (
