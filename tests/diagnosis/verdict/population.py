@@ -306,10 +306,10 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write measures and rows to this file")
     chosen = parser.parse_args()
     causes = tuple(chosen.causes)
-    if (chosen.plant or chosen.upsets) and (
-        causes != CAUSES or chosen.longest or chosen.position or chosen.samples
-    ):
-        parser.error("--plant and --upsets draw all by themselves: leave out --causes, --longest, --position, --samples")
+    if (chosen.plant or chosen.upsets) and (causes != CAUSES or chosen.longest or chosen.position or chosen.samples):
+        parser.error(
+            "--plant and --upsets draw all by themselves: leave out --causes, --longest, --position, --samples"
+        )
     samples = tuple(chosen.samples) if chosen.samples else None
     if chosen.plant:
         rows = judged_plants(chosen.loops, chosen.seed, chosen.jobs)

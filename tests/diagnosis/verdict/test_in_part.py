@@ -42,7 +42,7 @@ def test_the_last_hours_of_a_long_record_are_found(seed):
     assert found.verdict == "stiction"
     assert found.probability == pytest.approx(0.9)
     assert sum(found.causes.values()) == pytest.approx(1.0)
-    assert found.identification.S == pytest.approx(S, rel=0.1)
+    assert pytest.approx(S, rel=0.1) == found.identification.S
     assert found.reason.startswith("The valve sticks in part of the record, from 15000 s to 20000 s.")
     assert (found.quality.first, found.quality.last, found.quality.rows) == (15_000, 20_000, 20_000)
     sticky = [window for window in found.windows if window.verdict == "stiction"]
@@ -74,8 +74,8 @@ def test_a_position_shows_it_in_a_record_of_any_length(seed, first):
     record = record_of(*((True, 600), (False, 4000))[:: 1 if first else -1], seed=seed)
     found = st.diagnose(record)
     assert found.verdict == "stiction"
-    assert found.identification.S == pytest.approx(S, rel=0.1)
-    assert found.identification.J == pytest.approx(J, rel=0.2)
+    assert pytest.approx(S, rel=0.1) == found.identification.S
+    assert pytest.approx(J, rel=0.2) == found.identification.J
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -136,4 +136,4 @@ def test_a_stem_that_rests_in_its_band_beside_a_wave_is_the_valves_own():
     record = st.LoopRecord("FIC-101", 1.0, op=op, pv=rng.normal(size=4000), mv=stem + rng.normal(0.0, 0.05, 4000))
     shown = stem_shown(record)
     assert shown.what == "stiction"
-    assert shown.valve.S == pytest.approx(4.0, rel=0.05)
+    assert pytest.approx(4.0, rel=0.05) == shown.valve.S

@@ -145,7 +145,7 @@ def diagnose(record: LoopRecord) -> Diagnosis:
 
 
 def _diagnosed(record: LoopRecord, start: int) -> Diagnosis:
-    """Judge a record that begins at sample `start` of the one asked about, and a part of it where the valve may stick."""
+    """Judge a record that begins at sample `start` of the one asked about, and a part of it that may tell more."""
     seen = findings(record)
     if seen.features is None:
         return _cannot_tell(seen)

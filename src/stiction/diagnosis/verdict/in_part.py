@@ -4,10 +4,10 @@ All of a record is compared with one valve, and of a long one at most the middle
 `position.LONGEST`): a valve that stuck for the last hours of a week is a good one by such a comparison. So of a record
 that is not called surely sticky one part is diagnosed like a record of its own:
 
-- where a valve position was recorded, the stretch in which it is off that of a good valve by more than `LOOSE` times what
-  is usual;
-- else, in a record of `LONG` samples or more, the one of `PARTS` parts in which some sticky valve predicts the PV best at
-  a glance (`identification.glance`), which is cut again if it is long.
+- where a valve position was recorded, the stretch in which it is off that of a good valve by more than `LOOSE` times
+  what is usual;
+- else, in a record of `LONG` samples or more, the one of `PARTS` parts in which some sticky valve predicts the PV best
+  at a glance (`identification.glance`), which is cut again if it is long.
 
 The verdict on the part is told for the record where it says that the valve sticks, and says so surely. Without a
 position it is held at `doubt.MOST`, since the part was picked for what it looks like.

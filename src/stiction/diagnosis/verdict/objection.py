@@ -38,7 +38,7 @@ class Objection(StrEnum):
     PREDICTS = "a sticky valve predicts the PV"
     """Against a good valve: beyond `contradiction.PREDICTS`, though something else may drive the loop."""
     BESIDE_WAVE = "beside a wave from outside a sticky valve predicts the PV better"
-    """Against a good valve: beyond `contradiction.BEATS_EVERY`, a jump in it, where nothing else is wrong with the loop."""
+    """Against a good valve: beyond `contradiction.BEATS_EVERY`, with a jump, where nothing else is wrong."""
     JUMP_OPEN = "play and stiction differ by J, which other samples than the controller's hardly tell"
     """Against a good valve: what speaks for one is play."""
     SLIPS_DROWN = "samples not seen to be the controller's"
