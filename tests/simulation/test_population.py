@@ -311,7 +311,7 @@ def test_a_short_record_is_cut_out_of_a_long_one_where_the_cause_shows():
         inside = np.lib.stride_tricks.sliding_window_view(whole.record.pv, n)
         (at,) = np.flatnonzero((inside == cut.record.pv).all(axis=1))
         np.testing.assert_array_equal(cut.record.op, whole.record.op[at : at + n])
-        assert cut.cycles == pytest.approx(n * cut.record.dt / cut.period)
+        assert cut.cycles == pytest.approx(n * cut.record.dt / cut.period, nan_ok=True)
         if whole.kind == "ringing":
             assert at == 0
         elif whole.sticking:

@@ -204,7 +204,7 @@ def test_a_faulty_transmitter_may_be_why_a_valve_is_not_seen_but_not_of_a_histor
     assert held_back(p, few, sensor=0.9, valve_seen=False, own_samples=True) == (p, "")
 
 
-@given(p=some.floats(0.0, 1.0), others=some.sampled_from([(), (Objection.JUMP_OPEN,)]))
+@given(p=some.floats(0.0, 1.0), others=some.sampled_from([(), (Objection.EVERY_RIVAL,)]))
 def test_what_speaks_against_a_good_valve_keeps_it_from_being_surely_good(p, others):
     found = held_back(p, quality(()), against=(Objection.JUMP_LIKELY, *others))
     # Alone a likely jump does so only where little else is plain.

@@ -211,7 +211,7 @@ def test_decimals_of_a_position_do_not_matter(decimals):
 
 def test_a_position_that_shows_sticking_is_heard_beside_a_wave_from_outside():
     record = driven()
-    assert st.diagnose(replace(record, mv=None)).probability < 0.1
+    assert st.diagnose(replace(record, mv=None)).probability <= 0.1
     found = st.diagnose(replace(record, mv=record.mv.round(3)))
     assert found.verdict == "stiction"
     assert found.probability < 0.95  # the other findings speak for a good valve

@@ -182,6 +182,7 @@ def with_stem(record: LoopRecord, oscillation: Oscillation, rows: tuple[Evidence
     --------
     >>> from dataclasses import replace
     >>> import stiction as st
+    >>> from stiction.diagnosis.detection import detect_all, with_stem
     >>> from stiction.diagnosis.oscillation import find_oscillation
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
     >>> record = st.simulate(loop, sp=10.0, duration=2000.0, loop_type="flow")

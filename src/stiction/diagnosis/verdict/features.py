@@ -11,7 +11,7 @@ from stiction.diagnosis.identification.interval import CHI2_2
 from stiction.diagnosis.verdict.own_cycle import near, own_cycle, ultimate
 from stiction.diagnosis.verdict.rhythm import rhythm_of
 from stiction.diagnosis.verdict.sensor import sensor_of
-from stiction.records.limits import at_limits, saturated
+from stiction.records.limits import at_limits, saturated, shut
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -177,9 +177,9 @@ class Features(NamedTuple):
     tails_op: float
     """The same of the OP [-]."""
     at_limit: float
-    """Share of the whole record with the OP at 0 or 100 % twice running or more [-]."""
+    """Share of the whole record with the OP at 0 or 100 % twice running or more, and not shut down [-]."""
     saturated: float
-    """Share of the whole record with the OP resting at any limit [-]."""
+    """Share of the whole record with the OP resting at any limit, and not shut down [-]."""
     coarse: float
     """Step of the PV's resolution over its swing [-]."""
     still: float
@@ -242,7 +242,7 @@ def features(
     own = own_cycle(main, controller, period, part.dt) if math.isfinite(period) else None
     likelier_than_play = _log(close.likelier_than_play)
     rhythm = rhythm_of(part, oscillation)
-    sensor = sensor_of(part)
+    sensor, runs = sensor_of(part), ~shut(whole)
     rows = {row.method: row for row in evidence if row.valid and math.isfinite(row.index)}
     votes = [(row.vote == "stiction") - (row.vote == "no_stiction") for row in evidence if row.valid]
     return Features(
@@ -314,8 +314,8 @@ def features(
         skew_op=rhythm.skew_op,
         tails_pv=rhythm.tails_pv,
         tails_op=rhythm.tails_op,
-        at_limit=float(np.mean(at_limits(whole))),
-        saturated=float(np.mean(saturated(whole))),
+        at_limit=float(np.mean(at_limits(whole) & runs)),
+        saturated=float(np.mean(saturated(whole) & runs)),
         coarse=sensor.coarse,
         still=sensor.still,
         spikes=sensor.spikes,
