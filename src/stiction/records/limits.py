@@ -36,7 +36,8 @@ def saturated(record: LoopRecord) -> NDArray[np.bool_]:
 
     That is 0 or 100 % (also as a fraction or in mA), or its own largest or smallest value while PV moves.
     """
-    mask, flat = clipped(record), _flat(record)
+    flat = _flat(record)
+    mask = _clipped(record, flat)
     for at in _span_ends(bridged(record.op)):
         mask |= _resting(record, at, flat)
     return mask
@@ -47,17 +48,7 @@ def clipped(record: LoopRecord) -> NDArray[np.bool_]:
 
     There the OP that was stored need not be the one the valve was sent; at 0 and 100 % it is.
     """
-    op = bridged(record.op)
-    mask = np.zeros(len(op), dtype=bool)
-    finite = op[np.isfinite(op)]
-    if finite.size == 0 or np.unique(finite).size < LIVELY + 2:
-        return mask
-    spans = [end for end in _span_ends(op) if end.any()]
-    flat = _flat(record)
-    for at in (op == finite.min(), op == finite.max()):
-        if not any(end[at].all() for end in spans):
-            mask |= _resting(record, at, flat, while_moving=True)
-    return mask
+    return _clipped(record, _flat(record))
 
 
 def at_limits(record: LoopRecord, running: int = 2) -> NDArray[np.bool_]:
@@ -93,6 +84,20 @@ def shut(record: LoopRecord) -> NDArray[np.bool_]:
     first, last = max(runs(at), key=lambda run: run[1] - run[0], default=(0, 0))
     if last - first > max(SHUT * at.size, SHUT_OF_ALL * at.sum()):
         mask[first:last] = True
+    return mask
+
+
+def _clipped(record: LoopRecord, flat: int) -> NDArray[np.bool_]:
+    """What `clipped` marks, with the samples for which OP must rest (see `_flat`), which `saturated` knows already."""
+    op = bridged(record.op)
+    mask = np.zeros(len(op), dtype=bool)
+    finite = op[np.isfinite(op)]
+    if finite.size == 0 or np.unique(finite).size < LIVELY + 2:
+        return mask
+    spans = [end for end in _span_ends(op) if end.any()]
+    for at in (op == finite.min(), op == finite.max()):
+        if not any(end[at].all() for end in spans):
+            mask |= _resting(record, at, flat, while_moving=True)
     return mask
 
 

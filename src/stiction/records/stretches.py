@@ -50,8 +50,9 @@ def in_manual(record: LoopRecord) -> NDArray[np.bool_]:
     is slower than the record rests again and again, and is not meant.
     """
     mask = np.zeros(len(record), dtype=bool) if record.auto is None else ~record.auto
-    at_limit = saturated(record)
-    rests = [(start - 1, last) for start, last in runs(repeats(record.op)) if not at_limit[start - 1 : last].all()]
+    rests = [(start - 1, last) for start, last in runs(repeats(record.op))]
+    at_limit = saturated(record) if rests else mask  # most OPs never rest
+    rests = [(first, last) for first, last in rests if not at_limit[first:last].all()]
     enough = FROZEN if hardly_rests(lengths_of(rests), len(record)) else max(MANUAL, len(record) // 20)
     for first, last in rests:
         if last - first >= enough and moves_in(record.pv, first, last):
