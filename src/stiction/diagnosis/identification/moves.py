@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 __all__ = ["told_by_moves"]
 
 PLAIN = 5.0
-"""Move from sample to sample from which on it is a slip and no noise [standard deviations of the noise]."""
+"""Move from sample to sample from which on it is a slip and no noise [standard deviations of the noise]: that of a
+difference of two is 1.4 of them, and noise alone moves so far once in 2 500 samples."""
 
 
 def told_by_moves(

@@ -54,11 +54,12 @@ JUMPS, TURNS = (-1.61, 2.57, 6.42), 8.0
 """b0, b1 and b2: log odds of a jump [-]; m: turns of the stem with which a factor e between them says most of what it
 can [-]."""
 AGAINST, OTHERS = 5.0, 1.5
-"""Largest log odds that the other findings have against a band, and of sticking against play [-]."""
+"""Largest log odds that the other findings have against a band, and of sticking against play [-]: probabilities of
+0.993 and 0.82."""
 LITTLE = 0.05
 """Added to what is left, so that a perfect fit is no better than a good one [squares of the noise]."""
 MOST = 7.0
-"""Largest log odds of a band that a position speaks with [-]."""
+"""Largest log odds of a band that a position speaks with [-], a probability of 0.999: more than `AGAINST`."""
 FEWEST = 60
 """Samples of the position below which it is not used [-]."""
 EXPLAINED = 0.16
