@@ -68,8 +68,8 @@ of 212 stems of the valve itself four were not (`simulation.population`, seeds 8
 PLAINLY = 99.0
 """Share of the position's variance that a sticky valve explains, of a stem that turned `TURNS` times or more, from
 which it is no other valve's [%]: where OP goes along with a wave from outside, a stem that rests in its band hardly
-goes with OP. Of 118 positions of another valve (seed 61, `position="another"`) none is explained beyond 96, of those that
-turned so often none beyond 93."""
+goes with OP. Of 118 positions of another valve (seed 61, `position="another"`) none is explained beyond 96, of those
+that turned so often none beyond 93."""
 UNCLEAR = 6.0
 """Squares of the noise [-] that the best valve may leave; 99 in 100 good ones and 97 in 100 with a band leave less."""
 WHITE, WITHIN = 0.8, 0.5
