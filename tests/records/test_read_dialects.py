@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import stiction as st
 from stiction.errors import ParameterError, RecordError
 from stiction.records import read
 from stiction.records.columns import signal_of, unit_of
@@ -24,6 +25,11 @@ HEADERS = {
     "plain": ("time_s,PV,CO,SP", "stream"),
     "words": ("Time,Process variable,Controller output,Set point", "stream"),
     "German": ("Zeit,Istwert,Stellgröße,Sollwert", "stream"),
+    "French": ("Horodatage,Mesure,Sortie,Consigne", "stream"),
+    "French behind a tag": ("Heure,FIC-101 Mesure,FIC-101 Sortie,FIC-101 Consigne", "FIC-101"),
+    "PCS 7 APL": ("Zeit,FIC-101/PV#Value,FIC-101/MV#Value,FIC-101/SP#Value", "FIC-101"),
+    "800xA": ('Time,"FIC-101,Value","FIC-101,Out","FIC-101,WSP"', "FIC-101"),
+    "Rockwell PID": ("Date,FIC101.PV,FIC101.CV,FIC101.SP", "FIC101"),
     "German, of a compact controller": ("Zeit,Istwert,Stellgrad %,Sollwert", "stream"),
 }
 
@@ -75,6 +81,42 @@ def test_mv_alone_is_the_output_and_said_so(signals, table, read_text):
     [record] = read_text(table("time_s,PV,MV", t, pv, op))
     np.testing.assert_array_equal(record.op, op)
     assert any("MV" in guess and "controller output" in guess for guess in record.provenance.guesses)
+
+
+def test_a_word_of_several_meanings_counts_where_there_is_no_plainer_one(signals, table, read_text):
+    t, pv, op, sp = signals
+    [record] = read_text(table("Time,FIC-1.PV,FIC-1.CV,FIC-1.OP,FIC-1.WSP,FIC-1.SP", t, pv, sp, op, pv, sp))
+    np.testing.assert_array_equal(record.op, op)
+    np.testing.assert_array_equal(record.sp, sp)
+    # The controlled variable of others is no output: beside MV, and where there is no PV.
+    [record] = read_text(table("Time,FIC-1.PV,FIC-1.CV,FIC-1.MV", t, pv, sp, op))
+    np.testing.assert_array_equal(record.op, op)
+    with pytest.raises(RecordError, match="no loop with PV and OP"):
+        read_text(table("Time,FIC-1.CV,FIC-1.MV,FIC-1.SP", t, pv, op, sp))
+    [record] = read_text(table("Time,FIC-1.PV,FIC-1.CV", t, pv, op))
+    assert any("FIC-1.CV is taken as the controller output" in guess for guess in record.provenance.guesses)
+
+
+def test_a_measured_value_taken_for_the_position_is_named_in_the_refusal(signals, table, read_text):
+    t, pv, op, _ = signals
+    text = table("Time,FIC-1:MV [bar],FIC-1:OUT", t, pv, op)
+    [record] = read_text(text)
+    with pytest.raises(RecordError, match=r"no PV; .*If FIC-1:MV \[bar\] is the PV.* columns={'pv': 'FIC-1:MV"):
+        st.diagnose(record)
+    [record] = read_text(text, columns={"pv": "FIC-1:MV [bar]"})
+    np.testing.assert_array_equal(record.pv, pv)
+
+
+@pytest.mark.parametrize(
+    ("unit", "low", "told"), [("", 4.5, True), ("", 2.0, False), ("", 30.0, False), (" [%]", 4.5, False)]
+)
+def test_an_op_that_may_be_in_milliamperes_is_told_and_left_as_it_is(unit, low, told, signals, table, read_text):
+    t, pv, op, _ = signals
+    op = np.round(low + 5.0 * (op - op.min()) / np.ptp(op), 3)
+    [record] = read_text(table(f"Time,FIC-1.PV,FIC-1.OP{unit}", t, pv, op))
+    np.testing.assert_array_equal(record.op, op)
+    assert any("if it is in mA, give op_range=(4, 20)" in guess for guess in record.provenance.guesses) is told
+    assert record.op_in_percent
 
 
 def test_wide_file_with_many_loops(signals, table, read_text):

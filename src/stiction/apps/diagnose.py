@@ -180,7 +180,7 @@ def _diagnose(records: list["LoopRecord"]) -> tuple[list["Diagnosis"], list[Fail
         try:
             diagnoses.append(verdict_of(record))
         except StictionError as error:
-            failures.append(Failure(record.provenance.source, record.tag, str(error)))
+            failures.append(Failure(record.provenance.source, record.tag, in_options(str(error))))
         except Exception as error:
             failures.append(fault(record.provenance.source, record.tag, error))
     return diagnoses, failures

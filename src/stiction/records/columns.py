@@ -13,6 +13,7 @@ from stiction.records.dialects import (
     INDEX_WORDS,
     OUTPUT_WHEN_ALONE,
     SIGNAL_WORDS,
+    SPARE_WORDS,
     TAG_WORDS,
     TIME_UNITS,
     TIME_WORDS,
@@ -32,9 +33,12 @@ FLAGS = ("bad", "quality")
 """Columns that say which rows count; as ``pv quality`` they say it of one signal alone."""
 SIGNALS = (*NUMBERS, "mode", *FLAGS)
 _WORD_TO_SIGNAL = {word: signal for signal, words in SIGNAL_WORDS.items() for word in words}
+_WORD_TO_SIGNAL |= {word: f"spare {signal}" for word, signal in SPARE_WORDS.items()}
 _BY_LENGTH = sorted(_WORD_TO_SIGNAL, key=len, reverse=True)
 _WORDS = "|".join(re.escape(word) for word in _BY_LENGTH)
-_BEHIND = re.compile(rf"(.*?[^./\\:|_\s-])\s*[./\\:|_\s-]+({_WORDS})")
+_BEHIND = re.compile(rf"(.*?[^,./\\:|_\s-])\s*[,./\\:|_\s-]+({_WORDS})")
+_OF_VALUE = re.compile(r"(.*\S)\s*([#,])\s*VALUE", re.IGNORECASE)
+"""What stands before the value of an item: of a signal behind # (PCS 7), of a loop's PV behind a comma (800xA)."""
 _BEFORE = re.compile(rf"({_WORDS})(?:[._\s:-]+(?=.*\d)(.+)|(\d+))")
 _UNIT = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
 _MEASURED = "|".join(re.escape(word) for word in _BY_LENGTH if _WORD_TO_SIGNAL[word] in ("pv", "sp", "op", "mv"))
@@ -109,7 +113,11 @@ def signal_of(name: str) -> tuple[str, str] | None:
     --------
     >>> signal_of("FIC-101.PV"), signal_of("Set point [t/h]"), signal_of("Tank level OP mA"), signal_of("FLOW")
     (('FIC-101', 'PV'), ('', 'SET POINT'), ('Tank level', 'OP'), None)
+    >>> signal_of("FIC-101/SP#Value"), signal_of("FIC-101,Value")
+    (('FIC-101', 'SP'), ('FIC-101', 'PV'))
     """
+    if item := _OF_VALUE.fullmatch(_UNIT.sub("", name).strip().strip("\"'")):
+        return signal_of(item.group(1)) or ((item.group(1), "PV") if item.group(2) == "," else None)
     word = _word(name)
     if word in _WORD_TO_SIGNAL:
         return "", word
@@ -216,6 +224,7 @@ def assign(names: list[str], width: int, columns: Mapping[str, str | int] | None
     if taken:
         given.chosen = _put_in(taken, found, names)
     for tag, signals in found.items():
+        _spare(signals, names, given)
         _output_beside_position(signals, names, given)
         for signal, cols in signals.items():
             if len(cols) > 1:
@@ -261,6 +270,17 @@ def _put_in(taken: dict[str, int], found: dict[str, dict[str, list[int]]], names
             found.pop("", None)
     found.setdefault(tag, {}).update({signal: [i] for signal, i in taken.items()})
     return tag if set(taken) & set(NUMBERS) else None
+
+
+def _spare(signals: dict[str, list[int]], names: list[str], given: Assignment) -> None:
+    """Columns of `SPARE_WORDS` where the loop has no plainer one."""
+    for role in dict.fromkeys(SPARE_WORDS.values()):
+        cols = signals.pop(f"spare {role}", [])
+        fits = role == "sp" or ("pv" in signals and "mv" not in signals)
+        if role not in signals and len(cols) == 1 and fits:
+            signals[role] = cols
+            said = "set point (SP)" if role == "sp" else "controller output (OP)"
+            given.guesses.append(f"Column {names[cols[0]]} is taken as the {said}, as there is no other.")
 
 
 def _output_beside_position(signals: dict[str, list[int]], names: list[str], given: Assignment) -> None:

@@ -21,6 +21,7 @@ __all__ = [
     "OUTPUT_WHEN_ALONE",
     "OWNER_WORDS",
     "SIGNAL_WORDS",
+    "SPARE_WORDS",
     "STATUS_WORDS",
     "TAG_WORDS",
     "TIME_UNITS",
@@ -33,14 +34,14 @@ __all__ = [
 SIGNAL_WORDS: dict[str, tuple[str, ...]] = {
     "pv": (
         *("PV", "PROCESS VARIABLE", "PROCESS VALUE", "MEASUREMENT", "MEASURED VALUE", "ISTWERT"),
-        *("PV.CV", "PV.VALUE", "PV_IN", "MEAS"),  # DeltaV, fieldbus blocks, PCS 7, I/A
+        *("PV.CV", "PV.VALUE", "PV_IN", "MEAS", "MESURE"),  # DeltaV, fieldbus blocks, PCS 7, I/A
     ),
     "sp": (
         *("SP", "SETPOINT", "SET POINT", "SETPT", "SOLLWERT", "CONSIGNE"),
         *("SP.CV", "SP.VALUE", "SP_INT", "SV", "SPT"),  # DeltaV, fieldbus blocks, PCS 7, CENTUM, I/A
     ),
     "op": (
-        *("OP", "OUT", "CO", "OUTPUT", "CONTROLLER OUTPUT", "CONTROL OUTPUT", "STELLGRÖSSE", "STELLGRAD"),
+        *("OP", "OUT", "CO", "OUTPUT", "CONTROLLER OUTPUT", "CONTROL OUTPUT", "STELLGRÖSSE", "STELLGRAD", "SORTIE"),
         *("OUT.CV", "OUT.VALUE", "OP.VALUE", "LMN", "CVEU"),  # DeltaV, fieldbus blocks, PCS 7, Rockwell PIDE
     ),
     "mv": (
@@ -54,6 +55,10 @@ SIGNAL_WORDS: dict[str, tuple[str, ...]] = {
 }
 """Signal -> its names, alone (`PV`) or behind a tag (`FIC-101.PV`, `FIC-101/PID1/PV.CV`). The quality of one signal
 stands behind it (`FIC-101.PV.Quality`)."""
+
+SPARE_WORDS = {"WSP": "sp", "CV": "op"}
+"""Words that count only where the loop has no plainer one: the working set point (ABB, Eurotherm), and the output of a
+Rockwell PID, which needs a PV beside it and no MV, since CV is the controlled variable of others."""
 
 TAG_WORDS = (
     *("TAG", "TAGNAME", "TAG NAME", "TAG_NAME", "POINT", "POINT NAME", "POINTNAME", "SIGNAL", "VARIABLE", "LOOP"),
@@ -90,6 +95,7 @@ OUTPUT_WHEN_ALONE = ("MV",)
 TIME_WORDS = (
     *("TIME", "TIMESTAMP", "TIME STAMP", "DATETIME", "DATE TIME", "DATE/TIME", "DATE", "T", "ELAPSED", "CLOCK"),
     *("LOCAL TIME", "UTC", "TIME UTC", "EPOCH", "ZEIT", "ZEITSTEMPEL", "DATUM", "UHRZEIT", "HEURE", "FECHA", "HORA"),
+    "HORODATAGE",
     *("TS", "T STAMP", "TIMESTRING", "TIME STRING", "IP TREND TIME"),  # Ignition, WinCC, IP.21
     *("UNIX", "UNIXTIME", "UNIX TIME", "UNIX TIMESTAMP", "EPOCH TIME", "ELAPSED TIME"),
     *("SECONDS", "SECS", "SEC", "MINUTES", "HOURS", "MILLISECONDS", "MSEC", "MS"),  # by its unit alone

@@ -135,7 +135,7 @@ class LongTable:
     def _until(self, column: int, name: str) -> float:
         """How long a value of a column stands [s]: a set point and a mode until the next."""
         pair, rows = signal_of(name), self._cells[column - 1][0]
-        if len(rows) < 3 or not pair or pair[1] in (*SIGNAL_WORDS["sp"], *NO_NUMBERS):
+        if len(rows) < 3 or not pair or pair[1] in (*SIGNAL_WORDS["sp"], "WSP", *NO_NUMBERS):
             return np.inf
         return max(self.hold, _LONGEST_REST * float(np.percentile(np.diff(self.stamps.seconds[rows]), 90.0)))
 

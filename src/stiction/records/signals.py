@@ -34,6 +34,8 @@ MOSTLY = 0.9
 plant, words that are not known say nothing."""
 SIGNAL_SPANS = ((4.0, 20.0), (0.0, 1.0))
 """Ranges [mA] and [-] in which a position is recorded that is not in %."""
+CURRENT = 3.8, 20.5
+"""Range in which a current lives that is no sign of a fault, after NAMUR NE 43 [mA]."""
 NEARER = 0.25
 """How near to OP, as a share of its distance as it stands, a position comes that is in another range than % [-]."""
 
@@ -136,6 +138,8 @@ def in_percent(op: NDArray, written: str, op_range: tuple[float, float] | None, 
             f"OP is given in {written}: left as it is, S and J are then in its unit; give op_range=(low, high), OP at "
             "0 % and at 100 %, to convert."
         )
+    elif not unit and low >= CURRENT[0] and high <= CURRENT[1]:
+        guesses.append(f"OP lies in {low:.4g} to {high:.4g} and is taken as %; if it is in mA, give op_range=(4, 20).")
     return op
 
 

@@ -298,8 +298,16 @@ def findings(record: LoopRecord) -> Findings:
     """
     require_record(record)
     if record.pv is None:
-        raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV.")
+        raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV.{_taken_for_position(record)}")
     return _findings(without_outliers(record), late=False)
+
+
+def _taken_for_position(record: LoopRecord) -> str:
+    """What to do where the PV may be what was taken for the valve position: MV is a measured value too (ABB)."""
+    column = record.provenance.columns.get("mv")
+    if column is None:
+        return " Read the file again with the column of the PV named: columns={'pv': ...}."
+    return f" If {column} is the PV, which was taken for the valve position, say so with columns={{'pv': '{column}'}}."
 
 
 def _findings(record: LoopRecord, *, late: bool) -> Findings:
