@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import RecordError
+from stiction.records.cascade import with_slaves
 from stiction.records.columns import NUMBERS, Assignment, assign, choose_names
 from stiction.records.dialects import OTHER_OUTPUT_UNITS, loop_type_of
 from stiction.records.digits import number_of
@@ -50,6 +51,7 @@ def loops_of(table: Table, options: Options) -> list[LoopRecord]:
     if not records:
         raise dead[0]
     told = tuple(f"Left out: {error}" for error in dead)
+    records = with_slaves(records) if len(records) > 1 else records
     return [replace(r, provenance=replace(r.provenance, guesses=(*r.provenance.guesses, *told))) for r in records]
 
 

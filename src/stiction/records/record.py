@@ -57,6 +57,8 @@ class Provenance:
     """Unit of the PV, where the source names it."""
     op_unit: str = ""
     """Unit of OP, where the source names one that is not % of span and could not be converted."""
+    slave: str = ""
+    """Tag of the loop in the same file whose set point OP is: the valve is that loop's."""
 
 
 @dataclass(frozen=True)

@@ -239,10 +239,11 @@ def _makes_cycle(seen: Findings) -> bool:
 def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged, start: int) -> Diagnosis:
     """Put the verdict into words; times count from `start` samples before the record."""
     verdict, valve, found = judged.verdict, judged.valve, seen.found[seen.speaks]
-    unit = seen.record.op_unit_short
+    unit, slave = seen.record.op_unit_short, seen.record.provenance.slave
     cause = named_cause(
         verdict, judged.causes, valve, seen.oscillation, seen.record.dt, weighed.counted,
-        kind_known=seen.record.integrating is not None, unit=unit, swing=swing(seen.part.op),
+        kind_known=seen.record.integrating is not None, unit=unit,
+        swing=math.inf if slave else swing(seen.part.op),  # a band is the valve's, and the valve another loop's
         by_position=weighed.stem is not None and weighed.stem.what != "good",
     )  # fmt: skip
     if judged.not_seen:
@@ -256,7 +257,8 @@ def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged, start
     _, of_set_point = held_set_point(seen.record, seen.quality.first, seen.quality.last)
     drift = changes(valve, seen.part.duration, unit) if verdict == "stiction" else ""
     late = LATE_SAID if seen.late else ""
-    spoken = (cause.reason, of_stem, late, said(shown, seen.record.dt), drift, of_set_point, judged.why)
+    of_slave = f"OP is the set point of {slave}; the valve is that loop's." if slave else ""
+    spoken = (cause.reason, of_slave, of_stem, late, said(shown, seen.record.dt), drift, of_set_point, judged.why)
     return Diagnosis(
         record=seen.record,
         verdict=verdict,
