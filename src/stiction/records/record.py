@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["LOOP_TYPES", "LoopRecord", "Provenance", "require_record"]
+__all__ = ["LOOP_TYPES", "LoopRecord", "Provenance", "how_to_name_pv", "require_record"]
 
 LOOP_TYPES = ("flow", "level", "pressure", "temperature", "analyser", "other")
 LARGEST = 1e100
@@ -254,6 +254,20 @@ def require_record(record: object) -> None:
         f"record is of type {type(record).__name__}, no LoopRecord; give one of those that st.read(...) gives, or "
         "st.LoopRecord(tag, dt, op=..., pv=...)."
     )
+
+
+def how_to_name_pv(record: LoopRecord) -> str:
+    """Say in a sentence how to read a record with its PV: MV is a measured value too (ABB), and taken for the position.
+
+    Examples
+    --------
+    >>> how_to_name_pv(LoopRecord("FIC-101", 1.0, op=[50.0]))
+    "Read the file again with the column of the PV named: columns={'pv': ...}."
+    """
+    column = record.provenance.columns.get("mv")
+    if column is None:
+        return "Read the file again with the column of the PV named: columns={'pv': ...}."
+    return f"If {column} is the PV, which was taken for the valve position, say so with columns={{'pv': '{column}'}}."
 
 
 def _signal(name: str, value: ArrayLike, n: int | None) -> NDArray[np.float64]:

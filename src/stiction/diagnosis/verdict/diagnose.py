@@ -37,7 +37,7 @@ from stiction.errors import RecordError
 from stiction.records.gate import LEAST_SAMPLES
 from stiction.records.outliers import without_outliers
 from stiction.records.quality import assess, usable_part
-from stiction.records.record import require_record
+from stiction.records.record import how_to_name_pv, require_record
 from stiction.records.storage import swing
 from stiction.records.stretches import held_set_point
 
@@ -300,16 +300,8 @@ def findings(record: LoopRecord) -> Findings:
     """
     require_record(record)
     if record.pv is None:
-        raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV.{_taken_for_position(record)}")
+        raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV. {how_to_name_pv(record)}")
     return _findings(without_outliers(record), late=False)
-
-
-def _taken_for_position(record: LoopRecord) -> str:
-    """What to do where the PV may be what was taken for the valve position: MV is a measured value too (ABB)."""
-    column = record.provenance.columns.get("mv")
-    if column is None:
-        return " Read the file again with the column of the PV named: columns={'pv': ...}."
-    return f" If {column} is the PV, which was taken for the valve position, say so with columns={{'pv': '{column}'}}."
 
 
 def _findings(record: LoopRecord, *, late: bool) -> Findings:
