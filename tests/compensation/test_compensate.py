@@ -253,7 +253,7 @@ def test_a_small_S_in_a_loop_that_its_set_point_moves_is_not_worth_a_repair(K):
     assert "what moves the PV is not the valve" in found.reason
 
 
-def test_on_the_twin_of_a_record_only_what_it_foretells():
+def test_on_the_twin_of_a_record_only_what_it_predicts():
     """The same trials: on a loop that is given the cheapest, on a record's twin the cheapest that is sure."""
     named = ("integral deadband", 0.8, 0.5, 0.3), ("knocker", 0.5, 0.95, 0.5), ("constant reinforcement", 0.4, 0.8, 0.6)
     ranked = (*(trial_of(*one) for one in named), trial_of(FIX, 0.9, 0.2, 0.7), trial_of(NOTHING, 0.0, 1.0, 1.0))

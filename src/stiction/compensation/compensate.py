@@ -83,7 +83,7 @@ def compensate(
     A remedy is recommended only if it lowers the PV's standard deviation about the set point by 10 % or more (20 % on
     the twin of a record), costs less than doing nothing, and does not raise the deviation by more than 5 % where S and
     J are off by 30 % either way. On the twin of a record only remedies are recommended whose improvement such a twin
-    foretells: knocker and constant reinforcement, where they still lower the deviation by 10 % with S and J off; and
+    predicts: knocker and constant reinforcement, where they still lower the deviation by 10 % with S and J off; and
     no advice is given where even a good valve would lower it by less than 10 %.
     Fixing the valve is always shown beside it; it is not at hand until the shutdown.
 

@@ -20,7 +20,7 @@ record [-]."""
 LEAST_REPAIR = 0.10
 """Share by which a good valve must lower it for the valve to be worth compensating [-]."""
 FORESEEN = ("knocker", "constant reinforcement")
-"""Remedies whose improvement the twin of a record foretells: whether those that rest in a band rest at all, and what
+"""Remedies whose improvement the twin of a record predicts: whether those that rest in a band rest at all, and what
 other settings do, hangs on more of valve and process than a record shows (docs/repair-retune-compensate.md)."""
 SURE = 0.90
 """PV deviation over that of doing nothing that the remedy must keep to on the twin of a record with S and J off by 30 %
@@ -111,7 +111,7 @@ def choose(ranked: tuple[RemedyTrial, ...], *, found: bool = False) -> tuple[str
 
 
 def _foreseen(one: RemedyTrial) -> bool:
-    """Whether the twin of a record foretells the improvement by a remedy."""
+    """Whether the twin of a record predicts the improvement by a remedy."""
     return one.name in FORESEEN and one.worst <= SURE
 
 

@@ -129,7 +129,7 @@ class Stretch:
     fit_linear: float
     """The same for a good valve [%]."""
     likelier_than_good: float = math.nan
-    """Twice the log likelihood by which a sticky valve foretells it better than a good one [-]; NaN where not asked."""
+    """Twice the log likelihood by which a sticky valve predicts it better than a good one [-]; NaN where not asked."""
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
@@ -184,7 +184,7 @@ class Identification:
     drift_error: float = math.nan
     """Standard error of the drift [% of span per h]."""
     beats_good: float = math.nan
-    """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one, half cycle by half
+    """Vuong's statistic by which the likeliest sticky valve predicts the PV better than a good one, half cycle by half
     cycle [-]; NaN where only the dense search was made. That valve's actuator may lag where the one told has none,
     since the record does not show the controller's own samples; so in the likelihoods that follow."""
     likelier_than_good: float = math.nan
@@ -194,30 +194,30 @@ class Identification:
     likelier_than_play: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over the likeliest one that hardly jumps [-]."""
     beats_bent: float = math.nan
-    """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one whose
+    """Vuong's statistic by which the likeliest sticky valve predicts the PV better than a good one whose
     characteristic is bent [-]."""
     likelier_than_bent: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over a good one whose characteristic is bent [-]."""
     bent: str = ""
     """The bent characteristic that is the likeliest of those tried."""
     beats_gated: float = math.nan
-    """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one that is also told
+    """Vuong's statistic by which the likeliest sticky valve predicts the PV better than a good one that is also told
     the past of the PV without its noise [-]."""
     likelier_than_gated: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over such a good one [-]."""
     beats_wave: float = math.nan
-    """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one and a wave from
+    """Vuong's statistic by which the likeliest sticky valve predicts the PV better than a good one and a wave from
     outside, the same in every period but for one change [-]; NaN where the loop does not oscillate, or too short for a
     wave to be told."""
     likelier_than_wave: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over a good one and a wave from outside [-]."""
     beats_beside_wave: float = math.nan
-    """Vuong's statistic by which the likeliest sticky valve foretells the PV better than a good one with such a wave
+    """Vuong's statistic by which the likeliest sticky valve predicts the PV better than a good one with such a wave
     beside both [-]: the valve may stick in a loop that something else moves as well."""
     likelier_beside_wave: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over a good one with such a wave beside both [-]."""
     left_out: int = 0
-    """Samples left out of the likelihood, since neither a sticky valve nor a good one foretells them [-]: a step of the
+    """Samples left out of the likelihood, since neither a sticky valve nor a good one predicts them [-]: a step of the
     load, or another upset."""
     own_samples: bool = False
     """Whether the record shows the controller's own samples, so that nothing trips the valve unseen."""

@@ -40,7 +40,7 @@ def test_draws_of_half_cycles_that_do_not_agree():
 
 
 @pytest.mark.parametrize("name", sorted(KNOWN))
-def test_no_good_valve_foretells_what_a_sticky_one_does(name):
+def test_no_good_valve_predicts_what_a_sticky_one_does(name):
     """Neither a straight one, nor one with a bend, nor told the past without noise, nor beside a wave from outside."""
     found = st.identify(replace(run_of(KNOWN[name], 0.05), mv=None), period=KNOWN[name].period)
     assert (

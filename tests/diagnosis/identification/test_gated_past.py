@@ -32,7 +32,7 @@ def test_what_upsets_lend_a_small_band_the_gate_takes_back(seed):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_what_a_valve_does_that_sticks_no_gate_foretells(seed):
+def test_what_a_valve_does_that_sticks_no_gate_predicts(seed):
     found = st.diagnose(upset(st.Kano(5.0, 2.0), seed)).identification
     assert found.likelier_than_gated > 0.7 * found.likelier_than_good > 200.0
 

@@ -368,7 +368,7 @@ def test_result_tells_itself():
     assert set(told["process"]) == {"gain", "time_constant", "dead_time", "integrating", "lag"}
 
 
-def test_a_stem_of_which_only_the_middle_is_foretold_is_run_from_there():
+def test_a_stem_of_which_only_the_middle_is_predicted_is_run_from_there():
     """And before that from a place that leads there, though OP drifts from where it began."""
     from stiction.diagnosis.identification.closer import _stem
     from stiction.diagnosis.identification.likelihood import Trial, prediction_of, stem_of

@@ -55,7 +55,7 @@ def test_what_is_left_is_that_of_a_regression_on_the_harmonics_too():
         columns += [np.cos(angle), np.sin(angle)]
     A = np.stack(columns, axis=1)
     left = ((pv[begin:] - A @ np.linalg.lstsq(A, pv[begin:], rcond=None)[0]) ** 2).sum()
-    # The harmonics are taken out over the whole record and not over what is foretold of it: all but the same.
+    # The harmonics are taken out over the whole record and not over what is predicted of it: all but the same.
     assert rival.error.sum() == pytest.approx(left, rel=0.02)
     assert rival.weights == len(columns) - before
     alone = A[:, :before]

@@ -1,4 +1,4 @@
-"""Samples that no valve foretells: what is left out, what is not, and what that does to S and to the likelihood."""
+"""Samples that no valve predicts: what is left out, what is not, and what that does to S and to the likelihood."""
 
 import math
 
@@ -35,7 +35,7 @@ def loop(step=0.0, spikes=(), *, sticky=True, noise=0.1, seed=3):
     return st.LoopRecord("FIC-101", 1.0, op=op + 50.0, pv=pv + 100.0, sp=np.full(N, 100.0))
 
 
-def foretold(record):
+def predicted(record):
     return prediction_of(prepare(record, None, fine=True), fine=True)
 
 
@@ -46,35 +46,35 @@ def true_valve(prediction):
 
 
 def test_a_step_of_the_load_is_left_out_and_slips_are_not():
-    prediction = foretold(loop(step=2.0 * S))
+    prediction = predicted(loop(step=2.0 * S))
     rows = shocks_of(prediction, true_valve(prediction))
     at = AT / prediction.width
     assert 2 * ABOUT < rows.size < 40
     assert np.all(np.abs(rows - at) < 25)
-    plain = foretold(loop())
+    plain = predicted(loop())
     assert not np.any(shocks_of(plain, true_valve(plain)) > 300)  # before, where the stem began is not forgotten
 
 
 def test_what_leaves_no_more_than_slips_do_by_a_good_valve_is_none():
-    prediction = foretold(loop(step=0.3 * S, noise=0.05))
+    prediction = predicted(loop(step=0.3 * S, noise=0.05))
     assert not np.any(shocks_of(prediction, true_valve(prediction)) > 300)
 
 
-def test_a_valve_that_does_not_foretell_its_slips_keeps_nothing_out():
+def test_a_valve_that_does_not_predict_its_slips_keeps_nothing_out():
     """By a wrong valve a record without noise is full of shocks: then none is one."""
-    prediction = foretold(loop(noise=0.003))
+    prediction = predicted(loop(noise=0.003))
     wrong = Trial(0.6 * S, 0.2, 1.0, 0.0, 0.0)
     assert shocks_of(prediction, wrong).size == 0
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_noise_is_no_shock(seed):
-    prediction = foretold(loop(sticky=False, seed=seed))
+    prediction = predicted(loop(sticky=False, seed=seed))
     assert shocks_of(prediction, Trial(0.5, 0.5, 1.0, 0.0, 0.0)).size == 0
 
 
 def test_no_more_than_a_share_of_the_record_is_left_out():
-    few, many = (foretold(loop(spikes=range(100, N - 100, every))) for every in (1500, 40))
+    few, many = (predicted(loop(spikes=range(100, N - 100, every))) for every in (1500, 40))
     assert 0 < shocks_of(few, true_valve(few)).size <= MOST * few.pv.size
     assert shocks_of(many, true_valve(many)).size == 0
 
@@ -95,8 +95,8 @@ def test_a_step_makes_no_good_valve_stick():
 
 
 def test_samples_left_out_follow_the_part():
-    left = foretold(loop())
+    left = predicted(loop())
     left = left._replace(shocks=np.array([500, 501, 502, 900]))
-    assert left.samples == foretold(loop()).samples - 4
-    assert part_of(left, 490, 300).shocks.tolist() == []  # none that the lags leave to be foretold
+    assert left.samples == predicted(loop()).samples - 4
+    assert part_of(left, 490, 300).shocks.tolist() == []  # none that the lags leave to be predicted
     assert part_of(left, 300, 400).shocks.tolist() == [200, 201, 202]

@@ -1,7 +1,7 @@
 """Verdicts on loops drawn to be hard: good valves that could pass for sticky ones, and sticky ones that hide it.
 
 The loops are simulated without anything of stiction.simulation. A sticky valve counts a second time where its stiction
-can be seen: where the true stem foretells the PV far better than the OP does, and jumps often enough.
+can be seen: where the true stem predicts the PV far better than the OP does, and jumps often enough.
 
 Run as a script: python tests/diagnosis/verdict/adverse.py --loops 40 --seed 1 --jobs 2
 """
@@ -29,13 +29,13 @@ KINDS = {**GOOD, **STICKY}
 SPACING = 1000
 """Loops to a seed: another one would be the first loop of the next seed."""
 DELAYS = (1, 3, 6, 10, 16, 25, 36)
-"""Dead times of which the best foretells [samples]."""
+"""Dead times of which the best predicts [samples]."""
 N_PV, N_INPUT = 8, 6
-"""Samples of the PV and of the input from which a sample of the PV is foretold."""
+"""Samples of the PV and of the input from which a sample of the PV is predicted."""
 ROUNDING = 1e-14
-"""Share of the PV's variance below which nothing is left to foretell [-]."""
+"""Share of the PV's variance below which nothing is left to predict [-]."""
 BETTER = 60.0
-"""Twice the log likelihood by which the stem foretells the PV better where its stiction can be seen [-]."""
+"""Twice the log likelihood by which the stem predicts the PV better where its stiction can be seen [-]."""
 JUMPS = 6
 """Jumps that must be there to be seen."""
 JUMP = 0.3
@@ -58,7 +58,7 @@ def left_over(pv: np.ndarray, u: np.ndarray, delay: int) -> float:
 
 
 def likelier_by_stem(loop: Adverse) -> float:
-    """Twice the log likelihood by which the stem foretells the PV better than the OP does, each at its best delay."""
+    """Twice the log likelihood by which the stem predicts the PV better than the OP does, each at its best delay."""
     op, pv = loop.record.op, (loop.record.pv - loop.record.pv.mean()) / loop.record.pv.std()
     inputs = ((u - u.mean()) / op.std() for u in (op, loop.mv))
     by_op, by_stem = (max(min(left_over(pv, u, delay) for delay in DELAYS), ROUNDING) for u in inputs)

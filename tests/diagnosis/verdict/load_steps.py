@@ -61,9 +61,9 @@ def main() -> None:
     ask.add_argument("--loops", type=int, default=50, help="sticky loops, and as many good ones")
     ask.add_argument("--seed", type=int, default=100, help="seed of the first")
     ask.add_argument("--jobs", type=int, default=1, help="processes")
-    ask.add_argument("--foretell-all", action="store_true", help="leave no sample out of the likelihood")
+    ask.add_argument("--predict-all", action="store_true", help="leave no sample out of the likelihood")
     given = ask.parse_args()
-    if given.foretell_all:
+    if given.predict_all:
         patch("stiction.diagnosis.identification.closer.shocks_of", lambda *_: NONE).start()
     for sticky in (True, False):
         for steps in (True, False):

@@ -235,7 +235,7 @@ def loop_of(valve):
     return recorded(run(1500, PI, Process(10.0, 4.0), valve, load=load, noise=0.02 * rng.normal(size=1500)), valve)
 
 
-def test_stiction_is_seen_where_the_stem_jumps_and_foretells_the_pv():
+def test_stiction_is_seen_where_the_stem_jumps_and_predicts_the_pv():
     loop = loop_of(Valve(4.0, 3.0))
     assert can_be_seen(loop)
     assert not can_be_seen(loop._replace(J=100.0))  # the same stem has no jump that large

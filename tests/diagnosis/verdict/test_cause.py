@@ -96,7 +96,7 @@ def test_a_good_valve_that_predicts_better_is_named(likelier, bent, wave, named)
 
 
 @pytest.mark.parametrize("gated", [-25.0, -35.0])
-def test_of_several_that_foretell_better_the_likeliest_is_named(gated):
+def test_of_several_that_predict_better_the_likeliest_is_named(gated):
     more = {"likelier_than_bent": -20.0, "likelier_than_wave": -30.0, "likelier_than_gated": gated}
     reason = told("no_stiction", 0.05, "none", replace(fitting(60.0, 41.0, 106.6), **more)).reason
     assert ("A good valve given the past of the PV without its noise as well predicts" in reason) is (gated < -30.0)

@@ -35,9 +35,9 @@ __all__ = ["with_samples_between"]
 FEWEST = 100
 """Intervals without which no law is fitted [-]."""
 PAST = 6
-"""Samples that each is foretold from, to see whether the law holds [-]."""
+"""Samples that each is predicted from, to see whether the law holds [-]."""
 ALIKE = (0.7, 1.5)
-"""Error with which the recorded samples are foretold over that of those between, where the law holds [-]. Of 373 loops
+"""Error with which the recorded samples are predicted over that of those between, where the law holds [-]. Of 373 loops
 of `simulation.population` (seeds 601 and 602) recorded slower than a PI controller 0.9 lie within, of 98 slower than a
 PID one 0.05; of 61 records of the controller's own samples, to which this is not put, 0.08."""
 BUMPS, ROUNDS = 6.0, 3
@@ -131,7 +131,7 @@ def _law(
 
 
 def _alike(x: NDArray[np.float64]) -> bool:
-    """Whether recorded samples and those between are foretold from what was before them equally well.
+    """Whether recorded samples and those between are predicted from what was before them equally well.
 
     A record at twice the rate does not know which of its samples were kept. Where another law holds, those between hold
     errors of the law; where OP is computed from recorded samples only, they give the next one away.

@@ -1,9 +1,9 @@
-"""How well a good valve foretells the PV if its characteristic is not straight.
+"""How well a good valve predicts the PV if its characteristic is not straight.
 
 The likelihood of a sticky valve is compared with that of a good one whose stem is OP itself. A valve on its seat or
 wide open, an equal percentage trim or two valves in split range bend what OP makes of the flow, and such a bend, which
 has no memory, may pass for a band: it leaves the straight valve the same part of a wave unexplained. So does a wave
-from outside that is no sine, where there is little noise. A valve that sticks has a memory, and no bend foretells what
+from outside that is no sine, where there is little noise. A valve that sticks has a memory, and no bend predicts what
 it does. The bends are tried one by one, with the same regression on the past of the PV as every valve.
 """
 
@@ -41,12 +41,12 @@ GAPS, HALF_GAPS = (0.35, 0.5, 0.65), (0.1, 0.2)
 
 
 def bent_valve(prediction: Prediction) -> tuple[str, Rival]:
-    """Find the bent characteristic with which a good valve foretells the PV best.
+    """Find the bent characteristic with which a good valve predicts the PV best.
 
     Parameters
     ----------
     prediction : Prediction
-        What is foretold.
+        What is predicted.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def bent_valve(prediction: Prediction) -> tuple[str, Rival]:
     place = (op - low) / (high - low if high > low else 1.0)
     names, flows = zip(*characteristics(place), strict=True)
     stems = np.array([flow.reshape(-1, prediction.width).mean(axis=1) for flow in flows])
-    # With lags of OP beside it a bend one way foretells what one the other way does: they must not choose.
+    # With lags of OP beside it a bend one way predicts what one the other way does: they must not choose.
     best = int(np.argmin(errors_of(prediction._replace(most_op=0), stems)[0]))
     by_half = errors_of(prediction, stems[best : best + 1])[1]
     return names[best], Rival(by_half[0], prediction.op_order)

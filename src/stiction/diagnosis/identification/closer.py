@@ -1,4 +1,4 @@
-"""The closer search: from the stretches searched densely to the valve that foretells the PV best."""
+"""The closer search: from the stretches searched densely to the valve that predicts the PV best."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ NOT_RECORDED, CANNOT_BE_TOLD, BY_INTEGRAL = (
 """Why S is known less well; the second where the moves that were recorded, rounded, are all explained, or what is left
 of them may be a set point's that was not recorded."""
 STARTS = np.linspace(-1.0, 1.0, 9)
-"""Places at the start of a record of which only the middle is foretold [half bands]."""
+"""Places at the start of a record of which only the middle is predicted [half bands]."""
 ANOTHER = 0.1
 """How far off the record's S that of a stretch is beyond which its own valve is simulated in it, as a share [-]. S and
 J do not depend on it."""
@@ -116,14 +116,14 @@ def _recorded(search: Search, fine: Prediction, tried: Trials, known: Known) -> 
 
 
 def _finely(record: LoopRecord, period: float | None, signals: Signals) -> Prediction:
-    """What is foretold in the last searches; `signals` are those of the first ones."""
+    """What is predicted in the last searches; `signals` are those of the first ones."""
     if signals.thinned == 1:
         return prediction_of(signals)
     return prediction_of(prepare(record, period, fine=True), fine=True)
 
 
 def _without_shocks(fine: Prediction, tried: Trials, swing: float) -> tuple[Prediction, Trials]:
-    """Leave out what no valve foretells, and go on."""
+    """Leave out what no valve predicts, and go on."""
     rows = shocks_of(fine, tried.best)
     if not rows.size:
         return fine, tried
@@ -211,7 +211,7 @@ def _by_stretches(
 
 
 def _stem(fine: Prediction, op: NDArray[np.float64], valve: Trial) -> NDArray[np.float64]:
-    """Stem over the whole `op`: from where it is foretold on as there, before that from a place that leads there.
+    """Stem over the whole `op`: from where it is predicted on as there, before that from a place that leads there.
 
     A stem that begins elsewhere may never be moved: a cycle is possible with an OP that swings over less than S + J.
     """

@@ -1,4 +1,4 @@
-"""Which valves foretell the PV no worse than the best one, cycle by cycle: intervals of S and J, and the drift of S."""
+"""Which valves predict the PV no worse than the best one, cycle by cycle: intervals of S and J, and the drift of S."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def contest(prediction: Prediction, trials: Trials, known: Known) -> Contest:
     Parameters
     ----------
     prediction : Prediction
-        What is foretold.
+        What is predicted.
     trials : Trials
         Every valve tried.
     known : Known
@@ -160,7 +160,7 @@ def contest(prediction: Prediction, trials: Trials, known: Known) -> Contest:
     Notes
     -----
     No (S, J) valve is the true one, so that the curvature of the likelihood says too little of the error. Vuong's
-    test asks whether a rival foretells worse by its own scatter from half cycle to half cycle, a slip each. A rival
+    test asks whether a rival predicts worse by its own scatter from half cycle to half cycle, a slip each. A rival
     less than 3.84 in twice the log likelihood behind is never left out.
 
     Between samples that are not the controller's own the noise on OP trips the valve: the band that trips at the

@@ -1,8 +1,8 @@
-r"""How well a good valve foretells the PV if the past is also told without its noise.
+r"""How well a good valve predicts the PV if the past is also told without its noise.
 
 A load that steps now and then leaves a loop quiet in between. In the quiet the past of the PV is noise and says little,
-after a step it says nearly all: no one set of weights foretells both, and a regression settles between. A stem that
-moves only where OP goes beyond a small band is still in the quiet and moves after a step, so that it foretells what
+after a step it says nearly all: no one set of weights predicts both, and a regression settles between. A stem that
+moves only where OP goes beyond a small band is still in the quiet and moves after a step, so that it predicts what
 lags of PV and OP cannot, stuck or not: a good valve in a loop whose load steps every five minutes loses by 500 in twice
 the log likelihood to a band of a tenth of a per cent. So the good valve gets the same help: beside its own regression
 stand lags of the PV behind a gate,
@@ -15,7 +15,7 @@ nothing of OP and of when a stem slips.
 
 Behind good valves it leaves a band 0.08 to 0.54 of what that had over a straight good one (medians of seven kinds of
 such loops), sticky ones with S of 0.5 to 5 % keep 0.83 to 0.88. Where the upsets move OP by more than S and the slip
-jump is small it foretells better than the sticky valve: such stiction is not seen.
+jump is small it predicts better than the sticky valve: such stiction is not seen.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ LAGS = (0.0, 3.0)
 
 
 def gated_past(prediction: Prediction) -> Rival:
-    """Let lags of a gated PV stand beside a good valve, with the gate that foretells best.
+    """Let lags of a gated PV stand beside a good valve, with the gate that predicts best.
 
     Parameters
     ----------
     prediction : Prediction
-        What is foretold.
+        What is predicted.
 
     Returns
     -------

@@ -86,7 +86,7 @@ def identify(
     The closer search maximises the likelihood of the PV's prediction errors (see `likelihood`), which a disturbance
     that goes round the closed loop does not pull, over the whole record or, where more than 4 000 samples are left of
     it after thinning, over the 4 000 in its middle, without the samples that neither a sticky nor a good valve
-    foretells (see `shocks`). The interval holds all valves that Vuong's test does not find worse from half cycle to
+    predicts (see `shocks`). The interval holds all valves that Vuong's test does not find worse from half cycle to
     half cycle (see `contest`). Where the record does not show the controller's own samples OP trips the valve unseen
     between them: S is then corrected for the noise on OP, and its interval is a factor of 1.3 either way or more. Where
     the controller's integral tells a sample between each two, S and J come from a search with these (see `between`). An

@@ -1,6 +1,6 @@
 """Whether OP and PV were stored in step: a PV a sample older than the OP beside it hides a sticky valve.
 
-OP holds what the controller made of a noise that PV does not show yet, so that a good valve foretells the PV. The law
+OP holds what the controller made of a noise that PV does not show yet, so that a good valve predicts the PV. The law
 of the controller tells: its proportional and integral part leave far less of OP's moves with each PV a sample later.
 """
 

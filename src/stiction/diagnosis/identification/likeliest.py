@@ -1,4 +1,4 @@
-"""The search for the valve that foretells the PV best.
+"""The search for the valve that predicts the PV best.
 
 The likelihood is a narrow dip: a band that is wrong by a per cent slips at other samples. So a coarse grid over the
 plane comes first, then finer ones about the best valleys, a fan of fine steps about the best, and for a stem that
@@ -82,7 +82,7 @@ def most_likely(prediction: Prediction, fine: Prediction, swing: float, *, own_s
     Parameters
     ----------
     prediction, fine : Prediction
-        What is foretold, for the coarse and for the last searches.
+        What is predicted, for the coarse and for the last searches.
     swing : float
         Largest S to look for [% of span].
     own_samples : bool
@@ -111,7 +111,7 @@ def most_likely_between(prediction: Prediction, fine: Prediction, swing: float) 
     Parameters
     ----------
     prediction, fine : Prediction
-        What is foretold, for the coarse and for the last searches.
+        What is predicted, for the coarse and for the last searches.
     swing : float
         Largest S to look for [% of span].
 
@@ -127,12 +127,12 @@ def most_likely_between(prediction: Prediction, fine: Prediction, swing: float) 
 
 
 def tried_again(prediction: Prediction, tried: Trials, swing: float) -> Trials:
-    """Go on from valves tried, where some samples of the record are no longer foretold.
+    """Go on from valves tried, where some samples of the record are no longer predicted.
 
     Parameters
     ----------
     prediction : Prediction
-        What is foretold now.
+        What is predicted now.
     tried : Trials
         Valves tried before.
     swing : float
@@ -147,12 +147,12 @@ def tried_again(prediction: Prediction, tried: Trials, swing: float) -> Trials:
 
 
 def tried_recorded(prediction: Prediction, tried: Trials, swing: float) -> Trials:
-    """Go on from valves tried on a record with rebuilt samples, where only those recorded are foretold.
+    """Go on from valves tried on a record with rebuilt samples, where only those recorded are predicted.
 
     Parameters
     ----------
     prediction : Prediction
-        What is foretold by the recorded samples.
+        What is predicted by the recorded samples.
     tried : Trials
         Valves tried with those between.
     swing : float

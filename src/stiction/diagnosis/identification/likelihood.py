@@ -1,4 +1,4 @@
-"""The likelihood of a valve: how well its stem foretells the PV.
+"""The likelihood of a valve: how well its stem predicts the PV.
 
 Prediction errors rather than simulation errors decide (see `prediction`): with the loop closed, a disturbance goes
 round through the controller and would otherwise pass for an answer of the process. The likelihood of a valve is
@@ -54,7 +54,7 @@ FLOOR = 1e-8
 LAG_WORTH = 8.0
 """Twice the log likelihood that a lag of the actuator has to be worth [-]."""
 MOST_SAMPLES = 4000
-"""Samples foretold at most, those in the middle of the record: more tell S no better, and take longer [-]."""
+"""Samples predicted at most, those in the middle of the record: more tell S no better, and take longer [-]."""
 NONE = np.empty(0, dtype=np.int64)
 """No samples."""
 UNKNOWN_SCALE = 36.0
@@ -62,7 +62,7 @@ UNKNOWN_SCALE = 36.0
 
 
 class Prediction(NamedTuple):
-    """What is foretold, and from what."""
+    """What is predicted, and from what."""
 
     op: NDArray[np.float64]
     """Controller output [% of span], shape (n_samples * width,)."""
@@ -75,7 +75,7 @@ class Prediction(NamedTuple):
     edges: NDArray[np.int64]
     """Lags at which groups of the stem's lags begin [samples]."""
     begin: int
-    """First sample foretold."""
+    """First sample predicted."""
     ends: NDArray[np.int64]
     """Samples at which half cycles end, a slip each, shape (n_halves,)."""
     first: int = 0
@@ -85,11 +85,11 @@ class Prediction(NamedTuple):
     most_op: int = OP_ORDER
     """Lags of OP beside them, at most [-]."""
     shocks: NDArray[np.int64] = NONE
-    """Samples that are not foretold, increasing, none before `begin`, shape (n_shocks,)."""
+    """Samples that are not predicted, increasing, none before `begin`, shape (n_shocks,)."""
 
     @property
     def samples(self) -> int:
-        """Samples foretold [-]."""
+        """Samples predicted [-]."""
         return self.pv.size - self.begin - self.shocks.size
 
     @property
@@ -176,7 +176,7 @@ def prediction_of(signals: Signals, *, fine: bool = False) -> Prediction:
     Returns
     -------
     Prediction
-        What is foretold; the first cycle is left out, since where the stem stood before it is not known.
+        What is predicted; the first cycle is left out, since where the stem stood before it is not known.
     """
     n, first = signals.pv.size, 0
     op, pv = signals.op, signals.pv
@@ -242,7 +242,7 @@ def trials_of(prediction: Prediction, valve: NDArray[np.float64]) -> Trials:
     Parameters
     ----------
     prediction : Prediction
-        What is foretold.
+        What is predicted.
     valve : ndarray, shape (n, 5)
         Valves as in `Trials`.
 
@@ -280,7 +280,7 @@ def by_cycle(prediction: Prediction, valve: NDArray[np.float64]) -> NDArray[np.f
     Parameters
     ----------
     prediction : Prediction
-        What is foretold.
+        What is predicted.
     valve : ndarray, shape (n, 5)
         Valves as in `Trials`.
 
@@ -298,7 +298,7 @@ def errors_of(prediction: Prediction, mv: NDArray[np.float64]) -> tuple[NDArray[
     Parameters
     ----------
     prediction : Prediction
-        What is foretold.
+        What is predicted.
     mv : ndarray, shape (n, n_samples)
         Stem positions, a row each.
 
@@ -330,7 +330,7 @@ def stem_of(prediction: Prediction, valve: Trial) -> NDArray[np.float64]:
     Parameters
     ----------
     prediction : Prediction
-        What is foretold.
+        What is predicted.
     valve : Trial
         The valve.
 

@@ -1,6 +1,6 @@
-r"""How well a good valve foretells the PV if a wave from outside, the same in every period, moves it as well.
+r"""How well a good valve predicts the PV if a wave from outside, the same in every period, moves it as well.
 
-A pump, another loop or a batch moves the PV in a rhythm of its own, and the regression on the past of the PV foretells
+A pump, another loop or a batch moves the PV in a rhythm of its own, and the regression on the past of the PV predicts
 a sine of any phase, but no saw. What it leaves of a wave that is no sine comes at the same phase in every period, and
 so does the slip of a valve. So the good valve gets the wave for nothing: the harmonics of one period are taken out of
 PV and OP by least squares, which leaves what a regression on them beside all else leaves ([frisch1933]_), but for the
@@ -54,12 +54,12 @@ class Beside(NamedTuple):
 
 
 def outside_wave(prediction: Prediction, period: float, stem: NDArray[np.float64]) -> Beside | None:
-    """Let a wave from outside, beside a good valve and beside a sticky one, foretell the PV.
+    """Let a wave from outside, beside a good valve and beside a sticky one, predict the PV.
 
     Parameters
     ----------
     prediction : Prediction
-        What is foretold.
+        What is predicted.
     period : float
         Period of the oscillation [samples of the PV].
     stem : ndarray, shape (n_samples * width,)

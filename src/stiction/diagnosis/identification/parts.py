@@ -1,4 +1,4 @@
-"""Parts of what is foretold: a stretch of the record, or fewer weights."""
+"""Parts of what is predicted: a stretch of the record, or fewer weights."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ def part_of(prediction: Prediction, first: int, size: int, begin: int = 0) -> Pr
     Parameters
     ----------
     prediction : Prediction
-        What is foretold.
+        What is predicted.
     first, size : int
         Where the part begins and how long it is [samples].
     begin : int
-        First sample of it that is foretold, or where the lags allow.
+        First sample of it that is predicted, or where the lags allow.
 
     Returns
     -------
@@ -49,7 +49,7 @@ def lean(prediction: Prediction) -> Prediction:
     Parameters
     ----------
     prediction : Prediction
-        What is foretold.
+        What is predicted.
 
     Returns
     -------

@@ -1,10 +1,10 @@
-"""Prediction error of many valves at once: how well each stem, together with the past, foretells the PV.
+"""Prediction error of many valves at once: how well each stem, together with the past, predicts the PV.
 
 A regression on lags of the PV and of the stem, their values so many samples before (ARX), takes process and disturbance
-together: what a load, a wave from outside or a drift leave in a simulation is foretold from the PV's past, and what is
+together: what a load, a wave from outside or a drift leave in a simulation is predicted from the PV's past, and what is
 left is the part of the PV that is new in each sample. Slips are new. A few lags of OP stand beside those of the PV,
 whatever the valve: OP holds what the controller saw of the PV, and where a record adds to that (noise, rounding, a PV
-before its filter) a good valve would foretell the PV by it, a sticky one could not. The regression is solved for each
+before its filter) a good valve would predict the PV by it, a sticky one could not. The regression is solved for each
 valve from sums of products, which are those of neighbouring lags but for the edges of the window, so that a valve costs
 three products for each lag and sample.
 """
@@ -156,7 +156,7 @@ def prediction_errors(
     `op` holds `width` samples for each one of `pv`, `op_mean` (n_samples,) their means. The regression takes a
     constant, `order` lags of the PV, `op_order` of `op_mean`, and sums of the stem's lags edges[g] <= lag <
     edges[g + 1]; a lag of at least 1 keeps the noise that the controller hands on to the OP out of its own prediction.
-    The samples `shocks` are not foretold, and are past of others all the same. `floor` is the square that no sample
+    The samples `shocks` are not predicted, and are past of others all the same. `floor` is the square that no sample
     falls below. `ends` (n_blocks,) are the samples at which blocks of time end, `blocks` (n, n_blocks) what is left in
     each; both may be empty. `S`, `J`, `K` and `place` (n,) are those of `stems`, `keep` (n,) that of `behind_lag`;
     valves side by side are best of one `keep`.

@@ -73,7 +73,7 @@ class Reversal(NamedTuple):
     past: NDArray[np.float64]
     """How far OP went between the last slip and the reversal, all that can be [% of span], increasing."""
     coarse: Prediction
-    """What is foretold from there on."""
+    """What is predicted from there on."""
     fine: Prediction
     """The same of the fine record."""
 
@@ -84,7 +84,7 @@ def from_reversals(coarse: Prediction, fine: Prediction, swing: float) -> NDArra
     Parameters
     ----------
     coarse, fine : Prediction
-        What is foretold, for the first and for the last windows.
+        What is predicted, for the first and for the last windows.
     swing : float
         Largest S to look for [% of span].
 

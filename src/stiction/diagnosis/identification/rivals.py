@@ -23,7 +23,7 @@ def over_rivals(prediction: Prediction, contest: Contest, period: float | None) 
     Parameters
     ----------
     prediction : Prediction
-        What is foretold.
+        What is predicted.
     contest : Contest
         The likeliest valve.
     period : float or None

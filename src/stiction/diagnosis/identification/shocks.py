@@ -1,10 +1,10 @@
-"""Samples that no valve foretells: steps of the load, and whatever else befalls a loop a few times in a record.
+"""Samples that no valve predicts: steps of the load, and whatever else befalls a loop a few times in a record.
 
 One step of the load is worth more in a sum of squares than all that a valve does: it swells the variance by which each
 valve is measured, and Vuong's test sees one half cycle that outweighs the others. Where neither the likeliest sticky
-valve nor a good one foretells the PV, by `BEYOND` robust standard deviations, these samples and those about them are
+valve nor a good one predicts the PV, by `BEYOND` robust standard deviations, these samples and those about them are
 left out of the regression, and the best of the valves tried go on from there. Their PV and OP remain the past of
-others. A slip of a valve that sticks is not left out: it foretells that. Where more than `MOST` of the record would be,
+others. A slip of a valve that sticks is not left out: it predicts that. Where more than `MOST` of the record would be,
 nothing is: what befalls a loop all the time is its noise. The limits were chosen on `simulation.population`, seed 10,
 and on sticky loops whose load steps (`tests/diagnosis/verdict/load_steps.py`).
 """
@@ -37,12 +37,12 @@ MOST = 0.05
 
 
 def shocks_of(prediction: Prediction, best: Trial) -> NDArray[np.int64]:
-    """Find the samples that neither a sticky valve nor a good one foretells.
+    """Find the samples that neither a sticky valve nor a good one predicts.
 
     Parameters
     ----------
     prediction : Prediction
-        What is foretold.
+        What is predicted.
     best : Trial
         The likeliest sticky valve.
 

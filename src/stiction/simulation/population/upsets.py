@@ -2,7 +2,7 @@
 
 `population` moves its loops by loads that wander, or by one event. A loop that is quiet but for a batch that begins
 every ten minutes, a pump that is switched or a neighbour's set point has a PV of noise alone most of the time, and
-moves of many times that noise now and then. What foretells it best in the quiet does not after an upset, and that may
+moves of many times that noise now and then. What predicts it best in the quiet does not after an upset, and that may
 pass for a sticky valve. All ranges were written down before a loop was counted, and none was changed by the counts.
 """
 
