@@ -203,3 +203,28 @@ def test_a_plan_that_makes_no_sense_is_refused(words, arguments):
 def test_one_rate_or_size_is_a_plan():
     assert st.plan_ramp_test(5.0, 25.0, rates=0.1).op.tolist() == st.plan_ramp_test(5.0, 25.0, rates=[0.1]).op.tolist()
     assert st.plan_step_test(50.0, sizes=2.0).op.tolist() == st.plan_step_test(50.0, sizes=[2.0]).op.tolist()
+
+
+@pytest.mark.parametrize(("S", "lag", "noise"), [(0.0, 0.0, 0.0), (0.0, 2.0, 0.1), (0.3, 0.0, 0.02), (0.3, 3.0, 0.02)])
+def test_a_stem_that_followed_every_ramp_has_the_deadband_between_its_ways(S, lag, noise):
+    plan = st.plan_ramp_test(40.0, 60.0, rates=(0.2, 0.0625, 0.04, 0.025))
+    air = plan.op.copy()
+    for k in range(1, air.size):
+        air[k] = plan.op[k] + (np.exp(-plan.dt / lag) if lag else 0.0) * (air[k - 1] - plan.op[k])
+    record = st.stroke(st.Kano(S, 0.0), air, plan.dt)
+    stem = record.mv + np.random.default_rng(1).normal(0.0, noise, air.size)
+    test = st.analyse_ramp(replace(record, op=plan.op, mv=stem))
+    assert [ramp.behaviour for ramp in test.ramps] == ["follow"] * 8
+    if not test.sb.known:
+        assert test.deadband.value == pytest.approx(S, abs=0.05)
+        assert any("followed every ramp" in line for line in test.unknown)
+    assert test.S.low - 0.02 <= S <= test.S.high
+    assert test.verdict == "within limit"
+
+
+def test_play_beyond_the_limit_is_beyond_it_though_nothing_slips():
+    plan = st.plan_ramp_test(40.0, 60.0, rates=(0.2, 0.0625))
+    record = st.stroke(st.Kano(3.0, 0.0), plan.op, plan.dt)
+    test = st.analyse_ramp(record)
+    assert test.verdict == "beyond limit"
+    assert test.S.value == pytest.approx(3.0, abs=0.1)

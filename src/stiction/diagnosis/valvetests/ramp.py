@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.valvetests.following import followed
 from stiction.diagnosis.valvetests.friction_fit import FrictionFit, fit_friction
 from stiction.diagnosis.valvetests.piecewise import noise, resolution
 from stiction.diagnosis.valvetests.ramp_rate import bracket, classify
@@ -94,6 +95,8 @@ def analyse_ramp(
     ramps = classify(op_ramps, found, fit)
     r_low, r_high, contradiction = bracket(ramps)
     sb, sj, deadband, S = _friction(fit)
+    if fit is None and reading.signal == "mv":
+        deadband, S = followed(op_ramps, found)
     op_line = np.concatenate([[p.at(t) for t in reading.time[p.first : p.last]] for p in pieces])
     valve, position, model, residual = _against_record(record, reading, op_line, fit, r_low, r_high)
     stuck = max(moved.lead for moved in found)

@@ -59,6 +59,11 @@ def not_known(
 ) -> tuple[str, ...]:
     """Say what the test cannot tell and what would."""
     lines: list[str] = []
+    if fit is None and all(ramp.behaviour == "follow" for ramp in ramps):
+        smallest = min(ramp.smallest_stair for ramp in ramps)
+        what, unit = ("stem", "%") if reading.signal == "mv" else ("flow", "of its unit")
+        lines.append(f"sb, sj and r: the {what} followed every ramp; slips below {smallest:.2g} {unit} would not show.")
+        return tuple(lines)
     if fit is None:
         never = "the stem never broke loose; it" if reading.signal == "mv" else "the flow never answered; it"
         lines.append(f"sb, sj and r: {never} rested over up to {stuck:.3g} % of OP travel. Ramp further.")
