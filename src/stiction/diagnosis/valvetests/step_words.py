@@ -87,17 +87,24 @@ def steps_not_known(
         lines.append("deadband: no reversal with a response before and after it. Step up and down, further than S.")
     elif all(r.reading <= r.step * 1.001 for r in turned):
         finest = min(r.step for r in turned)
-        lines.append(f"deadband below {finest:.3g} %: every reversal answered its first step. {_finer(steps, finest)}")
+        lines.append(f"deadband below {finest:.3g} %: every reversal {_at_once(steps, finest)}")
     if not onwards:
         lines.append("resolution: no two responses in the same direction. Step further.")
     elif all(r.reading <= r.step * 1.001 for r in onwards):
         finest = min(r.step for r in onwards)
-        lines.append(f"resolution below {finest:.3g} %: every step was answered. {_finer(steps, finest)}")
+        lines.append(f"resolution below {finest:.3g} %: every move onwards {_at_once(steps, finest)}")
     if not any(math.isfinite(step.t63) for step in steps):
         lines.append("response times: no response stands clear of the noise.")
     if signal == "pv":
         lines.append("the stem itself: times and overshoot are those of the flow, its sensor included.")
     return tuple(lines)
+
+
+def _at_once(steps: Sequence[Step], read: float) -> str:
+    """Say that the first step of `read` [% of span] was answered, and what gives a finer reading."""
+    finest = min(abs(step.op_after - step.op_before) for step in steps)
+    among = f" of {read:.3g} %, those of {finest:.3g} % none" if finest < 0.999 * read else ""
+    return f"answered its first step{among}. {_finer(steps, read)}"
 
 
 def _finer(steps: Sequence[Step], read: float) -> str:
