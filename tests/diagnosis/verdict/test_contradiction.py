@@ -31,6 +31,7 @@ SLOW = Objection.SLIPS_DROWN
 SOUND = Quality((), True, 1000, 1000.0, 0.0, 0, 1000)
 """What a record is worth that no gate finds anything in."""
 NOT_ITS_OWN, NO_JUMP, AS_MUCH = Objection.NOT_ITS_OWN, Objection.NO_JUMP, Objection.AS_MUCH
+MOST_OF_IT = Objection.MOST_OF_IT
 """What keeps a valve from surely sticking."""
 
 
@@ -63,8 +64,10 @@ def test_the_limit_of_likeness_to_a_plants_record(monkeypatch, likeness, told):
     assert against_good(fits(50.0, 50.0), SimpleNamespace(likely_jump_clear=0.0), HEALTHY) == told
 
 
-def valve(J=1.0, J_high=2.0, likelier_than_play=30.0, fit=90.0, fit_linear=60.0, integrating=False):
-    """A valve of S = 3 % that was found."""
+def valve(
+    J=1.0, J_high=2.0, likelier_than_play=30.0, fit=90.0, fit_linear=60.0, integrating=False, over=(200.0, 200.0, 200.0)
+):
+    """A valve of S = 3 % that was found, likelier `over` a good one, a bent one and one given the PV without noise."""
     process = SimpleNamespace(integrating=integrating)
     return SimpleNamespace(
         S=3.0,
@@ -74,6 +77,9 @@ def valve(J=1.0, J_high=2.0, likelier_than_play=30.0, fit=90.0, fit_linear=60.0,
         fit=fit,
         fit_linear=fit_linear,
         process=process,
+        likelier_than_good=over[0],
+        likelier_than_bent=over[1],
+        likelier_than_gated=over[2],
     )
 
 
@@ -81,6 +87,11 @@ def valve(J=1.0, J_high=2.0, likelier_than_play=30.0, fit=90.0, fit_linear=60.0,
     ("found", "told"),
     [
         ({}, ()),
+        ({"over": (200.0, 100.0, 100.0)}, ()),
+        ({"over": (200.0, 99.0, 200.0)}, (MOST_OF_IT,)),
+        ({"over": (200.0, 200.0, 99.0)}, (MOST_OF_IT,)),
+        ({"over": (200.0, math.nan, math.nan)}, ()),
+        ({"over": (60.0, 0.0, 0.0)}, ()),
         ({"J": 0.29, "J_high": 0.89, "likelier_than_play": 0.0}, (NO_JUMP,)),
         ({"J": 0.31, "J_high": 0.89, "likelier_than_play": 0.0}, ()),
         ({"J": 0.29, "J_high": 0.91, "likelier_than_play": 0.0}, ()),

@@ -1,12 +1,13 @@
 r"""A stem that followed every ramp: the deadband between its ways, and the S that may hide in it.
 
-Nothing slipped that could be seen, so that there is no slip to fit. What is left is how far the stem of a rising OP stays
-behind that of a falling one,
+Nothing slipped that could be seen, so that there is no slip to fit. What is left is how far the stem of a rising OP
+stays behind that of a falling one,
 
 .. math:: u - x = c + d\,(D / 2 + \tau\,|\dot u|), \qquad d = \pm 1
 
-with u the OP and x the stem in the middle of each ramp, D the deadband and :math:`\tau` the lag behind OP. Slips smaller
-than the smallest stair that could have been seen may be there, so that S lies between D and D with one such stair.
+with u the OP and x the stem in the middle of each ramp, D the deadband and :math:`\tau` the lag behind OP. Slips
+smaller than the smallest stair that could have been seen may be there, so that S lies between D and D with one such
+stair.
 """
 
 from __future__ import annotations

@@ -53,5 +53,7 @@ class Objection(StrEnum):
     """Against a sticking valve: to within `contradiction.NO_JUMP` it has play only."""
     NOTHING_EXPLAINED = "OP explains next to nothing"
     """Against a sticking valve: less than `contradiction.BY_CHANCE`."""
+    MOST_OF_IT = "a good valve with something more predicts most of it"
+    """Against a sticking valve: a bent or gated good one takes `contradiction.TAKEN` of what it adds to a good one."""
     AS_MUCH = "a good valve explains as much"
     """Against a sticking valve: a good one explains as much of the PV."""
