@@ -88,8 +88,8 @@ these, which bound seven and 20."""
 TAKEN = 0.5
 """Share of what a sticky valve predicts beyond a good one that a good one with a bend, or given the past of the PV
 without its noise, takes from it at most if it is sure [-]: relaxation oscillations from outside whose period wanders
-pass for slips, and these take more than half of it. Of 6 860 loops (`simulation.population`, seed 101) 698 are told beyond
-`doubt.MOST`, 26 of which do not stick; it bounds 16 of these and 78 of the others."""
+pass for slips, and these take more than half of it. Of 6 860 loops (`simulation.population`, seed 101) 698 are told
+beyond `doubt.MOST`, 26 of which do not stick; it bounds 16 of these and 78 of the others."""
 PLAY = 0.5
 """Probability of play beyond which it is what speaks against stiction [-]. Of 4 000 loops (`simulation.population`,
 seeds 10 and 17) 144 are told below `doubt.LEAST` but for a J that may be all of S, six of which stick, and of seeds 10
