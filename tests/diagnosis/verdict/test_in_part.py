@@ -10,7 +10,7 @@ import pytest
 
 import stiction as st
 from stiction.diagnosis.identification.glance import glance
-from stiction.diagnosis.verdict.in_part import AFTER, PARTS, suspect, told_of_part
+from stiction.diagnosis.verdict.in_part import AFTER, PARTS, PICKED, suspect, told_of_part
 from stiction.diagnosis.verdict.objection import Objection
 from stiction.diagnosis.verdict.stem import stem_shown
 from stiction.simulation.population.loads import lagged
@@ -49,6 +49,7 @@ def test_the_last_hours_of_a_long_record_are_found(seed):
     assert sticky
     assert min(window.first for window in sticky) >= 15_000
     assert max(window.last for window in found.windows) <= 20_000
+    assert found.reason.endswith(PICKED)
     assert AFTER not in found.action
     assert len(found.record) == 20_000
 

@@ -52,8 +52,11 @@ SHORTEST = 300
 OVER = 0.1
 """Share of the record after the part from which it may be that the valve was repaired since [-]."""
 IN_PART = "in part of the record"
+"""What a reason holds that says so."""
+PICKED = f"The part was picked for its looks, so that it allows no more than {MOST:.2f}."
+"""What is told of a probability that is held back for it."""
 AFTER = "If the valve was repaired since, diagnose what came after by itself."
-"""What is told then."""
+"""What is told of a part that is over."""
 LOOSE = 4.0
 """Mean square by which a position is off a good valve's where it is, over what is usual [-]."""
 
@@ -125,10 +128,12 @@ def told_of_part(whole: Diagnosis, part: Diagnosis, first: int, start: int = 0) 
     begin, end = first + quality.first, first + quality.last
     one = Window(start + begin, start + end, "stiction", found.S, found.J, found.fit, found.fit_linear)
     when = f"from {one.first * dt:.6g} s to {one.last * dt:.6g} s"
-    where = "" if IN_PART in part.reason else f"The valve sticks in part of the record, {when}. "
+    held = f" {PICKED}" if probability < part.probability else ""
+    where = "" if IN_PART in part.reason else f"The valve sticks in part of the record, {when}."
     over = end < (1.0 - OVER) * whole.quality.last and AFTER not in part.action
     return replace(
-        part, record=whole.record, probability=probability, causes=causes, reason=where + part.reason,
+        part, record=whole.record, probability=probability, causes=causes,
+        reason=f"{where} {part.reason}{held}".strip(),
         action=f"{part.action} {AFTER}" if over else part.action, windows=part.windows or (one,),
         quality=replace(
             quality, rows=whole.quality.rows, duration=whole.quality.duration, bad_percent=whole.quality.bad_percent,
