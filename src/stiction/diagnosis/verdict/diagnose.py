@@ -141,11 +141,11 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     >>> st.diagnose(st.simulate(loop, sp=10.0, duration=2000.0, loop_type="flow")).verdict
     'stiction'
     """
-    return _diagnosed(record, 0)
+    return _diagnosed(record)
 
 
-def _diagnosed(record: LoopRecord, start: int) -> Diagnosis:
-    """Judge a record that begins at sample `start` of the one asked about, and a part of it that may tell more."""
+def _diagnosed(record: LoopRecord, start: int | None = None) -> Diagnosis:
+    """Judge a record, or a part that begins at sample `start` of one, and a part of it that may tell more."""
     seen = findings(record)
     if seen.features is None:
         return _cannot_tell(seen)
@@ -156,7 +156,8 @@ def _diagnosed(record: LoopRecord, start: int) -> Diagnosis:
     if cut is None:
         return whole
     begin, end = first + cut.start, first + cut.stop
-    return told_of_part(whole, _diagnosed(record.window(begin, end), start + begin), begin, start)
+    begun = start or 0
+    return told_of_part(whole, _diagnosed(record.window(begin, end), begun + begin), begin, begun)
 
 
 class Weighed(NamedTuple):
@@ -236,8 +237,8 @@ def _makes_cycle(seen: Findings) -> bool:
     return own is not None and near(seen.oscillation.amplitude_op, own.amplitude_op) >= OWN_CYCLE
 
 
-def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged, start: int) -> Diagnosis:
-    """Put the verdict into words; times count from `start` samples before the record."""
+def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged, start: int | None) -> Diagnosis:
+    """Put the verdict into words; times count from `start` samples before the record, where it is a part."""
     verdict, valve, found = judged.verdict, judged.valve, seen.found[seen.speaks]
     unit, slave = seen.record.op_unit_short, seen.record.provenance.slave
     cause = named_cause(
@@ -250,8 +251,9 @@ def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged, start
         cause = not_seen(judged.not_seen, judged.causes)
     elif judged.still:
         cause = stuck_or_not(judged.causes)
-    shown = windows(seen.part, valve, start + seen.quality.first) if verdict != "no_stiction" else ()
-    if weighed.stem is not None and not any(window.verdict == "stiction" for window in shown):
+    shown = windows(seen.part, valve, (start or 0) + seen.quality.first) if verdict != "no_stiction" else ()
+    known = weighed.stem is not None or start is not None  # by the position, or as the part that sticks
+    if known and not any(window.verdict == "stiction" for window in shown):
         shown = ()
     of_stem = seen.stem.why if seen.stem is not None else ""
     _, of_set_point = held_set_point(seen.record, seen.quality.first, seen.quality.last)
