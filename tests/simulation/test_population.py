@@ -11,12 +11,14 @@ import pytest
 import stiction as st
 from stiction.errors import ParameterError
 from stiction.simulation.historian import EFFECTS
-from stiction.simulation.population import CAUSES, plant_population, population, upset_population
+from stiction.simulation.population import CAUSES, plant_population, population, upset_population, wandering_population
 from stiction.simulation.population.loads import SHAPES, lagged, wave
 from stiction.simulation.population.plan import Plan
 from stiction.simulation.population.processes import KINDS, draw_loop, margin, scaled
 from stiction.simulation.population.upsets import upset_series
 from stiction.simulation.population.valves import BODIES, MODELS, physical_valve, sticky_valve
+from stiction.simulation.population.wandering import SHAPES as WANDERING
+from stiction.simulation.population.wandering import wandering_wave
 
 OWN = ("stiction", "deadband", "tight tuning")
 """Causes that make the loop oscillate by itself."""
@@ -296,6 +298,28 @@ def test_loops_that_something_upsets_rest_in_between():
     for case in cases:
         assert case.record.mv is None
         assert case.S > 0.0 if case.sticky else case.S == case.J == 0.0
+
+
+def test_loops_that_a_wandering_wave_moves_are_drawn_again_alike():
+    cases = list(wandering_population(30, seed=3))
+    assert [case.sticky for case in cases] == [True, False, False] * 10
+    assert {case.cause for case in cases} == {"stiction", "external disturbance"}
+    for one, again in zip(cases[:3], wandering_population(3, seed=3), strict=True):
+        np.testing.assert_array_equal(one.record.op, again.record.op)
+    for case in cases:
+        assert case.record.mv is None
+        assert case.S > 0.0 if case.sticky else case.S == case.J == 0.0
+
+
+@pytest.mark.parametrize("shape", WANDERING)
+def test_a_wandering_wave_has_one_size_and_no_clock(shape):
+    wave = wandering_wave(np.random.default_rng(5), shape, 60_000, 100.0, 0.2)
+    assert np.abs(wave).max() == pytest.approx(1.0, abs=0.03)
+    rises = np.flatnonzero((wave[:-1] < 0.0) & (wave[1:] >= 0.0))
+    lengths = np.log(np.diff(rises))
+    # A period is measured from the middle of one to the middle of the next.
+    assert np.exp(np.median(lengths)) == pytest.approx(100.0, rel=0.05)
+    assert 0.1 < lengths.std() < 0.25
 
 
 def test_a_short_record_is_cut_out_of_a_long_one_where_the_cause_shows():

@@ -205,6 +205,11 @@ class Identification:
     the past of the PV without its noise [-]."""
     likelier_than_gated: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over such a good one [-]."""
+    beats_relaxation: float = math.nan
+    """Vuong's statistic by which the likeliest sticky valve predicts the PV better than a good one beside a relaxation
+    oscillation from outside, which turns where the PV comes to a level [-]."""
+    likelier_than_relaxation: float = math.nan
+    """Twice the log likelihood ratio of the likeliest sticky valve over a good one beside such an oscillation [-]."""
     beats_wave: float = math.nan
     """Vuong's statistic by which the likeliest sticky valve predicts the PV better than a good one and a wave from
     outside, the same in every period but for one change [-]; NaN where the loop does not oscillate, or too short for a
@@ -242,14 +247,15 @@ class Identification:
 
     @property
     def beats_any(self) -> float:
-        """Vuong's statistic over the good valve that comes nearest: straight, bent, gated, or beside a wave [-]."""
-        return float(np.fmin.reduce([self.beats_good, self.beats_bent, self.beats_gated, self.beats_wave]))
+        """Vuong's statistic over the good valve that comes nearest: straight, or with one of those helps [-]."""
+        rivals = self.beats_good, self.beats_bent, self.beats_gated, self.beats_relaxation, self.beats_wave
+        return float(np.fmin.reduce(rivals))
 
     @property
     def likelier_than_any(self) -> float:
         """Twice the log likelihood over that good valve [-]."""
-        rivals = self.likelier_than_good, self.likelier_than_bent, self.likelier_than_gated, self.likelier_than_wave
-        return float(np.fmin.reduce(rivals))
+        plain, wave = (self.likelier_than_good, self.likelier_than_bent), self.likelier_than_wave
+        return float(np.fmin.reduce([*plain, self.likelier_than_gated, self.likelier_than_relaxation, wave]))
 
     def summary(self, unit: str = "%") -> str:
         """The finding in a line, S and J with the unit that stands behind a number."""
@@ -300,6 +306,8 @@ class Identification:
             "bent": self.bent,
             "beats_gated": plain(self.beats_gated),
             "likelier_than_gated": plain(self.likelier_than_gated),
+            "beats_relaxation": plain(self.beats_relaxation),
+            "likelier_than_relaxation": plain(self.likelier_than_relaxation),
             "beats_wave": plain(self.beats_wave),
             "likelier_than_wave": plain(self.likelier_than_wave),
             "beats_beside_wave": plain(self.beats_beside_wave),

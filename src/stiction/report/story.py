@@ -125,6 +125,8 @@ def _explained(found: Identification, unit: str) -> list[str]:
         rivals = {"": found.likelier_than_good, f" of a bent characteristic ({found.bent})": found.likelier_than_bent}
         if math.isfinite(found.likelier_than_gated):
             rivals[" given the past of the PV without its noise"] = found.likelier_than_gated
+        if math.isfinite(found.likelier_than_relaxation):
+            rivals[" beside a disturbance that turns where the PV comes to a level"] = found.likelier_than_relaxation
         if math.isfinite(found.likelier_than_wave):
             rivals[" beside a wave from outside"] = found.likelier_than_wave
         by = ", by ".join(f"{words.digits(likelier)} than a good one{what}" for what, likelier in rivals.items())

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import stiction as st
-from stiction.simulation.population import CAUSES, plant_population, population, upset_population
+from stiction.simulation.population import CAUSES, plant_population, population, upset_population, wandering_population
 
 OTHERS = ("deadband", "tight tuning", "external disturbance", "sensor", "saturation")
 """Causes other than stiction for which a loop oscillates or moves."""
@@ -141,14 +141,13 @@ def judged(
     return tuple(rows)
 
 
-def judged_plants(n: int, seed: int, jobs: int = 1) -> tuple[Judged, ...]:
-    """Diagnose `n` loops as a plant's historian keeps them."""
-    return tuple(each(judge, plant_population(n, seed), jobs, n))
+APART = {"plant": plant_population, "upsets": upset_population, "wandering": wandering_population}
+"""Populations that draw all by themselves."""
 
 
-def judged_upsets(n: int, seed: int, jobs: int = 1) -> tuple[Judged, ...]:
-    """Diagnose `n` loops that loads or set points upset now and then."""
-    return tuple(each(judge, upset_population(n, seed), jobs, n))
+def judged_apart(kind: str, n: int, seed: int, jobs: int = 1) -> tuple[Judged, ...]:
+    """Diagnose `n` loops of one of these."""
+    return tuple(each(judge, APART[kind](n, seed), jobs, n))
 
 
 def each(work, things, jobs: int, n: int):
@@ -299,22 +298,23 @@ def main() -> None:
     parser.add_argument("--longest", type=int, help="only records of at most so many samples")
     parser.add_argument("--samples", type=int, nargs=2, help="fewest and most samples cut out of each record")
     parser.add_argument("--position", action="store_true", help="with the valve's position as it is reported")
-    parser.add_argument("--plant", action="store_true", help="loops as a plant's historian keeps them")
-    parser.add_argument("--upsets", action="store_true", help="loops that rest until something upsets them")
+    apart = parser.add_mutually_exclusive_group()
+    for kind, what in {
+        "plant": "loops as a plant's historian keeps them",
+        "upsets": "loops that rest until something upsets them",
+        "wandering": "loops that a wave of a wandering period moves",
+    }.items():
+        apart.add_argument(f"--{kind}", action="store_const", dest="apart", const=kind, help=what)
     parser.add_argument("--wrong", action="store_true", help="list what is wrong, or S beyond 10 %% though J shows")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--json", type=Path, help="write measures and rows to this file")
     chosen = parser.parse_args()
     causes = tuple(chosen.causes)
-    if (chosen.plant or chosen.upsets) and (causes != CAUSES or chosen.longest or chosen.position or chosen.samples):
-        parser.error(
-            "--plant and --upsets draw all by themselves: leave out --causes, --longest, --position, --samples"
-        )
+    if chosen.apart and (causes != CAUSES or chosen.longest or chosen.position or chosen.samples):
+        parser.error(f"--{chosen.apart} draws all by itself: leave out --causes, --longest, --position, --samples")
     samples = tuple(chosen.samples) if chosen.samples else None
-    if chosen.plant:
-        rows = judged_plants(chosen.loops, chosen.seed, chosen.jobs)
-    elif chosen.upsets:
-        rows = judged_upsets(chosen.loops, chosen.seed, chosen.jobs)
+    if chosen.apart:
+        rows = judged_apart(chosen.apart, chosen.loops, chosen.seed, chosen.jobs)
     else:
         rows = judged(
             chosen.loops, causes, chosen.seed, chosen.longest, chosen.jobs, position=chosen.position, samples=samples

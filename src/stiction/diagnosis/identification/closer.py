@@ -136,7 +136,7 @@ def _weighed_as(recorded: Identification, told: Identification) -> Identificatio
     alike = (
         *("likelier_than_good", "likelier_in_part", "likelier_than_play", "likelier_than_bent", "likelier_than_wave"),
         *("likelier_than_gated", "likelier_beside_wave", "beats_good", "beats_bent", "beats_gated", "beats_wave"),
-        *("beats_beside_wave", "bent", "left_out"),
+        *("beats_beside_wave", "beats_relaxation", "likelier_than_relaxation", "bent", "left_out"),
     )
     stretches = (
         replace(one, likelier_than_good=other.likelier_than_good)

@@ -9,6 +9,7 @@ from stiction.diagnosis.identification.contest import vuong
 from stiction.diagnosis.identification.gated_past import gated_past
 from stiction.diagnosis.identification.likelihood import stem_of
 from stiction.diagnosis.identification.outside_wave import outside_wave
+from stiction.diagnosis.identification.relaxation import relaxation
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.contest import Contest
@@ -18,7 +19,7 @@ __all__ = ["over_rivals"]
 
 
 def over_rivals(prediction: Prediction, contest: Contest, period: float | None) -> dict[str, Any]:
-    """Compare the likeliest valve with good ones: of a bent characteristic, a gated past, beside a wave from outside.
+    """Compare the likeliest valve with good ones: bent, told a gated past, or beside an oscillation from outside.
 
     Parameters
     ----------
@@ -37,12 +38,15 @@ def over_rivals(prediction: Prediction, contest: Contest, period: float | None) 
     bent, rival = bent_valve(prediction)
     beats_bent, likelier_than_bent = contest.over(rival)
     beats_gated, likelier_than_gated = contest.over(gated_past(prediction))
+    beats_relaxation, likelier_than_relaxation = contest.over(relaxation(prediction))
     said = {
         "bent": bent,
         "beats_bent": beats_bent,
         "likelier_than_bent": likelier_than_bent,
         "beats_gated": beats_gated,
         "likelier_than_gated": likelier_than_gated,
+        "beats_relaxation": beats_relaxation,
+        "likelier_than_relaxation": likelier_than_relaxation,
     }
     if period is None:
         return said

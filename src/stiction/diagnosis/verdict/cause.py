@@ -286,6 +286,7 @@ def _rival(found: Identification, rhythm: Oscillation) -> str:
         (found.likelier_than_wave, f"beside a wave from outside, the same every {in_seconds(rhythm.period)},"),
         (found.likelier_than_bent, f"with a bent characteristic ({found.bent})"),
         (found.likelier_than_gated, "given the past of the PV without its noise as well"),
+        (found.likelier_than_relaxation, "beside a disturbance that turns where the PV comes to a level"),
     )
     better = [(likelier, name) for likelier, name in rivals if likelier < 0.0]
     if not (better and found.likelier_than_good > BY_CHANCE):

@@ -10,6 +10,7 @@ import numpy as np
 from stiction.diagnosis.identification.interval import CHI2_2
 from stiction.diagnosis.verdict.own_cycle import near, own_cycle, ultimate
 from stiction.diagnosis.verdict.rhythm import rhythm_of
+from stiction.diagnosis.verdict.scales import better, kept, logarithm, squashed
 from stiction.diagnosis.verdict.sensor import sensor_of
 from stiction.records.limits import at_limits, saturated, shut
 
@@ -31,8 +32,6 @@ CLEAR_JUMP = 0.5
 one in twenty, by chance (`simulation.population`, seed 101)."""
 ENOUGH = 750
 """Samples that are not few [-]."""
-LEAST_LEFT = 1e-3
-"""Share of the PV's energy that is left unexplained at least [-]."""
 
 
 class Features(NamedTuple):
@@ -96,6 +95,19 @@ class Features(NamedTuple):
     """`beats_good` over a good valve, be it told the past of the PV with its noise alone or without it as well [-]."""
     likelier_than_gated: float
     """`likelier_than_good` over such a good valve [-]."""
+    beats_relaxation: float
+    """`beats_good` over a good valve, be there a relaxation oscillation from outside or not [-]."""
+    likelier_than_relaxation: float
+    """`likelier_than_good` over a good valve, be there a relaxation oscillation from outside or not [-]."""
+    keeps_over_bent: float
+    """Share of twice the log likelihood by which the sticky valve beats a good one that it keeps over one whose
+    characteristic is bent, held at -1 and 1 [-]; of less than `scales.CHANCE` as a share of that."""
+    keeps_over_gated: float
+    """The same over one told the past of the PV without its noise [-]."""
+    keeps_over_relaxation: float
+    """The same over one beside a relaxation oscillation from outside [-]."""
+    keeps_over_wave: float
+    """The same over one beside a wave from outside, 1 where no wave can be told [-]."""
     beats_wave: float
     """`beats_good` over a good valve, be there a wave from outside or not [-]."""
     likelier_than_wave: float
@@ -233,14 +245,14 @@ def features(
     main = searched[speaks]
     swing = float(np.ptp(part.op[np.isfinite(part.op)]))
     band, advantage, fit, floor = _compared(searched, swing, oscillating=oscillation.oscillating)
-    stretches = [_better(one.fit, one.fit_linear) for one in main.stretches] or [0.0]
+    stretches = [better(one.fit, one.fit_linear) for one in main.stretches] or [0.0]
     sizes = np.array([one.S for one in main.stretches])
     S, likely_S = max(main.S, 1e-9), max(close.S, 1e-9)
     period = oscillation.period if oscillation.oscillating else math.nan
     slow, slow_linear, lag, dead_time = _process(main, period)
     limit = None if main.linear is None else ultimate(main.linear, controller, part.dt)
     own = own_cycle(main, controller, period, part.dt) if math.isfinite(period) else None
-    likelier_than_play = _log(close.likelier_than_play)
+    likelier_than_play = logarithm(close.likelier_than_play)
     rhythm = rhythm_of(part, oscillation)
     sensor, runs = sensor_of(part), ~shut(whole)
     rows = {row.method: row for row in evidence if row.valid and math.isfinite(row.index)}
@@ -252,7 +264,7 @@ def features(
         grip=band * fit,
         fit=max(main.fit / 100.0, 0.0),
         fit_linear=max(main.fit_linear / 100.0, 0.0),
-        better=_better(main.fit, main.fit_linear),
+        better=better(main.fit, main.fit_linear),
         better_by=(main.fit - main.fit_linear) / 100.0,
         better_elsewhere=sum(one.fit - one.fit_linear for i, one in enumerate(searched) if i != speaks) / 100.0,
         better_best=max(stretches),
@@ -266,20 +278,26 @@ def features(
         jump_low=main.J_low / S,
         jump_high=min(main.J_high / S, 1.5),
         better_with_jump=_better_with_jump(main),
-        beats_good=_squashed(close.beats_good),
-        likelier_than_good=_log(close.likelier_than_good),
-        likelier_in_part=_log(close.likelier_in_part),
-        likelier_seen=_log(close.likelier_than_good) if close.own_samples else 0.0,
-        beats_bent=_squashed(min(close.beats_good, close.beats_bent)),
-        likelier_than_bent=_log(min(close.likelier_than_good, close.likelier_than_bent)),
-        beats_gated=_squashed(float(np.fmin(close.beats_good, close.beats_gated))),
-        likelier_than_gated=_log(float(np.fmin(close.likelier_than_good, close.likelier_than_gated))),
-        beats_wave=_squashed(float(np.fmin(close.beats_good, close.beats_wave))),
-        likelier_than_wave=_log(float(np.fmin(close.likelier_than_good, close.likelier_than_wave))),
-        beats_beside_wave=_squashed(_first_known(close.beats_beside_wave, close.beats_good)),
-        likelier_beside_wave=_log(_first_known(close.likelier_beside_wave, close.likelier_than_good)),
-        beats_any=_squashed(close.beats_any),
-        likelier_than_any=_log(close.likelier_than_any),
+        beats_good=squashed(close.beats_good),
+        likelier_than_good=logarithm(close.likelier_than_good),
+        likelier_in_part=logarithm(close.likelier_in_part),
+        likelier_seen=logarithm(close.likelier_than_good) if close.own_samples else 0.0,
+        beats_bent=squashed(min(close.beats_good, close.beats_bent)),
+        likelier_than_bent=logarithm(min(close.likelier_than_good, close.likelier_than_bent)),
+        beats_gated=squashed(float(np.fmin(close.beats_good, close.beats_gated))),
+        likelier_than_gated=logarithm(float(np.fmin(close.likelier_than_good, close.likelier_than_gated))),
+        beats_relaxation=squashed(float(np.fmin(close.beats_good, close.beats_relaxation))),
+        likelier_than_relaxation=logarithm(float(np.fmin(close.likelier_than_good, close.likelier_than_relaxation))),
+        keeps_over_bent=kept(close.likelier_than_bent, close.likelier_than_good),
+        keeps_over_gated=kept(close.likelier_than_gated, close.likelier_than_good),
+        keeps_over_relaxation=kept(close.likelier_than_relaxation, close.likelier_than_good),
+        keeps_over_wave=kept(close.likelier_than_wave, close.likelier_than_good),
+        beats_wave=squashed(float(np.fmin(close.beats_good, close.beats_wave))),
+        likelier_than_wave=logarithm(float(np.fmin(close.likelier_than_good, close.likelier_than_wave))),
+        beats_beside_wave=squashed(_first_known(close.beats_beside_wave, close.beats_good)),
+        likelier_beside_wave=logarithm(_first_known(close.likelier_beside_wave, close.likelier_than_good)),
+        beats_any=squashed(close.beats_any),
+        likelier_than_any=logarithm(close.likelier_than_any),
         likelier_than_play=likelier_than_play,
         likely_jump_clear=max(likelier_than_play - CLEAR_JUMP, 0.0),
         own_samples=float(close.own_samples),
@@ -334,7 +352,7 @@ def _compared(found: Sequence[Identification], swing: float, *, oscillating: boo
     rows = [
         (
             one.S / swing,
-            min(3.0 * _better(one.fit, one.fit_linear), 0.7),
+            min(3.0 * better(one.fit, one.fit_linear), 0.7),
             max(one.fit / 100.0, 0.0),
             one.S_low / swing,
         )
@@ -343,25 +361,9 @@ def _compared(found: Sequence[Identification], swing: float, *, oscillating: boo
     return tuple(float(x) for x in weights @ np.array(rows) / weights.sum())
 
 
-def _better(fit: float, fit_linear: float) -> float:
-    """Log of what a good valve leaves over what the sticky one does, over 3, between 0 and 1."""
-    left, left_linear = (max(1.0 - share / 100.0, LEAST_LEFT) for share in (fit, fit_linear))
-    return min(max(math.log(left_linear / left), 0.0) / 3.0, 1.0)
-
-
-def _log(likelier: float) -> float:
-    """Twice a log likelihood ratio on the scale of its logarithm; 0 where it is not known."""
-    return 0.0 if math.isnan(likelier) else math.copysign(math.log1p(abs(likelier)) / 8.0, likelier)
-
-
 def _first_known(one: float, other: float) -> float:
     """The first of two numbers unless it is NaN."""
     return other if math.isnan(one) else one
-
-
-def _squashed(statistic: float) -> float:
-    """Vuong's statistic between -1 and 1; 0 where it is not known."""
-    return 0.0 if math.isnan(statistic) else statistic / (3.0 + abs(statistic))
 
 
 def _significance(found: Identification) -> float:
@@ -370,7 +372,7 @@ def _significance(found: Identification) -> float:
     if not 0.0 < least < found.surface.limit:
         return 0.0
     samples = CHI2_2 / max(math.log(found.surface.limit / least), 1e-3)
-    return math.log1p(samples * 3.0 * _better(found.fit, found.fit_linear)) / 5.0
+    return math.log1p(samples * 3.0 * better(found.fit, found.fit_linear)) / 5.0
 
 
 def _better_with_jump(found: Identification) -> float:

@@ -36,6 +36,14 @@ FEATURES = {
     "likelier_than_bent": "likelihood of a sticky valve over a good one of any characteristic",
     "beats_gated": "a sticky valve predicts the PV better than a good one given the past without noise, cycle by cycle",
     "likelier_than_gated": "likelihood of a sticky valve over a good one given the past without noise",
+    "beats_relaxation": "a sticky valve predicts the PV better than a good one and what turns at levels of the PV, "
+    "cycle by cycle",
+    "likelier_than_relaxation": "likelihood of a sticky valve over a good one and what turns at levels of the PV",
+    "keeps_over_bent": "share of its likelihood that a sticky valve keeps over a good one of any characteristic",
+    "keeps_over_gated": "share of its likelihood that a sticky valve keeps over one given the past without noise",
+    "keeps_over_relaxation": "share of its likelihood that a sticky valve keeps over a good one and what turns at "
+    "levels of the PV",
+    "keeps_over_wave": "share of its likelihood that a sticky valve keeps over a good one and a wave from outside",
     "beats_wave": "a sticky valve predicts the PV better than a good one and a wave from outside, cycle by cycle",
     "likelier_than_wave": "likelihood of a sticky valve over a good one and a wave from outside",
     "beats_beside_wave": "a sticky valve predicts the PV better than a good one, a wave from outside beside both, "

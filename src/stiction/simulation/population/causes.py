@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from stiction.models import Loop, Valve
 
-__all__ = ["DT", "PER_PERIOD", "PLANS", "SAMPLES", "any_loop"]
+__all__ = ["DT", "PER_PERIOD", "PLANS", "SAMPLES", "any_loop", "background", "recording"]
 
 DT = (0.5, 1.0, 1.0, 2.0, 5.0, 10.0, 30.0)
 """Sampling periods of the controllers [s]."""
@@ -90,7 +90,7 @@ def tight_tuning(rng: np.random.Generator) -> Plan | None:
     kicked = bool(rng.random() < 0.5)
     loop = scaled(loop, found[0] * float(rng.uniform(0.97, 0.995) if kicked else rng.uniform(0.9, 0.98)))
     period = found[1] / loop.dt
-    size = _recording(rng, period)
+    size = recording(rng, period)
     if size is None:
         return None
     every, n = size
@@ -108,14 +108,14 @@ def external_disturbance(rng: np.random.Generator) -> Plan | None:
     """An oscillation from outside: a load, a disturbance of the PV, or the set point of a cascade."""
     loop = any_loop(rng)
     period = float(np.exp(rng.uniform(np.log(10.0), np.log(150.0))))
-    every, n = _recording(rng, period) or (1, SAMPLES[0])
+    every, n = recording(rng, period) or (1, SAMPLES[0])
     shape = str(rng.choice(list(SHAPES), p=list(SHAPES.values())))
     series = wave(rng, shape, n, period, jitter=float(rng.choice([0.0, rng.uniform(0.0, 0.03)])))
     size = float(rng.uniform(1.0, 5.0))
     plan = _plan(loop, n, shape, every=every, period=period)
     where = rng.random()
     if where < 0.7:
-        return _background(rng, with_series(plan, load=size * series))
+        return background(rng, with_series(plan, load=size * series))
     size *= abs(complex(loop.process.at(2j * np.pi / (period * loop.dt))))
     if where < 0.85:
         return with_series(plan, pv_load=size * series)
@@ -143,7 +143,7 @@ def saturation(rng: np.random.Generator) -> Plan | None:
     loop = replace(loop, controller=replace(loop.controller, anti_windup=bool(rng.random() < 0.5)))
     if rng.random() < 0.7:
         period = float(np.exp(rng.uniform(np.log(20.0), np.log(150.0))))
-        every, n = _recording(rng, period) or (1, SAMPLES[0])
+        every, n = recording(rng, period) or (1, SAMPLES[0])
         shape = str(rng.choice(["sine", "triangle", "sawtooth"]))
         size = float(rng.uniform(5.0, 25.0))
         plan = _plan(loop, n, "undersized", every=every, period=period, load=size * wave(rng, shape, n, period, 0.02))
@@ -242,18 +242,31 @@ def _limit_cycle(
     """A loop that the valve keeps oscillating; a load pulse starts it, and a background may move it."""
     loop = replace(any_loop(rng, dt, kind), valve=valve)
     found = settled(loop, rng, 0.7 * S)
-    size = None if found is None else _recording(rng, found[0])
+    size = None if found is None else recording(rng, found[0])
     if found is None or size is None:
         return None
     every, n = size
     burn = int(rng.choice([0, 1]) * 5 * found[0])
     plan = _plan(loop, n + burn, type(valve).__name__, every=every, period=found[0], burn=burn, S=S, J=J)
     plan.load[: max(int(found[0] / 3.0), 5)] = 0.7 * S
-    return replace(_background(rng, plan, 0.15 * S, 2.0 * S), op_start=float(rng.uniform(35.0, 65.0)))
+    return replace(background(rng, plan, 0.15 * S, 2.0 * S), op_start=float(rng.uniform(35.0, 65.0)))
 
 
-def _recording(rng: np.random.Generator, period: float) -> tuple[int, int] | None:
-    """Controller samples to one of the record, and in all of it; None where no record can show the period well."""
+def recording(rng: np.random.Generator, period: float) -> tuple[int, int] | None:
+    """Draw how often a loop is recorded and for how long.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+        What is drawn from.
+    period : float
+        Period of the oscillation [samples of the controller].
+
+    Returns
+    -------
+    tuple of int or None
+        Controller samples to one of the record, and in all of it; None where no record can show the period well.
+    """
     few, many = PER_PERIOD
     fits = [m for m in range(1, 11) if few <= period / m <= many]
     if not fits:
@@ -276,8 +289,25 @@ def _random_load(rng: np.random.Generator, loop: Loop | None = None, largest: fl
     return with_series(plan, load=load * np.linspace(0.0, rng.normal(), n)) if rng.random() < 0.3 else plan
 
 
-def _background(rng: np.random.Generator, plan: Plan, largest: float = 0.5, drift: float = 2.0) -> Plan:
-    """The plan with a random load, in one of two, and a ramp, in one of three [% of span]."""
+def background(rng: np.random.Generator, plan: Plan, largest: float = 0.5, drift: float = 2.0) -> Plan:
+    """Let what wanders move a loop too: a random load, in one of two, and a ramp, in one of three.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+        What is drawn from.
+    plan : Plan
+        The loop and what moves it.
+    largest : float
+        Largest standard deviation of the load [% of span].
+    drift : float
+        Largest size of the ramp [% of span].
+
+    Returns
+    -------
+    Plan
+        The plan with these.
+    """
     if rng.random() < 0.5:
         load = largest * float(rng.random())
         lag = plan.period * float(rng.uniform(0.05, 0.5))
