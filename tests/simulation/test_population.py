@@ -11,7 +11,14 @@ import pytest
 import stiction as st
 from stiction.errors import ParameterError
 from stiction.simulation.historian import EFFECTS
-from stiction.simulation.population import CAUSES, plant_population, population, upset_population, wandering_population
+from stiction.simulation.population import (
+    CAUSES,
+    plant_population,
+    population,
+    two_fault_population,
+    upset_population,
+    wandering_population,
+)
 from stiction.simulation.population.loads import SHAPES, lagged, wave
 from stiction.simulation.population.plan import Plan
 from stiction.simulation.population.processes import KINDS, draw_loop, margin, scaled
@@ -320,6 +327,28 @@ def test_a_wandering_wave_has_one_size_and_no_clock(shape):
     # A period is measured from the middle of one to the middle of the next.
     assert np.exp(np.median(lengths)) == pytest.approx(100.0, rel=0.05)
     assert 0.1 < lengths.std() < 0.25
+
+
+def test_a_loop_with_two_faults_has_both():
+    cases = list(two_fault_population(40, seed=3))
+    assert {case.cause for case in cases} == {"stiction"}
+    for one, again in zip(cases[:3], two_fault_population(3, seed=3), strict=True):
+        np.testing.assert_array_equal(one.record.op, again.record.op)
+    faults = [case.kind.rpartition(", ")[2] for case in cases]
+    assert set(faults) == {"at a limit", "spikes", "coarse", "sticking"}
+    for case, fault in zip(cases, faults, strict=True):
+        assert case.record.mv is None
+        assert 0.0 < case.J <= case.S * (1.0 + 1e-9)
+        pv, op = case.record.pv[np.isfinite(case.record.pv)], case.record.op
+        if case.effects:
+            continue
+        if fault == "at a limit":
+            assert np.mean((op > 99.9) | (op < 0.1)) > 0.03
+        if fault == "spikes":
+            far = np.abs(pv - np.median(pv))
+            assert far.max() > 1.2 * np.quantile(far, 0.97)
+        if fault == "coarse":
+            assert np.unique(np.round(pv, 6)).size < 200
 
 
 def test_a_short_record_is_cut_out_of_a_long_one_where_the_cause_shows():

@@ -42,7 +42,14 @@ from stiction.apps.labels import read_labels
 from stiction.diagnosis.verdict.diagnose import findings
 from stiction.diagnosis.verdict.probability import UNDECIDED
 from stiction.diagnosis.verdict.weighing import COLUMNS
-from stiction.simulation.population import CAUSES, plant_population, population, upset_population, wandering_population
+from stiction.simulation.population import (
+    CAUSES,
+    plant_population,
+    population,
+    two_fault_population,
+    upset_population,
+    wandering_population,
+)
 
 HERE = Path(st.__file__).parent / "diagnosis" / "verdict"
 REAL = 0.6
@@ -79,13 +86,13 @@ def of_case(case):
     return [CAUSES.index(case.cause), *row(case.record)]
 
 
-def gather(folder, loops, short, upsets, wandering, plants, seed, jobs):
+def gather(folder, loops, short, upsets, wandering, faults, plants, seed, jobs):
     """Rows of the simulated loops, cause first, and of the real ones, with their labels, groups and names."""
     drawn = chain(
         population(loops, seed=seed), upset_population(upsets, seed), population(short, seed=seed + 1, samples=SHORT),
-        wandering_population(wandering, seed),
+        wandering_population(wandering, seed), two_fault_population(faults, seed),
     )  # fmt: skip
-    simulated = np.array(list(each(of_case, drawn, jobs, loops + upsets + short + wandering)))
+    simulated = np.array(list(each(of_case, drawn, jobs, loops + upsets + short + wandering + faults)))
     kept = np.array(list(each(of_case, plant_population(plants, seed), jobs, plants)))
     real, of = [], []
     for one in read_labels(str(folder)):
@@ -252,7 +259,8 @@ def main() -> None:
     ask.add_argument("--loops", type=int, default=7000)
     ask.add_argument("--short", type=int, default=1400)
     ask.add_argument("--upsets", type=int, default=450)
-    ask.add_argument("--wandering", type=int, default=450)
+    ask.add_argument("--wandering", type=int, default=900)
+    ask.add_argument("--faults", type=int, default=450)
     ask.add_argument("--plants", type=int, default=4800)
     ask.add_argument("--seed", type=int, default=101)
     ask.add_argument("--jobs", type=int, default=1)
@@ -262,7 +270,7 @@ def main() -> None:
     given = ask.parse_args()
     kept = [np.load(file) for file in given.rows or ()]
     seeds = {str(one["seed"]) for one in kept} or {str(given.seed)}
-    drawn = given.loops, given.short, given.upsets, given.wandering, given.plants
+    drawn = given.loops, given.short, given.upsets, given.wandering, given.faults, given.plants
     kept = kept or [gather(given.folder, *drawn, given.seed, given.jobs)]
     if given.keep:
         np.savez(given.keep, **kept[0])
@@ -298,7 +306,7 @@ def main() -> None:
     tell(alone[whole], sticky[whole], group[whole], files[whole])
     if given.write:
         drawn = f", seed {' and '.join(sorted(seeds))}"
-        others = "its upset_population and its wandering_population"
+        others = "its upset, wandering and two_fault populations"
         simulated = f"{len(X)} loops of simulation.population, some of them short, {others}{drawn}"
         plants = f"{simulated}; {len(P)} of plant_population{drawn}"
         recorded = f"{simulated}; {whole.sum()} records of {np.unique(group).size} recorded loops"

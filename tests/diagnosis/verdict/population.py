@@ -18,7 +18,14 @@ from pathlib import Path
 import numpy as np
 
 import stiction as st
-from stiction.simulation.population import CAUSES, plant_population, population, upset_population, wandering_population
+from stiction.simulation.population import (
+    CAUSES,
+    plant_population,
+    population,
+    two_fault_population,
+    upset_population,
+    wandering_population,
+)
 
 OTHERS = ("deadband", "tight tuning", "external disturbance", "sensor", "saturation")
 """Causes other than stiction for which a loop oscillates or moves."""
@@ -141,7 +148,10 @@ def judged(
     return tuple(rows)
 
 
-APART = {"plant": plant_population, "upsets": upset_population, "wandering": wandering_population}
+APART = {
+    "plant": plant_population, "upsets": upset_population, "wandering": wandering_population,
+    "two-faults": two_fault_population,
+}  # fmt: skip
 """Populations that draw all by themselves."""
 
 
@@ -303,6 +313,7 @@ def main() -> None:
         "plant": "loops as a plant's historian keeps them",
         "upsets": "loops that rest until something upsets them",
         "wandering": "loops that a wave of a wandering period moves",
+        "two-faults": "loops with a sticky valve and a second fault",
     }.items():
         apart.add_argument(f"--{kind}", action="store_const", dest="apart", const=kind, help=what)
     parser.add_argument("--wrong", action="store_true", help="list what is wrong, or S beyond 10 %% though J shows")
