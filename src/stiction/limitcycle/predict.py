@@ -36,7 +36,7 @@ def predict_limit_cycles(
     *,
     exact: bool = True,
     sp: float = 0.0,
-    load: float = 0.0,
+    disturbance: float = 0.0,
     families: Iterable[str | float] | None = None,
 ) -> tuple[LimitCycle, ...]:
     """Every limit cycle a sticky loop can fall into, with its stability and how far to trust it.
@@ -52,7 +52,7 @@ def predict_limit_cycles(
         `sampled_limit_cycles`.
     sp : float
         Set point [PV units].
-    load : float
+    disturbance : float
         Constant load at the process inlet [% of span].
     families : iterable of str or float, optional
         Families of a staircase valve, by name or by a rest level [% of span], see `exact_limit_cycles`.
@@ -67,7 +67,7 @@ def predict_limit_cycles(
     ------
     ParameterError
         When controller and process are improper or make an algebraic loop, the loop has no point of rest, or it
-        holds a compensator; when `sp` or `load` is not finite.
+        holds a compensator; when `sp` or `disturbance` is not finite.
 
     References
     ----------
@@ -85,7 +85,7 @@ def predict_limit_cycles(
     integer 0.7789 17.66 17.6 True
     integer 1.0887 15.66 15.66 True
     """
-    linear = linear_part(loop, sp=sp, load=load)
+    linear = linear_part(loop, sp=sp, disturbance=disturbance)
     banded = bands(loop.valve)
     if isinstance(loop.valve, Ideal) or (banded is not None and banded.sb == 0.0):
         return ()
@@ -102,10 +102,10 @@ def predict_limit_cycles(
         return tuple(predicted)
     if banded is None:
         note = f"{type(loop.valve).__name__} has no exact form here; check with a simulation."
-        sampled = sampled_limit_cycles(loop, sp=sp, load=load) if is_plain(loop.valve.code) else ()
+        sampled = sampled_limit_cycles(loop, sp=sp, disturbance=disturbance) if is_plain(loop.valve.code) else ()
         return (*(replace(cycle, warning=warning or note) for cycle in predicted), *sampled)
     solved = [replace(cycle, warning=cycle.warning or warning) for cycle in
-              solve(machine(loop, sp=sp, load=load), loop, families, predicted)]  # fmt: skip
+              solve(machine(loop, sp=sp, disturbance=disturbance), loop, families, predicted)]  # fmt: skip
     return _beside(predicted, solved)
 
 

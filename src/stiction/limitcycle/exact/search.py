@@ -34,7 +34,7 @@ def exact_limit_cycles(
     loop: Loop,
     *,
     sp: float = 0.0,
-    load: float = 0.0,
+    disturbance: float = 0.0,
     families: Iterable[str | float] | None = None,
 ) -> tuple[LimitCycle, ...]:
     """All limit cycles of a loop, solved exactly in continuous time, with their stability.
@@ -45,7 +45,7 @@ def exact_limit_cycles(
         The loop; its `dt` plays no part, and output limits, end stops and noise are left out.
     sp : float
         Set point [PV units].
-    load : float
+    disturbance : float
         Constant load at the process inlet [% of span].
     families : iterable of str or float, optional
         For a stem that only rests and jumps (Stenman, He, Srinivasan when slow, and any valve where each slip turns
@@ -77,7 +77,7 @@ def exact_limit_cycles(
     >>> [(c.family, round(c.period, 2)) for c in exact_limit_cycles(loop)]
     [('half', 21.12), ('half', 16.24), ('integer', 17.6), ('integer', 15.66)]
     """
-    return solve(machine(loop, sp=sp, load=load), loop, families)
+    return solve(machine(loop, sp=sp, disturbance=disturbance), loop, families)
 
 
 def solve(
@@ -235,7 +235,7 @@ def _from_prediction(m: Machine, loop: Loop, guess: LimitCycle, family) -> tuple
     """States and level at the rest at the top, as the describing function sees them."""
     w = guess.omega
     n = complex(describing_function(loop.valve, guess.amplitude, w, family=family))
-    top = guess.levels[-1] - m.linear.rest if guess.levels else guess.mv_amplitude
+    top = guess.levels[-1] - m.linear.rest if guess.levels else guess.amplitude_mv
     before = math.acos(min(max((top + m.valve.lag) / guess.amplitude, -1.0), 1.0)) if m.valve.staircase else 0.0
     phasor = m.linear.states_at(w) * n * guess.amplitude
     return np.real(phasor * np.exp(-1j * before)), top
