@@ -87,7 +87,7 @@ def in_time(exact: Sequence[LimitCycle], runs: Sequence[tuple[NDArray[Any], NDAr
         color = COLORS[k % len(COLORS)]
         for signal, dash, what in ((1, "solid", "OP"), (0, "dot", "valve position")):
             line = {"color": color, "dash": dash, "width": 1.5}
-            data.append(_line(time, signals[signal], f"{_name(cycle)}: {what}", line))
+            data.append(look.trace(time, signals[signal], f"{_name(cycle)}: {what}", line))
     layout = {"xaxis": {"title": {"text": "Time [s]"}}, "yaxis": {"title": {"text": "Deviation [% of span]"}}}
     caption = "Two periods of each exact cycle; the dotted line is the valve position."
     return Figure({"data": data, "layout": layout}, "Cycles over time", caption, height=420)
@@ -102,7 +102,7 @@ def phase_portrait(exact: Sequence[LimitCycle], runs: Sequence[tuple[NDArray[Any
             "dash": DASHES[k % len(DASHES)],
             "width": 2.0 if cycle.stable else 1.0,
         }
-        data.append(_line(signals[1], signals[2], _name(cycle), line))
+        data.append(look.trace(signals[1], signals[2], _name(cycle), line))
     layout = {
         "xaxis": {"title": {"text": "OP, deviation [% of span]"}},
         "yaxis": {"title": {"text": "PV, deviation [PV units]"}},
@@ -147,7 +147,7 @@ def bifurcations(loop: Loop, over: str) -> Figure:
     for k, branch in enumerate(diagram.branches):
         stable = [cycle.stable for cycle in branch.cycles]
         line = {"color": COLORS[k % len(COLORS)], "dash": "solid" if all(stable) else "dot", "width": 1.8}
-        data.append(_line(branch.values, branch.amplitude, branch.family or f"cycle {k + 1}", line))
+        data.append(look.trace(branch.values, branch.amplitude, branch.family or f"cycle {k + 1}", line))
     layout = {
         "xaxis": {"title": {"text": f"{over} [{UNITS.get(over, '-')}]"}},
         "yaxis": {"title": {"text": "OP amplitude [% of span]"}},
@@ -187,8 +187,4 @@ def _name(cycle: LimitCycle) -> str:
 
 
 def _curve(z: NDArray[Any], name: str, line: dict[str, Any]) -> dict[str, Any]:
-    return _line(np.real(z), np.imag(z), name, line)
-
-
-def _line(x: Any, y: Any, name: str, line: dict[str, Any]) -> dict[str, Any]:
-    return {"type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": line}
+    return look.trace(np.real(z), np.imag(z), name, line)

@@ -104,13 +104,13 @@ def simulate(
     length = require_positive("duration", settings["duration"], "s")
     step = require_positive("dt", settings["dt"], "s")
     # Before the loop is made: a length of too many samples is told by its name, and not by what of the loop is as long.
-    set_point, disturbance = (levels(name, settings[name], length, step) for name in ("sp", "disturbance"))
+    set_point, load = (levels(name, settings[name], length, step) for name in ("sp", "disturbance"))
     made = make_loop(settings)
     record = run(
         made,
         set_point,
         length,
-        disturbance,
+        load,
         settings["seed"],
         pv_start=settings["pv_start"],
         op_start=within("op_start", settings["op_start"]),
