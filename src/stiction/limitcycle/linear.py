@@ -41,11 +41,7 @@ class LinearPart:
     dead_time: float
     """Dead time [s]."""
     rest: float
-    """Stem position at which the frictionless loop rests [% of span]."""
-    op_rest: float
-    """OP there [% of span]."""
-    pv_rest: float
-    """PV there [PV units]."""
+    """OP, and so stem position, at which the frictionless loop rests [% of span]."""
 
     @property
     def order(self) -> int:
@@ -140,9 +136,7 @@ def linear_part(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> Lin
             f"the loop has no point of rest for sp = {sp:g} and disturbance = {disturbance:g}: its process cannot "
             "hold a steady PV: it has no gain at rest, or integrates the load without integral action. Set both to 0."
         )
-    rest = float(solution[n])
-    pv_rest = float(C_pv @ solution[:n]) + process.D * (rest + disturbance)
-    return LinearPart(A, B, C, D, C_pv, process.D, process.dead_time, rest, rest, pv_rest)
+    return LinearPart(A, B, C, D, C_pv, process.D, process.dead_time, float(solution[n]))
 
 
 def _chain(controller: PID, A, B, C, D: float) -> tuple[Any, ...]:

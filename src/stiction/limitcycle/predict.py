@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError
-from stiction.limitcycle.bands import bands
+from stiction.limitcycle.bands import bands, frictionless
 from stiction.limitcycle.crossing import frequency_grid
+from stiction.limitcycle.describing.stenman import lattice_offset
 from stiction.limitcycle.exact.run import machine
 from stiction.limitcycle.exact.search import solve
 from stiction.limitcycle.linear import LinearPart, linear_part
 from stiction.limitcycle.prediction import harmonic_balance
 from stiction.limitcycle.sampled import sampled_limit_cycles
-from stiction.models import Ideal
 from stiction.models.switch import is_plain
 
 if TYPE_CHECKING:
@@ -86,12 +86,12 @@ def predict_limit_cycles(
     integer 1.0887 15.66 15.66 True
     """
     linear = linear_part(loop, sp=sp, disturbance=disturbance)
-    banded = bands(loop.valve)
-    if isinstance(loop.valve, Ideal) or (banded is not None and banded.sb == 0.0):
+    if frictionless(loop.valve):
         return ()
+    banded = bands(loop.valve)
     if families is not None and banded is not None and banded.staircase:
         families = tuple(families)
-        offsets = tuple(f if isinstance(f, str) else (float(f) - linear.rest) % banded.jump for f in families)
+        offsets = tuple(f if isinstance(f, str) else lattice_offset(banded.jump, f, linear.rest) for f in families)
     else:
         offsets = None
     warning = "" if frictionless_stable(linear) else (
@@ -166,12 +166,11 @@ def why_none(loop: Loop) -> str:
     >>> why_none(st.Loop(st.PID(-0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0))
     'The loop is unstable even without friction: it runs away. Turn or lower the gain of the controller.'
     """
-    banded = bands(loop.valve)
     if runs_away(loop):
         return f"{UNSTABLE}: it runs away. Turn or lower the gain of the controller."
-    if isinstance(loop.valve, Ideal) or (banded is not None and banded.sb == 0.0):
+    if frictionless(loop.valve):
         return "No limit cycle: the valve does not stick."
-    if banded is None:
+    if bands(loop.valve) is None:
         return (
             "No limit cycle was predicted, which is no proof: the describing function meets the loop nowhere, and "
             f"{type(loop.valve).__name__} has no exact form here. Simulate the loop to see whether it cycles."

@@ -10,7 +10,7 @@ import numpy as np
 from stiction.limitcycle.describing import describing_function
 from stiction.limitcycle.describing.stenman import lattice_offset
 from stiction.limitcycle.exact.flow import DIVERGED, REST, SETTLED
-from stiction.limitcycle.exact.orbit import Orbit, family_name, limit_cycle, refine
+from stiction.limitcycle.exact.orbit import Orbit, family_name, limit_cycle, refine, rest_levels
 from stiction.limitcycle.exact.run import Machine, machine
 from stiction.limitcycle.prediction import harmonic_balance
 from stiction.limitcycle.result import LimitCycle
@@ -91,11 +91,7 @@ def solve(
     if not m.lattices:
         return tuple(found)
     for family in ("half", "integer") if families is None else families:
-        offset = (
-            lattice_offset(m.valve.jump, family)
-            if isinstance(family, str)
-            else (float(family) - m.linear.rest) % m.valve.jump
-        )
+        offset = lattice_offset(m.valve.jump, family, m.linear.rest)
         name = family if isinstance(family, str) else f"{offset:g}"
         mine = None if at_hand is None else [guess for guess in at_hand if guess.family in ("", name)]
         found += [cycle for cycle in search(m, loop, offset, mine) if cycle.offset is not None]
@@ -204,8 +200,7 @@ def _described(m: Machine, orbit: Orbit, run) -> LimitCycle:
     k = orbit.turns
     swing = run.swing[-k:]
     recent = run.events[run.events[:, 0] > run.time[-1] - orbit.period * (1.0 + 1e-9), 1]
-    heights = np.sort(recent if recent.size else run.level[-k:])
-    levels = [float(x) for i, x in enumerate(heights) if i == 0 or x - heights[i - 1] > 1e-7 * m.valve.sb]
+    levels = rest_levels(m, recent if recent.size else run.level[-k:])
     offset = float(orbit.level % m.valve.jump) if m.valve.jump > 0.0 and not swing[:, 4].any() else None
     return LimitCycle(
         "continuous", "cycle", family_name(offset, m.valve.jump), float(swing[:, 0].max() - swing[:, 1].min()) / 2.0,
