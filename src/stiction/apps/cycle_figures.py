@@ -154,7 +154,7 @@ def bifurcations(loop: Loop, over: str) -> Figure:
     }
     ends = sum((b.born is not None) + (b.dies is not None) for b in diagram.branches)
     caption = (
-        f"{len(diagram.branches)} {'branch' if len(diagram.branches) == 1 else 'branches'} over {over}, {ends} of the "
+        f"{words.number_of(len(diagram.branches), 'branch', 'branches')} over {over}, {ends} of the "
         "ends are births or deaths; "
         "dotted branches are unstable somewhere."
     )
