@@ -38,7 +38,7 @@ def limitcycle() -> Section:
     assert abs(mine[1] - other[1]) < 1e-4, "crossings differ"
     fast, slow = median_time(ours), median_time(theirs, repeats=3)
     grid = np.linspace(-2.0, 2.0, 100)
-    starts = {"op": grid[:, None], "pv": 0.5 * grid[None, :], "position": 0.25}
+    starts = {"op_start": grid[:, None], "pv_start": 0.5 * grid[None, :], "mv_start": 0.25}
     basin = median_time(lambda: basin_map(LOOP, **starts), repeats=3)
     rows = [
         Row("all cycles of the paper's loop, with stability", 1e3 * every, "ms", "wanted", 100.0, 0.1 / every, 1.0),

@@ -25,7 +25,9 @@ __all__ = [
     "require_count",
     "require_finite",
     "require_not_negative",
+    "require_number",
     "require_positive",
+    "require_range",
     "require_samples",
 ]
 
@@ -53,6 +55,17 @@ class MissingExtraError(StictionError, ImportError):
     """An optional dependency is not installed."""
 
 
+def require_number(name: str, value: float, unit: str = "") -> float:
+    """Return `value` as a float, which may be infinite, or say that it is no number."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if math.isnan(number) or isinstance(value, bool):
+        raise ParameterError(f"{name} must be a number{_in(unit)}, got {value!r}.")
+    return number
+
+
 def require_finite(name: str, value: float, unit: str = "") -> float:
     """Return `value` as a float, or say that it is not a finite number."""
     try:
@@ -74,9 +87,9 @@ def require_not_negative(name: str, value: float, unit: str = "") -> float:
     return number
 
 
-def require_positive(name: str, value: float, unit: str = "") -> float:
-    """Return `value` as a float > 0, or say what is wrong with it."""
-    number = require_finite(name, value, unit)
+def require_positive(name: str, value: float, unit: str = "", *, infinite: bool = False) -> float:
+    """Return `value` as a float > 0, which may be infinite where asked, or say what is wrong with it."""
+    number = require_number(name, value, unit) if infinite else require_finite(name, value, unit)
     if number <= 0.0:
         raise ParameterError(f"{name} = {number:g}{_unit(unit)} is not positive; give a value above 0.")
     return number
@@ -88,6 +101,19 @@ def require_count(name: str, value: float) -> int:
     if number != round(number):
         raise ParameterError(f"{name} = {number:g} is no whole number; give 1 or more.")
     return round(number)
+
+
+def require_range(name: str, ends: tuple[float, float]) -> tuple[float, float]:
+    """Return (lowest, highest) in % of span as floats, which may be infinite, or say what is wrong with them."""
+    try:
+        low, high = (float(end) for end in ends)
+    except (TypeError, ValueError):
+        raise ParameterError(
+            f"{name} = {ends!r} is not a pair of numbers; give (lowest, highest) in % of span."
+        ) from None
+    if not low < high:
+        raise ParameterError(f"{name} = ({low:g}, {high:g}) % has no room; give lowest < highest.")
+    return low, high
 
 
 def require_samples(name: str, seconds: float, dt: float) -> None:

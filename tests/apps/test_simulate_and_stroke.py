@@ -39,7 +39,7 @@ def table(text: str) -> tuple[list[str], np.ndarray]:
 
 
 def test_csv_is_the_library_s_run(run):
-    moves = ["--sp", "51,54@100", "--load", "-1,1@200"]
+    moves = ["--sp", "51,54@100", "--disturbance", "-1,1@200"]
     done = run("simulate", "--duration", "300", "--noise", "0.1", "--seed", "7", *moves)
     assert done.code == 0
     header, values = table(done.out)
@@ -179,7 +179,7 @@ def test_stroke_is_the_library_s(run):
 
 def test_stroke_as_json_and_from_a_rest_position(run):
     found = json.loads(
-        run("stroke", "--json", "--op", "staircase:levels=50 51,hold=1", "--position", "49", "--valve", "ideal").out
+        run("stroke", "--json", "--op", "staircase:levels=50 51,hold=1", "--mv-start", "49", "--valve", "ideal").out
     )
     assert found == {"valve": "ideal", "dt_s": 1.0, "op": [50.0, 51.0], "mv": [50.0, 51.0]}
 
@@ -213,13 +213,13 @@ def test_a_loop_that_runs_away_is_said_to(run):
     assert json.loads(calm.out)["ran_away"] is False
 
 
-@pytest.mark.parametrize("position", ["500", "-20"])
-def test_a_stem_cannot_rest_off_its_travel(position, run):
-    done = run("stroke", "--position", position)
+@pytest.mark.parametrize("start", ["500", "-20"])
+def test_a_stem_cannot_rest_off_its_travel(start, run):
+    done = run("stroke", "--mv-start", start)
     assert done.code == 2
-    assert f"position = {position} % of span is outside 0 to 100 % of span" in done.err
+    assert f"mv_start = {start} % of span is outside 0 to 100 % of span" in done.err
     deviations = ["--op", "triangle:mean=0,amplitude=30,period=400,duration=800"]
-    assert run("stroke", *deviations, "--position", "-20").code == 0
+    assert run("stroke", *deviations, "--mv-start", "-20").code == 0
 
 
 def test_a_file_without_op_is_not_told_of_python(run, folder):

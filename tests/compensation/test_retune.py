@@ -148,3 +148,34 @@ def test_repair_takes_the_compensator_out_and_keeps_the_travel():
     assert repair(loop).valve.travel == (0.0, 100.0)
     with pytest.raises(st.ParameterError, match="deadband"):
         repair(loop, deadband=-1.0)
+
+
+@pytest.mark.parametrize("twin", [st.Srinivasan(3.5, 2.0, 0.0), st.Choudhury(5.0, 2.0)])
+def test_models_of_one_valve_are_given_one_setting(twin):
+    """Kano's valve by its other names, whose parameters are not called S and J in one of them."""
+    loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    one, other = retune(loop, 100.0), retune(replace(loop, valve=twin), 100.0)
+    assert other.controller == one.controller
+    assert other.margin == pytest.approx(one.margin, rel=1e-9)
+
+
+def test_a_valve_that_depends_on_the_rate_has_a_margin_too():
+    """r far below what any cycle of the loop reaches is r = 0."""
+    loop = st.Loop(st.PID(0.2, 10.0), st.Srinivasan(3.5, 2.0, 1e-9), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    always = df_margin(replace(loop, valve=st.Kano(5.0, 2.0)))
+    assert df_margin(loop) == pytest.approx(always, rel=1e-3)
+    assert df_margin(replace(loop, valve=st.Srinivasan(3.5, 2.0, 0.05))) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("valve", "limits", "told"),
+    [
+        (st.Srinivasan(st.Table([0.0, 100.0], [2.0, 3.0]), 1.0, 0.0), {}, "Srinivasan has no S and J"),
+        (st.Kano(5.0, 2.0), {"load_limit": 0.0}, "load_limit = 0 is not positive"),
+        (st.Kano(5.0, 2.0), {"Ms_limit": -1.0}, "Ms_limit = -1 is not positive"),
+    ],
+)
+def test_what_cannot_be_retuned_is_told(valve, limits, told):
+    loop = st.Loop(st.PID(0.2, 10.0), valve, st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    with pytest.raises(st.ParameterError, match=told):
+        retune(loop, 100.0, **limits)

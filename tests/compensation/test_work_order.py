@@ -28,7 +28,7 @@ def run():
 
 def stroked(plan, S, J, noise=0.02):
     """The planned test on a Kano valve, its position measured with some noise."""
-    mv = st.stroke(st.Kano(S, J), plan.op, dt=plan.dt, position=plan.start).mv
+    mv = st.stroke(st.Kano(S, J), plan.op, dt=plan.dt, mv_start=plan.start).mv
     return LoopRecord("FV-101", plan.dt, op=plan.op, mv=mv + np.random.default_rng(1).normal(0.0, noise, mv.size))
 
 

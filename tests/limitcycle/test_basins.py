@@ -40,7 +40,7 @@ def test_smallest_pulse_is_smallest(a_and_c):
 def test_map_agrees_with_the_sampled_simulation():
     """Starts of the continuous map, redone by `simulate` at 2 ms: number of levels of the stem."""
     for op in (0.3, 0.9, 1.5):
-        (found,) = basin_map(EXAMPLE_LOOP, op=[op], position=[0.25]).attractors
+        (found,) = basin_map(EXAMPLE_LOOP, op_start=[op], mv_start=[0.25]).attractors
         levels = int(found.name.split()[0])
         fine = st.Loop(EXAMPLE_LOOP.controller, EXAMPLE_LOOP.valve, EXAMPLE_LOOP.process, dt=0.002)
         start = 0.25 if abs(op - 0.25) <= 0.5 else op
@@ -51,8 +51,10 @@ def test_map_agrees_with_the_sampled_simulation():
 def test_map_does_not_depend_on_threads_and_reports_progress():
     starts = np.linspace(-2.0, 2.0, 70)
     seen = []
-    one = basin_map(EXAMPLE_LOOP, op=starts, position=0.25, threads=1, progress=lambda done, n: seen.append((done, n)))
-    two = basin_map(EXAMPLE_LOOP, op=starts, position=0.25, threads=2)
+    one = basin_map(
+        EXAMPLE_LOOP, op_start=starts, mv_start=0.25, threads=1, progress=lambda done, n: seen.append((done, n))
+    )
+    two = basin_map(EXAMPLE_LOOP, op_start=starts, mv_start=0.25, threads=2)
     assert np.array_equal(one.label, two.label)
     assert np.array_equal(one.period, two.period)
     assert seen[-1] == (70, 70)
@@ -64,12 +66,12 @@ def test_map_does_not_depend_on_threads_and_reports_progress():
 def test_loop_at_its_point_of_rest_stays_there():
     loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
     assert basin_map(loop).label.item() == -1
-    assert basin_map(loop, load=[1.0]).label.tolist() == [0]
+    assert basin_map(loop, disturbance=[1.0]).label.tolist() == [0]
 
 
 def test_bad_starts_are_refused(a_and_c):
     with pytest.raises(st.ParameterError, match="finite"):
-        basin_map(EXAMPLE_LOOP, op=np.nan)
+        basin_map(EXAMPLE_LOOP, op_start=np.nan)
     with pytest.raises(st.ParameterError, match="pulse_length"):
         basin_map(EXAMPLE_LOOP, pulse_length=-1.0)
     loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)

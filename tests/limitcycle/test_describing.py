@@ -77,6 +77,13 @@ def test_first_branch_of_stenman_is_a_relay_with_hysteresis():
     assert np.allclose(describing_function(st.Stenman(0.5), a), Relay(0.25, 0.25).describing_function(a), atol=1e-14)
 
 
+@pytest.mark.parametrize("valve", [st.Ideal(travel=(0.0, 100.0)), st.Kano(0.0, 0.0, travel=(0.0, 100.0))])
+def test_a_good_valve_between_its_end_stops_is_a_saturation(valve):
+    amplitudes = np.array([20.0, 80.0])
+    stopped = Saturation(50.0).describing_function(amplitudes)
+    assert describing_function(valve, amplitudes, centre=50.0) == pytest.approx(stopped, abs=1e-4)
+
+
 @pytest.mark.parametrize("nonlinearity", [Saturation(0.8), Quantiser(0.7)])
 def test_memoryless_against_its_own_fourier_integral(nonlinearity):
     phase = (np.arange(400_000) + 0.5) / 400_000 * 2.0 * np.pi

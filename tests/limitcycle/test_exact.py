@@ -25,12 +25,12 @@ def test_paper_loop(family, levels, amplitude, period, pv):
     assert cycle.stable
     assert max(abs(m) for m in cycle.multipliers) < 0.5
     if pv is not None:
-        assert 2.0 * cycle.pv_amplitude == pytest.approx(pv, abs=1e-3)
+        assert 2.0 * cycle.amplitude_pv == pytest.approx(pv, abs=1e-3)
 
 
 def test_lattice_offset_makes_a_family():
     """A load of 0.3 on the paper's loop, whose levels stay at multiples of d from 0.25."""
-    cycle = exact_limit_cycles(EXAMPLE_LOOP, load=0.3, families=[0.25])[0]
+    cycle = exact_limit_cycles(EXAMPLE_LOOP, disturbance=0.3, families=[0.25])[0]
     assert cycle.levels == pytest.approx((-0.75, -0.25, 0.25), abs=1e-9)
     assert cycle.amplitude == pytest.approx(0.774, abs=5e-4)
     assert cycle.period == pytest.approx(17.72, abs=0.01)
@@ -42,8 +42,8 @@ def test_kano_with_a_lag_and_dead_time(S, J, period, op, pv, mv):
     (cycle,) = exact_limit_cycles(loop, sp=10.0)
     assert cycle.period == pytest.approx(period, rel=1e-3)
     assert 2.0 * cycle.amplitude == pytest.approx(op, rel=2e-3)
-    assert 2.0 * cycle.pv_amplitude == pytest.approx(pv, rel=2e-3)
-    assert 2.0 * cycle.mv_amplitude == pytest.approx(mv, rel=2e-3)
+    assert 2.0 * cycle.amplitude_pv == pytest.approx(pv, rel=2e-3)
+    assert 2.0 * cycle.amplitude_mv == pytest.approx(mv, rel=2e-3)
     assert np.mean(cycle.levels) == pytest.approx(10.0 / 3.0)
 
 
@@ -62,7 +62,7 @@ def test_fast_process_follows_the_law_of_the_static_loop(Kc, K, d, theta):
     loop = st.Loop(st.PID(Kc, 10.0), st.Stenman(d), st.FOPDT(K, 0.005), dt=0.01)
     (cycle,) = exact_limit_cycles(loop, families=[-theta * d])
     assert cycle.period == pytest.approx(10.0 * (1 - Kc * K) / (Kc * K * theta * (1 - theta)), rel=3e-3)
-    assert 2.0 * cycle.pv_amplitude == pytest.approx(K * d, rel=3e-3)
+    assert 2.0 * cycle.amplitude_pv == pytest.approx(K * d, rel=3e-3)
     assert 2.0 * cycle.amplitude == pytest.approx(d, rel=3e-3)
 
 
@@ -78,7 +78,7 @@ def test_scale_invariance_and_what_the_stem_does(scale, share, dead_time):
     for a, b in zip(one, many, strict=True):
         assert b.period == pytest.approx(a.period, rel=1e-8)
         assert b.amplitude == pytest.approx(scale * a.amplitude, rel=1e-8)
-        assert 2.0 * a.mv_amplitude == pytest.approx(2.0 * a.amplitude - (1.0 - share), rel=1e-8)
+        assert 2.0 * a.amplitude_mv == pytest.approx(2.0 * a.amplitude - (1.0 - share), rel=1e-8)
         assert 2.0 * a.amplitude >= 1.0
 
 
@@ -120,7 +120,7 @@ def test_sampling_tends_to_the_continuous_cycle():
     off = []
     for dt in (1.0, 0.25):
         loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=dt)
-        (cycle,) = sampled_limit_cycles(loop, sp=10.0, position=3.0)
+        (cycle,) = sampled_limit_cycles(loop, sp=10.0, mv_start=3.0)
         off.append(exact - cycle.period)
     assert off[0] == pytest.approx(exact - 162.8, abs=0.4)
     assert off[1] == pytest.approx(off[0] / 4.0, rel=0.2)
@@ -128,7 +128,7 @@ def test_sampling_tends_to_the_continuous_cycle():
 
 def test_sampled_cycle_is_that_of_simulate():
     loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 5.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
-    cycles = sampled_limit_cycles(loop, sp=10.0, position=3.0)
+    cycles = sampled_limit_cycles(loop, sp=10.0, mv_start=3.0)
     record = st.simulate(loop, sp=10.0, duration=20_000.0)
     ups = np.nonzero((record.op[1:] > 10 / 3) & (record.op[:-1] <= 10 / 3))[0][-100:]
     assert min(abs(c.period / np.mean(np.diff(ups)) - 1.0) for c in cycles) < 2e-3

@@ -229,5 +229,5 @@ def test_choudhury_beyond_its_band_is_run_in_samples():
 def test_what_is_not_finite_is_refused():
     with pytest.raises(st.ParameterError, match="sp must be a finite number"):
         predict_limit_cycles(EXAMPLE_LOOP, sp=np.nan)
-    with pytest.raises(st.ParameterError, match="load must be a finite number"):
-        predict_limit_cycles(EXAMPLE_LOOP, load=np.inf)
+    with pytest.raises(st.ParameterError, match="disturbance must be a finite number"):
+        predict_limit_cycles(EXAMPLE_LOOP, disturbance=np.inf)

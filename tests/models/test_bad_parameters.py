@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as hs
 
 import stiction as st
+from stiction.models.positioner import Positioner
 
 WRONG = hs.one_of(
     hs.sampled_from([math.nan, -math.inf, math.inf, -1.0, "wide", None, [1.0, 2.0]]), hs.floats(max_value=-1e-300)
@@ -54,6 +55,13 @@ def test_bands_that_contradict_each_other():
 def test_travel(travel):
     with pytest.raises(st.ParameterError, match=r"^travel = .*give \(?lowest"):
         st.Kano(3.0, 1.0, travel=travel)
+
+
+@pytest.mark.parametrize("time", [0.0, -1.0, math.nan, "long", None])
+def test_integral_time_of_a_positioner(time):
+    with pytest.raises(st.ParameterError, match=r"^integral_time .*"):
+        Positioner(5.0, integral_time=time)
+    assert Positioner(5.0).integral_time == math.inf
 
 
 TABLES = [

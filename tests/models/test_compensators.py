@@ -350,6 +350,8 @@ def test_settings_that_contradict_each_other():
         st.TwoMove(3.0, 4.0, 1.0)
     with pytest.raises(st.ParameterError, match=r"cycles = 1\.5 cannot be; give a whole number of 1 or more"):
         st.FourMove(1.0, cycles=1.5)  # type: ignore[arg-type]
+    with pytest.raises(st.ParameterError, match=r"share = 0\.6 is above 1/2"):
+        st.FourMove(1.0, share=0.6)
     with pytest.raises(st.ParameterError, match=r"width = 0\.2 s is shorter than one sample of 1 s"):
         run(st.Kano(3.0, 1.0), st.Knocker(1.0, 0.2, 5.0))
     with pytest.raises(st.ParameterError, match="compensator is a str; give a compensator such as Knocker"):

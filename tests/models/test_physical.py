@@ -107,7 +107,7 @@ def test_no_creep_when_stuck(fs, share, zeta, lag, seed):
     static = 0.01 * fs * 1e4
     valve = st.PhysicalValve(2.0, 1e5, zeta * 2e3, 0.5 * static, static, 1e-3, 0.1, 0.1, lag=lag)
     op = 50.0 + fs * share * np.random.default_rng(seed).uniform(-1.0, 1.0, 200)
-    assert np.unique(st.stroke(valve, op, 0.1, position=50.0).mv).tolist() == [50.0]
+    assert np.unique(st.stroke(valve, op, 0.1, mv_start=50.0).mv).tolist() == [50.0]
 
 
 def test_lugre_holds_within_its_bristles():
@@ -175,7 +175,7 @@ def test_undamped_frictionless_period():
     valve = st.PhysicalValve(4.0, 400.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, travel=(-math.inf, math.inf), hold="linear")
     dt = 0.01
     t = dt * np.arange(10001)
-    mv = st.stroke(valve, np.zeros(t.size), dt, position=10.0).mv
+    mv = st.stroke(valve, np.zeros(t.size), dt, mv_start=10.0).mv
     assert mv[5000:].max() == pytest.approx(10.0, rel=1e-2)
     upward = np.flatnonzero((mv[1:] > 0.0) & (mv[:-1] <= 0.0))
     period = dt * (upward[-1] - upward[0]) / (upward.size - 1)
@@ -245,7 +245,7 @@ def test_positioner_takes_the_offset_away():
         ("P", Positioner(9.0)),
         ("PI", Positioner(9.0, integral_time=2.0, deadband=0.5)),
     ):
-        mv = st.stroke(published_valve("nominal", positioner=positioner, lag=0.05), op, 0.02, position=40.0).mv
+        mv = st.stroke(published_valve("nominal", positioner=positioner, lag=0.05), op, 0.02, mv_start=40.0).mv
         errors[name] = abs(mv[-1] - 60.0)
     valve = published_valve("nominal")
     asked = 60.0 / valve.gain + valve.offset + 100.0 * valve.static / valve.force_span - 60.0
@@ -279,7 +279,7 @@ def test_he_wang_overshoot_factor_is_that_of_the_stem():
         valve = replace(valve, viscous=2.0 * zeta * math.sqrt(valve.spring_rate * valve.mass), substep=1e-5)
         dt, rate = 0.005, 0.001
         op = 100.0 * valve.static / valve.force_span - 5e-6 + rate * dt * np.arange(400)
-        mv = st.stroke(valve, op, dt, position=0.0).mv
+        mv = st.stroke(valve, op, dt, mv_start=0.0).mv
         jump = 100.0 * (valve.static - valve.coulomb) / valve.force_span
         assert mv.max() / jump == pytest.approx(expected, rel=3e-3)
 

@@ -115,15 +115,15 @@ def test_the_hand_is_limited_too():
 REFUSED = [
     ({"Kc": math.nan}, "Kc must be a finite number"),
     ({"Ti": 0.0}, "Ti = 0"),
-    ({"Ti": math.nan}, "Ti = nan"),
+    ({"Ti": math.nan}, "Ti must be a number in s, got nan"),
     ({"Td": -1.0}, "Td = -1 s is negative"),
     ({"N": -2.0}, "N = -2"),
     ({"b": math.inf}, "b must be a finite number"),
     ({"op_limits": (100.0, 0.0)}, r"op_limits = \(100, 0\) % has no room"),
     ({"integral": "trapezoid"}, "integral = 'trapezoid' is unknown; use 'backward' or 'forward'"),
     ({"Kc": "big"}, "Kc must be a number"),
-    ({"Ti": "long"}, "Ti"),
-    ({"op_limits": 5.0}, "op_limits"),
+    ({"Ti": "long"}, "Ti must be a number in s, got 'long'"),
+    ({"op_limits": 5.0}, "op_limits = 5.0 is not a pair of numbers; give"),
 ]
 
 

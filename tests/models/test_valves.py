@@ -67,7 +67,7 @@ def test_held_steps_move_the_stem_when_told(row):
     valve = st.Kano(case["S"], case["J"])
     levels = np.round(np.arange(0.0, case["top"] + 1e-9, case["step"]), 10)
     op = np.repeat(np.concatenate([[0.0], levels]), 3)
-    mv = st.stroke(valve, op, 1.0, position=case["start"]).mv
+    mv = st.stroke(valve, op, 1.0, mv_start=case["start"]).mv
     moved = op[np.flatnonzero(np.diff(mv)) + 1]
     np.testing.assert_allclose(moved, row.expected, rtol=row.tolerance)
 
@@ -77,7 +77,7 @@ def test_a_stem_pushed_up_turns_after_S_less_the_step_beyond():
     up = np.round(np.arange(0.0, 7.75, 0.1), 10)
     down = up[-2::-1]
     op = np.repeat(np.concatenate([up, down]), 3)
-    mv = st.stroke(st.Kano(3.0, 1.0), op, 1.0, position=-1.0).mv
+    mv = st.stroke(st.Kano(3.0, 1.0), op, 1.0, mv_start=-1.0).mv
     backwards = op[np.flatnonzero(np.diff(mv) < 0.0) + 1]
     assert backwards[0] == pytest.approx(4.6)
 
@@ -95,7 +95,7 @@ def test_choudhury_beyond_J_above_S_is_another_valve_than_kano():
 
 def test_a_stem_that_starts_outside_its_band_jumps_to_its_lag():
     for valve in (st.Kano(3.0, 1.0), st.Choudhury(3.0, 1.0), st.He(2.0, 1.0), st.Srinivasan(2.0, 1.0, 0.0)):
-        assert st.stroke(valve, [10.0, 10.0], 1.0, position=0.0).mv.tolist() == [9.0, 9.0]
+        assert st.stroke(valve, [10.0, 10.0], 1.0, mv_start=0.0).mv.tolist() == [9.0, 9.0]
 
 
 def test_tables_over_travel():

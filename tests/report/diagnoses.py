@@ -37,7 +37,7 @@ def surface(S, J):
 
 def identification(run, S=3.0, J=1.0):
     """The valve stroked over the recorded OP, and a smooth PV."""
-    mv = st.stroke(st.Kano(S, J), np.nan_to_num(run.op, nan=50.0), dt=run.dt, position=50.0).mv
+    mv = st.stroke(st.Kano(S, J), np.nan_to_num(run.op, nan=50.0), dt=run.dt, mv_start=50.0).mv
     pv = np.convolve(run.pv, np.ones(3) / 3.0, mode="same")
     pv[[0, -1]] = run.pv[[0, -1]]
     process = ProcessFit(3.0, 10.0, 10.0, False)

@@ -149,6 +149,6 @@ def test_strokes_that_cannot_be_run_get_a_sentence():
         st.stroke(st.Ideal(), [0.0], 0.0)
     with pytest.raises(st.RecordError, match="op has 2 dimensions"):
         st.stroke(st.Ideal(), [[0.0]], 1.0)
-    with pytest.raises(st.ParameterError, match="position must be a finite number"):
-        st.stroke(st.Ideal(), [0.0], 1.0, position=math.nan)
+    with pytest.raises(st.ParameterError, match="mv_start must be a finite number"):
+        st.stroke(st.Ideal(), [0.0], 1.0, mv_start=math.nan)
     assert st.stroke(st.Kano(3.0, 1.0), [], 1.0).mv.size == 0

@@ -103,7 +103,7 @@ def test_a_sticky_valve_has_the_band_and_the_jump_that_are_told(model):
         offset = valve.offset if isinstance(valve, st.PhysicalValve) else 0.0
         up = level + (S + J) / 2.0 * 1.001
         signal = offset + np.repeat([level, up, up - 0.99 * S, up - 1.01 * S], 300)
-        mv = st.stroke(valve, signal, dt=1.0, position=gain * level).mv / gain
+        mv = st.stroke(valve, signal, dt=1.0, mv_start=gain * level).mv / gain
         rest, pushed, held, freed = (mv[k * 300 + 299] for k in range(4))
         assert pushed - rest == pytest.approx(J, abs=0.01 * S), "the slip out of the middle of the band"
         assert held == pytest.approx(pushed, abs=1e-6)

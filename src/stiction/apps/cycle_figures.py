@@ -27,8 +27,8 @@ DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 STARTS = 41
 VALUES = 15
 UNITS = {
-    "load": "% of span", "dead_time": "s", "Kc": "% of span per PV unit", "Ti": "s", "Td": "s", "r": "% of span / s",
-    **dict.fromkeys(("d", "S", "J", "fs", "fd", "sb", "sj"), "% of span"),
+    "dead_time": "s", "Kc": "% of span per PV unit", "Ti": "s", "Td": "s", "r": "% of span / s",
+    **dict.fromkeys(("disturbance", "d", "S", "J", "fs", "fd", "sb", "sj"), "% of span"),
 }  # fmt: skip
 """Units of the parameters that have one."""
 _KINDS = (("stable cycle", "circle"), ("unstable cycle", "circle-open"), ("boundary", "x"))
@@ -40,9 +40,9 @@ def exact_of(found: Sequence[LimitCycle]) -> list[LimitCycle]:
     return sorted((cycle for cycle in exact if cycle.section), key=lambda cycle: cycle.amplitude)
 
 
-def nyquist(loop: Loop, found: Sequence[LimitCycle], *, sp: float, load: float) -> Figure:
+def nyquist(loop: Loop, found: Sequence[LimitCycle], *, sp: float, disturbance: float) -> Figure:
     """Return L(j omega) with -1/N(A) of each family, the crossings marked by kind."""
-    linear = linear_part(loop, sp=sp, load=load)
+    linear = linear_part(loop, sp=sp, disturbance=disturbance)
     predicted = [cycle for cycle in found if cycle.method == "describing function"] or list(found)
     rates = [cycle.omega for cycle in predicted]
     omega = np.geomspace(min(rates) / 20.0, max(rates) * 20.0, 1200)
@@ -72,11 +72,11 @@ def nyquist(loop: Loop, found: Sequence[LimitCycle], *, sp: float, load: float) 
     return Figure({"data": data, "layout": layout}, "Nyquist plot", caption, height=460)
 
 
-def motion(loop: Loop, cycle: LimitCycle, *, sp: float, load: float) -> tuple[NDArray[Any], NDArray[Any]]:
+def motion(loop: Loop, cycle: LimitCycle, *, sp: float, disturbance: float) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return time [s] and (valve position, OP, PV) over two periods of an exact cycle."""
     time = np.linspace(0.0, 2.0 * cycle.period, 601)
     *states, position = cycle.section
-    _, signals = machine(loop, sp=sp, load=load).run(np.array(states), position, grid=time)
+    _, signals = machine(loop, sp=sp, disturbance=disturbance).run(np.array(states), position, grid=time)
     return time, signals
 
 
@@ -87,7 +87,7 @@ def in_time(exact: Sequence[LimitCycle], runs: Sequence[tuple[NDArray[Any], NDAr
         color = COLORS[k % len(COLORS)]
         for signal, dash, what in ((1, "solid", "OP"), (0, "dot", "valve position")):
             line = {"color": color, "dash": dash, "width": 1.5}
-            data.append(_line(time, signals[signal], f"{_name(cycle)}: {what}", line))
+            data.append(look.trace(time, signals[signal], f"{_name(cycle)}: {what}", line))
     layout = {"xaxis": {"title": {"text": "Time [s]"}}, "yaxis": {"title": {"text": "Deviation [% of span]"}}}
     caption = "Two periods of each exact cycle; the dotted line is the valve position."
     return Figure({"data": data, "layout": layout}, "Cycles over time", caption, height=420)
@@ -102,7 +102,7 @@ def phase_portrait(exact: Sequence[LimitCycle], runs: Sequence[tuple[NDArray[Any
             "dash": DASHES[k % len(DASHES)],
             "width": 2.0 if cycle.stable else 1.0,
         }
-        data.append(_line(signals[1], signals[2], _name(cycle), line))
+        data.append(look.trace(signals[1], signals[2], _name(cycle), line))
     layout = {
         "xaxis": {"title": {"text": "OP, deviation [% of span]"}},
         "yaxis": {"title": {"text": "PV, deviation [PV units]"}},
@@ -111,11 +111,11 @@ def phase_portrait(exact: Sequence[LimitCycle], runs: Sequence[tuple[NDArray[Any
     return Figure({"data": data, "layout": layout}, "Phase portrait", caption, height=420)
 
 
-def basins(loop: Loop, exact: Sequence[LimitCycle], *, load: float) -> Figure:
+def basins(loop: Loop, exact: Sequence[LimitCycle], *, disturbance: float) -> Figure:
     """Return where starts at rest end, over OP and PV."""
     op = 2.0 * max(cycle.amplitude for cycle in exact) * np.linspace(-1.0, 1.0, STARTS)
-    pv = 2.0 * max(cycle.pv_amplitude for cycle in exact) * np.linspace(-1.0, 1.0, STARTS)
-    found = basin_map(loop, op=op[None, :], pv=pv[:, None], load=load)
+    pv = 2.0 * max(cycle.amplitude_pv for cycle in exact) * np.linspace(-1.0, 1.0, STARTS)
+    found = basin_map(loop, op_start=op[None, :], pv_start=pv[:, None], disturbance=disturbance)
     others = {-1: "come to rest", -2: "did not settle", -3: "run away"}
     names = others | {a.label: a.name for a in found.attractors}
     there = sorted(int(label) for label in np.unique(found.label))
@@ -147,14 +147,14 @@ def bifurcations(loop: Loop, over: str) -> Figure:
     for k, branch in enumerate(diagram.branches):
         stable = [cycle.stable for cycle in branch.cycles]
         line = {"color": COLORS[k % len(COLORS)], "dash": "solid" if all(stable) else "dot", "width": 1.8}
-        data.append(_line(branch.values, branch.amplitude, branch.family or f"cycle {k + 1}", line))
+        data.append(look.trace(branch.values, branch.amplitude, branch.family or f"cycle {k + 1}", line))
     layout = {
         "xaxis": {"title": {"text": f"{over} [{UNITS.get(over, '-')}]"}},
         "yaxis": {"title": {"text": "OP amplitude [% of span]"}},
     }
     ends = sum((b.born is not None) + (b.dies is not None) for b in diagram.branches)
     caption = (
-        f"{len(diagram.branches)} {'branch' if len(diagram.branches) == 1 else 'branches'} over {over}, {ends} of the "
+        f"{words.number_of(len(diagram.branches), 'branch', 'branches')} over {over}, {ends} of the "
         "ends are births or deaths; "
         "dotted branches are unstable somewhere."
     )
@@ -187,8 +187,4 @@ def _name(cycle: LimitCycle) -> str:
 
 
 def _curve(z: NDArray[Any], name: str, line: dict[str, Any]) -> dict[str, Any]:
-    return _line(np.real(z), np.imag(z), name, line)
-
-
-def _line(x: Any, y: Any, name: str, line: dict[str, Any]) -> dict[str, Any]:
-    return {"type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": line}
+    return look.trace(np.real(z), np.imag(z), name, line)

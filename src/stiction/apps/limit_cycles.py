@@ -26,7 +26,7 @@ def limit_cycles(
     process: Text = None,
     controller: Text = None,
     valve: Text = None,
-    load: float = 0.0,
+    disturbance: float = 0.0,
     sp: float = 0.0,
     loop: str | None = None,
     exact: bool = True,
@@ -47,7 +47,7 @@ def limit_cycles(
         pi:Kc=0.2,Ti=10 (the default), pid:..., p:Kc=.. or parallel:Kp=..,Ki=..,Kd=..
     valve
         kano:S=3,J=1 (the default), stenman:d=.., choudhury:..., he:..., srinivasan:sb=..,sj=..,r=..; % of span.
-    load
+    disturbance
         Constant load at the process inlet in % of span (0).
     sp
         Set point in PV units (0).
@@ -56,8 +56,8 @@ def limit_cycles(
     exact
         Whether to solve each cycle exactly beside its describing-function prediction.
     over
-        Parameter of the bifurcation diagram in the report: gain (a factor; the default), load, dead_time, or a
-        parameter of the controller or of the valve.
+        Parameter of the bifurcation diagram in the report: gain (a factor; the default), disturbance, dead_time,
+        or a parameter of the controller or of the valve.
     report
         HTML page to write: Nyquist plot, cycles in time, phase portrait, basins, bifurcation diagram.
     as_json
@@ -76,12 +76,12 @@ def limit_cycles(
     target = None if report is None else check_report(report)
     settings = settings_of(loop, {"process": process, "controller": controller, "valve": valve}, DEFAULTS)
     made = make_loop({**settings, "noise": 0.0})
-    found = predict_limit_cycles(made, exact=exact, sp=sp, load=load)
+    found = predict_limit_cycles(made, exact=exact, sp=sp, disturbance=disturbance)
     if target is not None:
         from stiction.apps.limit_cycles_page import write_limit_cycles_page
 
         texts = {name: str(settings[name]) for name in ("process", "controller", "valve")}
-        write_limit_cycles_page(made, found, target, texts, sp=sp, load=load, over=over or "gain")
+        write_limit_cycles_page(made, found, target, texts, sp=sp, disturbance=disturbance, over=over or "gain")
     if as_json:
         print_json([cycle.to_dict() for cycle in found])
         if not found:
@@ -109,9 +109,9 @@ def row(cycle: "LimitCycle") -> list[Any]:
         {True: "stable", False: "unstable", None: "unknown"}[cycle.stable],
         digits(cycle.period, significant=4),
         digits(cycle.amplitude, significant=4),
-        digits(cycle.pv_amplitude, significant=4),
+        digits(cycle.amplitude_pv, significant=4),
         "" if exact is None else digits(exact.period, significant=5),
         "" if exact is None else digits(exact.amplitude, significant=4),
-        "" if exact is None else digits(exact.pv_amplitude, significant=4),
+        "" if exact is None else digits(exact.amplitude_pv, significant=4),
         cycle.trust,
     ]

@@ -26,7 +26,7 @@ def write_limit_cycles_page(
     texts: Mapping[str, str],
     *,
     sp: float,
-    load: float,
+    disturbance: float,
     over: str,
 ) -> Path:
     """Write what `predict_limit_cycles` found."""
@@ -40,13 +40,13 @@ def write_limit_cycles_page(
         if any(cycle.family for cycle in found):
             caption += f" {FAMILIES}"
         blocks.append(Table(COLUMNS, [row(cycle) for cycle in found], caption))
-        blocks += [Heading("Where they come from"), figures.nyquist(loop, found, sp=sp, load=load)]
+        blocks += [Heading("Where they come from"), figures.nyquist(loop, found, sp=sp, disturbance=disturbance)]
     exact = figures.exact_of(found)
     if exact:
-        runs = [figures.motion(loop, cycle, sp=sp, load=load) for cycle in exact]
+        runs = [figures.motion(loop, cycle, sp=sp, disturbance=disturbance) for cycle in exact]
         blocks += [Heading("The exact cycles"), figures.in_time(exact, runs), figures.phase_portrait(exact, runs)]
         blocks += [Heading("What moves the loop between them")]
-        blocks.append(Columns([figures.basins(loop, exact, load=load), figures.bifurcations(loop, over)]))
-    settings = [*texts.items(), ("sp", f"{sp:g}"), ("load", f"{load:g}")]
+        blocks.append(Columns([figures.basins(loop, exact, disturbance=disturbance), figures.bifurcations(loop, over)]))
+    settings = [*texts.items(), ("sp", f"{sp:g}"), ("disturbance", f"{disturbance:g}")]
     blocks += [Heading("Where this comes from"), Table(["Setting", "Value"], [list(pair) for pair in settings])]
     return write_page("Limit cycles", blocks, path, subtitle=", ".join(texts.values()))

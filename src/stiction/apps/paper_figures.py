@@ -233,4 +233,4 @@ def _line(x: Any, y: Any, name: str, line: dict[str, Any]) -> dict[str, Any]:
     if len(x) > 2000:
         keep = thin(y)
         x, y = x[keep], y[keep]
-    return {"type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": {**line, "simplify": False}}
+    return look.trace(x, y, name, {**line, "simplify": False})

@@ -224,7 +224,7 @@ def _errata(data: Any) -> list[Block]:
 
 def _cycle(cycle: LimitCycle) -> list[str]:
     stable = "boundary" if cycle.kind == "boundary" else {True: "stable", False: "unstable", None: "?"}[cycle.stable]
-    return [stable, f"{cycle.period:.4g}", f"{cycle.amplitude:.4g}", f"{cycle.pv_amplitude:.3g}"]
+    return [stable, f"{cycle.period:.4g}", f"{cycle.amplitude:.4g}", f"{cycle.amplitude_pv:.3g}"]
 
 
 def _answer(answer: Any) -> Cell:

@@ -13,7 +13,7 @@ DEFAULTS: dict[str, Any] = {
     "valve": "kano:S=3,J=1",
     "compensator": "none",
     "sp": "51",
-    "load": "0",
+    "disturbance": "0",
     "pv_start": 50.0,
     "op_start": 50.0,
     "noise": 0.0,
@@ -31,7 +31,7 @@ def simulate(
     valve: Text = None,
     compensator: Text = None,
     sp: Text = None,
-    load: Text = None,
+    disturbance: Text = None,
     pv_start: float | None = None,
     op_start: float | None = None,
     noise: float | None = None,
@@ -61,7 +61,7 @@ def simulate(
         integral-deadband:band=.., cuadros:.., variable-pulses:.., two-move:S=..,J=..,band=.. or four-move:band=...
     sp
         Set point, or set points with times: 51 (the default) or 50,55@600.
-    load
+    disturbance
         Load at the process inlet in % of span, written in the same way.
     pv_start
         PV at rest before the start (50).
@@ -92,7 +92,7 @@ def simulate(
 
     typed = {
         "process": process, "controller": controller, "valve": valve,
-        "compensator": compensator, "sp": sp, "load": load, "pv_start": pv_start,
+        "compensator": compensator, "sp": sp, "disturbance": disturbance, "pv_start": pv_start,
         "op_start": op_start, "noise": noise, "dt": dt, "duration": duration, "seed": seed, "tag": tag,
     }  # fmt: skip
     settings = settings_of(loop, typed, DEFAULTS)
@@ -104,13 +104,13 @@ def simulate(
     length = require_positive("duration", settings["duration"], "s")
     step = require_positive("dt", settings["dt"], "s")
     # Before the loop is made: a length of too many samples is told by its name, and not by what of the loop is as long.
-    set_point, load_series = (levels(name, settings[name], length, step) for name in ("sp", "load"))
+    set_point, load = (levels(name, settings[name], length, step) for name in ("sp", "disturbance"))
     made = make_loop(settings)
     record = run(
         made,
         set_point,
         length,
-        load_series,
+        load,
         settings["seed"],
         pv_start=settings["pv_start"],
         op_start=within("op_start", settings["op_start"]),

@@ -14,7 +14,7 @@ def stroke(
     valve: str = "kano:S=3,J=1",
     op: Annotated[str, Parameter(allow_leading_hyphen=True)] = "triangle:mean=50,amplitude=10,period=400,duration=800",
     dt: float = 1.0,
-    position: float | None = None,
+    mv_start: float | None = None,
     out: Out = None,
     report: Report = None,
     as_json: Json = False,
@@ -31,7 +31,7 @@ def stroke(
         staircase:levels=50 51 50,hold=60, random_walk:..., binary_sequence:..., or a CSV file with an OP column.
     dt
         Sampling period in seconds; a CSV file brings its own.
-    position
+    mv_start
         Where the stem rests before the start in % of span; at the first OP when not given.
     out
         CSV file to write (time_s, OP, MV: the valve position); without it the CSV goes to the output.
@@ -53,9 +53,9 @@ def stroke(
     series, step = op_signal(op, require_positive("dt", dt, "s"))
     from stiction.simulation import stroke as run
 
-    if position is not None:
-        position = within("position", position, min(0.0, float(series.min())), max(100.0, float(series.max())))
-    record = run(made, series, step, position)
+    if mv_start is not None:
+        mv_start = within("mv_start", mv_start, min(0.0, float(series.min())), max(100.0, float(series.max())))
+    record = run(made, series, step, mv_start)
     if target is not None or not (as_json or page):
         write_csv(record, target)
     if page is not None:

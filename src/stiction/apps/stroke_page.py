@@ -52,4 +52,4 @@ def line_trace(x: Any, y: Any, name: str, line: dict[str, Any]) -> dict[str, Any
     if len(x) > 2:
         keep = thin(y)
         x, y = x[keep], y[keep]
-    return {"type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": line}
+    return look.trace(x, y, name, line)

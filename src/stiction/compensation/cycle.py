@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.compensation.exchange import exchange
+from stiction.compensation.repair import stiction_of
 from stiction.compensation.surroundings import run_in
 from stiction.diagnosis.oscillation import about_drift, control_error, filled, find_oscillation, half_cycles, smooth
 from stiction.limitcycle.bands import bands
@@ -26,6 +27,8 @@ SEEDS = 5
 """Runs over which the cycle of a noisy loop is taken [-]."""
 SETTLE, RUN = 6, 12
 """Periods for settling, and those that are measured [-]."""
+UNKNOWN = 3.0
+"""S of a valve whose model has none, for the size of that load [% of span]."""
 KICK = 1.2
 """Load that starts the cycle, over what a stem takes to break loose [-]."""
 RESTING, LARGE = 0.4, 90.0
@@ -161,7 +164,8 @@ def _kick(loop: Loop, n: int, length: int) -> NDArray[np.float64]:
     found, load = bands(loop.valve), np.zeros(n)
     if found is not None and found.staircase:
         load += found.jump / 2.0
-    load[: max(length, 3)] += max(0.7 * getattr(loop.valve, "S", 3.0), 0.0 if found is None else KICK * found.sb)
+    S = (stiction_of(loop.valve) or (UNKNOWN, 0.0))[0]
+    load[: max(length, 3)] += max(0.7 * S, 0.0 if found is None else KICK * found.sb)
     return load
 
 

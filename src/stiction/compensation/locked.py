@@ -46,14 +46,14 @@ def locked_to(op: NDArray[np.float64], x: NDArray[np.float64], samples: float) -
     >>> bool(np.std(kept - 0.3 * wave) < 0.2 * np.std(other))
     True
     """
-    none = np.zeros(x.size)
+    kept = np.zeros(x.size)
     wave = about_drift(smooth(op, samples / 4.0), samples)
     rises = np.flatnonzero((wave[:-1] <= 0.0) & (wave[1:] > 0.0))
     begins = rises + wave[rises] / (wave[rises] - wave[rises + 1])
     length = np.diff(begins)
     whole = np.abs(length / samples - 1.0) < 0.5
     if whole.sum() < FEWEST:
-        return none
+        return kept
     t = np.arange(x.size)
     cycle = np.clip(np.searchsorted(begins, t, side="right") - 1, 0, length.size - 1)
     phase = (t - begins[cycle]) / length[cycle]
@@ -67,5 +67,5 @@ def locked_to(op: NDArray[np.float64], x: NDArray[np.float64], samples: float) -
     rest = float(np.var(x[inside] - mean[place])) * places / inside.sum()
     share = max(1.0 - rest / max(float(np.mean(mean**2)), 1e-300), 0.0)
     middles = (np.arange(-1, places + 1) + 0.5) / places
-    none[inside] = share * np.interp(phase[inside], middles, np.concatenate((mean[-1:], mean, mean[:1])))
-    return none
+    kept[inside] = share * np.interp(phase[inside], middles, np.concatenate((mean[-1:], mean, mean[:1])))
+    return kept

@@ -173,7 +173,7 @@ class _View:
         valve, lag = Kano(S, S * float(place[1])), 0.5 * S * (1.0 - float(place[1]))
         parts = [np.full(self.turns[0], self.op[self.turns[0]] - lag)]
         for a, b in pairwise(self.turns):
-            stem = stroke(valve, self.op[a:b], self.dt, position=float(self.op[a]) - lag).mv
+            stem = stroke(valve, self.op[a:b], self.dt, mv_start=float(self.op[a]) - lag).mv
             assert stem is not None
             parts.append(stem)
         return np.concatenate(parts)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.compensation.remedies import NOTHING
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -143,7 +145,7 @@ class CompensationTrial:
         if self.refused:
             return f"{self.tag}: no advice. {self.reason}"
         head = f"{self.tag}: {self.reason} {self.risk}".rstrip()
-        now = next(one for one in self.remedies if one.name == "do nothing").behaviour
+        now = self[NOTHING].behaviour
         rows = [f"{'remedy':<24}{'PV std':>9}{'offset':>9}{'travel':>9}{'reversals':>11}{'worst':>7}{'cost':>7}"]
         for one in self.remedies:
             b = one.behaviour

@@ -21,15 +21,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.compensation.exchange import exchange
-from stiction.errors import require_positive
+from stiction.compensation.repair import stiction_of
+from stiction.errors import ParameterError, require_positive
 from stiction.limitcycle import describing_function, predict_limit_cycles
+from stiction.limitcycle.bands import frictionless
+from stiction.limitcycle.describing.face import rate_dependent
 from stiction.models import PID, Ideal
 from stiction.simulation import simulate
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.models import Loop
+    from stiction.models import Loop, Valve
 
 __all__ = ["Retuning", "TradeOff", "df_margin", "retune", "sensitivity"]
 
@@ -125,7 +128,7 @@ def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: floa
     Raises
     ------
     ParameterError
-        When `period` is not positive.
+        When `period` or a limit is not positive, or the valve has no S and J.
 
     Examples
     --------
@@ -136,6 +139,7 @@ def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: floa
     False
     """
     period = require_positive("period", period, "s")
+    load_limit, Ms_limit = require_positive("load_limit", load_limit), require_positive("Ms_limit", Ms_limit)
     quiet = exchange(loop, noise=0.0, compensator=None)
     now = loop.controller
     base_iae, base_Ms = _load_iae(quiet, now, period), sensitivity(quiet, now)
@@ -217,10 +221,10 @@ def df_margin(loop: Loop) -> float:
     """
     if isinstance(loop.valve, Ideal):
         return 1.0 / sensitivity(loop)
-    S = float(getattr(loop.valve, "S", 2.0 * getattr(loop.valve, "d", 1.0)))
-    N = describing_function(loop.valve, S * np.geomspace(0.505, 50.0, 120))
-    _, L = _open_loop(loop, loop.controller)
-    return float(np.abs(1.0 + N[:, np.newaxis] * L[np.newaxis, :]).min())
+    omega, L = _open_loop(loop, loop.controller)
+    sizes = _band(loop.valve) * np.geomspace(0.505, 50.0, 120)
+    N = describing_function(loop.valve, sizes[:, np.newaxis], omega if rate_dependent(loop.valve) else None)
+    return float(np.abs(1.0 + N * L[np.newaxis, :]).min())
 
 
 def _open_loop(loop: Loop, pid: PID) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
@@ -243,7 +247,7 @@ def _cycle(loop: Loop, pid: PID, period: float) -> tuple[float, float]:
     Means over constant loads: where the load puts the stem's place decides between a cycle and a lucky rest.
     """
     n = max(round(2.0 * CYCLES * period / loop.dt), 400)
-    S, late, tuned = getattr(loop.valve, "S", 1.0), slice(n // 2, n), exchange(loop, controller=_free(pid))
+    S, late, tuned = _band(loop.valve), slice(n // 2, n), exchange(loop, controller=_free(pid))
     rows = []
     for share in LOADS:
         load = np.full(n, share * S)
@@ -263,4 +267,15 @@ def _free(pid: PID) -> PID:
 def _jump(loop: Loop) -> float:
     """PV deviation that a slip of S through the process's steady gain would make [PV units]; 0 where it integrates."""
     slow = abs(complex(loop.process.at(np.array([1e-9j / loop.dt]))[0]))
-    return slow * getattr(loop.valve, "S", 1.0) if slow < 1e6 else 0.0
+    return slow * _band(loop.valve) if slow < 1e6 else 0.0
+
+
+def _band(valve: Valve) -> float:
+    """S of the valve [% of span]; 1 of the ideal one, which has none."""
+    found = stiction_of(valve)
+    if found is None and not frictionless(valve):
+        raise ParameterError(
+            f"{type(valve).__name__} has no S and J, by which settings are judged; give a valve that has, such as "
+            "Kano(S, J)."
+        )
+    return 1.0 if found is None else found[0]

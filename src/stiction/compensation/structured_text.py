@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiction.compensation.iec_text import block_name, comment, pages
 from stiction.compensation.predicted import predicted
-from stiction.errors import ParameterError, require_positive
+from stiction.errors import ParameterError, require_positive, require_range
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -177,14 +177,9 @@ def recommended_text(
 
 
 def _limits(op_limits: tuple[float, float]) -> tuple[float, float]:
-    try:
-        low, high = (float(limit) for limit in op_limits)
-    except (TypeError, ValueError):
-        raise ParameterError(
-            f"op_limits = {op_limits!r} is not a pair of numbers; give (lowest, highest) in %."
-        ) from None
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ParameterError(f"op_limits = ({low:g}, {high:g}) % bound no valve; give finite lowest < highest.")
+    low, high = require_range("op_limits", op_limits)
+    if math.isinf(low) or math.isinf(high):
+        raise ParameterError(f"op_limits = ({low:g}, {high:g}) % bound no valve; give finite ones.")
     return low, high
 
 

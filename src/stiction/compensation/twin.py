@@ -18,6 +18,7 @@ from stiction.compensation.cycle import Cycle, cycle_in, cycle_of, distance, own
 from stiction.compensation.match import bring_nearer
 from stiction.compensation.recorded_controller import recorded_controller
 from stiction.compensation.refine import refine
+from stiction.compensation.repair import stiction_of
 from stiction.compensation.surroundings import Surroundings
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.errors import RecordError
@@ -93,10 +94,11 @@ class Twin:
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
-        valve, pid, process = self.loop.valve, self.loop.controller, self.loop.process
+        S, J = stiction_of(self.loop.valve) or (None, None)
+        pid, process = self.loop.controller, self.loop.process
         return {
-            "S": getattr(valve, "S", None),
-            "J": getattr(valve, "J", None),
+            "S": S,
+            "J": J,
             "controller": {"Kc": pid.Kc, "Ti_s": pid.Ti if np.isfinite(pid.Ti) else None, "Td_s": pid.Td},
             "process": {
                 "num": [float(x) for x in getattr(process, "num", ())],

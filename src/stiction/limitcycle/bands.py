@@ -10,9 +10,9 @@ import math
 from typing import NamedTuple
 
 from stiction.errors import ParameterError
-from stiction.models import Choudhury, He, HeWang, Kano, Srinivasan, Stenman, Table, Valve
+from stiction.models import Choudhury, He, HeWang, Ideal, Kano, Srinivasan, Stenman, Table, Valve
 
-__all__ = ["Bands", "bands", "require_bands"]
+__all__ = ["Bands", "bands", "frictionless", "require_bands"]
 
 
 class Bands(NamedTuple):
@@ -75,6 +75,12 @@ def bands(valve: Valve) -> Bands | None:
     if found.jump <= 1e-12 * found.sb:
         return Bands(found.sb, found.sb, 0.0)
     return found
+
+
+def frictionless(valve: Valve) -> bool:
+    """Whether a valve follows its input at once: the ideal one, or any whose bands are 0."""
+    found = bands(valve)
+    return isinstance(valve, Ideal) or (found is not None and found.sb == 0.0)
 
 
 def require_bands(valve: Valve) -> Bands:

@@ -117,10 +117,10 @@ def _block(
 def basin_map(
     loop: Loop,
     *,
-    op: ArrayLike = 0.0,
-    pv: ArrayLike = 0.0,
-    position: ArrayLike = 0.0,
-    load: ArrayLike = 0.0,
+    op_start: ArrayLike = 0.0,
+    pv_start: ArrayLike = 0.0,
+    mv_start: ArrayLike = 0.0,
+    disturbance: ArrayLike = 0.0,
     pulse: ArrayLike = 0.0,
     pulse_length: ArrayLike = 0.0,
     after: LimitCycle | None = None,
@@ -132,22 +132,22 @@ def basin_map(
 ) -> BasinMap:
     """Where every start of a loop ends, in continuous time.
 
-    The starts are broadcast against each other: a map is ``op[:, None]`` against ``pv[None, :]``, a Monte Carlo
-    study a set of random arrays of one shape.
+    The starts are broadcast against each other: a map is ``op_start[:, None]`` against ``pv_start[None, :]``, a
+    Monte Carlo study a set of random arrays of one shape.
 
     Parameters
     ----------
     loop : Loop
         The loop.
-    op, pv, position : array_like
+    op_start, pv_start, mv_start : array_like
         Start: OP [% of span], PV [PV units] at rest, and stem position [% of span], as deviations from the point
         of rest. The input of the valve is held for one dead time.
-    load : array_like
-        Load step at time 0, for good [% of span].
+    disturbance : array_like
+        Step of the load at time 0, for good [% of span].
     pulse, pulse_length : array_like
         Height [% of span] and length [s] of a load pulse that begins at time 0.
     after : LimitCycle, optional
-        Start in this exact cycle instead of at `op`, `pv`, `position`.
+        Start in this exact cycle instead of at `op_start`, `pv_start`, `mv_start`.
     phase : array_like
         Where in that cycle, as a share of its period from the rest at the top [-].
     most_turns : int
@@ -180,28 +180,30 @@ def basin_map(
     >>> import stiction as st
     >>> from stiction.limitcycle import basin_map
     >>> loop = st.Loop(st.PID.parallel(0.5, 1.0, 0.1), st.Stenman(0.5), st.TransferFunction([1], [5, 6, 1]), dt=0.01)
-    >>> [a.name for a in basin_map(loop, op=np.array([0.3, 1.5]), position=0.25).attractors]
+    >>> [a.name for a in basin_map(loop, op_start=np.array([0.3, 1.5]), mv_start=0.25).attractors]
     ['2 levels', '5 levels']
     """
     m = machine(loop)
-    given = [np.asarray(v, dtype=float) for v in (op, pv, position, load, pulse, pulse_length, phase)]
-    op_, pv_, position_, load_, pulse_, length_, phase_ = np.broadcast_arrays(*given)
-    shape = op_.shape
+    given = [
+        np.asarray(v, dtype=float) for v in (op_start, pv_start, mv_start, disturbance, pulse, pulse_length, phase)
+    ]
+    op, pv, mv, step, height, length, at = np.broadcast_arrays(*given)
+    shape = op.shape
     if not all(np.all(np.isfinite(v)) for v in given):
         raise ParameterError("a start holds a value that is not finite; give finite numbers.")
-    if np.any(length_ < 0.0):
+    if np.any(length < 0.0):
         raise ParameterError("pulse_length holds a negative time; give 0 s or more.")
-    n = op_.size
+    n = op.size
     if after is None:
-        z = _states(m, op_.ravel(), pv_.ravel(), position_.ravel())
-        x, wait = position_.ravel().copy(), np.zeros(n)
+        z = _states(m, op.ravel(), pv.ravel(), mv.ravel())
+        x, wait = mv.ravel().copy(), np.zeros(n)
     else:
         if not after.section or len(after.section) != m.linear.order + 1:
             raise ParameterError("after is not an exact cycle of this loop; take one from exact_limit_cycles(loop).")
         z = np.tile(after.section[:-1], (n, 1))
-        x, wait = np.full(n, after.section[-1]), phase_.ravel() % 1.0 * after.period
-    times = np.column_stack([np.zeros(n), wait, wait + length_.ravel()]) / m.unit
-    heights = np.column_stack([np.zeros(n), (pulse_ + load_).ravel(), load_.ravel()])
+        x, wait = np.full(n, after.section[-1]), at.ravel() % 1.0 * after.period
+    times = np.column_stack([np.zeros(n), wait, wait + length.ravel()]) / m.unit
+    heights = np.column_stack([np.zeros(n), (height + step).ravel(), step.ravel()])
     if after is None:
         heights[:, 0] = heights[:, 1]
     out = np.full((n, 6), np.nan)
@@ -231,8 +233,8 @@ def _share(m: Machine, z, x, times, heights, most_turns, tolerance, out, threads
                 progress(done, n)
 
 
-def _states(m: Machine, op, pv, position) -> NDArray[np.float64]:
-    """States with the process at rest at `pv` and the controller at `op`, shape (n, n_states)."""
+def _states(m: Machine, op, pv, mv) -> NDArray[np.float64]:
+    """States with the process at rest at `pv`, the controller at `op` and the stem at `mv`, shape (n, n_states)."""
     linear = m.linear
     n = linear.order
     rows = np.zeros((n + 2, n + 1))
@@ -243,7 +245,7 @@ def _states(m: Machine, op, pv, position) -> NDArray[np.float64]:
     rows[n + 1, :n] = linear.C
     known = np.zeros((n + 2, op.size))
     known[n] = pv
-    known[n + 1] = op - linear.D * position
+    known[n + 1] = op - linear.D * mv
     return np.asarray(np.linalg.lstsq(rows, known, rcond=1e-12)[0][:n].T, dtype=np.float64)
 
 

@@ -21,6 +21,8 @@ __all__ = ["Family", "families_of", "family_of"]
 
 _LEVELS = 60
 """Largest amplitude of a staircase, in jumps [-]: N is then 1 to a thousandth or so."""
+_ONSET = 1.0
+"""Amplitude at which the search begins of a valve whose bands are not known beforehand [% of span]."""
 _LARGE = 1e4
 """Largest amplitude of any other valve, over that at which it begins to move [-]."""
 
@@ -103,7 +105,7 @@ def family_of(valve: Any, name: str | float) -> Family:
             lambda a: (float(lag - a), float(a - lag)),
             lag, rated=True,
         )  # fmt: skip
-    scale = _scale(valve)
+    scale = (valve.S + valve.J) / 2.0 if isinstance(valve, Choudhury) else _ONSET
     return Family(
         "", (scale,), 20.0 * scale, lambda a, w: describing_function(valve, a, w if rated else None, tolerance=2e-3),
         lambda _: (), 0.0, rated=rated,
@@ -116,10 +118,3 @@ def _plain(valve: Any) -> Callable[..., Any]:
 
 def _moves(valve: Any, amplitude: float) -> bool:
     return bool(valve.describing_function(np.array([0.5 * amplitude]))[0] != 0.0)
-
-
-def _scale(valve: Any) -> float:
-    """A first guess of the smallest amplitude that moves an arbitrary valve [% of span]."""
-    if isinstance(valve, Choudhury):
-        return (valve.S + valve.J) / 2.0
-    return max(float(getattr(valve, "sb_max", 1.0)), 1e-3)

@@ -113,13 +113,13 @@ def bifurcation(
     loop : Loop
         The loop.
     parameter : str
-        "gain" (a factor on the controller's gain), "load" [% of span], "dead_time" [s], a parameter of the
-        controller ("Kc", "Ti", "Td") or of the valve ("d", "S", "J", "fs", "fd", "sb", "sj", "r").
+        "gain" (a factor on the controller's gain), "disturbance" (the load) [% of span], "dead_time" [s], a parameter
+        of the controller ("Kc", "Ti", "Td") or of the valve ("d", "S", "J", "fs", "fd", "sb", "sj", "r").
     values : array_like, shape (n,)
         Values of the parameter.
     families : iterable of str or float
         Families of a staircase valve, by name or by a rest level [% of span]. Over the load the rest levels stay
-        where they are at load 0 and the point of rest moves between them; over other parameters a family stays
+        where they are without one and the point of rest moves between them; over other parameters a family stays
         symmetric.
     searches : int
         Number of values at which cycles are searched for afresh; between them they are continued.
@@ -163,7 +163,7 @@ def bifurcation(
 
 def _at(loop: Loop, parameter: str, value: float) -> tuple[Loop, float]:
     """The loop with the parameter at a value, and the load."""
-    if parameter == "load":
+    if parameter == "disturbance":
         return loop, value
     if parameter == "gain":
         return replace(loop, controller=replace(loop.controller, Kc=loop.controller.Kc * value)), 0.0
@@ -173,18 +173,18 @@ def _at(loop: Loop, parameter: str, value: float) -> tuple[Loop, float]:
         if parameter in getattr(getattr(loop, part), "__dataclass_fields__", {}):
             return replace(loop, **{part: replace(getattr(loop, part), **{parameter: value})}), 0.0  # type: ignore[arg-type]
     raise ParameterError(
-        f"parameter = {parameter!r} is unknown to this loop; use 'gain', 'load', 'dead_time', or a parameter of its "
-        f"controller or of its {type(loop.valve).__name__} valve."
+        f"parameter = {parameter!r} is unknown to this loop; use 'gain', 'disturbance', 'dead_time', or a parameter of "
+        f"its controller or of its {type(loop.valve).__name__} valve."
     )
 
 
 def _machine(loop: Loop, parameter: str, value: float, family: str | float) -> tuple[Loop, Machine, float | None]:
-    here, load = _at(loop, parameter, value)
-    m = machine(here, load=load)
+    here, disturbance = _at(loop, parameter, value)
+    m = machine(here, disturbance=disturbance)
     if not m.valve.staircase:
         return here, m, None
     offset = lattice_offset(m.valve.jump, family)
-    absolute = parameter == "load" or not isinstance(family, str)
+    absolute = parameter == "disturbance" or not isinstance(family, str)
     return here, m, (offset - m.linear.rest) % m.valve.jump if absolute else offset
 
 

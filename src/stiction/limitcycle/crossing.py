@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
 __all__ = ["crossings", "frequency_grid", "polish"]
 
-_TURN = 2.0 * math.pi
-
 
 @kernel
 def _segments_meet(px, py, qx, qy, found):

@@ -41,11 +41,7 @@ class LinearPart:
     dead_time: float
     """Dead time [s]."""
     rest: float
-    """Stem position at which the frictionless loop rests [% of span]."""
-    op_rest: float
-    """OP there [% of span]."""
-    pv_rest: float
-    """PV there [PV units]."""
+    """OP, and so stem position, at which the frictionless loop rests [% of span]."""
 
     @property
     def order(self) -> int:
@@ -88,7 +84,7 @@ class LinearPart:
         return np.linalg.solve(resolvent, self.B.astype(complex)).astype(np.complex128)
 
 
-def linear_part(loop: Loop, *, sp: float = 0.0, load: float = 0.0) -> LinearPart:
+def linear_part(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> LinearPart:
     """Return the linear part of a loop, its controller taken in continuous time.
 
     Parameters
@@ -97,7 +93,7 @@ def linear_part(loop: Loop, *, sp: float = 0.0, load: float = 0.0) -> LinearPart
         The loop; its `dt` plays no part.
     sp : float
         Set point [PV units].
-    load : float
+    disturbance : float
         Load at the process inlet [% of span].
 
     Returns
@@ -109,7 +105,7 @@ def linear_part(loop: Loop, *, sp: float = 0.0, load: float = 0.0) -> LinearPart
     ------
     ParameterError
         When controller and process together are improper or have no point of rest, the loop holds a compensator, or
-        `sp` or `load` is not finite.
+        `sp` or `disturbance` is not finite.
 
     Examples
     --------
@@ -123,7 +119,7 @@ def linear_part(loop: Loop, *, sp: float = 0.0, load: float = 0.0) -> LinearPart
             f"the loop holds a compensator ({type(loop.compensator).__name__}), which no describing function and no "
             "exact cycle covers; give the loop without it, or simulate it as it is."
         )
-    sp, load = require_finite("sp", sp, "PV units"), require_finite("load", load, "% of span")
+    sp, disturbance = require_finite("sp", sp, "PV units"), require_finite("disturbance", disturbance, "% of span")
     process = as_process(loop.process).state_space()
     chain = _chain(loop.controller, process.A, process.B, process.C, process.D)
     A, B, C, D, C_pv, E, c_sp = chain
@@ -133,16 +129,14 @@ def linear_part(loop: Loop, *, sp: float = 0.0, load: float = 0.0) -> LinearPart
     balance = np.zeros((n + 1, n + 1))
     balance[:n, :n], balance[:n, n] = A / scale[:, None], B / scale
     balance[n, :n], balance[n, n] = C, D - 1.0
-    known = np.append((-B * load - E * sp) / scale, -D * load - c_sp * sp)
+    known = np.append((-B * disturbance - E * sp) / scale, -D * disturbance - c_sp * sp)
     solution = np.linalg.lstsq(balance, known, rcond=1e-12)[0]
     if np.max(np.abs(balance @ solution - known)) > 1e-8 * max(1.0, float(np.max(np.abs(known)))):
         raise ParameterError(
-            f"the loop has no point of rest for sp = {sp:g} and load = {load:g}: its process cannot hold a steady "
-            "PV (no gain at rest, or an integrator after the load without integral action). Set sp and load to 0."
+            f"the loop has no point of rest for sp = {sp:g} and disturbance = {disturbance:g}: its process cannot "
+            "hold a steady PV: it has no gain at rest, or integrates the load without integral action. Set both to 0."
         )
-    rest = float(solution[n])
-    pv_rest = float(C_pv @ solution[:n]) + process.D * (rest + load)
-    return LinearPart(A, B, C, D, C_pv, process.D, process.dead_time, rest, rest, pv_rest)
+    return LinearPart(A, B, C, D, C_pv, process.D, process.dead_time, float(solution[n]))
 
 
 def _chain(controller: PID, A, B, C, D: float) -> tuple[Any, ...]:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError
-from stiction.limitcycle.bands import bands
+from stiction.limitcycle.bands import bands, frictionless
 from stiction.limitcycle.crossing import frequency_grid
+from stiction.limitcycle.describing.stenman import lattice_offset
 from stiction.limitcycle.exact.run import machine
 from stiction.limitcycle.exact.search import solve
 from stiction.limitcycle.linear import LinearPart, linear_part
 from stiction.limitcycle.prediction import harmonic_balance
 from stiction.limitcycle.sampled import sampled_limit_cycles
-from stiction.models import Ideal
 from stiction.models.switch import is_plain
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def predict_limit_cycles(
     *,
     exact: bool = True,
     sp: float = 0.0,
-    load: float = 0.0,
+    disturbance: float = 0.0,
     families: Iterable[str | float] | None = None,
 ) -> tuple[LimitCycle, ...]:
     """Every limit cycle a sticky loop can fall into, with its stability and how far to trust it.
@@ -52,7 +52,7 @@ def predict_limit_cycles(
         `sampled_limit_cycles`.
     sp : float
         Set point [PV units].
-    load : float
+    disturbance : float
         Constant load at the process inlet [% of span].
     families : iterable of str or float, optional
         Families of a staircase valve, by name or by a rest level [% of span], see `exact_limit_cycles`.
@@ -67,7 +67,7 @@ def predict_limit_cycles(
     ------
     ParameterError
         When controller and process are improper or make an algebraic loop, the loop has no point of rest, or it
-        holds a compensator; when `sp` or `load` is not finite.
+        holds a compensator; when `sp` or `disturbance` is not finite.
 
     References
     ----------
@@ -85,13 +85,13 @@ def predict_limit_cycles(
     integer 0.7789 17.66 17.6 True
     integer 1.0887 15.66 15.66 True
     """
-    linear = linear_part(loop, sp=sp, load=load)
-    banded = bands(loop.valve)
-    if isinstance(loop.valve, Ideal) or (banded is not None and banded.sb == 0.0):
+    linear = linear_part(loop, sp=sp, disturbance=disturbance)
+    if frictionless(loop.valve):
         return ()
+    banded = bands(loop.valve)
     if families is not None and banded is not None and banded.staircase:
         families = tuple(families)
-        offsets = tuple(f if isinstance(f, str) else (float(f) - linear.rest) % banded.jump for f in families)
+        offsets = tuple(f if isinstance(f, str) else lattice_offset(banded.jump, f, linear.rest) for f in families)
     else:
         offsets = None
     warning = "" if frictionless_stable(linear) else (
@@ -102,10 +102,10 @@ def predict_limit_cycles(
         return tuple(predicted)
     if banded is None:
         note = f"{type(loop.valve).__name__} has no exact form here; check with a simulation."
-        sampled = sampled_limit_cycles(loop, sp=sp, load=load) if is_plain(loop.valve.code) else ()
+        sampled = sampled_limit_cycles(loop, sp=sp, disturbance=disturbance) if is_plain(loop.valve.code) else ()
         return (*(replace(cycle, warning=warning or note) for cycle in predicted), *sampled)
     solved = [replace(cycle, warning=cycle.warning or warning) for cycle in
-              solve(machine(loop, sp=sp, load=load), loop, families, predicted)]  # fmt: skip
+              solve(machine(loop, sp=sp, disturbance=disturbance), loop, families, predicted)]  # fmt: skip
     return _beside(predicted, solved)
 
 
@@ -166,12 +166,11 @@ def why_none(loop: Loop) -> str:
     >>> why_none(st.Loop(st.PID(-0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0))
     'The loop is unstable even without friction: it runs away. Turn or lower the gain of the controller.'
     """
-    banded = bands(loop.valve)
     if runs_away(loop):
         return f"{UNSTABLE}: it runs away. Turn or lower the gain of the controller."
-    if isinstance(loop.valve, Ideal) or (banded is not None and banded.sb == 0.0):
+    if frictionless(loop.valve):
         return "No limit cycle: the valve does not stick."
-    if banded is None:
+    if bands(loop.valve) is None:
         return (
             "No limit cycle was predicted, which is no proof: the describing function meets the loop nowhere, and "
             f"{type(loop.valve).__name__} has no exact form here. Simulate the loop to see whether it cycles."

@@ -192,6 +192,4 @@ def _bare(system: Any) -> LinearPart:
     process = as_process(system).state_space()
     if process.D != 0.0 and process.dead_time == 0.0 and process.A.shape[0] == 0:
         raise ParameterError("linear is a plain gain: there is nothing to oscillate; give a dynamic system.")
-    return LinearPart(
-        process.A, process.B, -process.C, -process.D, process.C, process.D, process.dead_time, 0.0, 0.0, 0.0
-    )
+    return LinearPart(process.A, process.B, -process.C, -process.D, process.C, process.D, process.dead_time, 0.0)

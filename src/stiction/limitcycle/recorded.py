@@ -38,7 +38,7 @@ class CycleMatch:
     """Period measured [s]."""
     amplitude: float
     """OP amplitude measured [% of span]."""
-    pv_amplitude: float
+    amplitude_pv: float
     """PV amplitude measured [PV units]."""
     others: tuple[LimitCycle, ...]
     """Other stable cycles, into which a disturbance could move the loop."""
@@ -61,7 +61,7 @@ class CycleMatch:
             "distance": self.distance,
             "period_s": self.period,
             "amplitude": self.amplitude,
-            "pv_amplitude": self.pv_amplitude,
+            "amplitude_pv": self.amplitude_pv,
             "others": [cycle.to_dict() for cycle in self.others],
         }
 
@@ -97,7 +97,7 @@ def match_record(loop: Loop, record: LoopRecord, cycles: tuple[LimitCycle, ...] 
     >>> len(match_record(loop, record).cycle.levels)
     2
     """
-    period, amplitude, pv_amplitude = measured_cycle(record)
+    period, amplitude, amplitude_pv = measured_cycle(record)
     if cycles is None:
         if require_bands(loop.valve).staircase and record.mv is not None:
             recent = record.mv[-max(int(3 * period / record.dt), 2) :]
@@ -112,15 +112,15 @@ def match_record(loop: Loop, record: LoopRecord, cycles: tuple[LimitCycle, ...] 
         logs = [
             math.log(period / (cycle.period / cycle.turns)),
             math.log(amplitude / cycle.amplitude),
-            math.log(pv_amplitude / cycle.pv_amplitude),
+            math.log(amplitude_pv / cycle.amplitude_pv),
         ]
         return math.sqrt(sum(x * x for x in logs) / 3.0)
 
     ranked = sorted(candidates, key=distance)
     if not ranked or distance(ranked[0]) > _FAR:
         nearest = distance(ranked[0]) if ranked else math.inf
-        return CycleMatch(None, nearest, period, amplitude, pv_amplitude, tuple(ranked))
-    return CycleMatch(ranked[0], distance(ranked[0]), period, amplitude, pv_amplitude, tuple(ranked[1:]))
+        return CycleMatch(None, nearest, period, amplitude, amplitude_pv, tuple(ranked))
+    return CycleMatch(ranked[0], distance(ranked[0]), period, amplitude, amplitude_pv, tuple(ranked[1:]))
 
 
 def measured_cycle(record: LoopRecord) -> tuple[float, float, float]:

@@ -32,9 +32,9 @@ class LimitCycle:
     """Half peak to peak of the OP [% of span]."""
     period: float
     """Period [s]."""
-    pv_amplitude: float
+    amplitude_pv: float
     """Half peak to peak of the PV [PV units]."""
-    mv_amplitude: float
+    amplitude_mv: float
     """Half peak to peak of the stem [% of span]."""
     levels: tuple[float, ...]
     """Positions at which the stem rests, ascending [% of span]."""
@@ -91,7 +91,7 @@ class LimitCycle:
         name = f" ({self.family})" if self.family else ""
         text = (
             f"{self.kind}{name}, {fate}: period {self.period:.4g} s, OP amplitude {self.amplitude:.4g} %, "
-            f"PV amplitude {self.pv_amplitude:.4g}, by {self.method}."
+            f"PV amplitude {self.amplitude_pv:.4g}, by {self.method}."
         )
         return f"{text} {self.trust}"
 
@@ -104,8 +104,8 @@ class LimitCycle:
             "amplitude": self.amplitude,
             "period_s": self.period,
             "omega_rad_per_s": self.omega,
-            "pv_amplitude": self.pv_amplitude,
-            "mv_amplitude": self.mv_amplitude,
+            "amplitude_pv": self.amplitude_pv,
+            "amplitude_mv": self.amplitude_mv,
             "levels": list(self.levels),
             "stable": self.stable,
             "multipliers": [[m.real, m.imag] for m in self.multipliers],

@@ -24,8 +24,8 @@ __all__ = ["sampled_limit_cycles"]
 
 
 @kernel
-def _play(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, start, nudge, op, pv, mv):
-    """Run the sampled loop over the length of `op` from (op, pv, position); `nudge` moves the first state."""
+def _play(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, disturbance, start, nudge, op, pv, mv):
+    """Run the sampled loop over the length of `op` from (op, pv, mv); `nudge` moves the first state."""
     n, order = op.shape[0], c.shape[0]
     controller = pid_at_rest(start[0], start[1], pid)
     valve = valve_at_rest(model, start[0], start[2], p)
@@ -38,13 +38,13 @@ def _play(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, start, 
         for i in range(order):
             y += c[i] * x[i]
         if d != 0.0 and k >= direct:
-            y += d * (mv[k - direct] - start[0] + load)
+            y += d * (mv[k - direct] - start[0] + disturbance)
         pv[k] = y
         controller = pid_step(sp, y, controller, math.nan, pid)
         op[k] = controller.op
         valve = valve_step(model, controller.op, valve, p)
         mv[k] = min(max(valve.position, p[0]), p[1])
-        newer = mv[k - delay] - start[0] + load if k >= delay else 0.0
+        newer = mv[k - delay] - start[0] + disturbance if k >= delay else 0.0
         for i in range(order):
             total = b_new[i] * newer + b_old[i] * older
             for j in range(order):
@@ -70,7 +70,7 @@ def _returns(op, pv, mv, window, first, tolerance):
 
 
 def sampled_limit_cycles(
-    loop: Loop, *, sp: float = 0.0, load: float = 0.0, op: ArrayLike | None = None, position: float = 0.0,
+    loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0, op_start: ArrayLike | None = None, mv_start: float = 0.0,
     periods: float = 60.0, longest: float | None = None, tolerance: float = 1e-9,
 ) -> tuple[LimitCycle, ...]:  # fmt: skip
     """Limit cycles of the sampled loop, exactly as `simulate` runs it.
@@ -79,12 +79,12 @@ def sampled_limit_cycles(
     ----------
     loop : Loop
         The loop, its noise left out; any valve model.
-    sp, load : float
+    sp, disturbance : float
         Set point [PV units] and constant load [% of span].
-    op : array_like, optional
+    op_start : array_like, optional
         OP at the start of each trial [% of span]; by default from a half to eight times the valve's
         largest band.
-    position : float
+    mv_start : float
         Stem position at the start [% of span].
     periods : float
         Oscillations to wait for the loop to settle [-].
@@ -117,17 +117,17 @@ def sampled_limit_cycles(
     >>> import stiction as st
     >>> from stiction.limitcycle import sampled_limit_cycles
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
-    >>> round(sampled_limit_cycles(loop, sp=10.0, position=3.0)[0].amplitude, 2)
+    >>> round(sampled_limit_cycles(loop, sp=10.0, mv_start=3.0)[0].amplitude, 2)
     1.73
     """
     if loop.compensator is not None:
         raise ParameterError("the loop holds a compensator; remove it to look for its own limit cycles.")
     require_positive("periods", periods)
     found: list[LimitCycle] = []
-    rest = float(sp) / _gain(loop) - load if _gain(loop) else 0.0
-    starts = _default_starts(loop) if op is None else np.atleast_1d(np.asarray(op, dtype=float)) - rest
+    rest = float(sp) / _gain(loop) - disturbance if _gain(loop) else 0.0
+    starts = _default_starts(loop) if op_start is None else np.atleast_1d(np.asarray(op_start, dtype=float)) - rest
     for size in starts:
-        cycle = _orbit(loop, sp, load, rest + float(size), position, periods, longest, tolerance)
+        cycle = _orbit(loop, sp, disturbance, rest + float(size), mv_start, periods, longest, tolerance)
         if cycle is not None and not any(_same(cycle, known) for known in found):
             found.append(cycle)
     return tuple(sorted(found, key=lambda cycle: cycle.amplitude))
@@ -148,12 +148,12 @@ def _default_starts(loop: Loop) -> np.ndarray:
     return np.array([0.5, 1.0, 1.5, 2.5, 4.0, 8.0]) * max(sizes, default=1.0)
 
 
-def _orbit(loop, sp, load, op0, position, periods, longest, tolerance) -> LimitCycle | None:
+def _orbit(loop, sp, disturbance, op0, mv0, periods, longest, tolerance) -> LimitCycle | None:
     """Follow one start until it repeats; the run doubles until it holds enough oscillations."""
     dt = loop.dt
     discrete = loop.process.discretise(dt)
-    head = (loop.controller.pack(dt), loop.valve.code, loop.valve.pack(dt), *discrete, float(sp), float(load))
-    start = np.array([op0, _gain(loop) * op0, position])
+    head = (loop.controller.pack(dt), loop.valve.code, loop.valve.pack(dt), *discrete, float(sp), float(disturbance))
+    start = np.array([op0, _gain(loop) * op0, mv0])
     n = 4096
     while True:
         op, pv, mv = np.empty(n), np.empty(n), np.empty(n)

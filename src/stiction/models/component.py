@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
-from stiction.errors import ParameterError
+from stiction.errors import require_not_negative, require_range
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -70,15 +70,12 @@ class Valve:
     travel: tuple[float, float] = field(default=(-math.inf, math.inf), kw_only=True)
 
     def __post_init__(self) -> None:
-        try:
-            low, high = (float(end) for end in self.travel)
-        except (TypeError, ValueError):
-            raise ParameterError(
-                f"travel = {self.travel!r} is not a pair of numbers; give (lowest, highest) in % of span."
-            ) from None
-        if not low < high:
-            raise ParameterError(f"travel = ({low:g}, {high:g}) % has no room; give lowest < highest.")
-        object.__setattr__(self, "travel", (low, high))
+        object.__setattr__(self, "travel", require_range("travel", self.travel))
+
+    def _bands(self, *names: str) -> None:
+        """Turn the bands named into floats, or say which is no number of 0 or more [% of span]."""
+        for name in names:
+            object.__setattr__(self, name, require_not_negative(name, getattr(self, name), "% of span"))
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Parameters of the step for the sampling period `dt` [s], in the order of its arguments."""

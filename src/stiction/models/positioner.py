@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from stiction.errors import ParameterError, require_not_negative
+from stiction.errors import require_not_negative, require_positive
 from stiction.models.compiled import inlined
 
 __all__ = ["Positioner", "positioner_step"]
@@ -63,6 +63,5 @@ class Positioner:
     def __post_init__(self) -> None:
         object.__setattr__(self, "gain", require_not_negative("gain", self.gain, "-"))
         object.__setattr__(self, "deadband", require_not_negative("deadband", self.deadband, "% of span"))
-        if not float(self.integral_time) > 0.0:
-            raise ParameterError(f"integral_time = {self.integral_time:g} s is not positive; give a value above 0.")
-        object.__setattr__(self, "integral_time", float(self.integral_time))
+        time = require_positive("integral_time", self.integral_time, "s", infinite=True)
+        object.__setattr__(self, "integral_time", time)

@@ -105,7 +105,7 @@ def measured(ratio: Any, family: str = "half") -> NDArray[np.complex128]:
     last = turn[-SAMPLES:]
     values = []
     for amplitude in np.atleast_1d(ratio) * D:
-        mv = stroke(Stenman(D), amplitude * np.sin(turn), 1.0, position=level).mv
+        mv = stroke(Stenman(D), amplitude * np.sin(turn), 1.0, mv_start=level).mv
         assert mv is not None
         values.append(2.0 / (SAMPLES * amplitude) * np.sum(mv[-SAMPLES:] * (np.sin(last) + 1j * np.cos(last))))
     return np.array(values)

@@ -69,7 +69,7 @@ def lab_ramp(rate: float, paper: str, dt: float = 1.0) -> LabRamp:
 
     time = np.arange(0.0, (HIGH - LOW) / rate + dt, dt)
     op = np.minimum(LOW + rate * time, HIGH)
-    records = {name: stroke(valve, op, dt, position=LOW) for name, valve in lab_models().items()}
+    records = {name: stroke(valve, op, dt, mv_start=LOW) for name, valve in lab_models().items()}
     behaviour = {name: analyse_ramp(record).ramps[0].behaviour for name, record in records.items()}
     position = {name: np.asarray(record.mv) for name, record in records.items()}
     return LabRamp(rate, paper, time, op, position, behaviour)

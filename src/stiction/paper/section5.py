@@ -221,6 +221,6 @@ def _left(trial: Trial) -> float:
 
 
 def _stem(trial: Trial, op: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
-    mv = stroke(trial.valve, op, dt, position=trial.low).mv
+    mv = stroke(trial.valve, op, dt, mv_start=trial.low).mv
     assert mv is not None
     return mv

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from stiction.records.limits import saturated
 from stiction.records.rests import filled
 from stiction.records.storage import lattice
 
@@ -67,6 +68,11 @@ class View:
     def steps(self) -> tuple[float, float]:
         """Lattices of OP and PV [units of the record]."""
         return lattice(self.whole[0]), lattice(self.whole[1])
+
+    @cached_property
+    def at_limit(self) -> NDArray[np.bool_]:
+        """Where OP of the record rests at a limit, shape (n_samples,)."""
+        return saturated(self.record)
 
     @cached_property
     def op(self) -> NDArray[np.float64]:

@@ -27,10 +27,10 @@ from stiction.records.historian_gates import (
     replay,
     resampled,
 )
-from stiction.records.limits import clipped, saturated
+from stiction.records.limits import clipped
 from stiction.records.rests import missing, runs
 from stiction.records.signals import not_a_percentage
-from stiction.records.storage import swing
+from stiction.records.storage import swing, usual_swing
 from stiction.records.stretches import frozen, in_manual
 
 if TYPE_CHECKING:
@@ -114,8 +114,7 @@ def op_turns(view: View) -> Gate | None:
     """Count how often OP turns round: friction shows nowhere else."""
     if not swing(view.op) > 0.0:
         return None
-    low, high = np.percentile(view.op, (1, 99))
-    count = _turns(view.op, TURN * float(high - low))
+    count = _turns(view.op, TURN * usual_swing(view.op))
     hint = ", where alone a valve shows its friction; record while it moves" if count < FEW_TURNS else ""
     return at_least("op turns", count, FEW_TURNS, -np.inf, f"OP turns round {number_of(count, 'time')}{hint}.")
 
@@ -155,10 +154,9 @@ def pv_moves(view: View) -> Gate:
 
 def saturation(view: View) -> Gate:
     """Count OP resting at a limit: no feedback there; off 0 and 100 % not even the OP is known."""
-    at_limit = saturated(view.record)
     left_out = " (left out)" if clipped(view.record).any() else ""
-    why = f"OP rests at a limit in {_share_in_stretches(at_limit)}{left_out}."
-    return _left_out("saturation", at_limit, 80, why, "check sizing and limits, then record it off these", view)
+    why = f"OP rests at a limit in {_share_in_stretches(view.at_limit)}{left_out}."
+    return _left_out("saturation", view.at_limit, 80, why, "check sizing and limits, then record it off these", view)
 
 
 def manual(view: View) -> Gate:
@@ -248,7 +246,7 @@ def _resolution(name: str, x: NDArray[np.float64], step: float, refuses: float) 
     if len(values) > 0.5 * len(x):
         levels = float(len(values))
     else:
-        usual = float(np.subtract(*np.percentile(x, (99, 1)))) or swing(x)
+        usual = usual_swing(x) or swing(x)
         if not step:
             gaps = np.diff(values)
             step = float(np.percentile(gaps[gaps > 1e-9 * usual], 5))

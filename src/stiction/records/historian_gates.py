@@ -7,7 +7,6 @@ import numpy as np
 from stiction.records.digits import number_of
 from stiction.records.durations import in_seconds
 from stiction.records.gate import LEAST_SAMPLES, Gate, View, at_least, at_most
-from stiction.records.limits import saturated
 from stiction.records.outliers import OP_OFF, far_off, held_for
 from stiction.records.replay import replayed
 from stiction.records.rests import runs
@@ -82,7 +81,7 @@ def exception(view: View) -> Gate | None:
         return None
     # The whole record: a long rest of OP would else be cut out as time in manual. What was lost rests by no historian.
     op, pv = (exception_deviation(x, step) for x, step in zip((record.op, record.pv), view.steps, strict=True))
-    if pv and controller_saw(np.where(saturated(record), np.nan, record.op), record.pv, view.steps[0]):
+    if pv and controller_saw(np.where(view.at_limit, np.nan, record.op), record.pv, view.steps[0]):
         pv = 0.0
     both = zip(("OP", "PV"), view.whole, (op, pv), strict=True)
     found = [(swing(x) / size, name, size) for name, x, size in both if size]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.records.digits import number_of
 from stiction.records.rests import missing
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ class Receipt:
                 f"{line.dt:.6g} s, {line.bad_percent:.3g} % bad{auto}; {mapping}"
             )
         text.extend(f"guessed: {guess}" for guess in self.guesses)
-        return "\n".join([f"{len(self.lines)} loop{'s' if len(self.lines) != 1 else ''} read", *text])
+        return "\n".join([f"{number_of(len(self.lines), 'loop')} read", *text])
 
     def to_dict(self) -> dict[str, Any]:
         """Give the receipt, ready for JSON."""

@@ -14,7 +14,16 @@ from stiction.records.rests import filled, runs
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["averaging_window", "coarse", "controller_saw", "exception_deviation", "lattice", "straight", "swing"]
+__all__ = [
+    "averaging_window",
+    "coarse",
+    "controller_saw",
+    "exception_deviation",
+    "lattice",
+    "straight",
+    "swing",
+    "usual_swing",
+]
 
 ROUNDING = 1e-9
 """Share of the swing below which a difference is rounding of the arithmetic [-]."""
@@ -30,6 +39,17 @@ def swing(x: NDArray[np.float64]) -> float:
     """Largest less smallest value, in the signal's unit; 0 when there is none."""
     x = x[np.isfinite(x)]
     return float(x.max() - x.min()) if x.size else 0.0
+
+
+def usual_swing(x: NDArray[np.float64]) -> float:
+    """98 % range of a signal, in its unit, which a few spikes do not widen.
+
+    Examples
+    --------
+    >>> round(usual_swing(np.array([*np.linspace(0.0, 100.0, 101), 900.0])), 2)
+    98.98
+    """
+    return float(np.subtract(*np.nanpercentile(x, (99, 1))))
 
 
 def lattice(x: NDArray[np.float64]) -> float:

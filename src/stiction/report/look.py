@@ -19,6 +19,7 @@ __all__ = [
     "colorbar",
     "dotted",
     "line",
+    "trace",
 ]
 
 PV = "#0072B2"
@@ -46,6 +47,17 @@ def line(color: str, width: float = 1.5, **more: Any) -> dict[str, Any]:
     {'color': '#D55E00', 'dash': 'dash', 'width': 1.5}
     """
     return {"color": color, "dash": _DASH.get(color, "solid"), "width": width, **more}
+
+
+def trace(x: Any, y: Any, name: str, style: dict[str, Any]) -> dict[str, Any]:
+    """One series over another, drawn as a line.
+
+    Examples
+    --------
+    >>> trace([0.0, 1.0], [2.0, 3.0], "OP", line(OP))["mode"]
+    'lines'
+    """
+    return {"type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": style}
 
 
 def dotted(x: float) -> dict[str, Any]:

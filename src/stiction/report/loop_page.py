@@ -119,7 +119,7 @@ def _evidence(diagnosis: Diagnosis) -> Block:
     ]
     votes = [row.vote for row in diagnosis.evidence if row.valid]
     caption = (
-        f"Of {words.count(len(votes), 'method')} whose condition is met, {votes.count('stiction')} say stiction,"
+        f"Of {words.number_of(len(votes), 'method')} whose condition is met, {votes.count('stiction')} say stiction,"
         f" {votes.count('no_stiction')} no stiction, {votes.count('undecided')} cannot tell; the others do not count."
     )
     return Table(["Method", "Index [-]", "Threshold [-]", "Vote", "Condition", "Why", "Source"], rows, caption)

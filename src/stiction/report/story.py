@@ -158,7 +158,7 @@ def counted_step(diagnosis: Diagnosis) -> Step | None:
     if counted[COUNTED:]:
         rows.append(_counted_row("the others together", sum(one.log_odds for one in counted[COUNTED:])))
     rows.append(_counted_row("all together", sum(one.log_odds for one in counted)))
-    found = words.count(sum(one.feature != PRIOR for one in counted), "finding")
+    found = words.number_of(sum(one.feature != PRIOR for one in counted), "finding")
     line = (
         f"{found}, and what is known of any loop, add up in log odds of stiction against all but play (deadband); with "
         f"play beside it the probability of stiction is {words.chance(diagnosis.probability_before_doubts)}."

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.report import words
+from stiction.report import look, words
 from stiction.report.thin import MOST_POINTS, thin
 
 if TYPE_CHECKING:
@@ -94,11 +94,4 @@ class View:
     def trace(self, y: NDArray[np.float64], name: str, line: dict[str, Any], **more: Any) -> dict[str, Any]:
         """Trace of a signal over time, thinned."""
         keep = thin(y)
-        return {
-            "type": "scatter",
-            "mode": "lines",
-            "x": self.time[keep],
-            "y": y[keep],
-            "name": name,
-            "line": line,
-        } | more
+        return look.trace(self.time[keep], y[keep], name, line) | more

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from stiction.diagnosis.verdict.cause import UNSURE
 from stiction.diagnosis.verdict.doubt import MOST
-from stiction.records.digits import chance, digits, interval
+from stiction.records.digits import chance, digits, interval, number_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,12 +26,12 @@ __all__ = [
     "chance",
     "cited",
     "confidence",
-    "count",
     "digits",
     "headline",
     "interval",
     "method",
     "names",
+    "number_of",
     "pv_unit",
     "setting",
     "span",
@@ -81,11 +81,6 @@ def time_unit(seconds: float) -> tuple[str, float]:
         if seconds >= least:
             return name, size
     return "s", 1.0
-
-
-def count(n: int, noun: str) -> str:
-    """Return a number with its noun: `1 loop`, `2 loops`."""
-    return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
 
 
 def setting(value: object) -> str:

@@ -125,7 +125,7 @@ def phenomena_table(valve: PhysicalValve) -> tuple[Phenomena, ...]:
     physical = replace(valve, lag=0.0, positioner=None, hold="linear", travel=(-math.inf, math.inf))
 
     def drive_physical(travel: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
-        return _position(stroke(physical, travel / found.gain + found.offset, dt, position=float(travel[0])))
+        return _position(stroke(physical, travel / found.gain + found.offset, dt, mv_start=float(travel[0])))
 
     drives: dict[str, Drive] = {name: _driver(model) for name, model in models.items()}
     drives["PhysicalValve"] = drive_physical

@@ -241,7 +241,7 @@ def ramp_behaviour(valve: PhysicalValve, rate: float, slips: float = 8.0) -> Ram
     op = rate * dt * np.arange(math.ceil(length / dt) + 1)
     op_from_rest = op + start * fs
     position = bare.gain * -bare.offset
-    mv = stroke(bare, op_from_rest, dt, position=position).mv
+    mv = stroke(bare, op_from_rest, dt, mv_start=position).mv
     assert mv is not None
     moving = np.diff(mv) > 0.02 * bare.gain * rate * dt
     return _describe(rate, moving, mv)

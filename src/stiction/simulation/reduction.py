@@ -154,7 +154,7 @@ def reduce_valve(valve: PhysicalValve, *, samples: int = 4000, amplitude: float 
         for signal, dt, op in _signals(rate, amplitude, samples):
             op = op + middle
             start = valve.gain * (op[0] - valve.offset)
-            truth = stroke(continuous, op, dt, position=start).mv
+            truth = stroke(continuous, op, dt, mv_start=start).mv
             errors += [
                 ReductionError(name, f"{signal}, {rate:.3g} %/s", rate, *_distance(model, op, dt, bands, truth))
                 for name, model in bands.valves().items()

@@ -19,7 +19,7 @@ __all__ = ["stroke"]
 
 
 def stroke(
-    valve: Valve, op: ArrayLike, dt: float, position: float | None = None, out: NDArray[np.float64] | None = None
+    valve: Valve, op: ArrayLike, dt: float, mv_start: float | None = None, out: NDArray[np.float64] | None = None
 ) -> LoopRecord:
     """Drive a valve over a series of inputs.
 
@@ -31,7 +31,7 @@ def stroke(
         Controller output [% of span].
     dt : float
         Sampling period [s].
-    position : float, optional
+    mv_start : float, optional
         Where the stem rests before the first sample [% of span]; by default at the first input.
     out : ndarray, shape (n_samples,), optional
         Where to put the valve position.
@@ -62,6 +62,6 @@ def stroke(
     if mv.shape != record.op.shape or mv.dtype != np.float64:
         raise ParameterError(f"out has shape {mv.shape} and type {mv.dtype}; give float64 of shape {record.op.shape}.")
     if len(record):
-        rest = record.op[0] if position is None else require_finite("position", position, "% of span")
+        rest = record.op[0] if mv_start is None else require_finite("mv_start", mv_start, "% of span")
         stroke_one(valve.code, valve.pack(dt), record.op, float(rest), mv)
     return LoopRecord("stroke", dt, op=record.op, mv=mv, provenance=record.provenance)

@@ -44,7 +44,7 @@ def all_left(op, y, rows, decay, *, cap=np.inf, loose=0.0, begin=None, least=np.
 )  # fmt: skip
 def test_the_valve_that_stroked_a_position_leaves_nothing_of_it(S, share, seed, slope, lag, late):
     op = wandering(seed, 600)
-    stem = st.stroke(st.Kano(S, share * S), op, dt=1.0, position=op[0]).mv
+    stem = st.stroke(st.Kano(S, share * S), op, dt=1.0, mv_start=op[0]).mv
     decay = float(np.exp(-1.0 / lag)) if lag > 0.0 else 0.0
     seen = lfilter([1.0 - decay], [1.0, -decay], stem, zi=[decay * stem[0]])[0]
     y = 4.0 + slope * np.concatenate([np.full(late, seen[0]), seen[: seen.size - late]])
@@ -54,7 +54,7 @@ def test_the_valve_that_stroked_a_position_leaves_nothing_of_it(S, share, seed, 
 @pytest.mark.parametrize("valve", [st.Stenman(3.0), st.He(3.0, 1.0)])
 def test_a_stem_that_rests_after_every_sample_is_tried_too(valve):
     op = wandering(3)
-    stem = st.stroke(valve, op, dt=1.0, position=op[0]).mv
+    stem = st.stroke(valve, op, dt=1.0, mv_start=op[0]).mv
     S, J = (3.0, 3.0) if isinstance(valve, st.Stenman) else (4.0, 2.0)
     assert left(op, stem, S=S, J=J, stops=1.0) < 1e-20
     assert left(op, stem, S=S, J=J) > 1e-3

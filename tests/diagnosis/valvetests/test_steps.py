@@ -19,7 +19,7 @@ def staircase(turn: float, hold: int = 5) -> np.ndarray:
 
 def test_the_synthetic_isa_check():
     # N22a and G: S = 3, J = 1, moves at 1.1, 2.2 ... 7.7; turned at 7.9, the first move back comes at 4.6.
-    record = st.stroke(st.Kano(S=3.0, J=1.0), staircase(7.9), 1.0, position=-1.0)
+    record = st.stroke(st.Kano(S=3.0, J=1.0), staircase(7.9), 1.0, mv_start=-1.0)
     test = st.analyse_steps(record)
     moved = [round(step.op_after, 6) for step in test.steps if step.responded]
     assert moved[:8] == [1.1, 2.2, 3.3, 4.4, 5.5, 6.6, 7.7, 4.6]
@@ -34,7 +34,7 @@ def test_the_synthetic_isa_check():
 
 @pytest.mark.parametrize("turn", [7.7, 8.0, 8.3, 8.7])
 def test_the_deadband_from_the_turning_point_lies_within_the_range(turn):
-    test = st.analyse_steps(st.stroke(st.Kano(S=3.0, J=1.0), staircase(turn), 1.0, position=-1.0))
+    test = st.analyse_steps(st.stroke(st.Kano(S=3.0, J=1.0), staircase(turn), 1.0, mv_start=-1.0))
     assert test.S.value == pytest.approx(3.1)
     assert test.deadband.value == pytest.approx(3.1 + turn - 7.7)
     low, high = test.deadband_range
@@ -99,7 +99,7 @@ def test_lost_motion_of_large_steps_is_the_deadband_alone():
 
 
 def test_a_noisy_position_still_tells():
-    record = st.stroke(st.Kano(S=3.0, J=1.0), staircase(7.9, hold=20), 1.0, position=-1.0)
+    record = st.stroke(st.Kano(S=3.0, J=1.0), staircase(7.9, hold=20), 1.0, mv_start=-1.0)
     mv = np.round(record.mv + 0.1 * np.random.default_rng(3).standard_normal(len(record)), 1)
     test = st.analyse_steps(replace(record, mv=mv))
     assert test.S.value == pytest.approx(3.1, abs=0.15)

@@ -23,11 +23,12 @@ from stiction.diagnosis.identification.position_trials import (
     told,
 )
 from stiction.diagnosis.identification.watched import LATEST, decays, turns_of, watched, work_space
+from stiction.records.storage import usual_swing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["LEAST", "LONGEST", "Watched", "Watching", "longest_seen", "noise_of", "swing_of", "watch"]
+__all__ = ["LEAST", "LONGEST", "Watched", "Watching", "longest_seen", "noise_of", "watch"]
 
 FINEST = 0.03
 """Least noise that what a valve leaves is measured by, as a share of the position's swing [-]: no model is a stem of
@@ -183,11 +184,6 @@ def longest_seen(y: NDArray[np.float64]) -> slice:
     return slice(int(there[0]), int(there[-1]) + 1) if there.size else slice(0, 0)
 
 
-def swing_of(x: NDArray[np.float64]) -> float:
-    """98 % range of a signal, in its unit, which a few spikes do not widen."""
-    return float(np.subtract(*np.nanpercentile(x, (99, 1))))
-
-
 def noise_of(y: NDArray[np.float64], step: float) -> float:
     """Standard deviation of a position's noise and rounding, in its unit.
 
@@ -263,8 +259,8 @@ def watch(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> Watch
     slopes, of_unit = _slopes(op, y, step)
     noise = min(noise_of(one, step) for one in (y, *(y - slope * op for slope in slopes)))
     known = np.concatenate([[0], np.cumsum(~np.isnan(y))])
-    sight = _Sight(op, y, known, float(op.mean()), noise, swing_of(y), work_space(y.size))
-    swing, whole = swing_of(op), float(np.ptp(op))
+    sight = _Sight(op, y, known, float(op.mean()), noise, usual_swing(y), work_space(y.size))
+    swing, whole = usual_swing(op), float(np.ptp(op))
     wide, least = CALIBRATED if of_unit else FREE, LEAST * swing
     bands, shares = np.geomspace(1.1 * least, whole, 26), np.array([0.2, 0.5, 0.8, 1.0])
     plain, good = np.zeros(1), [(lag, late) for lag in LAGS for late in range(LATEST + 1)]

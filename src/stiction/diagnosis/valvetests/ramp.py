@@ -176,6 +176,6 @@ def _against_record(
     valve = Srinivasan(fit.sb.value, min(max(fit.sj.value, 0.0), 2.0 * fit.sb.value), r)
     start = float(np.median(position[at[:10]]))
     op = np.interp(record.time, reading.time, op_line)
-    model = np.asarray(stroke(valve, op, record.dt, position=start).mv)
+    model = np.asarray(stroke(valve, op, record.dt, mv_start=start).mv)
     miss = (model - position)[at]
     return valve, position, model, float(np.sqrt(np.mean(miss * miss)))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.oscillation import control_error
+from stiction.records.storage import usual_swing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,8 +24,6 @@ MANY = 4.0
 LEVELS, STEP = 0.5, 5.0
 """Values over samples from which on the PV is not coarse [-], and the percentile of the distances of neighbouring
 values that is taken for its resolution [%]."""
-OUTER = 99, 1
-"""Percentiles of the PV between which it swings, spikes left out [%]."""
 FEWEST = 10
 """Samples below which nothing is said."""
 
@@ -55,7 +54,7 @@ def sensor_of(record: LoopRecord) -> Sensor:
     pv = record.pv[np.isfinite(record.pv)]
     if pv.size < FEWEST:
         return Sensor(0.0, 0.0, 0.0, 0.0)
-    swing = float(np.subtract(*np.percentile(pv, OUTER))) or float(np.ptp(pv))
+    swing = usual_swing(pv) or float(np.ptp(pv))
     values = np.unique(pv)
     coarse = 0.0
     if 1 < values.size < LEVELS * pv.size and swing > 0.0:

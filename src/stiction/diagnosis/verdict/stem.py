@@ -33,10 +33,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.interval import CHI2_1
-from stiction.diagnosis.identification.position import longest_seen, noise_of, swing_of, watch
+from stiction.diagnosis.identification.position import longest_seen, noise_of, watch
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.result import Counted, Evidence
-from stiction.records.storage import exception_deviation, lattice
+from stiction.records.storage import exception_deviation, lattice, usual_swing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -215,8 +215,8 @@ def stem_shown(part: LoopRecord, unit: str = "") -> Shown | None:
             "record is judged without it.",
         )
     op = hold_gaps(sent)[cut]
-    if not (swing_of(op[there]) > 0.0 and swing_of(y) > 1e-9 * float(np.nanmax(np.abs(y)))):
-        return _still(part, swing_of(op[there]))
+    if not (usual_swing(op[there]) > 0.0 and usual_swing(y) > 1e-9 * float(np.nanmax(np.abs(y)))):
+        return _still(part, usual_swing(op[there]))
     step = lattice(y)
     if _repeats(op, y, step):
         return Shown(
@@ -227,8 +227,8 @@ def stem_shown(part: LoopRecord, unit: str = "") -> Shown | None:
     seen = watch(op, y, max(step, 2.0 * exception_deviation(y, step)))
     plain = seen.stiction.turns >= TURNS and seen.share(seen.stiction) > PLAINLY
     if max(seen.explained, _alike(op, y)) < EXPLAINED and not plain:
-        if noise_of(y, step) > WHITE * float(np.nanstd(y)) and swing_of(y) < WITHIN * swing_of(op[there]):
-            return _still(part, swing_of(op[there]))
+        if noise_of(y, step) > WHITE * float(np.nanstd(y)) and usual_swing(y) < WITHIN * usual_swing(op[there]):
+            return _still(part, usual_swing(op[there]))
         return Shown(
             "unrelated",
             "The recorded valve position does not go with OP: it is another valve's, or mostly noise. The record is "
@@ -248,7 +248,7 @@ def stem_shown(part: LoopRecord, unit: str = "") -> Shown | None:
     jump = JUMPS[0] + JUMPS[1] * beats + JUMPS[2] * seen.stiction.J / seen.stiction.S
     band = float(np.clip(band, -MOST, MOST))
     what = "good" if band <= 0.0 else "stiction" if jump > 0.0 else "deadband"
-    shown = Shown(what, "", seen, band, float(jump), swing_of(op))
+    shown = Shown(what, "", seen, band, float(jump), usual_swing(op))
     return shown._replace(why=_said(shown, seen, unit or part.op_unit_short))
 
 
@@ -279,7 +279,7 @@ def _still(part: LoopRecord, swing: float) -> Shown:
 
 def _repeats(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> bool:
     """Whether a position is a straight line of OP, to within rounding, of this sample or of one before."""
-    room = ROUNDING * step + 1e-6 * swing_of(y)
+    room = ROUNDING * step + 1e-6 * usual_swing(y)
     for late in range(4):
         u, seen = op[: op.size - late], y[late:]
         ok = np.isfinite(seen)

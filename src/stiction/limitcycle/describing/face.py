@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.errors import ParameterError
-from stiction.limitcycle.bands import bands
+from stiction.limitcycle.bands import bands, frictionless
 from stiction.limitcycle.describing.numeric import numeric_dfs
 from stiction.limitcycle.describing.sine import banded_df
 from stiction.limitcycle.describing.stenman import lattice_offset, staircase_df, staircase_levels, stenman_printed
@@ -113,12 +113,10 @@ def _values(valve: Any, size, speed, family: str | float, method: str, tolerance
     """N over flat arrays of amplitude and frequency."""
     if hasattr(valve, "describing_function"):
         return valve.describing_function(size)
-    banded = bands(valve) if np.all(np.isinf(valve.travel)) else None
-    start = None
-    if banded is not None and banded.sb == 0.0:
+    free = bool(np.all(np.isinf(valve.travel)))
+    if free and frictionless(valve):
         return np.ones(size.shape, dtype=complex)
-    if isinstance(valve, Ideal):
-        return np.ones(size.shape, dtype=complex)
+    banded, start = bands(valve) if free else None, None
     if banded is not None and banded.staircase:
         offset = lattice_offset(banded.jump, family)
         if method == "auto":

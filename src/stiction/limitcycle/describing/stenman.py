@@ -25,7 +25,7 @@ _TIE = 1e-12
 """Share of the amplitude by which a level may be missed and still be reached: rounding, not physics [-]."""
 
 
-def lattice_offset(jump: float, family: str | float) -> float:
+def lattice_offset(jump: float, family: str | float, rest: float = 0.0) -> float:
     """Offset of the rest levels from the centre of the oscillation [% of span], 0 <= offset < jump.
 
     Parameters
@@ -34,13 +34,15 @@ def lattice_offset(jump: float, family: str | float) -> float:
         Distance between levels [% of span].
     family : str or float
         "half" (levels +-jump/2, +-3 jump/2, ...), "integer" (0, +-jump, ...) or one of the levels [% of span].
+    rest : float
+        Where the centre lies on the scale of that level [% of span].
     """
     if family == "half":
         return jump / 2.0
     if family == "integer":
         return 0.0
     try:
-        return float(family) % jump
+        return (float(family) - rest) % jump
     except (TypeError, ValueError):
         raise ParameterError(
             f"family = {family!r} is unknown; use 'half', 'integer' or a rest level in % of span."

@@ -16,8 +16,10 @@ if TYPE_CHECKING:
 
     from stiction.limitcycle.exact.run import Machine
 
-__all__ = ["Orbit", "family_name", "limit_cycle", "refine"]
+__all__ = ["Orbit", "family_name", "limit_cycle", "refine", "rest_levels"]
 
+_GRAIN = 1e-7
+"""Distance of two rests, over sb, up to which they are on one level [-]."""
 _FLAT = 1e-6
 """Distance of the largest multiplier from the unit circle within which stability is not told [-]."""
 
@@ -153,10 +155,7 @@ def limit_cycle(m: Machine, orbit: Orbit) -> LimitCycle:
     inside = (run.events[:, 0] > first + 1e-9 * orbit.period) & (
         run.events[:, 0] <= first + orbit.period * (1.0 + 1e-9)
     )
-    heights = np.sort(run.events[inside, 1])
-    rest = m.linear.rest
-    grain = 1e-7 * m.valve.sb
-    levels = [float(x) for i, x in enumerate(heights) if i == 0 or x - heights[i - 1] > grain]
+    levels = rest_levels(m, run.events[inside, 1])
     offset = float(orbit.level % m.valve.jump) if not swing[:, 4].any() and m.valve.jump > 0.0 else None
     family = family_name(offset, m.valve.jump)
     if family in ("integer", "half"):
@@ -164,9 +163,15 @@ def limit_cycle(m: Machine, orbit: Orbit) -> LimitCycle:
     return LimitCycle(
         "continuous", "cycle", family, float(swing[:, 0].max() - swing[:, 1].min()) / 2.0, orbit.period,
         float(swing[:, 2].max() - swing[:, 3].min()) / 2.0, (levels[-1] - levels[0]) / 2.0,
-        tuple(x + rest for x in levels), orbit.stable, orbit.multipliers, offset, orbit.turns,
+        tuple(x + m.linear.rest for x in levels), orbit.stable, orbit.multipliers, offset, orbit.turns,
         section=(*(float(s) for s in orbit.states), orbit.level),
     )  # fmt: skip
+
+
+def rest_levels(m: Machine, heights) -> list[float]:
+    """The levels among the heights of single rests, ascending, in deviations [% of span]."""
+    heights = np.sort(heights)
+    return [float(x) for i, x in enumerate(heights) if i == 0 or x - heights[i - 1] > _GRAIN * m.valve.sb]
 
 
 def family_name(offset: float | None, jump: float) -> str:

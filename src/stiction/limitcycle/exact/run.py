@@ -107,7 +107,7 @@ class Machine:
         return Run(status, turns[:, 0] * self.unit, turns[:, 1], states, swing, events, period), signals
 
 
-def machine(loop: Loop, *, sp: float = 0.0, load: float = 0.0) -> Machine:
+def machine(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> Machine:
     """Make a loop ready to run in continuous time.
 
     Raises
@@ -117,7 +117,7 @@ def machine(loop: Loop, *, sp: float = 0.0, load: float = 0.0) -> Machine:
         loop.
     """
     valve = require_bands(loop.valve)
-    linear = linear_part(loop, sp=sp, load=load)
+    linear = linear_part(loop, sp=sp, disturbance=disturbance)
     if valve.sb <= 0.0:
         raise ParameterError(f"{loop.valve!r} has no stiction: the loop is linear and has no limit cycle of its own.")
     return _machine(linear, valve)

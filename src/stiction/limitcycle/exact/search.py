@@ -10,7 +10,7 @@ import numpy as np
 from stiction.limitcycle.describing import describing_function
 from stiction.limitcycle.describing.stenman import lattice_offset
 from stiction.limitcycle.exact.flow import DIVERGED, REST, SETTLED
-from stiction.limitcycle.exact.orbit import Orbit, family_name, limit_cycle, refine
+from stiction.limitcycle.exact.orbit import Orbit, family_name, limit_cycle, refine, rest_levels
 from stiction.limitcycle.exact.run import Machine, machine
 from stiction.limitcycle.prediction import harmonic_balance
 from stiction.limitcycle.result import LimitCycle
@@ -34,7 +34,7 @@ def exact_limit_cycles(
     loop: Loop,
     *,
     sp: float = 0.0,
-    load: float = 0.0,
+    disturbance: float = 0.0,
     families: Iterable[str | float] | None = None,
 ) -> tuple[LimitCycle, ...]:
     """All limit cycles of a loop, solved exactly in continuous time, with their stability.
@@ -45,7 +45,7 @@ def exact_limit_cycles(
         The loop; its `dt` plays no part, and output limits, end stops and noise are left out.
     sp : float
         Set point [PV units].
-    load : float
+    disturbance : float
         Constant load at the process inlet [% of span].
     families : iterable of str or float, optional
         For a stem that only rests and jumps (Stenman, He, Srinivasan when slow, and any valve where each slip turns
@@ -77,7 +77,7 @@ def exact_limit_cycles(
     >>> [(c.family, round(c.period, 2)) for c in exact_limit_cycles(loop)]
     [('half', 21.12), ('half', 16.24), ('integer', 17.6), ('integer', 15.66)]
     """
-    return solve(machine(loop, sp=sp, load=load), loop, families)
+    return solve(machine(loop, sp=sp, disturbance=disturbance), loop, families)
 
 
 def solve(
@@ -91,11 +91,7 @@ def solve(
     if not m.lattices:
         return tuple(found)
     for family in ("half", "integer") if families is None else families:
-        offset = (
-            lattice_offset(m.valve.jump, family)
-            if isinstance(family, str)
-            else (float(family) - m.linear.rest) % m.valve.jump
-        )
+        offset = lattice_offset(m.valve.jump, family, m.linear.rest)
         name = family if isinstance(family, str) else f"{offset:g}"
         mine = None if at_hand is None else [guess for guess in at_hand if guess.family in ("", name)]
         found += [cycle for cycle in search(m, loop, offset, mine) if cycle.offset is not None]
@@ -204,8 +200,7 @@ def _described(m: Machine, orbit: Orbit, run) -> LimitCycle:
     k = orbit.turns
     swing = run.swing[-k:]
     recent = run.events[run.events[:, 0] > run.time[-1] - orbit.period * (1.0 + 1e-9), 1]
-    heights = np.sort(recent if recent.size else run.level[-k:])
-    levels = [float(x) for i, x in enumerate(heights) if i == 0 or x - heights[i - 1] > 1e-7 * m.valve.sb]
+    levels = rest_levels(m, recent if recent.size else run.level[-k:])
     offset = float(orbit.level % m.valve.jump) if m.valve.jump > 0.0 and not swing[:, 4].any() else None
     return LimitCycle(
         "continuous", "cycle", family_name(offset, m.valve.jump), float(swing[:, 0].max() - swing[:, 1].min()) / 2.0,
@@ -235,7 +230,7 @@ def _from_prediction(m: Machine, loop: Loop, guess: LimitCycle, family) -> tuple
     """States and level at the rest at the top, as the describing function sees them."""
     w = guess.omega
     n = complex(describing_function(loop.valve, guess.amplitude, w, family=family))
-    top = guess.levels[-1] - m.linear.rest if guess.levels else guess.mv_amplitude
+    top = guess.levels[-1] - m.linear.rest if guess.levels else guess.amplitude_mv
     before = math.acos(min(max((top + m.valve.lag) / guess.amplitude, -1.0), 1.0)) if m.valve.staircase else 0.0
     phasor = m.linear.states_at(w) * n * guess.amplitude
     return np.real(phasor * np.exp(-1j * before)), top

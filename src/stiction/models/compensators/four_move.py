@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
+from stiction.errors import ParameterError
 from stiction.models.compensators.component import Compensator, CompensatorState, Stiction
 from stiction.models.compensators.watch import sent, watch_and_move
 from stiction.models.compiled import inlined
@@ -103,6 +104,10 @@ class FourMove(Compensator):
 
     def __post_init__(self) -> None:
         self._require(positive={"band": "PV units"}, not_negative={"share": "-"})
+        if self.share > 0.5:
+            raise ParameterError(
+                f"share = {self.share:g} is above 1/2: any stem would be left above the middle; give 1/2 or less."
+            )
         if self.move is not None:
             self._require(positive={"move": "s"}, not_negative={})
         self._at_least("reach", 1.0)

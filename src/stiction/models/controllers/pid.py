@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.errors import ParameterError, require_finite, require_not_negative
+from stiction.errors import ParameterError, require_finite, require_not_negative, require_positive, require_range
 from stiction.models.compiled import inlined
 
 if TYPE_CHECKING:
@@ -112,26 +112,12 @@ class PID:
     def __post_init__(self) -> None:
         put = object.__setattr__
         put(self, "Kc", require_finite("Kc", self.Kc, "% of span per PV unit"))
-        for name, unit in (("Ti", "s"), ("N", "-")):
-            try:
-                value = float(getattr(self, name))
-            except (TypeError, ValueError):
-                raise ParameterError(f"{name} must be a number [{unit}], got {getattr(self, name)!r}.") from None
-            if not value > 0.0:
-                raise ParameterError(f"{name} = {value:g} [{unit}] is not positive; give a value above 0.")
-            put(self, name, value)
+        put(self, "Ti", require_positive("Ti", self.Ti, "s", infinite=True))
+        put(self, "N", require_positive("N", self.N, infinite=True))
         put(self, "Td", require_not_negative("Td", self.Td, "s"))
         put(self, "b", require_finite("b", self.b))
         put(self, "c", require_finite("c", self.c))
-        try:
-            low, high = (float(limit) for limit in self.op_limits)
-        except (TypeError, ValueError):
-            raise ParameterError(
-                f"op_limits = {self.op_limits!r} is not a pair of numbers; give (lowest, highest) in % of span."
-            ) from None
-        if not low < high:
-            raise ParameterError(f"op_limits = ({low:g}, {high:g}) % has no room; give lowest < highest.")
-        put(self, "op_limits", (low, high))
+        put(self, "op_limits", require_range("op_limits", self.op_limits))
         if self.integral not in ("backward", "forward"):
             raise ParameterError(f"integral = {self.integral!r} is unknown; use 'backward' or 'forward'.")
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import copysign
 from typing import ClassVar
 
-from stiction.errors import ParameterError, require_not_negative
+from stiction.errors import ParameterError
 from stiction.models.compiled import inlined
 from stiction.models.component import TIE, Valve, ValveState
 
@@ -63,8 +63,7 @@ class He(Valve):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "fs", require_not_negative("fs", self.fs, "% of span"))
-        object.__setattr__(self, "fd", require_not_negative("fd", self.fd, "% of span"))
+        self._bands("fs", "fd")
         if self.fd > self.fs:
             raise ParameterError(
                 f"fd = {self.fd:g} % exceeds fs = {self.fs:g} %; dynamic friction is at most static friction."

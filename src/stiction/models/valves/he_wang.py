@@ -95,8 +95,7 @@ class HeWang(Valve):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "fs", require_not_negative("fs", self.fs, "% of span"))
-        object.__setattr__(self, "fd", require_not_negative("fd", self.fd, "% of span"))
+        self._bands("fs", "fd")
         object.__setattr__(self, "K", require_finite("K", self.K, "-"))
         if self.fd > self.fs:
             raise ParameterError(

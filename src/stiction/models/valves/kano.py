@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stiction.errors import require_not_negative
 from stiction.models.compiled import inlined
 from stiction.models.component import TIE, Valve, ValveState
 
@@ -83,8 +82,7 @@ class Kano(Valve):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "S", require_not_negative("S", self.S, "% of span"))
-        object.__setattr__(self, "J", require_not_negative("J", self.J, "% of span"))
+        self._bands("S", "J")
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Bands and lag (S, J, (S - J) / 2) [% of span], the bands widened by a tie."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import ParameterError, require_not_negative
+from stiction.errors import ParameterError, require_number
 from stiction.models.compiled import inlined
 from stiction.models.component import TIE, Valve, ValveState
 from stiction.models.table import Table
@@ -106,15 +106,9 @@ class Srinivasan(Valve):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("sb", "sj"):
-            value = getattr(self, name)
-            if not isinstance(value, Table):
-                object.__setattr__(self, name, require_not_negative(name, value, "% of span"))
-        try:
-            rate = float(self.r)
-        except (TypeError, ValueError):
-            raise ParameterError(f"r must be a number in % of span / s, got {self.r!r}.") from None
-        if math.isnan(rate) or rate < 0.0:
+        self._bands(*(name for name in ("sb", "sj") if not isinstance(getattr(self, name), Table)))
+        rate = require_number("r", self.r, "% of span / s")
+        if rate < 0.0:
             raise ParameterError(f"r = {rate:g} %/s is not a rate; give 0 or more (infinity never follows).")
         object.__setattr__(self, "r", rate)
         band, jump = self.tables()

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stiction.errors import require_not_negative
 from stiction.models.compiled import inlined
 from stiction.models.component import TIE, Valve, ValveState
 
@@ -58,7 +57,7 @@ class Stenman(Valve):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "d", require_not_negative("d", self.d, "% of span"))
+        self._bands("d")
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Band (d,) [% of span], widened by a tie."""

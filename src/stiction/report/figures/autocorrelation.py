@@ -29,9 +29,7 @@ def autocorrelation(view: View) -> Figure | None:
     name, size = words.time_unit(acf.size * dt)
     lag = np.arange(acf.size) * dt / size
     keep = thin(acf)
-    data = [
-        {"type": "scatter", "mode": "lines", "x": lag[keep], "y": acf[keep], "line": look.line(look.PV), "name": "acf"}
-    ]
+    data = [look.trace(lag[keep], acf[keep], "acf", look.line(look.PV))]
     marks = found.period * np.arange(1, PERIODS + 1) / size if known else np.empty(0)
     layout = {
         "xaxis": {"title": {"text": f"Lag [{name}]"}, "range": [0.0, float(lag[-1])]},

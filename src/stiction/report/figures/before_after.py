@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.compensation.remedies import FIX, NOTHING
 from stiction.report import look, words
 from stiction.report.blocks import Figure
 from stiction.report.thin import thin
@@ -30,7 +31,7 @@ def before_after(trial: CompensationTrial) -> tuple[Figure, Figure] | None:
     if not trial.trends or trial.twin is None:
         return None
     names = [one.name for one in reversed(trial.remedies) if one.name in trial.trends]
-    names.sort(key=lambda name: (name != "do nothing", name == "fix the valve"))
+    names.sort(key=lambda name: (name != NOTHING, name == FIX))
     runs = {name: trial.trends[name] for name in names}
     steps = _steps(next(iter(runs.values())))
     said = "Simulated on the twin, one run with the same noise and load for each"

@@ -37,16 +37,8 @@ def pv_op(view: View) -> Figure | None:
         }
     ]
     if found is not None:
-        data.append(
-            {
-                "type": "scatter",
-                "mode": "lines",
-                "x": record.op[cut],
-                "y": view.laid(found.pv)[cut],
-                "name": "fitted valve and process",
-                "line": look.line(look.MODEL, 1.3),
-            }
-        )
+        name, style = "fitted valve and process", look.line(look.MODEL, 1.3)
+        data.append(look.trace(record.op[cut], view.laid(found.pv)[cut], name, style))
     layout = {
         "xaxis": {"title": {"text": f"OP (controller output) [{view.op_unit}]"}},
         "yaxis": {"title": {"text": f"PV [{view.pv_unit}]"}},

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from stiction.compensation.remedies import NOTHING
 from stiction.report import look
 from stiction.report.blocks import Figure
 from stiction.report.figures.names import BOX, place_names
@@ -24,7 +25,7 @@ def remedy_tradeoff(trial: CompensationTrial) -> Figure | None:
     """Return PV deviation against stem travel, each remedy named; None where none was tried."""
     if not trial.remedies:
         return None
-    now = next(one for one in trial.remedies if one.name == "do nothing").behaviour
+    now = trial[NOTHING].behaviour
     points = [
         (
             math.log10(max(one.behaviour.travel / max(now.travel, 1e-300), FLOOR)),
@@ -67,7 +68,7 @@ def remedy_sensitivity(trial: CompensationTrial) -> Figure | None:
     """Return the PV deviation of each remedy as identified, for its worst seed, and with S and J off by 30 %."""
     if not trial.remedies:
         return None
-    ranked = [one for one in reversed(trial.remedies) if one.name != "do nothing"]
+    ranked = [one for one in reversed(trial.remedies) if one.name != NOTHING]
     names = [f"<b>{one.name}</b>" if one.name == trial.recommended else one.name for one in ranked]
     plain = [100.0 * (1.0 - one.improvement) for one in ranked]
     seed = [100.0 * (1.0 - one.improvement_low) for one in ranked]
@@ -105,7 +106,7 @@ def _looks(one: RemedyTrial, trial: CompensationTrial) -> tuple[str, str]:
         return look.OP, "diamond"
     if not one.at_hand:
         return look.MV, "square"
-    return (look.INK, "x") if one.name == "do nothing" else (look.PV, "circle")
+    return (look.INK, "x") if one.name == NOTHING else (look.PV, "circle")
 
 
 def _line(**ends: Any) -> dict[str, Any]:

@@ -50,7 +50,7 @@ def spectrum(view: View) -> Figure | None:
         caption = f"Dotted lines mark the frequency of the period, {words.span(period)}, and its multiples."
     else:
         caption = "No period was found, so no harmonics are marked."
-    data = [{"type": "scatter", "mode": "lines", "x": x[keep], "y": y[keep], "line": look.line(look.PV), "name": "PV"}]
+    data = [look.trace(x[keep], y[keep], "PV", look.line(look.PV))]
     return Figure({"data": data, "layout": layout}, "Spectrum of the PV", caption, height=300)
 
 

@@ -55,7 +55,8 @@ def trends(view: View) -> Figure:
     found = [f"{words.digits(100.0 * mask.mean(), '%', 2)} {name}" for name, mask in doubtful.items() if mask.any()]
     first, last = view.window
     caption = (
-        f"{words.count(len(record), 'sample')} over {words.span(record.duration)}, one every {words.span(record.dt)}; "
+        f"{words.number_of(len(record), 'sample')} over {words.span(record.duration)}, one every "
+        f"{words.span(record.dt)}; "
         + ("the whole record was analysed" if view.whole else f"samples {first} to {last - 1} (shaded) were analysed")
         + (f"; hatched: {', '.join(found)}" if found else "")
         + ". Drag over a stretch to look closer; both plots follow."

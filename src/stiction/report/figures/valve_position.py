@@ -31,16 +31,18 @@ def valve_position(view: View) -> Figure | None:
     shapes: list[dict[str, Any]] = []
     notes: list[dict[str, Any]] = []
     if record.mv is not None:
-        data.append(_path(op, record.mv[cut], "measured", look.line(look.MV, 2.0)))
+        data.append(look.trace(op, record.mv[cut], "measured", look.line(look.MV, 2.0)))
     S, J, unit = "", "", view.op_unit_short
     if found is not None:
         if record.mv is not None:
             measured, name = _in_unit_of_op(record.mv[cut], view.laid(found.mv)[cut], view.op_unit)
-            data = [_path(op, measured, name, look.line(look.MV, 2.0))]
+            data = [look.trace(op, measured, name, look.line(look.MV, 2.0))]
         S = words.interval(found.S, found.S_low, found.S_high)[0]
         J = words.interval(found.J, found.J_low, found.J_high)[0]
         estimated = view.laid(found.mv)[cut]
-        data.append(_path(op, estimated, "estimated", look.line(look.MODEL if record.mv is not None else look.MV, 1.5)))
+        data.append(
+            look.trace(op, estimated, "estimated", look.line(look.MODEL if record.mv is not None else look.MV, 1.5))
+        )
         least = SMALL if record.op_in_percent else 0.0
         shapes, notes = _dimensions(op, estimated, found.S, found.J, (f"S = {S} {unit}", f"J = {J} {unit}"), least)
     if not data:
@@ -63,10 +65,6 @@ def valve_position(view: View) -> Figure | None:
         if record.mv is None:
             caption += "; the position was estimated from OP and PV, it was not measured"
     return Figure({"data": data, "layout": layout}, f"Valve position against OP, {kind}", caption + ".", height=400)
-
-
-def _path(op: NDArray[np.float64], mv: NDArray[np.float64], name: str, line: dict[str, Any]) -> dict[str, Any]:
-    return {"type": "scatter", "mode": "lines", "x": op, "y": mv, "name": name, "line": line}
 
 
 def _in_unit_of_op(

@@ -55,7 +55,7 @@ def windows(view: View) -> Figure | None:
         "barmode": "overlay",
         "showlegend": True,
     }
-    caption = f"The valve sticks in {sticky} of {words.count(len(found), 'window')} judged each by itself" + (
+    caption = f"The valve sticks in {sticky} of {words.number_of(len(found), 'window')} judged each by itself" + (
         "." if sticky == len(found) else "; in a window where it follows, S is what fits best and means little."
     )
     return Figure({"data": data, "layout": layout}, "Where the valve sticks", caption, height=190)

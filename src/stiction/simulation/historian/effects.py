@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError
+from stiction.records.storage import usual_swing
 from stiction.simulation.historian.spoiled import (
     clipped,
     clock_jumps,
@@ -43,16 +44,11 @@ def _interval(record: LoopRecord, strength: float) -> float:
     return round(SLOWEST**strength) * record.dt
 
 
-def _swing(x: np.ndarray) -> float:
-    """98 % range of a signal, which a few spikes do not widen."""
-    return float(np.subtract(*np.nanpercentile(x, (99, 1))))
-
-
 def _rounded(record: LoopRecord, strength: float, seed: int) -> LoopRecord:
     del seed
     assert record.pv is not None
     part = 0.01 + 0.29 * strength
-    return quantised(record, op=part * _swing(record.op), pv=part * _swing(record.pv))
+    return quantised(record, op=part * usual_swing(record.op), pv=part * usual_swing(record.pv))
 
 
 def _units(record: LoopRecord, strength: float, seed: int) -> LoopRecord:

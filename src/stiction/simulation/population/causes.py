@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.models import Kano, PhysicalValve
+from stiction.records.storage import usual_swing
 from stiction.simulation.population.loads import SHAPES, lagged, steps, wave
 from stiction.simulation.population.plan import Plan, settled, with_series
 from stiction.simulation.population.processes import draw_loop, margin, scaled
@@ -66,7 +67,7 @@ def _moved(rng: np.random.Generator, loop: Loop, valve: Valve, S: float, J: floa
         slow = lagged(rng, plan.n, float(rng.uniform(20.0, 100.0)) * plan.every)
         gain = abs(complex(loop.process.at(2j * np.pi / (100.0 * loop.dt))))
         plan = replace(plan, load=0.1 * plan.load, random_load=0.1 * plan.random_load, sp=10.0 * gain * slow)
-    asked = float(np.subtract(*np.percentile(plan.run().op, (99, 1))))
+    asked = usual_swing(plan.run().op)
     size = S / float(rng.uniform(0.3, 0.95)) / asked
     loads = {name: size * getattr(plan, name) for name in ("load", "sp")}
     return replace(
@@ -127,7 +128,7 @@ def sensor(rng: np.random.Generator) -> Plan | None:
     plan = _random_load(rng)
     pv = plan.run().pv
     assert pv is not None
-    swing = float(np.subtract(*np.percentile(pv, (99, 1))))
+    swing = usual_swing(pv)
     kind = str(rng.choice(["coarse", "sticking", "spikes"], p=[0.45, 0.3, 0.25]))
     if kind == "spikes":
         hit = rng.random(plan.n) < rng.uniform(0.003, 0.02)

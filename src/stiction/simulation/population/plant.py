@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.models import FOPDT, PID, SOPDT, Ideal, Integrating, Kano, Loop, TransferFunction
+from stiction.records.storage import usual_swing
 from stiction.simulation.historian import averaged, quantised, sampled
 from stiction.simulation.population.case import Case
 from stiction.simulation.population.loads import SHAPES, lagged, steps, wave
@@ -268,4 +269,4 @@ def _gain(loop: Loop, lag: float) -> float:
 
 def _swing(x: NDArray[np.float64] | None) -> float:
     assert x is not None
-    return float(np.subtract(*np.percentile(x, (99, 1)))) if np.isfinite(x).all() else 0.0
+    return usual_swing(x) if np.isfinite(x).all() else 0.0
