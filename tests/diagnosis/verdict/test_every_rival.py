@@ -64,7 +64,9 @@ def sticky_loop(n=3000):
     return st.LoopRecord("FIC-101", 1.0, op=op, pv=pv + 100.0, sp=np.full(n, 100.0))
 
 
-@pytest.mark.parametrize(("to_blame", "verdict"), [("none", "undecided"), ("saturation", "undecided"), ("sensor", "no_stiction")])
+@pytest.mark.parametrize(
+    ("to_blame", "verdict"), [("none", "undecided"), ("saturation", "undecided"), ("sensor", "no_stiction")]
+)
 def test_whatever_the_loop_looks_like_it_is_undecided_and_not_surely_good(monkeypatch, to_blame, verdict):
     """Unless the transmitter is to blame: what it makes of the PV is anyone's. An OP at its limit frees no valve."""
     record, page = sticky_loop(), import_module("stiction.diagnosis.verdict.diagnose")
