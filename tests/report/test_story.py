@@ -62,12 +62,13 @@ def test_each_good_valve_to_beat_is_told(found):
         return [line for line in lines if "twice the log likelihood" in line]
 
     valve = found.identification
-    names = "than_good", "than_bent", "than_gated", "than_wave", "beside_wave"
-    straight, bent, gated, wave, beside = (words.digits(getattr(valve, f"likelier_{name}")) for name in names)
+    names = "than_good", "than_bent", "than_gated", "than_relaxation", "than_wave", "beside_wave"
+    straight, bent, gated, turns, wave, beside = (words.digits(getattr(valve, f"likelier_{name}")) for name in names)
     by = (
         f"In twice the log likelihood a sticky valve predicts the PV better by {straight} than a good one, "
         f"by {bent} than a good one of a bent characteristic ({valve.bent}), "
-        f"by {gated} than a good one given the past of the PV without its noise"
+        f"by {gated} than a good one given the past of the PV without its noise, "
+        f"by {turns} than a good one beside a disturbance that turns where the PV comes to a level"
     )
     waves = f"by {wave} than a good one beside a wave from outside, by {beside} with that wave beside both"
     assert told(valve) == [f"{by}, {waves}."]

@@ -28,6 +28,7 @@ FEATURES = {
     "better": "a sticky valve explains the PV better than a good one",
     "better_worst": "a sticky valve explains the PV better than a good one, in the stretch where it does least",
     "better_by": "share of the PV that only a sticky valve explains",
+    "better_elsewhere": "share of the PV that only a sticky valve explains, in the other comparison",
     "beats_good": "a sticky valve predicts the PV better, cycle by cycle",
     "likelier_than_good": "likelihood of a sticky valve over a good one",
     "likelier_in_part": "likelihood of a sticky valve over a good one, in the third where it is largest",
