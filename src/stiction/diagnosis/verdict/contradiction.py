@@ -217,9 +217,9 @@ def against_sticking(
         jumping: a band alone makes no cycle with a self-regulating process, and fits many that come from outside or
         from a characteristic that is not straight; unless a jump is plain (`A_JUMP`), which the dense search may miss,
         and the likeliest valve makes the cycle. With such a process, a valve that does not jump, to within `NO_JUMP`,
-        which is play; a good valve that explains as much, unless a jump is plain and the loop oscillates; one with a bend, or given the past
-        of the PV without its noise, that takes `TAKEN` of what the sticky one adds; and the valve told and a good one
-        that both explain next to nothing (`BY_CHANCE`).
+        which is play; a good valve that explains as much, unless a jump is plain and the loop oscillates; one with a
+        bend, or given the past of the PV without its noise, that takes `TAKEN` of what the sticky one adds; and the
+        valve told and a good one that both explain next to nothing (`BY_CHANCE`).
     """
     regular = row.oscillating > 0.0 and row.regularity > REGULAR
     plainly_jumps = found.likelier_than_play >= A_JUMP
