@@ -151,7 +151,9 @@ def test_ramp_and_steps_judge_one_valve_alike(model, S, J, noise):
         test = analyse(replace(run, mv=run.mv + noise * np.random.default_rng(1).standard_normal(len(run))))
         assert pytest.approx(S, abs=0.06) == test.S.value
         verdicts.add(test.verdict)
-    assert verdicts == {"within limit" if S <= 1.0 else "beyond limit"}
+    # What OP travels in a sample may be in the S of a ramp: so near to the limit it may leave it open.
+    near = {"undecided"} if abs(S - 1.0) <= 0.1 else set()
+    assert verdicts - near == {"within limit" if S <= 1.0 else "beyond limit"}
 
 
 @pytest.mark.parametrize("signal", ["mv", "pv"])
