@@ -71,8 +71,7 @@ def analyse_ramp(
     intervals hold the scatter from slip to slip, the sampling and rounding of the record, the travel of the OP while
     a slip goes on and, for a flow tested at one rate, the lag that such a test cannot tell from deadband. r lies
     between the fastest ramp that went in stairs and the slowest that was followed; it is known no better than the
-    rates tested. Stairs too small for the noise are sought
-    together, by their regularity.
+    rates tested. Stairs too small for the noise are sought together, by their regularity.
 
     References
     ----------
