@@ -46,7 +46,7 @@ def write_limit_cycles_page(
         runs = [figures.motion(loop, cycle, sp=sp, load=load) for cycle in exact]
         blocks += [Heading("The exact cycles"), figures.in_time(exact, runs), figures.phase_portrait(exact, runs)]
         blocks += [Heading("What moves the loop between them")]
-        blocks.append(Columns([figures.basins(loop, exact, load=load), figures.bifurcations(loop, over)]))
+        blocks.append(Columns([figures.basins(loop, exact, load=load), figures.bifurcations(loop, over, exact)]))
     settings = [*texts.items(), ("sp", f"{sp:g}"), ("load", f"{load:g}")]
     blocks += [Heading("Where this comes from"), Table(["Setting", "Value"], [list(pair) for pair in settings])]
     return write_page("Limit cycles", blocks, path, subtitle=", ".join(texts.values()))

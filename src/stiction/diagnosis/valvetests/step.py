@@ -59,11 +59,11 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
 
     Notes
     -----
-    A reading is rounded up to a step. ISA-75.25.01 reads a dead band from the turning point; it depends on where in the
-    stick band the reversal starts and lies between S and S + J: here it is `reversal_travel`, and deadband is S - J, as
-    everywhere. Read from the last response the travel is S, and S is what is judged, as by a ramp test: deadband and
-    resolution J together. ISA's dead band and resolution would count the jump twice. Held steps cannot tell the rate r: every published two- and three-parameter model gives the
-    same stem for them.
+    A reading is rounded up to a step. ISA-75.25.01 reads a dead band from the turning point; it depends on where in
+    the stick band the reversal starts and lies between S and S + J: here it is `reversal_travel`, and deadband is S
+    - J, as everywhere. Read from the last response the travel is S, and S is what is judged, as by a ramp test:
+    deadband and resolution J together. ISA's dead band and resolution would count the jump twice. Held steps cannot
+    tell the rate r: every published two- and three-parameter model gives the same stem for them.
 
     References
     ----------

@@ -96,8 +96,8 @@ def plan_step_test(
     notes = (
         f"Staircase of {fine_step:g} % steps over {n * fine_step:g} % up and down, then steps of {listed or 'no'} %, "
         f"each held {hold:g} s.",
-        "The travel read from the turning point, ISA's dead band, lies between S and S + J, as the reversal comes at any "
-        "place in the stick band; the staircase reads S too.",
+        "The travel read from the turning point, ISA's dead band, lies between S and S + J, as the reversal comes at "
+        "any place in the stick band; the staircase reads S too.",
         "Held steps cannot tell the rate r at which the stem starts to follow; only ramps can.",
     )
     if n:
