@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import json
 import re
+from types import SimpleNamespace
 
 import pytest
+
+import stiction as st
+from stiction.apps.cycle_figures import _scanned
 
 LOOP = ["--process", "1/(5s^2+6s+1)", "--controller", "parallel:Kp=0.5,Ki=1,Kd=0.1", "--valve", "stenman:d=0.5"]
 
@@ -126,3 +130,19 @@ def test_one_branch_is_one_and_its_axis_has_a_unit(run, folder):
 
 def test_no_sign_before_nothing(run):
     assert "-0.0 %" not in run("limit-cycles", *LOOP).out
+
+
+@pytest.mark.parametrize(
+    ("over", "valve", "dead_time", "low", "high"),
+    [
+        ("dead_time", st.Kano(3.0, 1.0), 0.0, 0.0, 10.0),  # a quarter of the longest period, 40 s
+        ("Td", st.Kano(3.0, 1.0), 10.0, 0.0, 10.0),
+        ("J", st.Kano(3.0, 0.0), 10.0, 0.0, 3.0),  # a jump of the whole S
+        ("load", st.Kano(3.0, 1.0), 10.0, -1.0, 1.0),
+        ("dead_time", st.Kano(3.0, 1.0), 10.0, 4.0, 16.0),
+    ],
+)
+def test_a_parameter_of_0_is_scanned_from_0_upwards(over, valve, dead_time, low, high):
+    loop = st.Loop(st.PID(0.2, 10.0), valve, st.FOPDT(3.0, 10.0, dead_time), 1.0)
+    values = _scanned(loop, over, [SimpleNamespace(period=period) for period in (24.0, 40.0)])
+    assert (values[0], values[-1]) == (pytest.approx(low), pytest.approx(high))

@@ -17,7 +17,7 @@ from stiction.compensation.match import bring_nearer
 from stiction.compensation.recorded_controller import recorded_controller
 from stiction.compensation.refine import refine
 from stiction.compensation.surroundings import Surroundings
-from stiction.compensation.twin import _changes, _judge, twin_of_loop
+from stiction.compensation.twin import _against, _changes, _judge, twin_of_loop
 from stiction.models import SOPDT
 
 PID = st.PID(0.2, 10.0, op_limits=(0.0, 100.0))
@@ -311,3 +311,20 @@ def test_share_of_the_periods_that_swing():
     op = 50.0 + np.sin(2.0 * np.pi * t / 100.0) * (t < 2000)
     record = st.LoopRecord("half", 1.0, op=op, pv=op, sp=np.full(t.size, 50.0))
     assert cycle_in(record, 100.0).share == pytest.approx(0.5, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("Kc", "process", "told"),
+    [
+        (-5.0, st.FOPDT(3.0, 10.0, 10.0), "Give Kc = 5 "),
+        (0.2, st.FOPDT(-3.0, 10.0, 10.0), "Give Kc = -0.2 "),
+        (-1.0, st.TransferFunction([0.01], [1.0, 0.0]), "Give Kc = 1 "),
+        (0.2, st.FOPDT(3.0, 10.0, 10.0), ""),
+        (-0.2, st.FOPDT(-3.0, 10.0, 10.0), ""),
+    ],
+)
+def test_a_controller_of_the_wrong_sign_is_named(Kc, process, told):
+    # Feedback holds PV at SP only where the gains of controller and process multiply to more than 0.
+    said = _against(st.Loop(st.PID(Kc, 10.0), st.Kano(3.0, 1.0), process, 1.0))
+    assert told in said
+    assert bool(said) == bool(told)

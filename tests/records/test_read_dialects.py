@@ -30,6 +30,17 @@ HEADERS = {
     "PCS 7 APL": ("Zeit,FIC-101/PV#Value,FIC-101/MV#Value,FIC-101/SP#Value", "FIC-101"),
     "800xA": ('Time,"FIC-101,Value","FIC-101,Out","FIC-101,WSP"', "FIC-101"),
     "Rockwell PID": ("Date,FIC101.PV,FIC101.CV,FIC101.SP", "FIC101"),
+    "words with underscores": ("Time,FC101_PROCESS_VALUE,FC101_CONTROLLER_OUTPUT,FC101_SETPOINT", "FC101"),
+    "German behind a tag": ("Zeit,FIC101 Istwert,FIC101 Stellwert,FIC101 Sollwert", "FIC101"),
+    "Experion": ("Time,FIC101.DACA.PV,FIC101.PIDA.OP,FIC101.PIDA.SP", "FIC101"),
+    "DeltaV, fields": ("Time,FIC101/PV.F_CV,FIC101/OUT.F_CV,FIC101/SP.F_CV", "FIC101"),
+    "PCS 7 APL, outputs": ("Zeit,FIC101.PV_Out,FIC101.MV,FIC101.SP", "FIC101"),
+    "Spanish": ("Fecha,FIC101 Variable de proceso,FIC101 Salida,FIC101 Consigna", "FIC101"),
+    "Italian": ("Time,FIC101 Misura,FIC101 Uscita,FIC101 Setpoint", "FIC101"),
+    "Portuguese": ("Time,FIC101 Variável de processo,FIC101 Saída,FIC101 Setpoint", "FIC101"),
+    "Swedish": ("Time,FIC101 Ärvärde,FIC101 Styrsignal,FIC101 Börvärde", "FIC101"),
+    "Finnish": ("Time,FIC101 Mittaus,FIC101 Ohjaus,FIC101 Asetusarvo", "FIC101"),
+    "Actual": ("Time,Actual,Output %,Setpoint", "stream"),
     "German, of a compact controller": ("Zeit,Istwert,Stellgrad %,Sollwert", "stream"),
 }
 
@@ -74,6 +85,27 @@ def test_mv_is_the_position_beside_an_op(signals, table, read_text):
     [record] = read_text(table("time_s,PV,OP,MV,FLOW", t, pv, op, op - 1.0, pv * 2))
     np.testing.assert_array_equal(record.mv, op - 1.0)
     assert set(record.provenance.columns) == {"pv", "op", "mv"}
+
+
+@pytest.mark.parametrize("header", ["Time,FIC101.X,FIC101.Y,FIC101.W", "Time,FIC101.Actual,FIC101.Mode,FIC101.SP"])
+def test_what_may_be_another_signal_is_asked_for(header, signals, table, read_text):
+    t, pv, op, sp = signals
+    with pytest.raises(RecordError, match="say which is which"):
+        read_text(table(header, t, pv, op, sp))
+
+
+def test_the_controller_block_keeps_its_own_pv(signals, table, read_text):
+    t, pv, op, _ = signals
+    [record] = read_text(table("Time,FIC1.DACA.PV,FIC1.PIDA.PV,FIC1.PIDA.OP", t, pv + 1.0, pv, op))
+    assert record.tag == "FIC1"
+    np.testing.assert_array_equal(record.pv, pv)
+
+
+def test_a_position_in_the_place_of_the_pv_is_told(signals, table, read_text):
+    # ABB calls the measured value MV.
+    t, pv, op, sp = signals
+    [record] = read_text(table("Time,FIC101.MV,FIC101.OUT,FIC101.SP", t, pv, op, sp))
+    assert any("measured value" in guess and "'pv': 'FIC101.MV'" in guess for guess in record.provenance.guesses)
 
 
 def test_mv_alone_is_the_output_and_said_so(signals, table, read_text):

@@ -79,12 +79,12 @@ def test_phenomena_of_section_five():
         "Srinivasan with tables",
     }
     assert {name for name, row in rows.items() if row.slip_varies_with_position} == {"Srinivasan with tables"}
-    assert all(row.deadband > 0.0 for row in rows.values())
+    assert all(row.reversal_travel > 0.0 for row in rows.values())
     S, J = 100.0 * 704.0 / 1800.0, 100.0 * 64.0 / 1800.0
     for name in ("Choudhury", "Kano"):
-        assert rows[name].deadband == pytest.approx(S, abs=0.02)
+        assert rows[name].reversal_travel == pytest.approx(S, abs=0.02)
     for name in ("He", "Srinivasan"):
-        assert S - 0.02 <= rows[name].deadband <= S + J + 0.02
+        assert S - 0.02 <= rows[name].reversal_travel <= S + J + 0.02
     json.dumps([row.to_dict() for row in rows.values()])
 
 

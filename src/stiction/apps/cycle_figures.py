@@ -138,10 +138,9 @@ def basins(loop: Loop, exact: Sequence[LimitCycle], *, disturbance: float) -> Fi
     return Figure({"data": [heat], "layout": layout}, "Basins", caption, height=420)
 
 
-def bifurcations(loop: Loop, over: str) -> Figure:
-    """Return the amplitude of every cycle over one parameter."""
-    nominal = _nominal(loop, over)
-    values = nominal * np.linspace(0.4, 1.6, VALUES) if nominal else np.linspace(-1.0, 1.0, VALUES)
+def bifurcations(loop: Loop, over: str, cycles: Sequence[LimitCycle]) -> Figure:
+    """Return the amplitude of every cycle over one parameter, about the loop that has `cycles`."""
+    values = _scanned(loop, over, cycles)
     diagram = bifurcation(loop, over, values, searches=3)
     data: list[dict[str, Any]] = []
     for k, branch in enumerate(diagram.branches):
@@ -159,6 +158,21 @@ def bifurcations(loop: Loop, over: str) -> Figure:
         "dotted branches are unstable somewhere."
     )
     return Figure({"data": data, "layout": layout}, "Bifurcation diagram", caption, height=420)
+
+
+def _scanned(loop: Loop, over: str, cycles: Sequence[LimitCycle]) -> NDArray[Any]:
+    """Values of the parameter in the diagram, about the loop's own; from 0 upwards where that is 0."""
+    nominal = _nominal(loop, over)
+    if nominal:
+        return nominal * np.linspace(0.4, 1.6, VALUES)
+    if over == "load":
+        return np.linspace(-1.0, 1.0, VALUES)
+    # Nothing else may be negative. A time matters against the period, a band against what else the valve needs.
+    if UNITS.get(over) == "s":
+        highest = 0.25 * max(cycle.period for cycle in cycles)
+    else:
+        highest = float(getattr(loop.valve, "S", 0.0)) or 1.0
+    return np.linspace(0.0, highest, VALUES)
 
 
 def _nominal(loop: Loop, over: str) -> float:

@@ -46,7 +46,8 @@ def write_limit_cycles_page(
         runs = [figures.motion(loop, cycle, sp=sp, disturbance=disturbance) for cycle in exact]
         blocks += [Heading("The exact cycles"), figures.in_time(exact, runs), figures.phase_portrait(exact, runs)]
         blocks += [Heading("What moves the loop between them")]
-        blocks.append(Columns([figures.basins(loop, exact, disturbance=disturbance), figures.bifurcations(loop, over)]))
+        basins = figures.basins(loop, exact, disturbance=disturbance)
+        blocks.append(Columns([basins, figures.bifurcations(loop, over, exact)]))
     settings = [*texts.items(), ("sp", f"{sp:g}"), ("disturbance", f"{disturbance:g}")]
     blocks += [Heading("Where this comes from"), Table(["Setting", "Value"], [list(pair) for pair in settings])]
     return write_page("Limit cycles", blocks, path, subtitle=", ".join(texts.values()))

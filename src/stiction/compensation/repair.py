@@ -3,8 +3,7 @@
 A repaired valve is not an ideal one. Specifications of control valves bound what is left together: about 1 % of span
 of deadband and resolution (the nominal limit that is recalled of EnTech's Control Valve Dynamic Specification 3.0,
 1998; the part of it that was opened says that a response to steps of "1 % and less" is expected: take the number as
-"after" `entech1998`, not as a quotation). Here deadband is play alone; a step test reads it as lost motion, its own
-deadband being S. In (S, J) they are
+"after" `entech1998`, not as a quotation). Here deadband is play alone, as everywhere. In (S, J) they are
 
     deadband = S - J,   resolution = J,   so that   S = deadband + resolution.
 

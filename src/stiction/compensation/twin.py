@@ -195,6 +195,8 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
             cycle, spread, run = cycle_of(loop, level, op, scale, around)
             fits, reason = _judge(measured, cycle, spread)
             changes += tuple(told)
+    if not fits and (against := _against(loop)):
+        reason = against
     if fits and cycle.share < measured.share - STEADIER:
         reason += (
             f" It is less steady: it rests in {100.0 * (1.0 - cycle.share):.0f} % of its periods, the record in "
@@ -219,6 +221,18 @@ def _controller(record: LoopRecord) -> tuple[PID, int]:
     """The record's controller, and how many of its samples there are to one of the record: 1, or `FINER`."""
     pid, exact = recorded_controller(record)
     return pid, 1 if exact else FINER
+
+
+def _against(loop: Loop) -> str:
+    """Say that the controller drives PV away from SP; empty where it does not."""
+    num, den = (np.trim_zeros(np.atleast_1d(part), "b") for part in (loop.process.num, loop.process.den))
+    Kc, gain = loop.controller.Kc, float(num[-1] / den[-1]) if num.size else 0.0
+    if Kc * gain >= 0.0:
+        return ""
+    return (
+        f"The controller's gain, Kc = {Kc:g}, has the wrong sign: more OP {'raises' if gain > 0.0 else 'lowers'} this "
+        f"PV, so it would drive PV away from SP. Give Kc = {-Kc:g} (--controller), if that is the controller's action."
+    )
 
 
 def _judge(a: Cycle, b: Cycle, spread: float) -> tuple[bool, str]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from stiction.errors import ParameterError, RecordError
 from stiction.records.dialects import (
+    BLOCK_PAIRS,
     INDEX_WORDS,
     OUTPUT_WHEN_ALONE,
     SIGNAL_WORDS,
@@ -34,6 +35,8 @@ FLAGS = ("bad", "quality")
 SIGNALS = (*NUMBERS, "mode", *FLAGS)
 _WORD_TO_SIGNAL = {word: signal for signal, words in SIGNAL_WORDS.items() for word in words}
 _WORD_TO_SIGNAL |= {word: f"spare {signal}" for word, signal in SPARE_WORDS.items()}
+# A word of several is written with underscores as well: ``FC101_PROCESS_VALUE``.
+_WORD_TO_SIGNAL |= {word.replace(" ", "_"): signal for word, signal in _WORD_TO_SIGNAL.items()}
 _BY_LENGTH = sorted(_WORD_TO_SIGNAL, key=len, reverse=True)
 _WORDS = "|".join(re.escape(word) for word in _BY_LENGTH)
 _BEHIND = re.compile(rf"(.*?[^,./\\:|_\s-])\s*[,./\\:|_\s-]+({_WORDS})")
@@ -48,7 +51,7 @@ _UNIT_BEHIND = re.compile(
     re.IGNORECASE,
 )  # behind a space CO may be a gas: `Stack CO %`
 _DATE_FORM = re.compile(r"[dmyhsfapDMYHSFAPTZ:./ -]+")
-_BLOCK = re.compile(r"/P?ID\w*$|/PID_\w+$", re.IGNORECASE)
+_BLOCK = re.compile(r"/P?ID\w*$|/PID_\w+$|\.PIDA$", re.IGNORECASE)
 
 
 @dataclass
@@ -221,6 +224,7 @@ def assign(names: list[str], width: int, columns: Mapping[str, str | int] | None
         elif given.tag is None and _word(names[i]) in TAG_WORDS:
             given.tag = i
     _flags_of_signals(found)
+    _pair_blocks(found)
     if taken:
         given.chosen = _put_in(taken, found, names)
     for tag, signals in found.items():
@@ -255,6 +259,15 @@ def _flags_of_signals(found: dict[str, dict[str, list[int]]]) -> None:
                     found[owner_tag][f"{role} {flag}"] = [i]
 
 
+def _pair_blocks(found: dict[str, dict[str, list[int]]]) -> None:
+    """Give what one block of a point measures to the block that controls it, where that has none of its own."""
+    for measures, controls in BLOCK_PAIRS:
+        for tag in [tag for tag in found if tag.upper().endswith(measures)]:
+            others = [other for other in found if other.upper() == tag[: -len(measures)].upper() + controls]
+            if len(others) == 1:
+                found[others[0]] = {**found.pop(tag), **found[others[0]]}
+
+
 def _put_in(taken: dict[str, int], found: dict[str, dict[str, list[int]]], names: list[str]) -> str | None:
     """Put the columns that the user named where they belong; the tag of their loop, None where they make none."""
     pairs = [signal_of(names[i]) for i in taken.values()] if names else []
@@ -276,16 +289,21 @@ def _spare(signals: dict[str, list[int]], names: list[str], given: Assignment) -
     """Columns of `SPARE_WORDS` where the loop has no plainer one."""
     for role in dict.fromkeys(SPARE_WORDS.values()):
         cols = signals.pop(f"spare {role}", [])
-        fits = role == "sp" or ("pv" in signals and "mv" not in signals)
+        fits = {"sp": True, "op": "pv" in signals and "mv" not in signals, "pv": "op" in signals}[role]
         if role not in signals and len(cols) == 1 and fits:
             signals[role] = cols
-            said = "set point (SP)" if role == "sp" else "controller output (OP)"
+            said = {"sp": "set point (SP)", "op": "controller output (OP)", "pv": "process variable (PV)"}[role]
             given.guesses.append(f"Column {names[cols[0]]} is taken as the {said}, as there is no other.")
 
 
 def _output_beside_position(signals: dict[str, list[int]], names: list[str], given: Assignment) -> None:
     """A column MV is the controller output where the loop has no other, also beside a valve position."""
     outputs = [i for i in signals.get("mv", ()) if (pair := signal_of(names[i])) and pair[1] in OUTPUT_WHEN_ALONE]
+    if outputs and "op" in signals and "sp" in signals and "pv" not in signals:
+        given.guesses.append(
+            f"Column {names[outputs[0]]} is taken as the valve position (MV); if it is the measured value (ABB), name "
+            f"it with columns={{'pv': {names[outputs[0]]!r}}} (--columns)."
+        )
     if "op" in signals or len(outputs) != 1:
         return
     signals["op"] = outputs

@@ -10,6 +10,7 @@ import re
 
 __all__ = [
     "BAD_WORDS",
+    "BLOCK_PAIRS",
     "CELL_UNITS",
     "FRACTION_UNITS",
     "GOOD_WORDS",
@@ -34,15 +35,20 @@ __all__ = [
 SIGNAL_WORDS: dict[str, tuple[str, ...]] = {
     "pv": (
         *("PV", "PROCESS VARIABLE", "PROCESS VALUE", "MEASUREMENT", "MEASURED VALUE", "ISTWERT"),
-        *("PV.CV", "PV.VALUE", "PV_IN", "MEAS", "MESURE"),  # DeltaV, fieldbus blocks, PCS 7, I/A
+        *("PV.CV", "PV.F_CV", "PV.VALUE", "PV_IN", "PV_OUT", "MEAS", "MESURE"),  # DeltaV, fieldbus, PCS 7, I/A
+        *("VARIABLE DE PROCESO", "VALOR DE PROCESO", "VARIABILE DI PROCESSO", "VALORE DI PROCESSO", "MISURA"),
+        *("VARIÁVEL DE PROCESSO", "VARIAVEL DE PROCESSO", "VALOR DE PROCESSO", "ÄRVÄRDE", "MITTAUS", "OLOARVO"),
+        "ACTUAL VALUE",
     ),
     "sp": (
         *("SP", "SETPOINT", "SET POINT", "SETPT", "SOLLWERT", "CONSIGNE"),
-        *("SP.CV", "SP.VALUE", "SP_INT", "SV", "SPT"),  # DeltaV, fieldbus blocks, PCS 7, CENTUM, I/A
+        *("SP.CV", "SP.F_CV", "SP.VALUE", "SP_INT", "SV", "SPT"),  # DeltaV, fieldbus blocks, PCS 7, CENTUM, I/A
+        *("CONSIGNA", "PUNTO DE CONSIGNA", "PONTO DE AJUSTE", "BÖRVÄRDE", "ASETUSARVO"),
     ),
     "op": (
         *("OP", "OUT", "CO", "OUTPUT", "CONTROLLER OUTPUT", "CONTROL OUTPUT", "STELLGRÖSSE", "STELLGRAD", "SORTIE"),
-        *("OUT.CV", "OUT.VALUE", "OP.VALUE", "LMN", "CVEU"),  # DeltaV, fieldbus blocks, PCS 7, Rockwell PIDE
+        *("OUT.CV", "OUT.F_CV", "OUT.VALUE", "OP.VALUE", "LMN", "CVEU"),  # DeltaV, fieldbus, PCS 7, Rockwell PIDE
+        *("STELLWERT", "SALIDA", "USCITA", "SAÍDA", "SAIDA", "STYRSIGNAL", "UTSIGNAL", "OHJAUS"),
     ),
     "mv": (
         *("MV", "VALVE POSITION", "VALVE_POSITION", "POSITION", "STEM POSITION", "STEM", "TRAVEL", "VALVE TRAVEL"),
@@ -56,9 +62,13 @@ SIGNAL_WORDS: dict[str, tuple[str, ...]] = {
 """Signal -> its names, alone (`PV`) or behind a tag (`FIC-101.PV`, `FIC-101/PID1/PV.CV`). The quality of one signal
 stands behind it (`FIC-101.PV.Quality`)."""
 
-SPARE_WORDS = {"WSP": "sp", "CV": "op"}
-"""Words that count only where the loop has no plainer one: the working set point (ABB, Eurotherm), and the output of a
-Rockwell PID, which needs a PV beside it and no MV, since CV is the controlled variable of others."""
+SPARE_WORDS = {"WSP": "sp", "SP_OUT": "sp", "CV": "op", "ACTUAL": "pv"}
+"""Words that count only where the loop has no plainer one: the working set point (ABB, Eurotherm, PCS 7); the output
+of a Rockwell PID, which needs a PV beside it and no MV, since CV is the controlled variable of others; and Actual,
+which needs an OP beside it, since a mode or a valve has one too."""
+
+BLOCK_PAIRS = ((".DACA", ".PIDA"),)
+"""Blocks of one point of which the first holds the PV and the second the controller (Experion)."""
 
 TAG_WORDS = (
     *("TAG", "TAGNAME", "TAG NAME", "TAG_NAME", "POINT", "POINT NAME", "POINTNAME", "SIGNAL", "VARIABLE", "LOOP"),

@@ -38,7 +38,7 @@ class Phenomena:
 
     model: str
     """Name of the model."""
-    deadband: float
+    reversal_travel: float
     """Input from the reversal of a slow ramp to the first move back [% of travel].
 
     In stairs it lies between S and S + J, with slips that overshoot below."""
@@ -146,7 +146,7 @@ def _row(name: str, drive: Drive, rate: float, sj: float, span: float) -> Phenom
     typical, faster = np.median(slow[1:] or [math.nan]), np.median(middle[1:] or [math.nan])
     return Phenomena(
         name,
-        _deadband(drive, _SLOW * rate, sj, span),
+        _reversal_travel(drive, _SLOW * rate, sj, span),
         len(slow),
         len(fast),
         float(2.0 * abs(faster - typical) / (faster + typical)),
@@ -164,7 +164,7 @@ def _slips(drive: Drive, rate: float, sj: float, span: float) -> list[float]:
     return [float(mv[end] - mv[start]) for start, end in zip(starts, ends, strict=True)]
 
 
-def _deadband(drive: Drive, rate: float, sj: float, span: float) -> float:
+def _reversal_travel(drive: Drive, rate: float, sj: float, span: float) -> float:
     """Input between the last move up and the first move down of a triangle [% of travel]."""
     step = sj / _SAMPLES_PER_SLIP
     up = np.arange(0.0, span, step)

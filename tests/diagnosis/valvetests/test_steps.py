@@ -25,20 +25,24 @@ def test_the_synthetic_isa_check():
     assert moved[:8] == [1.1, 2.2, 3.3, 4.4, 5.5, 6.6, 7.7, 4.6]
     assert test.resolution.value == pytest.approx(1.1)
     assert test.S.value == pytest.approx(3.1)
-    assert test.deadband.value == pytest.approx(3.3)
-    low, high = test.deadband_range
+    assert test.reversal_travel.value == pytest.approx(3.3)
+    # S - J = 2, from two readings that are each rounded up to 0.1 %.
+    assert test.deadband.value == pytest.approx(2.0)
+    assert test.deadband.low == pytest.approx(1.9)
+    assert test.deadband.high == pytest.approx(2.1)
+    low, high = test.reversal_range
     assert low == pytest.approx(3.0)
     assert 4.0 <= high <= 4.0 + 2 * 0.1 + 1e-9
     assert test.verdict == "beyond limit"
 
 
 @pytest.mark.parametrize("turn", [7.7, 8.0, 8.3, 8.7])
-def test_the_deadband_from_the_turning_point_lies_within_the_range(turn):
+def test_the_travel_from_the_turning_point_lies_within_the_range(turn):
     test = st.analyse_steps(st.stroke(st.Kano(S=3.0, J=1.0), staircase(turn), 1.0, mv_start=-1.0))
     assert test.S.value == pytest.approx(3.1)
-    assert test.deadband.value == pytest.approx(3.1 + turn - 7.7)
-    low, high = test.deadband_range
-    assert low <= test.deadband.value <= high + 0.1
+    assert test.reversal_travel.value == pytest.approx(3.1 + turn - 7.7)
+    low, high = test.reversal_range
+    assert low <= test.reversal_travel.value <= high + 0.1
 
 
 def test_steps_cannot_tell_the_rate():
@@ -89,13 +93,13 @@ def test_overshoot():
     assert test.overshoot.value == pytest.approx(16.3, abs=0.5)
 
 
-def test_lost_motion_of_large_steps_is_the_deadband_alone():
+def test_large_steps_lose_the_deadband_alone():
     op = np.repeat([50.0, 55.0, 60.0, 55.0, 50.0, 45.0, 50.0, 55.0], 20)
     test = st.analyse_steps(st.stroke(st.Kano(S=3.0, J=1.0), op, 1.0))
-    assert test.lost_motion.value == pytest.approx(2.0, abs=0.01)
+    assert test.deadband.value == pytest.approx(2.0, abs=0.01)
     # The model answers in the sample of the step: no time at all, never a negative one.
     assert test.dead_time.value == test.t63.value == test.t86.value == 0.0
-    assert any("deadband below" in line for line in test.unknown)
+    assert any("S below" in line for line in test.unknown)
 
 
 def test_a_noisy_position_still_tells():
@@ -117,7 +121,7 @@ def test_verdicts():
     assert any("never responded" in line for line in stuck.unknown)
     one_way = st.analyse_steps(st.stroke(st.Kano(S=1.0, J=0.5), np.repeat(np.arange(50.0, 56.0, 0.5), 10), 1.0))
     assert one_way.verdict == "undecided"
-    assert not one_way.deadband.known
+    assert not one_way.reversal_travel.known
 
 
 @pytest.mark.parametrize(
@@ -151,7 +155,24 @@ def test_ramp_and_steps_judge_one_valve_alike(model, S, J, noise):
         test = analyse(replace(run, mv=run.mv + noise * np.random.default_rng(1).standard_normal(len(run))))
         assert pytest.approx(S, abs=0.06) == test.S.value
         verdicts.add(test.verdict)
-    assert verdicts == {"within limit" if S <= 1.0 else "beyond limit"}
+    # What OP travels in a sample may be in the S of a ramp: so near to the limit it may leave it open.
+    near = {"undecided"} if abs(S - 1.0) <= 0.1 else set()
+    assert verdicts - near == {"within limit" if S <= 1.0 else "beyond limit"}
+
+
+@pytest.mark.parametrize(("S", "J"), [(1.6, 0.6), (3.0, 1.0), (5.0, 4.0)])
+def test_a_word_means_one_quantity_in_both_tests(S, J):
+    ramp, step = st.plan_ramp_test(40.0, 60.0, threshold=0.05), st.plan_step_test(50.0, fine_step=0.05, fine_range=8.0)
+    tests = [
+        analyse(st.stroke(st.Kano(S, J), plan.op, plan.dt))
+        for plan, analyse in ((ramp, st.analyse_ramp), (step, st.analyse_steps))
+    ]
+    for test in tests:
+        form = test.to_dict()
+        assert form["deadband"]["value"] == pytest.approx(S - J, abs=0.12)
+        assert form["S"]["value"] == pytest.approx(S, abs=0.12)
+        assert form["deadband"]["value"] < form["S"]["value"]
+    assert "lost_motion" not in tests[1].summary()
 
 
 @pytest.mark.parametrize("signal", ["mv", "pv"])
@@ -169,13 +190,13 @@ def test_noise_turns_no_verdict_about(noise, signal):
             assert unanswered(test.steps, test.smallest_response, signal == "mv").sure <= S
 
 
-def test_a_deadband_counts_without_a_resolution():
+def test_a_reversal_counts_without_a_resolution():
     op = np.repeat([50.0, 54.0, 52.0, 50.0], 20)
     test = st.analyse_steps(st.stroke(st.Kano(S=3.0, J=1.0), op, 1.0))
     assert not test.resolution.known
-    assert test.deadband.low == pytest.approx(2.0)
+    assert test.reversal_travel.low == pytest.approx(2.0)
     assert test.verdict == "beyond limit"
-    assert unanswered(test.steps, 0.0, is_position=True).sure == pytest.approx(test.deadband.low)
+    assert unanswered(test.steps, 0.0, is_position=True).sure == pytest.approx(test.reversal_travel.low)
 
 
 def test_a_fine_range_that_was_too_narrow_is_to_be_widened():
@@ -203,10 +224,10 @@ def test_the_plan_says_which_valve_its_fine_range_cannot_move(S, J):
 
 @pytest.mark.parametrize(("S", "J"), [(3.0, 1.0), (1.0, 1.0), (4.0, 0.5)])
 def test_the_fine_range_that_reads_both(S, J):
-    # From the top of the staircase, 2 R down: a deadband of up to S + J, then a resolution of J.
+    # From the top of the staircase, 2 R down: a travel of up to S + J, then a resolution of J.
     plan = st.plan_step_test(50.0, fine_range=S / 2 + J + 0.2, sizes=[])
     test = st.analyse_steps(st.stroke(st.Kano(S, J), plan.op, plan.dt))
-    assert test.deadband.known
+    assert test.reversal_travel.known
     assert test.resolution.known
 
 

@@ -125,7 +125,7 @@ def test_where_the_set_point_is_missing_the_pv_is_looked_at_and_that_is_said():
     assert "SP is missing in the first half of the record or more: PV was looked at alone." in found.reason
     assert "SP is missing" not in find_oscillation(run).reason
     assert find_oscillation(replace(run, sp=run.pv)).reason.startswith("PV is where SP is")
-    assert find_oscillation(replace(run, pv=np.ones(N))).reason.startswith("PV is missing or does not move")
+    assert find_oscillation(replace(run, pv=np.ones(N))).reason.startswith("PV does not move, it stands at 1")
 
 
 @pytest.mark.parametrize("last", [300, 600, 900, 1200, 1600])
@@ -180,3 +180,9 @@ def test_samples_lost_one_by_one_hide_neither_the_controllers_own_nor_S(share):
     assert found.identification.own_samples
     assert found.identification.S_low <= 5.0 <= found.identification.S_high
     assert found.identification.S_high < 1.2 * found.identification.S_low
+
+
+def test_a_steady_error_is_told_as_one():
+    still = st.LoopRecord("FC1", 1.0, op=np.linspace(50.0, 51.0, 300), pv=np.full(300, 50.0), sp=np.full(300, 51.0))
+    assert "1 below SP: a steady error" in find_oscillation(still).reason
+    assert "missing" in find_oscillation(replace(still, pv=np.full(300, np.nan))).reason

@@ -77,8 +77,7 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
     error = control_error(record)
     op = filled(record.op)
     if error is None:
-        what = "PV is missing or does not move" if filled(record.pv) is None else "PV is where SP is"
-        return _none(f"{what}, so there is no error to look at.")
+        return _none(_no_error(record))
     by_error = strongest(error)
     best, seen = by_error, "the control error"
     if not by_error.regular and op is not None:
@@ -160,6 +159,20 @@ def _amplitude(x: NDArray[np.float64] | None, samples_per_period: float) -> floa
     starts = np.arange(0.0, x.shape[0] - length + 1.0, samples_per_period).astype(np.intp)
     cycles = np.lib.stride_tricks.sliding_window_view(calm, length)[starts]
     return float(np.median(cycles.max(axis=1) - cycles.min(axis=1))) / 2.0
+
+
+def _no_error(record: LoopRecord) -> str:
+    """Say why the control error shows no oscillation."""
+    pv = record.pv
+    if pv is None or not np.isfinite(pv).any():
+        return "PV is missing, so there is no error to look at."
+    if filled(pv) is not None:
+        return "PV is where SP is, so there is no error to look at."
+    still = f"PV does not move, it stands at {np.nanmedian(pv):.4g}"
+    if record.sp is None or not np.isfinite(record.sp).any():
+        return f"{still}, so there is no error to look at."
+    error = float(np.nanmedian(record.sp - pv))
+    return f"{still}, {abs(error):.3g} {'below' if error > 0.0 else 'above'} SP: a steady error is no oscillation."
 
 
 def _none(reason: str, acf: NDArray[np.float64] | None = None) -> Oscillation:

@@ -46,7 +46,8 @@ def analyse_ramp(
         What shows the stem; by default `mv` where it was recorded, else `pv`.
     lag : float
         Known first-order lag between the OP and the force on the stem (transducer, actuator) [s]; left out, it shifts
-        sb by the rate times the lag. A lag of the sensor is found from the rates that were followed.
+        sb by the rate times the lag. The lag of a flow is found from the rates tested, two at least: from one rate it
+        cannot be told from deadband, and the intervals are widened by it.
     limit : float
         Limit on deadband plus stickband, S [% of span].
     bins : int
@@ -66,10 +67,11 @@ def analyse_ramp(
     Notes
     -----
     OP and stem are cut into rests and straight lines. A rest followed by another level is a slip; a line with
-    about the slope of the OP is following. sb, sj and the frictionless line come from one least-squares fit, their
-    intervals from a bootstrap over the slips. r lies between the fastest ramp that went in stairs and the slowest
-    that was followed; it is known no better than the rates tested. Stairs too small for the noise are sought
-    together, by their regularity.
+    about the slope of the OP is following. sb, sj and the frictionless line come from one least-squares fit. Their
+    intervals hold the scatter from slip to slip, the sampling and rounding of the record, the travel of the OP while
+    a slip goes on and, for a flow tested at one rate, the lag that such a test cannot tell from deadband. r lies
+    between the fastest ramp that went in stairs and the slowest that was followed; it is known no better than the
+    rates tested. Stairs too small for the noise are sought together, by their regularity.
 
     References
     ----------
@@ -89,19 +91,24 @@ def analyse_ramp(
     settings = {"signal": signal, "lag": lag, "limit": limit, "bins": bins}
     reading = read_stem(record, signal, lag)
     op_ramps, pieces = find_ramps(reading, record.tag)
-    found = _moves(reading, op_ramps, record.tag)
+    found, rounding = _moves(reading, op_ramps, record.tag)
     rows = rows_for_fit(op_ramps, found)
-    fit = fit_friction(rows, reading.signal == "mv") if rows.op.size else None
+    fit = None
+    if rows.op.size:
+        grain = {"dt": record.dt, "op_step": reading.op_step, "rounding": rounding}
+        fit = fit_friction(rows, reading.signal == "mv", **grain)
     ramps = classify(op_ramps, found, fit)
     r_low, r_high, contradiction = bracket(ramps)
-    sb, sj, deadband, S = _friction(fit)
-    if fit is None and reading.signal == "mv":
+    sb = sj = deadband = S = Estimate()
+    if fit is not None:
+        sb, sj, deadband, S = fit.sb, fit.sj, fit.deadband, fit.S
+    elif reading.signal == "mv":
         deadband, S = followed(op_ramps, found)
     op_line = np.concatenate([[p.at(t) for t in reading.time[p.first : p.last]] for p in pieces])
     valve, position, model, residual = _against_record(record, reading, op_line, fit, r_low, r_high)
     stuck = max(moved.lead for moved in found)
     unknown = not_known(reading, ramps, fit, stuck, r_low, r_high, contradiction)
-    verdict, reason = judge(sb, sj, S, stuck, limit, reading.signal)
+    verdict, reason = judge(sb, sj, S, stuck, limit, reading.signal, fit.doubt if fit else None)
     return RampTest(
         record, reading.signal, verdict, reason, limit, unknown, settings,
         sb, sj, r_low, r_high, deadband, S,
@@ -111,7 +118,8 @@ def analyse_ramp(
     )  # fmt: skip
 
 
-def _moves(reading: Reading, ramps: tuple[OpRamp, ...], tag: str) -> tuple[Moves, ...]:
+def _moves(reading: Reading, ramps: tuple[OpRamp, ...], tag: str) -> tuple[tuple[Moves, ...], float]:
+    """Moves in every ramp, and the step to which the stem is rounded [its unit]."""
     inside = [slice(ramp.line.first, ramp.line.last) for ramp in ramps]
     tested = np.concatenate([reading.stem[part] for part in inside])
     driven = np.concatenate([reading.op[part] for part in inside])
@@ -126,28 +134,11 @@ def _moves(reading: Reading, ramps: tuple[OpRamp, ...], tag: str) -> tuple[Moves
         gain = 1.0
     rounding = resolution(tested, COARSE * abs(gain))
     sigma = max(noise(reading.stem), 0.5 * rounding, 0.002 * abs(gain))
-    return tuple(
+    found = tuple(
         moves(ramp, reading.time[part], reading.stem[part], sigma, rounding, gain)
         for ramp, part in zip(ramps, inside, strict=True)
     )
-
-
-def _friction(fit: FrictionFit | None) -> tuple[Estimate, Estimate, Estimate, Estimate]:
-    """(sb, sj, deadband, S)."""
-    if fit is None:
-        return Estimate(), Estimate(), Estimate(), Estimate()
-    sb, sj, lag = fit.sb, fit.sj, fit.lag
-    if not lag.known and sb.known:
-        lag = _combined(sb, sj, 1.0, -1.0)
-    double = Estimate(2.0 * lag.value, 2.0 * lag.low, 2.0 * lag.high, 2.0 * lag.spread, lag.n)
-    return sb, sj, double, _combined(sb, sj, 2.0, -1.0)
-
-
-def _combined(a: Estimate, b: Estimate, p: float, q: float) -> Estimate:
-    """``p a + q b`` with the intervals added in squares."""
-    value = p * a.value + q * b.value
-    half = 0.5 * math.hypot(p * (a.high - a.low), q * (b.high - b.low))
-    return Estimate(value, value - half, value + half, math.hypot(p * a.spread, q * b.spread), min(a.n, b.n))
+    return found, rounding
 
 
 def _against_record(

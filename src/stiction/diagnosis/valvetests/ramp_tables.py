@@ -24,7 +24,9 @@ def rows_for_fit(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...]) -> Rows:
     for ramp, moved in zip(ramps, found, strict=True):
         first = len(slips)
         jump = moved.hidden.jump if moved.hidden else math.nan
-        slips += [(ramp.direction, s.op, s.before, s.after, ramp.rate, math.isnan(s.stuck), jump) for s in moved.slips]
+        slips += [
+            (ramp.direction, s.op, s.before, s.after, ramp.rate, math.isnan(s.stuck), jump, s.rise) for s in moved.slips
+        ]
         if moved.hidden:
             points += [(first, 1.0, *point) for point in zip(moved.hidden.op, moved.hidden.stem, strict=True)]
         for follow in moved.follows:
@@ -33,7 +35,7 @@ def rows_for_fit(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...]) -> Rows:
                 middle = 0.5 * (follow.op_start + follow.op_end), 0.5 * (follow.stem_start + follow.stem_end)
                 place = first + began[-1]
                 points += [(place, 0.0, *middle), (place, 0.0, follow.op_end, follow.stem_end)]
-    direction, op, before, after, rate, followed, jumps = np.array(slips, dtype=float).reshape(-1, 7).T
+    direction, op, before, after, rate, followed, jumps, rise = np.array(slips, dtype=float).reshape(-1, 8).T
     place, mean, follow_op, follow_stem = np.array(points, dtype=float).reshape(-1, 4).T
     return Rows(
         direction,
@@ -43,6 +45,7 @@ def rows_for_fit(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...]) -> Rows:
         rate,
         followed > 0.0,
         jumps,
+        rise,
         place.astype(np.int64),
         mean > 0.0,
         follow_op,

@@ -9,6 +9,7 @@ from stiction.diagnosis.valvetests.reading import no_answer
 
 if TYPE_CHECKING:
     from stiction.diagnosis.valvetests.friction_fit import FrictionFit
+    from stiction.diagnosis.valvetests.ramp_intervals import Doubt
     from stiction.diagnosis.valvetests.reading import Reading
     from stiction.diagnosis.valvetests.result import Estimate, Ramp, Verdict
 
@@ -18,15 +19,19 @@ BELOW_ZERO = 0.25
 """What noise may take a quantity below 0 in a good test [% of span], and as a share of S."""
 
 
-def judge(sb: Estimate, sj: Estimate, S: Estimate, stuck: float, limit: float, signal: str) -> tuple[Verdict, str]:
-    """Verdict on deadband plus stickband S [% of span], read from `signal`.
+def judge(
+    sb: Estimate, sj: Estimate, S: Estimate, stuck: float, limit: float, signal: str, doubt: Doubt | None = None
+) -> tuple[Verdict, str]:
+    """Verdict on deadband plus stickband S [% of span], read from `signal`; `doubt` is in the intervals.
 
     `stuck` is the longest OP travel without any slip [% of span]. A stem that began somewhere in its band of S + J may
     rest so long with half of it as S.
     """
     allowed = BELOW_ZERO * max(1.0, S.value if S.known else 0.0)
-    for name, found in (("S, deadband plus stickband,", S), ("sb", sb), ("sj", sj)):
-        lowest = found.low if math.isfinite(found.low) else found.value
+    for key, name, found in (("S", "S, deadband plus stickband,", S), ("sb", "sb", sb), ("sj", "sj", sj)):
+        # What is wrong in every slip alike takes an interval below 0 in a good test too: only scatter counts.
+        known = doubt.of(key)[0] if doubt else 0.0
+        lowest = found.low + known if math.isfinite(found.low) else found.value
         if lowest < -allowed:
             return "undecided", (
                 f"{name} is {found.text()}, and no valve has one below 0: the slips do not go with the OP. Ramp in "
@@ -75,6 +80,14 @@ def not_known(
             if reading.signal == "mv"
             else "sb and deadband: slips in one direction only, so the stick band cannot be told apart from the zero "
             "of the flow. Ramp up and down."
+        )
+    if reading.signal == "pv" and fit.doubt.late > 0.0:
+        pace = max(abs(ramp.rate) for ramp in ramps)
+        lines.append(
+            f"lag from deadband: the slips came at one rate, {pace:.3g} %/s, at which the lag and the dead time of the "
+            f"flow look like deadband and make S too large, by up to {2.0 * pace:.2g} % per second of each. The "
+            f"intervals allow for the {fit.doubt.late / pace:.2g} s that a slip took to show. Ramp at a second rate, "
+            "slower by half or more."
         )
     lines += _rate_words(ramps, r_low, r_high, contradiction)
     if fit.sb.known and fit.sb.n < 3:

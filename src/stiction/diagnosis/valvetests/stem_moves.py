@@ -24,6 +24,8 @@ PASSING = 0.4
 """A rest shorter than this share of the input travel that the jump about it calls for is none [-]."""
 CLEAR = 3.0
 """Jumps below this multiple of the smallest stair seen singly are also sought by their regularity [-]."""
+PASSED = 0.865
+"""Share of a slip that two time constants of a lag show, 1 - exp(-2) [-]."""
 TRANSIT = 3.0
 """A line above this multiple of the expected slope is a slip in progress [-]."""
 
@@ -42,6 +44,8 @@ class Slip:
     """Stem right after the jump [unit of the stem signal]."""
     stuck: float
     """When the stem came to rest again [s]; NaN when it followed."""
+    rise: float
+    """From the last sample at rest to the first that shows `PASSED` of the slip [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +130,8 @@ def moves(
             after = run.piece.level if run.rest else run.piece.at(when)
             stuck = start if run.rest else math.nan
             if heading * (after - before.piece.level) > (0.0 if run.rest else -math.inf):
-                slips.append(Slip(when, ramp.line.at(when), before.piece.level, after, stuck))
+                rise = _rise(time, stem, before.piece, run.piece)
+                slips.append(Slip(when, ramp.line.at(when), before.piece.level, after, stuck, rise))
         if run.rest and slips:
             rest_travel += abs(ramp.rate) * (end - start + dt)
         if not run.rest:
@@ -147,6 +152,15 @@ def moves(
             first = replace(slips[0], after=slips[0].before + gain * hidden.jump, stuck=math.nan)
             return Moves((first,), (), travel, max(seen, least), lead, hidden)
     return Moves(tuple(slips), tuple(follows), rest_travel, max(seen, least), lead, None)
+
+
+def _rise(time: NDArray[np.float64], stem: NDArray[np.float64], left: Piece, reached: Piece) -> float:
+    """Time [s] from the rest `left` until the stem has made `PASSED` of its way to the piece it `reached`."""
+    later = slice(left.last, reached.last)
+    goal = reached.level + reached.slope * (time[later] - 0.5 * (reached.start + reached.end)) - left.level
+    there = (stem[later] - left.level) * np.sign(goal) >= PASSED * np.abs(goal)
+    when = float(time[later][np.argmax(there)]) if there.any() else reached.start
+    return when - left.end
 
 
 def _runs(pieces: list[Piece], expected: float, least: float, sigma: float) -> list[_Run]:

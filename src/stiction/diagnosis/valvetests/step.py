@@ -1,4 +1,4 @@
-"""Step test: deadband, resolution and response time in the words of ISA-75.25.01."""
+"""Step test: S, deadband, resolution and response time."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from stiction.diagnosis.valvetests.piecewise import Piece, cut, resolution
 from stiction.diagnosis.valvetests.reading import COARSE, read_stem, refuse_reaction
-from stiction.diagnosis.valvetests.step_readings import band_readings, lost_motion, middle, rounded, unanswered
+from stiction.diagnosis.valvetests.step_readings import band_readings, deadband_alone, middle, rounded, unanswered
 from stiction.diagnosis.valvetests.step_response import response
 from stiction.diagnosis.valvetests.step_result import Step, StepTest
 from stiction.diagnosis.valvetests.step_words import judge_steps, steps_not_known
@@ -59,15 +59,15 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
 
     Notes
     -----
-    A reading is rounded up to a step. The deadband read from the turning point depends on where in the stick band
-    the reversal starts: it lies between S and S + J. Read from the last response it is S, and S is what is judged, as
-    by a ramp test: the lost motion S - J and the resolution J together. Deadband and resolution as they are read would
-    count the jump twice. Held steps cannot tell the rate r: every published two- and three-parameter model gives the
-    same stem for them.
+    A reading is rounded up to a step. ISA-75.25.01 reads a dead band from the turning point; it depends on where in
+    the stick band the reversal starts and lies between S and S + J: here it is `reversal_travel`, and deadband is S
+    - J, as everywhere. Read from the last response the travel is S, and S is what is judged, as by a ramp test:
+    deadband and resolution J together. ISA's dead band and resolution would count the jump twice. Held steps cannot
+    tell the rate r: every published two- and three-parameter model gives the same stem for them.
 
     References
     ----------
-    isa75_25_01, after: the terms deadband, resolution, dead time, T63, T86 and T98. The limit of 1 % on backlash and
+    isa75_25_01, after: the terms dead band, resolution, dead time, T63, T86 and T98. The limit of 1 % on backlash and
     stiction together is customary (entech1998, after).
 
     Examples
@@ -86,9 +86,9 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
     sigma, rounding = _noise(reading, holds)
     steps, smallest = _steps(reading, holds, sigma, rounding)
     readings = band_readings(steps)
-    turned = [r for r in readings if r.kind == "deadband"]
+    turned = [r for r in readings if r.kind == "reversal"]
     onwards = [r for r in readings if r.kind == "resolution"]
-    deadband, fine = rounded([r.reading for r in turned], turned), rounded([r.reading for r in onwards], onwards)
+    reversal, fine = rounded([r.reading for r in turned], turned), rounded([r.reading for r in onwards], onwards)
     S = rounded([r.from_last_move for r in turned], turned)
     unknown = steps_not_known(reading.signal, steps, turned, onwards)
     still = unanswered(steps, smallest, reading.signal == "mv")
@@ -98,7 +98,7 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
     )
     return StepTest(
         record, reading.signal, verdict, reason, limit, unknown, settings,
-        deadband, fine, S, (S.low, S.high + fine.high), lost_motion(steps, reading.signal == "mv"),
+        deadband_alone(steps, reading.signal == "mv", S, fine), fine, S, reversal, (S.low, S.high + fine.high),
         dead_time, t63, t86, t98, overshoot,
         smallest, steps, readings,
     )  # fmt: skip

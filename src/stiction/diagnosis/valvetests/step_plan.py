@@ -1,4 +1,4 @@
-"""Plan a step test: a fine staircase up and down for deadband and resolution, then larger steps for the response."""
+"""Plan a step test: a fine staircase up and down for S and resolution, then larger steps for the response."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ def plan_step_test(
     start : float
         OP before, amid and after the test [% of span].
     fine_step : float
-        Step of the staircase [% of span]: deadband and resolution are read to within one such step.
+        Step of the staircase [% of span]: S and resolution are read to within one such step.
     fine_range : float
         Staircase from `start` up by this much, down to as much below, and back [% of span]; make it at least twice
-        the deadband expected. 0 leaves the staircase out.
+        the S expected. 0 leaves the staircase out.
     sizes : float or sequence of float
         Steps for the response time [% of span], each given up, down, down and up.
     hold : float
@@ -56,7 +56,7 @@ def plan_step_test(
     -----
     A stem rests while OP is within (S + J) / 2 of it. From the middle of this band a `fine_range` of R moves it when
     R > (S + J) / 2, from anywhere when 2 R > S + J, which is the same R. From the top of the staircase, 2 R down, the
-    deadband takes up to S + J and the resolution J more: both are read when R > S / 2 + J.
+    reversal takes up to S + J and the resolution J more: both are read when R > S / 2 + J.
 
     References
     ----------
@@ -96,8 +96,8 @@ def plan_step_test(
     notes = (
         f"Staircase of {fine_step:g} % steps over {n * fine_step:g} % up and down, then steps of {listed or 'no'} %, "
         f"each held {hold:g} s.",
-        "A deadband read from the turning point lies between S and S + J, as the reversal comes at any place in the "
-        "stick band; the staircase reads both.",
+        "The travel read from the turning point, ISA's dead band, lies between S and S + J, as the reversal comes at "
+        "any place in the stick band; the staircase reads S too.",
         "Held steps cannot tell the rate r at which the stem starts to follow; only ramps can.",
     )
     if n:

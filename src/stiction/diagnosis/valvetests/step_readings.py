@@ -1,4 +1,4 @@
-"""Deadband, resolution and lost motion read from the steps that the stem answered."""
+"""S, deadband, resolution and the travel on a reversal read from the steps that the stem answered."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stiction.diagnosis.valvetests.step_result import BandReading, Step
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Unanswered", "band_readings", "lost_motion", "middle", "rounded", "unanswered"]
+__all__ = ["Unanswered", "band_readings", "deadband_alone", "middle", "rounded", "unanswered"]
 
 
 class Unanswered(NamedTuple):
@@ -29,7 +29,7 @@ class Unanswered(NamedTuple):
 
 
 def band_readings(steps: Sequence[Step]) -> tuple[BandReading, ...]:
-    """Read the deadband or the resolution wherever a response followed an earlier one."""
+    """Read the travel on a reversal or the resolution wherever a response followed an earlier one."""
     table: list[BandReading] = []
     last: Step | None = None
     turn = math.nan
@@ -45,7 +45,7 @@ def band_readings(steps: Sequence[Step]) -> tuple[BandReading, ...]:
             turned = not math.isnan(turn)
             whole = abs(step.op_after - last.op_after)
             if onwards != turned:
-                kind = "resolution" if onwards else "deadband"
+                kind = "resolution" if onwards else "reversal"
                 reading = whole if onwards else abs(step.op_after - turn)
                 heading = 1 if size > 0.0 else -1
                 table.append(BandReading(kind, step.stem_before, heading, reading, whole, abs(size)))
@@ -74,8 +74,21 @@ def middle(values: Sequence[float]) -> Estimate:
     return Estimate(float(np.median(seen)), float(low), float(high), spread, int(seen.size))
 
 
-def lost_motion(steps: Sequence[Step], is_position: bool) -> Estimate:
-    """OP that a reversing step loses, against steps onwards that each moved the stem [% of span]."""
+def deadband_alone(steps: Sequence[Step], is_position: bool, S: Estimate, resolution: Estimate) -> Estimate:
+    """Deadband without stickband, S - J [% of span].
+
+    OP that a reversing step loses, against steps onwards that each moved the stem; where no step tells, the difference
+    of `S` and the `resolution`, both rounded up to a step.
+    """
+    lost = _lost_motion(steps, is_position)
+    if lost.known or not (S.known and resolution.known):
+        return lost
+    value = max(S.value - resolution.value, 0.0)
+    low, high = max(S.low - resolution.high, 0.0), max(S.high - resolution.low, 0.0)
+    return Estimate(value, low, high, n=min(S.n, resolution.n))
+
+
+def _lost_motion(steps: Sequence[Step], is_position: bool) -> Estimate:
     moved = [(a, b) for a, b in pairwise(steps) if a.responded and b.responded]
     gains = [(b.stem_after - b.stem_before) / (b.op_after - b.op_before) for _, b in moved if not b.reversal]
     if not gains and not is_position:

@@ -42,16 +42,16 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class BandReading:
-    """One reading of the deadband or of the resolution."""
+    """One reading of the travel on a reversal or of the resolution."""
 
-    kind: Literal["deadband", "resolution"]
-    """`deadband` on a reversal, `resolution` onwards in the same direction."""
+    kind: Literal["reversal", "resolution"]
+    """`reversal` on a reversal, `resolution` onwards in the same direction."""
     position: float
     """Where the stem rested [% of span, or the unit of the flow]."""
     direction: int
     """1 opening, -1 closing [-]."""
     reading: float
-    """OP from the turning point (deadband) or from the last response (resolution) to the response [% of span]."""
+    """OP from the turning point (reversal) or from the last response (resolution) to the response [% of span]."""
     from_last_move: float
     """OP from the last response to this one: S on a reversal, J onwards, rounded up to a step [% of span]."""
     step: float
@@ -63,15 +63,18 @@ class StepTest(ValveTest):
     """What a step test says."""
 
     deadband: Estimate
-    """OP on a reversal, from the turning point, without response [% of span]; between S and S + J."""
+    """Deadband without stickband, S - J [% of span]: OP lost in the response to a reversing step; where no step tells,
+    S less the resolution."""
     resolution: Estimate
     """OP onwards in the same direction until the next response [% of span]: J, rounded up to a step."""
     S: Estimate
     """Deadband plus stickband, read from the last response [% of span]; the interval is the rounding to a step."""
-    deadband_range: tuple[float, float]
-    """S and S + J: where the deadband reads, depending on where in the stick band the reversal starts [% of span]."""
-    lost_motion: Estimate
-    """OP lost in the response to a reversing step: deadband without stickband, S - J [% of span]."""
+    reversal_travel: Estimate
+    """OP on a reversal, from the turning point, until the stem moves back [% of span]: what ISA-75.25.01 calls dead
+    band. It is no property of the valve alone, but lies between S and S + J."""
+    reversal_range: tuple[float, float]
+    """S and S + J: where `reversal_travel` lies, depending on where in the stick band the reversal starts
+    [% of span]."""
     dead_time: Estimate
     """Dead time [s]."""
     t63: Estimate
@@ -87,12 +90,12 @@ class StepTest(ValveTest):
     steps: tuple[Step, ...]
     """Every step."""
     readings: tuple[BandReading, ...]
-    """Every reading of deadband and resolution, over the travel."""
+    """Every reading on a reversal and of the resolution, over the travel."""
 
     kind = "step test"
-    brackets = "for deadband, resolution and S the rounding to a step, else the range of 95 % of the steps"
+    brackets = "for S, resolution and reversal_travel the rounding to a step, else the range of 95 % of the steps"
 
     def quantities(self) -> dict[str, Estimate]:
         """Name what the test measured."""
-        names = ("deadband", "resolution", "S", "lost_motion", "dead_time", "t63", "t86", "t98", "overshoot")
+        names = ("S", "deadband", "resolution", "reversal_travel", "dead_time", "t63", "t86", "t98", "overshoot")
         return {name: getattr(self, name) for name in names}

@@ -66,7 +66,7 @@ def judge_steps(
         )
     if not S.known:
         return "undecided", "The test does not show S, deadband plus stickband (no reversal with a response)."
-    finest = min(r.step for r in readings if r.kind == "deadband")
+    finest = min(r.step for r in readings if r.kind == "reversal")
     # Where noise hides whole steps the response before the reversal may have been seen late, and S be read too small.
     if S.value + (still.hidden if still.hidden > finest else 0.0) <= limit * (1.0 + 1e-9):
         return "within limit", text
@@ -82,12 +82,14 @@ def steps_not_known(
     lines = ["r: held steps look the same at every r; use a ramp test."]
     if not any(step.responded for step in steps):
         what = "stem" if signal == "mv" else "flow"
-        return (*lines, f"deadband and resolution: the {what} never responded. Step further.")
+        return (*lines, f"S, deadband and resolution: the {what} never responded. Step further.")
     if not turned:
-        lines.append("deadband: no reversal with a response before and after it. Step up and down, further than S.")
+        lines.append(
+            "S and deadband: no reversal with a response before and after it. Step up and down, further than S."
+        )
     elif all(r.reading <= r.step * 1.001 for r in turned):
         finest = min(r.step for r in turned)
-        lines.append(f"deadband below {finest:.3g} %: every reversal {_at_once(steps, finest)}")
+        lines.append(f"S below {finest:.3g} %: every reversal {_at_once(steps, finest)}")
     if not onwards:
         lines.append("resolution: no two responses in the same direction. Step further.")
     elif all(r.reading <= r.step * 1.001 for r in onwards):
