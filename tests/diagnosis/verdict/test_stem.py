@@ -193,6 +193,67 @@ def test_a_population_with_positions():
 
 
 @cache
+def drifting(S, J, drift, n=2000):
+    """A flow loop that a wave of 1 % and a slow load of `drift` move, with a good position of the stem."""
+    made = st.Loop(st.PID(0.35, 6.0), st.Kano(S, J) if S else st.Ideal(), st.FOPDT(1.5, 4.0, 2.0), dt=1.0, noise=0.05)
+    t = np.arange(n)
+    load = 1.5 * np.sin(2.0 * np.pi * t / 60.0) + 0.75 * drift * np.sin(2.0 * np.pi * t / n)
+    run = st.simulate(made, 70.0, float(n), load, seed=1, pv_start=70.0, op_start=50.0, tag="FC1", loop_type="flow")
+    assert run.mv is not None
+    return replace(run, mv=(run.mv + 0.02 * np.random.default_rng(1).normal(size=n)).round(2))
+
+
+@pytest.mark.parametrize("drift", [0.0, 10.0, 20.0, 40.0])
+def test_how_far_OP_drifts_does_not_hide_a_band(drift):
+    record = drifting(1.5, 0.9, drift)
+    seen, found = stem_shown(record), st.diagnose(record)
+    assert (seen.what, found.verdict) == ("stiction", "stiction")
+    assert pytest.approx(1.5, rel=0.03) == seen.valve.S
+    assert pytest.approx(0.9, rel=0.1) == seen.valve.J
+    play = drifting(1.5, 0.0, drift)
+    seen, found = stem_shown(play), st.diagnose(play)
+    assert (seen.what, found.verdict) == ("deadband", "no_stiction")
+    assert pytest.approx(1.5, rel=0.03) == seen.valve.S
+
+
+@pytest.mark.parametrize("drift", [10.0, 20.0, 40.0])
+@pytest.mark.parametrize(("S", "J"), [(0.0, 0.0), (0.2, 0.1), (0.4, 0.3)])
+def test_a_small_band_is_that_of_a_good_valve_where_OP_goes_far(S, J, drift):
+    record = drifting(S, J, drift)
+    seen = stem_shown(record)
+    assert seen.what == "good"
+    assert seen.band == -MOST
+    assert st.diagnose(record).verdict == "no_stiction"
+
+
+@pytest.mark.parametrize("lag", [0.5, 3.0, 8.0])
+@pytest.mark.parametrize("fastest", [0.5, 2.0, 100.0])
+def test_a_good_valve_that_comes_slowly_after_steps_of_OP_has_no_band(lag, fastest):
+    rng = np.random.default_rng(2)
+    op = np.repeat(rng.uniform(25.0, 75.0, 20), 100) + np.convolve(rng.normal(size=2019), np.ones(20) / 20.0, "valid")
+    stem = op.copy()
+    for k in range(1, op.size):
+        stem[k] = stem[k - 1] + np.clip((op[k] - stem[k - 1]) / (lag + 0.5), -fastest, fastest)
+    seen = stem_shown(st.LoopRecord(op=op, pv=op, dt=1.0, tag="FC1", mv=stem + 0.02 * rng.normal(size=op.size)))
+    assert not seen.used or seen.what == "good"
+
+
+def test_a_band_within_the_noise_of_the_position_is_that_of_a_good_valve():
+    noise = 0.5 * np.random.default_rng(0).normal(size=2000)
+    shown = {
+        S: stem_shown(replace(drifting(S, 0.6 * S, 20.0), mv=drifting(S, 0.6 * S, 20.0).mv + noise)) for S in (0.8, 3.0)
+    }
+    assert [seen.what for seen in shown.values()] == ["good", "stiction"]
+
+
+def test_no_size_is_small_in_a_unit_of_which_the_span_is_not_known():
+    record = drifting(0.4, 0.3, 20.0)
+    counts = replace(record, op=40.95 * record.op)
+    assert counts.op_unit_short != "%"
+    assert stem_shown(counts).what == "good"
+
+
+@cache
 def driven(S=3.0, J=0.6, swing=2.4):
     """A flow loop that a wave from outside drives, with the stem's own position."""
     made = st.Loop(st.PID(0.309, 14.0), st.Kano(S, J), st.FOPDT(1.186, 14.0, 9.17), dt=1.0, noise=0.06)

@@ -10,7 +10,11 @@ it: :math:`E_g, E_d, E_s`, `LITTLE` added to each. With n turns of the stem log 
 .. math:: \ell_b = a_0 + a_1 \ln\frac{E_g}{\min(E_d, E_s)}, \quad
     \ell_j = b_0 + b_1 \tanh\Big(\frac{n}{m} \ln\frac{E_d}{E_s}\Big) + b_2 \frac{J}{S}
 
-for a band against none, and for a jump in it against none. With the other findings' probabilities p,
+for a band against none, and for a jump in it against none. Where OP swings so far that a tenth of it is no small band
+(`position.SMALL`), what a valve leaves is also measured by the noise that a narrower swing would let it have
+(`Watching.finer`): a jump is judged by that, and a band by whichever says less of it. What is taken for noise grows
+with OP's swing, which hides a jump, and keeps what no model of a good valve follows from being a band. With the other
+findings' probabilities p,
 
 .. math:: P(\text{band}) \propto (p_s + p_d)\, e^{\ell_b}, \quad P(c) \propto p_c, \quad
     \text{logit}\,\frac{P(\text{stiction})}{P(\text{band})} = \ln\frac{p_s}{p_d} + \ell_j
@@ -22,7 +26,8 @@ findings say no more than `AGAINST` against one: a wave from outside shows in th
 say no more than `OTHERS` of a jump: they know play from integrating loops only, and the position sees it.
 
 The numbers are logistic regressions, both outcomes weighing the same, on 2 060 loops of `simulation.population` (seeds
-501 to 504, `position=True`), those of a jump on the 602 of them that have a band.
+501 to 504, `position=True`), those of a jump on the 602 of them that have a band; a good valve's S was then bounded by
+a tenth of OP's swing alone, as it still is where that is at most `position.SMALL` or hidden in noise.
 """
 
 from __future__ import annotations
@@ -33,7 +38,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.interval import CHI2_1
-from stiction.diagnosis.identification.position import longest_seen, noise_of, watch
+from stiction.diagnosis.identification.position import SMALL, longest_seen, noise_of, watch
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.result import Counted, Evidence
 from stiction.records.storage import exception_deviation, lattice, usual_swing
@@ -224,7 +229,9 @@ def stem_shown(part: LoopRecord, unit: str = "") -> Shown | None:
             "The recorded valve position repeats OP to within its rounding: a positioner that returns its set point "
             "says nothing of the stem. The record is judged without it.",
         )
-    seen = watch(op, y, max(step, 2.0 * exception_deviation(y, step)))
+    # No band is small by its size in a unit of which the span is not known.
+    small = SMALL if (unit or part.op_unit_short) == "%" else float("inf")
+    seen = watch(op, y, max(step, 2.0 * exception_deviation(y, step)), small)
     plain = seen.stiction.turns >= TURNS and seen.share(seen.stiction) > PLAINLY
     if max(seen.explained, _alike(op, y)) < EXPLAINED and not plain:
         if noise_of(y, step) > WHITE * float(np.nanstd(y)) and usual_swing(y) < WITHIN * usual_swing(op[there]):
@@ -242,9 +249,9 @@ def stem_shown(part: LoopRecord, unit: str = "") -> Shown | None:
             "moves the stem. The record is judged without it.",
             seen,
         )
-    left = {kind: float(np.log(getattr(seen, kind).left + LITTLE)) for kind in ("good", "deadband", "stiction")}
-    band = BAND[0] + BAND[1] * (left["good"] - min(left["deadband"], left["stiction"]))
-    beats = float(np.tanh(seen.stiction.turns / TURNS * (left["deadband"] - left["stiction"])))
+    good, play, sticks = (np.log(one.left * np.array([1.0, seen.finer]) + LITTLE) for one in seen[:3])
+    band = BAND[0] + BAND[1] * float((good - np.minimum(play, sticks)).min())
+    beats = float(np.tanh(seen.stiction.turns / TURNS * (play - sticks)[1]))
     jump = JUMPS[0] + JUMPS[1] * beats + JUMPS[2] * seen.stiction.J / seen.stiction.S
     band = float(np.clip(band, -MOST, MOST))
     what = "good" if band <= 0.0 else "stiction" if jump > 0.0 else "deadband"
