@@ -22,7 +22,7 @@ from stiction.compensation.repair import stiction_of
 from stiction.compensation.surroundings import Surroundings
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.errors import RecordError
-from stiction.models import Kano, Loop
+from stiction.models import Kano, Loop, TransferFunction
 from stiction.records.durations import in_seconds
 from stiction.records.quality import usable_part
 
@@ -225,6 +225,8 @@ def _controller(record: LoopRecord) -> tuple[PID, int]:
 
 def _against(loop: Loop) -> str:
     """Say that the controller drives PV away from SP; empty where it does not."""
+    if not isinstance(loop.process, TransferFunction):
+        return ""
     num, den = (np.trim_zeros(np.atleast_1d(part), "b") for part in (loop.process.num, loop.process.den))
     Kc, gain = loop.controller.Kc, float(num[-1] / den[-1]) if num.size else 0.0
     if Kc * gain >= 0.0:
