@@ -73,6 +73,7 @@ LIMITS = [
     ("samples", lambda n: held_back(0.06, quality(first=0, rows=n)).probability == 0.1, 880, 879),
     ("surely, of few samples", lambda p: held_back(p, quality(first=0, rows=700)).probability == 0.1, 0.0499, 0.05),
     ("surely, of few for a cycle", lambda p: held_back(p, quality(("sampling",))).probability == 0.1, 0.0411, 0.0412),
+    ("surely, of both", lambda p: held_back(p, quality(("sampling",), rows=700)).probability == 0.1, 0.0068, 0.00681),
     ("plainly, of other rows", lambda p: copied(p).probability == 0.1, 0.00314, 0.00315),
     ("share kept", kept, 0.75, 0.749),
     ("one loop in four", lambda p: held_back(p, quality(("replay",))).probability != pytest.approx(p), 0.25, 0.24),
