@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.contest import Rival
-from stiction.diagnosis.identification.likelihood import errors_of, scaled
+from stiction.diagnosis.identification.likelihood import errors_of, kept, scaled
 from stiction.diagnosis.identification.prediction import behind_lag
 from stiction.diagnosis.identification.search import follow
 
@@ -59,7 +59,7 @@ def gated_past(prediction: Prediction) -> Rival:
     stem = prediction.op.reshape(-1, prediction.width).mean(axis=1)[np.newaxis]
     smooth, gated, tried = np.empty_like(pv), np.empty_like(pv), []
     for lag in LAGS:
-        keep = float(np.exp(-1.0 / lag)) if lag > 0.0 else 0.0
+        keep = float(kept(np.array(lag)))
         behind_lag(pv, keep, smooth)
         noise = _noise(pv) * ((1.0 - keep) / (1.0 + keep)) ** 0.5
         for width in GATES:

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.contest import Rival
-from stiction.diagnosis.identification.likelihood import errors_of
+from stiction.diagnosis.identification.likelihood import errors_of, kept
 from stiction.diagnosis.identification.prediction import behind_lag
 from stiction.models.compiled import kernel
 
@@ -72,10 +72,8 @@ def relaxation(prediction: Prediction) -> Rival:
 
 def _behind(pv: NDArray[np.float64], lag: float) -> NDArray[np.float64]:
     """The PV behind a lag [samples]."""
-    if not lag > 0.0:
-        return pv
     out = np.empty_like(pv)
-    behind_lag(pv, float(np.exp(-1.0 / lag)), out)
+    behind_lag(pv, float(kept(np.array(lag))), out)
     return out
 
 

@@ -17,9 +17,22 @@ from stiction.simulation.population.valves import deadband_valve, sticky_valve
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
     from stiction.models import Loop, Valve
 
-__all__ = ["DT", "PER_PERIOD", "PLANS", "SAMPLES", "any_loop", "background", "recording"]
+__all__ = [
+    "DT",
+    "PER_PERIOD",
+    "PLANS",
+    "SAMPLES",
+    "any_loop",
+    "at_limit",
+    "background",
+    "measured",
+    "near_limit",
+    "recording",
+]
 
 DT = (0.5, 1.0, 1.0, 2.0, 5.0, 10.0, 30.0)
 """Sampling periods of the controllers [s]."""
@@ -126,16 +139,48 @@ def external_disturbance(rng: np.random.Generator) -> Plan | None:
 def sensor(rng: np.random.Generator) -> Plan | None:
     """A transmitter that is coarse, sticks, or has spikes, in a loop that a random load moves."""
     plan = _random_load(rng)
+    kind = str(rng.choice(["coarse", "sticking", "spikes"], p=[0.45, 0.3, 0.25]))
+    return replace(measured(rng, plan, kind, hit=(0.003, 0.02), high=(1.0, 4.0), step=(0.15, 0.5)), kind=kind)
+
+
+def measured(
+    rng: np.random.Generator,
+    plan: Plan,
+    fault: str,
+    *,
+    hit: tuple[float, float],
+    high: tuple[float, float],
+    step: tuple[float, float],
+) -> Plan:
+    """Give a loop a faulty transmitter.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+        What is drawn from.
+    plan : Plan
+        The loop and what moves it.
+    fault : str
+        `spikes`; `coarse`, of few steps; or `sticking`, which hangs.
+    hit, high : tuple of float
+        Least and largest share of the samples with a spike, and size of spikes over the PV's swing [-].
+    step : tuple of float
+        Least and largest step of a coarse PV, or band in which one hangs, over the PV's swing [-].
+
+    Returns
+    -------
+    Plan
+        The plan with it.
+    """
     pv = plan.run().pv
     assert pv is not None
     swing = usual_swing(pv)
-    kind = str(rng.choice(["coarse", "sticking", "spikes"], p=[0.45, 0.3, 0.25]))
-    if kind == "spikes":
-        hit = rng.random(plan.n) < rng.uniform(0.003, 0.02)
-        size = swing * rng.uniform(1.0, 4.0) * rng.uniform(0.5, 1.0, plan.n) * rng.choice([-1.0, 1.0])
-        return replace(with_series(plan, pv_load=np.where(hit, size, 0.0)), kind=kind)
-    step = swing * float(rng.uniform(0.15, 0.5))
-    return replace(plan, kind=kind, sensor=(step, 0.0) if kind == "coarse" else (0.0, step))
+    if fault == "spikes":
+        there = rng.random(plan.n) < rng.uniform(*hit)
+        size = swing * rng.uniform(*high) * rng.uniform(0.5, 1.0, plan.n) * rng.choice([-1.0, 1.0])
+        return with_series(plan, pv_load=np.where(there, size, 0.0))
+    width = swing * float(rng.uniform(*step))
+    return replace(plan, sensor=(width, 0.0) if fault == "coarse" else (0.0, width))
 
 
 def saturation(rng: np.random.Generator) -> Plan | None:
@@ -150,16 +195,40 @@ def saturation(rng: np.random.Generator) -> Plan | None:
         plan = _plan(loop, n, "undersized", every=every, period=period, load=size * wave(rng, shape, n, period, 0.02))
     else:
         plan = replace(_random_load(rng, loop, largest=12.0), kind="at the limit")
-    unlimited = replace(loop.controller, op_limits=(-np.inf, np.inf))
-    op = replace(plan, loop=replace(loop, controller=unlimited)).run().op
-    share = float(rng.uniform(0.15, 0.45))
+    plan = near_limit(rng, plan, (0.15, 0.45))
+    op = plan.run().op
+    fits = 2.0 < plan.op_start < 98.0 and 0.08 < at_limit(op) < 0.7 and np.ptp(op) > 2.0
+    return replace(plan, kind=plan.kind if loop.controller.anti_windup else f"{plan.kind}, windup") if fits else None
+
+
+def near_limit(rng: np.random.Generator, plan: Plan, shares: tuple[float, float]) -> Plan:
+    """Begin a loop so near to a limit of OP that it comes there.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+        What is drawn from.
+    plan : Plan
+        The loop and what moves it.
+    shares : tuple of float
+        Least and largest share of the samples in which OP would be beyond the limit, were there none [-].
+
+    Returns
+    -------
+    Plan
+        The plan with another OP at the start, which may lie beyond a limit itself.
+    """
+    unlimited = replace(plan.loop.controller, op_limits=(-np.inf, np.inf))
+    op = replace(plan, loop=replace(plan.loop, controller=unlimited)).run().op
+    share = float(rng.uniform(*shares))
     high = bool(rng.random() < 0.5)
     limit = float(np.quantile(op, 1.0 - share if high else share))
-    plan = replace(plan, op_start=50.0 - limit + (100.0 if high else 0.0))
-    op = plan.run().op
-    at_limit = (op >= 99.95) | (op <= 0.05)
-    fits = 2.0 < plan.op_start < 98.0 and 0.08 < at_limit.mean() < 0.7 and np.ptp(op) > 2.0
-    return replace(plan, kind=plan.kind if loop.controller.anti_windup else f"{plan.kind}, windup") if fits else None
+    return replace(plan, op_start=plan.op_start - limit + (100.0 if high else 0.0))
+
+
+def at_limit(op: NDArray[np.float64]) -> float:
+    """Share of the samples with OP at 0 or 100 % [-]."""
+    return float(np.mean((op >= 99.95) | (op <= 0.05)))
 
 
 def none(rng: np.random.Generator) -> Plan | None:

@@ -18,12 +18,12 @@ from stiction.simulation.population.position import reported
 from stiction.simulation.population.processes import log_uniform
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from stiction.records.record import LoopRecord
     from stiction.simulation.population.plan import Plan
 
-__all__ = ["SPOILED", "population", "recorded", "stored"]
+__all__ = ["SPOILED", "drawn_apart", "population", "recorded"]
 
 MILD = 0.3
 """Largest strength of what the historian does to a case [-]."""
@@ -103,6 +103,34 @@ def population(
         if samples is not None:
             case = _cut(case, np.random.default_rng([seed, i, CUT]), *samples)
         yield stored(case, rng) if historian and rng.random() < SPOILED else case
+
+
+def drawn_apart(n: int, seed: int, lot: int, draw: Callable[[np.random.Generator, int], Case | None]) -> Iterator[Case]:
+    """Draw loops that are none of `population`, each again until it shows what it should, without the position.
+
+    Parameters
+    ----------
+    n : int
+        Number of loops.
+    seed : int
+        Seed of everything that is random.
+    lot : int
+        What the seed and number of a loop are followed by, so that none is drawn like one of another population.
+    draw : callable
+        Draws the loop of a number, before any historian; None where it does not show what it should.
+
+    Yields
+    ------
+    Case
+        One loop after the other; one in three went through a historian, as in `population`.
+    """
+    for i in range(n):
+        rng = np.random.default_rng([seed, i, lot])
+        case = None
+        while case is None:
+            case = draw(rng, i)
+        case = replace(case, record=replace(case.record, mv=None))
+        yield stored(case, rng) if rng.random() < SPOILED else case
 
 
 def _draw(cause: str, rng: np.random.Generator, noise: float, tag: str) -> Case | None:

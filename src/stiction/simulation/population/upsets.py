@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.models import PhysicalValve
-from stiction.simulation.population.causes import DT, SAMPLES, any_loop
-from stiction.simulation.population.draw import SPOILED, recorded, stored
+from stiction.simulation.population.asked import NOISE, STICKY, asked_of, drawn_loop
+from stiction.simulation.population.causes import SAMPLES
+from stiction.simulation.population.draw import drawn_apart, recorded
 from stiction.simulation.population.loads import lagged, steps
 from stiction.simulation.population.plan import Plan
 from stiction.simulation.population.processes import log_uniform
-from stiction.simulation.population.valves import sticky_valve
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,18 +31,12 @@ __all__ = ["upset_population", "upset_series"]
 
 UPSET = 7
 """What the seed of a loop is followed by, so that none of these loops is drawn like one of `population`."""
-STICKY = 3
-"""One loop in so many sticks."""
-NOISE = 0.2
-"""Largest standard deviation of the measurement noise, as a share of the PV's swing [-]."""
 APART = (40.0, 600.0)
 """Fewest and most samples of the record from one upset to the next, on average [-]."""
 LASTS = (5.0, 100.0)
 """Fewest and most samples that a pulse lasts [-]."""
 SIZE = (0.5, 5.0)
 """Smallest and largest upset of a loop with a good valve [% of span]."""
-ASKED = (0.2, 0.95)
-"""S over what a good valve would be asked for by the same upsets, of a loop with a sticky one [-]."""
 OF_SET_POINT, QUIET = 0.15, 0.5
 """How often the set point is moved and not the load, and how often nothing else moves the loop [-]."""
 BETWEEN = (0.01, 0.2)
@@ -71,21 +64,18 @@ def upset_population(n: int, seed: int = 0) -> Iterator[Case]:
     >>> [case.cause for case in upset_population(3, seed=1)]
     ['stiction', 'none', 'none']
     """
-    for i in range(n):
-        rng = np.random.default_rng([seed, i, UPSET])
+
+    def draw(rng: np.random.Generator, i: int) -> Case | None:
         cause = "none" if i % STICKY else "stiction"
-        case = None
-        while case is None:
-            case = recorded(_plan(rng, sticky=cause == "stiction"), cause, rng, NOISE, f"upset-{i:04d}")
-        case = replace(case, record=replace(case.record, mv=None))
-        yield stored(case, rng) if rng.random() < SPOILED else case
+        return recorded(_plan(rng, sticky=cause == "stiction"), cause, rng, NOISE, f"upset-{i:04d}")
+
+    return drawn_apart(n, seed, UPSET, draw)
 
 
 def _plan(rng: np.random.Generator, *, sticky: bool) -> Plan:
     """A loop and what upsets it."""
-    dt = float(rng.choice(DT))
-    valve, S, J = sticky_valve(rng, dt) if sticky else (None, 0.0, 0.0)
-    loop = any_loop(rng, min(dt, 2.0) if isinstance(valve, PhysicalValve) else dt)
+    drawn = drawn_loop(rng, sticky=sticky)
+    loop = drawn.loop
     every = int(rng.choice([1, 1, 1, 2, 5]))
     n = every * int(log_uniform(rng, *SAMPLES))
     shape = str(rng.choice(["steps", "pulses", "ramps"]))
@@ -99,11 +89,7 @@ def _plan(rng: np.random.Generator, *, sticky: bool) -> Plan:
         pv_load=still, kind=f"{shape} of the {'set point' if of_set_point else 'load'}", every=every,
         random_load=between,
     )  # fmt: skip
-    size = log_uniform(rng, *SIZE)
-    if valve is not None:
-        asked = float(np.subtract(*np.percentile(plan.run().op, (99.5, 0.5))))
-        size = S / float(rng.uniform(*ASKED)) / max(asked, 1e-6)
-        plan = replace(plan, loop=replace(loop, valve=valve), kind=f"{type(valve).__name__}, {plan.kind}", S=S, J=J)
+    plan, size = asked_of(rng, plan, drawn, log_uniform(rng, *SIZE))
     return replace(plan, load=size * plan.load, sp=size * plan.sp, random_load=size * between)
 
 

@@ -14,13 +14,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.models import PhysicalValve
-from stiction.simulation.population.causes import DT, SAMPLES, any_loop, background, recording
-from stiction.simulation.population.draw import SPOILED, recorded, stored
+from stiction.simulation.population.asked import NOISE, STICKY, asked_of, drawn_loop
+from stiction.simulation.population.causes import SAMPLES, background, recording
+from stiction.simulation.population.draw import drawn_apart, recorded
 from stiction.simulation.population.loads import upstream_cycle
 from stiction.simulation.population.plan import Plan
 from stiction.simulation.population.processes import log_uniform
-from stiction.simulation.population.valves import sticky_valve
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -33,18 +32,12 @@ __all__ = ["SHAPES", "wandering_population", "wandering_wave"]
 
 WANDERS = 8
 """What the seed of a loop is followed by, so that none of these loops is drawn like one of `population`."""
-STICKY = 3
-"""One loop in so many sticks."""
-NOISE = 0.2
-"""Largest standard deviation of the measurement noise, as a share of the PV's swing [-]."""
 PERIOD = (10.0, 150.0)
 """Shortest and longest mean period [samples of the controller]."""
 SPREAD = (0.03, 0.3)
 """Least and largest standard deviation of the logarithm of a period [-]."""
 SIZE = (1.0, 5.0)
 """Smallest and largest amplitude of the wave in a loop with a good valve [% of span]."""
-ASKED = (0.2, 0.95)
-"""S over what a good valve would be asked for by the same wave, of a loop with a sticky one [-]."""
 OF_PV = 0.4
 """How often the wave is a disturbance of the PV and not of the load [-]."""
 SHAPES = ("triangle", "sawtooth", "square", "charge", "upstream")
@@ -74,21 +67,18 @@ def wandering_population(n: int, seed: int = 0) -> Iterator[Case]:
     >>> [case.cause for case in wandering_population(3, seed=1)]
     ['stiction', 'external disturbance', 'external disturbance']
     """
-    for i in range(n):
-        rng = np.random.default_rng([seed, i, WANDERS])
+
+    def draw(rng: np.random.Generator, i: int) -> Case | None:
         cause = "external disturbance" if i % STICKY else "stiction"
-        case = None
-        while case is None:
-            case = recorded(_plan(rng, sticky=cause == "stiction"), cause, rng, NOISE, f"wander-{i:04d}")
-        case = replace(case, record=replace(case.record, mv=None))
-        yield stored(case, rng) if rng.random() < SPOILED else case
+        return recorded(_plan(rng, sticky=cause == "stiction"), cause, rng, NOISE, f"wander-{i:04d}")
+
+    return drawn_apart(n, seed, WANDERS, draw)
 
 
 def _plan(rng: np.random.Generator, *, sticky: bool) -> Plan:
     """A loop and the wave that moves it."""
-    dt = float(rng.choice(DT))
-    valve, S, J = sticky_valve(rng, dt) if sticky else (None, 0.0, 0.0)
-    loop = any_loop(rng, min(dt, 2.0) if isinstance(valve, PhysicalValve) else dt)
+    drawn = drawn_loop(rng, sticky=sticky)
+    loop = drawn.loop
     period = log_uniform(rng, *PERIOD)
     every, n = recording(rng, period) or (1, SAMPLES[0])
     shape, still = str(rng.choice(SHAPES)), np.zeros(n)
@@ -99,11 +89,7 @@ def _plan(rng: np.random.Generator, *, sticky: bool) -> Plan:
         loop, sp=still, load=still if of_pv else series, pv_load=gain * series if of_pv else still,
         kind=f"{shape} of the {'PV' if of_pv else 'load'}", every=every, period=period,
     )  # fmt: skip
-    size = float(rng.uniform(*SIZE))
-    if valve is not None:
-        asked = float(np.subtract(*np.percentile(plan.run().op, (99.5, 0.5))))
-        size = S / float(rng.uniform(*ASKED)) / max(asked, 1e-6)
-        plan = replace(plan, loop=replace(loop, valve=valve), kind=f"{type(valve).__name__}, {plan.kind}", S=S, J=J)
+    plan, size = asked_of(rng, plan, drawn, float(rng.uniform(*SIZE)))
     return background(rng, replace(plan, load=size * plan.load, pv_load=size * plan.pv_load))
 
 

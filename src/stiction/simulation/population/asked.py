@@ -1,0 +1,85 @@
+"""Loops with a good or a sticky valve that something moves, the sticky one asked for little more than its S."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stiction.models import PhysicalValve
+from stiction.simulation.population.causes import DT, any_loop
+from stiction.simulation.population.valves import sticky_valve
+
+if TYPE_CHECKING:
+    from stiction.models import Loop, Valve
+    from stiction.simulation.population.plan import Plan
+
+__all__ = ["NOISE", "STICKY", "Drawn", "asked_of", "drawn_loop"]
+
+STICKY = 3
+"""One loop in so many sticks."""
+NOISE = 0.2
+"""Largest standard deviation of the measurement noise, as a share of the PV's swing [-]."""
+ASKED = (0.2, 0.95)
+"""S over what a good valve would be asked for by what moves the loop, of a loop with a sticky one [-]."""
+
+
+class Drawn(NamedTuple):
+    """A loop, as yet with a good valve, and the sticky one that it is to have."""
+
+    loop: Loop
+    """The loop."""
+    valve: Valve | None
+    """The sticky valve; None where the valve is good."""
+    S: float
+    """Its S [% of span]; 0 of a good one."""
+    J: float
+    """Its J [% of span]; 0 of a good one."""
+
+
+def drawn_loop(rng: np.random.Generator, *, sticky: bool) -> Drawn:
+    """Draw a loop, and a sticky valve for it.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+        What is drawn from.
+    sticky : bool
+        Whether its valve sticks.
+
+    Returns
+    -------
+    Drawn
+        The loop and the valve.
+    """
+    dt = float(rng.choice(DT))
+    valve, S, J = sticky_valve(rng, dt) if sticky else (None, 0.0, 0.0)
+    return Drawn(any_loop(rng, min(dt, 2.0) if isinstance(valve, PhysicalValve) else dt), valve, S, J)
+
+
+def asked_of(rng: np.random.Generator, plan: Plan, drawn: Drawn, size: float) -> tuple[Plan, float]:
+    """Give a plan its valve, and tell how large what moves it is.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+        What is drawn from.
+    plan : Plan
+        The loop with a good valve, and what moves it, of size 1.
+    drawn : Drawn
+        The valve that it is to have.
+    size : float
+        What moves a loop with a good valve is so large [-].
+
+    Returns
+    -------
+    tuple of Plan and float
+        The plan with the valve, and that size; of a sticky one such as asks OP for S over one of `ASKED`.
+    """
+    if drawn.valve is None:
+        return plan, size
+    asked = float(np.subtract(*np.percentile(plan.run().op, (99.5, 0.5))))
+    kind = f"{type(drawn.valve).__name__}, {plan.kind}"
+    stuck = replace(plan, loop=replace(plan.loop, valve=drawn.valve), kind=kind, S=drawn.S, J=drawn.J)
+    return stuck, drawn.S / float(rng.uniform(*ASKED)) / max(asked, 1e-6)
