@@ -47,14 +47,14 @@ LOOK = 32
 NEVER = -1e300
 """In place of how far from its trip a stem may slip: at no time."""
 X, Z, MOVING, PLACED_BY, TOTAL, BEHIND, REACH = range(0, 7 * LANES, LANES)
-SOFT, SLOPE, OFFSET, DECAY, LATE, GOES_ON, MOST = range(7 * LANES, 14 * LANES, LANES)
+SOFT, SLOPE, INVERSE, OFFSET, DECAY, LATE, GOES_ON, MOST = range(7 * LANES, 15 * LANES, LANES)
 """Where each quantity of the lanes begins in the work space. The distances are known when the kernel is compiled: else
 it would ask at every sample whether they overlap."""
 
 
 def work_space(n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Room for the lanes and for what each has left of every sample, for positions of up to `n` samples."""
-    return np.empty(14 * LANES), np.empty((n, LANES))
+    return np.empty(15 * LANES), np.empty((n, LANES))
 
 
 def decays(lags: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -63,7 +63,7 @@ def decays(lags: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @inlined
-def _step(u, du, about, x, z, moving, averaged, behind, reach, soft, slope, decay, goes_on, cap, loose):
+def _step(u, du, about, x, z, moving, averaged, behind, reach, soft, slope, inverse, decay, goes_on, cap, loose):
     """One sample: stem, position behind its lag, way it moves, samples it is placed by, deviation, and way it set out.
 
     `about` is what was seen less the offset, NaN where nothing was. Without a branch, see `lanes.stem_in_lane`; `/`
@@ -75,7 +75,7 @@ def _step(u, du, about, x, z, moving, averaged, behind, reach, soft, slope, deca
     way = 1.0 if e > 0.0 else -1.0
     base = decay * z
     near = abs(abs(e) - reach) < loose * (soft + abs(du))
-    seen = np.true_divide(about, slope)
+    seen = about * inverse
     earlier = abs(seen - (base + keep * (u - way * behind))) < abs(seen - (base + keep * x))
     slips = earlier if near else abs(e) > reach
     set_out = way if slips else 0.0
@@ -88,7 +88,7 @@ def _step(u, du, about, x, z, moving, averaged, behind, reach, soft, slope, deca
     calm = (r == r) & (moving == 0.0) & (averaged < AVERAGED)
     averaged = averaged + 1.0 if calm else averaged
     averaged = 1.0 if off else averaged
-    away = np.true_divide(r, slope)
+    away = r * inverse
     placed = min(max(x + np.true_divide(away, keep if off else averaged), u - reach), u + reach)
     x = placed if off | calm else x
     z = z + away if off else z
@@ -113,6 +113,7 @@ def _begin(op, y, mean, row, decay, w, v):
     w[REACH + v] = reach
     w[SOFT + v] = TOLERANCE * reach if row[0] != 0.0 else NEVER
     w[SLOPE + v] = row[2]
+    w[INVERSE + v] = 1.0 / row[2]
     w[OFFSET + v] = offset
     w[DECAY + v] = decay
     w[LATE + v] = row[5]
@@ -162,7 +163,7 @@ def watched(op, y, known, mean, rows, decays, cap, loose, begin, least, left, w,
                     seen = y0 if late == 0.0 else y1 if late == 1.0 else y2 if late == 2.0 else y3
                     x, z, moving, averaged, r, _ = _step(
                         u, du, seen - w[OFFSET + v], w[X + v], w[Z + v], w[MOVING + v], w[PLACED_BY + v], w[BEHIND + v],
-                        w[REACH + v], w[SOFT + v], w[SLOPE + v], w[DECAY + v], w[GOES_ON + v], cap, loose,
+                        w[REACH + v], w[SOFT + v], w[SLOPE + v], w[INVERSE + v], w[DECAY + v], w[GOES_ON + v], cap, loose,
                     )  # fmt: skip
                     w[X + v] = x
                     w[Z + v] = z
@@ -212,7 +213,7 @@ def turns_of(op, y, mean, row, decay, cap, loose, w):
     for k in range(1, op.shape[0] - late):
         x, z, moving, averaged, _, set_out = _step(
             op[k], op[k] - op[k - 1], y[k + late] - w[OFFSET], x, z, moving, averaged, w[BEHIND],
-            w[REACH], w[SOFT], w[SLOPE], w[DECAY], w[GOES_ON], cap, loose,
+            w[REACH], w[SOFT], w[SLOPE], w[INVERSE], w[DECAY], w[GOES_ON], cap, loose,
         )  # fmt: skip
         if set_out != 0.0:
             turns += 1 if set_out * last < 0.0 else 0
