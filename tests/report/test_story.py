@@ -9,6 +9,7 @@ import pytest
 
 import stiction as st
 from report.diagnoses import diagnosis, record
+from stiction.diagnosis.identified import RIVALS
 from stiction.diagnosis.result import Counted
 from stiction.report import words
 from stiction.report.story import COUNTED, counted_step, story
@@ -62,8 +63,7 @@ def test_each_good_valve_to_beat_is_told(found):
         return [line for line in lines if "twice the log likelihood" in line]
 
     valve = found.identification
-    names = "than_good", "than_bent", "than_gated", "than_relaxation", "than_wave", "beside_wave"
-    straight, bent, gated, turns, wave, beside = (words.digits(getattr(valve, f"likelier_{name}")) for name in names)
+    straight, bent, gated, turns, wave, beside = (words.digits(valve.rivals[name].likelier) for name in RIVALS)
     by = (
         f"In twice the log likelihood a sticky valve predicts the PV better by {straight} than a good one, "
         f"by {bent} than a good one of a bent characteristic ({valve.bent}), "
@@ -72,8 +72,9 @@ def test_each_good_valve_to_beat_is_told(found):
     )
     waves = f"by {wave} than a good one beside a wave from outside, by {beside} with that wave beside both"
     assert told(valve) == [f"{by}, {waves}."]
-    assert told(replace(valve, likelier_than_wave=math.nan, likelier_beside_wave=math.nan)) == [f"{by}."]
-    assert told(replace(valve, likelier_than_bent=math.nan)) == []
+    without = {name: rival for name, rival in valve.rivals.items() if name not in ("wave", "beside_wave")}
+    assert told(replace(valve, rivals=without)) == [f"{by}."]
+    assert told(replace(valve, rivals={})) == []
 
 
 @pytest.mark.parametrize(("left_out", "said"), [(0, None), (1, "1 sample"), (34, "34 samples")])

@@ -4,24 +4,30 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
 from stiction.records.digits import interval
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
 __all__ = [
+    "GOOD_VALVES",
     "J_OPEN",
     "J_ROUGH",
     "J_UNKNOWN",
     "PLAY",
+    "RIVALS",
     "ControllerFit",
     "ErrorSurface",
+    "Explanation",
     "Identification",
     "ProcessFit",
+    "Rival",
     "Stretch",
     "leaves_open",
     "plain",
@@ -36,6 +42,13 @@ J_UNKNOWN = "J cannot be told from this record."
 """What `Identification.reason` says where the interval of J leaves it open."""
 J_ROUGH = "J is told only roughly: the valve jumps, by how much is open."
 """The same where the interval lies above that of play."""
+
+Explanation = Literal["good", "bent", "gated", "relaxation", "wave", "beside_wave"]
+"""What else than a valve that sticks may move the PV as it moves (see `Identification.rivals`)."""
+RIVALS: tuple[Explanation, ...] = get_args(Explanation)
+"""All of them."""
+GOOD_VALVES: tuple[Explanation, ...] = tuple(name for name in RIVALS if name != "beside_wave")
+"""All but the one in which the valve that sticks has a wave from outside beside it too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +150,19 @@ class Stretch:
         return {"first": self.first, "last": self.last, **numbers}
 
 
+class Rival(NamedTuple):
+    """By how much the likeliest sticky valve predicts the PV better than another explanation."""
+
+    beats: float = math.nan
+    """Vuong's statistic, half cycle by half cycle [-]."""
+    likelier: float = math.nan
+    """Twice the log likelihood ratio [-]."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {"beats": plain(self.beats), "likelier": plain(self.likelier)}
+
+
 @dataclass(frozen=True, slots=True)
 class Identification:
     """Stiction and process found together from OP and PV."""
@@ -183,44 +209,22 @@ class Identification:
     """Change of S over the record [% of span per h]; NaN of fewer than four stretches in which the valve sticks."""
     drift_error: float = math.nan
     """Standard error of the drift [% of span per h]."""
-    beats_good: float = math.nan
-    """Vuong's statistic by which the likeliest sticky valve predicts the PV better than a good one, half cycle by half
-    cycle [-]; NaN where only the dense search was made. That valve's actuator may lag where the one told has none,
-    since the record does not show the controller's own samples; so in the likelihoods that follow."""
-    likelier_than_good: float = math.nan
-    """Twice the log likelihood ratio of the likeliest sticky valve over a good one [-]."""
+    rivals: Mapping[Explanation, Rival] = field(default_factory=dict)
+    """By how much the likeliest sticky valve predicts the PV better than each other explanation; none where only the
+    dense search was made. That valve's actuator may lag where the one told has none, since the record does not show the
+    controller's own samples; so in the likelihoods that follow.
+
+    `good`: a good valve, straight and alone. `bent`: one whose characteristic is bent. `gated`: one that is also told
+    the past of the PV without its noise. `relaxation`: one beside a relaxation oscillation from outside, which turns
+    where the PV comes to a level. `wave`: one beside a wave from outside, the same in every period but for one change;
+    not there where the loop does not oscillate, or too short for a wave to be told. `beside_wave`: one with such a wave
+    beside both it and the sticky valve, which may stick in a loop that something else moves as well."""
     likelier_in_part: float = math.nan
-    """The same in the third of the record where it is largest [-]."""
+    """Twice the log likelihood ratio over a good valve in the third of the record where it is largest [-]."""
     likelier_than_play: float = math.nan
     """Twice the log likelihood ratio of the likeliest sticky valve over the likeliest one that hardly jumps [-]."""
-    beats_bent: float = math.nan
-    """Vuong's statistic by which the likeliest sticky valve predicts the PV better than a good one whose
-    characteristic is bent [-]."""
-    likelier_than_bent: float = math.nan
-    """Twice the log likelihood ratio of the likeliest sticky valve over a good one whose characteristic is bent [-]."""
     bent: str = ""
     """The bent characteristic that is the likeliest of those tried."""
-    beats_gated: float = math.nan
-    """Vuong's statistic by which the likeliest sticky valve predicts the PV better than a good one that is also told
-    the past of the PV without its noise [-]."""
-    likelier_than_gated: float = math.nan
-    """Twice the log likelihood ratio of the likeliest sticky valve over such a good one [-]."""
-    beats_relaxation: float = math.nan
-    """Vuong's statistic by which the likeliest sticky valve predicts the PV better than a good one beside a relaxation
-    oscillation from outside, which turns where the PV comes to a level [-]."""
-    likelier_than_relaxation: float = math.nan
-    """Twice the log likelihood ratio of the likeliest sticky valve over a good one beside such an oscillation [-]."""
-    beats_wave: float = math.nan
-    """Vuong's statistic by which the likeliest sticky valve predicts the PV better than a good one and a wave from
-    outside, the same in every period but for one change [-]; NaN where the loop does not oscillate, or too short for a
-    wave to be told."""
-    likelier_than_wave: float = math.nan
-    """Twice the log likelihood ratio of the likeliest sticky valve over a good one and a wave from outside [-]."""
-    beats_beside_wave: float = math.nan
-    """Vuong's statistic by which the likeliest sticky valve predicts the PV better than a good one with such a wave
-    beside both [-]: the valve may stick in a loop that something else moves as well."""
-    likelier_beside_wave: float = math.nan
-    """Twice the log likelihood ratio of the likeliest sticky valve over a good one with such a wave beside both [-]."""
     left_out: int = 0
     """Samples left out of the likelihood, since neither a sticky valve nor a good one predicts them [-]: a step of the
     load, or another upset."""
@@ -245,17 +249,24 @@ class Identification:
         """What is said of a J that is open, in a sentence; empty where it is not."""
         return told_of_J(self.J_low, self.J_high, self.S)
 
+    def over(self, name: Explanation) -> Rival:
+        """By how much the likeliest sticky valve beats one of its `rivals`; NaN where it was not compared."""
+        return self.rivals.get(name, Rival())
+
+    def nearest(self, *names: Explanation) -> Rival:
+        """The same of the rival that comes nearest of several, in either number by itself."""
+        beats, likelier = np.fmin.reduce([self.over(name) for name in names]).tolist()
+        return Rival(beats, likelier)
+
     @property
     def beats_any(self) -> float:
         """Vuong's statistic over the good valve that comes nearest: straight, or with one of those helps [-]."""
-        rivals = self.beats_good, self.beats_bent, self.beats_gated, self.beats_relaxation, self.beats_wave
-        return float(np.fmin.reduce(rivals))
+        return self.nearest(*GOOD_VALVES).beats
 
     @property
     def likelier_than_any(self) -> float:
-        """Twice the log likelihood over that good valve [-]."""
-        plain, wave = (self.likelier_than_good, self.likelier_than_bent), self.likelier_than_wave
-        return float(np.fmin.reduce([*plain, self.likelier_than_gated, self.likelier_than_relaxation, wave]))
+        """Twice the log likelihood ratio over that good valve [-]."""
+        return self.nearest(*GOOD_VALVES).likelier
 
     def summary(self, unit: str = "%") -> str:
         """The finding in a line, S and J with the unit that stands behind a number."""
@@ -297,21 +308,10 @@ class Identification:
             "stretches": [stretch.to_dict() for stretch in self.stretches],
             "drift_per_h": plain(self.drift),
             "drift_error_per_h": plain(self.drift_error),
-            "beats_good": plain(self.beats_good),
-            "likelier_than_good": plain(self.likelier_than_good),
+            "rivals": {name: self.over(name).to_dict() for name in RIVALS},
             "likelier_in_part": plain(self.likelier_in_part),
             "likelier_than_play": plain(self.likelier_than_play),
-            "beats_bent": plain(self.beats_bent),
-            "likelier_than_bent": plain(self.likelier_than_bent),
             "bent": self.bent,
-            "beats_gated": plain(self.beats_gated),
-            "likelier_than_gated": plain(self.likelier_than_gated),
-            "beats_relaxation": plain(self.beats_relaxation),
-            "likelier_than_relaxation": plain(self.likelier_than_relaxation),
-            "beats_wave": plain(self.beats_wave),
-            "likelier_than_wave": plain(self.likelier_than_wave),
-            "beats_beside_wave": plain(self.beats_beside_wave),
-            "likelier_beside_wave": plain(self.likelier_beside_wave),
             "left_out": self.left_out,
             "own_samples": self.own_samples,
             "rebuilt": self.rebuilt,

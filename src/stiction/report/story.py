@@ -10,7 +10,7 @@ from stiction.records.digits import number_of
 from stiction.report import words
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.identified import ControllerFit, Identification
+    from stiction.diagnosis.identified import ControllerFit, Explanation, Identification
     from stiction.diagnosis.result import Diagnosis
 
 __all__ = ["Step", "Tabled", "causes_step", "counted_step", "story"]
@@ -121,17 +121,8 @@ def _explained(found: Identification, unit: str) -> list[str]:
         low, high = (words.digits(end) for end in found.S_bootstrap)
         ends = f"{low} and {high} {unit}"
         lines.append(f"In 95 of 100 draws of the record's half cycles the likeliest S lies between {ends}.")
-    if math.isfinite(found.likelier_than_bent):
-        rivals = {"": found.likelier_than_good, f" of a bent characteristic ({found.bent})": found.likelier_than_bent}
-        if math.isfinite(found.likelier_than_gated):
-            rivals[" given the past of the PV without its noise"] = found.likelier_than_gated
-        if math.isfinite(found.likelier_than_relaxation):
-            rivals[" beside a disturbance that turns where the PV comes to a level"] = found.likelier_than_relaxation
-        if math.isfinite(found.likelier_than_wave):
-            rivals[" beside a wave from outside"] = found.likelier_than_wave
-        by = ", by ".join(f"{words.digits(likelier)} than a good one{what}" for what, likelier in rivals.items())
-        if math.isfinite(found.likelier_beside_wave):
-            by += f", by {words.digits(found.likelier_beside_wave)} with that wave beside both"
+    by = _over_rivals(found)
+    if by:
         lines.append(f"In twice the log likelihood a sticky valve predicts the PV better by {by}.")
     if found.left_out:
         samples = number_of(found.left_out, "sample")
@@ -139,6 +130,20 @@ def _explained(found: Identification, unit: str) -> list[str]:
     if math.isfinite(found.drift):
         lines.append(f"S changes by {found.drift:.2g} {unit} per hour (standard error {found.drift_error:.2g}).")
     return [*lines, found.reason] if found.reason else lines
+
+
+def _over_rivals(found: Identification) -> str:
+    """By how much a sticky valve beats each of its rivals, as part of a sentence; nothing where none was compared."""
+    told: dict[Explanation, str] = {
+        "good": "than a good one",
+        "bent": f"than a good one of a bent characteristic ({found.bent})",
+        "gated": "than a good one given the past of the PV without its noise",
+        "relaxation": "than a good one beside a disturbance that turns where the PV comes to a level",
+        "wave": "than a good one beside a wave from outside",
+        "beside_wave": "with that wave beside both",
+    }
+    likelier = [(found.over(name).likelier, what) for name, what in told.items()]
+    return ", by ".join(f"{words.digits(by)} {what}" for by, what in likelier if math.isfinite(by))
 
 
 def counted_step(diagnosis: Diagnosis) -> Step | None:

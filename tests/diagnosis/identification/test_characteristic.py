@@ -115,8 +115,8 @@ def driven_from_outside(curve, n=1500):
 
 def test_a_valve_on_its_seat_passes_for_a_band_only_beside_a_straight_one():
     found = st.identify(driven_from_outside(lambda u: max(u, 49.0)), period=70.0)
-    assert found.likelier_than_good > 100.0
-    assert found.likelier_than_bent < 0.0
-    assert found.beats_bent < 0.0
+    assert found.over("good").likelier > 100.0
+    assert found.over("bent").likelier < 0.0
+    assert found.over("bent").beats < 0.0
     assert found.to_dict()["bent"] == found.bent
-    assert found.to_dict()["likelier_than_bent"] == found.likelier_than_bent
+    assert found.to_dict()["rivals"]["bent"]["likelier"] == found.over("bent").likelier

@@ -44,9 +44,9 @@ def test_no_good_valve_predicts_what_a_sticky_one_does(name):
     """Neither a straight one, nor one with a bend, nor told the past without noise, nor beside a wave from outside; and
     what turns where the PV comes to a level predicts no more, though in these loops nothing but the valve moves it."""
     found = st.identify(replace(run_of(KNOWN[name], 0.05), mv=None), period=KNOWN[name].period)
-    rivals = (found.likelier_than_bent, found.likelier_than_gated, found.likelier_than_relaxation)
-    assert min(*rivals, found.likelier_than_wave) == found.likelier_than_any > 0.4 * found.likelier_than_good
-    assert found.likelier_than_good > 100.0
+    rivals = (found.over("bent").likelier, found.over("gated").likelier, found.over("relaxation").likelier)
+    assert min(*rivals, found.over("wave").likelier) == found.likelier_than_any > 0.4 * found.over("good").likelier
+    assert found.over("good").likelier > 100.0
     assert found.beats_any > 2.0
 
 

@@ -25,16 +25,16 @@ def upset(valve, seed, size=2.0, every=300):
 @pytest.mark.parametrize("seed", range(3))
 def test_what_upsets_lend_a_small_band_the_gate_takes_back(seed):
     found = st.diagnose(upset(st.Ideal(), seed)).identification
-    assert found.likelier_than_good > 300.0
-    assert found.likelier_than_gated < 0.6 * found.likelier_than_good
-    assert found.likelier_than_any <= found.likelier_than_gated
-    assert found.beats_any <= found.beats_gated
+    assert found.over("good").likelier > 300.0
+    assert found.over("gated").likelier < 0.6 * found.over("good").likelier
+    assert found.likelier_than_any <= found.over("gated").likelier
+    assert found.beats_any <= found.over("gated").beats
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_what_a_valve_does_that_sticks_no_gate_predicts(seed):
     found = st.diagnose(upset(st.Kano(5.0, 2.0), seed)).identification
-    assert found.likelier_than_gated > 0.7 * found.likelier_than_good > 200.0
+    assert found.over("gated").likelier > 0.7 * found.over("good").likelier > 200.0
 
 
 @given(y=some.lists(some.floats(-50.0, 50.0), min_size=2, max_size=60), width=some.floats(0.01, 20.0))

@@ -137,13 +137,13 @@ def test_a_wave_from_outside_does_not_move_S():
 def test_a_sticky_valve_beats_a_good_one_and_a_good_valve_does_not():
     known = KNOWN["first order"]
     sticky = st.identify(replace(run_of(known, 0.02), mv=None), period=known.period)
-    assert sticky.beats_good > 3.0
+    assert sticky.over("good").beats > 3.0
     good = replace(known, loop=replace(known.loop, valve=st.Ideal()))
     rng = np.random.default_rng(4)
     run = st.simulate(replace(good.loop, noise=0.1), 100.0, 1000.0, np.cumsum(rng.normal(0.0, 0.3, 1000)), 2,
                       pv_start=100.0, op_start=50.0)  # fmt: skip
     found = st.identify(replace(run, mv=None, integrating=False), period=known.period)
-    assert found.beats_good < 3.0
+    assert found.over("good").beats < 3.0
     assert found.S_low < 0.2 * np.ptp(run.op)
 
 
@@ -209,4 +209,4 @@ def test_a_band_that_is_small_beside_the_steps_of_the_set_point(S, J, seed):
     found = st.identify(replace(record, mv=None))
     assert pytest.approx(S, rel=0.02) == found.S
     assert pytest.approx(J, rel=0.05) == found.J
-    assert found.likelier_than_good > 500.0
+    assert found.over("good").likelier > 500.0

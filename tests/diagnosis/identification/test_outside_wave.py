@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 import stiction as st
-from stiction.diagnosis.identification.contest import Contest, Rival
+from stiction.diagnosis.identification.contest import Contest, LookAlike
 from stiction.diagnosis.identification.likelihood import prediction_of
 from stiction.diagnosis.identification.outside_wave import CHANGE_WORTH, fundamental, outside_wave, repeated
 from stiction.diagnosis.identification.signals import prepare
@@ -89,10 +89,10 @@ def test_too_few_periods_or_samples_of_one_tell_no_wave(samples, period):
 
 def test_a_wave_from_outside_passes_for_a_band_only_where_it_is_not_looked_for():
     found = st.identify(driven_from_outside(square, 71.3), period=70.0)
-    assert found.likelier_than_good > 100.0
-    assert found.likelier_than_wave < 0.0
-    assert found.to_dict()["likelier_than_wave"] == found.likelier_than_wave
-    assert found.to_dict()["beats_wave"] == found.beats_wave
+    assert found.over("good").likelier > 100.0
+    assert found.over("wave").likelier < 0.0
+    assert found.to_dict()["rivals"]["wave"]["likelier"] == found.over("wave").likelier
+    assert found.to_dict()["rivals"]["wave"]["beats"] == found.over("wave").beats
 
 
 def test_a_wave_that_begins_or_ends_within_the_record_leaves_no_more(monkeypatch):
@@ -111,10 +111,10 @@ def test_a_wave_that_begins_or_ends_within_the_record_leaves_no_more(monkeypatch
 @pytest.mark.parametrize(("band", "least", "most"), [(0.0, -50.0, 50.0), (6.0, 100.0, np.inf)])
 def test_a_wave_beside_both_leaves_what_the_stem_alone_explains(band, least, most):
     found = st.identify(driven_from_outside(square, 71.3, band=band), period=70.0)
-    assert least < found.likelier_beside_wave < most
-    assert (found.beats_beside_wave > 3.0) == (band > 0.0)
-    assert found.to_dict()["likelier_beside_wave"] == found.likelier_beside_wave
-    assert found.to_dict()["beats_beside_wave"] == found.beats_beside_wave
+    assert least < found.over("beside_wave").likelier < most
+    assert (found.over("beside_wave").beats > 3.0) == (band > 0.0)
+    assert found.to_dict()["rivals"]["beside_wave"]["likelier"] == found.over("beside_wave").likelier
+    assert found.to_dict()["rivals"]["beside_wave"]["beats"] == found.over("beside_wave").beats
 
 
 def test_weights_that_a_rival_has_for_nothing_are_made_good():
@@ -122,8 +122,8 @@ def test_weights_that_a_rival_has_for_nothing_are_made_good():
     contest = Contest(np.ones((2, 5)), error, np.zeros(2), (0.0, 0.0), (0.0, 0.0), 0.5, 0.0, 0.0)
     left = 3.0 + np.tile([0.5, 1.5], 10)
     total = 20 * 1.0 / 0.5
-    assert contest.over(Rival(left, 0.0))[1] == pytest.approx(total)
-    statistic, likelier = contest.over(Rival(left, 6.0))
+    assert contest.over(LookAlike(left, 0.0))[1] == pytest.approx(total)
+    statistic, likelier = contest.over(LookAlike(left, 6.0))
     assert likelier == pytest.approx(total + 6.0)
     # Differences of 1 and 3, about 2: a variance of 20 / 19.
     assert statistic == pytest.approx((total + 6.0) / np.sqrt(20 * 20 / 19))

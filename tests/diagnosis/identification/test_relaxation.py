@@ -36,10 +36,10 @@ def surging(seed, valve=None, n=3000):
 @pytest.mark.parametrize("seed", range(4))
 def test_turns_at_levels_of_the_pv_are_not_the_valves(seed):
     found = st.identify(surging(seed))
-    assert found.likelier_than_good > 200.0
-    assert found.likelier_than_relaxation < 0.3 * found.likelier_than_good
-    assert found.likelier_than_any <= found.likelier_than_relaxation
-    assert found.beats_any <= found.beats_relaxation
+    assert found.over("good").likelier > 200.0
+    assert found.over("relaxation").likelier < 0.3 * found.over("good").likelier
+    assert found.likelier_than_any <= found.over("relaxation").likelier
+    assert found.beats_any <= found.over("relaxation").beats
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -49,7 +49,7 @@ def test_slips_at_levels_of_op_are_the_valves(seed):
     wander = np.cumsum(np.random.default_rng(seed).normal(0.0, 0.15, 3000))
     record = st.simulate(loop, 50.0, 3000.0, wander - wander.mean(), seed=seed, pv_start=50.0, op_start=50.0)
     found = st.identify(replace(record, mv=None))
-    assert found.likelier_than_relaxation > 0.7 * found.likelier_than_good > 100.0
+    assert found.over("relaxation").likelier > 0.7 * found.over("good").likelier > 100.0
 
 
 @given(

@@ -82,7 +82,7 @@ def test_no_more_than_a_share_of_the_record_is_left_out():
 def test_a_sticky_valve_beats_a_good_one_as_if_the_load_had_not_stepped():
     """Left in, the step's few samples swell the variance, and one half cycle outweighs all the others."""
     plain, stepped = (st.identify(loop(step)) for step in (0.0, 2.0 * S))
-    assert stepped.likelier_than_good > 0.6 * plain.likelier_than_good > 60.0
+    assert stepped.over("good").likelier > 0.6 * plain.over("good").likelier > 60.0
     assert stepped.beats_any > 0.6 * plain.beats_any > 2.0
     assert pytest.approx(S, rel=0.05) == stepped.S
     assert plain.left_out == 0

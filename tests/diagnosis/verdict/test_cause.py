@@ -12,16 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 import stiction as st
-from stiction.diagnosis.identified import J_UNKNOWN, ErrorSurface, Identification, ProcessFit
+from stiction.diagnosis.identified import J_UNKNOWN, Rival
 from stiction.diagnosis.result import Counted, Oscillation
 from stiction.diagnosis.verdict.cause import fits, named_cause
 from stiction.diagnosis.verdict.meaning import strongest
 
-NONE = np.empty(0)
-FOUND = Identification(
-    "kano", 3.0, 1.0, 2.7, 3.3, 0.7, 1.4, ProcessFit(3.0, 10.0, 10.0, False), 93.0, 41.0,
-    ErrorSurface(NONE, NONE, NONE, math.nan), NONE, NONE,
-)  # fmt: skip
+from .found import FOUND
+
 RHYTHM = Oscillation(True, 60.0, 5.0, 1.0, 3.0, 20.0, 0, 10)
 COUNTED = (
     Counted("usual", math.nan, math.nan, 3.0),
@@ -39,7 +36,12 @@ def told(verdict, p, name="none", found=FOUND, **shares):
 
 
 def fitting(fit, fit_linear, likelier=math.nan):
-    return replace(FOUND, fit=fit, fit_linear=fit_linear, likelier_than_good=likelier)
+    return replace(FOUND, fit=fit, fit_linear=fit_linear, rivals={"good": Rival(likelier=likelier)})
+
+
+def beside(found, **likelier):
+    """What was found, and twice the log likelihood over further good valves."""
+    return replace(found, rivals={**found.rivals, **{name: Rival(likelier=more) for name, more in likelier.items()}})
 
 
 def test_a_valve_that_explains_more_is_said_to():
@@ -85,8 +87,8 @@ def test_a_good_valve_is_not_defended_with_a_sticky_one_that_explains_more(name)
     ],
 )
 def test_a_good_valve_that_predicts_better_is_named(likelier, bent, wave, named):
-    more = {"likelier_than_bent": bent, "likelier_than_wave": wave, "bent": "a seat at 15 % of OP's range"}
-    found = replace(fitting(60.0, 41.0, likelier), **more)
+    found = beside(fitting(60.0, 41.0, likelier), bent=bent, wave=wave)
+    found = replace(found, bent="a seat at 15 % of OP's range")
     sentence = f" A good valve {named} predicts the PV better than a sticky one."
     for verdict, p in (("no_stiction", 0.05), ("undecided", 0.5)):
         for cause in ("external disturbance", "none"):
@@ -97,19 +99,25 @@ def test_a_good_valve_that_predicts_better_is_named(likelier, bent, wave, named)
 
 @pytest.mark.parametrize("gated", [-25.0, -35.0])
 def test_of_several_that_predict_better_the_likeliest_is_named(gated):
-    more = {"likelier_than_bent": -20.0, "likelier_than_wave": -30.0, "likelier_than_gated": gated}
-    reason = told("no_stiction", 0.05, "none", replace(fitting(60.0, 41.0, 106.6), **more)).reason
+    found = beside(fitting(60.0, 41.0, 106.6), bent=-20.0, wave=-30.0, gated=gated)
+    reason = told("no_stiction", 0.05, "none", found).reason
     assert ("A good valve given the past of the PV without its noise as well predicts" in reason) is (gated < -30.0)
 
 
 def test_the_nearest_of_all_good_valves_is_the_one_to_beat():
-    found = replace(FOUND, likelier_than_good=9.0, beats_good=3.0, likelier_than_bent=-4.0, beats_bent=-1.0)
-    assert (found.likelier_than_any, found.beats_any) == (-4.0, -1.0)
-    found = replace(found, likelier_than_wave=-6.0, beats_wave=2.0)
-    assert (found.likelier_than_any, found.beats_any) == (-6.0, -1.0)
-    found = replace(found, likelier_than_gated=-5.0, beats_gated=-2.0)
-    assert (found.likelier_than_any, found.beats_any) == (-6.0, -2.0)
-    assert math.isnan(FOUND.likelier_than_any)
+    rivals = {"good": Rival(3.0, 9.0), "bent": Rival(-1.0, -4.0)}
+
+    def nearest(**more):
+        found = replace(FOUND, rivals=rivals | more)
+        return found.beats_any, found.likelier_than_any
+
+    assert nearest() == (-1.0, -4.0)
+    assert nearest(wave=Rival(2.0, -6.0)) == (-1.0, -6.0)
+    assert nearest(wave=Rival(2.0, -6.0), gated=Rival(-2.0, -5.0)) == (-2.0, -6.0)
+    assert nearest(relaxation=Rival(-3.0, math.nan)) == (-3.0, -4.0)
+    # With the wave beside both it is no valve that a sticky one has to beat.
+    assert nearest(beside_wave=Rival(-9.0, -9.0)) == nearest()
+    assert all(math.isnan(number) for number in (FOUND.beats_any, FOUND.likelier_than_any, *FOUND.over("good")))
 
 
 def test_play_is_named_by_what_was_found():
@@ -233,7 +241,7 @@ def test_a_real_record_is_not_argued_against(records):
     found = st.diagnose(record)
     valve = found.identification
     assert valve is not None
-    assert (found.verdict, valve.fit < valve.fit_linear, valve.likelier_than_good > 0.0) == ("stiction", True, True)
+    assert (found.verdict, valve.fit < valve.fit_linear, valve.over("good").likelier > 0.0) == ("stiction", True, True)
     assert "predicts the PV better than a good one, cycle by cycle" in found.reason
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import stiction as st
+from stiction.diagnosis.identified import Rival
 from stiction.diagnosis.verdict.contradiction import (
     against_good,
     against_sticking,
@@ -22,10 +23,12 @@ from stiction.diagnosis.verdict.objection import Objection
 from stiction.records.quality import Quality, assess
 from stiction.simulation.population import plant_population
 
+from .found import FOUND
+
 HEALTHY = {"sensor": 0.0, "saturation": 0.0, "deadband": 0.0}
 """Probabilities of causes with which nothing else is to blame."""
-EVEN = {"likelier_than_any": 0.0, "likelier_beside_wave": math.nan, "likelier_than_play": 0.0, "beats_any": 0.0}
-"""Twice the log likelihood by which a sticky valve beats its rivals that are as likely."""
+EVEN = {"wave": Rival(0.0, 0.0)}
+"""A rival that is as likely as a sticky valve."""
 SLOW = Objection.SLIPS_DROWN
 """What a record such as plants keep is told to be."""
 SOUND = Quality((), True, 1000, 1000.0, 0.0, 0, 1000)
@@ -43,9 +46,8 @@ def test_no_objection_is_told_as_a_gate_is_named():
 
 
 def fits(fit, fit_linear=0.0):
-    return SimpleNamespace(
-        fit=fit, fit_linear=fit_linear, rough=None, likelier_than_good=1.0, own_samples=False, **EVEN
-    )
+    rivals = {"good": Rival(likelier=1.0), **EVEN}
+    return replace(FOUND, fit=fit, fit_linear=fit_linear, rivals=rivals, likelier_than_play=0.0)
 
 
 @pytest.mark.parametrize(("fit", "said"), [(14.9, True), (15.0, False)])
@@ -68,18 +70,16 @@ def valve(
     J=1.0, J_high=2.0, likelier_than_play=30.0, fit=90.0, fit_linear=60.0, integrating=False, over=(200.0, 200.0, 200.0)
 ):
     """A valve of S = 3 % that was found, likelier `over` a good one, a bent one and one given the PV without noise."""
-    process = SimpleNamespace(integrating=integrating)
-    return SimpleNamespace(
+    return replace(
+        FOUND,
         S=3.0,
         J=J,
         J_high=J_high,
         likelier_than_play=likelier_than_play,
         fit=fit,
         fit_linear=fit_linear,
-        process=process,
-        likelier_than_good=over[0],
-        likelier_than_bent=over[1],
-        likelier_than_gated=over[2],
+        process=replace(FOUND.process, integrating=integrating),
+        rivals={name: Rival(likelier=by) for name, by in zip(("good", "bent", "gated"), over, strict=True)},
     )
 
 
@@ -144,23 +144,23 @@ PLAIN = Objection.PREDICTS
 
 
 @pytest.mark.parametrize(
-    ("changed", "causes", "told"),
+    ("changed", "own_samples", "causes", "told"),
     [
-        ({}, {}, (PLAIN,)),
-        ({"beats_good": 8.0}, {}, ()),
-        ({"beats_any": 0.0}, {}, ()),
-        ({"own_samples": False}, {}, ()),
-        ({}, {"deadband": 0.5}, ()),
-        ({}, {"sensor": 0.3, "saturation": 0.2}, ()),
-        ({"own_samples": False, "likelier_than_any": 60.1}, {"sensor": 0.5}, (PLAIN,)),
-        ({"own_samples": False, "likelier_than_any": 59.9}, {"sensor": 0.5}, ()),
-        ({"likelier_than_any": 60.1}, {"sensor": 0.5}, ()),
+        ({}, True, {}, (PLAIN,)),
+        ({"good": Rival(8.0, 500.0)}, True, {}, ()),
+        ({"wave": Rival(0.0, 0.0)}, True, {}, ()),
+        ({}, False, {}, ()),
+        ({}, True, {"deadband": 0.5}, ()),
+        ({}, True, {"sensor": 0.3, "saturation": 0.2}, ()),
+        ({"wave": Rival(0.1, 60.1)}, False, {"sensor": 0.5}, (PLAIN,)),
+        ({"wave": Rival(0.1, 59.9)}, False, {"sensor": 0.5}, ()),
+        ({"wave": Rival(0.1, 60.1)}, True, {"sensor": 0.5}, ()),
     ],
 )
-def test_a_plain_valve_in_a_driven_loop(monkeypatch, changed, causes, told):
+def test_a_plain_valve_in_a_driven_loop(monkeypatch, changed, own_samples, causes, told):
     monkeypatch.setattr("stiction.diagnosis.verdict.contradiction.kept_by_plant", lambda _row: 0.0)
-    plain = {"beats_good": 8.1, "beats_any": 0.1, "own_samples": True}
-    found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, likelier_than_good=500.0, **(EVEN | plain | changed))
+    rivals = {"good": Rival(8.1, 500.0), "wave": Rival(0.1, 0.0), **changed}
+    found = replace(fits(50.0, 50.0), own_samples=own_samples, rivals=rivals)
     assert against_good(found, SimpleNamespace(likely_jump_clear=0.0), HEALTHY | causes) == told
 
 
@@ -175,8 +175,8 @@ def test_a_plain_valve_in_a_driven_loop(monkeypatch, changed, causes, told):
 )
 def test_play_is_not_sure_between_the_samples(monkeypatch, changed, play, told):
     monkeypatch.setattr("stiction.diagnosis.verdict.contradiction.kept_by_plant", lambda _row: 0.0)
-    open_jump = {"S": 3.0, "J_high": 3.0, "own_samples": False, "likelier_than_good": 0.0}
-    found = SimpleNamespace(fit=50.0, fit_linear=50.0, rough=None, **(EVEN | open_jump | changed))
+    open_jump = {"S": 3.0, "J_high": 3.0, "own_samples": False, "rivals": {"good": Rival(likelier=0.0), **EVEN}}
+    found = replace(fits(50.0, 50.0), **(open_jump | changed))
     assert against_good(found, SimpleNamespace(likely_jump_clear=0.0), HEALTHY | {"deadband": play}) == told
 
 

@@ -1,49 +1,46 @@
 """A sticky valve that is plainly likelier than all that could pass for one: "no stiction" is not said."""
 
 import math
+from dataclasses import replace
 from importlib import import_module
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import stiction as st
+from stiction.diagnosis.identified import Rival
 from stiction.diagnosis.verdict.contradiction import BEATS_EVERY, STEADILY, beats_every_rival
 from stiction.diagnosis.verdict.doubt import LEAST
 
+from .found import FOUND
+
 MORE, LESS = BEATS_EVERY + 0.1, BEATS_EVERY
 BEATS_ALL = {
-    "likelier_than_good": 500.0,
-    "likelier_than_any": MORE,
-    "likelier_beside_wave": MORE,
-    "likelier_than_play": MORE,
-    "beats_any": STEADILY + 0.01,
+    "good": Rival(STEADILY + 5.0, 500.0),
+    "wave": Rival(STEADILY + 0.01, MORE),
+    "beside_wave": Rival(likelier=MORE),
 }
 
 
 @pytest.mark.parametrize(
-    ("changed", "told"),
+    ("changed", "over_play", "told"),
     [
-        ({}, True),
-        ({"likelier_than_any": LESS}, False),
-        ({"likelier_beside_wave": LESS}, False),
-        ({"likelier_than_play": LESS}, False),
-        ({"beats_any": STEADILY}, False),
-        ({"likelier_beside_wave": math.nan}, True),
-        ({"likelier_beside_wave": math.nan, "likelier_than_play": LESS}, False),
-        (
-            {
-                "likelier_than_good": math.nan,
-                "likelier_than_any": math.nan,
-                "likelier_beside_wave": math.nan,
-                "likelier_than_play": math.nan,
-            },
-            False,
-        ),
+        ({}, MORE, True),
+        ({"wave": Rival(STEADILY + 0.01, LESS)}, MORE, False),
+        ({"beside_wave": Rival(likelier=LESS)}, MORE, False),
+        ({}, LESS, False),
+        ({"wave": Rival(STEADILY, MORE)}, MORE, False),
+        ({"beside_wave": Rival()}, MORE, True),
+        ({"beside_wave": Rival()}, LESS, False),
+        ({"good": Rival(), "wave": Rival(beats=STEADILY + 0.01), "beside_wave": Rival()}, math.nan, False),
     ],
 )
-def test_the_least_of_all_margins_decides(changed, told):
-    assert beats_every_rival(SimpleNamespace(**(BEATS_ALL | changed))) is told
+def test_the_least_of_all_margins_decides(changed, over_play, told):
+    assert beats_every_rival(replace(FOUND, rivals=BEATS_ALL | changed, likelier_than_play=over_play)) is told
+
+
+def test_a_valve_compared_with_nothing_beats_nothing():
+    assert beats_every_rival(FOUND) is False
 
 
 def sticky_loop(n=3000):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import stiction as st
+from stiction.diagnosis.identified import Rival
 from stiction.diagnosis.verdict.cause import not_seen
 from stiction.diagnosis.verdict.contradiction import MUCH_MORE, explains_much_more, explains_nothing
 from stiction.records.record import LoopRecord
@@ -22,11 +23,11 @@ def test_where_op_does_not_move_pv_nothing_is_said_of_the_valve():
     assert "no more than 12 %" in explains_nothing(replace(found, fit=11.0, fit_linear=12.0))
     assert explains_nothing(replace(found, fit=20.0, fit_linear=12.0)) == ""
     assert explains_nothing(replace(found, fit=-5.0, fit_linear=40.0)) == ""
-    better = replace(found, fit=40.0 + MUCH_MORE + 1.0, fit_linear=40.0, likelier_than_good=1.0)
+    better = replace(found, fit=40.0 + MUCH_MORE + 1.0, fit_linear=40.0, rivals={"good": Rival(likelier=1.0)})
     assert explains_much_more(better)
     assert explains_much_more(replace(better, fit=0.0, rough=better))
     assert not explains_much_more(replace(better, fit_linear=42.0))
-    assert not explains_much_more(replace(better, likelier_than_good=-1.0))
+    assert not explains_much_more(replace(better, rivals={"good": Rival(likelier=-1.0)}))
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.identification.contest import Rival
+from stiction.diagnosis.identification.contest import LookAlike
 from stiction.diagnosis.identification.likelihood import errors_of
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ GAPS, HALF_GAPS = (0.35, 0.5, 0.65), (0.1, 0.2)
 """Middles of a gap between two valves in split range, and half its width [-]."""
 
 
-def bent_valve(prediction: Prediction) -> tuple[str, Rival]:
+def bent_valve(prediction: Prediction) -> tuple[str, LookAlike]:
     """Find the bent characteristic with which a good valve predicts the PV best.
 
     Parameters
@@ -50,7 +50,7 @@ def bent_valve(prediction: Prediction) -> tuple[str, Rival]:
 
     Returns
     -------
-    tuple of str and Rival
+    tuple of str and LookAlike
         The characteristic, and what the valve leaves.
     """
     op = prediction.op
@@ -63,7 +63,7 @@ def bent_valve(prediction: Prediction) -> tuple[str, Rival]:
     # With lags of OP beside it a bend one way predicts what one the other way does: they must not choose.
     best = int(np.argmin(errors_of(prediction._replace(most_op=0), stems)[0]))
     by_half = errors_of(prediction, stems[best : best + 1])[1]
-    return names[best], Rival(by_half[0], prediction.op_order)
+    return names[best], LookAlike(by_half[0], prediction.op_order)
 
 
 def characteristics(place: NDArray[np.float64]) -> Iterator[tuple[str, NDArray[np.float64]]]:

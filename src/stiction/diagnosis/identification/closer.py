@@ -102,15 +102,15 @@ def _recorded(search: Search, fine: Prediction, tried: Trials, known: Known) -> 
     found = contest(fine, tried if own else tried.without_lag(), known)
     clearest = found if own or tried.best.lag == 0.0 else contest(fine, tried, known)
     period = None if search.period is None else search.period / (search.record.dt * fine.width)
+    rivals, bent = over_rivals(fine, clearest, period)
     recorded = replace(
         _by_stretches(search, fine, search.signals.op, 1, found),
-        beats_good=float(clearest.worse[-1]),
-        likelier_than_good=clearest.likelier_than_good(),
+        rivals=rivals,
+        bent=bent,
         likelier_in_part=clearest.likelier_than_good(3),
         likelier_than_play=clearest.likelier_than_play,
         left_out=fine.shocks.size * fine.width,
         own_samples=own,
-        **over_rivals(fine, clearest, period),
     )
     return recorded, found
 
@@ -133,17 +133,15 @@ def _without_shocks(fine: Prediction, tried: Trials, swing: float) -> tuple[Pred
 
 def _weighed_as(recorded: Identification, told: Identification) -> Identification:
     """The valve `told`, with what the recorded samples say of how far it beats a good one."""
-    alike = (
-        *("likelier_than_good", "likelier_in_part", "likelier_than_play", "likelier_than_bent", "likelier_than_wave"),
-        *("likelier_than_gated", "likelier_beside_wave", "beats_good", "beats_bent", "beats_gated", "beats_wave"),
-        *("beats_beside_wave", "beats_relaxation", "likelier_than_relaxation", "bent", "left_out"),
-    )
     stretches = (
         replace(one, likelier_than_good=other.likelier_than_good)
         for one, other in zip(told.stretches, recorded.stretches, strict=True)
     )
-    said = {name: getattr(recorded, name) for name in alike}
-    return replace(told, stretches=tuple(stretches), rebuilt=True, **said)
+    return replace(
+        told, stretches=tuple(stretches), rebuilt=True, rivals=recorded.rivals, bent=recorded.bent,
+        likelier_in_part=recorded.likelier_in_part, likelier_than_play=recorded.likelier_than_play,
+        left_out=recorded.left_out,
+    )  # fmt: skip
 
 
 def _rounded(search: Search) -> bool:

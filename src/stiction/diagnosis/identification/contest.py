@@ -10,6 +10,7 @@ import numpy as np
 from stiction.diagnosis.identification.interval import CHI2_1, FLOOR, NORMAL, student
 from stiction.diagnosis.identification.likelihood import EQUAL, LAG_WORTH, Columns, Trial, by_cycle, good_valve
 from stiction.diagnosis.identification.valleys import one_each
+from stiction.diagnosis.identified import Rival
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.likelihood import Prediction, Trials
 
-__all__ = ["OWN", "REBUILT", "UNSEEN", "UNTOLD", "Contest", "Known", "Rival", "contest", "drift", "vuong"]
+__all__ = ["OWN", "REBUILT", "UNSEEN", "UNTOLD", "Contest", "Known", "LookAlike", "contest", "drift", "vuong"]
 
 
 class Known(NamedTuple):
@@ -68,7 +69,7 @@ FEWEST_STRETCHES = 4
 """Stretches below which no drift is told."""
 
 
-class Rival(NamedTuple):
+class LookAlike(NamedTuple):
     """A good valve with something that makes its PV look like a sticky one's."""
 
     error: NDArray[np.float64]
@@ -101,8 +102,8 @@ class Contest(NamedTuple):
     weights: int = 0
     """Weights that a sticky valve has beyond those of a good one [-]: OP's lags, which to the latter are its stem's."""
 
-    def over(self, rival: Rival) -> tuple[float, float]:
-        """Student's statistic, and twice the log likelihood, by which the first beats a rival [-]."""
+    def over(self, rival: LookAlike) -> Rival:
+        """By how much the first beats a good valve that looks like it."""
         return vuong((rival.error - self.error[0]) / self.variance, rival.weights - self.weights)
 
     @property
@@ -205,7 +206,7 @@ def contest(prediction: Prediction, trials: Trials, known: Known) -> Contest:
     return Contest(valve, error, worse, S_range, J_range, variance, likelier_than_play, beyond, prediction.op_order)
 
 
-def vuong(by_half: NDArray[np.float64], free: float = 0.0) -> tuple[float, float]:
+def vuong(by_half: NDArray[np.float64], free: float = 0.0) -> Rival:
     """Vuong's test of two models.
 
     Parameters
@@ -217,15 +218,15 @@ def vuong(by_half: NDArray[np.float64], free: float = 0.0) -> tuple[float, float
 
     Returns
     -------
-    tuple of float
-        Student's statistic, and twice the log likelihood in all [-].
+    Rival
+        By how much the one beats the other.
 
     References
     ----------
     vuong1989.
     """
     total = float(by_half.sum()) + free
-    return total / math.sqrt(max(by_half.size * float(by_half.var(ddof=1)), 1e-300)), total
+    return Rival(total / math.sqrt(max(by_half.size * float(by_half.var(ddof=1)), 1e-300)), total)
 
 
 def _noise(op: NDArray[np.float64]) -> float:

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.identification.contest import Rival
+from stiction.diagnosis.identification.contest import LookAlike
 from stiction.diagnosis.identification.likelihood import errors_of, kept, scaled
 from stiction.diagnosis.identification.prediction import behind_lag
 from stiction.diagnosis.identification.search import follow
@@ -42,7 +42,7 @@ LAGS = (0.0, 3.0)
 """Lags of the PV before the gate [samples]."""
 
 
-def gated_past(prediction: Prediction) -> Rival:
+def gated_past(prediction: Prediction) -> LookAlike:
     """Let lags of a gated PV stand beside a good valve, with the gate that predicts best.
 
     Parameters
@@ -52,7 +52,7 @@ def gated_past(prediction: Prediction) -> Rival:
 
     Returns
     -------
-    Rival
+    LookAlike
         What the valve leaves.
     """
     pv = prediction.pv
@@ -66,7 +66,7 @@ def gated_past(prediction: Prediction) -> Rival:
             follow(smooth, 2.0 * width * noise, 0.0, gated)
             left, by_half = errors_of(prediction._replace(op_mean=scaled(gated)), stem)
             tried.append((float(left[0]), by_half[0]))
-    return Rival(min(tried, key=lambda one: one[0])[1], prediction.op_order)
+    return LookAlike(min(tried, key=lambda one: one[0])[1], prediction.op_order)
 
 
 def _noise(pv: NDArray[np.float64]) -> float:

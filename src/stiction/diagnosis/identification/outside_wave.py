@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.contest import Rival
+from stiction.diagnosis.identification.contest import LookAlike
 from stiction.diagnosis.identification.likelihood import errors_of
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ that is off by half a step is 0.6 rad off at the ends of the record."""
 class Beside(NamedTuple):
     """A good valve and a sticky one beside the same wave."""
 
-    good: Rival
+    good: LookAlike
     """The good one; the wave's weights are its own."""
     sticky: NDArray[np.float64]
     """Sum of squares that the sticky one leaves in each half cycle, shape (n_halves,)."""
@@ -88,7 +88,7 @@ def _beside(
     """What is left of PV, OP and stem (`signals`) without the wave of each part of the record."""
     rest = np.concatenate([signals[:, part] - repeated(signals[:, part], period, harmonics) for part in parts], axis=1)
     good, sticky = errors_of(prediction._replace(pv=rest[0], op_mean=rest[1]), rest[1:])[1]
-    return Beside(Rival(good, 2.0 * harmonics * len(parts) + CHANGE_WORTH * (len(parts) - 1)), sticky)
+    return Beside(LookAlike(good, 2.0 * harmonics * len(parts) + CHANGE_WORTH * (len(parts) - 1)), sticky)
 
 
 def repeated(signals: NDArray[np.float64], period: float, harmonics: int) -> NDArray[np.float64]:

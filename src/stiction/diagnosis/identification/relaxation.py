@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.identification.contest import Rival
+from stiction.diagnosis.identification.contest import LookAlike
 from stiction.diagnosis.identification.likelihood import errors_of, kept
 from stiction.diagnosis.identification.prediction import behind_lag
 from stiction.models.compiled import kernel
@@ -44,7 +44,7 @@ AROUND = (-1.0, 0.0, 1.0)
 """Levels tried in each of them about the best, in its steps [-]."""
 
 
-def relaxation(prediction: Prediction) -> Rival:
+def relaxation(prediction: Prediction) -> LookAlike:
     """Let a relay of the PV stand beside a good valve, with the levels that predict best.
 
     Parameters
@@ -54,7 +54,7 @@ def relaxation(prediction: Prediction) -> Rival:
 
     Returns
     -------
-    Rival
+    LookAlike
         What the valve leaves.
     """
     behind = [_behind(prediction.pv, lag) for lag in LAGS]
@@ -67,7 +67,7 @@ def relaxation(prediction: Prediction) -> Rival:
     for step in STEPS:
         around = 0.5 * step * np.ptp(ends[best]) * np.array(AROUND)
         _, low, high = _best(prediction, pv, low + around, high + around)
-    return Rival(errors_of(prediction, relays(pv, np.array([low]), np.array([high])))[1][0], prediction.op_order)
+    return LookAlike(errors_of(prediction, relays(pv, np.array([low]), np.array([high])))[1][0], prediction.op_order)
 
 
 def _behind(pv: NDArray[np.float64], lag: float) -> NDArray[np.float64]:

@@ -1,8 +1,8 @@
-"""By how much the likeliest sticky valve beats good ones that have something a straight one has not."""
+"""By how much the likeliest sticky valve beats good ones, straight or with something that makes them look like it."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stiction.diagnosis.identification.characteristic import bent_valve
 from stiction.diagnosis.identification.contest import vuong
@@ -10,16 +10,18 @@ from stiction.diagnosis.identification.gated_past import gated_past
 from stiction.diagnosis.identification.likelihood import stem_of
 from stiction.diagnosis.identification.outside_wave import outside_wave
 from stiction.diagnosis.identification.relaxation import relaxation
+from stiction.diagnosis.identified import Rival
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.contest import Contest
     from stiction.diagnosis.identification.likelihood import Prediction
+    from stiction.diagnosis.identified import Explanation
 
 __all__ = ["over_rivals"]
 
 
-def over_rivals(prediction: Prediction, contest: Contest, period: float | None) -> dict[str, Any]:
-    """Compare the likeliest valve with good ones: bent, told a gated past, or beside an oscillation from outside.
+def over_rivals(prediction: Prediction, contest: Contest, period: float | None) -> tuple[dict[Explanation, Rival], str]:
+    """Compare the likeliest valve with good ones: straight, bent, told a gated past, or beside what is from outside.
 
     Parameters
     ----------
@@ -32,33 +34,19 @@ def over_rivals(prediction: Prediction, contest: Contest, period: float | None) 
 
     Returns
     -------
-    dict
-        What `Identification` says of them, by its names; nothing of a wave where none can be told.
+    tuple of dict and str
+        By how much it beats each, nothing of a wave where none can be told; and the likeliest bent characteristic.
     """
-    bent, rival = bent_valve(prediction)
-    beats_bent, likelier_than_bent = contest.over(rival)
-    beats_gated, likelier_than_gated = contest.over(gated_past(prediction))
-    beats_relaxation, likelier_than_relaxation = contest.over(relaxation(prediction))
-    said = {
-        "bent": bent,
-        "beats_bent": beats_bent,
-        "likelier_than_bent": likelier_than_bent,
-        "beats_gated": beats_gated,
-        "likelier_than_gated": likelier_than_gated,
-        "beats_relaxation": beats_relaxation,
-        "likelier_than_relaxation": likelier_than_relaxation,
+    bent, bent_one = bent_valve(prediction)
+    rivals: dict[Explanation, Rival] = {
+        "good": Rival(float(contest.worse[-1]), contest.likelier_than_good()),
+        "bent": contest.over(bent_one),
+        "gated": contest.over(gated_past(prediction)),
+        "relaxation": contest.over(relaxation(prediction)),
     }
-    if period is None:
-        return said
-    wave = outside_wave(prediction, period, stem_of(prediction, contest.best))
-    if wave is None:
-        return said
-    beats_wave, likelier_than_wave = contest.over(wave.good)
-    variance = float(wave.sticky.sum()) / prediction.samples
-    beats_beside_wave, likelier_beside_wave = vuong((wave.good.error - wave.sticky) / variance, -prediction.op_order)
-    return said | {
-        "beats_wave": beats_wave,
-        "likelier_than_wave": likelier_than_wave,
-        "beats_beside_wave": beats_beside_wave,
-        "likelier_beside_wave": likelier_beside_wave,
-    }
+    wave = None if period is None else outside_wave(prediction, period, stem_of(prediction, contest.best))
+    if wave is not None:
+        variance = float(wave.sticky.sum()) / prediction.samples
+        rivals["wave"] = contest.over(wave.good)
+        rivals["beside_wave"] = vuong((wave.good.error - wave.sticky) / variance, -prediction.op_order)
+    return rivals, bent

@@ -13,7 +13,7 @@ from stiction.records.durations import in_seconds
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.identified import Explanation, Identification
     from stiction.diagnosis.result import Counted, Oscillation, Verdict
 
 __all__ = ["UNSURE", "Cause", "named_cause", "not_seen", "stuck_or_not"]
@@ -160,8 +160,8 @@ def fits(found: Identification) -> str:
     sticky, good = _percent(found.fit), _percent(found.fit_linear)
     if sticky > good:
         return f"explains {sticky} % of the PV's movement, a good valve {good} %"
-    if found.likelier_than_good > BY_CHANCE:
-        by = digits(found.likelier_than_good, significant=2)
+    if found.over("good").likelier > BY_CHANCE:
+        by = digits(found.over("good").likelier, significant=2)
         return (
             f"predicts the PV better than a good one, cycle by cycle (twice the log likelihood: {by}), though it "
             f"explains no more of its movement by simulation ({sticky} %, a good valve {good} %)"
@@ -180,7 +180,7 @@ def _percent(fit: float) -> int:
 
 def _speaks(found: Identification) -> bool:
     """Whether `fits` says something for a band."""
-    return _percent(found.fit) > _percent(found.fit_linear) or found.likelier_than_good > BY_CHANCE
+    return _percent(found.fit) > _percent(found.fit_linear) or found.over("good").likelier > BY_CHANCE
 
 
 def _for(found: Identification, counted: Sequence[Counted]) -> str:
@@ -282,14 +282,14 @@ def _deciding(rhythm: Oscillation, dt: float, kind_known: bool) -> str:
 
 def _rival(found: Identification, rhythm: Oscillation) -> str:
     """The good valve that predicts the PV better than the sticky one though a straight one does not; or nothing."""
-    rivals = (
-        (found.likelier_than_wave, f"beside a wave from outside, the same every {in_seconds(rhythm.period)},"),
-        (found.likelier_than_bent, f"with a bent characteristic ({found.bent})"),
-        (found.likelier_than_gated, "given the past of the PV without its noise as well"),
-        (found.likelier_than_relaxation, "beside a disturbance that turns where the PV comes to a level"),
-    )
-    better = [(likelier, name) for likelier, name in rivals if likelier < 0.0]
-    if not (better and found.likelier_than_good > BY_CHANCE):
+    told: dict[Explanation, str] = {
+        "wave": f"beside a wave from outside, the same every {in_seconds(rhythm.period)},",
+        "bent": f"with a bent characteristic ({found.bent})",
+        "gated": "given the past of the PV without its noise as well",
+        "relaxation": "beside a disturbance that turns where the PV comes to a level",
+    }
+    better = [(likelier, what) for name, what in told.items() if (likelier := found.over(name).likelier) < 0.0]
+    if not (better and found.over("good").likelier > BY_CHANCE):
         return ""
     return f" A good valve {min(better)[1]} predicts the PV better than a sticky one."
 

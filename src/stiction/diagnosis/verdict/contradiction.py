@@ -11,8 +11,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from stiction.diagnosis.verdict.doubt import FAULT_SEEN
 from stiction.diagnosis.verdict.objection import Objection
 from stiction.diagnosis.verdict.probability import kept_by_plant
@@ -160,9 +158,9 @@ def against_good(found: Identification, row: Features, causes: Mapping[str, floa
         Objection.JUMP_LIKELY: row.likely_jump_clear > 0.0,
         Objection.MUCH_MORE: explains_much_more(found),
         Objection.EVERY_RIVAL: beats_every_rival(found),
-        Objection.PREDICTS: predicts and found.beats_good > PREDICTS,
+        Objection.PREDICTS: predicts and found.over("good").beats > PREDICTS,
         Objection.BESIDE_WAVE: beside
-        and found.likelier_beside_wave > BEATS_EVERY
+        and found.over("beside_wave").likelier > BEATS_EVERY
         and found.likelier_than_play > BESIDE_PLAY,
         Objection.JUMP_OPEN: causes["deadband"] > PLAY and not found.own_samples,
         Objection.SLIPS_DROWN: not found.own_samples and kept_by_plant(row) > LIKE_A_PLANTS,
@@ -225,13 +223,12 @@ def against_sticking(
     plainly_jumps = found.likelier_than_play >= A_JUMP
     not_its_own = row.own_amplitude < OWN_CYCLE and row.jump < HARDLY_JUMPS and not row.integrating
     jumps = max(valve.J / NO_JUMP[0], valve.J_high / NO_JUMP[1]) > valve.S or found.likelier_than_play > 0.0
-    added = found.likelier_than_good
-    kept = np.fmin.reduce((added, found.likelier_than_bent, found.likelier_than_gated))
+    added, kept = found.over("good").likelier, found.nearest("good", "bent", "gated").likelier
     seen = {
         Objection.NOT_ITS_OWN: regular and not_its_own and not (plainly_jumps and makes_cycle()),
         Objection.NO_JUMP: not jumps and not valve.process.integrating,
         Objection.NOTHING_EXPLAINED: max(valve.fit, valve.fit_linear) < BY_CHANCE,
-        Objection.MOST_OF_IT: added > BEATS_EVERY and bool(kept < TAKEN * added),
+        Objection.MOST_OF_IT: added > BEATS_EVERY and kept < TAKEN * added,
         Objection.AS_MUCH: valve.fit <= valve.fit_linear and not (plainly_jumps and row.oscillating > 0.0),
     }
     return tuple(one for one, true in seen.items() if true)
@@ -251,7 +248,7 @@ def explains_much_more(found: Identification) -> bool:
         True where the likeliest one, or that of the dense search, explains `MUCH_MORE`, and it predicts the PV
         better as well: of a stem that rests but for one slip the likelihood may see a smaller band than the search.
     """
-    return _explained(found) - found.fit_linear > MUCH_MORE and found.likelier_than_good > 0.0
+    return _explained(found) - found.fit_linear > MUCH_MORE and found.over("good").likelier > 0.0
 
 
 def beats_every_rival(found: Identification) -> bool:
@@ -269,9 +266,10 @@ def beats_every_rival(found: Identification) -> bool:
         one with that wave beside both, and one that hardly jumps, and the first three `STEADILY` from half cycle to
         half cycle: one upset that a slip explains by chance is worth as much in all.
     """
-    rivals = (found.likelier_than_any, found.likelier_beside_wave, found.likelier_than_play)
+    rivals = (found.likelier_than_any, found.over("beside_wave").likelier, found.likelier_than_play)
     likelier = [by for by in rivals if not math.isnan(by)]
-    return not math.isnan(found.likelier_than_good) and min(likelier) > BEATS_EVERY and found.beats_any > STEADILY
+    compared = not math.isnan(found.over("good").likelier)
+    return compared and min(likelier) > BEATS_EVERY and found.beats_any > STEADILY
 
 
 def explains_nothing(found: Identification) -> str:

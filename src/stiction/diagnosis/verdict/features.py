@@ -252,6 +252,9 @@ def features(
     slow, slow_linear, lag, dead_time = _process(main, period)
     limit = None if main.linear is None else ultimate(main.linear, controller, part.dt)
     own = own_cycle(main, controller, period, part.dt) if math.isfinite(period) else None
+    good = close.over("good")
+    bent, gated, relaxation, wave = (close.nearest("good", name) for name in ("bent", "gated", "relaxation", "wave"))
+    beside_wave = close.rivals.get("beside_wave", good)
     likelier_than_play = logarithm(close.likelier_than_play)
     rhythm = rhythm_of(part, oscillation)
     sensor, runs = sensor_of(part), ~shut(whole)
@@ -278,24 +281,24 @@ def features(
         jump_low=main.J_low / S,
         jump_high=min(main.J_high / S, 1.5),
         better_with_jump=_better_with_jump(main),
-        beats_good=squashed(close.beats_good),
-        likelier_than_good=logarithm(close.likelier_than_good),
+        beats_good=squashed(good.beats),
+        likelier_than_good=logarithm(good.likelier),
         likelier_in_part=logarithm(close.likelier_in_part),
-        likelier_seen=logarithm(close.likelier_than_good) if close.own_samples else 0.0,
-        beats_bent=squashed(min(close.beats_good, close.beats_bent)),
-        likelier_than_bent=logarithm(min(close.likelier_than_good, close.likelier_than_bent)),
-        beats_gated=squashed(float(np.fmin(close.beats_good, close.beats_gated))),
-        likelier_than_gated=logarithm(float(np.fmin(close.likelier_than_good, close.likelier_than_gated))),
-        beats_relaxation=squashed(float(np.fmin(close.beats_good, close.beats_relaxation))),
-        likelier_than_relaxation=logarithm(float(np.fmin(close.likelier_than_good, close.likelier_than_relaxation))),
-        keeps_over_bent=kept(close.likelier_than_bent, close.likelier_than_good),
-        keeps_over_gated=kept(close.likelier_than_gated, close.likelier_than_good),
-        keeps_over_relaxation=kept(close.likelier_than_relaxation, close.likelier_than_good),
-        keeps_over_wave=kept(close.likelier_than_wave, close.likelier_than_good),
-        beats_wave=squashed(float(np.fmin(close.beats_good, close.beats_wave))),
-        likelier_than_wave=logarithm(float(np.fmin(close.likelier_than_good, close.likelier_than_wave))),
-        beats_beside_wave=squashed(_first_known(close.beats_beside_wave, close.beats_good)),
-        likelier_beside_wave=logarithm(_first_known(close.likelier_beside_wave, close.likelier_than_good)),
+        likelier_seen=logarithm(good.likelier) if close.own_samples else 0.0,
+        beats_bent=squashed(bent.beats),
+        likelier_than_bent=logarithm(bent.likelier),
+        beats_gated=squashed(gated.beats),
+        likelier_than_gated=logarithm(gated.likelier),
+        beats_relaxation=squashed(relaxation.beats),
+        likelier_than_relaxation=logarithm(relaxation.likelier),
+        keeps_over_bent=kept(close.over("bent").likelier, good.likelier),
+        keeps_over_gated=kept(close.over("gated").likelier, good.likelier),
+        keeps_over_relaxation=kept(close.over("relaxation").likelier, good.likelier),
+        keeps_over_wave=kept(close.over("wave").likelier, good.likelier),
+        beats_wave=squashed(wave.beats),
+        likelier_than_wave=logarithm(wave.likelier),
+        beats_beside_wave=squashed(beside_wave.beats),
+        likelier_beside_wave=logarithm(beside_wave.likelier),
         beats_any=squashed(close.beats_any),
         likelier_than_any=logarithm(close.likelier_than_any),
         likelier_than_play=likelier_than_play,
@@ -359,11 +362,6 @@ def _compared(found: Sequence[Identification], swing: float, *, oscillating: boo
         for one in found
     ]
     return tuple(float(x) for x in weights @ np.array(rows) / weights.sum())
-
-
-def _first_known(one: float, other: float) -> float:
-    """The first of two numbers unless it is NaN."""
-    return other if math.isnan(one) else one
 
 
 def _significance(found: Identification) -> float:
