@@ -209,6 +209,9 @@ class Identification:
     """Change of S over the record [% of span per h]; NaN of fewer than four stretches in which the valve sticks."""
     drift_error: float = math.nan
     """Standard error of the drift [% of span per h]."""
+    S_detectable: float = math.nan
+    """Smallest S with which a valve that sticks would most likely have shown [% of span]; infinite where that cannot be
+    told of any, NaN where the record does not show the controller's own samples or only the dense search was made."""
     rivals: Mapping[Explanation, Rival] = field(default_factory=dict)
     """By how much the likeliest sticky valve predicts the PV better than each other explanation; none where only the
     dense search was made. That valve's actuator may lag where the one told has none, since the record does not show the
@@ -294,6 +297,7 @@ class Identification:
             "J_low": plain(self.J_low),
             "J_high": plain(self.J_high),
             "S_bootstrap": [plain(end) for end in self.S_bootstrap],
+            "S_detectable": plain(self.S_detectable),
             "actuator_lag": plain(self.actuator_lag),
             "model": self.model,
             "fit": plain(self.fit),

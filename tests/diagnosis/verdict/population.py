@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import stiction as st
+from stiction.diagnosis.verdict.cause import HIDING
 from stiction.simulation.population import (
     CAUSES,
     plant_population,
@@ -74,6 +75,7 @@ class Judged(Called):
     rebuilt: bool
     position: str
     position_used: bool
+    S_detectable: float
 
     @property
     def sticky(self) -> bool:
@@ -87,6 +89,11 @@ class Judged(Called):
     def S_error(self) -> float:
         """Relative error of S [-]; infinity where none was found."""
         return abs(self.S_found / self.S - 1.0) if np.isfinite(self.S_found) else np.inf
+
+    @property
+    def denied(self) -> bool:
+        """Whether it is said that a valve with this S would have shown."""
+        return self.verdict == "no_stiction" and self.cause not in HIDING and self.S_detectable <= self.S
 
     @property
     def S_close(self) -> bool:
@@ -119,6 +126,7 @@ def judge(case) -> Judged:
         found.verdict, found.cause, found.probability, valve is None, *S, valve is not None and valve.own_samples,
         valve is not None and valve.rebuilt, case.position,
         any(row.method == "stem" and row.valid for row in found.evidence),
+        valve.S_detectable if valve is not None else np.nan,
     )  # fmt: skip
 
 
@@ -237,6 +245,9 @@ def measures(rows) -> dict[str, object]:
         "confident_misses": share(r.probability < 1.0 - SURE for r in sticky),
         "sticky_told": share(r.right for r in sticky),
         "others_told": share(r.right for r in rest),
+        "detectable": sum(r.S_detectable <= r.S for r in sticky),
+        "detectable_and_told": sum(r.right for r in sticky if r.S_detectable <= r.S),
+        "detectable_and_denied": sum(r.denied for r in sticky),
         "undecided": share(r.undecided for r in rows),
         "refused": share(r.refused for r in rows),
         "wrong_verdict": share(not r.right and not r.undecided for r in rows),

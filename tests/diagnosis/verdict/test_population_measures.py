@@ -9,10 +9,10 @@ from .fault_injection import Trial
 from .population import Judged, balanced_accuracy, by_position, calibration_error, measures
 
 
-def row(truth, cause, probability, S=5.0, S_found=5.0, verdict="stiction"):
+def row(truth, cause, probability, S=5.0, S_found=5.0, verdict="stiction", S_detectable=np.nan):
     return Judged(
         "x", truth, "", (), S, True, 500, 0.1, verdict, cause, probability, False, S_found, S_found - 1.0,
-        S_found + 1.0, True, False, "stem", True,
+        S_found + 1.0, True, False, "stem", True, S_detectable,
     )  # fmt: skip
 
 
@@ -26,6 +26,13 @@ def test_calibration_error_of_two_tenths():
     # 0.75 told, half sticky: 0.25 off in two rows; 0.1 told, none sticky: 0.1 off in three.
     rows = [row("stiction", "stiction", 0.75), row("none", "none", 0.75), *[row("none", "none", 0.1)] * 3]
     assert calibration_error(rows) == pytest.approx((2 * 0.25 + 3 * 0.1) / 5)
+
+
+def test_what_would_have_shown_is_told_denied_or_hidden():
+    rows = [row("stiction", "stiction", 0.95, S_detectable=S) for S in (4.0, 6.0, np.inf, np.nan)]
+    rows += [row("stiction", cause, 0.05, verdict="no_stiction", S_detectable=4.0) for cause in ("none", "deadband")]
+    found = measures(rows)
+    assert (found["detectable"], found["detectable_and_told"], found["detectable_and_denied"]) == (3, 1, 1)
 
 
 def test_stiction_found_alarms_and_intervals():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -17,6 +18,7 @@ from stiction.diagnosis.identification.likeliest import (
     tried_again,
     tried_recorded,
 )
+from stiction.diagnosis.identification.detectable import detectable
 from stiction.diagnosis.identification.likelihood import prediction_of, stem_of
 from stiction.diagnosis.identification.own_samples import are_own_samples
 from stiction.diagnosis.identification.piece import with_stem
@@ -103,8 +105,11 @@ def _recorded(search: Search, fine: Prediction, tried: Trials, known: Known) -> 
     clearest = found if own or tried.best.lag == 0.0 else contest(fine, tried, known)
     period = None if search.period is None else search.period / (search.record.dt * fine.width)
     rivals, bent = over_rivals(fine, clearest, period)
+    result = _by_stretches(search, fine, search.signals.op, 1, found)
+    assert result.linear is not None
     recorded = replace(
-        _by_stretches(search, fine, search.signals.op, 1, found),
+        result,
+        S_detectable=detectable(fine, result.linear, search.record.dt * fine.width) if own else math.nan,
         rivals=rivals,
         bent=bent,
         likelier_in_part=clearest.likelier_than_good(3),
@@ -140,7 +145,7 @@ def _weighed_as(recorded: Identification, told: Identification) -> Identificatio
     return replace(
         told, stretches=tuple(stretches), rebuilt=True, rivals=recorded.rivals, bent=recorded.bent,
         likelier_in_part=recorded.likelier_in_part, likelier_than_play=recorded.likelier_than_play,
-        left_out=recorded.left_out,
+        left_out=recorded.left_out, S_detectable=recorded.S_detectable,
     )  # fmt: skip
 
 

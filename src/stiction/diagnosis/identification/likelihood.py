@@ -55,6 +55,8 @@ LAG_WORTH = 8.0
 """Twice the log likelihood that a lag of the actuator has to be worth [-]."""
 MOST_SAMPLES = 4000
 """Samples predicted at most, those in the middle of the record: more tell S no better, and take longer [-]."""
+TINY = 1e-12
+"""Standard deviation of a signal that rests, to be divided by [its unit]."""
 NONE = np.empty(0, dtype=np.int64)
 """No samples."""
 UNKNOWN_SCALE = 36.0
@@ -86,6 +88,8 @@ class Prediction(NamedTuple):
     """Lags of OP beside them, at most [-]."""
     shocks: NDArray[np.int64] = NONE
     """Samples that are not predicted, increasing, none before `begin`, shape (n_shocks,)."""
+    spread: float = 1.0
+    """The PV's standard deviation, by which it was divided [engineering units]."""
 
     @property
     def samples(self) -> int:
@@ -195,13 +199,14 @@ def prediction_of(signals: Signals, *, fine: bool = False) -> Prediction:
     ends = np.linspace(begin, n, count + 1).round().astype(np.int64)[1:]
     op_mean = op.reshape(n, signals.thinned).mean(axis=1)
     edges = np.array(edges, dtype=np.int64)
-    return Prediction(op, signals.thinned, scaled(pv), scaled(op_mean), edges, begin, ends, first)
+    spread = max(float(pv.std()), TINY)
+    return Prediction(op, signals.thinned, scaled(pv), scaled(op_mean), edges, begin, ends, first, spread=spread)
 
 
 def scaled(x: NDArray[np.float64]) -> NDArray[np.float64]:
     """A signal about its mean, over its standard deviation [-]; OP may rest."""
     x = x - x.mean()
-    return x / max(float(x.std()), 1e-12)
+    return x / max(float(x.std()), TINY)
 
 
 def valves(
