@@ -34,7 +34,7 @@ SLOW = Objection.SLIPS_DROWN
 SOUND = Quality((), True, 1000, 1000.0, 0.0, 0, 1000)
 """What a record is worth that no gate finds anything in."""
 NOT_ITS_OWN, NO_JUMP, AS_MUCH = Objection.NOT_ITS_OWN, Objection.NO_JUMP, Objection.AS_MUCH
-MOST_OF_IT = Objection.MOST_OF_IT
+MOST_OF_IT, SMALL_BAND = Objection.MOST_OF_IT, Objection.SMALL_BAND
 """What keeps a valve from surely sticking."""
 
 
@@ -102,14 +102,25 @@ def valve(
         ({"fit": 60.1, "likelier_than_play": 19.9}, ()),
         ({"fit": 60.0, "likelier_than_play": 20.0, "oscillating": 0.0}, (AS_MUCH,)),
         ({"fit": 60.1, "likelier_than_play": 20.0, "oscillating": 0.0}, ()),
+        ({"band": 0.099, "better_by": 0.0099}, (SMALL_BAND,)),
+        ({"band": 0.1, "better_by": 0.0}, ()),
+        ({"band": 0.05, "better_by": 0.01}, ()),
     ],
 )
 def test_a_valve_that_does_not_jump_or_explains_no_more_is_not_sure(found, told):
-    found = {"oscillating": 1.0} | found
+    found = {"oscillating": 1.0, "band": 0.5, "better_by": 0.2} | found
     row = SimpleNamespace(
-        oscillating=found.pop("oscillating"), regularity=0.0, own_amplitude=0.9, jump=0.5, integrating=0.0
-    )
+        oscillating=found.pop("oscillating"), regularity=0.0, own_amplitude=0.9, jump=0.5, integrating=0.0,
+        likely_band=found.pop("band"), likely_better_by=found.pop("better_by"),
+    )  # fmt: skip
     assert against_sticking(valve(**found), valve(**found), row, lambda: False) == told
+
+
+@pytest.mark.parametrize("p", [0.05, 0.25, 0.6, 0.97])
+def test_a_small_band_that_explains_nothing_leaves_the_usual_share_of_valves(p):
+    found = held_back(p, SOUND, against_sticking=(SMALL_BAND,))
+    assert found.probability == min(p, 0.25)
+    assert (SMALL_BAND in found.why) is (p > 0.25)
 
 
 @pytest.mark.parametrize(
@@ -128,6 +139,7 @@ def test_a_valve_that_does_not_jump_or_explains_no_more_is_not_sure(found, told)
 )
 def test_what_keeps_a_valve_from_surely_sticking(changed, told):
     row = {"oscillating": 1.0, "regularity": 1.0, "own_amplitude": 0.29, "jump": 0.1, "integrating": 0.0}
+    row |= {"likely_band": 0.5, "likely_better_by": 0.2}
     likeliest, row = (
         valve(likelier_than_play=changed.get("likelier_than_play", 19.9)),
         SimpleNamespace(**(row | changed)),

@@ -63,13 +63,12 @@ S is within 10 % in 229 and 231 of the same 240 loops."""
 FIRST_LOOK, LONGEST = 1000, 6000
 """Samples of the first look, and the most that are compared [-]: the time of a search grows with both."""
 CLOSER = (
-    (0.03, 1.0, 1.0, 24, 3, 20, FIRST_LOOK), (0.015, 0.3, 1.0, 6, 6, 30, 1200), (0.01, 0.0, 0.5, 2, 8, 40, LONGEST),
+    (0.03, 1.0, 1.0, 24, 3, 20, FIRST_LOOK), (0.015, 0.3, 1.0, 6, 6, 30, 1200), (0.01, 0.0, 0.5, 2, 10, 40, LONGEST),
 )  # fmt: skip
 """Of each closer search: least noise that the position is taken to have, as a share of its swing, how loose slips are,
 size of the first steps, valves it starts from, rounds, valves tried in each, and samples that are looked at [-]. Of 128
 sticky loops of `simulation.population` (seed 9711) whose position shows anything of the stem or nothing S is within
-10 % in 93, with 2000 samples in the second and ten rounds in the last, which take an eighth longer, in 91; from one
-valve alone in the last in 79."""
+10 % in 92, with 2000 samples in the second in 91; from one valve alone in the last in 79."""
 SLOWER = 0.65
 """Factor of the steps after a round in which no better valve was found [-]: ten rounds in a row make them 0.013."""
 MUCH = 1e300

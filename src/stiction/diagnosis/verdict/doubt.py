@@ -138,7 +138,8 @@ def held_back(
     against : tuple of Objection
         What keeps the valve from being surely good (`contradiction.against_good`).
     against_sticking : tuple of Objection
-        What keeps it from surely sticking (`contradiction.against_sticking`).
+        What keeps it from surely sticking (`contradiction.against_sticking`); a small band leaves no more than the
+        share of loops that stick.
 
     Returns
     -------
@@ -164,6 +165,8 @@ def held_back(
     odds, usual = (math.log(p / (1.0 - p)) for p in (sure, unknown))
     kept = FIRST * FURTHER ** (len(doubts) - 1)
     drawn = 1.0 / (1.0 + math.exp(-usual - kept * (odds - usual))) if doubts else probability
+    if Objection.SMALL_BAND in against_sticking and drawn > UNKNOWN[0]:
+        return HeldBack(UNKNOWN[0], f"No more than {UNKNOWN[0]:.2f} is told: {Objection.SMALL_BAND}.")
     of_data = _hides(doubts, quality, own_samples=own_samples)
     found: list[str] = [Objection.NOT_SEEN] if not valve_seen and saturation + sensor < FAULT_SEEN else []
     found += against if drawn < LEAST else against_sticking if drawn > MOST else ()

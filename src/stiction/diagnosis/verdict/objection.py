@@ -55,5 +55,7 @@ class Objection(StrEnum):
     """Against a sticking valve: less than `contradiction.BY_CHANCE`."""
     MOST_OF_IT = "a good valve with something more predicts most of it"
     """Against a sticking valve: a bent or gated good one takes `contradiction.TAKEN` of what it adds to a good one."""
+    SMALL_BAND = "the band is small beside what OP moves, and a good valve explains as much"
+    """Against a sticking valve: such a band (`contradiction.SMALL`) says nothing of it."""
     AS_MUCH = "a good valve explains as much"
     """Against a sticking valve: a good one explains as much of the PV."""
