@@ -7,6 +7,7 @@ import numpy as np
 from stiction.records.digits import number_of
 from stiction.records.durations import in_seconds
 from stiction.records.gate import LEAST_SAMPLES, Gate, View, at_least, at_most
+from stiction.records.one_rate import slower_of
 from stiction.records.outliers import OP_OFF, far_off, held_for
 from stiction.records.replay import replayed
 from stiction.records.rests import runs
@@ -45,8 +46,6 @@ simulated loops between 6 and 8 (`simulation.population`, seed 92) the cause wou
 above (77 %)."""
 COPIED = 0.5
 """Samples that may repeat an earlier stretch value for value [%]: a copy, however short, breaks the record twice."""
-FEWEST_RUNS, EVENLY = 20, 0.9
-"""Stored values without which no rate is seen, and the share of them that stand equally long [-]."""
 HELD = 20.0
 """Samples in which OP and PV may both repeat their last value [%]."""
 
@@ -120,16 +119,13 @@ def one_rate(view: View) -> Gate | None:
     """Find one of OP and PV stored every few samples only, and held between, while the other moves."""
     if len(view.part) < 2 or view.pv is None:
         return None
-    moved = {"OP": np.diff(view.op) != 0.0, "PV": np.diff(view.pv) != 0.0}
-    for name, other in (("PV", "OP"), ("OP", "PV")):
-        lengths = np.diff(np.flatnonzero(moved[name]))
-        if lengths.size < FEWEST_RUNS:
-            continue
-        every = float(np.median(lengths))
-        if every >= 2.0 and np.mean(lengths == every) >= EVENLY and np.mean(moved[other][~moved[name]]) > 0.5:
-            why = f"{name} is stored every {every:.0f} samples and held between, {other} more often"
-            return Gate("one rate", "lowers", every, 1.0, f"{why}; export both at one rate, that of the controller.")
-    return Gate("one rate", "ok", 1.0, 1.0, "OP and PV are stored equally often.")
+    slower = slower_of(view.op, view.pv)
+    if slower is None:
+        return Gate("one rate", "ok", 1.0, 1.0, "OP and PV are stored equally often.")
+    other = "OP" if slower.name == "PV" else "PV"
+    why = f"{slower.name} is stored every {slower.every} samples and held between, {other} more often"
+    remedy = "export both at one rate, that of the controller."
+    return Gate("one rate", "lowers", float(slower.every), 1.0, f"{why}; {remedy}")
 
 
 def outages(view: View) -> Gate | None:

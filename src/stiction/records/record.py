@@ -190,8 +190,8 @@ class LoopRecord:
         """The same as it stands behind a number in a sentence: "%" or "OP units"."""
         return self.op_unit.removesuffix(" of span")
 
-    def window(self, first: int, last: int) -> LoopRecord:
-        """Cut the samples `first` <= k < `last` as a record of their own.
+    def window(self, first: int, last: int, every: int = 1) -> LoopRecord:
+        """Cut the samples `first` <= k < `last` as a record of their own, or each so-manyth of them.
 
         Its provenance tells of the cut: `bad` is counted in it. Which samples were made up, and where the clock jumped,
         is not known: `made_up` is taken in proportion, and `clock_jumps` stays, as the most that there can be.
@@ -200,6 +200,8 @@ class LoopRecord:
         ----------
         first, last : int
             First sample and one past the last; a negative one counts from the end, as in a slice.
+        every : int, default 1
+            Samples from one that is kept to the next.
 
         Returns
         -------
@@ -216,13 +218,13 @@ class LoopRecord:
         """
         begin, end, _ = slice(first, last).indices(len(self))
         parts: dict[str, Any] = {
-            name: None if getattr(self, name) is None else getattr(self, name)[begin:end] for name in _SIGNALS
+            name: None if getattr(self, name) is None else getattr(self, name)[begin:end:every] for name in _SIGNALS
         }
         bad = np.isnan(parts["op"]) if self.pv is None else np.isnan(parts["op"] + parts["pv"])
         made_up = round(self.provenance.made_up * bad.size / max(1, len(self)))
         origin = replace(self.provenance, bad=int(bad.sum()), made_up=made_up)
         start = self.start and self.start + timedelta(seconds=begin * self.dt)
-        return replace(self, **parts, start=start, provenance=origin)
+        return replace(self, **parts, dt=self.dt * every, start=start, provenance=origin)
 
 
 def require_record(record: object) -> None:

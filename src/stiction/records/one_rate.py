@@ -1,0 +1,95 @@
+"""OP and PV stored at two rates: one held for a fixed count of samples, the other new in each.
+
+A value that is held for the export and not by the controller looks like a transmitter that hangs, and what moves in
+between like a disturbance. At the samples where the slower one is new, and only there, both are what the controller saw.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.records.record import LoopRecord
+
+__all__ = ["Slower", "at_one_rate", "slower_of"]
+
+FEWEST_RUNS, EVENLY = 20, 0.9
+"""Stored values without which no rate is seen, and the share of them that stand equally long [-]."""
+MOVES = 0.5
+"""Share of the samples in which one is held beyond which the other moves [-]."""
+
+
+class Slower(NamedTuple):
+    """Which of OP and PV is stored less often."""
+
+    name: str
+    """OP or PV."""
+    every: int
+    """Samples that it is held for [-]."""
+    first: int
+    """First sample of the record at which it is new, as it is every `every` samples from there."""
+
+
+def slower_of(op: NDArray[np.float64], pv: NDArray[np.float64]) -> Slower | None:
+    """Find the one that is held while the other moves.
+
+    Parameters
+    ----------
+    op : ndarray, shape (n_samples,)
+        Controller output [% of span].
+    pv : ndarray, shape (n_samples,)
+        Process variable [engineering units].
+
+    Returns
+    -------
+    Slower or None
+        None where both are stored equally often, or too seldom to tell.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> k = np.arange(200)
+    >>> slower_of(np.sin(k / 9.0), np.cos((k - k % 4) / 9.0))
+    Slower(name='PV', every=4, first=0)
+    """
+    moved = {"OP": np.diff(op) != 0.0, "PV": np.diff(pv) != 0.0}
+    for name, other in (("PV", "OP"), ("OP", "PV")):
+        new = np.flatnonzero(moved[name]) + 1
+        lengths = np.diff(new)
+        if lengths.size < FEWEST_RUNS:
+            continue
+        every = int(np.median(lengths))
+        if every >= 2 and np.mean(lengths == every) >= EVENLY and np.mean(moved[other][~moved[name]]) > MOVES:
+            return Slower(name, every, int(np.bincount(new % every).argmax()))
+    return None
+
+
+def at_one_rate(record: LoopRecord) -> LoopRecord:
+    """The record at the rate of the slower of OP and PV.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        What was recorded, with a PV.
+
+    Returns
+    -------
+    LoopRecord
+        The samples at which the slower one is new; the record itself where both are stored equally often.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.records import LoopRecord
+    >>> k = np.arange(200)
+    >>> slower = at_one_rate(LoopRecord("FIC-101", 1.0, op=np.sin(k / 9.0), pv=np.cos((k - k % 4) / 9.0)))
+    >>> len(slower), slower.dt
+    (50, 4.0)
+    """
+    assert record.pv is not None
+    slower = slower_of(record.op, record.pv)
+    return record if slower is None else record.window(slower.first, len(record), slower.every)

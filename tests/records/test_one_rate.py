@@ -1,0 +1,43 @@
+"""OP and PV stored at two rates are taken at the slower one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as some
+
+import stiction as st
+from stiction.records.one_rate import Slower, at_one_rate, slower_of
+
+
+def held(x, every, first):
+    """Each value held until the next one is stored."""
+    k = np.arange(x.size)
+    return x[np.maximum(k - (k - first) % every, 0)]
+
+
+@given(every=some.integers(2, 9), first=some.integers(0, 8), name=some.sampled_from(["op", "pv"]), seed=some.integers(0, 9))
+def test_it_is_taken_where_the_slower_one_is_new(every, first, name, seed):
+    first %= every
+    signals = dict(zip(("op", "pv"), np.random.default_rng(seed).normal(size=(2, 40 * every)), strict=True))
+    record = st.LoopRecord("FC1", 0.5, **signals | {name: held(signals[name], every, first)}, sp=np.arange(40.0 * every))
+    assert slower_of(record.op, record.pv) == Slower(name.upper(), every, first)
+    slower = at_one_rate(record)
+    assert slower.dt == 0.5 * every
+    for one in ("op", "pv"):
+        np.testing.assert_array_equal(getattr(slower, one), signals[one][first::every])
+    np.testing.assert_array_equal(slower.sp, record.sp[first::every])
+    assert at_one_rate(slower) is slower
+
+
+@pytest.mark.parametrize("change", [lambda x: x, lambda x: np.full(x.size, x[0])])
+def test_what_is_stored_equally_often_or_rests_stays(change):
+    op, pv = np.random.default_rng(1).normal(size=(2, 300))
+    record = st.LoopRecord("FC1", 1.0, op=op, pv=change(pv))
+    assert at_one_rate(record) is record
+
+
+def test_both_held_alike_are_no_two_rates():
+    op, pv = np.random.default_rng(2).normal(size=(2, 300))
+    assert slower_of(held(op, 5, 0), held(pv, 5, 0)) is None
