@@ -13,7 +13,7 @@ from hypothesis import strategies as some
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.models import FOPDT, PID, Ideal, Integrating, Kano, Loop
 from stiction.records import LoopRecord, assess, usable_part
-from stiction.records.storage import averaging_window
+from stiction.records.smoothed import averaging_window
 from stiction.simulation import simulate
 from stiction.simulation.historian import (
     averaged,

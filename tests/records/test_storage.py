@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from stiction.records.storage import averaging_window, controller_saw, exception_deviation, lattice, straight
+from stiction.records.storage import controller_saw, exception_deviation, lattice, straight
 
 N = 1500
 K = np.arange(N)
@@ -119,21 +119,3 @@ def test_straight_lines_that_a_loop_makes_by_itself_are_not_counted():
     assert straight(np.round(ramp, 3), np.round(dying, 3), 1e-3, 1e-3) == 0
     # Proportional action alone: OP is the mirror of a level that is a triangle.
     assert straight(50 - 2 * level, level, 0.0, 0.0) == 0
-
-
-@pytest.mark.parametrize("window", [5, 12, 40])
-def test_moving_average_is_found(window):
-    kernel = np.ones(window) / window
-    op, pv = (np.convolve(noisy(seed, noise=0.3), kernel, "valid") for seed in (8, 9))
-    assert averaging_window(op, pv) == window
-    # One signal alone is a filter of that signal, not the historian.
-    assert averaging_window(op, noisy(9)[: len(op)]) == 0
-
-
-def test_oscillations_filters_and_periodic_kinks_are_no_moving_average():
-    lag = 0.3 * 0.7 ** np.arange(30)
-    assert averaging_window(*(np.convolve(noisy(seed), lag, "valid") for seed in (1, 2))) == 0
-    kinks = np.where(K // 25 % 2, 1.0, -1.0)
-    assert averaging_window(np.cumsum(kinks), kinks * (1 - 0.8 ** (K % 25))) == 0
-    fast = [np.sin(2 * np.pi * K / 10.0) + 0.1 * np.random.default_rng(s).normal(size=N) for s in (1, 2)]
-    assert averaging_window(*fast) == 0

@@ -11,8 +11,8 @@ from stiction.records.one_rate import slower_of
 from stiction.records.outliers import OP_OFF, far_off, held_for
 from stiction.records.replay import replayed
 from stiction.records.rests import runs
+from stiction.records.smoothed import averaging_window
 from stiction.records.storage import (
-    averaging_window,
     coarse,
     controller_saw,
     exception_deviation,
@@ -152,7 +152,7 @@ def averaging(view: View) -> Gate | None:
     if view.period is None:
         return Gate("averaging", "lowers", window, 1, why + remedy)
     share = window * view.record.dt / view.period
-    return at_most("averaging", share, 0.1, 1 / 3, f"{why}, {100 * share:.3g} % of a cycle{remedy}")
+    return at_most("averaging", share, 0.0, 1 / 3, f"{why}, {100 * share:.3g} % of a cycle{remedy}")
 
 
 def replay(view: View) -> Gate | None:

@@ -1,4 +1,4 @@
-"""How a historian stored a signal, read back from its numbers: lattice, exception, straight lines, moving average.
+"""How a historian stored a signal, read back from its numbers: lattice, exception, straight lines.
 
 Every number here keeps its meaning under shift and scale of the signals; tolerances are shares of the swing.
 """
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = [
-    "averaging_window",
     "coarse",
     "controller_saw",
     "exception_deviation",
@@ -236,39 +235,3 @@ def _mirrors(x: NDArray[np.float64], y: NDArray[np.float64], x_step: float, y_st
 def _sums(x: NDArray, first: NDArray[np.int64], last: NDArray[np.int64]) -> NDArray[np.float64]:
     total = np.concatenate([[0.0], np.cumsum(np.nan_to_num(x))])
     return total[last] - total[first]
-
-
-def averaging_window(op: NDArray[np.float64], pv: NDArray[np.float64]) -> int:
-    """Samples of the moving average through which both signals went; 0 when the noise does not tell.
-
-    The difference of a moving average of W samples is (x_k - x_{k-W}) / W: its autocorrelation about the lag W is that
-    about 0, halved and negative, and there is none about 2 W, as there would be of an oscillation.
-
-    Parameters
-    ----------
-    op, pv : ndarray, shape (n_samples,)
-        Signals in any unit, without NaN.
-
-    Examples
-    --------
-    >>> noise = np.random.default_rng(1).normal(size=(2, 900))
-    >>> averaging_window(*(np.convolve(x, np.ones(12) / 12, "valid") for x in noise)), averaging_window(*noise)
-    (12, 0)
-    """
-    n = len(op) - 3
-    if n < 100:
-        return 0
-    echo = np.zeros(n // 4 + 1)
-    for x in (op, pv):
-        z = np.diff(x, 3)
-        if swing(z) == 0.0 or np.median(np.abs(z)) < 0.3 * z.std():
-            return 0
-        spectrum = np.fft.rfft(z - z.mean(), 1 << (2 * n - 1).bit_length())
-        acf = np.fft.irfft(np.abs(spectrum) ** 2)[: echo.size]
-        echo += 0.5 * acf / acf[0]
-    if echo.size < 13:
-        return 0
-    window = 4 + int(np.argmin(echo[4 : echo.size // 2 - 1]))
-    about = np.arange(-2, 3)
-    alike = np.abs(echo[window + about] + 0.5 * echo[np.abs(about)]).max() < 0.15
-    return window if alike and np.abs(echo[2 * window + about]).max() < 0.15 else 0

@@ -20,6 +20,7 @@ from stiction.diagnosis.identification.controller_forms import (
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.identified import ControllerFit
 from stiction.errors import RecordError
+from stiction.records.smoothed import averaging_window
 from stiction.records.storage import lattice
 
 if TYPE_CHECKING:
@@ -118,6 +119,7 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
         rounding = _rounding(law, record.dt, *steps)
         as_rounded = energy_of(full) <= AS_ROUNDED * rounding * full.size
         own = as_rounded and _stands_out(_between(law, record.dt, pv, steps[1]), full, rounding)
+    own = own and not averaging_window(op, pv)  # a filter of both leaves the law as it is
     exact = as_rounded or left <= EXACT
     trapezoid = 0.0 if exact else 0.5
     data.columns[1] -= trapezoid * record.dt * data.columns[0]

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.controller import COMPUTED
+from stiction.diagnosis.identification.signals import hold_gaps
+from stiction.records.smoothed import averaging_window
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identified import ControllerFit
@@ -21,7 +23,7 @@ FEWEST_ROWS = 30
 
 
 def shows_own_samples(record: LoopRecord) -> bool:
-    r"""Whether a linear controller that moves once a sample explains the moves of OP to the last digit.
+    r"""Whether a linear controller that moves once a sample explains the moves of OP to the last digit, unsmoothed.
 
     .. math:: \Delta u_k = a\,\Delta u_{k-1} + \sum_{i=0}^{2} (b_i\,y_{k-i} + c_i\,r_{k-i}) + d
 
@@ -33,7 +35,8 @@ def shows_own_samples(record: LoopRecord) -> bool:
     Returns
     -------
     bool
-        False also where the record is too short, or more than a tenth of the moves are something else.
+        False also where the record is too short, more than a tenth of the moves are something else, or OP and PV are
+        moving averages: what is linear obeys the equation after the same filter as well.
 
     Notes
     -----
@@ -70,7 +73,8 @@ def shows_own_samples(record: LoopRecord) -> bool:
     for _ in range(3):
         left = np.abs(y - A @ np.linalg.lstsq(A[kept], y[kept], rcond=None)[0])
         if left[kept] @ left[kept] <= COMPUTED * (y[kept] @ y[kept]):
-            return bool(kept.mean() >= 1.0 - MOST_APART)
+            own = kept.mean() >= 1.0 - MOST_APART
+            return bool(own) and not averaging_window(hold_gaps(record.op), hold_gaps(record.pv))
         kept = left <= APART * np.median(left)
     return False
 

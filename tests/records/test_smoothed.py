@@ -1,0 +1,145 @@
+"""Moving averages of OP and PV at the full rate are found by what they take out of the noise; nothing else is."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as some
+
+from stiction.diagnosis.identification import fit_controller
+from stiction.diagnosis.identification.own_samples import are_own_samples, shows_own_samples
+from stiction.models import FOPDT, PID, Ideal, Kano, Loop
+from stiction.records import LoopRecord, assess
+from stiction.records.smoothed import averaging_window
+from stiction.simulation import simulate
+
+N = 1500
+K = np.arange(N)
+
+
+def noisy(seed, period=70.3, noise=0.1, n=N):
+    return np.sin(2 * np.pi * np.arange(n) / period) + noise * np.random.default_rng(seed).normal(size=n)
+
+
+def averaged(x, window):
+    return np.convolve(x, np.ones(window) / window, "valid")
+
+
+def smoothed(record, window):
+    n = len(record) - window + 1
+    return LoopRecord("FC1", record.dt, averaged(record.op, window), averaged(record.pv, window), sp=record.sp[:n])
+
+
+@pytest.fixture(scope="module")
+def loops():
+    """A sticky valve and a good one that a wave moves, noise in the PV that the controller sees."""
+    wave = 3.0 * np.sin(2 * np.pi * np.arange(2000) / 57.0)
+    pid, process = PID(0.2, 10.0), FOPDT(3.0, 10.0, 10.0)
+    sticky = simulate(Loop(pid, Kano(3.0, 1.0), process, dt=1.0, noise=0.05), 10.0, 2000.0, seed=1)
+    return sticky, simulate(Loop(pid, Ideal(), process, dt=1.0, noise=0.05), 10.0, 2000.0, wave, seed=2)
+
+
+@pytest.mark.parametrize("window", [2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 20, 40])
+def test_a_moving_average_is_found_with_its_window(window):
+    assert averaging_window(*(averaged(noisy(seed), window) for seed in (8, 9))) == window
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    window=some.integers(3, 12),
+    seed=some.integers(0, 1000),
+    period=some.floats(25.0, 200.0),
+    noise=some.floats(0.02, 1.0),
+    gain=some.floats(1e-3, 1e3),
+    zero=some.floats(-100.0, 100.0),
+)
+def test_a_moving_average_is_found_in_any_unit_and_noise_alone_is_none(window, seed, period, noise, gain, zero):
+    op, pv = noisy(seed, period, noise), zero + gain * noisy(seed + 5000, period, noise)
+    assert averaging_window(averaged(op, window), averaged(pv, window)) == window
+    assert averaging_window(op, pv) == 0
+
+
+def test_rounded_after_the_average_it_is_found_still():
+    op, pv = (np.round(averaged(noisy(seed), 5), 2) for seed in (3, 4))
+    assert averaging_window(op, pv) == 5
+
+
+def test_an_average_of_one_signal_alone_is_a_filter_of_that_signal():
+    for window in (3, 5, 12, 40):
+        plain, other = noisy(9)[: N - window + 1], averaged(noisy(8), window)
+        assert averaging_window(other, plain) == averaging_window(plain, other) == 0
+
+
+def test_oscillations_filters_and_periodic_kinks_are_no_moving_average():
+    lag = 0.3 * 0.7 ** np.arange(30)
+    assert averaging_window(*(np.convolve(noisy(seed), lag, "valid") for seed in (1, 2))) == 0
+    kinks = np.where(K // 25 % 2, 1.0, -1.0)
+    assert averaging_window(np.cumsum(kinks), kinks * (1 - 0.8 ** (K % 25))) == 0
+    for period in (4.0, 6.0, 10.0):
+        fast = [np.sin(2 * np.pi * K / period) + 0.1 * np.random.default_rng(s).normal(size=N) for s in (1, 2)]
+        assert averaging_window(*fast) == 0
+    waves = [np.sign(np.sin(2 * np.pi * K / 6.0)) + noisy(s) for s in (1, 2)]  # all its harmonics lie between notches
+    assert averaging_window(*waves) == 0
+
+
+def test_a_transmitter_damped_by_tustins_rule_is_no_mean_of_two():
+    # Its zero at half the sampling rate is that of a mean of two; what it is a mean of falls off towards there.
+    for tau in (1.0, 3.0, 8.0):
+        op, pv = [], []
+        for seed in (1, 2):
+            x, out = noisy(seed, n=3000), [0.0]
+            for new, old in zip(x[1:], x[:-1], strict=True):
+                out.append(((2 * tau - 1) * out[-1] + new + old) / (2 * tau + 1))
+            op, pv = pv, np.array(out[50:])
+        assert averaging_window(op, pv) == 0
+
+
+@pytest.mark.parametrize("every", [2, 3, 5])
+def test_signals_held_or_drawn_between_fewer_samples_have_a_gate_of_their_own(every):
+    knots = K[::every]
+    held = [noisy(seed)[knots].repeat(every) for seed in (1, 2)]
+    drawn = [np.interp(K, knots, noisy(seed)[knots]) for seed in (1, 2)]
+    assert averaging_window(*held) == averaging_window(*drawn) == 0
+
+
+@pytest.mark.parametrize("window", [2, 3, 5, 9])
+def test_an_averaged_loop_has_its_gate_and_does_not_show_the_controllers_own_samples(window, loops):
+    for raw in loops:
+        record = smoothed(raw, window)
+        assert are_own_samples(raw, fit_controller(raw))
+        assert not next((gate for gate in assess(raw).gates if gate.name == "averaging"), None)
+        found = fit_controller(record)
+        assert found.left < 1e-9  # the controller's law holds as before
+        assert not found.own_samples
+        assert not shows_own_samples(record)
+        assert not are_own_samples(record, found)
+        for period in (None, 60.0, 1000.0):
+            gate = next(gate for gate in assess(record, period).gates if gate.name == "averaging")
+            assert gate.severity == "lowers"
+            assert f"moving averages over {window} s" in gate.why
+
+
+def test_a_first_order_lag_of_both_cannot_be_told(loops):
+    lag = 0.3 * 0.7 ** np.arange(60)
+    op, pv = (np.convolve(x, lag, "valid") for x in (loops[0].op, loops[0].pv))
+    assert averaging_window(op, pv) == 0
+
+
+@pytest.mark.parametrize("n", [0, 3, 59, 61, 100, 150])
+def test_short_records_say_nothing_and_do_not_fail(n):
+    assert averaging_window(noisy(1, n=n), noisy(2, n=n)) == 0
+    assert averaging_window(np.zeros(n), np.zeros(n)) == 0
+
+
+def test_it_is_fast():
+    # The aim is half a millisecond; the limit allows for a busy machine.
+    op, pv = noisy(1, n=2000), noisy(2, n=2000)
+    taken = []
+    for _ in range(5):
+        start = time.process_time()
+        averaging_window(op, pv)
+        taken.append(time.process_time() - start)
+    assert min(taken) < 0.005
