@@ -6,6 +6,8 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as some
 
 from stiction.errors import RecordError
 
@@ -283,3 +285,59 @@ def test_rows_that_a_file_has_twice_are_read_once(signals, table, read_text):
     [record] = read_text(table("time_s,PV,OP", t, pv, op))
     assert (record.dt, record.pv.tolist(), record.op.tolist()) == (1.0, *(x.tolist() for x in signals[1:3]))
     assert any("120 rows" in guess for guess in record.provenance.guesses)
+
+
+SERIAL = 46054.0 + 13.0 / 24.0 + 0.3 / 86400.0
+"""START as a day of Excel, and a little."""
+
+
+def serials(k, seconds, places):
+    return [f"{SERIAL + seconds * i / 86400.0:.{places}f}" for i in k]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "places"), [(0.8, 5), (1, 5), (1.2, 5), (1.5, 5), (2, 5), (5, 5), (10, 4), (12, 4), (60, 4), (0.5, 6)]
+)
+def test_serial_days_rounded_to_a_few_decimals_are_even_behind(seconds, places, table, read_text):
+    k = np.arange(600)
+    pv, op = np.round(np.sin(k / 9.0), 4), np.round(50 + np.cos(k / 9.0), 4)
+    [record] = read_text(table("Date,PV,OP", serials(k, seconds, places), pv, op))
+    assert (record.dt, len(record)) == (pytest.approx(seconds, rel=1e-4), 600)
+    assert abs((record.start - START).total_seconds()) <= 0.5 * 86400.0 * 10.0**-places + 0.3
+    np.testing.assert_array_equal(record.op, op)
+    assert any(f"rounded to {86400.0 * 10.0**-places:g} s" in guess for guess in record.provenance.guesses)
+
+
+@settings(deadline=None, max_examples=30)
+@given(
+    seconds=some.sampled_from([1.0, 1.2, 1.5, 2.0, 3.0, 5.0]),
+    lost=some.sets(some.integers(1, 398), max_size=40),
+    gap=some.tuples(some.integers(40, 340), some.integers(0, 30)),
+)
+def test_rows_lost_between_rounded_serial_days_are_gaps_and_no_more(seconds, lost, gap, table, read_text):
+    n = 400
+    there = np.array([i for i in range(n) if i not in lost and not gap[0] <= i < sum(gap)])
+    pv, op = np.round(np.sin(np.arange(n) / 9.0), 4), np.round(50 + np.cos(np.arange(n) / 9.0), 4)
+    [record] = read_text(table("Date,PV,OP", serials(there, seconds, 5), pv[there], op[there]))
+    assert (record.dt, len(record)) == (seconds, n)
+    np.testing.assert_array_equal(record.op[there], op[there])
+    assert np.isfinite(record.op).sum() == there.size
+
+
+def test_serial_days_that_tell_no_period_are_left_as_they_are(table, read_text):
+    k = np.arange(300)
+    moments = np.cumsum(np.random.default_rng(2).uniform(1.0, 8.0, 300))
+    pv, op = np.round(np.sin(k / 9.0), 4), np.round(50 + np.cos(k / 9.0), 4)
+    [record] = read_text(table("Date,PV,OP", serials(moments, 1.0, 5), pv, op))
+    assert not any("rounded to" in guess for guess in record.provenance.guesses)
+    [whole] = read_text(table("Date,PV,OP", serials(0.864 * k, 1.0, 5), pv, op))  # a period of one tick
+    assert (whole.dt, len(whole)) == (0.864, 300)
+
+
+def test_in_columns_with_times_of_their_own_rounded_serial_days_are_even_too(table, read_text):
+    k = np.arange(300)
+    pv, op = np.round(np.sin(k / 9.0), 4), np.round(50 + np.cos(k / 9.0), 4)
+    days = serials(k, 1.0, 5)
+    [record] = read_text(table("Time,FIC.PV,Time,FIC.OP", days, pv, days, op))
+    assert (record.dt, len(record)) == (1.0, 300)
+    np.testing.assert_array_equal(record.op, op)

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 __all__ = ["parse_numbers"]
 
 
+DAY = 86400.0
+"""A day [s]."""
+
+
 class _Epoch(NamedTuple):
     name: str
     low: float
@@ -32,8 +36,8 @@ class _Epoch(NamedTuple):
 
 # Years 1980 to 2100 in each notation; serial days must also step by less than an hour, else they may be seconds.
 _EPOCHS = (
-    _Epoch("Excel serial days", 29221, 73051, 86400.0, 25569.0, 1.0 / 24.0, "local"),
-    _Epoch("MATLAB serial days", 723181, 767011, 86400.0, 719529.0, 1.0 / 24.0, "local"),
+    _Epoch("Excel serial days", 29221, 73051, DAY, 25569.0, 1.0 / 24.0, "local"),
+    _Epoch("MATLAB serial days", 723181, 767011, DAY, 719529.0, 1.0 / 24.0, "local"),
     _Epoch(
         "millionths of a day since 1899 (WinCC)", 2.9221e10, 7.3051e10, 0.0864, 2.5569e10, 1e6 / 24.0, "local", 1e-3
     ),
@@ -43,6 +47,8 @@ _EPOCHS = (
     _Epoch("nanoseconds since 1970 (UTC)", 3.15e17, 4.11e18, 1e-9, 0.0, np.inf, "utc"),
 )
 
+PLACES = range(2, 7)
+"""Decimals with which serial days may be written [-]: from seven on a step is less than a hundredth of a second."""
 _LONG_STEP = 500.0
 """Median step from which numbers are milliseconds, whole multiples of five minutes excepted: nobody records a loop so
 slowly [s]."""
@@ -78,7 +84,9 @@ def parse_numbers(values: NDArray[np.float64], unit: float | None) -> Stamps:
             seconds = (values - epoch.zero) * epoch.scale
             if epoch.longest_step < np.inf:  # a serial day carries about a microsecond of rounding
                 seconds = np.round(seconds, 3)
-            return Stamps(seconds, epoch.kind, [f"The time column is taken as {epoch.name}."])
+            told = [f"The time column is taken as {epoch.name}."]
+            tick = DAY * _last_place(finite) if epoch.scale == DAY else 0.0
+            return Stamps(seconds, epoch.kind, told, tick=tick)
     if unit is None and (clock := ticks_as_clock(values)):
         stamps = parse_texts(clock[0])
         stamps.guesses.append(clock[1])
@@ -89,3 +97,12 @@ def parse_numbers(values: NDArray[np.float64], unit: float | None) -> Stamps:
     if unit is None:
         return Stamps(values, "relative", ["The time column is taken as seconds."])
     return Stamps(values * unit, "relative")
+
+
+def _last_place(days: NDArray[np.float64]) -> float:
+    """Step to which serial days are rounded, a power of ten [d]; 0 where they are written with all their decimals."""
+    for places in PLACES:
+        counted = days * 10.0**places
+        if np.abs(counted - np.round(counted)).max() < 1e-3:
+            return 10.0**-places
+    return 0.0

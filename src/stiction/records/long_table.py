@@ -216,7 +216,7 @@ def widened(
     if lost := len(stamps.seconds) - known.size:
         guesses.append(f"Left out: {number_of(lost, 'row')} without a readable time stamp.")
     mine = [np.flatnonzero(tags == name) for name in names]
-    clocks = [untangled(Stamps(stamps.seconds[known][rows], stamps.kind)) for rows in mine]
+    clocks = [untangled(replace(stamps, seconds=stamps.seconds[known][rows], guesses=[])) for rows in mine]
     columns_of = [(clock.seconds, list(values[rows])) for clock, rows in zip(clocks, mine, strict=True)]
     guesses += dict.fromkeys(guess for clock in clocks for guess in clock.guesses)
     jumps = _jumps(clocks)

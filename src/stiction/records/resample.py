@@ -15,6 +15,7 @@ import numpy as np
 from stiction.errors import RecordError
 from stiction.records.digits import number_of
 from stiction.records.durations import in_seconds
+from stiction.records.rests import runs
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,6 +30,10 @@ HOLD_LIMIT = 10
 """Sampling periods over which an unevenly recorded value is held; beyond it the time counts as missing."""
 MOST_SHARED = 0.1
 """Share of the rows that may have the stamp of the next one and other values [-]."""
+FEW_TICKS = 100
+"""Ticks of the stamps per period above which their rounding does not matter [-]: a row moves by half a hundredth."""
+EVEN_ROWS = 30
+"""Rows without a gap that tell the period of rounded stamps."""
 _HOUR = 3600.0
 
 
@@ -100,8 +105,8 @@ def regular_grid(
     if t[0] == t[-1]:
         raise RecordError(f"{name}, line {line}: all time stamps are equal; give dt if the rows are evenly sampled.")
     twice = np.flatnonzero(np.diff(t) == 0.0)
-    copied = differ is not None and not differ(rows[twice], rows[twice + 1]).any()
-    t = t if copied else _spread_rounded(t, rows, grid)
+    copied = differ is not None and twice.size > 0 and not differ(rows[twice], rows[twice + 1]).any()
+    t = t if copied else _spread_rounded(t, rows, grid, stamps.tick)
     if dt is not None and hold is None and not _fits(t, dt):
         return _row_by_row(stamps, t, dt)
     t, rows = _without_repeats(t, rows, grid, name, differ)
@@ -130,7 +135,7 @@ def untangled(stamps: Stamps) -> Stamps:
     grid = Grid(np.empty(0, dtype=np.int64), 1.0)
     t, rows = _in_order(stamps.seconds[known], known, stamps.kind, grid)
     seconds = np.full(stamps.seconds.size, np.nan)
-    seconds[rows] = _spread_rounded(t, rows, grid)
+    seconds[rows] = _spread_rounded(t, rows, grid, stamps.tick)
     return replace(
         stamps, seconds=seconds, guesses=[*stamps.guesses, *grid.guesses],
         clock_jumps=grid.clock_jumps, summer_time=grid.summer_time,
@@ -212,12 +217,15 @@ def _row_by_row(stamps: Stamps, t: NDArray, dt: float) -> Grid:
     return Grid(pick, dt, start, guesses=[f"{told} do not fit it and are not used."])
 
 
-def _spread_rounded(t: NDArray, rows: NDArray, grid: Grid) -> NDArray:
-    """Stamps rounded to the minute (or second) that several rows share, row after row: spread the rows evenly."""
+def _spread_rounded(t: NDArray, rows: NDArray, grid: Grid, tick: float) -> NDArray:
+    """Stamps rounded to the minute (or second) that several rows share, row after row: spread the rows evenly.
+
+    Where hardly any rows share one, stamps rounded to a tick that is no part of the period are spread too.
+    """
     values, first, counts = np.unique(t, return_index=True, return_counts=True)
     k = float(np.mean(counts[1:-1])) if len(values) >= 4 else 1.0
     if k < 1.2:
-        return t
+        return _off_the_ticks(t, tick, grid) if tick > 0.0 else t
     apart = np.maximum.reduceat(rows, first) - np.minimum.reduceat(rows, first)
     if np.mean(apart == counts - 1) < 0.9:  # the same time twice in a file is no rounding
         return t
@@ -249,6 +257,51 @@ def _even_behind(t: NDArray, step: float, dt: float) -> tuple[NDArray, float]:
         if spread(near) < step:
             return float((t - near * place).max()) + near * place, near
     return t, 0.0
+
+
+def _off_the_ticks(t: NDArray, tick: float, grid: Grid) -> NDArray:
+    """Stamps that go by one of two neighbouring numbers of ticks: the even times behind them, with their gaps.
+
+    The period is that of the longest stretch without a gap, or else a short number; the stamps must lie on it.
+    """
+    ticks = np.round(np.diff(t) / tick).astype(np.int64)
+    counts = np.bincount(np.minimum(ticks, FEW_TICKS + 1), minlength=FEW_TICKS + 2)
+    fewer = int(np.argmax(counts[:FEW_TICKS] + counts[1 : FEW_TICKS + 1]))
+    if len(t) < EVEN_ROWS or not (counts[fewer] and counts[fewer + 1]):
+        return t
+    first, last = max(runs((ticks == fewer) | (ticks == fewer + 1)), key=lambda run: run[1] - run[0])
+    part = t[first : last + 1]
+    _, dt = _even_behind(part, 1.001 * tick, float(part[-1] - part[0]) / (part.size - 1))
+    plain = 10.0 ** np.floor(np.log10(tick)) * np.arange(1.0, 100.0)
+    near = plain[(plain > max(fewer * tick, 1.01 * tick)) & (plain < (fewer + 1) * tick)]
+    of_stretch = (dt,) if dt > 0.0 and part.size >= EVEN_ROWS else ()
+    for period in (*of_stretch, *near[::-1]):  # of several short numbers the one that leaves the fewest gaps
+        even = _placed(t, tick, float(period))
+        if even is not None:
+            grid.guesses.append(f"The stamps are rounded to {tick:g} s: taken as {period:g} s apart.")
+            return even
+    return t
+
+
+def _placed(t: NDArray, tick: float, dt: float) -> NDArray | None:
+    """Times `dt` apart, with gaps, that are the stamps when rounded to a tick; None where there are none."""
+    place = np.arange(len(t))
+    off = t - t[0] - dt * place
+    if np.ptp(off) > 1.001 * tick:
+        phase = np.sort((t - t[0]) % dt)
+        open_ = np.diff(phase, append=phase[0] + dt)  # from each phase to the next, round the circle
+        begin = phase[(int(np.argmax(open_)) + 1) % len(phase)]
+        if open_.max() < dt - 1.001 * tick:
+            return None
+        # All phases lie within a tick from there on.
+        place = np.floor((t - t[0] - begin) / dt + 1e-6)
+        off = t - t[0] - dt * place
+        if np.diff(place).min() < 1.0:
+            return None
+    low, high = t[0] + off.max() - 0.5 * tick, t[0] + off.min() + 0.5 * tick
+    middle = 0.5 * (low + high)
+    whole = round(middle)
+    return (float(whole) if low <= whole <= high else middle) + dt * place
 
 
 def _without_repeats(

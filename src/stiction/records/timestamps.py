@@ -93,6 +93,8 @@ class Stamps:
     """Times that the clock jumped, as far as that was mended."""
     summer_time: int = 0
     """How many of them were changes to or from summer time."""
+    tick: float = 0.0
+    """Step to which serial days are rounded [s]; 0 where none is known."""
 
 
 def is_clock(cell: str) -> bool:
