@@ -10,6 +10,8 @@ import time
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as some
 
 from stiction.errors import ParameterError, RecordError
 from stiction.records import read, receipt
@@ -221,3 +223,56 @@ print(min(times), *[name for name in ("polars", "numba", "scipy", "plotly") if n
 def test_columns_that_name_no_signals_are_refused(columns, read_text):
     with pytest.raises(ParameterError, match="is no mapping of signals to columns; give for example"):
         read_text("time_s,PV,OP\n0,1,2\n", columns=columns)
+
+
+def _rows(n, last="{:.4f}"):
+    k = np.arange(n)
+    return [f"{i},{np.sin(i / 7):.3f},{last.format(50 + np.cos(i / 5))}" for i in k]
+
+
+@pytest.mark.parametrize("left", ["51.", "51.2", "51", ""])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_a_file_cut_off_within_its_last_row_is_told_and_the_rest_is_read(left, end, read_text):
+    rows = _rows(80)
+    cut = rows[-1].rsplit(",", 1)[0] + (f",{left}" if left else "")
+    [record] = read_text(end.join(["time_s,PV,OP", *rows[:-1], cut]))
+    assert len(record) == 79
+    assert np.isfinite(record.op).all()
+    [told] = [guess for guess in record.provenance.guesses if "cut off" in guess]
+    assert "line 81" in told
+    assert repr(cut) in told
+    [whole] = read_text(end.join(["time_s,PV,OP", *rows, ""]))
+    assert len(whole) == 80
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_a_cut_is_told_in_any_encoding_and_with_semicolons(encoding, read_text):
+    rows = [row.replace(",", ";").replace(".", ",") for row in _rows(80)]
+    [record] = read_text("\n".join(["time_s;PV;OP", *rows])[:-3], encoding)
+    assert len(record) == 79
+    assert any("line 81" in guess for guess in record.provenance.guesses)
+
+
+def test_a_last_row_without_a_line_end_is_no_cut_where_nothing_is_missing(read_text):
+    for rows in (
+        _rows(80),
+        [f"{i},{np.sin(i / 7):.3f},{round(50 + np.cos(i / 5), 4)!r}" for i in range(79)] + ["79,0.5,50.5"],
+        [f"{i},{np.sin(i / 7):.3f},{50 + 9 * np.cos(i / 5):.0f}" for i in range(79)] + ["79,0.5,9"],
+        [f"{i},{np.sin(i / 7):.3f},{50 + np.cos(i / 5):.3f}," for i in range(79)] + ["79,0.5,50.123"],
+        [*_rows(79), "79,0.500,"],
+    ):
+        header = "time_s,PV,OP," if rows[0].endswith(",") else "time_s,PV,OP"
+        [record] = read_text("\n".join([header, *rows]))
+        assert len(record) == 80
+        assert not any("cut off" in guess for guess in record.provenance.guesses), rows[-1]
+
+
+@settings(deadline=None, max_examples=40)
+@given(keep=some.integers(-24, -1))
+def test_wherever_a_file_is_cut_off_all_whole_rows_are_read(keep, read_text):
+    text = "\n".join(["time_s,PV,OP", *_rows(80), ""])
+    [record] = read_text(text[:keep])
+    whole = text[:keep].count("\n") - 1  # the header has one
+    assert whole <= len(record) <= whole + 1
+    [full] = read_text(text)
+    assert np.isnan(record.op[-1]) or record.op[-1] == full.op[len(record) - 1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import itertools
-from collections import Counter
+from collections import Counter, deque
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from stiction.errors import RecordError
 from stiction.records.blocks import in_blocks, tagged
 from stiction.records.columns import choose_names, unit_of
-from stiction.records.csv_sniff import sniff
+from stiction.records.csv_sniff import ends_within, sniff
 from stiction.records.digits import number_of
 from stiction.records.numbers import is_number, one_unit, to_numbers, usual_unit
 from stiction.records.source import text_encoding
@@ -31,6 +31,8 @@ __all__ = ["CsvTable", "open_csv"]
 MAX_LINE = 1_000_000
 MAX_ROWS = 5_000_000
 _BLOCK = 20_000
+BEFORE, SHOWN = 50, 24
+"""Rows beside which the last one is seen to be cut off, and characters of it that are told."""
 TORN = 0.01
 """Share of the rows that may have a number torn in two [-]."""
 _NAMES = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "pipes", " ": "spaces"}
@@ -63,6 +65,7 @@ class CsvTable:
             raise RecordError(f"{source.name}: is binary, not text; export the loop as CSV.")
         self.source = source
         self._encoding = encoding
+        self._unended, self._cut_off = "", ""
         self._in_blocks = in_blocks(self._as_written())
         head = [line for line, _ in zip(self._lines(), range(LOOK_AHEAD), strict=False)]
         layout = sniff(source.name, head, delimiter, decimal)
@@ -140,6 +143,8 @@ class CsvTable:
             one_unit(units[i], f"{self.source.name}, column {self._name(i)}")
             taken.numbers[i] = np.concatenate(parts[i]) if parts[i] else np.empty(0)
         self._refuse_parted(taken, torn)
+        if self._cut_off and self._cut_off not in self.guesses:
+            self.guesses.append(self._cut_off)
         if ragged:
             rows = number_of(ragged, "row")
             guess = f"{rows} of other than {self.width} cells (first near line {first_ragged}); the rest is empty."
@@ -181,13 +186,14 @@ class CsvTable:
                     f"{self.source.name}, line {number}: is longer than {MAX_LINE} characters; "
                     "export one row per sample, each on a line of its own."
                 )
+            self._unended = "" if line.endswith("\n") else line
             yield line
 
     def _rows(self) -> Iterator[list[str]]:
         lines = self._lines()
         for _ in range(self.first_line - 1):
             next(lines, None)
-        reader = self._cut(lines)
+        reader, before = self._cut(lines), deque(maxlen=BEFORE)
         for number in itertools.count(1):
             row, why = [], ""
             try:
@@ -203,6 +209,14 @@ class CsvTable:
                 where = self.first_line - 1 + number
                 raise RecordError(f"{self.source.name}, line {where}: cannot be cut into columns ({why}).")
             if any(cell and not cell.isspace() for cell in row):
+                if self._unended and not self._in_blocks and ends_within(row, before):
+                    where, end = self.first_line - 1 + number, self._unended[-SHOWN:]
+                    self._cut_off = (
+                        f"The file ends within line {where} ({end!r}), as one that was cut off: that row is left out; "
+                        "export or copy it again."
+                    )
+                    return
+                before.append(row)
                 yield row
 
     def _cut(self, lines: Iterable[str]) -> CsvReader:

@@ -10,6 +10,7 @@ import itertools
 import re
 from collections import Counter
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
 from stiction.records.dialects import MISSING_WORDS, STATUS_WORDS
@@ -17,7 +18,10 @@ from stiction.records.numbers import as_number, is_number
 from stiction.records.thousands import GROUPS, torn_number
 from stiction.records.timestamps import is_clock, is_date, is_stamp
 
-__all__ = ["Layout", "sniff", "split"]
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["Layout", "ends_within", "sniff", "split"]
 
 DELIMITERS = (",", ";", "\t", "|", " ")
 _FILLERS = {*MISSING_WORDS, *STATUS_WORDS}
@@ -25,6 +29,9 @@ _NUMBER, _GROUPED, _STAMP, _FILLER, _TEXT = "ngt-x"
 _SENSE = {_NUMBER: 1.0, _STAMP: 1.0, _GROUPED: 0.9, _FILLER: 0.5, _TEXT: 0.0}
 _VALUES = {_NUMBER, _STAMP}
 _HEADER_ROWS = 6
+ALIKE = 20
+"""Rows that write their last number with as many decimals from which one with fewer is cut off [-]: of numbers without
+closing zeros one in ten has fewer."""
 
 
 @dataclass(frozen=True)
@@ -209,3 +216,37 @@ def _header(rows: list[list[str]], words: list[str], width: int, data: list[str]
     plain = [row for row in header if not re.match(r"#\s*\w", row[0])]
     header = [[row[0].lstrip("# "), *row[1:]] for row in plain or header]
     return header, written - len(header)
+
+
+def ends_within(row: Sequence[str], before: Sequence[Sequence[str]]) -> bool:
+    """Whether the last row of a file that closes no line is cut off: it has less than all rows before it.
+
+    Parameters
+    ----------
+    row : sequence of str
+        Its cells.
+    before : sequence of sequences of str
+        Those of the rows before it.
+
+    Examples
+    --------
+    >>> rows = [["10:00", f"{50 + k / 7:.3f}"] for k in range(30)]
+    >>> [ends_within(row, rows) for row in (["10:0"], ["10:00", "51."], ["10:00", "51.28"], ["10:00", "51.286"])]
+    [True, True, True, False]
+    """
+    if before and all(len(row) == len(other) - 1 and not other[-1].strip() for other in before):
+        before = [other[:-1] for other in before]  # a delimiter closes each row, and need not close the last
+    ends = [other[-1].strip() for other in before if len(other) == len(row)]
+    if len(ends) < len(before) or len(before) < 2:
+        return len(before) > 1 and all(len(row) < len(other) for other in before)
+    last = row[-1].strip()
+    if not last:  # a column that is shorter than others ends so, and nothing is lost
+        return False
+    if last[-1] in ".,+-eE":
+        return not any(end.endswith(last[-1]) for end in ends)
+    marked = [re.search(r"\d[.,](\d+)$", end) for end in ends]
+    places = {len(mark[1]) for mark in marked if mark}
+    if not all(marked):
+        return all(end != last and end.startswith(last) for end in ends) and not last[-1].isdigit()
+    found = re.search(r"\d[.,](\d+)$", last)
+    return len(ends) >= ALIKE and len(places) == 1 and (len(found[1]) if found else 0) < places.pop()
