@@ -17,11 +17,14 @@ def held(x, every, first):
     return x[np.maximum(k - (k - first) % every, 0)]
 
 
-@given(every=some.integers(2, 9), first=some.integers(0, 8), name=some.sampled_from(["op", "pv"]), seed=some.integers(0, 9))
+@given(
+    every=some.integers(2, 9), first=some.integers(0, 8), name=some.sampled_from(["op", "pv"]), seed=some.integers(0, 9)
+)  # fmt: skip
 def test_it_is_taken_where_the_slower_one_is_new(every, first, name, seed):
     first %= every
     signals = dict(zip(("op", "pv"), np.random.default_rng(seed).normal(size=(2, 40 * every)), strict=True))
-    record = st.LoopRecord("FC1", 0.5, **signals | {name: held(signals[name], every, first)}, sp=np.arange(40.0 * every))
+    slow = held(signals[name], every, first)
+    record = st.LoopRecord("FC1", 0.5, **signals | {name: slow}, sp=np.arange(40.0 * every))
     assert slower_of(record.op, record.pv) == Slower(name.upper(), every, first)
     slower = at_one_rate(record)
     assert slower.dt == 0.5 * every

@@ -1,7 +1,7 @@
 """OP and PV stored at two rates: one held for a fixed count of samples, the other new in each.
 
 A value that is held for the export and not by the controller looks like a transmitter that hangs, and what moves in
-between like a disturbance. At the samples where the slower one is new, and only there, both are what the controller saw.
+between like a disturbance. Both are what the controller saw where the slower one is new, and only there.
 """
 
 from __future__ import annotations

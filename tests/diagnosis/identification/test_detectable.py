@@ -34,7 +34,7 @@ def test_a_valve_with_that_much_is_told_where_it_is(seed):
     for more in (1.0, 1.5):
         sticky = st.diagnose(moved(seed, st.Kano(more * S, 0.5 * more * S)))
         assert sticky.verdict == "stiction"
-        assert sticky.identification.S == pytest.approx(more * S, rel=0.1)
+        assert pytest.approx(more * S, rel=0.1) == sticky.identification.S
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -30,7 +30,7 @@ def one_by_one(op, y, rows, cap, loose, least):
     for i, (S, share, slope, level, lag, late, stops) in enumerate(rows):
         late, offset, J = int(late), level - slope * MEAN, S * share
         behind, reach = 0.5 * (S - J), 0.5 * (S + J) * (1.0 + TIE)
-        decay = float(decays(np.array([lag]))[0])
+        decay, inverse = float(decays(np.array([lag]))[0]), 1.0 / slope
         x = (y[late] - offset) / slope
         z = x = min(max(x, op[0] - reach), op[0] + reach) if np.isfinite(x) else op[0]
         moving = last = total = 0.0
@@ -44,7 +44,7 @@ def one_by_one(op, y, rows, cap, loose, least):
                 moving, way = 0.0, 1.0 if u > x else -1.0
                 slips = abs(u - x) > reach
                 if S > 0.0 and abs(abs(u - x) - reach) < loose * (TOLERANCE * reach + abs(du)):
-                    seen = (y[k + late] - offset) / slope
+                    seen = (y[k + late] - offset) * inverse
                     slipped = decay * z + (1.0 - decay) * (u - way * behind)
                     slips = abs(seen - slipped) < abs(seen - (decay * z + (1.0 - decay) * x))
                 if slips:
@@ -62,13 +62,13 @@ def one_by_one(op, y, rows, cap, loose, least):
                     break
             if abs(r) > cap:
                 way = 1.0 if r * slope > 0.0 else -1.0
-                x = min(max(x + r / slope / (1.0 - decay), u - reach), u + reach)
-                z += r / slope
+                x = min(max(x + r * inverse / (1.0 - decay), u - reach), u + reach)
+                z += r * inverse
                 moving = way if abs(u - way * behind - x) * abs(slope) < cap else 0.0
                 averaged = 1.0
             elif moving == 0.0 and averaged < AVERAGED:
                 averaged += 1.0
-                x = min(max(x + r / slope / averaged, u - reach), u + reach)
+                x = min(max(x + r * inverse / averaged, u - reach), u + reach)
         told.append((total / max(compared, 1), turns))
         if least[i // each] < np.inf:
             least[i // each] = min(least[i // each], told[-1][0])

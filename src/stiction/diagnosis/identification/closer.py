@@ -12,13 +12,13 @@ from stiction.diagnosis.identification.assembled import assembled, stretch_of
 from stiction.diagnosis.identification.between import with_samples_between
 from stiction.diagnosis.identification.contest import OWN, REBUILT, STANDS_OUT, UNSEEN, UNTOLD, contest, drift
 from stiction.diagnosis.identification.controller import EXACT
+from stiction.diagnosis.identification.detectable import detectable
 from stiction.diagnosis.identification.likeliest import (
     most_likely,
     most_likely_between,
     tried_again,
     tried_recorded,
 )
-from stiction.diagnosis.identification.detectable import detectable
 from stiction.diagnosis.identification.likelihood import prediction_of, stem_of
 from stiction.diagnosis.identification.own_samples import are_own_samples
 from stiction.diagnosis.identification.piece import with_stem

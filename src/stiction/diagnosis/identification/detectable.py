@@ -29,7 +29,7 @@ __all__ = ["detectable"]
 
 SHARES = 0.5, 0.12
 """Largest and smallest S tried, as shares of OP's swing [-]: a band of more than half of it hardly lets the stem move,
-and a good valve behind a smaller gain explains that as well; one below the latter is seldom told even where it shows."""
+and a good valve behind a smaller gain explains that as well; one below the latter is seldom told where it shows."""
 TRIED = 8
 """S tried between them [-]."""
 JUMPS = 0.5

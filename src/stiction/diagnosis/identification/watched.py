@@ -163,7 +163,8 @@ def watched(op, y, known, mean, rows, decays, cap, loose, begin, least, left, w,
                     seen = y0 if late == 0.0 else y1 if late == 1.0 else y2 if late == 2.0 else y3
                     x, z, moving, averaged, r, _ = _step(
                         u, du, seen - w[OFFSET + v], w[X + v], w[Z + v], w[MOVING + v], w[PLACED_BY + v], w[BEHIND + v],
-                        w[REACH + v], w[SOFT + v], w[SLOPE + v], w[INVERSE + v], w[DECAY + v], w[GOES_ON + v], cap, loose,
+                        w[REACH + v], w[SOFT + v], w[SLOPE + v], w[INVERSE + v], w[DECAY + v], w[GOES_ON + v], cap,
+                        loose,
                     )  # fmt: skip
                     w[X + v] = x
                     w[Z + v] = z

@@ -95,8 +95,8 @@ SMALL = 0.1, 0.01
 """S over OP's swing, and share of the PV that a sticky valve explains beyond a good one, below which the band says
 nothing of the valve [-]: where a load steps, as the neighbour of a sticky valve sees it, and there is little noise, a
 band somewhere predicts some of the steps. Of 254 good loops of another hand under such loads 91 are called sticky
-without this and 29 with it, of 270 sticky ones none is lost; of 1 450 loops of ours, half of them upset or moved by
-wandering waves or with a second fault (seeds 9801 to 9805), it takes five of 62 false calls and two of 263 right ones."""
+without this and 29 with it, of 270 sticky ones none is lost; of 1 450 loops of ours, half of them upset, moved by
+wandering waves or with a second fault (seeds 9801 to 9805), it takes five of 62 false calls and two of 263 others."""
 PLAY = 0.5
 """Probability of play beyond which it is what speaks against stiction [-]. Of 4 000 loops (`simulation.population`,
 seeds 10 and 17) 144 are told below `doubt.LEAST` but for a J that may be all of S, six of which stick, and of seeds 10
