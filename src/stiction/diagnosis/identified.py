@@ -97,9 +97,8 @@ class ControllerFit(NamedTuple):
     leaves and a slower record would leave more."""
     left: float = math.nan
     """Share of the OP's moves that no form of controller explains [-]."""
-    left_if_later: float = math.nan
-    """What proportional and integral part leave with each PV taken a sample later, over that as recorded [-]:
-    little where PV was stored a sample late."""
+    samples_late: int = 0
+    """Samples that PV was stored late, by the controller's law; a diagnosis takes it as much earlier."""
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""

@@ -7,10 +7,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis.strategies import floats, integers, sampled_from
 
 import stiction as st
 from stiction.diagnosis.identification import fit_controller
-from stiction.diagnosis.identification.in_step import is_late, with_pv_earlier
+from stiction.diagnosis.identification.in_step import MOST_LATE, with_pv_earlier
 from stiction.records import LoopRecord, analysis_window, assess
 from stiction.records.limits import shut
 
@@ -25,33 +27,96 @@ def run(name):
     return replace(record, mv=None)
 
 
-def late(record):
-    return replace(record, pv=np.concatenate([record.pv[:1], record.pv[:-1]]))
+@cache
+def as_stored(name):
+    return st.diagnose(run(name))
 
 
+def held_back(x, samples):
+    return np.concatenate([np.repeat(x[:1], samples), x[: x.size - samples]])
+
+
+def late(record, samples):
+    return replace(record, pv=held_back(record.pv, samples))
+
+
+@pytest.mark.parametrize("samples", range(1, MOST_LATE + 1))
 @pytest.mark.parametrize("name", ["sticky", "resting"])
-def test_a_pv_that_is_a_sample_late_hides_no_valve(name):
-    right, found = st.diagnose(run(name)), st.diagnose(late(run(name)))
+def test_a_pv_that_is_late_hides_no_valve(name, samples):
+    right, found = as_stored(name), st.diagnose(late(run(name), samples))
     assert right.probability > 0.99
     assert (found.verdict, found.probability) == ("stiction", 0.9)
     assert pytest.approx(right.identification.S, rel=0.02) == found.identification.S
-    assert "PV was stored a sample late" in found.reason
-    assert "sample late" not in right.reason
+    assert found.controller.samples_late == found.to_dict()["controller"]["samples_late"] == samples
+    how_much = "a sample" if samples == 1 else f"{samples} samples"
+    assert f"PV was stored {how_much} late, and is taken as much earlier." in found.reason
+    assert right.controller.samples_late == 0
+    assert "PV was stored" not in right.reason
 
 
-def test_a_good_valve_stays_good():
-    found = st.diagnose(late(run("good")))
+@pytest.mark.parametrize("samples", range(1, MOST_LATE + 1))
+def test_a_good_valve_stays_good(samples):
+    found = st.diagnose(late(run("good"), samples))
     assert found.verdict == "no_stiction"
     assert found.probability == 0.1
+    assert found.controller.samples_late == samples
 
 
-def test_what_is_taken_earlier_is_the_pv_alone():
+@pytest.mark.parametrize("samples", range(1, MOST_LATE + 1))
+def test_what_is_taken_earlier_is_the_pv_alone(samples):
     record = run("sticky")
-    mended = with_pv_earlier(late(record))
-    assert len(mended) == len(record) - 1
-    np.testing.assert_array_equal(mended.pv, record.pv[:-1])
-    np.testing.assert_array_equal(mended.op, record.op[:-1])
-    assert [is_late(fit_controller(one)) for one in (record, late(record), mended)] == [False, True, False]
+    mended = with_pv_earlier(late(record, samples), samples)
+    assert len(mended) == len(record) - samples
+    np.testing.assert_array_equal(mended.pv, record.pv[:-samples])
+    np.testing.assert_array_equal(mended.op, record.op[:-samples])
+    assert fit_controller(mended).samples_late == 0
+
+
+@pytest.mark.parametrize("name", ["sticky", "resting", "good"])
+def test_a_pv_in_step_or_early_is_not_late(name):
+    record = run(name)
+    ops = [held_back(record.op, samples) for samples in (0, 1, 2, 4)]
+    assert [fit_controller(replace(record, op=op)).samples_late for op in ops] == [0, 0, 0, 0]
+
+
+def test_a_pv_later_than_is_looked_for_is_not_taken_for_one_less_late():
+    assert fit_controller(late(run("sticky"), MOST_LATE + 1)).samples_late == 0
+
+
+def by_law(rng, Kc, Ki, moving):
+    """A PV that wanders, and the OP that a PI controller makes of it."""
+    pv = 50.0 + np.cumsum(rng.normal(size=400))
+    sp = 50.0 + moving * np.repeat(rng.normal(size=20), 20)
+    op = 50.0 + Kc * (sp - pv) + Ki * np.cumsum(sp - pv) + 0.01 * rng.normal(size=400)
+    return LoopRecord("FIC-101", 1.0, op=op, pv=pv, sp=sp)
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    samples=integers(0, MOST_LATE), Kc=floats(0.1, 3.0), reset=floats(0.01, 0.5), sign=sampled_from([-1.0, 1.0]),
+    moving=sampled_from([0.0, 2.0]), seed=integers(0, 2**32 - 1), gap=integers(0, 350),
+)  # fmt: skip
+def test_the_count_is_that_of_the_law(samples, Kc, reset, sign, moving, seed, gap):
+    record = late(by_law(np.random.default_rng(seed), sign * Kc, sign * Kc * reset, moving), samples)
+    assert fit_controller(record).samples_late == samples
+    op = record.op.copy()
+    op[gap : gap + 20] = np.nan
+    assert fit_controller(replace(record, op=op)).samples_late == samples
+    in_other_units = replace(record, op=100.0 - 0.3 * record.op, pv=7.0 * record.pv + 3.0, sp=7.0 * record.sp + 3.0)
+    assert fit_controller(in_other_units).samples_late == samples
+
+
+def test_a_pv_that_op_makes_is_not_late():
+    rng = np.random.default_rng(0)
+    op = 50.0 + np.cumsum(rng.normal(size=1000))
+    record = LoopRecord("FIC-101", 1.0, op=op, pv=2.0 * held_back(op, 1) + 0.1 * rng.normal(size=1000))
+    assert fit_controller(record).samples_late == 0
+
+
+def test_a_derivative_part_is_no_late_pv():
+    loop = st.Loop(st.PID(0.6, 8.0, Td=3.0), st.Kano(5.0, 3.0), st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=0.02)
+    record = st.simulate(loop, 70.0, 2000.0, seed=1, pv_start=60.0, op_start=50.0)
+    assert fit_controller(record).samples_late == 0
 
 
 @pytest.mark.parametrize("name", ["op", "pv"])

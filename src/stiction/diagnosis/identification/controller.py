@@ -17,6 +17,7 @@ from stiction.diagnosis.identification.controller_forms import (
     moves,
     positions,
 )
+from stiction.diagnosis.identification.in_step import samples_late
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.identified import ControllerFit
 from stiction.errors import RecordError
@@ -102,7 +103,8 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
     limited = at_limit(op)
     valid &= ~limited
     moving = bool(np.ptp(sp[valid]) > 0.0) if valid.any() else False
-    error, pv = sp - pv, pv - pv.mean()
+    error, mean = sp - pv, pv.mean()
+    sp, pv = sp - mean, pv - mean
 
     data, bumps = _without_bumps(moves(op, error, pv, valid, record.dt, 0.0), moving)
     if data.y.size < FEWEST_ROWS:
@@ -111,8 +113,7 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
         return _none("OP does not move.")
     full = data.unexplained(moving)
     left = energy_of(full) / energy_of(data.y)
-    ahead, _ = _without_bumps(moves(op[:-1], error[1:], pv[1:], valid[1:] & valid[:-1], record.dt, 0.0), moving)
-    later = ahead.left_by_error() / max(data.left_by_error(), 1e-12) if ahead.y.size >= FEWEST_ROWS else math.nan
+    late = samples_late(op, sp, pv, valid, left)
     own, as_rounded = left <= COMPUTED, False
     if not own and any(steps := (lattice(op), lattice(pv))):
         law = best_form(data, moving, 0.0, record.dt, exact=True).weights
@@ -140,7 +141,7 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
         why += f"; {bumps} bumps left out"
     if not moving:
         why += "; the set point is constant, so that parts on the error and on the PV are the same"
-    named = _named(found, why + ".", exact=exact)._replace(own_samples=own, left=left, left_if_later=later)
+    named = _named(found, why + ".", exact=exact)._replace(own_samples=own, left=left, samples_late=late)
     if record.sp is None and not exact and "I" not in found.form:
         # PV that follows a set point which was not recorded moves with OP, as it does under no controller.
         unseen = " The set point was not recorded; if it moves, PV and OP go together because of it."

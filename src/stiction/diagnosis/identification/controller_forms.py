@@ -10,7 +10,18 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["FORMS", "INTEGRAL", "PARTS", "FormFit", "Regression", "best_form", "energy_of", "moves", "positions"]
+__all__ = [
+    "FLOOR",
+    "FORMS",
+    "INTEGRAL",
+    "PARTS",
+    "FormFit",
+    "Regression",
+    "best_form",
+    "energy_of",
+    "moves",
+    "positions",
+]
 
 P, INTEGRAL, D, P_PV, D_PV = range(5)
 """Columns of a regression: parts of the error, and those of the PV alone."""
@@ -59,12 +70,6 @@ class Regression(NamedTuple):
         for weight, use in zip(weights, uses, strict=True):
             left -= weight * self.columns[use]
         return left
-
-    def left_by_error(self) -> float:
-        """Share that the proportional and integral part of the error leave [-]; NaN where nothing moves."""
-        weights, _ = _solve(*self.sums(), (P, INTEGRAL))
-        energy = energy_of(self.y)
-        return energy_of(self.y - weights @ self.columns[[P, INTEGRAL]]) / energy if energy > 0.0 else math.nan
 
 
 class FormFit(NamedTuple):

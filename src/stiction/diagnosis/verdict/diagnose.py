@@ -11,7 +11,7 @@ from stiction.diagnosis.detection import detect_all, with_stem
 from stiction.diagnosis.detection.evidence import judge
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.identify import periods_of, search, speaking
-from stiction.diagnosis.identification.in_step import is_late, with_pv_earlier
+from stiction.diagnosis.identification.in_step import late_said, with_pv_earlier
 from stiction.diagnosis.identification.swapped import are_swapped
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence
@@ -53,9 +53,6 @@ __all__ = ["Findings", "diagnose", "findings"]
 
 PLAIN_REASONS = ("exception", "compression", "missing", "op moves", "pv moves", "manual", "saturation")
 """Refusals that others follow from; that of a record which is too short as a whole comes before them."""
-
-LATE_SAID = "PV was stored a sample late, and is taken a sample earlier."
-"""What is told of such a record."""
 
 SWAPPED_SAID = (
     "OP and PV look swapped: what is named PV follows what is named OP by a controller's law all but exactly, and not "
@@ -102,8 +99,6 @@ class Findings:
     """All of that in a row of numbers; None without an identification."""
     stem: Shown | None = None
     """What the recorded valve position shows; None where none was recorded."""
-    late: bool = False
-    """Whether PV was stored a sample late, and is taken a sample earlier."""
     swapped: bool = False
     """Whether OP and PV surely stand in each other's columns; nothing is searched then."""
 
@@ -207,7 +202,8 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
     by_itself = blind and told["sensor"] + told["saturation"] < FAULT_SEEN
     nothing = explains_nothing(found) if blind else ""
     assert seen.controller is not None
-    both = (*((Objection.PV_LATE,) if seen.late else ()), *against_both(seen.controller)) if blind else ()
+    late = (Objection.PV_LATE,) if seen.controller.samples_late else ()
+    both = (*late, *against_both(seen.controller)) if blind else ()
     against = (*against_good(found, row, told), *against_moving(seen.stem, told), *both) if blind else ()
     held = held_back(
         told["stiction"], seen.quality, told["saturation"], told["sensor"],
@@ -258,7 +254,7 @@ def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged, start
     of_stem = seen.stem.why if seen.stem is not None else ""
     _, of_set_point = held_set_point(seen.record, seen.quality.first, seen.quality.last)
     drift = changes(valve, seen.part.duration, unit) if verdict == "stiction" else ""
-    late = LATE_SAID if seen.late else ""
+    late = late_said(seen.controller.samples_late) if seen.controller is not None else ""
     of_slave = f"OP is the set point of {slave}; the valve is that loop's." if slave else ""
     spoken = (cause.reason, of_slave, of_stem, late, said(shown, seen.record.dt), drift, of_set_point, judged.why)
     return Diagnosis(
@@ -303,11 +299,11 @@ def findings(record: LoopRecord) -> Findings:
     require_record(record)
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV. {how_to_name_pv(record)}")
-    return _findings(without_outliers(record), late=False)
+    return _findings(without_outliers(record), samples_late=0)
 
 
-def _findings(record: LoopRecord, *, late: bool) -> Findings:
-    """Look at a record; once more, with each PV a sample earlier, where it was stored `late`."""
+def _findings(record: LoopRecord, *, samples_late: int) -> Findings:
+    """Look at a record; once more, with each PV as many samples earlier, where it was stored `samples_late`."""
     part = usable_part(record)
     oscillation = find_oscillation(part)
     quality = assess(record, oscillation.period if oscillation.oscillating else None)
@@ -322,18 +318,18 @@ def _findings(record: LoopRecord, *, late: bool) -> Findings:
     gappy = replace(part, op=stored.op, pv=stored.pv)
     controller = _controller(gappy) if quality.usable else None
     swapped = controller is not None and are_swapped(gappy, controller)
-    if not (late or swapped) and controller is not None and is_late(controller):
-        return _findings(with_pv_earlier(record), late=True)
+    if controller is not None and samples_late:
+        controller = controller._replace(samples_late=samples_late)
+    elif controller is not None and controller.samples_late and not swapped:
+        return _findings(with_pv_earlier(record, controller.samples_late), samples_late=controller.samples_late)
     searches = () if controller is None or swapped else _searched(gappy, oscillation, controller)
     if controller is None or not searches:
-        return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, None, stem, late, swapped)
+        return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, None, stem, swapped)
     speaks = speaking(searches, oscillation)
     closer = searches[speaks].closer()
     found = tuple(closer.recorded if i == speaks else one.rough for i, one in enumerate(searches))
     row = features(record, part, found, speaks, controller, oscillation, votes)
-    return Findings(
-        record, part, oscillation, quality, evidence, found, speaks, closer.told, controller, row, stem, late
-    )
+    return Findings(record, part, oscillation, quality, evidence, found, speaks, closer.told, controller, row, stem)
 
 
 def _controller(part: LoopRecord) -> ControllerFit | None:

@@ -24,7 +24,7 @@ class Objection(StrEnum):
     NOT_SEEN = "valve not seen"
     """OP explains next to nothing, and no fault is seen that explains why (`contradiction.explains_nothing`)."""
     PV_LATE = "PV stored late"
-    """PV was stored a sample late."""
+    """PV was stored some samples late (`in_step.samples_late`)."""
     NO_LAW = "no controller explains OP"
     """OP is not what a controller made of this PV (`contradiction.UNLAWFUL`)."""
     JUMP_LIKELY = "a jump is likely"
