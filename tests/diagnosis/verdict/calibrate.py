@@ -39,7 +39,7 @@ from weights import (
 
 import stiction as st
 from stiction.apps.labels import read_labels
-from stiction.diagnosis.verdict.diagnose import findings
+from stiction.diagnosis.verdict.findings import findings
 from stiction.diagnosis.verdict.probability import UNDECIDED
 from stiction.diagnosis.verdict.weighing import COLUMNS
 from stiction.simulation.population import (

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 import stiction as st
-from stiction.diagnosis.verdict.diagnose import findings
+from stiction.diagnosis.verdict.findings import findings
 from stiction.diagnosis.verdict.weighing import weighing
 from stiction.simulation.population import CAUSES
 

@@ -17,8 +17,8 @@ from stiction.diagnosis.verdict.contradiction import (
     explains_much_more,
     explains_nothing,
 )
-from stiction.diagnosis.verdict.diagnose import findings
 from stiction.diagnosis.verdict.doubt import LEAST, MOST, held_back
+from stiction.diagnosis.verdict.findings import findings
 from stiction.diagnosis.verdict.objection import Objection
 from stiction.records.quality import Quality, assess
 from stiction.simulation.population import plant_population

@@ -15,9 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 import stiction as st
-from stiction.diagnosis.verdict.diagnose import findings
 from stiction.diagnosis.verdict.doubt import LEAST
 from stiction.diagnosis.verdict.features import Features
+from stiction.diagnosis.verdict.findings import findings
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes
 from stiction.errors import RecordError
 from stiction.simulation.historian import averaged

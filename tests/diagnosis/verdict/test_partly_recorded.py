@@ -12,7 +12,7 @@ import stiction as st
 from stiction.diagnosis import find_oscillation
 from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.identification.position import LONGEST, longest_seen
-from stiction.diagnosis.verdict.diagnose import findings
+from stiction.diagnosis.verdict.findings import findings
 from stiction.diagnosis.verdict.stem import stem_shown
 from stiction.records import usable_part
 from stiction.records.stretches import held_set_point

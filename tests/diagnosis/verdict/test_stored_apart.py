@@ -132,6 +132,25 @@ def test_two_rates_are_seen_and_nothing_is_sure(name, every):
     assert all(gate.severity == "ok" for gate in assess(record).gates if gate.name == "one rate")
 
 
+@pytest.mark.parametrize("name", ["op", "pv"])
+def test_a_value_held_for_the_export_is_no_transmitter_that_hangs(name):
+    record = run("sticky")
+    x = getattr(record, name)
+    found = st.diagnose(replace(record, **{name: np.repeat(x[::5], 5)[: x.size]}))
+    assert found.verdict == "stiction"
+    assert found.record.dt == 5.0 * record.dt
+    assert "not stored at one rate: both are taken every" in found.reason
+    assert [gate.value for gate in found.quality.reservations if gate.name == "one rate"] == [5.0]
+    good = st.diagnose(replace(run("good"), **{name: np.repeat(getattr(run("good"), name)[::5], 5)[: x.size]}))
+    assert (good.verdict, good.cause == "sensor") == ("no_stiction", False)
+
+
+def test_a_position_keeps_every_sample_of_op():
+    record = run("sticky")
+    slower = replace(record, pv=np.repeat(record.pv[::5], 5)[: len(record)], mv=record.op)
+    assert st.diagnose(slower).record.dt == record.dt
+
+
 def test_an_op_of_another_loop_tells_nothing_surely():
     rng = np.random.default_rng(0)
     other = 50.0 + np.cumsum(rng.normal(size=3000)) * 0.3

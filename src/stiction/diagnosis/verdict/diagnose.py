@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
-from stiction.diagnosis.detection import detect_all, with_stem
 from stiction.diagnosis.detection.evidence import judge
-from stiction.diagnosis.identification.controller import fit_controller
-from stiction.diagnosis.identification.identify import periods_of, search, speaking
-from stiction.diagnosis.identification.in_step import late_said, with_pv_earlier
-from stiction.diagnosis.identification.swapped import are_swapped
-from stiction.diagnosis.oscillation import find_oscillation
+from stiction.diagnosis.identification.in_step import late_said
 from stiction.diagnosis.result import Diagnosis, Evidence
 from stiction.diagnosis.verdict.cause import named_cause, not_seen, stuck_or_not
 from stiction.diagnosis.verdict.contradiction import (
@@ -26,33 +20,31 @@ from stiction.diagnosis.verdict.contradiction import (
     explains_nothing,
 )
 from stiction.diagnosis.verdict.doubt import FAULT_SEEN, MOST, UNKNOWN, held_back, only_saturated
-from stiction.diagnosis.verdict.features import Features, features
+from stiction.diagnosis.verdict.findings import Findings, findings
 from stiction.diagnosis.verdict.in_part import suspect, told_of_part
 from stiction.diagnosis.verdict.objection import Objection
 from stiction.diagnosis.verdict.own_cycle import near, own_cycle
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
-from stiction.diagnosis.verdict.stem import stem_shown
 from stiction.diagnosis.verdict.windows import changes, said, windows
-from stiction.errors import RecordError
+from stiction.records.durations import in_seconds
 from stiction.records.gate import LEAST_SAMPLES
-from stiction.records.outliers import without_outliers
-from stiction.records.quality import assess, usable_part
-from stiction.records.record import how_to_name_pv, require_record
 from stiction.records.storage import swing
 from stiction.records.stretches import held_set_point
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.identification.identify import Search
-    from stiction.diagnosis.identified import ControllerFit, Identification
-    from stiction.diagnosis.result import Counted, Oscillation, Verdict
+    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.result import Counted, Verdict
+    from stiction.diagnosis.verdict.features import Features
     from stiction.diagnosis.verdict.stem import Shown
-    from stiction.records.quality import Quality
     from stiction.records.record import LoopRecord
 
-__all__ = ["Findings", "diagnose", "findings"]
+__all__ = ["diagnose"]
 
 PLAIN_REASONS = ("exception", "compression", "missing", "op moves", "pv moves", "manual", "saturation")
 """Refusals that others follow from; that of a record which is too short as a whole comes before them."""
+
+AT_ONE_RATE = "OP and PV are not stored at one rate: both are taken every {}, where the slower one is new."
+"""What is told of such a record."""
 
 SWAPPED_SAID = (
     "OP and PV look swapped: what is named PV follows what is named OP by a controller's law all but exactly, and not "
@@ -70,37 +62,6 @@ that cycles because of its valve moves OP through the band and little more, nois
 
 AT_LIMIT = "Check sizing and limits of the valve, then record the loop off its limits."
 """What to do where OP rests at a limit."""
-
-
-@dataclass(frozen=True, slots=True)
-class Findings:
-    """All that a verdict is made from."""
-
-    record: LoopRecord
-    """The record, without values far off all others, OP and PV in step."""
-    part: LoopRecord
-    """The stretch that was analysed."""
-    oscillation: Oscillation
-    """Whether and how the loop oscillates."""
-    quality: Quality
-    """What the data are worth."""
-    evidence: tuple[Evidence, ...]
-    """What each method says."""
-    found: tuple[Identification, ...]
-    """One identification per comparison; none where the record did not allow a search."""
-    speaks: int
-    """Which of them speaks."""
-    told: Identification | None
-    """What is told of the valve: the same, or S and J by samples rebuilt between the recorded ones; None without an
-    identification."""
-    controller: ControllerFit | None
-    """The controller found."""
-    features: Features | None
-    """All of that in a row of numbers; None without an identification."""
-    stem: Shown | None = None
-    """What the recorded valve position shows; None where none was recorded."""
-    swapped: bool = False
-    """Whether OP and PV surely stand in each other's columns; nothing is searched then."""
 
 
 def diagnose(record: LoopRecord) -> Diagnosis:
@@ -152,7 +113,9 @@ def _diagnosed(record: LoopRecord, start: int | None = None) -> Diagnosis:
         return whole
     begin, end = first + cut.start, first + cut.stop
     begun = start or 0
-    return told_of_part(whole, _diagnosed(record.window(begin, end), begun + begin), begin, begun)
+    # PV that is late is found late in the part as well; two rates are one already.
+    came = record if seen.every == 1 else seen.record
+    return told_of_part(whole, _diagnosed(came.window(begin, end), begun + begin), begin, begun)
 
 
 class Weighed(NamedTuple):
@@ -255,8 +218,10 @@ def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged, start
     _, of_set_point = held_set_point(seen.record, seen.quality.first, seen.quality.last)
     drift = changes(valve, seen.part.duration, unit) if verdict == "stiction" else ""
     late = late_said(seen.controller.samples_late) if seen.controller is not None else ""
+    rates = AT_ONE_RATE.format(in_seconds(seen.record.dt)) if seen.every > 1 else ""
     of_slave = f"OP is the set point of {slave}; the valve is that loop's." if slave else ""
-    spoken = (cause.reason, of_slave, of_stem, late, said(shown, seen.record.dt), drift, of_set_point, judged.why)
+    of_windows = said(shown, seen.record.dt)
+    spoken = (cause.reason, of_slave, of_stem, late, rates, of_windows, drift, of_set_point, judged.why)
     return Diagnosis(
         record=seen.record,
         verdict=verdict,
@@ -276,80 +241,6 @@ def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged, start
         counted=weighed.counted,
         controller=seen.controller,
     )
-
-
-def findings(record: LoopRecord) -> Findings:
-    """Look at a record from every side, without judging.
-
-    Parameters
-    ----------
-    record : LoopRecord
-        A record of one loop, OP and PV at least.
-
-    Returns
-    -------
-    Findings
-        What was found.
-
-    Raises
-    ------
-    RecordError
-        When the record has no PV at all.
-    """
-    require_record(record)
-    if record.pv is None:
-        raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV. {how_to_name_pv(record)}")
-    return _findings(without_outliers(record), samples_late=0)
-
-
-def _findings(record: LoopRecord, *, samples_late: int) -> Findings:
-    """Look at a record; once more, with each PV as many samples earlier, where it was stored `samples_late`."""
-    part = usable_part(record)
-    oscillation = find_oscillation(part)
-    quality = assess(record, oscillation.period if oscillation.oscillating else None)
-    stem = stem_shown(record.window(quality.first, quality.last), record.op_unit_short)
-    # Weights were found without a stem position, and what a method makes of one must not shift them.
-    votes = detect_all(replace(part, mv=None), oscillation)
-    evidence = votes if stem is None or not stem.used else with_stem(part, oscillation, votes)
-    if stem is not None:
-        evidence = (stem.evidence(), *evidence)
-    # The search draws lines over what is missing, and a held value is none that the controller saw.
-    stored = record.window(quality.first, quality.last)
-    gappy = replace(part, op=stored.op, pv=stored.pv)
-    controller = _controller(gappy) if quality.usable else None
-    swapped = controller is not None and are_swapped(gappy, controller)
-    if controller is not None and samples_late:
-        controller = controller._replace(samples_late=samples_late)
-    elif controller is not None and controller.samples_late and not swapped:
-        return _findings(with_pv_earlier(record, controller.samples_late), samples_late=controller.samples_late)
-    searches = () if controller is None or swapped else _searched(gappy, oscillation, controller)
-    if controller is None or not searches:
-        return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, None, stem, swapped)
-    speaks = speaking(searches, oscillation)
-    closer = searches[speaks].closer()
-    found = tuple(closer.recorded if i == speaks else one.rough for i, one in enumerate(searches))
-    row = features(record, part, found, speaks, controller, oscillation, votes)
-    return Findings(record, part, oscillation, quality, evidence, found, speaks, closer.told, controller, row, stem)
-
-
-def _controller(part: LoopRecord) -> ControllerFit | None:
-    """The controller; None where the stretch does not hold enough to look for one."""
-    try:
-        return fit_controller(part)
-    except RecordError:
-        return None
-
-
-def _searched(part: LoopRecord, oscillation: Oscillation, controller: ControllerFit) -> tuple[Search, ...]:
-    """Compare about the local mean over one period, where there is one, and about the mean of the record.
-
-    The one about the period speaks where the loop oscillates, else the one that explains more; only that one is then
-    searched closely.
-    """
-    try:
-        return tuple(search(part, period, controller) for period in periods_of(part, oscillation))
-    except RecordError:
-        return ()
 
 
 def _verdict(probability: float) -> Verdict:

@@ -1,0 +1,150 @@
+"""What is found in a record, from every side and without judging: all that a verdict is made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from stiction.diagnosis.detection import detect_all, with_stem
+from stiction.diagnosis.identification.controller import fit_controller
+from stiction.diagnosis.identification.identify import periods_of, search, speaking
+from stiction.diagnosis.identification.in_step import with_pv_earlier
+from stiction.diagnosis.identification.swapped import are_swapped
+from stiction.diagnosis.oscillation import find_oscillation
+from stiction.diagnosis.verdict.features import Features, features
+from stiction.diagnosis.verdict.stem import stem_shown
+from stiction.errors import RecordError
+from stiction.records.one_rate import at_one_rate
+from stiction.records.outliers import without_outliers
+from stiction.records.quality import assess, usable_part
+from stiction.records.record import how_to_name_pv, require_record
+
+if TYPE_CHECKING:
+    from stiction.diagnosis.identification.identify import Search
+    from stiction.diagnosis.identified import ControllerFit, Identification
+    from stiction.diagnosis.result import Evidence, Oscillation
+    from stiction.diagnosis.verdict.stem import Shown
+    from stiction.records.quality import Quality
+    from stiction.records.record import LoopRecord
+
+__all__ = ["Findings", "findings"]
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """All that a verdict is made from."""
+
+    record: LoopRecord
+    """The record, without values far off all others, OP and PV in step and at one rate."""
+    part: LoopRecord
+    """The stretch that was analysed."""
+    oscillation: Oscillation
+    """Whether and how the loop oscillates."""
+    quality: Quality
+    """What the data are worth."""
+    evidence: tuple[Evidence, ...]
+    """What each method says."""
+    found: tuple[Identification, ...]
+    """One identification per comparison; none where the record did not allow a search."""
+    speaks: int
+    """Which of them speaks."""
+    told: Identification | None
+    """What is told of the valve: the same, or S and J by samples rebuilt between the recorded ones; None without an
+    identification."""
+    controller: ControllerFit | None
+    """The controller found."""
+    features: Features | None
+    """All of that in a row of numbers; None without an identification."""
+    stem: Shown | None = None
+    """What the recorded valve position shows; None where none was recorded."""
+    swapped: bool = False
+    """Whether OP and PV surely stand in each other's columns; nothing is searched then."""
+    every: int = 1
+    """Samples of the record to one that is looked at: more than one where OP and PV are not stored at one rate."""
+
+
+def findings(record: LoopRecord) -> Findings:
+    """Look at a record from every side, without judging.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        A record of one loop, OP and PV at least.
+
+    Returns
+    -------
+    Findings
+        What was found.
+
+    Raises
+    ------
+    RecordError
+        When the record has no PV at all.
+    """
+    require_record(record)
+    if record.pv is None:
+        raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV. {how_to_name_pv(record)}")
+    record = without_outliers(record)
+    # A recorded position needs every sample of OP.
+    slower = at_one_rate(record) if record.mv is None else record
+    seen = _findings(slower, samples_late=0)
+    if slower is record:
+        return seen
+    quality = _with_gate(seen.quality, assess(record), "one rate")
+    return replace(seen, quality=quality, every=round(slower.dt / record.dt))
+
+
+def _with_gate(quality: Quality, other: Quality, name: str) -> Quality:
+    """A quality with one gate of another."""
+    [gate] = [gate for gate in other.gates if gate.name == name]
+    return replace(quality, gates=tuple(gate if one.name == name else one for one in quality.gates))
+
+
+def _findings(record: LoopRecord, *, samples_late: int) -> Findings:
+    """Look at a record; once more, with each PV as many samples earlier, where it was stored `samples_late`."""
+    part = usable_part(record)
+    oscillation = find_oscillation(part)
+    quality = assess(record, oscillation.period if oscillation.oscillating else None)
+    stem = stem_shown(record.window(quality.first, quality.last), record.op_unit_short)
+    # Weights were found without a stem position, and what a method makes of one must not shift them.
+    votes = detect_all(replace(part, mv=None), oscillation)
+    evidence = votes if stem is None or not stem.used else with_stem(part, oscillation, votes)
+    if stem is not None:
+        evidence = (stem.evidence(), *evidence)
+    # The search draws lines over what is missing, and a held value is none that the controller saw.
+    stored = record.window(quality.first, quality.last)
+    gappy = replace(part, op=stored.op, pv=stored.pv)
+    controller = _controller(gappy) if quality.usable else None
+    swapped = controller is not None and are_swapped(gappy, controller)
+    if controller is not None and samples_late:
+        controller = controller._replace(samples_late=samples_late)
+    elif controller is not None and controller.samples_late and not swapped:
+        return _findings(with_pv_earlier(record, controller.samples_late), samples_late=controller.samples_late)
+    searches = () if controller is None or swapped else _searched(gappy, oscillation, controller)
+    if controller is None or not searches:
+        return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, None, stem, swapped)
+    speaks = speaking(searches, oscillation)
+    closer = searches[speaks].closer()
+    found = tuple(closer.recorded if i == speaks else one.rough for i, one in enumerate(searches))
+    row = features(record, part, found, speaks, controller, oscillation, votes)
+    return Findings(record, part, oscillation, quality, evidence, found, speaks, closer.told, controller, row, stem)
+
+
+def _controller(part: LoopRecord) -> ControllerFit | None:
+    """The controller; None where the stretch does not hold enough to look for one."""
+    try:
+        return fit_controller(part)
+    except RecordError:
+        return None
+
+
+def _searched(part: LoopRecord, oscillation: Oscillation, controller: ControllerFit) -> tuple[Search, ...]:
+    """Compare about the local mean over one period, where there is one, and about the mean of the record.
+
+    The one about the period speaks where the loop oscillates, else the one that explains more; only that one is then
+    searched closely.
+    """
+    try:
+        return tuple(search(part, period, controller) for period in periods_of(part, oscillation))
+    except RecordError:
+        return ()
