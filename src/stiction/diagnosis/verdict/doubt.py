@@ -83,9 +83,10 @@ SURELY, SLIGHT = 0.05, (Objection.FEW_SAMPLES, "sampling", Objection.JUMP_LIKELY
 themselves [-]: of 8 000 loops (seeds 10, 12, 13, 14) 620 are told less in spite of the first three, three of which
 stick; of 2 800 (seeds 31 and 32) 94 in spite of the last, none of which does."""
 BOTH = 0.01
-"""The same where samples are few in all and for a cycle [-]: of means a sticky loop may look like a good one. Five of
-2 000 loops (seed 17) are told between this and `SURELY`, none of which sticks; and one of 4 500 trials of
-`tests/diagnosis/verdict/fault_injection.py` (seed 936), a sticky loop that was sure before its historian."""
+"""The same where samples are few in all, and few for a cycle or J open [-]: of means a sticky loop may look like a good
+one, of every fourth sample like one with play. Five of 2 000 loops (seed 17) are told between this and `SURELY` for few
+samples of a cycle, and six of the first 1 000 for an open J, none of which sticks; and two of 9 000 trials of
+`tests/diagnosis/verdict/fault_injection.py` (seeds 936 and 938), sticky loops that were sure before their historian."""
 PLAINLY, ROWS = 0.005, (Objection.MUCH_LEFT_OUT, "clock", "missing", "outages", "replay")
 """Probability below which rows that are lost, left out or repeated are no bound by themselves [-]: the others are what
 the controller saw, and what smears these (means, lines, steps) bounds as ever. Of 2 000 loops (`simulation.population`,
@@ -170,7 +171,7 @@ def held_back(
     of_data = _hides(doubts, quality, own_samples=own_samples)
     found: list[str] = [Objection.NOT_SEEN] if not valve_seen and saturation + sensor < FAULT_SEEN else []
     found += against if drawn < LEAST else against_sticking if drawn > MOST else ()
-    few = {Objection.FEW_SAMPLES, "sampling"} <= {*of_data}
+    few = Objection.FEW_SAMPLES in of_data and bool({"sampling", Objection.JUMP_OPEN} & {*of_data, *found})
     slight = drawn < (BOTH if few else SURELY) and valve_seen and {*of_data, *found} <= {*SLIGHT}
     plain = drawn < PLAINLY and not found and {*of_data} <= {*ROWS}
     hiding = [] if slight or plain else of_data + found
