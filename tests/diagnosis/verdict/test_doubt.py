@@ -65,11 +65,6 @@ def copied(p, also=(), **found):
     return held_back(p, quality(("replay", *also)), **found)
 
 
-def open_jump(rows):
-    """Whether a probability of so many samples, not the controller's, is bounded where J is open."""
-    return lambda p: held_back(p, quality((), rows=rows), against=(Objection.JUMP_OPEN,)).probability == 0.1
-
-
 LIMITS = [
     ("steps of OP", hides("op resolution"), 100.0, 99.0),
     ("missing samples [%]", hides("missing"), 10.0, 10.1),
@@ -79,8 +74,8 @@ LIMITS = [
     ("surely, of few samples", lambda p: held_back(p, quality(first=0, rows=700)).probability == 0.1, 0.0499, 0.05),
     ("surely, of few for a cycle", lambda p: held_back(p, quality(("sampling",))).probability == 0.1, 0.0411, 0.0412),
     ("surely, of both", lambda p: held_back(p, quality(("sampling",), rows=700)).probability == 0.1, 0.0068, 0.00681),
-    ("surely, of few and an open J", open_jump(700), 0.0099, 0.01),
-    ("surely, of an open J alone", open_jump(1000), 0.0499, 0.05),
+    ("surely, of half as many", lambda p: held_back(p, quality(first=0, rows=439)).probability == 0.1, 0.0099, 0.01),
+    ("half as many", lambda n: held_back(0.02, quality(first=0, rows=n)).probability == 0.1, 440, 439),
     ("plainly, of other rows", lambda p: copied(p).probability == 0.1, 0.00314, 0.00315),
     ("share kept", kept, 0.75, 0.749),
     ("one loop in four", lambda p: held_back(p, quality(("replay",))).probability != pytest.approx(p), 0.25, 0.24),
