@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.contest import LookAlike
-from stiction.diagnosis.identification.likelihood import errors_of, kept
+from stiction.diagnosis.identification.likelihood import EQUAL, errors_of, kept
 from stiction.diagnosis.identification.prediction import behind_lag
 from stiction.models.compiled import kernel
 
@@ -84,7 +84,8 @@ def _best(
     low, high = (x.ravel() for x in np.meshgrid(low, high))
     low, high = low[low <= high], high[low <= high]
     left = errors_of(prediction, relays(pv, low, high))[0]
-    best = int(np.argmin(left))
+    # Relays that switch alike leave the same, and rounding shall not choose.
+    best = int(np.argmin(np.round(prediction.samples * np.log(left), EQUAL)))
     return float(left[best]), float(low[best]), float(high[best])
 
 
