@@ -34,6 +34,24 @@ def test_it_is_taken_where_the_slower_one_is_new(every, first, name, seed):
     assert at_one_rate(slower) is slower
 
 
+@pytest.mark.parametrize("name", ["op", "pv"])
+@pytest.mark.parametrize("every", [2, 5, 10])
+@pytest.mark.parametrize("missing", [0.05, 0.15])
+def test_missing_values_hide_no_rate(name, every, missing):
+    rng = np.random.default_rng(3)
+    signals = dict(zip(("op", "pv"), rng.normal(size=(2, 200 * every)), strict=True))
+    signals |= {name: held(signals[name], every, 1)}
+    for x in signals.values():
+        x[rng.random(x.size) < missing] = np.nan
+    assert slower_of(**signals) == Slower(name.upper(), every, 1)
+
+
+def test_a_coarse_value_that_rests_at_times_has_no_rate():
+    rng = np.random.default_rng(4)
+    for step in (0.5, 1.0, 2.0):
+        assert slower_of(rng.normal(size=3000), np.round(rng.normal(size=3000).cumsum() / step) * step) is None
+
+
 @pytest.mark.parametrize("change", [lambda x: x, lambda x: np.full(x.size, x[0])])
 def test_what_is_stored_equally_often_or_rests_stays(change):
     op, pv = np.random.default_rng(1).normal(size=(2, 300))

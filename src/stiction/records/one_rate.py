@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Slower", "at_one_rate", "slower_of"]
 
-FEWEST_RUNS, EVENLY = 20, 0.9
-"""Stored values without which no rate is seen, and the share of them that stand equally long [-]."""
+FEWEST_RUNS, EVENLY = 20, 0.8
+"""Stored values without which no rate is seen, and the share of them that come a multiple of that rate apart [-]: where
+one is missing the next sample shows the new value."""
 MOVES = 0.5
 """Share of the samples in which one is held beyond which the other moves [-]."""
 
@@ -40,9 +41,9 @@ def slower_of(op: NDArray[np.float64], pv: NDArray[np.float64]) -> Slower | None
     Parameters
     ----------
     op : ndarray, shape (n_samples,)
-        Controller output [% of span].
+        Controller output [% of span]; NaN where it is missing.
     pv : ndarray, shape (n_samples,)
-        Process variable [engineering units].
+        Process variable [engineering units]; NaN where it is missing.
 
     Returns
     -------
@@ -56,16 +57,24 @@ def slower_of(op: NDArray[np.float64], pv: NDArray[np.float64]) -> Slower | None
     >>> slower_of(np.sin(k / 9.0), np.cos((k - k % 4) / 9.0))
     Slower(name='PV', every=4, first=0)
     """
-    moved = {"OP": np.diff(op) != 0.0, "PV": np.diff(pv) != 0.0}
+    moved = {"OP": _moved(op), "PV": _moved(pv)}
     for name, other in (("PV", "OP"), ("OP", "PV")):
         new = np.flatnonzero(moved[name]) + 1
-        lengths = np.diff(new)
-        if lengths.size < FEWEST_RUNS:
+        if new.size <= FEWEST_RUNS:
             continue
-        every = int(np.median(lengths))
-        if every >= 2 and np.mean(lengths == every) >= EVENLY and np.mean(moved[other][~moved[name]]) > MOVES:
-            return Slower(name, every, int(np.bincount(new % every).argmax()))
+        every = int(np.median(np.diff(new)))
+        if every < 2:
+            continue
+        counts = np.bincount(new % every)
+        if counts.max() >= EVENLY * new.size and np.mean(moved[other][~moved[name]]) > MOVES:
+            return Slower(name, every, int(counts.argmax()))
     return None
+
+
+def _moved(x: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether each value differs from the last one that was recorded before it, shape (n_samples - 1,)."""
+    last = np.maximum.accumulate(np.where(np.isfinite(x), np.arange(x.size), 0))
+    return np.diff(x[last]) != 0.0
 
 
 def at_one_rate(record: LoopRecord) -> LoopRecord:
