@@ -46,6 +46,12 @@ def test_missing_values_hide_no_rate(name, every, missing):
     assert slower_of(**signals) == Slower(name.upper(), every, 1)
 
 
+def test_a_coarse_value_is_stored_again_as_it_was():
+    rng = np.random.default_rng(5)
+    pv = np.round(rng.normal(size=3000).cumsum() / 20.0)
+    assert slower_of(rng.normal(size=3000), held(pv, 5, 2)) == Slower("PV", 5, 2)
+
+
 def test_a_coarse_value_that_rests_at_times_has_no_rate():
     rng = np.random.default_rng(4)
     for step in (0.5, 1.0, 2.0):

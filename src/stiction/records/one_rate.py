@@ -59,15 +59,14 @@ def slower_of(op: NDArray[np.float64], pv: NDArray[np.float64]) -> Slower | None
     """
     moved = {"OP": _moved(op), "PV": _moved(pv)}
     for name, other in (("PV", "OP"), ("OP", "PV")):
-        new = np.flatnonzero(moved[name]) + 1
-        if new.size <= FEWEST_RUNS:
+        new, rests = np.flatnonzero(moved[name]) + 1, ~moved[name]
+        if new.size <= FEWEST_RUNS or np.count_nonzero(moved[other] & rests) <= MOVES * np.count_nonzero(rests):
             continue
-        every = int(np.median(np.diff(new)))
-        if every < 2:
-            continue
-        counts = np.bincount(new % every)
-        if counts.max() >= EVENLY * new.size and np.mean(moved[other][~moved[name]]) > MOVES:
-            return Slower(name, every, int(counts.argmax()))
+        # A coarse value is often stored again as it was: the rate is then a part of the time that it rests.
+        for every in range(int(np.median(np.diff(new))), 1, -1):
+            counts = np.bincount(new % every)
+            if counts.max() >= EVENLY * new.size:
+                return Slower(name, every, int(counts.argmax()))
     return None
 
 

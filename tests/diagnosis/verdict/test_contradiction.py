@@ -102,16 +102,17 @@ def valve(
         ({"fit": 60.1, "likelier_than_play": 19.9}, ()),
         ({"fit": 60.0, "likelier_than_play": 20.0, "oscillating": 0.0}, (AS_MUCH,)),
         ({"fit": 60.1, "likelier_than_play": 20.0, "oscillating": 0.0}, ()),
-        ({"band": 0.099, "better_by": 0.0099}, (SMALL_BAND,)),
-        ({"band": 0.1, "better_by": 0.0}, ()),
-        ({"band": 0.05, "better_by": 0.01}, ()),
+        ({"band": 0.099, "fit": 61.9, "over": (61.0, 61.0, 61.0)}, (SMALL_BAND,)),
+        ({"band": 0.1, "fit": 61.9, "over": (61.0, 61.0, 61.0)}, ()),
+        ({"band": 0.099, "fit": 62.0, "over": (61.0, 61.0, 61.0)}, ()),
+        ({"band": 0.099, "fit": 61.9, "over": (60.0, 60.0, 60.0)}, ()),
     ],
 )
 def test_a_valve_that_does_not_jump_or_explains_no_more_is_not_sure(found, told):
-    found = {"oscillating": 1.0, "band": 0.5, "better_by": 0.2} | found
+    found = {"oscillating": 1.0, "band": 0.5} | found
     row = SimpleNamespace(
         oscillating=found.pop("oscillating"), regularity=0.0, own_amplitude=0.9, jump=0.5, integrating=0.0,
-        likely_band=found.pop("band"), likely_better_by=found.pop("better_by"),
+        likely_band=found.pop("band"),
     )  # fmt: skip
     assert against_sticking(valve(**found), valve(**found), row, lambda: False) == told
 
@@ -139,7 +140,7 @@ def test_a_small_band_that_explains_nothing_leaves_the_usual_share_of_valves(p):
 )
 def test_what_keeps_a_valve_from_surely_sticking(changed, told):
     row = {"oscillating": 1.0, "regularity": 1.0, "own_amplitude": 0.29, "jump": 0.1, "integrating": 0.0}
-    row |= {"likely_band": 0.5, "likely_better_by": 0.2}
+    row |= {"likely_band": 0.5}
     likeliest, row = (
         valve(likelier_than_play=changed.get("likelier_than_play", 19.9)),
         SimpleNamespace(**(row | changed)),

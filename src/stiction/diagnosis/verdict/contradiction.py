@@ -91,12 +91,13 @@ TAKEN = 0.5
 without its noise, takes from it at most if it is sure [-]: relaxation oscillations from outside whose period wanders
 pass for slips, and these take more than half of it. Of 6 860 loops (`simulation.population`, seed 101) 698 are told
 beyond `doubt.MOST`, 26 of which do not stick; it bounds 16 of these and 78 of the others."""
-SMALL = 0.1, 0.01
-"""S over OP's swing, and share of the PV that a sticky valve explains beyond a good one, below which the band says
-nothing of the valve [-]: where a load steps, as the neighbour of a sticky valve sees it, and there is little noise, a
-band somewhere predicts some of the steps. Of 254 good loops of another hand under such loads 91 are called sticky
-without this and 29 with it, of 270 sticky ones none is lost; of 1 450 loops of ours, half of them upset, moved by
-wandering waves or with a second fault (seeds 9801 to 9805), it takes five of 62 false calls and two of 263 others."""
+SMALL, LEAVES = 0.1, 0.95
+"""S over OP's swing below which, and share of what a good valve leaves of the PV that a sticky one leaves beyond which,
+a likelihood beyond `BEATS_EVERY` says nothing of the valve [-]: where a load steps, as the neighbour of a sticky valve
+sees it, and there is little noise, a band somewhere predicts some of the steps. Of 254 good loops of another hand under
+such loads 91 are called sticky without this and 30 with it, of 270 sticky ones none is lost; of 1 450 loops of ours,
+half of them upset, moved by wandering waves or with a second fault (seeds 9801 to 9805), it takes six of 62 false calls
+and one of 263 others."""
 PLAY = 0.5
 """Probability of play beyond which it is what speaks against stiction [-]. Of 4 000 loops (`simulation.population`,
 seeds 10 and 17) 144 are told below `doubt.LEAST` but for a J that may be all of S, six of which stick, and of seeds 10
@@ -236,7 +237,9 @@ def against_sticking(
         Objection.NO_JUMP: not jumps and not valve.process.integrating,
         Objection.NOTHING_EXPLAINED: max(valve.fit, valve.fit_linear) < BY_CHANCE,
         Objection.MOST_OF_IT: added > BEATS_EVERY and kept < TAKEN * added,
-        Objection.SMALL_BAND: row.likely_band < SMALL[0] and row.likely_better_by < SMALL[1],
+        Objection.SMALL_BAND: added > BEATS_EVERY
+        and row.likely_band < SMALL
+        and 100.0 - valve.fit > LEAVES * (100.0 - valve.fit_linear),
         Objection.AS_MUCH: valve.fit <= valve.fit_linear and not (plainly_jumps and row.oscillating > 0.0),
     }
     return tuple(one for one, true in seen.items() if true)
