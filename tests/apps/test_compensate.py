@@ -101,7 +101,7 @@ def test_a_good_valve_is_an_answer(run, folder, healthy_csv):
     assert done.code == 0
     assert "No advice." in done.out
     assert "nothing to compensate" in done.out
-    assert "Structured text: not written; The valve does not stick" in done.out
+    assert "Structured text: not written; The valve was not found to stick" in done.out
     assert "Work order: not written; the valve needs no work." in done.out
     assert sorted(path.name for path in folder.iterdir()) == ["h.csv", "r.html"]
     [loop] = strict(run("compensate", "h.csv", "--json").out)
@@ -333,4 +333,4 @@ def test_no_cause_is_named_where_there_is_none(run, folder):
     record = st.simulate(loop, 150.0, 1200.0, seed=1, pv_start=150.0, op_start=50.0, loop_type="flow")
     (folder / "good.csv").write_text(csv_text(record))
     done = run("compensate", "good.csv")
-    assert "The valve does not stick, so that there is nothing to compensate" in done.out
+    assert "The valve was not found to stick, so that there is nothing to compensate" in done.out

@@ -135,7 +135,7 @@ def gate(name: str) -> Gate:
     ("change", "reason"),
     [
         ({"verdict": "undecided"}, "Undecided"),
-        ({"verdict": "no_stiction", "cause": "tight tuning"}, "does not stick"),
+        ({"verdict": "no_stiction", "cause": "tight tuning"}, "was not found to stick"),
         ({"identification": None}, "no twin"),
         ({"gate": "saturation"}, "limits"),
         ({"gate": "manual"}, "manual"),

@@ -17,8 +17,9 @@ from stiction.compensation.match import bring_nearer
 from stiction.compensation.recorded_controller import recorded_controller
 from stiction.compensation.refine import refine
 from stiction.compensation.surroundings import Surroundings
-from stiction.compensation.twin import _against, _changes, _judge, twin_of_loop
+from stiction.compensation.twin import _against, _changes, _judge, analysed, twin_of_loop
 from stiction.models import SOPDT
+from stiction.simulation.population.loads import lagged
 
 PID = st.PID(0.2, 10.0, op_limits=(0.0, 100.0))
 LOOP = st.Loop(PID, st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
@@ -328,3 +329,26 @@ def test_a_controller_of_the_wrong_sign_is_named(Kc, process, told):
     said = _against(st.Loop(st.PID(Kc, 10.0), st.Kano(3.0, 1.0), process, 1.0))
     assert told in said
     assert bool(said) == bool(told)
+
+
+def test_the_stretch_in_which_the_valve_sticks_is_the_one_that_is_compensated():
+    """A good valve for most of the record, then one that sticks: the twin is of the latter."""
+
+    def run(valve, n, seed):
+        rng = np.random.default_rng([seed, n])
+        loop = st.Loop(st.PID(0.35, 4.0), valve, st.FOPDT(1.2, 2.5, 1.0), dt=1.0, noise=0.15)
+        load = 0.6 * lagged(rng, n, 60.0)
+        return st.simulate(loop, 60.0, float(n), load, seed, pv_start=60.0, op_start=50.0, loop_type="flow")
+
+    parts = [run(st.Ideal(), 16_000, 1), run(st.Kano(4.0, 2.0), 4000, 2)]
+    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ("op", "pv", "sp")}
+    found = st.diagnose(replace(parts[0], **joined, mv=None))
+    assert (found.verdict, found.quality.first) == ("stiction", 15_000)
+    assert len(analysed(found)) == found.identification.mv.size == 5000
+    assert pytest.approx(4.0, rel=0.15) == build_twin(found).loop.valve.S
+
+
+def test_a_process_that_was_not_identified_is_not_blamed_on_a_given_controller():
+    loop = st.Loop(st.PID(-5.0, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), 1.0)
+    assert "one of the two was not identified" in _against(loop, given=False)
+    assert "Give Kc = 5 " in _against(loop)

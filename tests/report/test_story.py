@@ -9,7 +9,7 @@ import pytest
 
 import stiction as st
 from report.diagnoses import diagnosis, record
-from stiction.diagnosis.identified import RIVALS
+from stiction.diagnosis.identified import RIVALS, Rival
 from stiction.diagnosis.result import Counted
 from stiction.report import words
 from stiction.report.story import COUNTED, counted_step, story
@@ -66,12 +66,16 @@ def test_each_good_valve_to_beat_is_told(found):
     straight, bent, gated, turns, wave, beside = (words.digits(valve.rivals[name].likelier) for name in RIVALS)
     by = (
         f"In twice the log likelihood a sticky valve predicts the PV better by {straight} than a good one, "
-        f"by {bent} than a good one of a bent characteristic ({valve.bent}), "
-        f"by {gated} than a good one given the past of the PV without its noise, "
-        f"by {turns} than a good one beside a disturbance that turns where the PV comes to a level"
+        f"better by {bent} than a good one of a bent characteristic ({valve.bent}), "
+        f"better by {gated} than a good one given the past of the PV without its noise, "
+        f"better by {turns} than a good one beside a disturbance that turns where the PV comes to a level"
     )
-    waves = f"by {wave} than a good one beside a wave from outside, by {beside} with that wave beside both"
+    waves = (
+        f"better by {wave} than a good one beside a wave from outside, better by {beside} with that wave beside both"
+    )
     assert told(valve) == [f"{by}, {waves}."]
+    worse = {**valve.rivals, "wave": Rival(0.0, -7.0)}
+    assert "worse by 7 than a good one beside a wave from outside" in told(replace(valve, rivals=worse))[0]
     without = {name: rival for name, rival in valve.rivals.items() if name not in ("wave", "beside_wave")}
     assert told(replace(valve, rivals=without)) == [f"{by}."]
     assert told(replace(valve, rivals={})) == []

@@ -52,7 +52,7 @@ def refusal(diagnosis: Diagnosis) -> str:
         return f"Undecided whether the valve sticks, and a remedy for the wrong fault can hurt. {diagnosis.reason}"
     if diagnosis.verdict == "no_stiction" and diagnosis.cause != "deadband":
         why = "" if diagnosis.cause in ("", "none", "unknown") else f" ({diagnosis.cause})"
-        return f"The valve does not stick{why}, so that there is nothing to compensate. {diagnosis.action}"
+        return f"The valve was not found to stick{why}, so that there is nothing to compensate. {diagnosis.action}"
     if diagnosis.identification is None:
         return "No valve and process were identified, so that there is no twin to try a remedy on."
     return ""

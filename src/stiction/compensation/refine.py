@@ -19,6 +19,7 @@ import numpy as np
 from stiction.compensation.locked import locked_to
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.oscillation import about_drift
+from stiction.errors import RecordError
 from stiction.models import FOPDT, SOPDT, Integrating, Kano
 from stiction.simulation import stroke
 
@@ -84,6 +85,11 @@ def refine(record: LoopRecord, found: Identification, period: float, *, cycles: 
     -------
     Refined
         The best point; the identified one where nothing explains more.
+
+    Raises
+    ------
+    RecordError
+        When the valve found does not move in the samples that are looked at.
     """
     view = _View(record, found.process.integrating, period)
     late = found.process.dead_time + found.actuator_lag
@@ -106,6 +112,11 @@ def refine(record: LoopRecord, found: Identification, period: float, *, cycles: 
             guess = np.array([*centre[:3], second, centre[4]])
             best, least = min((best, least), _search(view, guess, 2), key=lambda one: one[1])
     gain, mv, left = view.closely(best)
+    if gain == 0.0:
+        raise RecordError(
+            f"{record.tag}: the valve found does not move in the samples that a twin is built on; cut the record to a "
+            "stretch in which the loop cycles."
+        )
     if cycles:
         left = left - locked_to(view.op[view.inside], left, view.samples)
     close = about_drift(left, view.samples)

@@ -24,7 +24,7 @@ from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.errors import RecordError
 from stiction.models import Kano, Loop, TransferFunction
 from stiction.records.durations import in_seconds
-from stiction.records.quality import usable_part
+from stiction.records.stretches import analysis_window, usable_part
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from stiction.models import PID
     from stiction.records.record import LoopRecord
 
-__all__ = ["Twin", "build_twin", "twin_of_loop"]
+__all__ = ["Twin", "analysed", "build_twin", "twin_of_loop"]
 
 PERIOD_LIMIT, AMPLITUDE_LIMIT, MOST_SPREAD = 0.15, 0.25, 0.15
 """Largest relative error of period and amplitudes of a twin that fits, and how much the spread from run to run may
@@ -163,7 +163,7 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     found, tag = diagnosis.identification, diagnosis.record.tag
     if found is None:
         raise RecordError(f"{tag}: no valve and process were identified; there is nothing to build a twin on.")
-    record = usable_part(diagnosis.record)
+    record = analysed(diagnosis)
     assert record.pv is not None
     scale = _scale(record, diagnosis)
     pid, finer = (controller, 1) if controller is not None else _controller(record)
@@ -195,7 +195,7 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
             cycle, spread, run = cycle_of(loop, level, op, scale, around)
             fits, reason = _judge(measured, cycle, spread)
             changes += tuple(told)
-    if not fits and (against := _against(loop)):
+    if not fits and (against := _against(loop, given=controller is not None)):
         reason = against
     if fits and cycle.share < measured.share - STEADIER:
         reason += (
@@ -205,6 +205,23 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     overlay = _overlay(record, pv, run, scale) if cycle.period > 0.0 else {}
     score = 1.0 - distance(measured, cycle)
     return Twin(loop, level, op, measured, cycle, score, fits, reason, better.error, changes, around, overlay)
+
+
+def analysed(diagnosis: Diagnosis) -> LoopRecord:
+    """The stretch that a diagnosis speaks of, its gaps bridged: a part of the record where the valve sticks in that.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        The diagnosis.
+
+    Returns
+    -------
+    LoopRecord
+        The samples in which the valve and process were identified.
+    """
+    record, window = diagnosis.record, (diagnosis.quality.first, diagnosis.quality.last)
+    return usable_part(record if analysis_window(record) == window else record.window(*window))
 
 
 def _scale(record: LoopRecord, diagnosis: Diagnosis) -> float:
@@ -223,14 +240,19 @@ def _controller(record: LoopRecord) -> tuple[PID, int]:
     return pid, 1 if exact else FINER
 
 
-def _against(loop: Loop) -> str:
-    """Say that the controller drives PV away from SP; empty where it does not."""
+def _against(loop: Loop, *, given: bool = True) -> str:
+    """Say that the controller, given or found, drives PV away from SP; empty where it does not."""
     if not isinstance(loop.process, TransferFunction):
         return ""
     num, den = (np.trim_zeros(np.atleast_1d(part), "b") for part in (loop.process.num, loop.process.den))
     Kc, gain = loop.controller.Kc, float(num[-1] / den[-1]) if num.size else 0.0
     if Kc * gain >= 0.0:
         return ""
+    if not given:
+        return (
+            f"By the process found more OP {'raises' if gain > 0.0 else 'lowers'} this PV, and the controller found, "
+            f"Kc = {Kc:g}, would drive PV away from SP: one of the two was not identified."
+        )
     return (
         f"The controller's gain, Kc = {Kc:g}, has the wrong sign: more OP {'raises' if gain > 0.0 else 'lowers'} this "
         f"PV, so it would drive PV away from SP. Give Kc = {-Kc:g} (--controller), if that is the controller's action."

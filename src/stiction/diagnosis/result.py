@@ -233,6 +233,7 @@ class Diagnosis:
             "reason": self.reason,
             "action": self.action,
             "op_unit": self.record.op_unit,
+            "dt_s": self.record.dt,
             "stiction": found.to_dict() if found is not None else None,
             "controller": self.controller.to_dict() if self.controller is not None else None,
             "oscillation": self.oscillation.to_dict(),

@@ -123,7 +123,7 @@ def _explained(found: Identification, unit: str) -> list[str]:
         lines.append(f"In 95 of 100 draws of the record's half cycles the likeliest S lies between {ends}.")
     by = _over_rivals(found)
     if by:
-        lines.append(f"In twice the log likelihood a sticky valve predicts the PV better by {by}.")
+        lines.append(f"In twice the log likelihood a sticky valve predicts the PV {by}.")
     if found.left_out:
         samples = number_of(found.left_out, "sample")
         lines.append(f"Left out of that: {samples} that neither valve predicts, as where the load steps.")
@@ -143,7 +143,11 @@ def _over_rivals(found: Identification) -> str:
         "beside_wave": "with that wave beside both",
     }
     likelier = [(found.over(name).likelier, what) for name, what in told.items()]
-    return ", by ".join(f"{words.digits(by)} {what}" for by, what in likelier if math.isfinite(by))
+    return ", ".join(
+        f"{'worse' if by < 0.0 else 'better'} by {words.digits(abs(by))} {what}"
+        for by, what in likelier
+        if math.isfinite(by)
+    )
 
 
 def counted_step(diagnosis: Diagnosis) -> Step | None:

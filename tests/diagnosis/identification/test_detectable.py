@@ -30,7 +30,7 @@ def test_a_valve_with_that_much_is_told_where_it_is(seed):
     good = st.diagnose(moved(seed))
     S = good.identification.S_detectable
     assert good.verdict == "no_stiction"
-    assert f"A valve that sticks with S of {S:.2g} % or more would most likely have shown." in good.reason
+    assert f"A valve that sticks with S of {S:.2g} % or more and jumps by half of it would most" in good.reason
     for more in (1.0, 1.5):
         sticky = st.diagnose(moved(seed, st.Kano(more * S, 0.5 * more * S)))
         assert sticky.verdict == "stiction"

@@ -189,7 +189,8 @@ def test_a_call_that_is_not_sure_says_what_would_decide(p):
         assert one.action.endswith("the valve stroked by a ramp in manual, or the stem's position.")
     assert "if it sticks, retuning will not cure it." in sticks.action
     assert "Retuning will not" not in sticks.action
-    assert follows.action.startswith("No action on the valve. ")
+    assert follows.action.startswith("No action on the valve yet. ")
+    assert "a good valve explains 41 % of the PV's movement (a sticky one 93 %)" in follows.reason
 
 
 @pytest.mark.parametrize("p", [0.75, 0.9, 1.0])

@@ -70,6 +70,8 @@ class Seen(NamedTuple):
     """Unit of OP, S and J, as it stands behind a number."""
     swing: float
     """What OP moves over, in that unit."""
+    unsure: bool
+    """Whether the valve may well stick (`UNSURE`)."""
 
 
 def named_cause(
@@ -125,12 +127,12 @@ def named_cause(
         reason = _undecided(likely[0], causes, found, counted) + _rival(found, oscillation)
         return Cause("unknown", reason, deciding)
     name = likely[0]
-    reason, action = _OTHERS[name](Seen(found, oscillation, counted, unit, swing))
+    reason, action = _OTHERS[name](Seen(found, oscillation, counted, unit, swing, unsure))
     if name == "deadband" and not _speaks(found) and causes[name] >= PLAINLY:
         reason += f" By all that was found play is the likeliest cause ({chance(causes[name])})."
     reason += _rival(found, oscillation)
     if name not in HIDING and math.isfinite(found.S_detectable):
-        band = f"S of {digits(found.S_detectable, significant=2)} {unit} or more"
+        band = f"S of {digits(found.S_detectable, significant=2)} {unit} or more and jumps by half of it"
         reason += f" A valve that sticks with {band} would most likely have shown."
     if oscillation.sp_cycles:
         reason += " The set point goes through the same cycle: look at what moves it, such as a master loop."
@@ -344,9 +346,11 @@ def _saturation(_: Seen) -> tuple[str, str]:
 def _none(seen: Seen) -> tuple[str, str]:
     rest = "." if seen.found.fit_linear > MOSTLY else ", the rest is disturbance."
     what = "No fault shows behind the oscillation" if seen.rhythm.oscillating else "No regular oscillation"
+    good, sticky = _percent(seen.found.fit_linear), _percent(seen.found.fit)
+    more = f" (a sticky one {sticky} %)" if seen.unsure and sticky > good else ""
     return (
-        f"{what}; a good valve explains {_percent(seen.found.fit_linear)} % of the PV's movement{rest}",
-        f"No action on the valve.{_not_shown(seen)}",
+        f"{what}; a good valve explains {good} % of the PV's movement{more}{rest}",
+        f"No action on the valve{' yet' if seen.unsure else ''}.{_not_shown(seen)}",
     )
 
 

@@ -251,7 +251,7 @@ def _own_row(found: Identification, part: LoopRecord, unseen: str) -> Evidence:
     """The dense search as a row of the evidence table; `unseen` says why it does not see the valve."""
     band = found.S / swing(part.op)
     why = (
-        f"S takes {100.0 * band:.0f} % of the OP's swing; the PV simulated from OP is explained to "
+        f"By simulation alone S takes {100.0 * band:.0f} % of the OP's swing; the PV simulated from OP is explained to "
         f"{found.fit:.1f} % with a sticky valve, to {found.fit_linear:.1f} % with a good one."
     )
     against = ["OP does not move the PV"] if unseen else []
