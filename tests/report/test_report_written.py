@@ -300,3 +300,12 @@ def test_no_bare_mv_on_screen(tmp_path):
     said = " ".join([*page.text, *page.labels])
     assert not re.search(r"\bMV\b", said)
     assert "OP (controller output)" in said
+
+
+def test_a_valve_that_was_not_found_to_stick_has_no_dimensions_drawn():
+    good = figures.valve_position(View(replace(diagnosis(), verdict="no_stiction", cause="none")))
+    assert "none was found that does" in good.caption
+    assert not good.plot["layout"]["shapes"]
+    play = figures.valve_position(View(replace(diagnosis(), verdict="no_stiction", cause="deadband")))
+    assert "after a reversal the OP travels" in play.caption
+    assert play.plot["layout"]["shapes"]

@@ -33,6 +33,8 @@ def valve_position(view: View) -> Figure | None:
     if record.mv is not None:
         data.append(look.trace(op, record.mv[cut], "measured", look.line(look.MV, 2.0)))
     S, J, unit = "", "", view.op_unit_short
+    # Play is told by S; any other valve that was not found to stick has none.
+    sticks = view.diagnosis.verdict != "no_stiction" or view.diagnosis.cause == "deadband"
     if found is not None:
         if record.mv is not None:
             measured, name = _in_unit_of_op(record.mv[cut], view.laid(found.mv)[cut], view.op_unit)
@@ -40,11 +42,11 @@ def valve_position(view: View) -> Figure | None:
         S = words.interval(found.S, found.S_low, found.S_high)[0]
         J = words.interval(found.J, found.J_low, found.J_high)[0]
         estimated = view.laid(found.mv)[cut]
-        data.append(
-            look.trace(op, estimated, "estimated", look.line(look.MODEL if record.mv is not None else look.MV, 1.5))
-        )
+        name = "estimated" if sticks else "estimated, if it stuck"
+        data.append(look.trace(op, estimated, name, look.line(look.MODEL if record.mv is not None else look.MV, 1.5)))
         least = SMALL if record.op_in_percent else 0.0
-        shapes, notes = _dimensions(op, estimated, found.S, found.J, (f"S = {S} {unit}", f"J = {J} {unit}"), least)
+        if sticks:
+            shapes, notes = _dimensions(op, estimated, found.S, found.J, (f"S = {S} {unit}", f"J = {J} {unit}"), least)
     if not data:
         return None
     of_position = view.op_unit if found is not None or record.op_in_percent else "as recorded"
@@ -58,12 +60,14 @@ def valve_position(view: View) -> Figure | None:
     how = {(True, False): "measured", (False, True): "estimated", (True, True): "measured and estimated"}
     kind = how[record.mv is not None, found is not None]
     caption = f"Valve position ({kind}) against OP"
-    if found is not None:
+    if found is not None and not sticks:
+        caption += f": the likeliest valve that would stick has S = {S}\u00a0{unit}, and none was found that does"
+    elif found is not None:
         caption += f": after a reversal the OP travels S = {S}\u00a0{unit} before the valve moves" + (
             f", then the valve jumps J = {J}\u00a0{unit}" if found.J > 0.0 else "; no jump was found"
         )
-        if record.mv is None:
-            caption += "; the position was estimated from OP and PV, it was not measured"
+    if found is not None and record.mv is None:
+        caption += "; the position was estimated from OP and PV, it was not measured"
     return Figure({"data": data, "layout": layout}, f"Valve position against OP, {kind}", caption + ".", height=400)
 
 
