@@ -65,6 +65,7 @@ def as_object(failure: Failure) -> dict[str, Any]:
         "reason": failure.reason,
         "action": failure.remedy,
         "op_unit": None,
+        "dt_s": None,
         "stiction": None,
         "controller": None,
         "oscillation": None,

@@ -142,7 +142,7 @@ def diagnosed(name):
 def test_every_record_gets_a_verdict_that_json_can_hold(name):
     found = diagnosed(name)
     told = json.loads(json.dumps(found.to_dict(), allow_nan=False))
-    more = {"cause", "causes", "controller", "counted", "op_unit", "probability_before_doubts", "windows"}
+    more = {"cause", "causes", "controller", "counted", "dt_s", "op_unit", "probability_before_doubts", "windows"}
     assert set(told) == REQUIRED[""] | more
     assert set(told["oscillation"]) >= REQUIRED["oscillation"]
     assert all(set(row) >= REQUIRED["evidence"] for row in told["evidence"])
