@@ -8,9 +8,14 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.diagnosis.identified import Rival
+from stiction.diagnosis.identified import ControllerFit, Rival
 from stiction.diagnosis.verdict.cause import not_seen
-from stiction.diagnosis.verdict.contradiction import MUCH_MORE, explains_much_more, explains_nothing
+from stiction.diagnosis.verdict.contradiction import (
+    MUCH_MORE,
+    NOT_OF_ONE_LOOP,
+    explains_much_more,
+    explains_nothing,
+)
 from stiction.records.record import LoopRecord
 
 
@@ -20,6 +25,9 @@ def test_where_op_does_not_move_pv_nothing_is_said_of_the_valve():
     found = st.identify(apart, closer=False)
     assert max(found.fit, found.fit_linear) < 20.0
     assert "not of one loop" in explains_nothing(found)
+    lawful, lawless = (ControllerFit(0.2, 10.0, 1.0 - left, 1.0, left=left) for left in (0.3, 0.31))
+    assert "not of one loop" not in explains_nothing(found, lawful)
+    assert "not of one loop" in explains_nothing(found, lawless)
     assert "no more than 12 %" in explains_nothing(replace(found, fit=11.0, fit_linear=12.0))
     assert explains_nothing(replace(found, fit=20.0, fit_linear=12.0)) == ""
     assert explains_nothing(replace(found, fit=-5.0, fit_linear=40.0)) == ""
@@ -47,6 +55,8 @@ def test_what_moves_the_pv_is_named_where_it_is_plain(shares, name, said):
     assert found.name == name
     assert said in found.reason
     assert "stroke the valve" in found.action
+    assert "of one loop" not in found.action
+    assert not_seen(f"Why: {NOT_OF_ONE_LOOP}.", shares).action.startswith("Check that OP and PV are of one loop. Look")
 
 
 def test_a_real_record_that_neither_valve_explains(records):

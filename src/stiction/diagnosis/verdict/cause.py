@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
+from stiction.diagnosis.verdict.contradiction import NOT_OF_ONE_LOOP
 from stiction.diagnosis.verdict.meaning import strongest
 from stiction.diagnosis.verdict.probability import UNDECIDED
 from stiction.records.digits import chance, digits, interval
@@ -159,7 +160,9 @@ def not_seen(why: str, causes: Mapping[str, float]) -> Cause:
         with a loop can be plain where its valve is not.
     """
     name = max((cause for cause in causes if cause != "stiction"), key=lambda cause: causes[cause])
-    action = "Check that OP and PV are of one loop; look for what else moves the PV; stroke the valve in manual."
+    action = "Look for what else moves the PV; stroke the valve in manual."
+    if NOT_OF_ONE_LOOP in why:
+        action = f"Check that OP and PV are of one loop. {action}"
     if causes[name] < PLAINLY:
         return Cause("unknown", why, action)
     what = "Nothing else seems wrong with the loop" if name == "none" else f"The likeliest cause is {name}"

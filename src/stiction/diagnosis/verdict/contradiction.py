@@ -27,6 +27,7 @@ __all__ = [
     "HARDLY_JUMPS",
     "LIKE_A_PLANTS",
     "MUCH_MORE",
+    "NOT_OF_ONE_LOOP",
     "OWN_CYCLE",
     "PLAIN_JUMP",
     "PREDICTS",
@@ -42,6 +43,8 @@ __all__ = [
     "explains_nothing",
 ]
 
+NOT_OF_ONE_LOOP = "OP and PV are not of one loop"
+"""What may be where OP does not move the PV, and no controller makes OP of it."""
 BY_CHANCE = 15.0
 """Share of the PV [%] below which a search says nothing of the valve. With the OP of one simulated loop and the PV of
 another (76 pairs of `simulation.population`, seed 61) the better valve explained less than 20 % in 39 % of the pairs;
@@ -283,13 +286,15 @@ def beats_every_rival(found: Identification) -> bool:
     return compared and min(likelier) > BEATS_EVERY and found.beats_any > STEADILY
 
 
-def explains_nothing(found: Identification) -> str:
+def explains_nothing(found: Identification, controller: ControllerFit | None = None) -> str:
     """Say that OP does not move PV, where neither valve explains more of the PV than it would of any other loop's.
 
     Parameters
     ----------
     found : Identification
         The comparison that the verdict rests on.
+    controller : ControllerFit, optional
+        The controller found: where one makes OP of this PV, the two are of one loop.
 
     Returns
     -------
@@ -299,9 +304,10 @@ def explains_nothing(found: Identification) -> str:
     best = max(_explained(found), found.fit_linear)
     if best >= BY_CHANCE:
         return ""
+    apart = "" if controller is not None and controller.left <= UNLAWFUL else f", or {NOT_OF_ONE_LOOP}"
     return (
         f"OP explains no more than {best:.0f} % of the PV's movement, be the valve good or sticky: something else "
-        "moves the PV, or OP and PV are not of one loop, and the valve is not seen."
+        f"moves the PV{apart}, and the valve is not seen."
     )
 
 

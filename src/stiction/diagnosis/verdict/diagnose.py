@@ -163,8 +163,8 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
     found, told, valve = seen.found[seen.speaks], weighed.causes, weighed.valve
     blind = weighed.stem is None  # no position shows the stem
     by_itself = blind and told["sensor"] + told["saturation"] < FAULT_SEEN
-    nothing = explains_nothing(found) if blind else ""
     assert seen.controller is not None
+    nothing = explains_nothing(found, seen.controller) if blind else ""
     late = (Objection.PV_LATE,) if seen.controller.samples_late else ()
     both = (*late, *against_both(seen.controller)) if blind else ()
     against = (*against_good(found, row, told), *against_moving(seen.stem, told), *both) if blind else ()
