@@ -158,7 +158,7 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     Raises
     ------
     RecordError
-        When nothing was identified, the loop has no period, or no controller is found.
+        When nothing was identified, the loop has no period, no controller is found, or the valve found does not move.
     """
     found, tag = diagnosis.identification, diagnosis.record.tag
     if found is None:

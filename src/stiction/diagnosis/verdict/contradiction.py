@@ -97,10 +97,10 @@ beyond `doubt.MOST`, 26 of which do not stick; it bounds 16 of these and 78 of t
 SMALL, LEAVES = 0.1, 0.95
 """S over OP's swing below which, and share of what a good valve leaves of the PV that a sticky one leaves beyond which,
 a likelihood beyond `BEATS_EVERY` says nothing of the valve [-]: where a load steps, as the neighbour of a sticky valve
-sees it, and there is little noise, a band somewhere predicts some of the steps. Of 254 good loops of another hand under
-such loads 91 are called sticky without this and 30 with it, of 270 sticky ones none is lost; of 1 450 loops of ours,
-half of them upset, moved by wandering waves or with a second fault (seeds 9801 to 9805), it takes six of 62 false calls
-and one of 263 others."""
+sees it, and there is little noise, a band somewhere predicts some of the steps. Of 258 good loops of another hand, most
+under such loads, 91 are called sticky without this and 30 with it, and none of 163 calls of sticky ones is lost; of
+1 450 loops of ours, half of them upset, moved by wandering waves or with a second fault (seeds 9801 to 9805), it takes
+six of 62 false calls and one of 263 others."""
 PLAY = 0.5
 """Probability of play beyond which it is what speaks against stiction [-]. Of 4 000 loops (`simulation.population`,
 seeds 10 and 17) 144 are told below `doubt.LEAST` but for a J that may be all of S, six of which stick, and of seeds 10
