@@ -1,7 +1,8 @@
 """OP and PV stored at two rates: one held for a fixed count of samples, the other new in each.
 
 A value that is held for the export and not by the controller looks like a transmitter that hangs, and what moves in
-between like a disturbance. Both are what the controller saw where the slower one is new, and only there.
+between like a disturbance. Both are what the controller saw where the slower one is new, and only there, but that its
+law may tell what was between (`diagnosis.identification.restored`).
 """
 
 from __future__ import annotations
@@ -13,9 +14,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.records.record import LoopRecord
-
-__all__ = ["Slower", "at_one_rate", "slower_of"]
+__all__ = ["Slower", "slower_of"]
 
 FEWEST_RUNS, EVENLY = 20, 0.8
 """Stored values without which no rate is seen, and the share of them that come a multiple of that rate apart [-]: where
@@ -74,30 +73,3 @@ def _moved(x: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Whether each value differs from the last one that was recorded before it, shape (n_samples - 1,)."""
     last = np.maximum.accumulate(np.where(np.isfinite(x), np.arange(x.size), 0))
     return np.diff(x[last]) != 0.0
-
-
-def at_one_rate(record: LoopRecord) -> LoopRecord:
-    """The record at the rate of the slower of OP and PV.
-
-    Parameters
-    ----------
-    record : LoopRecord
-        What was recorded, with a PV.
-
-    Returns
-    -------
-    LoopRecord
-        The samples at which the slower one is new; the record itself where both are stored equally often.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from stiction.records import LoopRecord
-    >>> k = np.arange(200)
-    >>> slower = at_one_rate(LoopRecord("FIC-101", 1.0, op=np.sin(k / 9.0), pv=np.cos((k - k % 4) / 9.0)))
-    >>> len(slower), slower.dt
-    (50, 4.0)
-    """
-    assert record.pv is not None
-    slower = slower_of(record.op, record.pv)
-    return record if slower is None else record.window(slower.first, len(record), slower.every)

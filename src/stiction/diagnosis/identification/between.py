@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.controller import at_limit
+from stiction.diagnosis.identification.law import fit_law
 from stiction.diagnosis.identification.signals import hold_gaps
 
 if TYPE_CHECKING:
@@ -40,8 +41,6 @@ ALIKE = (0.7, 1.5)
 """Error with which the recorded samples are predicted over that of those between, where the law holds [-]. Of 373 loops
 of `simulation.population` (seeds 601 and 602) recorded slower than a PI controller 0.9 lie within, of 98 slower than a
 PID one 0.05; of 61 records of the controller's own samples, to which this is not put, 0.08."""
-BUMPS, ROUNDS = 6.0, 3
-"""Robust deviations beyond which a move of OP has no say in the gains, and how often these are found again [-]."""
 
 
 def with_samples_between(record: LoopRecord) -> LoopRecord | None:
@@ -83,10 +82,12 @@ def with_samples_between(record: LoopRecord) -> LoopRecord | None:
     error, moves, turns, wished = sp - pv, np.diff(op), np.diff(pv), np.diff(sp)
     beside = _cubic(error)
     columns = np.stack([turns, beside + error[1:], np.ones_like(moves), wished])
-    law = _law(moves, columns if np.any(wished[np.isfinite(wished)]) else columns[:3], usable)
+    law = fit_law(moves, columns if np.any(wished[np.isfinite(wished)]) else columns[:3], usable, FEWEST)
     if law is None:
         return None
-    Kp, Ki, drift, Ks = law
+    Kp, Ki, drift, Ks = [*law.weights.tolist(), 0.0][:4]
+    if not Ki:
+        return None
     between = (moves - Kp * turns - Ks * wished - drift) / Ki - error[1:]
     halfway = 0.5 * wished + sp[:-1]
     middle = np.where(usable, halfway - between, np.nan)
@@ -106,28 +107,6 @@ def _cubic(x: NDArray[np.float64]) -> NDArray[np.float64]:
     cubic = (9.0 * (x[1:-2] + x[2:-1]) - x[:-3] - x[3:]) / 16.0
     out[1:-1] = np.where(np.isfinite(cubic), cubic, out[1:-1])
     return out
-
-
-def _law(
-    moves: NDArray[np.float64], columns: NDArray[np.float64], usable: NDArray[np.bool_]
-) -> tuple[float, float, float, float] | None:
-    """Weights of the PV's moves, of the integral, of a constant and of the set point's moves; None of too few."""
-    usable = usable & np.isfinite(moves) & np.isfinite(columns).all(axis=0)
-    kept, weights = usable, np.zeros(len(columns))
-    for _ in range(ROUNDS):
-        if kept.sum() < FEWEST:
-            return None
-        X, y = columns[:, kept], moves[kept]
-        scale = np.sqrt(np.einsum("ik,ik->i", X, X))
-        scale[scale == 0.0] = 1.0
-        X = X / scale[:, np.newaxis]
-        # Not by `@`: the threads of a linear algebra library take longer to start than so small a product takes.
-        products, with_y = np.einsum("ik,jk->ij", X, X), np.einsum("ik,k->i", X, y)
-        weights = np.linalg.pinv(products, rcond=1e-13, hermitian=True) @ with_y / scale
-        left = np.abs(moves - np.einsum("i,ik->k", weights, columns))
-        kept = usable & (left <= BUMPS * 1.4826 * np.median(left[usable]))
-    Kp, Ki, drift = weights[:3].tolist()
-    return (Kp, Ki, drift, float(weights[3]) if len(weights) > 3 else 0.0) if Ki else None
 
 
 def _alike(x: NDArray[np.float64]) -> bool:

@@ -26,7 +26,6 @@ from stiction.diagnosis.verdict.objection import Objection
 from stiction.diagnosis.verdict.own_cycle import near, own_cycle
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
 from stiction.diagnosis.verdict.windows import changes, said, windows
-from stiction.records.durations import in_seconds
 from stiction.records.gate import LEAST_SAMPLES
 from stiction.records.storage import swing
 from stiction.records.stretches import held_set_point
@@ -42,9 +41,6 @@ __all__ = ["diagnose"]
 
 PLAIN_REASONS = ("exception", "compression", "missing", "op moves", "pv moves", "manual", "saturation")
 """Refusals that others follow from; that of a record which is too short as a whole comes before them."""
-
-AT_ONE_RATE = "OP and PV are not stored at one rate: both are taken every {}, where the slower one is new."
-"""What is told of such a record."""
 
 SWAPPED_SAID = (
     "OP and PV look swapped: what is named PV follows what is named OP by a controller's law all but exactly, and not "
@@ -218,10 +214,9 @@ def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged, start
     _, of_set_point = held_set_point(seen.record, seen.quality.first, seen.quality.last)
     drift = changes(valve, seen.part.duration, unit) if verdict == "stiction" else ""
     late = late_said(seen.controller.samples_late) if seen.controller is not None else ""
-    rates = AT_ONE_RATE.format(in_seconds(seen.record.dt)) if seen.every > 1 else ""
     of_slave = f"OP is the set point of {slave}; the valve is that loop's." if slave else ""
     of_windows = said(shown, seen.record.dt)
-    spoken = (cause.reason, of_slave, of_stem, late, rates, of_windows, drift, of_set_point, judged.why)
+    spoken = (cause.reason, of_slave, of_stem, late, seen.rates, of_windows, drift, of_set_point, judged.why)
     return Diagnosis(
         record=seen.record,
         verdict=verdict,

@@ -9,12 +9,15 @@ from stiction.diagnosis.detection import detect_all, with_stem
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.identify import periods_of, search, speaking
 from stiction.diagnosis.identification.in_step import with_pv_earlier
+from stiction.diagnosis.identification.restored import restored
 from stiction.diagnosis.identification.swapped import are_swapped
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.verdict.features import Features, features
 from stiction.diagnosis.verdict.stem import stem_shown
 from stiction.errors import RecordError
-from stiction.records.one_rate import at_one_rate
+from stiction.records.durations import in_seconds
+from stiction.records.gate import Gate
+from stiction.records.one_rate import slower_of
 from stiction.records.outliers import without_outliers
 from stiction.records.quality import assess, usable_part
 from stiction.records.record import how_to_name_pv, require_record
@@ -24,10 +27,15 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identified import ControllerFit, Identification
     from stiction.diagnosis.result import Evidence, Oscillation
     from stiction.diagnosis.verdict.stem import Shown
+    from stiction.records.one_rate import Slower
     from stiction.records.quality import Quality
     from stiction.records.record import LoopRecord
 
 __all__ = ["Findings", "findings"]
+
+THINNED = "OP and PV are not stored at one rate: both are taken every {every}, where the slower one is new."
+RESTORED = "{0} is stored every {every} only; what was between is told by {1} and the controller's law."
+"""What is told of records in which one of them is held."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +68,10 @@ class Findings:
     swapped: bool = False
     """Whether OP and PV surely stand in each other's columns; nothing is searched then."""
     every: int = 1
-    """Samples of the record to one that is looked at: more than one where OP and PV are not stored at one rate."""
+    """Samples of the record to one that is looked at: more than one where OP and PV are not stored at one rate, and no
+    law tells what is held."""
+    rates: str = ""
+    """What is told of a record that is not stored at one rate, in a sentence."""
 
 
 def findings(record: LoopRecord) -> Findings:
@@ -85,23 +96,38 @@ def findings(record: LoopRecord) -> Findings:
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV. {how_to_name_pv(record)}")
     record = without_outliers(record)
-    # A recorded position needs every sample of OP.
-    slower = at_one_rate(record) if record.mv is None else record
-    seen = _findings(slower, samples_late=0)
-    if slower is record:
-        return seen
-    quality = _with_gate(seen.quality, assess(record), "one rate")
-    return replace(seen, quality=quality, every=round(slower.dt / record.dt))
+    assert record.pv is not None
+    slower = slower_of(record.op, record.pv)
+    if slower is None:
+        return _findings(record, samples_late=0)
+    whole = restored(record, slower)
+    if whole is not None:
+        seen = _findings(whole, samples_late=0)
+        quality = _with_gate(seen.quality, Gate("one rate", "ok", slower.every, 1.0, _said(RESTORED, slower, record)))
+        return replace(seen, quality=quality, rates=_said(RESTORED, slower, record))
+    if record.mv is not None:  # whose stem needs every sample of OP
+        return _findings(record, samples_late=0)
+    thinned = record.window(slower.first, len(record), slower.every)
+    seen = _findings(thinned, samples_late=0)
+    [gate] = [gate for gate in assess(record).gates if gate.name == "one rate"]
+    said = _said(THINNED, slower, record)
+    return replace(seen, quality=_with_gate(seen.quality, gate), every=slower.every, rates=said)
 
 
-def _with_gate(quality: Quality, other: Quality, name: str) -> Quality:
-    """A quality with one gate of another."""
-    [gate] = [gate for gate in other.gates if gate.name == name]
-    return replace(quality, gates=tuple(gate if one.name == name else one for one in quality.gates))
+def _said(what: str, slower: Slower, record: LoopRecord) -> str:
+    """What is told of a record that is not stored at one rate."""
+    other = "OP" if slower.name == "PV" else "PV"
+    return what.format(slower.name, other, every=in_seconds(slower.every * record.dt))
+
+
+def _with_gate(quality: Quality, gate: Gate) -> Quality:
+    """A quality with another gate in the place of the one of its name."""
+    return replace(quality, gates=tuple(gate if one.name == gate.name else one for one in quality.gates))
 
 
 def _findings(record: LoopRecord, *, samples_late: int) -> Findings:
     """Look at a record; once more, with each PV as many samples earlier, where it was stored `samples_late`."""
+    record = without_outliers(record)  # other values than those of the record as it came may stand alone
     part = usable_part(record)
     oscillation = find_oscillation(part)
     quality = assess(record, oscillation.period if oscillation.oscillating else None)
