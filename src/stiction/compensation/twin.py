@@ -286,7 +286,7 @@ def _changes(found: Identification, better: Refined) -> tuple[str, ...]:
         ("J", "%", found.J, better.J),
         ("dead time", "s", found.process.dead_time, better.process.dead_time),
     )
-    least = {"dead time": 0.01 * found.process.time_constant}
+    least = {"dead time": max(0.01 * found.process.time_constant, 1e-6)}
     told = [
         f"{name} {a:.3g} to {b:.3g} {unit}"
         for name, unit, a, b in compared

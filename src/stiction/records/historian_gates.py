@@ -123,8 +123,8 @@ def one_rate(view: View) -> Gate | None:
     if slower is None:
         return Gate("one rate", "ok", 1.0, 1.0, "OP and PV are stored equally often.")
     other = "OP" if slower.name == "PV" else "PV"
-    why = f"{slower.name} is stored every {slower.every} samples and held between, {other} more often"
-    remedy = "export both at one rate, that of the controller."
+    why = f"{slower.name} is new every {slower.every} samples only and rests between, {other} does not"
+    remedy = "unless the controller does that, export both at its rate."
     return Gate("one rate", "lowers", float(slower.every), 1.0, f"{why}; {remedy}")
 
 

@@ -136,7 +136,7 @@ def test_two_rates_are_seen(name, every):
     slower = held(record, name, every)
     [gate] = [gate for gate in assess(slower).gates if gate.name == "one rate"]
     assert (gate.severity, gate.value) == ("lowers", every)
-    assert gate.why.startswith(f"{name.upper()} is stored every {every} samples")
+    assert gate.why.startswith(f"{name.upper()} is new every {every} samples only")
     assert all(gate.severity == "ok" for gate in assess(record).gates if gate.name == "one rate")
 
 
@@ -164,7 +164,7 @@ def test_a_value_held_for_the_export_is_no_transmitter_that_hangs(name):
     found = st.diagnose(held(record, name, 5))
     assert found.verdict == "stiction"
     assert found.record.dt == 5.0 * record.dt
-    assert "not stored at one rate: both are taken every" in found.reason
+    assert f"{name.upper()} is new every 5 s only and rests between" in found.reason
     assert [gate.value for gate in found.quality.reservations if gate.name == "one rate"] == [5.0]
     assert 0.1 <= found.probability <= 0.9
     good = st.diagnose(held(read_back(run("good")), name, 5))

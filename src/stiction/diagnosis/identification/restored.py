@@ -132,7 +132,7 @@ def _op_between(
     asked = np.cumsum(asked[: 6 if np.any(wished) else 4], axis=1)
     moved = op[held.last] - op[held.first]
     law = fit_law(moved, asked[:, held.last] - asked[:, held.first], held.usable, FEWEST)
-    if law is None or not _holds(law, moved):
+    if law is None or not _holds(law, moved) or _left(law) >= _left_by_itself(sp, pv, moved, held):
         return None
     path = np.einsum("i,ik->k", law.weights, asked)
     off = moved - (path[held.last] - path[held.first])
@@ -174,7 +174,9 @@ def _pv_between(
     if law is None or not _holds(law, moved):
         return None
     driven = np.einsum("i,ik->k", law.weights, reached)
-    return held.placed(pv, driven + alpha**held.since * (pv - driven)[held.begin], _obeyed(law, moved, held))
+    out = held.placed(pv, driven + alpha**held.since * (pv - driven)[held.begin], _obeyed(law, moved, held))
+    off = out - pv[held.begin]
+    return None if np.nanmean(off**2) <= LEAVES * np.nanmean(moved**2) else out  # held as the controller saw it
 
 
 def _moves(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -182,10 +184,24 @@ def _moves(x: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.diff(x, prepend=x[0])
 
 
+def _left(law: Law | None) -> float:
+    """What the law leaves of a move, its mean square; infinite without a law."""
+    return np.inf if law is None else float(np.mean(law.left[law.kept] ** 2))
+
+
+def _left_by_itself(
+    sp: NDArray[np.float64], pv: NDArray[np.float64], moved: NDArray[np.float64], held: _Stretches
+) -> float:
+    """What is left of OP's moves by a controller that acts as seldom as OP moves: it is then held by the controller."""
+    y, r = pv[held.last], sp[held.last]
+    turns, wished = y - pv[held.first], r - sp[held.first]
+    asked = np.stack([-turns, r - y, -_moves(turns), np.ones_like(y), wished, _moves(wished)])
+    return _left(fit_law(moved, asked[: 6 if np.any(wished) else 4], held.usable, FEWEST))
+
+
 def _holds(law: Law, moved: NDArray[np.float64]) -> bool:
     """Whether the law leaves little of what the slower one does between its stored values."""
-    left, whole = law.left[law.kept], moved[law.kept] - moved[law.kept].mean()
-    return bool(left @ left <= LEAVES * (whole @ whole))
+    return _left(law) <= LEAVES * float(np.var(moved[law.kept]))
 
 
 def _obeyed(law: Law, moved: NDArray[np.float64], held: _Stretches) -> NDArray[np.bool_]:

@@ -36,7 +36,7 @@ J_MAY_BE_NONE = 0.05
 """Lower end of J over S up to which the record leaves open whether the valve jumps at all [-]: it chooses words."""
 MOSTLY = 80.0
 """Share of the PV that a good valve explains beyond which the rest is not worth a word [%]."""
-LITTLE = 5.0
+LITTLE = 10.0
 """OP's swing below which it is told that a wider band would not show [% of span]: what is found of seven of the eight
 sticky recorded loops in use is 2.5 at most."""
 
@@ -134,7 +134,7 @@ def named_cause(
     reason += _rival(found, oscillation)
     if name not in HIDING and math.isfinite(found.S_detectable):
         band = f"S of {digits(found.S_detectable, significant=2)} {unit} or more and jumps by half of it"
-        reason += f" A valve that sticks with {band} would most likely have shown."
+        reason += f" A valve that sticks with {band} would most likely have shown, unless its stem never moved."
     if oscillation.sp_cycles:
         reason += " The set point goes through the same cycle: look at what moves it, such as a master loop."
     if causes[name] < PLAINLY:
@@ -321,7 +321,7 @@ def _tight_tuning(seen: Seen) -> tuple[str, str]:
     return (
         f"The loop rings every {in_seconds(seen.rhythm.period)} as a loop does that is close to its limit of stability"
         f"; a sticky valve {_against(seen.found, seen.counted)}.",
-        "Lower the controller gain or raise the integral time, then look again.",
+        f"Lower the controller gain or raise the integral time, then look again.{_not_shown(seen)}",
     )
 
 

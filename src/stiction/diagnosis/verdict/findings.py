@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Findings", "findings"]
 
-THINNED = "OP and PV are not stored at one rate: both are taken every {every}, where the slower one is new."
+THINNED = "{0} is new every {every} only and rests between, {1} does not: both are taken where {0} is new."
 RESTORED = "{0} is stored every {every} only; what was between is told by {1} and the controller's law."
 """What is told of records in which one of them is held."""
 

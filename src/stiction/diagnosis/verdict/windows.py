@@ -154,10 +154,11 @@ def changes(found: Identification, duration: float, unit: str = "%") -> str:
     Returns
     -------
     str
-        A sentence; empty where the drift is less than `PLAINLY` standard errors or `MUCH` of S.
+        A sentence; empty where the drift is less than `PLAINLY` standard errors or `MUCH` of S, or so large that the line
+        would begin or end below nothing.
     """
     by = found.drift * duration / 3600.0
-    if not (abs(found.drift) > PLAINLY * found.drift_error and abs(by) > MUCH * found.S):
+    if not (abs(found.drift) > PLAINLY * found.drift_error and MUCH * found.S < abs(by) < 2.0 * found.S):
         return ""
     way = "grows" if by > 0.0 else "falls"
     return f"S {way} by {abs(by):.2g} {unit} over the record ({found.drift:+.2g} {unit} per hour)."
