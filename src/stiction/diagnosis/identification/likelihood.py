@@ -55,7 +55,7 @@ LAG_WORTH = 8.0
 """Twice the log likelihood that a lag of the actuator has to be worth [-]."""
 MOST_SAMPLES = 4000
 """Samples predicted at most, those in the middle of the record: more tell S no better, and take longer [-]."""
-TINY = 1e-12
+TINY = float(np.finfo(float).tiny)
 """Standard deviation of a signal that rests, to be divided by [its unit]."""
 NONE = np.empty(0, dtype=np.int64)
 """No samples."""

@@ -154,7 +154,7 @@ def _try(op, target, width, half, bounds, windows, start, valves, first, second,
                     sums[0, at] += even + odd
                     sums[1, at] += power[end - shift] - power[begin - shift]
                     sums[2, at] += mixed[end - shift] - mixed[begin - shift]
-        _choose(sums, delays, n_lags, sign, energy, 1e-12 * (sb + 1e-9) ** 2 * target.shape[0], found[v])
+        _choose(sums, delays, n_lags, sign, energy, 1e-12 * sb**2 * target.shape[0], found[v])
 
 
 @kernel
