@@ -92,7 +92,7 @@ def test_a_small_valve_is_said_the_same_wherever_it_is_said():
     small = {"S": 0.005668, "S_low": 0.004041, "S_high": 0.07918, "J": 0.002213, "J_low": 0.0, "J_high": 0.07905}
     found = diagnosis(200, identification=replace(identification(record(200)), **small))
     assert found.identification is not None
-    size = "S = 0.0057 % of span (95 %: 0.0040 to 0.0792), J = 0.0022 % (0.0000 to 0.0790)"
+    size = "S = 0.0057 % of span (95 %: 0.0040 to 0.0792), J open (0.0000 to 0.0790 %)"
     assert words.headline(found).replace("\u00a0", " ") == f"Valve stiction: {size}"
     plain = "S = 0.0057 % (95 % 0.0040 to 0.0792), J = 0.0022 % (95 % 0.0000 to 0.0790); "
     assert found.identification.summary().startswith(plain)
