@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from stiction.records.one_rate import Slower, slower_of
+from stiction.records.one_rate import Slower, slower_of, unevenly_stored
 
 
 def held(x, every, first):
@@ -60,3 +60,41 @@ def test_what_is_stored_equally_often_or_rests_stays(change):
 def test_both_held_alike_are_no_two_rates():
     op, pv = np.random.default_rng(2).normal(size=(2, 300))
     assert slower_of(held(op, 5, 0), held(pv, 5, 0)) is None
+
+
+def lines(x, at):
+    """Straight lines between the values at some samples."""
+    return np.interp(np.arange(x.size), at, x[at])
+
+
+@given(seed=some.integers(0, 2**16), name=some.sampled_from(["op", "pv"]), decimals=some.sampled_from([None, 3]))
+def test_what_is_drawn_as_lines_was_stored_at_their_ends(seed, name, decimals):
+    rng = np.random.default_rng(seed)
+    signals = dict(zip(("op", "pv"), rng.normal(size=(2, 400)).cumsum(axis=1), strict=True))
+    at = np.unique([0, 399, *rng.choice(399, 80)])
+    x = lines(signals[name], at)
+    signals[name] = x if decimals is None else np.round(x, decimals)
+    found = unevenly_stored(**signals)
+    assert found is not None
+    assert found[0] == name.upper()
+    assert set(found[1]) <= set(at)
+    assert len(found[1]) >= 0.9 * at.size
+
+
+def test_a_pv_that_rests_was_stored_where_it_is_new_and_an_op_that_rests_may_do_so_itself():
+    rng = np.random.default_rng(1)
+    x, y = rng.normal(size=(2, 300)).cumsum(axis=1)
+    at = np.sort(rng.choice(np.arange(1, 300), 90, replace=False))
+    rests = np.repeat(x[np.concatenate([[0], at])], np.diff([0, *at, 300]))
+    name, found = unevenly_stored(y, rests)
+    assert name == "PV"
+    np.testing.assert_array_equal(found, at)
+    assert unevenly_stored(rests, y) is None
+
+
+def test_two_signals_stored_now_and_then_tell_nothing_of_each_other():
+    rng = np.random.default_rng(2)
+    x, y = rng.normal(size=(2, 300)).cumsum(axis=1)
+    at = np.unique([0, 299, *rng.choice(299, 60)])
+    assert unevenly_stored(lines(x, at), lines(y, at)) is None
+    assert unevenly_stored(x, y) is None

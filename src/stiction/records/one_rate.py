@@ -1,4 +1,4 @@
-"""OP and PV stored at two rates: one held for a fixed count of samples, the other new in each.
+"""One of OP and PV stored seldom, the other at every sample: held or drawn as lines between its stored values.
 
 A value that is held for the export and not by the controller looks like a transmitter that hangs, and what moves in
 between like a disturbance. Both are what the controller saw where the slower one is new, and only there, but that its
@@ -11,16 +11,23 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stiction.records.storage import lattice
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Slower", "slower_of"]
+__all__ = ["Slower", "slower_of", "unevenly_stored"]
 
 FEWEST_RUNS, EVENLY = 20, 0.8
 """Stored values without which no rate is seen, and the share of them that come a multiple of that rate apart [-]: where
 one is missing the next sample shows the new value."""
 MOVES = 0.5
 """Share of the samples in which one is held beyond which the other moves [-]."""
+SELDOM, ALWAYS = 0.7, 0.9
+"""Share of the samples at which one is stored up to which that is seldom, and from which the other always is [-]."""
+STRAIGHT = 1e-9, 2.5
+"""Bend up to which three samples lie on a line: a share of the swing, and steps of rounding, three of which may differ
+by two [-]."""
 
 
 class Slower(NamedTuple):
@@ -32,6 +39,10 @@ class Slower(NamedTuple):
     """Samples that it is held for [-]."""
     first: int
     """First sample of the record at which it is new, as it is every `every` samples from there."""
+
+    def at(self, samples: int) -> NDArray[np.intp]:
+        """The samples of a record of so many at which it is new."""
+        return np.arange(self.first, samples, self.every)
 
 
 def slower_of(op: NDArray[np.float64], pv: NDArray[np.float64]) -> Slower | None:
@@ -67,6 +78,53 @@ def slower_of(op: NDArray[np.float64], pv: NDArray[np.float64]) -> Slower | None
             if counts.max() >= EVENLY * new.size:
                 return Slower(name, every, int(counts.argmax()))
     return None
+
+
+def unevenly_stored(op: NDArray[np.float64], pv: NDArray[np.float64]) -> tuple[str, NDArray[np.intp]] | None:
+    """Find the one that is stored now and then, by exception or a swinging door, while the other is at every sample.
+
+    Parameters
+    ----------
+    op : ndarray, shape (n_samples,)
+        Controller output [% of span]; NaN where it is missing.
+    pv : ndarray, shape (n_samples,)
+        Process variable [engineering units]; NaN where it is missing.
+
+    Returns
+    -------
+    tuple of str and ndarray, or None
+        OP or PV, and the samples at which it was stored; None where that is neither or both. An OP that rests is none:
+        a controller that writes small moves by itself looks the same.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> k = np.arange(200)
+    >>> name, at = unevenly_stored(np.sin(k / 9.0), np.interp(k, [0, 90, 96, 150, 199], [0.0, 5.0, 3.0, 3.5, 1.0]))
+    >>> name, at.tolist()
+    ('PV', [0, 90, 96, 150, 199])
+    """
+    rests = {"OP": _moved(op), "PV": _moved(pv)}
+    kinks = {"OP": _kinks(op), "PV": _kinks(pv)}
+    stored = {name: min(float(np.mean(rests[name])), float(np.mean(kinks[name]))) for name in rests}
+    for name, other in (("PV", "OP"), ("OP", "PV")):
+        if stored[name] > SELDOM or stored[other] < ALWAYS:
+            continue
+        if np.mean(rests[name]) > SELDOM:
+            return name, np.flatnonzero(kinks[name])
+        if name == "PV":
+            return name, np.flatnonzero(rests[name]) + 1
+    return None
+
+
+def _kinks(x: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether each value lies off the line between its neighbours, shape (n_samples,); the ends do."""
+    out = np.isfinite(x)
+    known = x[out]
+    if known.size:
+        share, steps = STRAIGHT
+        out[1:-1] &= np.abs(np.diff(x, 2)) > max(share * float(np.ptp(known)), steps * lattice(known))
+    return out
 
 
 def _moved(x: NDArray[np.float64]) -> NDArray[np.bool_]:

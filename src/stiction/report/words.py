@@ -130,11 +130,15 @@ def cited(key: str) -> str:
 
 
 def stiction_size(found: Identification, record: LoopRecord) -> str:
-    """Return S and J with their intervals, in the unit of the record's OP; of a J that cannot be told its interval alone."""
+    """Return S and J with their intervals, in the unit of the record's OP; an open J by its interval alone."""
     S, S_low, S_high = interval(found.S, found.S_low, found.S_high)
     J, J_low, J_high = interval(found.J, found.J_low, found.J_high)
     unit = record.op_unit_short
-    jump = f"open ({J_low} to {J_high}\u00a0{unit})" if found.J_told == J_UNKNOWN else f"=\u00a0{J}\u00a0{unit} ({J_low} to {J_high})"
+    jump = (
+        f"open ({J_low} to {J_high}\u00a0{unit})"
+        if found.J_told == J_UNKNOWN
+        else f"=\u00a0{J}\u00a0{unit} ({J_low} to {J_high})"
+    )
     return f"S\u00a0=\u00a0{S}\u00a0{record.op_unit} (95\u00a0%: {S_low} to {S_high}), J\u00a0{jump}"
 
 

@@ -1,4 +1,4 @@
-r"""OP and PV stored at two rates: what was held between is told by the other one and the controller's law.
+r"""One of OP and PV stored seldom: what was between is told by the other one and the controller's law.
 
 A historian may store PV every second and OP every five, or the other way round. The controller made every move of OP
 from what it saw of the PV, so that one of them with every fifth of the other is all that there was:
@@ -33,17 +33,19 @@ from stiction.diagnosis.identification.signals import hold_gaps
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.records.one_rate import Slower
     from stiction.records.record import LoopRecord
 
 __all__ = ["restored"]
 
-FEWEST = 30
+FEWEST = 20
 """Stored values below which no law is fitted [-]."""
 LEAVES = 0.01
 """Share of what the slower one does between two stored values that the law may leave [-]."""
 MISSING = 0.1
 """Share of the samples that may be missing after all [-]: at a limit of OP, in manual and after bumps no law holds."""
+SAME = 1e-3
+"""The same share up to which what comes out is what was recorded [-]: it was held by an analyser or a transmitter, and
+the controller saw it so."""
 NO_BUMP = 1e-4
 """Share of the largest move up to which what is left is none [-]: where the law is exact only rounding is left."""
 ALPHAS = (*np.linspace(0.0, 0.9, 10).tolist(), *(1.0 - np.geomspace(0.07, 1e-3, 8)).tolist())
@@ -52,21 +54,23 @@ PRECISELY = 1e-8
 """How precisely alpha is then found [-]."""
 
 
-def restored(record: LoopRecord, slower: Slower) -> LoopRecord | None:
-    """The record with the slower of OP and PV as it was between its stored values.
+def restored(record: LoopRecord, name: str, stored: NDArray[np.intp]) -> LoopRecord | None:
+    """The record with OP or PV as it was between its stored values.
 
     Parameters
     ----------
     record : LoopRecord
         A record with PV; without SP, a constant one is assumed.
-    slower : Slower
-        Which of them is held, as `records.one_rate.slower_of` finds it.
+    name : {"OP", "PV"}
+        Which of them is stored seldom; the other is at every sample.
+    stored : ndarray
+        Samples at which it is new, in their order.
 
     Returns
     -------
     LoopRecord or None
-        As many samples, those of the slower one NaN where its law does not hold and before its first stored value; None
-        where no such law is seen.
+        As many samples, those of OP or PV NaN where the law does not hold and before the first stored value; None where
+        no such law is seen, or the controller held the value itself.
 
     Notes
     -----
@@ -76,27 +80,28 @@ def restored(record: LoopRecord, slower: Slower) -> LoopRecord | None:
     --------
     >>> import numpy as np, stiction as st
     >>> from dataclasses import replace
-    >>> from stiction.records.one_rate import slower_of
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
     >>> run = st.simulate(loop, sp=10.0, duration=2000.0, seed=1)
     >>> held = replace(run, pv=np.repeat(run.pv[::5], 5))
-    >>> found = restored(held, slower_of(held.op, held.pv))
+    >>> found = restored(held, "PV", np.arange(0, 2000, 5))
     >>> bool(np.abs(found.pv - run.pv)[:1996].max() < 1e-6)
     True
     """
     assert record.pv is not None
     op, pv = record.op, record.pv
     sp = np.full_like(pv, np.nanmean(pv)) if record.sp is None else record.sp
-    stored = np.arange(slower.first, len(record), slower.every)
     usable = np.isfinite(op) & np.isfinite(pv) & np.isfinite(sp) & ~at_limit(hold_gaps(op))
     if record.auto is not None:
         usable &= record.auto
     middle = float(np.nanmean(sp))
-    follow = _op_between if slower.name == "OP" else _pv_between
+    follow = _op_between if name == "OP" else _pv_between
     whole = follow(op, np.nan_to_num(sp - middle), np.nan_to_num(pv - middle), _Stretches(stored, usable))
     if whole is None or np.isnan(whole).mean() > MISSING:
         return None
-    return replace(record, op=whole) if slower.name == "OP" else replace(record, pv=whole + middle)
+    recorded = op if name == "OP" else pv - middle
+    if np.nanmean((whole - recorded) ** 2) <= SAME * np.nanmean(np.diff(recorded[stored]) ** 2):
+        return None
+    return replace(record, op=whole) if name == "OP" else replace(record, pv=whole + middle)
 
 
 class _Stretches:
@@ -174,9 +179,7 @@ def _pv_between(
     if law is None or not _holds(law, moved):
         return None
     driven = np.einsum("i,ik->k", law.weights, reached)
-    out = held.placed(pv, driven + alpha**held.since * (pv - driven)[held.begin], _obeyed(law, moved, held))
-    off = out - pv[held.begin]
-    return None if np.nanmean(off**2) <= LEAVES * np.nanmean(moved**2) else out  # held as the controller saw it
+    return held.placed(pv, driven + alpha**held.since * (pv - driven)[held.begin], _obeyed(law, moved, held))
 
 
 def _moves(x: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -17,7 +17,7 @@ from stiction.diagnosis.verdict.stem import stem_shown
 from stiction.errors import RecordError
 from stiction.records.durations import in_seconds
 from stiction.records.gate import Gate
-from stiction.records.one_rate import slower_of
+from stiction.records.one_rate import slower_of, unevenly_stored
 from stiction.records.outliers import without_outliers
 from stiction.records.quality import assess, usable_part
 from stiction.records.record import how_to_name_pv, require_record
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identified import ControllerFit, Identification
     from stiction.diagnosis.result import Evidence, Oscillation
     from stiction.diagnosis.verdict.stem import Shown
-    from stiction.records.one_rate import Slower
     from stiction.records.quality import Quality
     from stiction.records.record import LoopRecord
 
 __all__ = ["Findings", "findings"]
 
-THINNED = "{0} is new every {every} only and rests between, {1} does not: both are taken where {0} is new."
-RESTORED = "{0} is stored every {every} only; what was between is told by {1} and the controller's law."
+OTHER = {"OP": "PV", "PV": "OP"}
+THINNED = "{0} is new {2} only and rests between, {1} does not: both are taken where {0} is new."
+RESTORED = "{0} is stored {2} only; what was between is told by {1} and the controller's law."
 """What is told of records in which one of them is held."""
 
 
@@ -98,26 +98,22 @@ def findings(record: LoopRecord) -> Findings:
     record = without_outliers(record)
     assert record.pv is not None
     slower = slower_of(record.op, record.pv)
-    if slower is None:
-        return _findings(record, samples_late=0)
-    whole = restored(record, slower)
-    if whole is not None:
+    seldom = (slower.name, slower.at(len(record))) if slower else unevenly_stored(record.op, record.pv)
+    whole = restored(record, *seldom) if seldom else None
+    often = f"every {in_seconds(slower.every * record.dt)}" if slower else ""
+    if seldom and whole:
+        name, at = seldom
+        often = often or f"at {100.0 * at.size / len(record):.0f} % of the samples"
+        told = RESTORED.format(name, OTHER[name], often)
         seen = _findings(whole, samples_late=0)
-        quality = _with_gate(seen.quality, Gate("one rate", "ok", slower.every, 1.0, _said(RESTORED, slower, record)))
-        return replace(seen, quality=quality, rates=_said(RESTORED, slower, record))
-    if record.mv is not None:  # whose stem needs every sample of OP
+        gate = Gate("one rate", "ok", slower.every if slower else len(record) / at.size, 1.0, told)
+        return replace(seen, quality=_with_gate(seen.quality, gate), rates=told)
+    if slower is None or record.mv is not None:  # whose stem needs every sample of OP
         return _findings(record, samples_late=0)
-    thinned = record.window(slower.first, len(record), slower.every)
-    seen = _findings(thinned, samples_late=0)
+    seen = _findings(record.window(slower.first, len(record), slower.every), samples_late=0)
     [gate] = [gate for gate in assess(record).gates if gate.name == "one rate"]
-    said = _said(THINNED, slower, record)
-    return replace(seen, quality=_with_gate(seen.quality, gate), every=slower.every, rates=said)
-
-
-def _said(what: str, slower: Slower, record: LoopRecord) -> str:
-    """What is told of a record that is not stored at one rate."""
-    other = "OP" if slower.name == "PV" else "PV"
-    return what.format(slower.name, other, every=in_seconds(slower.every * record.dt))
+    told = THINNED.format(slower.name, OTHER[slower.name], often)
+    return replace(seen, quality=_with_gate(seen.quality, gate), every=slower.every, rates=told)
 
 
 def _with_gate(quality: Quality, gate: Gate) -> Quality:
