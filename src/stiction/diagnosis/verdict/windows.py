@@ -154,8 +154,8 @@ def changes(found: Identification, duration: float, unit: str = "%") -> str:
     Returns
     -------
     str
-        A sentence; empty where the drift is less than `PLAINLY` standard errors or `MUCH` of S, or so large that it would
-        begin or end below nothing.
+        A sentence; empty where the drift is less than `PLAINLY` standard errors or `MUCH` of S, or so large that it
+        would begin or end below nothing.
     """
     by = found.drift * duration / 3600.0
     if not (abs(found.drift) > PLAINLY * found.drift_error and MUCH * found.S < abs(by) < 2.0 * found.S):
