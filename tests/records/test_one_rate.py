@@ -88,7 +88,7 @@ def test_a_pv_that_rests_was_stored_where_it_is_new_and_an_op_that_rests_may_do_
     rests = np.repeat(x[np.concatenate([[0], at])], np.diff([0, *at, 300]))
     name, found = unevenly_stored(y, rests)
     assert name == "PV"
-    np.testing.assert_array_equal(found, at)
+    np.testing.assert_array_equal(found, [0, *at])
     assert unevenly_stored(rests, y) is None
 
 

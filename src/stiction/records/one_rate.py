@@ -93,8 +93,9 @@ def unevenly_stored(op: NDArray[np.float64], pv: NDArray[np.float64]) -> tuple[s
     Returns
     -------
     tuple of str and ndarray, or None
-        OP or PV, and the samples at which it was stored; None where that is neither or both. An OP that rests is none:
-        a controller that writes small moves by itself looks the same.
+        OP or PV, and the samples at which it was stored, the first one among them, whose value may be an older one;
+        None where that is neither or both. An OP that rests is none: a controller that writes no small moves looks the
+        same.
 
     Examples
     --------
@@ -113,7 +114,7 @@ def unevenly_stored(op: NDArray[np.float64], pv: NDArray[np.float64]) -> tuple[s
         if np.mean(rests[name]) > SELDOM:
             return name, np.flatnonzero(kinks[name])
         if name == "PV":
-            return name, np.flatnonzero(rests[name]) + 1
+            return name, np.concatenate([[0], np.flatnonzero(rests[name]) + 1])
     return None
 
 
