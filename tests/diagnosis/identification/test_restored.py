@@ -149,7 +149,7 @@ def test_what_an_exception_left_out_of_the_pv_comes_back():
     assert told is not None
     assert told[1].size < N / 2
     np.testing.assert_allclose(restored(slow, *told).pv, record.pv, atol=1e-5 * np.ptp(record.pv))
-    begin = int(told[1][np.diff(told[1]) >= 4][0]) + 1
+    begin = int(told[1][:-1][np.diff(told[1]) >= 4][0]) + 1
     begun = slow.window(begin, N)
     name, at = unevenly_stored(begun.op, begun.pv)
     found = restored(begun, name, at)
