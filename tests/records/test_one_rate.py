@@ -92,6 +92,13 @@ def test_a_pv_that_rests_was_stored_where_it_is_new_and_an_op_that_rests_may_do_
     assert unevenly_stored(rests, y) is None
 
 
+def test_a_coarse_signal_rests_by_itself():
+    rng = np.random.default_rng(3)
+    x, y = rng.normal(size=(2, 2000)).cumsum(axis=1)
+    for step in (1.0, 2.0, 4.0):
+        assert unevenly_stored(y, np.round(x / step) * step) is None
+
+
 def test_two_signals_stored_now_and_then_tell_nothing_of_each_other():
     rng = np.random.default_rng(2)
     x, y = rng.normal(size=(2, 300)).cumsum(axis=1)

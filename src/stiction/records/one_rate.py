@@ -25,6 +25,8 @@ MOVES = 0.5
 """Share of the samples in which one is held beyond which the other moves [-]."""
 SELDOM, ALWAYS = 0.7, 0.9
 """Share of the samples at which one is stored up to which that is seldom, and from which the other always is [-]."""
+STEPS = 10.0
+"""Steps of rounding that a value moves by from one that is stored to the next [-]: a coarse one rests by itself."""
 STRAIGHT = 1e-9, 2.5
 """Bend up to which three samples lie on a line: a share of the swing, and steps of rounding, three of which may differ
 by two [-]."""
@@ -94,8 +96,8 @@ def unevenly_stored(op: NDArray[np.float64], pv: NDArray[np.float64]) -> tuple[s
     -------
     tuple of str and ndarray, or None
         OP or PV, and the samples at which it was stored, the first one among them, whose value may be an older one;
-        None where that is neither or both. An OP that rests is none: a controller that writes no small moves looks the
-        same.
+        None where that is neither or both, or the values are coarse. An OP that rests is none: a controller that writes
+        no small moves looks the same.
 
     Examples
     --------
@@ -105,16 +107,16 @@ def unevenly_stored(op: NDArray[np.float64], pv: NDArray[np.float64]) -> tuple[s
     >>> name, at.tolist()
     ('PV', [0, 90, 96, 150, 199])
     """
-    rests = {"OP": _moved(op), "PV": _moved(pv)}
+    new = {"OP": _moved(op), "PV": _moved(pv)}
     kinks = {"OP": _kinks(op), "PV": _kinks(pv)}
-    stored = {name: min(float(np.mean(rests[name])), float(np.mean(kinks[name]))) for name in rests}
-    for name, other in (("PV", "OP"), ("OP", "PV")):
+    stored = {name: min(float(np.mean(new[name])), float(np.mean(kinks[name]))) for name in new}
+    for name, other, x in (("PV", "OP", pv), ("OP", "PV", op)):
         if stored[name] > SELDOM or stored[other] < ALWAYS:
             continue
-        if np.mean(rests[name]) > SELDOM:
-            return name, np.flatnonzero(kinks[name])
-        if name == "PV":
-            return name, np.concatenate([[0], np.flatnonzero(rests[name]) + 1])
+        lines = np.mean(new[name]) > SELDOM
+        at = np.flatnonzero(kinks[name]) if lines else np.concatenate([[0], np.flatnonzero(new[name]) + 1])
+        if (lines or name == "PV") and np.nanmedian(np.abs(np.diff(x[at]))) >= STEPS * lattice(x[np.isfinite(x)]):
+            return name, at
     return None
 
 
