@@ -16,15 +16,18 @@ from stiction.records.storage import lattice
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Slower", "slower_of", "unevenly_stored"]
+__all__ = ["Slower", "Stored", "slower_of", "stored_samples"]
 
 FEWEST_RUNS, EVENLY = 20, 0.8
 """Stored values without which no rate is seen, and the share of them that come a multiple of that rate apart [-]: where
 one is missing the next sample shows the new value."""
 MOVES = 0.5
 """Share of the samples in which one is held beyond which the other moves [-]."""
-SELDOM, ALWAYS = 0.7, 0.9
-"""Share of the samples at which one is stored up to which that is seldom, and from which the other always is [-]."""
+MOSTLY = 0.97
+"""Share of the samples at which the PV is stored beyond which an OP that rests does so by itself [-]."""
+TOGETHER = 0.98
+"""Share of what is left out of one that is left out of the other as well beyond which both were only repeated [-]: by a
+record that is finer than the controller is fast, or a historian that was not reached."""
 STEPS = 10.0
 """Steps of rounding that a value moves by from one that is stored to the next [-]: a coarse one rests by itself."""
 STRAIGHT = 1e-9, 2.5
@@ -45,6 +48,15 @@ class Slower(NamedTuple):
     def at(self, samples: int) -> NDArray[np.intp]:
         """The samples of a record of so many at which it is new."""
         return np.arange(self.first, samples, self.every)
+
+
+class Stored(NamedTuple):
+    """At which samples OP and PV were stored."""
+
+    op: NDArray[np.bool_]
+    """Where OP was, shape (n_samples,)."""
+    pv: NDArray[np.bool_]
+    """Where PV was, shape (n_samples,)."""
 
 
 def slower_of(op: NDArray[np.float64], pv: NDArray[np.float64]) -> Slower | None:
@@ -82,8 +94,8 @@ def slower_of(op: NDArray[np.float64], pv: NDArray[np.float64]) -> Slower | None
     return None
 
 
-def unevenly_stored(op: NDArray[np.float64], pv: NDArray[np.float64]) -> tuple[str, NDArray[np.intp]] | None:
-    """Find the one that is stored now and then, by exception or a swinging door, while the other is at every sample.
+def stored_samples(op: NDArray[np.float64], pv: NDArray[np.float64]) -> Stored:
+    """Find the samples at which OP and PV were stored: where they are new, or off the line between their neighbours.
 
     Parameters
     ----------
@@ -94,30 +106,42 @@ def unevenly_stored(op: NDArray[np.float64], pv: NDArray[np.float64]) -> tuple[s
 
     Returns
     -------
-    tuple of str and ndarray, or None
-        OP or PV, and the samples at which it was stored, the first one among them, whose value may be an older one;
-        None where that is neither or both, or the values are coarse. An OP that rests is none: a controller that writes
-        no small moves looks the same.
+    Stored
+        The first value counts as stored, though it may be an older one. A coarse signal rests by itself, an OP that
+        rests beside a PV at every sample may be that of a controller that writes no small moves, and two that rest
+        together were repeated: all of theirs count.
 
     Examples
     --------
     >>> import numpy as np
     >>> k = np.arange(200)
-    >>> name, at = unevenly_stored(np.sin(k / 9.0), np.interp(k, [0, 90, 96, 150, 199], [0.0, 5.0, 3.0, 3.5, 1.0]))
-    >>> name, at.tolist()
-    ('PV', [0, 90, 96, 150, 199])
+    >>> kept = stored_samples(np.sin(k / 9.0), np.interp(k, [0, 90, 96, 150, 199], [0.0, 5.0, 3.0, 3.5, 1.0]))
+    >>> kept.op.all(), np.flatnonzero(kept.pv).tolist()
+    (np.True_, [0, 90, 96, 150, 199])
     """
-    new = {"OP": _moved(op), "PV": _moved(pv)}
-    kinks = {"OP": _kinks(op), "PV": _kinks(pv)}
-    stored = {name: min(float(np.mean(new[name])), float(np.mean(kinks[name]))) for name in new}
-    for name, other, x in (("PV", "OP", pv), ("OP", "PV", op)):
-        if stored[name] > SELDOM or stored[other] < ALWAYS:
-            continue
-        lines = np.mean(new[name]) > SELDOM
-        at = np.flatnonzero(kinks[name]) if lines else np.concatenate([[0], np.flatnonzero(new[name]) + 1])
-        if (lines or name == "PV") and np.nanmedian(np.abs(np.diff(x[at]))) >= STEPS * lattice(x[np.isfinite(x)]):
-            return name, at
-    return None
+    slower = slower_of(op, pv)
+    if slower is not None:
+        evenly = np.isin(np.arange(op.size), slower.at(op.size))
+        other = np.isfinite(op if slower.name == "PV" else pv)
+        return Stored(other, evenly & np.isfinite(pv)) if slower.name == "PV" else Stored(evenly & np.isfinite(op), other)
+    finite = Stored(np.isfinite(op), np.isfinite(pv))
+    (of_op, rests), (of_pv, _) = _stored(op), _stored(pv)
+    left_out = finite.op & ~of_op, finite.pv & ~of_pv
+    if (left_out[0] & left_out[1]).sum() > TOGETHER * min(left_out[0].sum(), left_out[1].sum()) > 0.0:
+        return finite
+    return Stored(finite.op if rests and of_pv.mean() > MOSTLY else of_op, of_pv)
+
+
+def _stored(x: NDArray[np.float64]) -> tuple[NDArray[np.bool_], bool]:
+    """Where a signal was stored, shape (n_samples,), and whether it rests between."""
+    finite = np.isfinite(x)
+    new = np.concatenate([[True], _moved(x)]) & finite
+    kinks = _kinks(x)
+    rests = bool(new.sum() < kinks.sum())
+    own = new if rests else kinks
+    steps = np.abs(np.diff(x[own]))
+    coarse = not steps.size or np.median(steps) < STEPS * lattice(x[finite])
+    return (finite if coarse else own), rests
 
 
 def _kinks(x: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -126,7 +150,8 @@ def _kinks(x: NDArray[np.float64]) -> NDArray[np.bool_]:
     known = x[out]
     if known.size:
         share, steps = STRAIGHT
-        out[1:-1] &= np.abs(np.diff(x, 2)) > max(share * float(np.ptp(known)), steps * lattice(known))
+        # Beside a missing value nothing is known of a line.
+        out[1:-1] &= ~(np.abs(np.diff(x, 2)) <= max(share * float(np.ptp(known)), steps * lattice(known)))
     return out
 
 

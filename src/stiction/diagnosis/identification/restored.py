@@ -1,76 +1,84 @@
-r"""One of OP and PV stored seldom: what was between is told by the other one and the controller's law.
+r"""What a historian left out of OP and PV, told by what it stored and the controller's law.
 
-A historian may store PV every second and OP every five, or the other way round. The controller made every move of OP
-from what it saw of the PV, so that one of them with every fifth of the other is all that there was:
+The controller made every move of OP from what it saw of the PV. Where its law is known, an OP at every sample and a PV
+stored by exception are all that there was, and so are two signals that both lack some samples, as long as a sample
+lacks no more than the law tells:
 
-.. math:: \Delta u_j = -K_p\,\Delta y_j + K_i\,(r_j - y_j) + b\,\Delta r_j - K_d\,\Delta^2 y_j + d
+.. math:: u_j - u_{j-1} = a_0\,y_j + a_1\,y_{j-1} + a_2\,y_{j-2} + s_j, \qquad j = 1 \dots n - 1
 
-OP held for m samples is the sum of its moves, linear in the gains, and exact for P, PI and PID alike but for a
-filter of the derivative part:
-
-.. math:: u_{k+m} - u_k = -K_p\,(y_{k+m} - y_k) + K_i \sum_{j=1}^{m} (r_{k+j} - y_{k+j}) + \dots
-
-PV held for m samples follows from OP where there is no derivative part. The law solved for y is a recursion,
-
-.. math:: y_j = \alpha\,y_{j-1} + \beta\,\Delta u_j + \gamma\,r_j + \delta\,\Delta r_j + \epsilon, \qquad
-          \alpha = \frac{K_p}{K_p + K_i}
-
-so that after m samples it is linear in all but :math:`\alpha`, which is looked for. With :math:`\alpha < 1` it forgets
-its errors.
+with :math:`s` of the set point and the drift (`lawful.Moves`). These equations, the stored values and, so that what
+they do not tell is not made up, a line between the stored values known to about the distance between them, are solved
+by least squares: the unknowns of neighbouring samples are joined, so that the matrix is a narrow band, and all takes
+some milliseconds. What moves with that line is not told by the law, and stays missing.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from stiction.diagnosis.identification.controller import at_limit
-from stiction.diagnosis.identification.law import Law, fit_law
+from stiction.diagnosis.identification.lawful import moves_of
 from stiction.diagnosis.identification.signals import hold_gaps
+from stiction.records.storage import lattice
+from stiction.records.stretches import in_manual
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stiction.diagnosis.identification.lawful import Moves
+    from stiction.records.one_rate import Stored
     from stiction.records.record import LoopRecord
 
-__all__ = ["restored"]
+__all__ = ["Restored", "restored"]
 
-FEWEST = 20
-"""Stored values below which no law is fitted [-]."""
-LEAVES = 0.01
-"""Share of what the slower one does between two stored values that the law may leave [-]."""
-MISSING = 0.1
-"""Share of the samples that may be missing after all [-]: at a limit of OP, in manual and after bumps no law holds."""
+UNTOLD = 0.1
+"""Share of the samples of a signal that were not stored, are not missing, and may be left untold [-]."""
+LIMITED = 0.02
+"""Share of the samples at a limit of OP beyond which nothing is restored [-]: what is left out there is not told, and
+would be the finding."""
 SAME = 1e-3
-"""The same share up to which what comes out is what was recorded [-]: it was held by an analyser or a transmitter, and
-the controller saw it so."""
+"""Mean square of what the law makes of samples that were not stored, less what stands there, over that of the moves
+between stored ones, up to which nothing was left out [-]: an analyser or a transmitter held the PV, and the controller saw it so."""
+BUMPS, ROUNDS = 6.0, 3
+"""Robust deviations of what an equation leaves beyond which it does not hold, and how often these are found again [-]:
+set points that were not recorded, changes of the mode."""
 NO_BUMP = 1e-4
 """Share of the largest move up to which what is left is none [-]: where the law is exact only rounding is left."""
-ALPHAS = (*np.linspace(0.0, 0.9, 10).tolist(), *(1.0 - np.geomspace(0.07, 1e-3, 8)).tolist())
-"""Where alpha is looked for first [-]."""
-PRECISELY = 1e-8
-"""How precisely alpha is then found [-]."""
+EXACT = 1e-6
+"""Standard deviation of a stored value that is not rounded, and of the moves by an exact law, over the distance between
+two stored ones, and over the moves [-]."""
+SHIFTS, FOLLOWS = 4, 0.02
+"""How often the line is shifted at random by as much as it may be off, and the share of that by which a sample may follow
+and be told by the law [-]."""
 
 
-def restored(record: LoopRecord, name: str, stored: NDArray[np.intp]) -> LoopRecord | None:
-    """The record with OP or PV as it was between its stored values.
+class Restored(NamedTuple):
+    """A record with what was left out of it."""
+
+    record: LoopRecord
+    """As many samples; those that the law does not tell as they were recorded."""
+    untold: float
+    """The larger share of the samples of OP and PV that are so and not missing [-]."""
+
+
+def restored(record: LoopRecord, stored: Stored) -> Restored | None:
+    """The record with what was left out of OP and PV.
 
     Parameters
     ----------
     record : LoopRecord
         A record with PV; without SP, a constant one is assumed.
-    name : {"OP", "PV"}
-        Which of them is stored seldom; the other is at every sample.
-    stored : ndarray
-        Samples at which it is new, in their order.
+    stored : Stored
+        At which samples OP and PV were stored, as `records.one_rate.stored_samples` finds them.
 
     Returns
     -------
-    LoopRecord or None
-        As many samples, those of OP or PV NaN where the law does not hold and before the first stored value; None where
-        no such law is seen, or the controller held the value itself.
+    Restored or None
+        None where no law is seen, it leaves too much untold, or nothing was left out: the controller held its OP, or
+        saw the PV as it is.
 
     Notes
     -----
@@ -79,134 +87,108 @@ def restored(record: LoopRecord, name: str, stored: NDArray[np.intp]) -> LoopRec
     Examples
     --------
     >>> import numpy as np, stiction as st
-    >>> from dataclasses import replace
+    >>> from stiction.records.one_rate import stored_samples
+    >>> from stiction.simulation.historian import exception_reported
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
     >>> run = st.simulate(loop, sp=10.0, duration=2000.0, seed=1)
-    >>> held = replace(run, pv=np.repeat(run.pv[::5], 5))
-    >>> found = restored(held, "PV", np.arange(0, 2000, 5))
-    >>> bool(np.abs(found.pv - run.pv)[:1996].max() < 1e-6)
-    True
+    >>> seldom = exception_reported(run, 0.03)
+    >>> kept = stored_samples(seldom.op, seldom.pv)
+    >>> found = restored(seldom, kept)
+    >>> round(float(kept.op.mean()), 2), bool(np.abs(found.record.pv - run.pv).max() < 1e-6)
+    (0.88, True)
     """
     assert record.pv is not None
     op, pv = record.op, record.pv
     sp = np.full_like(pv, np.nanmean(pv)) if record.sp is None else record.sp
-    usable = np.isfinite(op) & np.isfinite(pv) & np.isfinite(sp) & ~at_limit(hold_gaps(op))
-    if record.auto is not None:
-        usable &= record.auto
     middle = float(np.nanmean(sp))
-    follow = _op_between if name == "OP" else _pv_between
-    whole = follow(op, np.nan_to_num(sp - middle), np.nan_to_num(pv - middle), _Stretches(stored, usable))
-    if whole is None or np.isnan(whole).mean() > MISSING:
+    limited = at_limit(hold_gaps(op))
+    if limited.mean() > LIMITED:
         return None
-    recorded = op if name == "OP" else pv - middle
-    if np.nanmean((whole - recorded) ** 2) <= SAME * np.nanmean(np.diff(recorded[stored]) ** 2):
+    resting = limited | in_manual(record)
+    usable = np.isfinite(sp) & ~resting
+    kept = stored._replace(op=(stored.op | resting) & np.isfinite(op))
+    u, y, r = (np.nan_to_num(x) for x in (op, pv - middle, sp - middle))
+    law = moves_of(u, y, r, kept, usable)
+    if law is None:
         return None
-    return replace(record, op=whole) if name == "OP" else replace(record, pv=whole + middle)
-
-
-class _Stretches:
-    """From each stored value to the next one."""
-
-    def __init__(self, stored: NDArray[np.intp], usable: NDArray[np.bool_]):
-        self.first, self.last = stored[:-1], stored[1:]
-        self.length = self.last - self.first
-        lost = np.cumsum(~usable)
-        self.usable = (lost[self.last] == lost[self.first]) & usable[self.first]
-        at = np.arange(usable.size)
-        self.own = np.searchsorted(stored, at, side="right") - 1
-        """Number of the stored value before each sample, shape (n_samples,); -1 before the first."""
-        self.since = np.where(self.own >= 0, at - stored[self.own], 0)
-        """Samples since then."""
-        self.begin = stored[self.own]
-        """The sample at which it was stored."""
-
-    def placed(
-        self, x: NDArray[np.float64], path: NDArray[np.float64], holds: NDArray[np.bool_]
-    ) -> NDArray[np.float64]:
-        """What was stored of x, and the path between where the law holds; NaN where it does not and at first."""
-        told = np.append(holds, self.usable[-1:])[self.own] & (self.own >= 0)
-        return np.where((self.own >= 0) & (self.since == 0), x, np.where(told, path, np.nan))
-
-
-def _op_between(
-    op: NDArray[np.float64], sp: NDArray[np.float64], pv: NDArray[np.float64], held: _Stretches
-) -> NDArray[np.float64] | None:
-    """OP at every sample by the moves that the PV asked for; a drift closes each stretch."""
-    turns, wished = _moves(pv), _moves(sp)
-    asked = np.stack([-turns, sp - pv, -_moves(turns), np.ones_like(pv), wished, _moves(wished)])
-    asked = np.cumsum(asked[: 6 if np.any(wished) else 4], axis=1)
-    moved = op[held.last] - op[held.first]
-    law = fit_law(moved, asked[:, held.last] - asked[:, held.first], held.usable, FEWEST)
-    if law is None or not _holds(law, moved) or _left(law) >= _left_by_itself(sp, pv, moved, held):
+    usable[1:] &= usable[:-1]
+    whole = _solved(u, y, kept, law, usable)
+    untold = 0.0
+    for signal, was, own in ((whole.op, op, kept.op), (whole.pv, pv - middle, kept.pv)):
+        as_it_was = own | np.isnan(signal)
+        signal[as_it_was] = was[as_it_was]
+        untold = max(untold, float(np.mean(as_it_was & ~own & np.isfinite(was))))
+    if untold > UNTOLD:
         return None
-    path = np.einsum("i,ik->k", law.weights, asked)
-    off = moved - (path[held.last] - path[held.first])
-    closed = np.append(off / held.length, 0.0)[held.own] * held.since
-    rests = at_limit(hold_gaps(op))[held.first] & (moved == 0.0)
-    path = np.where(np.append(rests, False)[held.own], 0.0, path - path[held.begin] + closed)
-    return held.placed(op, op[held.begin] + path, _obeyed(law, moved, held) | rests)
-
-
-def _pv_between(
-    op: NDArray[np.float64], sp: NDArray[np.float64], pv: NDArray[np.float64], held: _Stretches
-) -> NDArray[np.float64] | None:
-    """PV at every sample by the recursion that OP's moves drive."""
-    from scipy.optimize import minimize_scalar
-    from scipy.signal import lfilter
-
-    wished = _moves(sp)
-    drives = np.stack([_moves(hold_gaps(op)), np.ones_like(op), sp, wished])
-    drives = drives[: 4 if np.any(wished) else 2]
-    moved = pv[held.last] - pv[held.first]
-
-    def law_of(alpha: float) -> tuple[Law | None, NDArray[np.float64]]:
-        reached = lfilter([1.0], [1.0, -alpha], drives)
-        forgotten = alpha**held.length
-        since = reached[:, held.last] - forgotten * reached[:, held.first]
-        return fit_law(pv[held.last] - forgotten * pv[held.first], since, held.usable, FEWEST), reached
-
-    def leaves(alpha: float) -> float:
-        law, _ = law_of(alpha)
-        if law is None or not law.weights[0]:
-            return np.inf
-        # In units of OP: of the PV a small beta leaves little in any case.
-        return float(np.median(law.left[held.usable]) / abs(law.weights[0]))
-
-    least = int(np.argmin([leaves(alpha) for alpha in ALPHAS]))
-    near = ALPHAS[max(least - 1, 0)], ALPHAS[min(least + 1, len(ALPHAS) - 1)]
-    alpha = float(minimize_scalar(leaves, bounds=near, method="bounded", options={"xatol": PRECISELY}).x)
-    law, reached = law_of(alpha)
-    if law is None or not _holds(law, moved):
+    if _same(whole.op, op, kept.op) and _same(whole.pv, pv - middle, kept.pv):
         return None
-    driven = np.einsum("i,ik->k", law.weights, reached)
-    return held.placed(pv, driven + alpha**held.since * (pv - driven)[held.begin], _obeyed(law, moved, held))
+    return Restored(replace(record, op=whole.op, pv=whole.pv + middle), untold)
 
 
-def _moves(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Move from each sample to the next, at the later one; none at the first."""
-    return np.diff(x, prepend=x[0])
+class _Whole(NamedTuple):
+    """Both signals, NaN where they are not told."""
+
+    op: NDArray[np.float64]
+    pv: NDArray[np.float64]
 
 
-def _left(law: Law | None) -> float:
-    """What the law leaves of a move, its mean square; infinite without a law."""
-    return np.inf if law is None else float(np.mean(law.left[law.kept] ** 2))
+def _solved(
+    u: NDArray[np.float64], y: NDArray[np.float64], kept: Stored, law: Moves, usable: NDArray[np.bool_]
+) -> _Whole:
+    """Solve for all samples; again without the equations that do not hold.
+
+    The unknowns are u_0, y_0, u_1, y_1, ...; the equation of a move joins the five from y_{j-2} to y_j.
+    """
+    from scipy.linalg import solveh_banded
+
+    n = u.size
+    lines, scales, weights = zip(*(_between(x, own) for x, own in ((u, kept.op), (y, kept.pv))), strict=True)
+    line, scale, weight = (np.stack(both, axis=1).ravel() for both in (lines, scales, weights))
+    shifts = scale[:, np.newaxis] * np.random.default_rng(0).choice([-1.0, 1.0], (2 * n, SHIFTS))
+    lines = line[:, np.newaxis] + np.column_stack([np.zeros(2 * n), shifts])
+    joins = np.array([-law.past[2], -1.0, -law.past[1], 1.0, -law.past[0]])
+    drive, holds = law.drive[2:], usable[2:].copy()
+    least = max(law.variance, EXACT**2 * law.moved)
+    at = [slice(2 * 2 - 3 + k, 2 * n - 4 + k, 2) for k in range(5)]
+    found = lines
+    for _ in range(ROUNDS):
+        precision = np.where(holds, 1.0 / least, 0.0)
+        band, right = np.zeros((5, 2 * n)), weight[:, np.newaxis] * lines
+        band[4] = weight
+        for i in range(5):
+            right[at[i]] += (precision * joins[i] * drive)[:, np.newaxis]
+            for k in range(i, 5):
+                band[4 - (k - i), at[k]] += precision * joins[i] * joins[k]
+        found = solveh_banded(band, right)
+        left = np.abs(sum(join * found[part, 0] for join, part in zip(joins, at, strict=True)) - drive)
+        usual = max(np.sqrt(least), 1.4826 * float(np.median(left[holds]))) if holds.any() else 0.0
+        broken = holds & (left > max(BUMPS * usual, NO_BUMP * law.largest))
+        if not broken.any():
+            break
+        holds &= ~broken
+    follows = np.sqrt(np.mean((found[:, 1:] - found[:, :1]) ** 2, axis=1)).reshape(n, 2)
+    x = found[:, 0].reshape(n, 2)
+    room = scale.reshape(n, 2)
+    x[(room > 0.0) & (follows > FOLLOWS * room)] = np.nan
+    return _Whole(x[:, 0].copy(), x[:, 1].copy())
 
 
-def _left_by_itself(
-    sp: NDArray[np.float64], pv: NDArray[np.float64], moved: NDArray[np.float64], held: _Stretches
-) -> float:
-    """What is left of OP's moves by a controller that acts as seldom as OP moves: it is then held by the controller."""
-    y, r = pv[held.last], sp[held.last]
-    turns, wished = y - pv[held.first], r - sp[held.first]
-    asked = np.stack([-turns, r - y, -_moves(turns), np.ones_like(y), wished, _moves(wished)])
-    return _left(fit_law(moved, asked[: 6 if np.any(wished) else 4], held.usable, FEWEST))
+def _between(
+    x: NDArray[np.float64], own: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """The line between the stored values, by how much it may be off where none is, and its precision everywhere."""
+    at, value = np.flatnonzero(own), x[own]
+    steps = np.abs(np.diff(value))
+    usual = float(np.median(steps)) or float(np.std(value)) or 1.0
+    exact = max(lattice(value) / np.sqrt(12.0), EXACT * usual)
+    stretch = np.clip(np.cumsum(own) - 1, 0, steps.size - 1)
+    far = np.maximum(usual, steps[stretch])
+    return np.interp(np.arange(x.size), at, value), np.where(own, 0.0, far), np.where(own, exact, far) ** -2.0
 
 
-def _holds(law: Law, moved: NDArray[np.float64]) -> bool:
-    """Whether the law leaves little of what the slower one does between its stored values."""
-    return _left(law) <= LEAVES * float(np.var(moved[law.kept]))
-
-
-def _obeyed(law: Law, moved: NDArray[np.float64], held: _Stretches) -> NDArray[np.bool_]:
-    """Stretches in which the law holds."""
-    return law.kept | (held.usable & (law.left <= NO_BUMP * np.nanmax(np.abs(moved))))
+def _same(whole: NDArray[np.float64], recorded: NDArray[np.float64], own: NDArray[np.bool_]) -> bool:
+    """Whether a signal comes out as it was recorded; nothing is said of what was not."""
+    changed = (whole - recorded)[~own]
+    if not changed.size:
+        return True
+    return bool(np.isfinite(recorded[~own]).all() and np.nanmean(changed**2) <= SAME * np.mean(np.diff(recorded[own]) ** 2))

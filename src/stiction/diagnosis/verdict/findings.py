@@ -17,7 +17,7 @@ from stiction.diagnosis.verdict.stem import stem_shown
 from stiction.errors import RecordError
 from stiction.records.durations import in_seconds
 from stiction.records.gate import Gate
-from stiction.records.one_rate import slower_of, unevenly_stored
+from stiction.records.one_rate import slower_of, stored_samples
 from stiction.records.outliers import without_outliers
 from stiction.records.quality import assess, usable_part
 from stiction.records.record import how_to_name_pv, require_record
@@ -27,15 +27,18 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identified import ControllerFit, Identification
     from stiction.diagnosis.result import Evidence, Oscillation
     from stiction.diagnosis.verdict.stem import Shown
+    from stiction.records.one_rate import Stored
     from stiction.records.quality import Quality
     from stiction.records.record import LoopRecord
 
 __all__ = ["Findings", "findings"]
 
-OTHER = {"OP": "PV", "PV": "OP"}
-THINNED = "{0} is new {2} only and rests between, {1} does not: both are taken where {0} is new."
-RESTORED = "{0} is stored {2} only; what was between is told by {1} and the controller's law."
-"""What is told of records in which one of them is held."""
+THINNED = "{0} is new every {2} only and rests between, {1} does not: both are taken where {0} is new."
+RESTORED = "{0} of the samples; what was between is told by the controller's law."
+"""What is told of records in which one of them is held, and of which what was left out is known."""
+ALL, ENOUGH = 0.98, 0.01
+"""Share of the samples from which nothing is looked for that was left out, and that which may be left untold in a record
+that is as good as one of all of them [-]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,23 +100,28 @@ def findings(record: LoopRecord) -> Findings:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV. {how_to_name_pv(record)}")
     record = without_outliers(record)
     assert record.pv is not None
-    slower = slower_of(record.op, record.pv)
-    seldom = (slower.name, slower.at(len(record))) if slower else unevenly_stored(record.op, record.pv)
-    whole = restored(record, *seldom) if seldom else None
-    often = f"every {in_seconds(slower.every * record.dt)}" if slower else ""
-    if seldom and whole:
-        name, at = seldom
-        often = often or f"at {100.0 * at.size / len(record):.0f} % of the samples"
-        told = RESTORED.format(name, OTHER[name], often)
-        seen = _findings(whole, samples_late=0)
-        gate = Gate("one rate", "ok", slower.every if slower else len(record) / at.size, 1.0, told)
+    kept = stored_samples(record.op, record.pv)
+    whole = restored(record, kept) if min(kept.op.mean(), kept.pv.mean()) < ALL else None
+    if whole is not None:
+        seen = _findings(whole.record, samples_late=0)
+        share = min(float(kept.op.mean()), float(kept.pv.mean()))
+        told = RESTORED.format(_seldom(kept))
+        gate = Gate("one rate", "lowers" if whole.untold > ENOUGH else "ok", 1.0 / share, 1.0, told)
         return replace(seen, quality=_with_gate(seen.quality, gate), rates=told)
+    slower = slower_of(record.op, record.pv)
     if slower is None or record.mv is not None:  # whose stem needs every sample of OP
         return _findings(record, samples_late=0)
     seen = _findings(record.window(slower.first, len(record), slower.every), samples_late=0)
     [gate] = [gate for gate in assess(record).gates if gate.name == "one rate"]
-    told = THINNED.format(slower.name, OTHER[slower.name], often)
+    every = in_seconds(slower.every * record.dt)
+    told = THINNED.format(slower.name, "OP" if slower.name == "PV" else "PV", every)
     return replace(seen, quality=_with_gate(seen.quality, gate), every=slower.every, rates=told)
+
+
+def _seldom(kept: Stored) -> str:
+    """Which of OP and PV was stored how seldom."""
+    shares = {"OP": float(kept.op.mean()), "PV": float(kept.pv.mean())}
+    return " and ".join(f"{name} is stored at {100.0 * share:.0f} %" for name, share in shares.items() if share < ALL)
 
 
 def _with_gate(quality: Quality, gate: Gate) -> Quality:
