@@ -257,7 +257,8 @@ def _loop(
     named = options.tag if options.tag is not None else tag
     loop_type = options.loop_type or loop_type_of(named or source.stem, numbered=not named)
     if not (named or options.loop_type or loop_type == "other"):
-        guesses.append(f"The file's name speaks of {"an" if loop_type == "analyser" else "a"} {loop_type} loop; give loop_type if it is another.")
+        named_loop = f"{'an' if loop_type == 'analyser' else 'a'} {loop_type} loop"
+        guesses.append(f"The file's name speaks of {named_loop}; give loop_type if it is another.")
     return LoopRecord(
         named or source.stem,
         grid.dt,
