@@ -151,4 +151,24 @@ def test_strokes_that_cannot_be_run_get_a_sentence():
         st.stroke(st.Ideal(), [[0.0]], 1.0)
     with pytest.raises(st.ParameterError, match="mv_start must be a finite number"):
         st.stroke(st.Ideal(), [0.0], 1.0, mv_start=math.nan)
+    with pytest.raises(st.RecordError, match="op has 1 missing values"):
+        st.stroke(st.Kano(3.0, 1.0), np.ma.masked_greater([1.0, 2.0, 999.0], 100.0), 1.0)
     assert st.stroke(st.Kano(3.0, 1.0), [], 1.0).mv.size == 0
+
+
+def test_a_position_is_put_where_it_is_asked_for_and_the_input_is_kept():
+    op = np.array([0.0, 2.0, 2.5, 3.0, 1.0, -0.5])
+    apart, same, across = np.empty(6), op.copy(), np.concatenate([op, [0.0]])
+    for given, out in ((op, apart), (same, same), (across[:6], across[1:])):
+        record = st.stroke(st.Kano(3.0, 1.0), given, 1.0, out=out)
+        assert record.mv is out
+        assert out.tolist() == [0.0, 0.0, 1.5, 2.0, 2.0, 0.5]
+        assert record.op.tolist() == op.tolist()
+
+
+def test_a_place_that_cannot_be_written_to_is_refused():
+    fixed = np.zeros(3)
+    fixed.flags.writeable = False
+    for out, told in ((fixed, "out is read-only"), ([0.0] * 3, "out is a list"), (np.zeros(2), r"shape \(2,\)")):
+        with pytest.raises(st.ParameterError, match=told):
+            st.stroke(st.Kano(3.0, 1.0), np.arange(3.0), 1.0, out=out)

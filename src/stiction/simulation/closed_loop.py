@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from reprlib import repr as brief
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import ParameterError, require_finite, require_not_negative, require_positive
+from stiction.errors import ParameterError, as_floats, require_finite, require_not_negative, require_positive
 from stiction.models.switch import NO_COMPENSATOR, is_plain
 from stiction.records.record import LoopRecord, Provenance
 from stiction.simulation.drivers import closed_loop, plain_loop
@@ -142,9 +143,9 @@ def _whole(seed: int | None) -> int | None:
 def _series(name: str, value: ArrayLike, n: int, *, gaps: bool = False) -> NDArray[np.float64]:
     """One value for all samples, shape (1,), or one per sample, shape (n,)."""
     try:
-        series = np.atleast_1d(np.ascontiguousarray(value, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise ParameterError(f"{name} must be a number or a series of numbers, got {value!r}.") from None
+        series = np.atleast_1d(np.ascontiguousarray(as_floats(value)))
+    except (TypeError, ValueError, OverflowError):
+        raise ParameterError(f"{name} must be a number or a series of numbers, got {brief(value)}.") from None
     if series.ndim != 1 or series.size not in (1, n):
         raise ParameterError(f"{name} has shape {series.shape}; give one number or {n} (one per sample).")
     if not gaps and not np.isfinite(series).all():
