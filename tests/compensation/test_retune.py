@@ -167,6 +167,18 @@ def test_a_valve_that_depends_on_the_rate_has_a_margin_too():
     assert df_margin(replace(loop, valve=st.Srinivasan(3.5, 2.0, 0.05))) > 0.0
 
 
+def test_a_valve_whose_bands_are_0_is_retuned_as_the_ideal_one():
+    none, good = (retune(replace(LOOP, valve=valve), 60.0) for valve in (st.Kano(0.0, 0.0), st.Ideal()))
+    assert none == good
+
+
+def test_a_jump_without_deadband_is_judged_by_its_jump():
+    """Twice J is twice every signal: the same setting, and the same share of the deviation is taken away."""
+    one, two = (retune(replace(LOOP, valve=st.Kano(0.0, J)), 60.0) for J in (1.0, 2.0))
+    assert one.controller == two.controller
+    assert one.improvement == pytest.approx(two.improvement, rel=1e-9)
+
+
 @pytest.mark.parametrize(
     ("valve", "limits", "told"),
     [

@@ -112,6 +112,15 @@ def test_jump_is_what_makes_a_self_regulating_loop_cycle():
         bifurcation(loop, "d", [1.0])
 
 
+@pytest.mark.parametrize(("parameter", "values"), [("gain", [0.0, 1.0]), ("Kc", [0.0, 0.2])])
+def test_no_branch_reaches_a_loop_without_gain(parameter, values):
+    """With Kc = 0 the OP does not answer the stem."""
+    loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    (branch,) = bifurcation(loop, parameter, values).branches
+    assert branch.values.tolist() == values[1:]
+    assert branch.born > 0.0
+
+
 @pytest.mark.parametrize(("start", "levels"), [(0.25, 2), (0.75, 4)])
 def test_record_is_matched_to_its_cycle(start, levels, a_and_c):
     fine = st.Loop(EXAMPLE_LOOP.controller, EXAMPLE_LOOP.valve, EXAMPLE_LOOP.process, dt=0.01)

@@ -219,7 +219,7 @@ def df_margin(loop: Loop) -> float:
     float
         The margin [-].
     """
-    if isinstance(loop.valve, Ideal):
+    if frictionless(loop.valve):
         return 1.0 / sensitivity(loop)
     omega, L = _open_loop(loop, loop.controller)
     sizes = _band(loop.valve) * np.geomspace(0.505, 50.0, 120)
@@ -271,11 +271,13 @@ def _jump(loop: Loop) -> float:
 
 
 def _band(valve: Valve) -> float:
-    """S of the valve [% of span]; 1 of the ideal one, which has none."""
+    """S of the valve [% of span], J where S is 0; 1 of one that does not stick."""
+    if frictionless(valve):
+        return 1.0
     found = stiction_of(valve)
-    if found is None and not frictionless(valve):
+    if found is None:
         raise ParameterError(
             f"{type(valve).__name__} has no S and J, by which settings are judged; give a valve that has, such as "
             "Kano(S, J)."
         )
-    return 1.0 if found is None else found[0]
+    return found[0] or found[1]

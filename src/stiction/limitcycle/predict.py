@@ -158,7 +158,8 @@ def why_none(loop: Loop) -> str:
     Returns
     -------
     str
-        That the valve is good, the loop unstable, the describing function all there was to look with, or none of it.
+        That the valve is good, the loop unstable or without gain, the describing function all there was to look with,
+        or none of it.
 
     Examples
     --------
@@ -170,6 +171,8 @@ def why_none(loop: Loop) -> str:
         return f"{UNSTABLE}: it runs away. Turn or lower the gain of the controller."
     if frictionless(loop.valve):
         return "No limit cycle: the valve does not stick."
+    if loop.controller.Kc == 0.0:
+        return "No limit cycle: the controller has no gain, so that the OP does not answer the valve."
     if bands(loop.valve) is None:
         return (
             "No limit cycle was predicted, which is no proof: the describing function meets the loop nowhere, and "

@@ -119,7 +119,10 @@ def machine(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> Machine
     valve = require_bands(loop.valve)
     linear = linear_part(loop, sp=sp, disturbance=disturbance)
     if valve.sb <= 0.0:
-        raise ParameterError(f"{loop.valve!r} has no stiction: the loop is linear and has no limit cycle of its own.")
+        raise ParameterError(
+            f"{loop.valve!r} has no stiction: the loop is linear and has no limit cycle of its own. Give a valve that "
+            "sticks."
+        )
     return _machine(linear, valve)
 
 

@@ -252,7 +252,10 @@ def _starts(m: Machine, offset: float | None):
         speeds.append(grid[past[0]] if past.size else marks.min())
     jump = m.valve.jump
     for w in dict.fromkeys(float(s) for s in speeds):
-        unit = linear.states_at(w) * (-1.0 / complex(linear.at(1j * w))) * np.exp(-1j * w * linear.dead_time)
+        gain = complex(linear.at(1j * w))
+        if gain == 0.0:
+            continue
+        unit = linear.states_at(w) * (-1.0 / gain) * np.exp(-1j * w * linear.dead_time)
         for size in _SIZES:
             a = size * m.valve.sb
             level = a - m.valve.lag
