@@ -181,3 +181,24 @@ def test_a_valve_without_deadband_but_with_a_jump_cycles_as_it_is_simulated():
     assert cycle.period == pytest.approx(float(np.diff(ups).mean()) * loop.dt, rel=5e-3)
     assert cycle.amplitude == pytest.approx(np.ptp(late) / 2.0, rel=0.01)
     assert cycle in [one.exact or one for one in st.predict_limit_cycles(loop)]
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"sp": math.nan}, "sp must be a finite number"),
+        ({"sp": math.inf}, "sp must be a finite number"),
+        ({"disturbance": math.nan}, "disturbance must be a finite number"),
+        ({"mv_start": math.nan}, "mv_start must be a finite number"),
+        ({"op_start": [1.0, math.nan]}, "op_start has entries that are not finite"),
+        ({"op_start": "high"}, "op_start must be a number or an array"),
+        ({"tolerance": math.nan}, "tolerance must be a finite number"),
+        ({"periods": 0.0}, "periods = 0 is not positive"),
+        ({"longest": math.nan}, "longest must be a finite number"),
+        ({"longest": -1.0}, "longest = -1 s is not positive"),
+    ],
+)
+def test_a_sampled_search_that_cannot_be_is_refused(given, told):
+    loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    with pytest.raises(st.ParameterError, match=told):
+        sampled_limit_cycles(loop, **given)
