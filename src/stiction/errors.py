@@ -36,6 +36,7 @@ __all__ = [
     "require_positive",
     "require_range",
     "require_samples",
+    "require_seed",
 ]
 
 MOST_SAMPLES = 10_000_000
@@ -89,7 +90,7 @@ def as_floats(value: ArrayLike) -> NDArray:
     import numpy as np
 
     if isinstance(value, np.ma.MaskedArray):
-        value = value.astype(np.float64).filled(np.nan)
+        value = np.ma.filled(value.astype(np.float64), np.nan)
     if getattr(getattr(value, "dtype", None), "kind", "") == "c":
         raise TypeError("complex numbers")
     return np.asarray(value, dtype=np.float64)
@@ -132,6 +133,16 @@ def require_count(name: str, value: float) -> int:
     if number != round(number):
         raise ParameterError(f"{name} = {number:g} is no whole number; give 1 or more.")
     return round(number)
+
+
+def require_seed(seed: int | None) -> int | None:
+    """Return `seed` as a whole number >= 0, or None as it is, or say what is wrong with it."""
+    if seed is None:
+        return None
+    number = require_not_negative("seed", seed)
+    if number != round(number):
+        raise ParameterError(f"seed = {number:g} is no whole number; give 0 or more.")
+    return int(seed)
 
 
 def require_range(name: str, ends: tuple[float, float]) -> tuple[float, float]:

@@ -191,3 +191,8 @@ def test_what_cannot_be_retuned_is_told(valve, limits, told):
     loop = st.Loop(st.PID(0.2, 10.0), valve, st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
     with pytest.raises(st.ParameterError, match=told):
         retune(loop, 100.0, **limits)
+
+
+def test_a_period_too_long_to_simulate_is_refused():
+    with pytest.raises(st.ParameterError, match=r"40 periods = 4e\+13 s is 4e\+13 samples"):
+        retune(LOOP, 1e12)

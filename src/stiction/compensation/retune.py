@@ -22,7 +22,7 @@ import numpy as np
 
 from stiction.compensation.exchange import exchange
 from stiction.compensation.repair import stiction_of
-from stiction.errors import ParameterError, require_positive
+from stiction.errors import ParameterError, require_positive, require_samples
 from stiction.limitcycle import describing_function, predict_limit_cycles
 from stiction.limitcycle.bands import frictionless
 from stiction.limitcycle.describing.face import rate_dependent
@@ -128,7 +128,8 @@ def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: floa
     Raises
     ------
     ParameterError
-        When `period` or a limit is not positive, or the valve has no S and J.
+        When `period` or a limit is not positive, 40 periods are more samples than can be made, or the valve has no
+        S and J.
 
     Examples
     --------
@@ -139,6 +140,7 @@ def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: floa
     False
     """
     period = require_positive("period", period, "s")
+    require_samples(f"{2.0 * CYCLES:.0f} periods", 2.0 * CYCLES * period, loop.dt)
     load_limit, Ms_limit = require_positive("load_limit", load_limit), require_positive("Ms_limit", Ms_limit)
     quiet = exchange(loop, noise=0.0, compensator=None)
     now = loop.controller

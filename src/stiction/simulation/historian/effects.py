@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import ParameterError
+from stiction.errors import ParameterError, require_seed
 from stiction.records.storage import usual_swing
 from stiction.simulation.historian.spoiled import (
     clipped,
@@ -52,7 +52,7 @@ def _rounded(record: LoopRecord, strength: float, seed: int) -> LoopRecord:
 
 
 def _units(record: LoopRecord, strength: float, seed: int) -> LoopRecord:
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(require_seed(seed))
     pv = (float(10.0 ** rng.uniform(-3.0, 3.0)), float(rng.uniform(-100.0, 100.0)))
     op = [(0.01, 0.0), (0.16, 4.0)][int(rng.integers(2))] if strength > 0.5 else (1.0, 0.0)
     return rescaled(record, op=op, pv=pv)

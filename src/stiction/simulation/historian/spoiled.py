@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.errors import ParameterError, require_finite, require_not_negative
+from stiction.errors import ParameterError, require_finite, require_not_negative, require_seed
 from stiction.simulation.historian.stored import SIGNALS, each_signal
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def gaps(record: LoopRecord, share: float, seed: int = 0, *, count: int = 3) -> 
     30
     """
     lost = np.zeros(len(record), dtype=bool)
-    for first, last in _stretches(len(record), _share(share), count, np.random.default_rng(seed)):
+    for first, last in _stretches(len(record), _share(share), count, np.random.default_rng(require_seed(seed))):
         lost[first:last] = True
     return each_signal(record, lambda x: np.where(lost, np.nan, x))
 
@@ -83,7 +83,7 @@ def missing(record: LoopRecord, share: float, seed: int = 0) -> LoopRecord:
     >>> missing(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0]), share=1.0).op.tolist()
     [nan, nan, nan]
     """
-    share, rng = _share(share), np.random.default_rng(seed)
+    share, rng = _share(share), np.random.default_rng(require_seed(seed))
     return each_signal(record, lambda x: np.where(rng.random(x.size) < share, np.nan, x))
 
 
@@ -120,7 +120,7 @@ def frozen(record: LoopRecord, share: float, seed: int = 0, *, count: int = 3) -
     6
     """
     from_where = np.arange(len(record))
-    for first, last in _stretches(len(record), _share(share), count, np.random.default_rng(seed)):
+    for first, last in _stretches(len(record), _share(share), count, np.random.default_rng(require_seed(seed))):
         from_where[first:last] = first
     return each_signal(record, lambda x: x[from_where])
 
@@ -158,7 +158,7 @@ def clock_jumps(record: LoopRecord, count: int, seed: int = 0, *, longest: float
     (2, True)
     """
     require_not_negative("count", count, "-")
-    rng, kept = np.random.default_rng(seed), np.ones(len(record), dtype=bool)
+    rng, kept = np.random.default_rng(require_seed(seed)), np.ones(len(record), dtype=bool)
     for _ in range(count):
         size = max(int(len(record) * _share(longest) * rng.random()), 1)
         first = int(rng.integers(0, max(len(record) - size, 1)))
@@ -199,7 +199,7 @@ def replayed(record: LoopRecord, share: float, seed: int = 0) -> LoopRecord:
     7
     """
     n, size = len(record), round(len(record) * _share(share, 0.5))
-    rng, from_where = np.random.default_rng(seed), np.arange(n)
+    rng, from_where = np.random.default_rng(require_seed(seed)), np.arange(n)
     first = int(rng.integers(0, n - 2 * size + 1))
     again = int(rng.integers(first + size, n - size + 1))
     from_where[again : again + size] = np.arange(first, first + size)
@@ -242,7 +242,7 @@ def part_manual(record: LoopRecord, share: float, seed: int = 0, *, told: bool =
     >>> int((~record.auto).sum()), np.unique(record.op).size
     (4, 7)
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(require_seed(seed))
     ((first, last),) = _stretches(len(record), _share(share), 1, rng)
     if first == last:
         return record
