@@ -30,6 +30,7 @@ __all__ = [
     "as_floats",
     "require_count",
     "require_finite",
+    "require_kind",
     "require_not_negative",
     "require_number",
     "require_numbers",
@@ -61,6 +62,17 @@ class ConvergenceError(StictionError, RuntimeError):
 
 class MissingExtraError(StictionError, ImportError):
     """An optional dependency is not installed."""
+
+
+def require_kind(name: str, value: object, kind: type | tuple[type, ...], remedy: str) -> None:
+    """Refuse what is not of a kind, and say in `remedy` what to give.
+
+    Examples
+    --------
+    >>> require_kind("tag", "FIC-101", str, "a text")
+    """
+    if not isinstance(value, kind):
+        raise ParameterError(f"{name} is of type {type(value).__name__}; give {remedy}.")
 
 
 def require_number(name: str, value: float, unit: str = "") -> float:

@@ -196,3 +196,8 @@ def test_what_cannot_be_retuned_is_told(valve, limits, told):
 def test_a_period_too_long_to_simulate_is_refused():
     with pytest.raises(st.ParameterError, match=r"40 periods = 4e\+13 s is 4e\+13 samples"):
         retune(LOOP, 1e12)
+
+
+def test_what_is_no_loop_is_told():
+    with pytest.raises(st.ParameterError, match="loop is of type Kano; give a Loop"):
+        retune(LOOP.valve, 60.0)

@@ -176,3 +176,9 @@ def test_a_place_that_cannot_be_written_to_is_refused():
     for out, told in ((fixed, "out is read-only"), ([0.0] * 3, "out is a list"), (np.zeros(2), r"shape \(2,\)")):
         with pytest.raises(st.ParameterError, match=told):
             st.stroke(st.Kano(3.0, 1.0), np.arange(3.0), 1.0, out=out)
+
+
+def test_what_is_no_loop_is_told():
+    for other in ("loop", None, st.Ideal()):
+        with pytest.raises(st.ParameterError, match=r"loop is of type .*; give a Loop"):
+            st.simulate(other, 1.0, 10.0)

@@ -27,6 +27,7 @@ from stiction.limitcycle import describing_function, predict_limit_cycles
 from stiction.limitcycle.bands import frictionless
 from stiction.limitcycle.describing.face import rate_dependent
 from stiction.models import PID, Ideal
+from stiction.models.loop import require_loop
 from stiction.simulation import simulate
 
 if TYPE_CHECKING:
@@ -139,6 +140,7 @@ def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: floa
     >>> retune(loop, period=100.0).cycle_left
     False
     """
+    require_loop(loop)
     period = require_positive("period", period, "s")
     require_samples(f"{2.0 * CYCLES:.0f} periods", 2.0 * CYCLES * period, loop.dt)
     load_limit, Ms_limit = require_positive("load_limit", load_limit), require_positive("Ms_limit", Ms_limit)

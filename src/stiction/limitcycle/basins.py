@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from stiction.errors import ParameterError, require_count, require_numbers, require_positive
+from stiction.errors import ParameterError, require_count, require_kind, require_numbers, require_positive
 from stiction.limitcycle.exact.flow import DIVERGED, SETTLED, STOPPED, TERMS, flow
 from stiction.limitcycle.exact.run import Machine, machine
+from stiction.limitcycle.result import LimitCycle
 from stiction.models.compiled import kernel
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from stiction.limitcycle.result import LimitCycle
     from stiction.models import Loop
 
 __all__ = ["Attractor", "BasinMap", "basin_map", "smallest_pulse"]
@@ -333,7 +333,10 @@ def smallest_pulse(
     >>> abs(smallest_pulse(loop, small, large, 5.0, phases=4, sizes=10)[0]) < 0.5
     True
     """
-    limit = 5.0 * max(start.amplitude, end.amplitude) if largest is None else float(largest)
+    for name, cycle in (("start", start), ("end", end)):
+        require_kind(name, cycle, LimitCycle, "a cycle of exact_limit_cycles(loop)")
+    limit = 5.0 * max(start.amplitude, end.amplitude) if largest is None else require_positive("largest", largest)
+    phases, sizes = require_count("phases", phases), require_count("sizes", sizes)
     size = np.linspace(limit / sizes, limit, sizes)
     phase = np.arange(phases) / phases
     grid = np.concatenate([size, -size])[:, None], phase[None, :]

@@ -11,7 +11,7 @@ import numpy as np
 from stiction.errors import ParameterError
 from stiction.limitcycle.bands import bands, frictionless
 from stiction.limitcycle.crossing import frequency_grid
-from stiction.limitcycle.describing.stenman import lattice_offset
+from stiction.limitcycle.describing.stenman import lattice_offset, require_families
 from stiction.limitcycle.exact.run import machine
 from stiction.limitcycle.exact.search import solve
 from stiction.limitcycle.linear import LinearPart, linear_part
@@ -67,7 +67,7 @@ def predict_limit_cycles(
     ------
     ParameterError
         When controller and process are improper or make an algebraic loop, the loop has no point of rest, or it
-        holds a compensator; when `sp` or `disturbance` is not finite.
+        holds a compensator; when `sp` or `disturbance` is not finite, or a family is unknown.
 
     References
     ----------
@@ -86,11 +86,11 @@ def predict_limit_cycles(
     integer 1.0887 15.66 15.66 True
     """
     linear = linear_part(loop, sp=sp, disturbance=disturbance)
+    families = None if families is None else require_families(families)
     if frictionless(loop.valve):
         return ()
     banded = bands(loop.valve)
     if families is not None and banded is not None and banded.staircase:
-        families = tuple(families)
         offsets = tuple(f if isinstance(f, str) else lattice_offset(banded.jump, f, linear.rest) for f in families)
     else:
         offsets = None

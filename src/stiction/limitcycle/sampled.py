@@ -13,6 +13,7 @@ from stiction.limitcycle.result import LimitCycle
 from stiction.models.compiled import kernel
 from stiction.models.controllers.pid import pid_at_rest, pid_step
 from stiction.models.facts import FACTS
+from stiction.models.loop import require_loop
 from stiction.models.switch import valve_at_rest, valve_step
 
 if TYPE_CHECKING:
@@ -121,6 +122,7 @@ def sampled_limit_cycles(
     >>> round(sampled_limit_cycles(loop, sp=10.0, mv_start=3.0)[0].amplitude, 2)
     1.73
     """
+    require_loop(loop)
     if loop.compensator is not None:
         raise ParameterError("the loop holds a compensator; remove it to look for its own limit cycles.")
     sp, disturbance = require_finite("sp", sp, "PV units"), require_finite("disturbance", disturbance, "% of span")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError, as_floats, require_finite, require_positive, require_samples, require_seed
+from stiction.models.loop import require_loop
 from stiction.models.switch import NO_COMPENSATOR, is_plain
 from stiction.records.record import LoopRecord, Provenance
 from stiction.simulation.drivers import closed_loop, plain_loop
@@ -83,6 +84,7 @@ def simulate(
     >>> round(float(record.op[-400:].max() - record.op[-400:].min()), 1)
     3.5
     """
+    require_loop(loop)
     duration = require_positive("duration", duration, "s")
     require_samples("duration", duration, loop.dt)
     n = round(duration / loop.dt)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError, require_seed
+from stiction.records.record import require_record
 from stiction.records.storage import usual_swing
 from stiction.simulation.historian.spoiled import (
     clipped,
@@ -110,6 +111,7 @@ def spoil(record: LoopRecord, effect: str, strength: float, seed: int = 0) -> Lo
     >>> len(spoil(record, "sampling", strength=1.0))
     2
     """
+    require_record(record)
     if effect not in EFFECTS:
         raise ParameterError(f"effect {effect!r} is unknown; use {', '.join(EFFECTS)}.")
     if not 0.0 <= strength <= 1.0:
