@@ -84,9 +84,7 @@ def test_families_that_are_none(valve, families, told):
 )
 def test_what_is_no_loop(ask):
     for other in ("loop", None, LOOP.valve):
-        with pytest.raises(
-            st.ParameterError, match=r"loop is of type .*; give a Loop\(controller, valve"
-        ):
+        with pytest.raises(st.ParameterError, match=r"loop is of type .*; give a Loop\(controller, valve"):
             ask(other)
 
 

@@ -280,7 +280,5 @@ def test_plan_returns_to_its_start():
 
 
 def test_what_is_no_test_does_not_compare():
-    with pytest.raises(
-        st.ParameterError, match="before is of type str; give what analyse_ramp or"
-    ):
+    with pytest.raises(st.ParameterError, match="before is of type str; give what analyse_ramp or"):
         st.compare_tests("before.csv", "after.csv")
