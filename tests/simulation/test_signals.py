@@ -76,6 +76,7 @@ REFUSED = [
     (triangle, (0.0, -1.0, 1.0, 1.0, 1.0), "amplitude = -1 % of span is negative"),
     (sine, (0.0, 1.0, -2.0, 1.0, 1.0), "period = -2 s is not positive"),
     (staircase, ([1.0, "x"], 1.0, 1.0), "series of numbers"),
+    (staircase, (np.ma.masked_greater([1.0, 99.0], 50.0), 1.0, 1.0), "series of finite numbers"),
     (staircase, ([1.0], 0.2, 1.0), "hold = 0.2 s is shorter than one sample of 1 s"),
     (random_walk, (0.0, -1.0, 1.0, 1.0), "spread = -1 % of span is negative"),
     (binary_sequence, (2.0, 1.0, 1.0, 1.0, 1.0), "low = 2 % is not below high = 1 %"),

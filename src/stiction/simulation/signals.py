@@ -12,6 +12,7 @@ import numpy as np
 
 from stiction.errors import (
     ParameterError,
+    as_floats,
     require_finite,
     require_not_negative,
     require_positive,
@@ -173,8 +174,8 @@ def staircase(levels: Sequence[float] | NDArray[np.float64], hold: float, dt: fl
     [50.0, 50.0, 50.5, 50.5, 50.0, 50.0]
     """
     try:
-        series = np.atleast_1d(np.asarray(levels, dtype=np.float64))
-    except (TypeError, ValueError):
+        series = np.atleast_1d(as_floats(levels))
+    except (TypeError, ValueError, OverflowError):
         raise ParameterError(f"levels must be a series of numbers, got {levels!r}.") from None
     if series.ndim != 1 or not np.all(np.isfinite(series)):
         raise ParameterError("levels must be a series of finite numbers in % of span.")
