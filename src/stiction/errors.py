@@ -15,6 +15,11 @@ and name the quantity, the value, the limit and the remedy.
 from __future__ import annotations
 
 import math
+from reprlib import repr as brief
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "ConvergenceError",
@@ -22,13 +27,17 @@ __all__ = [
     "ParameterError",
     "RecordError",
     "StictionError",
+    "as_floats",
     "require_count",
     "require_finite",
+    "require_kind",
     "require_not_negative",
     "require_number",
+    "require_numbers",
     "require_positive",
     "require_range",
     "require_samples",
+    "require_seed",
 ]
 
 MOST_SAMPLES = 10_000_000
@@ -55,28 +64,63 @@ class MissingExtraError(StictionError, ImportError):
     """An optional dependency is not installed."""
 
 
+def require_kind(name: str, value: object, kind: type | tuple[type, ...], remedy: str) -> None:
+    """Refuse what is not of a kind, and say in `remedy` what to give.
+
+    Examples
+    --------
+    >>> require_kind("tag", "FIC-101", str, "a text")
+    """
+    if not isinstance(value, kind):
+        raise ParameterError(f"{name} is of type {type(value).__name__}; give {remedy}.")
+
+
 def require_number(name: str, value: float, unit: str = "") -> float:
     """Return `value` as a float, which may be infinite, or say that it is no number."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = math.nan
-    if math.isnan(number) or isinstance(value, bool):
+    number = _float(name, value, unit)
+    if math.isnan(number):
         raise ParameterError(f"{name} must be a number{_in(unit)}, got {value!r}.")
     return number
 
 
 def require_finite(name: str, value: float, unit: str = "") -> float:
     """Return `value` as a float, or say that it is not a finite number."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = None
-    if number is None or isinstance(value, bool):
-        raise ParameterError(f"{name} must be a number{_in(unit)}, got {value!r}.")
+    number = _float(name, value, unit)
     if not math.isfinite(number):
         raise ParameterError(f"{name} must be a finite number{_in(unit)}, got {number}.")
     return number
+
+
+def as_floats(value: ArrayLike) -> NDArray:
+    """Return an array of floats, not copied where it is one; what a mask hides is NaN.
+
+    Raises
+    ------
+    TypeError, ValueError, OverflowError
+        When there are no real numbers in it.
+    """
+    import numpy as np
+
+    if isinstance(value, np.ma.MaskedArray):
+        value = np.ma.filled(value.astype(np.float64), np.nan)
+    if getattr(getattr(value, "dtype", None), "kind", "") == "c":
+        raise TypeError("complex numbers")
+    return np.asarray(value, dtype=np.float64)
+
+
+def require_numbers(name: str, value: ArrayLike, unit: str = "") -> NDArray:
+    """Return `value`, one number or an array of them, as an array of floats, or say that one is not a finite number."""
+    import numpy as np
+
+    try:
+        array = as_floats(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ParameterError(
+            f"{name} must be a number or an array of numbers{_in(unit)}, got {brief(value)}."
+        ) from None
+    if not np.isfinite(array).all():
+        raise ParameterError(f"{name} has entries that are not finite{_in(unit)}; give finite numbers.")
+    return array
 
 
 def require_not_negative(name: str, value: float, unit: str = "") -> float:
@@ -103,13 +147,23 @@ def require_count(name: str, value: float) -> int:
     return round(number)
 
 
+def require_seed(seed: int | None) -> int | None:
+    """Return `seed` as a whole number >= 0, or None as it is, or say what is wrong with it."""
+    if seed is None:
+        return None
+    number = require_not_negative("seed", seed)
+    if number != round(number):
+        raise ParameterError(f"seed = {number:g} is no whole number; give 0 or more.")
+    return int(seed)
+
+
 def require_range(name: str, ends: tuple[float, float]) -> tuple[float, float]:
     """Return (lowest, highest) in % of span as floats, which may be infinite, or say what is wrong with them."""
     try:
         low, high = (float(end) for end in ends)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ParameterError(
-            f"{name} = {ends!r} is not a pair of numbers; give (lowest, highest) in % of span."
+            f"{name} = {brief(ends)} is not a pair of numbers; give (lowest, highest) in % of span."
         ) from None
     if not low < high:
         raise ParameterError(f"{name} = ({low:g}, {high:g}) % has no room; give lowest < highest.")
@@ -140,6 +194,17 @@ def require_samples(name: str, seconds: float, dt: float) -> None:
             f"{name} = {seconds:g} s is {seconds / dt:.4g} samples of {dt:g} s, and {MOST_SAMPLES:,} can be made; give "
             f"at most {MOST_SAMPLES * dt:g} s, or a longer dt."
         )
+
+
+def _float(name: str, value: float, unit: str) -> float:
+    try:
+        if not isinstance(value, bool) and getattr(value, "imag", 0.0) == 0.0:
+            return float(value)
+    except (TypeError, ValueError):
+        pass
+    except OverflowError:
+        raise ParameterError(f"{name} is a number{_in(unit)} beyond 1.8e308; give a smaller one.") from None
+    raise ParameterError(f"{name} must be a number{_in(unit)}, got {value!r}.")
 
 
 def _unit(unit: str) -> str:

@@ -120,12 +120,13 @@ def test_a_file_being_written_leaves_nothing_when_the_program_is_asked_to_end(na
     assert capsys.readouterr() == ("", "")
 
 
-def test_a_closed_pipe_is_quiet():
+@pytest.mark.parametrize("argv", [["simulate", "--duration", "100"], ["--help"], ["diagnose", "--help"], ["--version"]])
+def test_a_closed_pipe_is_quiet(argv):
     read_end, write_end = os.pipe()
     os.close(read_end)
     with os.fdopen(write_end, "wb") as closed:
         done = subprocess.run(
-            [sys.executable, "-m", "stiction.apps.cli", "simulate", "--duration", "100"],
+            [sys.executable, "-m", "stiction.apps.cli", *argv],
             stdout=closed,
             stderr=subprocess.PIPE,
             timeout=120,

@@ -211,6 +211,17 @@ def test_what_cannot_be_done_is_said_before_the_work(argv, code, says, run, fold
     assert sorted(path.name for path in folder.iterdir()) == ["a.csv", "with.toml"]
 
 
+def test_a_file_that_cannot_be_used_is_an_object_of_json_too(run, folder):
+    (folder / "bad.csv").write_bytes(bytes(range(256)) * 40)
+    for name in ("none.csv", "bad.csv"):
+        done = run("compensate", name, "--json")
+        [failed] = strict(done.out)
+        assert done.code == 3
+        assert failed.keys() == KEYS
+        assert failed["file"] == name
+        assert done.err == f"stiction: {failed['error']}\n"
+
+
 def test_a_file_that_is_no_record(run, folder):
     (folder / "bad.csv").write_bytes(bytes(range(256)) * 40)
     done = run("compensate", "bad.csv", "--report", "r.html", "--structured-text", "k.st")

@@ -49,6 +49,12 @@ def test_a_good_valve_has_none(run, folder):
     assert "No limit cycle: the valve does not stick." in (folder / "lc.html").read_text()
 
 
+def test_a_loop_without_gain_has_none(run):
+    done = run("limit-cycles", "--controller", "pi:Kc=0,Ti=10")
+    assert done.code == 0
+    assert "the controller has no gain" in done.out
+
+
 @pytest.mark.parametrize(
     ("argv", "code", "says"),
     [

@@ -189,3 +189,15 @@ def test_a_position_that_counts_the_closing_is_refused_and_not_called_stuck(run,
     assert (done.code, done.out) == (3, "")
     assert "The valve position of closing goes against the OP, by -0." in done.err
     assert "give 100 minus it" in done.err
+
+
+def test_a_file_that_cannot_be_used_is_an_object_of_json_too(run, folder, ramp_csv):
+    done = run("valve-test", "analyse", "ramp", "none.csv", "--json")
+    failed = json.loads(done.out)
+    assert done.code == 3
+    assert failed["record"]["file"] == "none.csv"
+    assert done.err == f"stiction: {failed['error']}\n"
+    assert run("valve-test", "analyse", "ramp", "none.csv").out == ""
+    assert json.loads(run("valve-test", "analyse", "ramp", ramp_csv, "--json").out)["error"] is None
+    before = run("valve-test", "analyse", "ramp", ramp_csv, "--before", "none.csv", "--json")
+    assert json.loads(before.out)["record"]["file"] == "none.csv"

@@ -332,3 +332,11 @@ def test_a_controller_beside_a_loop_is_refused_and_not_passed_over():
         st.compensate(loop, controller=st.PID(0.1, 10.0))
     with pytest.raises(st.ParameterError, match="period = -1 s is not positive"):
         st.retune(loop, -1.0)
+
+
+@pytest.mark.parametrize(("improvement", "worth"), [(0.101, True), (0.099, False)])
+def test_a_good_valve_must_lower_the_deviation_by_a_tenth(improvement, worth):
+    fix = trial_of(FIX, improvement, 1.0, 1.0)
+    assert (pointless(fix) == "") is worth
+    reason = choose((fix, trial_of(NOTHING, 0.0, 1.0, 1.0)))[1]
+    assert reason.startswith("Fixing the valve lowers" if worth else "Fixing the valve changes")

@@ -167,6 +167,18 @@ def test_a_valve_that_depends_on_the_rate_has_a_margin_too():
     assert df_margin(replace(loop, valve=st.Srinivasan(3.5, 2.0, 0.05))) > 0.0
 
 
+def test_a_valve_whose_bands_are_0_is_retuned_as_the_ideal_one():
+    none, good = (retune(replace(LOOP, valve=valve), 60.0) for valve in (st.Kano(0.0, 0.0), st.Ideal()))
+    assert none == good
+
+
+def test_a_jump_without_deadband_is_judged_by_its_jump():
+    """Twice J is twice every signal: the same setting, and the same share of the deviation is taken away."""
+    one, two = (retune(replace(LOOP, valve=st.Kano(0.0, J)), 60.0) for J in (1.0, 2.0))
+    assert one.controller == two.controller
+    assert one.improvement == pytest.approx(two.improvement, rel=1e-9)
+
+
 @pytest.mark.parametrize(
     ("valve", "limits", "told"),
     [
@@ -179,3 +191,13 @@ def test_what_cannot_be_retuned_is_told(valve, limits, told):
     loop = st.Loop(st.PID(0.2, 10.0), valve, st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
     with pytest.raises(st.ParameterError, match=told):
         retune(loop, 100.0, **limits)
+
+
+def test_a_period_too_long_to_simulate_is_refused():
+    with pytest.raises(st.ParameterError, match=r"40 periods = 4e\+13 s is 4e\+13 samples"):
+        retune(LOOP, 1e12)
+
+
+def test_what_is_no_loop_is_told():
+    with pytest.raises(st.ParameterError, match="loop is of type Kano; give a Loop"):
+        retune(LOOP.valve, 60.0)

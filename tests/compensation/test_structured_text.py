@@ -285,3 +285,16 @@ def test_a_number_reads_back_as_the_same_double(value):
 def test_bad_input_is_named(given, says):
     with pytest.raises(ParameterError, match=says):
         structured_text(**{"compensator": st.Knocker(1.5, 2.0, 5.0), "dt": 1.0, **given})
+
+
+@pytest.mark.parametrize(
+    ("sized", "says"),
+    [
+        ({"S": float("nan")}, "S must be a finite number"),
+        ({"J": float("inf")}, "J must be a finite"),
+        ({"S": -1.0}, "S = -1"),
+    ],
+)
+def test_a_header_tells_no_impossible_stiction(sized, says):
+    with pytest.raises(ParameterError, match=says):
+        structured_text(st.Knocker(1.0, 2.0, 5.0), 1.0, **sized)

@@ -352,3 +352,17 @@ def test_a_process_that_was_not_identified_is_not_blamed_on_a_given_controller()
     loop = st.Loop(st.PID(-5.0, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), 1.0)
     assert "one of the two was not identified" in _against(loop, given=False)
     assert "Give Kc = 5 " in _against(loop)
+
+
+@pytest.mark.parametrize(("explained", "taken"), [(0.905, True), (0.895, False)])
+def test_a_controller_must_explain_nine_tenths_of_the_op(explained, taken, monkeypatch):
+    page = importlib.import_module("stiction.compensation.recorded_controller")
+    record = recorded(replace(LOOP, controller=st.PID(0.15, 12.0, op_limits=(0.0, 100.0))), 2500)
+    found = page.fit_controller(record)._replace(explained=explained)
+    monkeypatch.setattr(page, "fit_controller", lambda _: found)
+    monkeypatch.setattr(page, "_with_lag", lambda *_: (None, 0.0, 0.0))
+    if taken:
+        assert recorded_controller(record)[0].Kc == pytest.approx(0.15, rel=1e-3)
+    else:
+        with pytest.raises(st.RecordError, match=r"no controller explains the OP \(90 % of its movement, 90 % needed"):
+            recorded_controller(record)

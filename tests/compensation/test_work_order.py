@@ -205,3 +205,9 @@ def test_an_op_in_another_unit_is_said(run):
     assert "planned about 50 %" in page
     assert "Usual OP" not in page
     assert "`" not in page
+
+
+def test_an_order_is_made_of_a_diagnosis_only(run):
+    for other in (run, [run], None):
+        with pytest.raises(ParameterError, match=r"diagnosis is of type .*; give what st\.diagnose"):
+            work_order(other)

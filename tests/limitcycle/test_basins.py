@@ -79,6 +79,30 @@ def test_bad_starts_are_refused(a_and_c):
         basin_map(loop, after=a_and_c[0])
 
 
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"op_start": "a"}, "op_start must be a number"),
+        ({"op_start": [1.0, 2.0], "pv_start": [1.0, 2.0, 3.0]}, r"op_start \(2,\), pv_start \(3,\)"),
+        ({"mv_start": 1j}, "mv_start must be a number"),
+        ({"most_turns": -5}, "most_turns = -5 is not positive"),
+        ({"most_turns": 50.5}, "most_turns = 50.5 is no whole number"),
+        ({"threads": -1}, "threads = -1 is not positive"),
+        ({"threads": np.nan}, "threads must be a finite number"),
+        ({"tolerance": np.nan}, "tolerance must be a finite number"),
+        ({"after": "a cycle"}, "after is not an exact cycle"),
+    ],
+)
+def test_a_map_asked_for_in_a_way_that_cannot_be_is_refused(given, told):
+    with pytest.raises(st.ParameterError, match=told):
+        basin_map(EXAMPLE_LOOP, **given)
+
+
+def test_a_whole_number_of_turns_may_be_a_float():
+    one, two = (basin_map(EXAMPLE_LOOP, op_start=[0.3], mv_start=0.25, most_turns=turns) for turns in (50, 50.0))
+    assert one.period.tolist() == two.period.tolist()
+
+
 def test_branches_scale_with_d():
     diagram = bifurcation(EXAMPLE_LOOP, "d", [0.25, 0.5, 1.0])
     assert len(diagram.branches) == 4
@@ -110,6 +134,15 @@ def test_jump_is_what_makes_a_self_regulating_loop_cycle():
     assert np.all(np.diff(branch.period) < 0.0)
     with pytest.raises(st.ParameterError, match="unknown"):
         bifurcation(loop, "d", [1.0])
+
+
+@pytest.mark.parametrize(("parameter", "values"), [("gain", [0.0, 1.0]), ("Kc", [0.0, 0.2])])
+def test_no_branch_reaches_a_loop_without_gain(parameter, values):
+    """With Kc = 0 the OP does not answer the stem."""
+    loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    (branch,) = bifurcation(loop, parameter, values).branches
+    assert branch.values.tolist() == values[1:]
+    assert branch.born > 0.0
 
 
 @pytest.mark.parametrize(("start", "levels"), [(0.25, 2), (0.75, 4)])

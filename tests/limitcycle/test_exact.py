@@ -160,3 +160,45 @@ def test_refusals():
         exact_limit_cycles(st.Loop(st.PID(0.2, 10.0), st.Stenman(0.0), process, dt=1.0))
     with pytest.raises(st.ParameterError, match="sampled_limit_cycles"):
         exact_limit_cycles(st.Loop(st.PID(0.2, 10.0), st.Choudhury(1.0, 2.0), process, dt=1.0))
+
+
+@pytest.mark.parametrize("valve", [st.Kano(3.0, 1.0), st.Stenman(1.0), st.Srinivasan(2.0, 1.0, 0.1)])
+def test_a_loop_without_gain_has_no_cycle(valve):
+    """With Kc = 0 the OP does not answer the stem."""
+    loop = st.Loop(st.PID(0.0, 10.0), valve, st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    assert exact_limit_cycles(loop) == ()
+    assert st.predict_limit_cycles(loop) == ()
+
+
+def test_a_valve_without_deadband_but_with_a_jump_cycles_as_it_is_simulated():
+    """S = 0: the stem lies J / 2 before the OP on either way. The describing function turns with any amplitude."""
+    loop = st.Loop(st.PID(0.2, 10.0), st.Kano(0.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=0.02)
+    (cycle,) = exact_limit_cycles(loop)
+    pushed = np.where(np.arange(100_000) < 2000, 1.0, 0.0)
+    late = st.simulate(loop, 0.0, 2000.0, pushed).op[-50_000:]
+    late = late - late.mean()
+    ups = np.flatnonzero((late[:-1] < 0.0) & (late[1:] >= 0.0))
+    assert cycle.period == pytest.approx(float(np.diff(ups).mean()) * loop.dt, rel=5e-3)
+    assert cycle.amplitude == pytest.approx(np.ptp(late) / 2.0, rel=0.01)
+    assert cycle in [one.exact or one for one in st.predict_limit_cycles(loop)]
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"sp": math.nan}, "sp must be a finite number"),
+        ({"sp": math.inf}, "sp must be a finite number"),
+        ({"disturbance": math.nan}, "disturbance must be a finite number"),
+        ({"mv_start": math.nan}, "mv_start must be a finite number"),
+        ({"op_start": [1.0, math.nan]}, "op_start has entries that are not finite"),
+        ({"op_start": "high"}, "op_start must be a number or an array"),
+        ({"tolerance": math.nan}, "tolerance must be a finite number"),
+        ({"periods": 0.0}, "periods = 0 is not positive"),
+        ({"longest": math.nan}, "longest must be a finite number"),
+        ({"longest": -1.0}, "longest = -1 s is not positive"),
+    ],
+)
+def test_a_sampled_search_that_cannot_be_is_refused(given, told):
+    loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    with pytest.raises(st.ParameterError, match=told):
+        sampled_limit_cycles(loop, **given)

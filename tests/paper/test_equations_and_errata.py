@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from tests import naive
 
+import stiction as st
 from stiction.paper import equation5, equations6and7, errata, section5
+from stiction.paper.eqs1to3 import equations1to3
 from stiction.paper.eqs6to7 import measured
 from stiction.paper.plain import plain
 
@@ -147,3 +149,11 @@ def test_numbers_are_json_ready():
         assert len(short) <= len(full)
     assert "position" not in plain(equation5(), series=False)["responses"][0]
     assert plain(equation5())["responses"][0]["position"]["printed"][-1] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("slope", "told"), [(0.0, "slope = 0 psi/s is not positive"), (1e-9, "the ramp"), (1e4, "no time")]
+)
+def test_a_ramp_that_cannot_be_run_is_refused(slope, told):
+    with pytest.raises(st.ParameterError, match=told):
+        equations1to3(slope=slope)

@@ -61,3 +61,10 @@ def test_a_master_is_told_whose_the_valve_is_and_of_no_band(loops):
     assert "A band" not in beside.action
     assert "OP is the set point of FIC-2; the valve is that loop's." in beside.reason
     assert (alone.verdict, alone.probability, alone.cause) == (beside.verdict, beside.probability, beside.cause)
+
+
+@pytest.mark.parametrize(("unknown", "slave_of"), [(60, "FIC-2"), (61, "")])
+def test_nine_in_ten_samples_must_be_known_of_both(loops, unknown, slave_of):
+    master, slave = loops
+    sp = np.where(np.arange(N) < unknown, np.nan, master.op)
+    assert slaves(master, replace(slave, sp=sp)) == [slave_of, ""]

@@ -258,3 +258,22 @@ def test_gates_are_fast():
 def test_the_longest_window_that_a_record_can_show(n):
     noise = np.random.default_rng(3).normal(size=(2, n + 70))
     assert averaging_window(*(np.convolve(x, np.ones(71) / 71, "valid") for x in noise)) in (0, 71)
+
+
+@pytest.mark.parametrize(("drawn", "severity"), [(100, "ok"), (101, "lowers")])
+def test_a_tenth_of_the_samples_may_lie_on_straight_lines(drawn, severity):
+    """One line between two samples of noise, with so many of 1 000 samples strictly inside."""
+    op, pv = np.random.default_rng(5).normal(size=(2, 1000))
+    op[300 : 302 + drawn] = np.linspace(op[300], op[301 + drawn], drawn + 2)
+    gate = next(g for g in assess(LoopRecord("FIC-1", 1.0, op=op, pv=pv), 100.0).gates if g.name == "compression")
+    assert (gate.value, gate.severity) == (pytest.approx(drawn / 10.0), severity)
+
+
+@pytest.mark.parametrize(("repeated", "severity"), [(200, "ok"), (201, "lowers")])
+def test_a_fifth_of_the_samples_may_repeat_op_and_pv(repeated, severity):
+    """Of 1 001 samples of noise so many are those before, two fresh ones at least between them."""
+    signals = np.random.default_rng(6).normal(size=(2, 1001))
+    for k in range(4, 4 + 4 * repeated, 4):
+        signals[:, k] = signals[:, k - 1]
+    gate = next(g for g in assess(LoopRecord("FIC-1", 1.0, *signals)).gates if g.name == "held")
+    assert (gate.value, gate.severity) == (pytest.approx(repeated / 10.0), severity)

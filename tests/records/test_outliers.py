@@ -199,3 +199,15 @@ def test_what_is_left_is_not_looked_at_again(seed):
     assert once.provenance.outliers > 0
     assert without_outliers(once) is once
     assert assess(once).rows == len(once)
+
+
+@pytest.mark.parametrize(("far", "count"), [(19.9, 0), (20.1, 1)])
+def test_at_an_end_or_beside_a_gap_a_value_must_stand_off_twenty_widths(far, count):
+    """All others are half a width above or below 0."""
+    x = np.where(np.arange(2000) % 2, 0.5, -0.5)
+    for k in (0, 1000, 1999):
+        spoilt = x.copy()
+        spoilt[k] = far
+        if k == 1000:
+            spoilt[k + 1] = np.nan
+        assert np.flatnonzero(far_off(spoilt, 1.0)).tolist() == [k] * count

@@ -276,3 +276,20 @@ def test_wherever_a_file_is_cut_off_all_whole_rows_are_read(keep, read_text):
     assert whole <= len(record) <= whole + 1
     [full] = read_text(text)
     assert np.isnan(record.op[-1]) or record.op[-1] == full.op[len(record) - 1]
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"tag": 5}, "tag is of type int; give a text"),
+        ({"delimiter": 5}, "delimiter is of type int"),
+        ({"time_format": 5}, "time_format is of type int"),
+        ({"day_first": "yes"}, "day_first is of type str; give True or False"),
+        ({"columns": {"op": None}}, r"columns\['op'\] is of type NoneType; give the name or the number of a column"),
+        ({"columns": {5: "OP"}}, "a signal of columns is of type int; give its name"),
+        ({"dt": 10**400}, "dt is a number in s beyond"),
+    ],
+)
+def test_options_of_another_kind_are_refused(options, told, read_text):
+    with pytest.raises(ParameterError, match=told):
+        read_text("time_s,PV,OP\n" + "\n".join(f"{k},{k % 5},{k % 7}" for k in range(60)), **options)

@@ -341,3 +341,32 @@ def test_in_columns_with_times_of_their_own_rounded_serial_days_are_even_too(tab
     [record] = read_text(table("Time,FIC.PV,Time,FIC.OP", days, pv, days, op))
     assert (record.dt, len(record)) == (1.0, 300)
     np.testing.assert_array_equal(record.op, op)
+
+
+def test_an_uneven_value_is_held_for_ten_periods(table, read_text):
+    """Steps of 10 s, some of 4 s and then 16 s, and one of 200 s: known at 100 s after the last row, not at 110 s."""
+    steps = np.full(299, 10.0)
+    steps[10:290:20], steps[11:291:20] = 4.0, 16.0
+    steps[200] = 200.0
+    t = np.concatenate([[0.0], np.cumsum(steps)])
+    op, pv = np.random.default_rng(4).normal(50.0, 5.0, (2, 300)).round(3)
+    [record] = read_text(table("time_s,PV,OP", t, pv, op))
+    last = round(t[200] / 10.0)
+    assert record.dt == 10.0
+    assert record.op[last : last + 11].tolist() == [op[200]] * 11
+    assert np.isnan(record.op[last + 11 : last + 20]).all()
+    assert record.op[last + 20] == op[201]
+
+
+@pytest.mark.parametrize("shared", [20, 21])
+def test_a_tenth_of_the_rows_may_share_a_stamp_and_differ(shared, table, read_text):
+    t = np.sort(np.concatenate([np.arange(200.0 - shared), 5.0 + 7.0 * np.arange(shared)]))
+    op, pv = np.random.default_rng(4).normal(50.0, 5.0, (2, 200)).round(3)
+    text = table("time_s,PV,OP", t, pv, op)
+    if shared == 20:
+        [record] = read_text(text)
+        assert len(record) == 180
+        assert any("20 rows with the time stamp of the next" in guess for guess in record.provenance.guesses)
+    else:
+        with pytest.raises(RecordError, match="21 of 200 rows have the time stamp of the next and other values"):
+            read_text(text)

@@ -136,3 +136,24 @@ def test_no_measurement_is_that_large(value):
     record = LoopRecord("FIC-1", 1.0, op=[1.0, value, 3.0], pv=[1.0, 2.0, 9e99])
     assert np.isnan(record.op).tolist() == [False, True, False]
     assert record.pv[2] == 9e99
+
+
+@pytest.mark.parametrize("values", [[1.0, 2.0, 999.0], [1, 2, 999]])
+def test_what_a_mask_hides_is_missing(values):
+    hidden = np.ma.masked_greater(values, 100)
+    record = LoopRecord("FIC-1", 1.0, op=hidden, pv=hidden)
+    for signal in (record.op, record.pv):
+        assert np.array_equal(signal, [1.0, 2.0, np.nan], equal_nan=True)
+    assert hidden.data.tolist() == values
+
+
+@pytest.mark.parametrize("values", [np.array([1.0 + 2.0j, 2.0]), [1.0 + 2.0j, 2.0], [10**400, 1]])
+def test_what_is_no_real_number_is_refused(values):
+    with pytest.raises(RecordError, match="op is not a series of numbers"):
+        LoopRecord("FIC-1", 1.0, op=values)
+
+
+@pytest.mark.parametrize(("dt", "told"), [(10**400, "beyond"), (np.complex128(1 + 1j), "must be a number in s")])
+def test_a_period_that_is_no_number_of_that_size_is_refused(dt, told):
+    with pytest.raises(st.ParameterError, match=f"dt .*{told}"):
+        LoopRecord("FIC-1", dt, op=[1.0])

@@ -13,7 +13,7 @@ from stiction.diagnosis.identification import fit_controller
 from stiction.diagnosis.identification.own_samples import are_own_samples, shows_own_samples
 from stiction.models import FOPDT, PID, Ideal, Kano, Loop
 from stiction.records import LoopRecord, assess
-from stiction.records.smoothed import averaging_window
+from stiction.records.smoothed import _notched, averaging_window
 from stiction.simulation import simulate
 
 N = 1500
@@ -143,3 +143,15 @@ def test_it_is_fast():
         averaging_window(op, pv)
         taken.append(time.process_time() - start)
     assert min(taken) < 0.005
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.195, True), (0.205, False)])
+def test_a_notch_is_a_fifth_of_what_is_about_it(share, found):
+    """The spectrum that a mean of three gives noise, and at the rim of the notch's middle so much more power."""
+    away = np.abs(np.arange(301) - 200)  # in 200ths of the distance of two notches
+    about, middle, rim = away <= 80, away <= 10, (away >= 8) & (away <= 10)
+    power = np.sin(np.pi * away / 200.0) ** 2
+    missing = share * power[about].mean() - power[middle].mean()
+    power += rim * missing / (rim[middle].mean() - share * rim[about].mean())
+    assert power[middle].mean() == pytest.approx(share * power[about].mean())
+    assert bool(_notched([power, power], 600, 3)) is found

@@ -1,4 +1,4 @@
-"""What OP must do for a valve to be seen: turn round, and be another signal than PV."""
+"""What OP must do for a valve to be seen: turn round, slower than the samples, and be another signal than PV."""
 
 from __future__ import annotations
 
@@ -45,3 +45,12 @@ def test_a_column_taken_twice_is_no_loop():
     assert twice.severity == "refuses"
     assert "same numbers" in twice.why
     assert gate(LoopRecord("FIC-101", 1.0, op=op, pv=2.0 * op), "pv moves").severity == "ok"
+
+
+@pytest.mark.parametrize(("likeness", "severity"), [(-0.59, "lowers"), (-0.61, "refuses")])
+def test_what_alternates_faster_than_three_samples_a_cycle_is_refused(likeness, severity):
+    """The correlation of a sine with its last value is the cosine of the phase between two samples."""
+    phase = np.arccos(likeness) * np.arange(6000)
+    found = gate(LoopRecord("FIC-1", 1.0, op=50.0 + np.sin(phase), pv=np.cos(phase)), "sampling")
+    assert found.value == pytest.approx(likeness, abs=1e-3)
+    assert found.severity == severity

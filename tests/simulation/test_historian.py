@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 from hypothesis.extra.numpy import arrays
 
-from stiction.errors import ParameterError
+from stiction.errors import ParameterError, RecordError
 from stiction.records import LoopRecord
 from stiction.simulation import historian
 from stiction.simulation.historian import EFFECTS, SLOWER, spoil
@@ -160,3 +160,16 @@ def test_nonsense_is_refused():
         historian.sampled(record, 1.0)
     with pytest.raises(ParameterError, match=r"outside 0 to 0\.5"):
         historian.replayed(record, 0.7)
+
+
+@pytest.mark.parametrize("change", ["sampled", "averaged", "exception_reported", "gaps", "frozen", "clipped"])
+def test_what_is_no_record_is_told(change):
+    for other in ("a.csv", None):
+        with pytest.raises(RecordError, match="record"):
+            getattr(historian, change)(other, 0.5)
+
+
+@pytest.mark.parametrize("change", ["gaps", "missing", "frozen", "part_manual"])
+def test_a_seed_below_0_is_refused(change):
+    with pytest.raises(ParameterError, match="seed = -1 is negative"):
+        getattr(historian, change)(walk(), 0.1, seed=-1)

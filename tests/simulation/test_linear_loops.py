@@ -160,3 +160,12 @@ def test_step_response_meets_the_closed_form():
 def test_dead_times_of_a_process_and_beside_it_add_up():
     one = as_process(st.FOPDT(3.0, 10.0, 5.0), dead_time=2.5)
     assert one.dead_time == as_process(([3.0], [10.0, 1.0], 5.0), dead_time=2.5).dead_time == 7.5
+
+
+@pytest.mark.parametrize(
+    ("process", "dead_time"),
+    [(st.FOPDT(3.0, 10.0, 10.0), -5.0), (st.FOPDT(3.0, 10.0, 10.0), np.nan), (([1.0], [1.0, 1.0], -1.0), 0.0)],
+)
+def test_no_process_answers_before_it_is_moved(process, dead_time):
+    with pytest.raises(st.ParameterError, match="dead_time"):
+        as_process(process, dead_time=dead_time)

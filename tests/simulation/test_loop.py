@@ -125,12 +125,16 @@ def test_all_valves_cycle_or_settle_as_they_must():
 REFUSED = [
     ({"duration": 0.0}, "duration = 0 s is not positive"),
     ({"duration": 0.2}, "duration = 0.2 s is shorter than one sample of 1 s"),
+    ({"duration": 1e9}, r"duration = 1e\+09 s is 1e\+09 samples of 1 s, and 10,000,000 can be made"),
+    ({"duration": 1e308}, r"duration = 1e\+308 s"),
     ({"sp": [1.0, 2.0]}, r"sp has shape \(2,\); give one number or 10"),
     ({"sp": "high"}, "sp must be a number or a series of numbers"),
     ({"sp": math.nan}, "sp has entries that are not finite"),
     ({"disturbance": np.zeros(9)}, r"disturbance has shape \(9,\)"),
     ({"pv_disturbance": math.inf}, "pv_disturbance has entries that are not finite"),
     ({"manual": np.zeros((2, 5))}, "manual has shape"),
+    ({"manual": [math.inf] * 10}, "manual has entries that are not finite"),
+    ({"manual": [math.nan] * 9 + [-math.inf]}, "manual has entries that are not finite"),
     ({"op_start": math.nan}, "op_start must be a finite number"),
     ({"loop_type": "heat"}, "loop_type 'heat' is unknown"),
 ]
@@ -151,4 +155,30 @@ def test_strokes_that_cannot_be_run_get_a_sentence():
         st.stroke(st.Ideal(), [[0.0]], 1.0)
     with pytest.raises(st.ParameterError, match="mv_start must be a finite number"):
         st.stroke(st.Ideal(), [0.0], 1.0, mv_start=math.nan)
+    with pytest.raises(st.RecordError, match="op has 1 missing values"):
+        st.stroke(st.Kano(3.0, 1.0), np.ma.masked_greater([1.0, 2.0, 999.0], 100.0), 1.0)
     assert st.stroke(st.Kano(3.0, 1.0), [], 1.0).mv.size == 0
+
+
+def test_a_position_is_put_where_it_is_asked_for_and_the_input_is_kept():
+    op = np.array([0.0, 2.0, 2.5, 3.0, 1.0, -0.5])
+    apart, same, across = np.empty(6), op.copy(), np.concatenate([op, [0.0]])
+    for given, out in ((op, apart), (same, same), (across[:6], across[1:])):
+        record = st.stroke(st.Kano(3.0, 1.0), given, 1.0, out=out)
+        assert record.mv is out
+        assert out.tolist() == [0.0, 0.0, 1.5, 2.0, 2.0, 0.5]
+        assert record.op.tolist() == op.tolist()
+
+
+def test_a_place_that_cannot_be_written_to_is_refused():
+    fixed = np.zeros(3)
+    fixed.flags.writeable = False
+    for out, told in ((fixed, "out is read-only"), ([0.0] * 3, "out is a list"), (np.zeros(2), r"shape \(2,\)")):
+        with pytest.raises(st.ParameterError, match=told):
+            st.stroke(st.Kano(3.0, 1.0), np.arange(3.0), 1.0, out=out)
+
+
+def test_what_is_no_loop_is_told():
+    for other in ("loop", None, st.Ideal()):
+        with pytest.raises(st.ParameterError, match=r"loop is of type .*; give a Loop"):
+            st.simulate(other, 1.0, 10.0)

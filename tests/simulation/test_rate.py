@@ -70,8 +70,9 @@ def test_no_excess_no_stairs():
 def test_heavily_packed_valve_follows_every_ramp():
     """The nominal valve creeps away slowly instead of slipping: an unstable band of speeds, but no rest."""
     low, high = stribeck_rates(nominal())
+    found = st.critical_rate(nominal())
     assert 0.0 < low < high
-    assert st.critical_rate(nominal()).mechanism == "none"
+    assert (found.mechanism, found.stribeck_low, found.stribeck) == ("none", low, high)
 
 
 def test_lag_and_positioner_are_left_out():
@@ -95,5 +96,10 @@ def test_bad_input_is_told():
         st.critical_rate(st.Kano(3.0, 1.0))
     with pytest.raises(st.ParameterError, match="rate = -1"):
         ramp_behaviour(table1_reading_a(), -1.0)
+    with pytest.raises(st.ParameterError, match=r"rate = 1e-06 .* give a faster one"):
+        ramp_behaviour(table1_reading_a(), 1e-6)
+    for rate in (1e9, 1e308):
+        with pytest.raises(st.ParameterError, match=r"rate = .* give a slower one"):
+            ramp_behaviour(table1_reading_a(), rate)
     with pytest.raises(st.ParameterError, match="rates"):
         st.behaviour_map(table1_reading_a(), [0.0], [0.1])

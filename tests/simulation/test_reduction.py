@@ -67,6 +67,24 @@ def test_reduction_is_json():
     assert "S = 39.11 %" in found.summary()
 
 
+@pytest.mark.parametrize(
+    ("samples", "told"),
+    [
+        (0, "samples = 0 is not positive"),
+        (1, "samples = 1 makes no signal"),
+        (99.5, "no whole number"),
+        (10**9, "give 2 to"),
+    ],
+)
+def test_a_signal_has_two_samples_at_least(samples, told):
+    with pytest.raises(st.ParameterError, match=told):
+        st.reduce_valve(table1_reading_b(), samples=samples)
+
+
+def test_a_whole_number_of_samples_may_be_a_float():
+    assert st.reduce_valve(table1_reading_b(), samples=100.0) == st.reduce_valve(table1_reading_b(), samples=100)
+
+
 def test_phenomena_of_section_five():
     """The paper: the one-parameter model only stairs, the two-parameter one only follows, three show both."""
     rows = {row.model: row for row in st.phenomena_table(table1_reading_a())}

@@ -76,9 +76,18 @@ REFUSED = [
     (triangle, (0.0, -1.0, 1.0, 1.0, 1.0), "amplitude = -1 % of span is negative"),
     (sine, (0.0, 1.0, -2.0, 1.0, 1.0), "period = -2 s is not positive"),
     (staircase, ([1.0, "x"], 1.0, 1.0), "series of numbers"),
+    (staircase, (np.ma.masked_greater([1.0, 99.0], 50.0), 1.0, 1.0), "series of finite numbers"),
     (staircase, ([1.0], 0.2, 1.0), "hold = 0.2 s is shorter than one sample of 1 s"),
     (random_walk, (0.0, -1.0, 1.0, 1.0), "spread = -1 % of span is negative"),
     (binary_sequence, (2.0, 1.0, 1.0, 1.0, 1.0), "low = 2 % is not below high = 1 %"),
+    (ramp, (0.0, 100.0, 1e-12, 1.0), r"the ramp = 1e\+14 s is 1e\+14 samples"),
+    (ramp, (0.0, 100.0, 1e-300, 1e-300), "the ramp = 1e\\+302 s"),
+    (sine, (0.0, 1.0, 1.0, 1e9, 1.0), r"duration = 1e\+09 s is 1e\+09 samples"),
+    (triangle, (0.0, 1.0, 1.0, 1e9, 1.0), r"duration = 1e\+09 s"),
+    (staircase, ([1.0, 2.0, 1.0], 4e6, 1.0), r"the steps together = 1.2e\+07 s"),
+    (random_walk, (0.0, 1.0, 1e9, 1.0), r"duration = 1e\+09 s"),
+    (binary_sequence, (0.0, 1.0, 1.0, 1e9, 1.0), r"duration = 1e\+09 s"),
+    (binary_sequence, (0.0, 1.0, 1e9, 10.0, 1.0), r"hold = 1e\+09 s"),
 ]
 
 
@@ -86,3 +95,12 @@ REFUSED = [
 def test_bad_arguments_get_a_sentence(signal, arguments, told):
     with pytest.raises(st.ParameterError, match=told):
         signal(*arguments)
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, float("nan"), "one"])
+@pytest.mark.parametrize(
+    ("signal", "arguments"), [(random_walk, (1.0, 1.0, 10.0, 1.0)), (binary_sequence, (0, 1, 1, 9, 1))]
+)
+def test_a_seed_is_a_whole_number_of_0_or_more(signal, arguments, seed):
+    with pytest.raises(st.ParameterError, match="seed"):
+        signal(*arguments, seed=seed)

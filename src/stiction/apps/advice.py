@@ -64,12 +64,10 @@ def on_file(
     Returns
     -------
     tuple of list
-        The advice, and the loops for which there is none.
+        The advice, and the loops, or the file that cannot be read, for which there is none.
 
     Raises
     ------
-    RecordError
-        When the file cannot be read.
     ParameterError
         When it holds several loops and an option is for one.
     """
@@ -80,7 +78,7 @@ def on_file(
     try:
         records = read(file, **options)
     except RecordError as error:
-        raise RecordError(in_options(str(error))) from None
+        return [], [Failure(file, None, in_options(str(error)))]
     if single and len(records) > 1:
         tags = ", ".join(record.tag for record in records)
         raise ParameterError(f"{single[0]} is for one loop, {file} holds {len(records)} ({tags}); name one with --tag.")

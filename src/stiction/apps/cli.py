@@ -128,6 +128,11 @@ def _run(tokens: list[str]) -> int:
     except BrokenPipeError:
         _drop_output()
         return 141
+    except SystemExit as left:
+        # So Rich ends a program whose help or version nobody reads on.
+        if not isinstance(left.__context__, BrokenPipeError):
+            raise
+        return 141
     except OSError as error:
         if error.errno not in FULL:
             return _fault(error)

@@ -176,7 +176,13 @@ def analyse(
                 return analyse_ramp(records[0], signal=signal, limit=limit, **_given(ramp))
             return analyse_steps(records[0], signal=signal, limit=limit)
         except RecordError as error:
-            raise RecordError(in_options(_of_a_test(str(error)))) from None
+            reason = in_options(_of_a_test(str(error)))
+            if as_json:
+                print_json({
+                    "kind": kind, "record": {"file": path, "tag": tag}, "verdict": None, "reason": reason,
+                    "comparison": None, "error": reason,
+                })  # fmt: skip
+            raise RecordError(reason) from None
 
     found = result(file)
     earlier = None if before is None else result(before)
@@ -187,7 +193,9 @@ def analyse(
 
         write_valve_test_page(found, target, changes)
     if as_json:
-        print_json({**found.to_dict(), "comparison": None if changes is None else changes.to_dict()})
+        print_json({
+            **found.to_dict(), "comparison": None if changes is None else changes.to_dict(), "error": None,
+        })  # fmt: skip
     else:
         say(found.summary())
         if changes is not None:

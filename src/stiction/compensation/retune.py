@@ -22,11 +22,12 @@ import numpy as np
 
 from stiction.compensation.exchange import exchange
 from stiction.compensation.repair import stiction_of
-from stiction.errors import ParameterError, require_positive
+from stiction.errors import ParameterError, require_positive, require_samples
 from stiction.limitcycle import describing_function, predict_limit_cycles
 from stiction.limitcycle.bands import frictionless
 from stiction.limitcycle.describing.face import rate_dependent
 from stiction.models import PID, Ideal
+from stiction.models.loop import require_loop
 from stiction.simulation import simulate
 
 if TYPE_CHECKING:
@@ -128,7 +129,8 @@ def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: floa
     Raises
     ------
     ParameterError
-        When `period` or a limit is not positive, or the valve has no S and J.
+        When `period` or a limit is not positive, 40 periods are more samples than can be made, or the valve has no
+        S and J.
 
     Examples
     --------
@@ -138,7 +140,9 @@ def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: floa
     >>> retune(loop, period=100.0).cycle_left
     False
     """
+    require_loop(loop)
     period = require_positive("period", period, "s")
+    require_samples(f"{2.0 * CYCLES:.0f} periods", 2.0 * CYCLES * period, loop.dt)
     load_limit, Ms_limit = require_positive("load_limit", load_limit), require_positive("Ms_limit", Ms_limit)
     quiet = exchange(loop, noise=0.0, compensator=None)
     now = loop.controller
@@ -219,7 +223,7 @@ def df_margin(loop: Loop) -> float:
     float
         The margin [-].
     """
-    if isinstance(loop.valve, Ideal):
+    if frictionless(loop.valve):
         return 1.0 / sensitivity(loop)
     omega, L = _open_loop(loop, loop.controller)
     sizes = _band(loop.valve) * np.geomspace(0.505, 50.0, 120)
@@ -271,11 +275,13 @@ def _jump(loop: Loop) -> float:
 
 
 def _band(valve: Valve) -> float:
-    """S of the valve [% of span]; 1 of the ideal one, which has none."""
+    """S of the valve [% of span], J where S is 0; 1 of one that does not stick."""
+    if frictionless(valve):
+        return 1.0
     found = stiction_of(valve)
-    if found is None and not frictionless(valve):
+    if found is None:
         raise ParameterError(
             f"{type(valve).__name__} has no S and J, by which settings are judged; give a valve that has, such as "
             "Kano(S, J)."
         )
-    return 1.0 if found is None else found[0]
+    return found[0] or found[1]

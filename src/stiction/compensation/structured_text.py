@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiction.compensation.iec_text import block_name, comment, pages
 from stiction.compensation.predicted import predicted
-from stiction.errors import ParameterError, require_positive, require_range
+from stiction.errors import ParameterError, require_not_negative, require_positive, require_range
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -78,7 +78,8 @@ def structured_text(
     Raises
     ------
     ParameterError
-        When `dt` is not positive, the limits have no room, or the compensator has no page in structured text.
+        When `dt` is not positive, `S` or `J` is negative or not finite, the limits have no room,
+        or the compensator has no page in structured text.
 
     Notes
     -----
@@ -108,7 +109,11 @@ def structured_text(
     given = {**_settings(compensator, page, dt), "op_low": low, "op_high": high, "name": block_name(tag, page)}
     declared = template.render(header=(), **given)
     wires = [line for output, line in WIRES.items() if f"{output} : BOOL" in declared]
-    sized = [f"{name} = {value:.2f} % of span" for name, value in (("S", S), ("J", J)) if value is not None]
+    sized = [
+        f"{name} = {require_not_negative(name, value, '% of span'):.2f} % of span"
+        for name, value in (("S", S), ("J", J))
+        if value is not None
+    ]
     header = [
         f"{type(compensator).__name__} for the sticking valve of loop {tag}.",
         f"Made for {', '.join(sized) if sized else 'stiction not told here'}, scan time {dt:g} s.",

@@ -11,14 +11,14 @@ import numpy as np
 from stiction.compensation.predicted import in_words, predicted
 from stiction.compensation.shop_tests import acceptance, plan_acceptance, plan_before
 from stiction.compensation.suspects import Suspect, suspects
-from stiction.errors import ParameterError
+from stiction.diagnosis.result import Diagnosis
+from stiction.errors import ParameterError, require_kind
 from stiction.records.digits import chance, interval
 from stiction.records.quality import usable_part
 
 if TYPE_CHECKING:
     from stiction.compensation.result import CompensationTrial
     from stiction.diagnosis.identified import Identification
-    from stiction.diagnosis.result import Diagnosis
     from stiction.diagnosis.valvetests.plan import TestPlan
 
 __all__ = ["WorkOrder", "work_order"]
@@ -128,7 +128,7 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
     Raises
     ------
     ParameterError
-        When the verdict is that the valve is good.
+        When the verdict is that the valve is good, or `diagnosis` is none.
 
     Examples
     --------
@@ -138,6 +138,7 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
     >>> work_order(st.diagnose(record)).title
     'Work order: control valve of FIC-101, repair'
     """
+    require_kind("diagnosis", diagnosis, Diagnosis, "what st.diagnose(record) returns")
     verdict, found, percent = diagnosis.verdict, _sized(diagnosis), diagnosis.record.op_in_percent
     if verdict == "no_stiction" and diagnosis.cause != "deadband":
         raise ParameterError(

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from stiction.errors import ParameterError
+from stiction.errors import ParameterError, require_count, require_kind, require_numbers, require_positive
 from stiction.limitcycle.exact.flow import DIVERGED, SETTLED, STOPPED, TERMS, flow
 from stiction.limitcycle.exact.run import Machine, machine
+from stiction.limitcycle.result import LimitCycle
 from stiction.models.compiled import kernel
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from stiction.limitcycle.result import LimitCycle
     from stiction.models import Loop
 
 __all__ = ["Attractor", "BasinMap", "basin_map", "smallest_pulse"]
@@ -167,7 +167,9 @@ def basin_map(
     Raises
     ------
     ParameterError
-        When the loop has no continuous-time form, a start is not finite, or `after` is not an exact cycle.
+        When the loop has no continuous-time form, a start is not finite or of a shape that does not go with the others,
+        `most_turns` or `threads` is no whole number above 0, `tolerance` is not positive, or `after` is not an exact
+        cycle.
 
     Notes
     -----
@@ -184,13 +186,19 @@ def basin_map(
     ['2 levels', '5 levels']
     """
     m = machine(loop)
-    given = [
-        np.asarray(v, dtype=float) for v in (op_start, pv_start, mv_start, disturbance, pulse, pulse_length, phase)
-    ]
-    op, pv, mv, step, height, length, at = np.broadcast_arrays(*given)
+    most_turns, tolerance = require_count("most_turns", most_turns), require_positive("tolerance", tolerance)
+    threads = (os.cpu_count() or 1) if threads is None else require_count("threads", threads)
+    asked = {
+        "op_start": op_start, "pv_start": pv_start, "mv_start": mv_start, "disturbance": disturbance, "pulse": pulse,
+        "pulse_length": pulse_length, "phase": phase,
+    }  # fmt: skip
+    given = {name: require_numbers(name, value) for name, value in asked.items()}
+    try:
+        op, pv, mv, step, height, length, at = np.broadcast_arrays(*given.values())
+    except ValueError:
+        shapes = ", ".join(f"{name} {value.shape}" for name, value in given.items() if value.ndim)
+        raise ParameterError(f"the starts have shapes that do not go together ({shapes}); give equal ones.") from None
     shape = op.shape
-    if not all(np.all(np.isfinite(v)) for v in given):
-        raise ParameterError("a start holds a value that is not finite; give finite numbers.")
     if np.any(length < 0.0):
         raise ParameterError("pulse_length holds a negative time; give 0 s or more.")
     n = op.size
@@ -198,7 +206,7 @@ def basin_map(
         z = _states(m, op.ravel(), pv.ravel(), mv.ravel())
         x, wait = mv.ravel().copy(), np.zeros(n)
     else:
-        if not after.section or len(after.section) != m.linear.order + 1:
+        if not getattr(after, "section", ()) or len(after.section) != m.linear.order + 1:
             raise ParameterError("after is not an exact cycle of this loop; take one from exact_limit_cycles(loop).")
         z = np.tile(after.section[:-1], (n, 1))
         x, wait = np.full(n, after.section[-1]), at.ravel() % 1.0 * after.period
@@ -226,7 +234,7 @@ def _share(m: Machine, z, x, times, heights, most_turns, tolerance, out, threads
         return cut.stop - cut.start
 
     done = 0
-    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(threads) as pool:
         for count in pool.map(work, range(0, n, _BLOCK)):
             done += count
             if progress is not None:
@@ -325,7 +333,10 @@ def smallest_pulse(
     >>> abs(smallest_pulse(loop, small, large, 5.0, phases=4, sizes=10)[0]) < 0.5
     True
     """
-    limit = 5.0 * max(start.amplitude, end.amplitude) if largest is None else float(largest)
+    for name, cycle in (("start", start), ("end", end)):
+        require_kind(name, cycle, LimitCycle, "a cycle of exact_limit_cycles(loop)")
+    limit = 5.0 * max(start.amplitude, end.amplitude) if largest is None else require_positive("largest", largest)
+    phases, sizes = require_count("phases", phases), require_count("sizes", sizes)
     size = np.linspace(limit / sizes, limit, sizes)
     phase = np.arange(phases) / phases
     grid = np.concatenate([size, -size])[:, None], phase[None, :]

@@ -96,8 +96,9 @@ def family_of(valve: Any, name: str | float) -> Family:
         sb, lag, rate = banded
         onset = (sb + lag) / 2.0
         if rate == 0.0:
+            # Where S = 0 the stem moves at any amplitude, and its jump is the measure.
             return Family(
-                "", (onset,), _LARGE * onset, lambda a, _w: describing_function(valve, a),
+                "", (onset,), _LARGE * (onset or sb), lambda a, _w: describing_function(valve, a),
                 lambda a: (float(lag - a), float(a - lag)), lag, rated=False,
             )  # fmt: skip
         return Family(

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.errors import ParameterError, StictionError
-from stiction.limitcycle.describing.stenman import lattice_offset
+from stiction.errors import ParameterError, StictionError, require_count, require_numbers
+from stiction.limitcycle.describing.stenman import lattice_offset, require_families
 from stiction.limitcycle.exact.orbit import limit_cycle, refine
 from stiction.limitcycle.exact.run import Machine, machine
 from stiction.limitcycle.exact.search import same_cycle, search
+from stiction.models.loop import require_loop
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -132,7 +133,7 @@ def bifurcation(
     Raises
     ------
     ParameterError
-        When the loop has no such parameter.
+        When the loop has no such parameter, a family is unknown, or the valve has no stiction at one of the values.
 
     Examples
     --------
@@ -143,13 +144,15 @@ def bifurcation(
     >>> [branch.amplitude.round(3).tolist() for branch in diagram.branches]
     [[0.285, 0.571], [0.469, 0.939]]
     """
-    grid = np.unique(np.asarray(values, dtype=float))
-    if grid.size == 0 or not np.all(np.isfinite(grid)):
-        raise ParameterError(f"values = {values!r} must hold at least one finite number.")
+    require_loop(loop)
+    grid = np.unique(require_numbers("values", values))
+    if grid.size == 0:
+        raise ParameterError("values is empty; give at least one number.")
+    searches, asked = require_count("searches", searches), require_families(families)
     _at(loop, parameter, float(grid[0]))
     branches: list[Branch] = []
     lattice = machine(*_at(loop, parameter, float(grid[0]))[:1]).valve.staircase
-    for family in families if lattice else ("",):
+    for family in asked if lattice else ("",):
         mine: list[Branch] = []
         for index in np.unique(np.linspace(0, grid.size - 1, min(searches, grid.size)).astype(int)):
             value = float(grid[index])

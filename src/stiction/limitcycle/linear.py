@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.errors import ParameterError, require_finite
+from stiction.models.loop import require_loop
 from stiction.models.processes import as_process
 
 if TYPE_CHECKING:
@@ -114,6 +115,7 @@ def linear_part(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> Lin
     >>> abs(complex(linear_part(loop).at(0.740j))).__round__(4)
     0.2877
     """
+    require_loop(loop)
     if loop.compensator is not None:
         raise ParameterError(
             f"the loop holds a compensator ({type(loop.compensator).__name__}), which no describing function and no "

@@ -11,7 +11,7 @@ import numpy as np
 from stiction.errors import ParameterError
 from stiction.limitcycle.bands import bands, frictionless
 from stiction.limitcycle.crossing import frequency_grid
-from stiction.limitcycle.describing.stenman import lattice_offset
+from stiction.limitcycle.describing.stenman import lattice_offset, require_families
 from stiction.limitcycle.exact.run import machine
 from stiction.limitcycle.exact.search import solve
 from stiction.limitcycle.linear import LinearPart, linear_part
@@ -67,7 +67,7 @@ def predict_limit_cycles(
     ------
     ParameterError
         When controller and process are improper or make an algebraic loop, the loop has no point of rest, or it
-        holds a compensator; when `sp` or `disturbance` is not finite.
+        holds a compensator; when `sp` or `disturbance` is not finite, or a family is unknown.
 
     References
     ----------
@@ -86,11 +86,11 @@ def predict_limit_cycles(
     integer 1.0887 15.66 15.66 True
     """
     linear = linear_part(loop, sp=sp, disturbance=disturbance)
+    families = None if families is None else require_families(families)
     if frictionless(loop.valve):
         return ()
     banded = bands(loop.valve)
     if families is not None and banded is not None and banded.staircase:
-        families = tuple(families)
         offsets = tuple(f if isinstance(f, str) else lattice_offset(banded.jump, f, linear.rest) for f in families)
     else:
         offsets = None
@@ -158,7 +158,8 @@ def why_none(loop: Loop) -> str:
     Returns
     -------
     str
-        That the valve is good, the loop unstable, the describing function all there was to look with, or none of it.
+        That the valve is good, the loop unstable or without gain, the describing function all there was to look with,
+        or none of it.
 
     Examples
     --------
@@ -170,6 +171,8 @@ def why_none(loop: Loop) -> str:
         return f"{UNSTABLE}: it runs away. Turn or lower the gain of the controller."
     if frictionless(loop.valve):
         return "No limit cycle: the valve does not stick."
+    if loop.controller.Kc == 0.0:
+        return "No limit cycle: the controller has no gain, so that the OP does not answer the valve."
     if bands(loop.valve) is None:
         return (
             "No limit cycle was predicted, which is no proof: the describing function meets the loop nowhere, and "

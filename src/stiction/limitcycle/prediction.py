@@ -11,6 +11,7 @@ import numpy as np
 from stiction.errors import ParameterError
 from stiction.limitcycle.branches import Family, families_of, family_of
 from stiction.limitcycle.crossing import crossings, frequency_grid, polish
+from stiction.limitcycle.describing.stenman import require_families
 from stiction.limitcycle.linear import LinearPart
 from stiction.limitcycle.result import LimitCycle
 from stiction.models.processes import as_process
@@ -61,7 +62,7 @@ def harmonic_balance(
     """
     part = linear if isinstance(linear, LinearPart) else _bare(linear)
     found: list[LimitCycle] = []
-    for name in families_of(nonlinearity) if families is None else families:
+    for name in families_of(nonlinearity) if families is None else require_families(families):
         family = family_of(nonlinearity, name)
         found += _rated(part, family) if family.rated else _unrated(part, family)
     return tuple(found)

@@ -12,6 +12,8 @@ import numpy as np
 from stiction.errors import RecordError
 from stiction.limitcycle.bands import require_bands
 from stiction.limitcycle.exact.search import exact_limit_cycles
+from stiction.models.loop import require_loop
+from stiction.records.record import require_record
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -97,6 +99,7 @@ def match_record(loop: Loop, record: LoopRecord, cycles: tuple[LimitCycle, ...] 
     >>> len(match_record(loop, record).cycle.levels)
     2
     """
+    require_loop(loop)
     period, amplitude, amplitude_pv = measured_cycle(record)
     if cycles is None:
         if require_bands(loop.valve).staircase and record.mv is not None:
@@ -129,6 +132,7 @@ def measured_cycle(record: LoopRecord) -> tuple[float, float, float]:
     The period is the mean distance of upward crossings of the OP through its mid level, with a hysteresis of a
     quarter of its range; amplitudes are medians over whole periods.
     """
+    require_record(record)
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; give a record of the closed loop.")
     half = slice(len(record) // 2, None)

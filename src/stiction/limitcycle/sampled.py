@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from stiction.errors import ParameterError, require_positive
+from stiction.errors import ParameterError, require_finite, require_numbers, require_positive
 from stiction.limitcycle.result import LimitCycle
 from stiction.models.compiled import kernel
 from stiction.models.controllers.pid import pid_at_rest, pid_step
 from stiction.models.facts import FACTS
+from stiction.models.loop import require_loop
 from stiction.models.switch import valve_at_rest, valve_step
 
 if TYPE_CHECKING:
@@ -104,7 +105,8 @@ def sampled_limit_cycles(
     Raises
     ------
     ParameterError
-        When a duration is not positive, or the loop holds a compensator.
+        When a duration or `tolerance` is not positive, a set point, load or start is not finite, or the loop holds a
+        compensator.
 
     Notes
     -----
@@ -120,12 +122,17 @@ def sampled_limit_cycles(
     >>> round(sampled_limit_cycles(loop, sp=10.0, mv_start=3.0)[0].amplitude, 2)
     1.73
     """
+    require_loop(loop)
     if loop.compensator is not None:
         raise ParameterError("the loop holds a compensator; remove it to look for its own limit cycles.")
-    require_positive("periods", periods)
+    sp, disturbance = require_finite("sp", sp, "PV units"), require_finite("disturbance", disturbance, "% of span")
+    mv_start, tolerance = require_finite("mv_start", mv_start, "% of span"), require_positive("tolerance", tolerance)
+    periods = require_positive("periods", periods)
+    longest = None if longest is None else require_positive("longest", longest, "s")
     found: list[LimitCycle] = []
-    rest = float(sp) / _gain(loop) - disturbance if _gain(loop) else 0.0
-    starts = _default_starts(loop) if op_start is None else np.atleast_1d(np.asarray(op_start, dtype=float)) - rest
+    rest = sp / _gain(loop) - disturbance if _gain(loop) else 0.0
+    given = None if op_start is None else np.atleast_1d(require_numbers("op_start", op_start, "% of span"))
+    starts = _default_starts(loop) if given is None else given - rest
     for size in starts:
         cycle = _orbit(loop, sp, disturbance, rest + float(size), mv_start, periods, longest, tolerance)
         if cycle is not None and not any(_same(cycle, known) for known in found):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from stiction.errors import ParameterError, require_not_negative, require_positive
+from stiction.errors import ParameterError, require_kind, require_not_negative, require_positive
 from stiction.models.processes import as_process
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from stiction.models.processes import StateSpace, TransferFunction
     from stiction.models.processes.discretise import Discrete
 
-__all__ = ["Loop"]
+__all__ = ["Loop", "require_loop"]
 
 
 @dataclass(frozen=True)
@@ -85,3 +85,24 @@ class Loop:
     def discrete(self) -> Discrete:
         """The process at the sampling period, for the input held by the stem."""
         return self.process.discretise(self.dt)
+
+
+def require_loop(loop: object) -> None:
+    """Refuse what is no loop.
+
+    Parameters
+    ----------
+    loop : object
+        What was given in place of one.
+
+    Raises
+    ------
+    ParameterError
+        When it is anything but a `Loop`.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> require_loop(Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0))
+    """
+    require_kind("loop", loop, Loop, "a Loop(controller, valve, process, dt)")

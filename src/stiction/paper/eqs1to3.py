@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.errors import ParameterError, require_positive, require_samples
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -69,6 +71,11 @@ def equations1to3(slope: float = 4.0) -> Equations1to3:
         answers with F_s to a smaller force and drives the stem instead of holding it, which chatters ever after (how
         often depends on the step). Eq. 3 has E1 mended in both, as it overflows otherwise.
 
+    Raises
+    ------
+    ParameterError
+        When `slope` is not positive, or so low or high that the ramp is too long or the stem never comes to rest.
+
     References
     ----------
     srinivasan2008, eqs. 1 to 3; karnopp1985 for the velocity tolerance.
@@ -79,6 +86,8 @@ def equations1to3(slope: float = 4.0) -> Equations1to3:
     >>> equations1to3().starts["corrected"]
     5
     """
+    slope = require_positive("slope", slope, "psi/s")
+    require_samples("the ramp", TOP / slope, DT)
     n = round(TOP / slope / DT) + 1
     time = DT * np.arange(n, dtype=np.float64)
     pressure = slope * time
@@ -90,6 +99,8 @@ def equations1to3(slope: float = 4.0) -> Equations1to3:
         gaps = begins[1:] - ends[: begins.size - 1]
         position[form], starts[form] = stem, int(begins.size)
         rests[form] = DT * float(gaps.max(initial=0))
+        if not ends.size:
+            raise ParameterError(f"slope = {slope:g} psi/s leaves the stem no time to come to rest; give a lower one.")
         first = int(ends[0])
     held = float(AREA * pressure[first] - SPRING * position["corrected"][first])
     friction = {"printed": STATIC if AREA * pressure[first] >= STATIC else held, "corrected": held}

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib import import_module
+from types import NoneType
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
-from stiction.errors import ParameterError, RecordError, require_finite, require_positive
+from numpy import integer
+
+from stiction.errors import ParameterError, RecordError, require_finite, require_kind, require_positive
 from stiction.records.layout import Options
 from stiction.records.loops import loops_of
 from stiction.records.source import load, text_encoding
@@ -108,6 +111,9 @@ def read(
     """
     if dt is not None:
         dt = require_positive("dt", dt, "s")
+    for name, text in (("tag", tag), ("delimiter", delimiter), ("time_format", time_format)):
+        require_kind(name, text, (str, NoneType), "a text")
+    require_kind("day_first", day_first, (bool, NoneType), "True or False")
     if decimal not in (None, ".", ","):
         raise ParameterError(f"decimal = {decimal!r} is no decimal mark; give '.' or ','.")
     if delimiter is not None and (len(delimiter) != 1 or delimiter in "\r\n\"'"):
@@ -116,6 +122,9 @@ def read(
         raise ParameterError(
             f"columns = {columns!r} is no mapping of signals to columns; give for example columns={{'op': 'CO'}}."
         )
+    for signal, column in (columns or {}).items():
+        require_kind("a signal of columns", signal, str, "its name, as in columns={'op': 'CO'}")
+        require_kind(f"columns[{signal!r}]", column, (str, int, integer), "the name or the number of a column")
     spans = _span("op_range", "OP", op_range), _span("mv_range", "valve position", mv_range)
     source = load(path, _refuse_binary)
     kind = next(form for form in FORMATS if source.data.startswith(form.signature))

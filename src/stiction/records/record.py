@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.errors import ParameterError, RecordError, require_positive
+from stiction.errors import ParameterError, RecordError, as_floats, require_positive
 from stiction.records.outliers import without_outliers
 from stiction.records.signals import not_a_percentage
 
@@ -66,7 +66,7 @@ class LoopRecord:
     """Evenly sampled signals of one control loop; NaN marks a missing value.
 
     Signals given as arrays of floats are kept as they are and not copied, lest a long run be held twice. An infinite
-    value, or one beyond 1e100, is missing too.
+    value, one beyond 1e100, and one that a mask hides are missing too.
     Records are equal when all their fields are, NaN to NaN; equal ones have the same hash.
 
     Parameters
@@ -274,8 +274,8 @@ def how_to_name_pv(record: LoopRecord) -> str:
 
 def _signal(name: str, value: ArrayLike, n: int | None) -> NDArray[np.float64]:
     try:
-        array = np.ascontiguousarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
+        array = np.ascontiguousarray(as_floats(value))
+    except (TypeError, ValueError, OverflowError):
         raise RecordError(f"{name} is not a series of numbers; give a one-dimensional array.") from None
     if array.ndim != 1:
         raise RecordError(f"{name} has {array.ndim} dimensions; give a one-dimensional array.")

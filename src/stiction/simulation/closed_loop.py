@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from reprlib import repr as brief
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import ParameterError, require_finite, require_not_negative, require_positive
+from stiction.errors import ParameterError, as_floats, require_finite, require_positive, require_samples, require_seed
+from stiction.models.loop import require_loop
 from stiction.models.switch import NO_COMPENSATOR, is_plain
 from stiction.records.record import LoopRecord, Provenance
 from stiction.simulation.drivers import closed_loop, plain_loop
@@ -82,11 +84,13 @@ def simulate(
     >>> round(float(record.op[-400:].max() - record.op[-400:].min()), 1)
     3.5
     """
+    require_loop(loop)
     duration = require_positive("duration", duration, "s")
+    require_samples("duration", duration, loop.dt)
     n = round(duration / loop.dt)
     if n < 1:
         raise ParameterError(f"duration = {duration:g} s is shorter than one sample of {loop.dt:g} s; make it longer.")
-    seed, set_point = _whole(seed), _series("sp", sp, n)
+    seed, set_point = require_seed(seed), _series("sp", sp, n)
     load = _NOTHING if disturbance is None else _series("disturbance", disturbance, n)
     pv_load = _NOTHING if pv_disturbance is None else _series("pv_disturbance", pv_disturbance, n)
     if loop.noise > 0.0:
@@ -130,23 +134,14 @@ def simulate(
     )
 
 
-def _whole(seed: int | None) -> int | None:
-    if seed is None:
-        return None
-    number = require_not_negative("seed", seed)
-    if number != round(number):
-        raise ParameterError(f"seed = {number:g} is no whole number; give 0 or more.")
-    return int(seed)
-
-
 def _series(name: str, value: ArrayLike, n: int, *, gaps: bool = False) -> NDArray[np.float64]:
     """One value for all samples, shape (1,), or one per sample, shape (n,)."""
     try:
-        series = np.atleast_1d(np.ascontiguousarray(value, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise ParameterError(f"{name} must be a number or a series of numbers, got {value!r}.") from None
+        series = np.atleast_1d(np.ascontiguousarray(as_floats(value)))
+    except (TypeError, ValueError, OverflowError):
+        raise ParameterError(f"{name} must be a number or a series of numbers, got {brief(value)}.") from None
     if series.ndim != 1 or series.size not in (1, n):
         raise ParameterError(f"{name} has shape {series.shape}; give one number or {n} (one per sample).")
-    if not gaps and not np.isfinite(series).all():
+    if np.isinf(series).any() or (np.isnan(series).any() and not gaps):
         raise ParameterError(f"{name} has entries that are not finite; give finite numbers.")
     return series

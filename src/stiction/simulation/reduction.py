@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.errors import require_positive
+from stiction.errors import MOST_SAMPLES, ParameterError, require_count, require_positive
 from stiction.models.valves import Choudhury, He, HeWang, Kano, PhysicalValve, Srinivasan, Stenman
 from stiction.models.valves.he_wang import overshoot_factor
 from stiction.simulation.rate import critical_rate
@@ -116,7 +116,7 @@ def reduce_valve(valve: PhysicalValve, *, samples: int = 4000, amplitude: float 
     valve : PhysicalValve
         The valve, taken as it is, lag and positioner included; the parameters know only friction, area and spring.
     samples : int
-        Samples of each signal [-].
+        Samples of each signal, 2 or more [-].
     amplitude : float
         Half of the range that the signals go through [% of span].
 
@@ -128,7 +128,8 @@ def reduce_valve(valve: PhysicalValve, *, samples: int = 4000, amplitude: float 
     Raises
     ------
     ParameterError
-        When the valve is not a `PhysicalValve`.
+        When the valve is not a `PhysicalValve`, `amplitude` is not positive, or `samples` is no whole number of 2 or
+        more.
 
     References
     ----------
@@ -142,7 +143,9 @@ def reduce_valve(valve: PhysicalValve, *, samples: int = 4000, amplitude: float 
     >>> round(found.S, 2), round(found.J, 4)
     (23.99, 1.2968)
     """
-    amplitude = require_positive("amplitude", amplitude, "% of span")
+    amplitude, samples = require_positive("amplitude", amplitude, "% of span"), require_count("samples", samples)
+    if not 2 <= samples <= MOST_SAMPLES:
+        raise ParameterError(f"samples = {samples} makes no signal; give 2 to {MOST_SAMPLES:,}.")
     found = critical_rate(valve)
     fs, fd = (100.0 * force / valve.force_span for force in (valve.static, valve.coulomb))
     K = overshoot_factor(valve.damping_ratio)

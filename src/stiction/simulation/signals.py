@@ -1,7 +1,7 @@
 """Test signals for valves and loops, each a series of one value per sample.
 
 All signals take the sampling period `dt` [s] last but for the seed, levels are in % of span (or in the units of
-whatever they are added to), and lengths are rounded to whole samples.
+whatever they are added to), and lengths are rounded to whole samples; no more than `errors.MOST_SAMPLES` are made.
 """
 
 from __future__ import annotations
@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import ParameterError, require_finite, require_not_negative, require_positive
+from stiction.errors import (
+    ParameterError,
+    as_floats,
+    require_finite,
+    require_not_negative,
+    require_positive,
+    require_samples,
+    require_seed,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -49,7 +57,9 @@ def ramp(start: float, stop: float, rate: float, dt: float) -> NDArray[np.float6
     [50.0, 50.5, 51.0, 51.5, 52.0]
     """
     start, stop = require_finite("start", start, "% of span"), require_finite("stop", stop, "% of span")
-    step = require_positive("rate", rate, "%/s") * require_positive("dt", dt, "s")
+    rate, dt = require_positive("rate", rate, "%/s"), require_positive("dt", dt, "s")
+    require_samples("the ramp", abs(stop - start) / rate, dt)
+    step = rate * dt
     n = int(np.ceil(abs(stop - start) / step * (1.0 - 1e-12)))
     levels = start + (step if stop > start else -step) * np.arange(n + 1, dtype=np.float64)
     levels[-1] = stop
@@ -164,12 +174,14 @@ def staircase(levels: Sequence[float] | NDArray[np.float64], hold: float, dt: fl
     [50.0, 50.0, 50.5, 50.5, 50.0, 50.0]
     """
     try:
-        series = np.atleast_1d(np.asarray(levels, dtype=np.float64))
-    except (TypeError, ValueError):
+        series = np.atleast_1d(as_floats(levels))
+    except (TypeError, ValueError, OverflowError):
         raise ParameterError(f"levels must be a series of numbers, got {levels!r}.") from None
     if series.ndim != 1 or not np.all(np.isfinite(series)):
         raise ParameterError("levels must be a series of finite numbers in % of span.")
-    return np.repeat(series, _samples("hold", hold, dt))
+    n = _samples("hold", hold, dt)
+    require_samples("the steps together", series.size * hold, dt)
+    return np.repeat(series, n)
 
 
 def random_walk(
@@ -211,7 +223,7 @@ def random_walk(
     start = require_finite("start", start, "% of span")
     spread = require_not_negative("spread", spread, "% of span")
     n = _samples("duration", duration, dt)
-    steps = np.random.default_rng(seed).normal(0.0, spread * dt**0.5, n)
+    steps = np.random.default_rng(require_seed(seed)).normal(0.0, spread * dt**0.5, n)
     steps[0] = start
     return np.cumsum(steps)
 
@@ -254,13 +266,14 @@ def binary_sequence(
     if not low < high:
         raise ParameterError(f"low = {low:g} % is not below high = {high:g} %; give two levels in this order.")
     n, per_level = _samples("duration", duration, dt), _samples("hold", hold, dt)
-    drawn = np.random.default_rng(seed).integers(0, 2, -(-n // per_level))
+    drawn = np.random.default_rng(require_seed(seed)).integers(0, 2, -(-n // per_level))
     return np.repeat(np.array([low, high])[drawn], per_level)[:n]
 
 
 def _samples(name: str, length: float, dt: float) -> int:
     """Whole samples of a length of time."""
     length, dt = require_positive(name, length, "s"), require_positive("dt", dt, "s")
+    require_samples(name, length, dt)
     n = round(length / dt)
     if n < 1:
         raise ParameterError(f"{name} = {length:g} s is shorter than one sample of {dt:g} s; make it longer.")

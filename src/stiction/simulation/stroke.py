@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import ParameterError, require_finite, require_positive
+from stiction.errors import ParameterError, RecordError, require_finite, require_positive
 from stiction.records.record import LoopRecord, Provenance
 from stiction.simulation.drivers import stroke_one
 
@@ -34,7 +35,7 @@ def stroke(
     mv_start : float, optional
         Where the stem rests before the first sample [% of span]; by default at the first input.
     out : ndarray, shape (n_samples,), optional
-        Where to put the valve position.
+        Where to put the valve position; `op` itself may be given, and is overwritten.
 
     Returns
     -------
@@ -44,9 +45,9 @@ def stroke(
     Raises
     ------
     ParameterError
-        When `dt` is not positive, or `out` has another shape or type than `op`.
+        When `dt` is not positive, or `out` cannot be written or has another shape or type than `op`.
     RecordError
-        When `op` is not a series of numbers.
+        When `op` is not a series of numbers, or one is missing.
 
     Examples
     --------
@@ -58,10 +59,23 @@ def stroke(
     if not hasattr(valve, "pack"):
         raise ParameterError(f"valve is a {type(valve).__name__}; give a valve model such as Kano(S, J).")
     record = LoopRecord("stroke", dt, op=op, provenance=Provenance(source=repr(valve)))  # type: ignore[arg-type]
-    mv = np.empty_like(record.op) if out is None else out
-    if mv.shape != record.op.shape or mv.dtype != np.float64:
-        raise ParameterError(f"out has shape {mv.shape} and type {mv.dtype}; give float64 of shape {record.op.shape}.")
+    if missing := int(np.isnan(record.op).sum()):
+        raise RecordError(f"op has {missing} missing values; a valve needs one at each sample: fill them first.")
+    mv = np.empty_like(record.op) if out is None else _writable(out, record.op.shape)
+    if np.may_share_memory(mv, record.op):
+        record = replace(record, op=record.op.copy())
     if len(record):
         rest = record.op[0] if mv_start is None else require_finite("mv_start", mv_start, "% of span")
         stroke_one(valve.code, valve.pack(dt), record.op, float(rest), mv)
     return LoopRecord("stroke", dt, op=record.op, mv=mv, provenance=record.provenance)
+
+
+def _writable(out: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """`out`, where a position can be written to."""
+    if not isinstance(out, np.ndarray):
+        raise ParameterError(f"out is a {type(out).__name__}; give an array of float64 of shape {shape}.")
+    if out.shape != shape or out.dtype != np.float64:
+        raise ParameterError(f"out has shape {out.shape} and type {out.dtype}; give float64 of shape {shape}.")
+    if not out.flags.writeable:
+        raise ParameterError("out is read-only; give an array that can be written to, such as out.copy().")
+    return out

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import json
+import math
+import statistics
 from dataclasses import replace
 
 import numpy as np
@@ -228,3 +230,31 @@ def test_play_beyond_the_limit_is_beyond_it_though_nothing_slips():
     test = st.analyse_ramp(record)
     assert test.verdict == "beyond limit"
     assert test.S.value == pytest.approx(3.0, abs=0.1)
+
+
+def test_the_spread_in_a_stretch_of_the_travel_is_that_of_its_slips():
+    """One stretch of a valve whose band and jump grow with its position, each direction by itself."""
+    travel = np.array([10.0, 90.0])
+    valve = st.Srinivasan(st.Table(travel, np.array([3.0, 6.0])), st.Table(travel, np.array([1.5, 3.0])), r=1.0)
+    plan = st.plan_ramp_test(10.0, 90.0, rates=[0.05])
+    test = st.analyse_ramp(st.stroke(valve, plan.op, 1.0), bins=1)
+    assert sorted(one.direction for one in test.travel) == [-1, 1]
+    for one in test.travel:
+        slips = [event for event in test.events if event.kind == "slip" and event.direction == one.direction]
+        assert one.n == len(slips) > 10
+        assert one.sb_spread == pytest.approx(statistics.stdev(slip.stick_band for slip in slips))
+        assert one.sj_spread == pytest.approx(statistics.stdev(slip.jump for slip in slips))
+        known = statistics.stdev(float(np.interp(slip.position, travel, [3.0, 6.0])) for slip in slips)
+        assert one.sb_spread == pytest.approx(known, rel=0.1)
+        assert one.sj_spread == pytest.approx(known / 2.0, rel=0.1)
+
+
+def test_one_slip_has_no_spread():
+    plan = st.plan_ramp_test(30.0, 60.0, rates=[0.05])
+    single = [
+        one
+        for one in st.analyse_ramp(st.stroke(st.Srinivasan(4.0, 2.0, 0.1), plan.op, 1.0), bins=40).travel
+        if one.n == 1
+    ]
+    assert single
+    assert all(math.isnan(one.sb_spread) and math.isnan(one.sj_spread) for one in single)

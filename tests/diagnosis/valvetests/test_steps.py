@@ -277,3 +277,8 @@ def test_plan_returns_to_its_start():
         st.plan_step_test(97.0)
     with pytest.raises(st.ParameterError, match="5 samples"):
         st.plan_step_test(50.0, hold=3.0)
+
+
+def test_what_is_no_test_does_not_compare():
+    with pytest.raises(st.ParameterError, match="before is of type str; give what analyse_ramp or"):
+        st.compare_tests("before.csv", "after.csv")

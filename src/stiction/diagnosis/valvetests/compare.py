@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-from stiction.diagnosis.valvetests.result import Estimate, json_ready, unit_of
-from stiction.errors import ParameterError
-
-if TYPE_CHECKING:
-    from stiction.diagnosis.valvetests.result import ValveTest
+from stiction.diagnosis.valvetests.result import Estimate, ValveTest, json_ready, unit_of
+from stiction.errors import ParameterError, require_kind
 
 __all__ = ["Change", "TestComparison", "compare_tests"]
 
@@ -83,7 +80,8 @@ def compare_tests(before: ValveTest, after: ValveTest) -> TestComparison:
     Raises
     ------
     ParameterError
-        When one is a ramp test and the other a step test, or they were read from different signals.
+        When one is no valve test, one is a ramp test and the other a step test, or they were read from different
+        signals.
 
     Examples
     --------
@@ -93,6 +91,8 @@ def compare_tests(before: ValveTest, after: ValveTest) -> TestComparison:
     >>> {c.name: c.verdict for c in st.compare_tests(old, new).changes}["sb"]
     'smaller'
     """
+    for name, test in (("before", before), ("after", after)):
+        require_kind(name, test, ValveTest, "what analyse_ramp or analyse_steps returns")
     if before.kind != after.kind:
         raise ParameterError(f"A {before.kind} and a {after.kind} do not compare; give two tests of the same kind.")
     if before.signal != after.signal:

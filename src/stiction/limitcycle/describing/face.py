@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from reprlib import repr as brief
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.errors import ParameterError
+from stiction.errors import ParameterError, require_finite, require_numbers, require_positive
 from stiction.limitcycle.bands import bands, frictionless
 from stiction.limitcycle.describing.numeric import numeric_dfs
 from stiction.limitcycle.describing.sine import banded_df
@@ -74,7 +75,8 @@ def describing_function(
     Raises
     ------
     ParameterError
-        When an amplitude is not positive, `omega` is missing, or the method does not fit the valve.
+        When an amplitude, a frequency or `tolerance` is not positive, `omega` is missing or of another shape, `family`
+        is unknown, `centre` is not finite, or the method does not fit the valve.
     ConvergenceError
         When the numeric method does not meet the tolerance.
 
@@ -88,9 +90,11 @@ def describing_function(
     >>> complex(st.describing_function(st.Stenman(0.5), 1.0)).__format__(".4f")
     '0.8269-0.2387j'
     """
-    size = np.asarray(amplitude, dtype=float)
-    if not np.all(np.isfinite(size)) or np.any(size <= 0.0):
-        raise ParameterError(f"amplitude = {amplitude!r} must be positive and finite [% of span].")
+    if not (hasattr(valve, "pack") or hasattr(valve, "describing_function")):
+        raise ParameterError(f"valve is of type {type(valve).__name__}; give a valve model such as Kano(S, J).")
+    size = _above_0("amplitude", amplitude, "% of span")
+    lattice_offset(1.0, family)
+    tolerance, centre = require_positive("tolerance", tolerance), require_finite("centre", centre, "% of span")
     if as_printed is not False:
         if not isinstance(valve, Stenman):
             raise ParameterError(f"eqs. 6-7 are for Stenman's valve, not {type(valve).__name__}; drop as_printed.")
@@ -101,12 +105,22 @@ def describing_function(
         raise ParameterError(f"method = {method!r} is unknown; use 'auto', 'events' or 'numeric'.")
     if omega is None and rate_dependent(valve):
         raise ParameterError(f"{type(valve).__name__} depends on the rate of its input; give omega in rad/s.")
-    speed = np.asarray(1.0 if omega is None else omega, dtype=float)
-    if not np.all(np.isfinite(speed)) or np.any(speed <= 0.0):
-        raise ParameterError(f"omega = {omega!r} must be positive and finite [rad/s].")
-    size, speed = np.broadcast_arrays(size, speed)
-    flat = _values(valve, size.ravel(), speed.ravel(), family, method, tolerance, float(centre))
+    speed = _above_0("omega", 1.0 if omega is None else omega, "rad/s")
+    try:
+        size, speed = np.broadcast_arrays(size, speed)
+    except ValueError:
+        raise ParameterError(
+            f"amplitude has shape {size.shape} and omega {speed.shape}, which do not go together; give equal ones."
+        ) from None
+    flat = _values(valve, size.ravel(), speed.ravel(), family, method, tolerance, centre)
     return flat.reshape(size.shape)
+
+
+def _above_0(name: str, value: ArrayLike, unit: str) -> NDArray[np.float64]:
+    array = require_numbers(name, value, unit)
+    if np.any(array <= 0.0):
+        raise ParameterError(f"{name} = {brief(value)} must be positive [{unit}]; give values above 0.")
+    return array
 
 
 def _values(valve: Any, size, speed, family: str | float, method: str, tolerance: float, centre: float):

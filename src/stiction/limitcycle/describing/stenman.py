@@ -13,13 +13,21 @@ family of levels +-d/2, +-3d/2, ... and miss a factor 2 on the inner roots.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
 from stiction.errors import ParameterError
 from stiction.models.compiled import kernel
 
-__all__ = ["lattice_offset", "staircase_amplitudes", "staircase_df", "staircase_levels", "stenman_printed"]
+__all__ = [
+    "lattice_offset",
+    "require_families",
+    "staircase_amplitudes",
+    "staircase_df",
+    "staircase_levels",
+    "stenman_printed",
+]
 
 _TIE = 1e-12
 """Share of the amplitude by which a level may be missed and still be reached: rounding, not physics [-]."""
@@ -42,11 +50,22 @@ def lattice_offset(jump: float, family: str | float, rest: float = 0.0) -> float
     if family == "integer":
         return 0.0
     try:
-        return (float(family) - rest) % jump
-    except (TypeError, ValueError):
-        raise ParameterError(
-            f"family = {family!r} is unknown; use 'half', 'integer' or a rest level in % of span."
-        ) from None
+        level = float(family)
+    except (TypeError, ValueError, OverflowError):
+        level = math.nan
+    if not math.isfinite(level):
+        raise ParameterError(f"family = {family!r} is unknown; use 'half', 'integer' or a rest level in % of span.")
+    return (level - rest) % jump
+
+
+def require_families(families: Iterable[str | float]) -> tuple[str | float, ...]:
+    """Return families of rest levels as a tuple, or say which is none."""
+    if isinstance(families, str) or not isinstance(families, Iterable):
+        raise ParameterError(f"families = {families!r} is no series; give for example ['half', 'integer'].")
+    found = tuple(families)
+    for family in found:
+        lattice_offset(1.0, family)
+    return found
 
 
 def staircase_levels(sb: float, lag: float, offset: float, amplitude: float) -> tuple[float, ...]:

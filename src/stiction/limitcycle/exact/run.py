@@ -12,6 +12,7 @@ from stiction.errors import ParameterError
 from stiction.limitcycle.bands import Bands, require_bands
 from stiction.limitcycle.exact.flow import TERMS, flow
 from stiction.limitcycle.linear import LinearPart, linear_part
+from stiction.models.loop import require_loop
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -116,10 +117,14 @@ def machine(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> Machine
         When the valve has no continuous-time form, its band is zero, or controller and process make an algebraic
         loop.
     """
+    require_loop(loop)
     valve = require_bands(loop.valve)
     linear = linear_part(loop, sp=sp, disturbance=disturbance)
     if valve.sb <= 0.0:
-        raise ParameterError(f"{loop.valve!r} has no stiction: the loop is linear and has no limit cycle of its own.")
+        raise ParameterError(
+            f"{loop.valve!r} has no stiction: the loop is linear and has no limit cycle of its own. Give a valve that "
+            "sticks."
+        )
     return _machine(linear, valve)
 
 

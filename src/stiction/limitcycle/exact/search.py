@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.limitcycle.describing import describing_function
-from stiction.limitcycle.describing.stenman import lattice_offset
+from stiction.limitcycle.describing.stenman import lattice_offset, require_families
 from stiction.limitcycle.exact.flow import DIVERGED, REST, SETTLED
 from stiction.limitcycle.exact.orbit import Orbit, family_name, limit_cycle, refine, rest_levels
 from stiction.limitcycle.exact.run import Machine, machine
@@ -62,7 +62,7 @@ def exact_limit_cycles(
     ------
     ParameterError
         When the valve has no continuous-time form or no stiction, the controller and process are improper or
-        make an algebraic loop, the loop has no point of rest, or it holds a compensator.
+        make an algebraic loop, the loop has no point of rest, it holds a compensator, or a family is unknown.
 
     Notes
     -----
@@ -77,7 +77,8 @@ def exact_limit_cycles(
     >>> [(c.family, round(c.period, 2)) for c in exact_limit_cycles(loop)]
     [('half', 21.12), ('half', 16.24), ('integer', 17.6), ('integer', 15.66)]
     """
-    return solve(machine(loop, sp=sp, disturbance=disturbance), loop, families)
+    asked = None if families is None else require_families(families)
+    return solve(machine(loop, sp=sp, disturbance=disturbance), loop, asked)
 
 
 def solve(
@@ -252,7 +253,10 @@ def _starts(m: Machine, offset: float | None):
         speeds.append(grid[past[0]] if past.size else marks.min())
     jump = m.valve.jump
     for w in dict.fromkeys(float(s) for s in speeds):
-        unit = linear.states_at(w) * (-1.0 / complex(linear.at(1j * w))) * np.exp(-1j * w * linear.dead_time)
+        gain = complex(linear.at(1j * w))
+        if gain == 0.0:
+            continue
+        unit = linear.states_at(w) * (-1.0 / gain) * np.exp(-1j * w * linear.dead_time)
         for size in _SIZES:
             a = size * m.valve.sb
             level = a - m.valve.lag

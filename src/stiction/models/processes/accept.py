@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from stiction.errors import ParameterError
+from stiction.errors import ParameterError, require_not_negative
 from stiction.models.processes.transfer_function import StateSpace, TransferFunction
 
 __all__ = ["as_process"]
@@ -31,7 +31,7 @@ def as_process(process: Any, dead_time: float = 0.0) -> StateSpace | TransferFun
     Raises
     ------
     ParameterError
-        When the system is sampled, has several inputs or outputs, or is none of these.
+        When `dead_time` is negative, or the system is sampled, has several inputs or outputs, or is none of these.
 
     Examples
     --------
@@ -40,6 +40,7 @@ def as_process(process: Any, dead_time: float = 0.0) -> StateSpace | TransferFun
     >>> as_process(lti([3.0], [10.0, 1.0]), dead_time=10.0).dead_time
     10.0
     """
+    dead_time = require_not_negative("dead_time", dead_time, "s")
     if isinstance(process, TransferFunction | StateSpace):
         if not dead_time:
             return process
@@ -47,7 +48,7 @@ def as_process(process: Any, dead_time: float = 0.0) -> StateSpace | TransferFun
 
         return replace(process, dead_time=process.dead_time + dead_time)
     if isinstance(process, tuple) and len(process) in (2, 3):
-        extra = float(process[2]) if len(process) == 3 else 0.0
+        extra = require_not_negative("dead_time", process[2], "s") if len(process) == 3 else 0.0
         return TransferFunction(process[0], process[1], dead_time + extra)
     system: Any = process
     if getattr(system, "dt", None) not in (None, 0, 0.0):

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import ParameterError
+from stiction.errors import ParameterError, require_seed
+from stiction.records.record import require_record
 from stiction.records.storage import usual_swing
 from stiction.simulation.historian.spoiled import (
     clipped,
@@ -52,7 +53,7 @@ def _rounded(record: LoopRecord, strength: float, seed: int) -> LoopRecord:
 
 
 def _units(record: LoopRecord, strength: float, seed: int) -> LoopRecord:
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(require_seed(seed))
     pv = (float(10.0 ** rng.uniform(-3.0, 3.0)), float(rng.uniform(-100.0, 100.0)))
     op = [(0.01, 0.0), (0.16, 4.0)][int(rng.integers(2))] if strength > 0.5 else (1.0, 0.0)
     return rescaled(record, op=op, pv=pv)
@@ -110,6 +111,7 @@ def spoil(record: LoopRecord, effect: str, strength: float, seed: int = 0) -> Lo
     >>> len(spoil(record, "sampling", strength=1.0))
     2
     """
+    require_record(record)
     if effect not in EFFECTS:
         raise ParameterError(f"effect {effect!r} is unknown; use {', '.join(EFFECTS)}.")
     if not 0.0 <= strength <= 1.0:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.errors import ParameterError, require_finite, require_not_negative
+from stiction.errors import ParameterError, require_finite, require_not_negative, require_seed
+from stiction.records.record import require_record
 from stiction.simulation.historian.stored import SIGNALS, each_signal
 
 if TYPE_CHECKING:
@@ -48,8 +49,9 @@ def gaps(record: LoopRecord, share: float, seed: int = 0, *, count: int = 3) -> 
     >>> int(np.isnan(record.op).sum())
     30
     """
+    require_record(record)
     lost = np.zeros(len(record), dtype=bool)
-    for first, last in _stretches(len(record), _share(share), count, np.random.default_rng(seed)):
+    for first, last in _stretches(len(record), _share(share), count, np.random.default_rng(require_seed(seed))):
         lost[first:last] = True
     return each_signal(record, lambda x: np.where(lost, np.nan, x))
 
@@ -83,7 +85,8 @@ def missing(record: LoopRecord, share: float, seed: int = 0) -> LoopRecord:
     >>> missing(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0]), share=1.0).op.tolist()
     [nan, nan, nan]
     """
-    share, rng = _share(share), np.random.default_rng(seed)
+    require_record(record)
+    share, rng = _share(share), np.random.default_rng(require_seed(seed))
     return each_signal(record, lambda x: np.where(rng.random(x.size) < share, np.nan, x))
 
 
@@ -119,8 +122,9 @@ def frozen(record: LoopRecord, share: float, seed: int = 0, *, count: int = 3) -
     >>> np.unique(record.op).size
     6
     """
+    require_record(record)
     from_where = np.arange(len(record))
-    for first, last in _stretches(len(record), _share(share), count, np.random.default_rng(seed)):
+    for first, last in _stretches(len(record), _share(share), count, np.random.default_rng(require_seed(seed))):
         from_where[first:last] = first
     return each_signal(record, lambda x: x[from_where])
 
@@ -157,8 +161,9 @@ def clock_jumps(record: LoopRecord, count: int, seed: int = 0, *, longest: float
     >>> record.provenance.clock_jumps, bool((np.diff(record.op) > 1.0).any())
     (2, True)
     """
+    require_record(record)
     require_not_negative("count", count, "-")
-    rng, kept = np.random.default_rng(seed), np.ones(len(record), dtype=bool)
+    rng, kept = np.random.default_rng(require_seed(seed)), np.ones(len(record), dtype=bool)
     for _ in range(count):
         size = max(int(len(record) * _share(longest) * rng.random()), 1)
         first = int(rng.integers(0, max(len(record) - size, 1)))
@@ -198,8 +203,9 @@ def replayed(record: LoopRecord, share: float, seed: int = 0) -> LoopRecord:
     >>> np.unique(record.op).size
     7
     """
+    require_record(record)
     n, size = len(record), round(len(record) * _share(share, 0.5))
-    rng, from_where = np.random.default_rng(seed), np.arange(n)
+    rng, from_where = np.random.default_rng(require_seed(seed)), np.arange(n)
     first = int(rng.integers(0, n - 2 * size + 1))
     again = int(rng.integers(first + size, n - size + 1))
     from_where[again : again + size] = np.arange(first, first + size)
@@ -242,7 +248,8 @@ def part_manual(record: LoopRecord, share: float, seed: int = 0, *, told: bool =
     >>> int((~record.auto).sum()), np.unique(record.op).size
     (4, 7)
     """
-    rng = np.random.default_rng(seed)
+    require_record(record)
+    rng = np.random.default_rng(require_seed(seed))
     ((first, last),) = _stretches(len(record), _share(share), 1, rng)
     if first == last:
         return record
@@ -287,6 +294,7 @@ def clipped(record: LoopRecord, share: float) -> LoopRecord:
     >>> clipped(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0, 4.0, 5.0]), share=0.5).op.tolist()
     [1.0, 2.0, 3.0, 3.0, 3.0]
     """
+    require_record(record)
     limit = float(np.nanquantile(record.op, 1.0 - _share(share)))
     return replace(record, op=np.minimum(record.op, limit))
 
@@ -320,6 +328,7 @@ def rescaled(
     >>> rescaled(LoopRecord("FC1", 1.0, op=[0.0, 50.0, 100.0]), op=(0.16, 4.0)).op.tolist()
     [4.0, 12.0, 20.0]
     """
+    require_record(record)
     units = {"op": op, "mv": op, "pv": pv, "sp": pv}
     changed: dict[str, Any] = {}
     for name, unit in units.items():

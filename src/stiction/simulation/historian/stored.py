@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.errors import ParameterError, require_not_negative, require_positive
+from stiction.records.record import require_record
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,6 +40,7 @@ def each_signal(record: LoopRecord, change: Callable[[NDArray[np.float64]], NDAr
     LoopRecord
         The record with changed signals.
     """
+    require_record(record)
     signals: dict[str, Any] = {name: getattr(record, name) for name in SIGNALS}
     return replace(record, **{name: change(x) for name, x in signals.items() if x is not None})
 
@@ -70,6 +72,7 @@ def sampled(record: LoopRecord, dt: float) -> LoopRecord:
     >>> sampled(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0, 4.0, 5.0]), dt=2.0).op.tolist()
     [1.0, 3.0, 5.0]
     """
+    require_record(record)
     kept = _ticks(record, dt)
     signals: dict[str, Any] = {name: getattr(record, name) for name in (*SIGNALS, "auto")}
     return replace(record, dt=dt, **{name: x[kept] for name, x in signals.items() if x is not None})
@@ -102,6 +105,7 @@ def averaged(record: LoopRecord, dt: float) -> LoopRecord:
     >>> averaged(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0, 4.0, 5.0]), dt=2.0).op.tolist()
     [1.5, 3.5]
     """
+    require_record(record)
     _longer(record, dt)
     m = round(dt / record.dt)
     n = len(record) // m
@@ -141,6 +145,7 @@ def interpolated(record: LoopRecord, dt: float) -> LoopRecord:
     >>> interpolated(LoopRecord("FC1", 1.0, op=[1.0, 9.0, 3.0, 9.0, 5.0]), dt=2.0).op.tolist()
     [1.0, 2.0, 3.0, 4.0, 5.0]
     """
+    require_record(record)
     kept, k = _ticks(record, dt), np.arange(len(record))
     return each_signal(record, lambda x: np.interp(k, kept, x[kept]))
 
@@ -179,6 +184,7 @@ def exception_reported(record: LoopRecord, deviation: float, *, interpolate: boo
     >>> exception_reported(record, deviation=1.0).op.tolist()
     [0.0, 0.0, 2.0, 2.0, 4.0, 4.0]
     """
+    require_record(record)
     deviation = require_not_negative("deviation", deviation, "-")
 
     def change(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -223,6 +229,7 @@ def swinging_door(record: LoopRecord, deviation: float) -> LoopRecord:
     >>> swinging_door(record, deviation=0.2).op.tolist()
     [0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0]
     """
+    require_record(record)
     deviation = require_not_negative("deviation", deviation, "-")
 
     def change(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -259,6 +266,7 @@ def quantised(record: LoopRecord, *, op: float = 0.0, pv: float = 0.0) -> LoopRe
     >>> quantised(LoopRecord("FC1", 1.0, op=[50.2, 50.4, 50.6]), op=0.5).op.tolist()
     [50.0, 50.5, 50.5]
     """
+    require_record(record)
     steps = {"op": op, "mv": op, "pv": pv, "sp": pv}
     changed: dict[str, Any] = {}
     for name, step in steps.items():
