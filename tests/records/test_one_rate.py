@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from stiction.records.one_rate import Slower, slower_of, unevenly_stored
+from stiction.records.one_rate import Slower, slower_of, stored_samples
 
 
 def held(x, every, first):
@@ -74,34 +74,55 @@ def test_what_is_drawn_as_lines_was_stored_at_their_ends(seed, name, decimals):
     at = np.unique([0, 399, *rng.choice(399, 80)])
     x = lines(signals[name], at)
     signals[name] = x if decimals is None else np.round(x, decimals)
-    found = unevenly_stored(**signals)
-    assert found is not None
-    assert found[0] == name.upper()
-    assert set(found[1]) <= set(at)
-    assert len(found[1]) >= 0.9 * at.size
+    found = np.flatnonzero(getattr(stored_samples(**signals), name))
+    assert set(found) <= set(at)
+    assert len(found) >= 0.9 * at.size
+    assert getattr(stored_samples(**signals), "pv" if name == "op" else "op").all()
+
+
+def resting(x, at):
+    """Each value held until the next one is stored."""
+    return np.repeat(x[np.concatenate([[0], at])], np.diff([0, *at, x.size]))
 
 
 def test_a_pv_that_rests_was_stored_where_it_is_new_and_an_op_that_rests_may_do_so_itself():
     rng = np.random.default_rng(1)
     x, y = rng.normal(size=(2, 300)).cumsum(axis=1)
-    at = np.sort(rng.choice(np.arange(1, 300), 90, replace=False))
-    rests = np.repeat(x[np.concatenate([[0], at])], np.diff([0, *at, 300]))
-    name, found = unevenly_stored(y, rests)
-    assert name == "PV"
-    np.testing.assert_array_equal(found, [0, *at])
-    assert unevenly_stored(rests, y) is None
+    at, other = (np.sort(rng.choice(np.arange(1, 300), 90, replace=False)) for _ in range(2))
+    kept = stored_samples(y, resting(x, at))
+    np.testing.assert_array_equal(np.flatnonzero(kept.pv), [0, *at])
+    assert kept.op.all()
+    assert all(one.all() for one in stored_samples(resting(x, at), y))
+    both = stored_samples(resting(y, other), resting(x, at))
+    np.testing.assert_array_equal(np.flatnonzero(both.op), [0, *other])
+    np.testing.assert_array_equal(np.flatnonzero(both.pv), [0, *at])
+
+
+def test_two_that_rest_together_were_repeated():
+    rng = np.random.default_rng(2)
+    x, y = rng.normal(size=(2, 300)).cumsum(axis=1)
+    at = np.sort(rng.choice(np.arange(1, 300), 250, replace=False))
+    assert all(one.all() for one in stored_samples(resting(x, at), resting(y, at)))
+
+
+def test_missing_values_were_not_stored_and_hide_no_line_beside_them():
+    rng = np.random.default_rng(3)
+    x, y = rng.normal(size=(2, 300)).cumsum(axis=1)
+    gone = rng.random(300) < 0.2
+    kept = stored_samples(np.where(gone, np.nan, x), y)
+    np.testing.assert_array_equal(kept.op, ~gone)
+    assert kept.pv.all()
+
+
+def test_one_that_is_held_evenly_is_stored_as_often_though_it_be_coarse():
+    rng = np.random.default_rng(5)
+    pv = np.round(rng.normal(size=3000).cumsum() / 20.0)
+    kept = stored_samples(rng.normal(size=3000), held(pv, 5, 2))
+    np.testing.assert_array_equal(np.flatnonzero(kept.pv), np.arange(2, 3000, 5))
 
 
 def test_a_coarse_signal_rests_by_itself():
     rng = np.random.default_rng(3)
     x, y = rng.normal(size=(2, 2000)).cumsum(axis=1)
     for step in (1.0, 2.0, 4.0):
-        assert unevenly_stored(y, np.round(x / step) * step) is None
-
-
-def test_two_signals_stored_now_and_then_tell_nothing_of_each_other():
-    rng = np.random.default_rng(2)
-    x, y = rng.normal(size=(2, 300)).cumsum(axis=1)
-    at = np.unique([0, 299, *rng.choice(299, 60)])
-    assert unevenly_stored(lines(x, at), lines(y, at)) is None
-    assert unevenly_stored(x, y) is None
+        assert stored_samples(y, np.round(x / step) * step).pv.all()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.records.storage import lattice
+from stiction.records.storage import coarse, lattice
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,11 +23,13 @@ FEWEST_RUNS, EVENLY = 20, 0.8
 one is missing the next sample shows the new value."""
 MOVES = 0.5
 """Share of the samples in which one is held beyond which the other moves [-]."""
-MOSTLY = 0.97
-"""Share of the samples at which the PV is stored beyond which an OP that rests does so by itself [-]."""
+SELDOM = 0.03
+"""Share of the PV that is left out below which an OP that rests does so by itself [-]."""
 TOGETHER = 0.98
 """Share of what is left out of one that is left out of the other as well beyond which both were only repeated [-]: by a
 record that is finer than the controller is fast, or a historian that was not reached."""
+LEFT_OUT = 0.02
+"""Share of the samples that rest, or lie on lines, up to which nothing was left out there [-]."""
 STEPS = 10.0
 """Steps of rounding that a value moves by from one that is stored to the next [-]: a coarse one rests by itself."""
 STRAIGHT = 1e-9, 2.5
@@ -123,36 +125,39 @@ def stored_samples(op: NDArray[np.float64], pv: NDArray[np.float64]) -> Stored:
     if slower is not None:
         evenly = np.isin(np.arange(op.size), slower.at(op.size))
         other = np.isfinite(op if slower.name == "PV" else pv)
-        return Stored(other, evenly & np.isfinite(pv)) if slower.name == "PV" else Stored(evenly & np.isfinite(op), other)
+        return (
+            Stored(other, evenly & np.isfinite(pv)) if slower.name == "PV" else Stored(evenly & np.isfinite(op), other)
+        )
     finite = Stored(np.isfinite(op), np.isfinite(pv))
     (of_op, rests), (of_pv, _) = _stored(op), _stored(pv)
     left_out = finite.op & ~of_op, finite.pv & ~of_pv
-    if (left_out[0] & left_out[1]).sum() > TOGETHER * min(left_out[0].sum(), left_out[1].sum()) > 0.0:
-        return finite
-    return Stored(finite.op if rests and of_pv.mean() > MOSTLY else of_op, of_pv)
+    together = (left_out[0] & left_out[1]).sum() > TOGETHER * min(left_out[0].sum(), left_out[1].sum()) > 0.0
+    by_itself = rests and left_out[0].any() and left_out[1].mean() < SELDOM
+    return finite if together or by_itself else Stored(of_op, of_pv)
 
 
 def _stored(x: NDArray[np.float64]) -> tuple[NDArray[np.bool_], bool]:
-    """Where a signal was stored, shape (n_samples,), and whether it rests between."""
+    """Where a signal was stored, shape (n_samples,), and whether it rests between.
+
+    Beside a missing value nothing is known: what rests may show one that was stored while it was missing.
+    """
     finite = np.isfinite(x)
-    new = np.concatenate([[True], _moved(x)]) & finite
-    kinks = _kinks(x)
-    rests = bool(new.sum() < kinks.sum())
-    own = new if rests else kinks
+    beside = finite[1:] & finite[:-1]
+    rests, straight = beside & (np.diff(x) == 0.0), finite[1:-1] & beside[1:] & beside[:-1]
+    step = lattice(x[finite]) if finite.any() else 0.0
+    swing = float(np.ptp(x[finite])) if finite.any() else 0.0
+    lines = straight & (np.abs(np.diff(x, 2)) <= max(STRAIGHT[0] * swing, STRAIGHT[1] * step))
+    resting = rests.sum() >= lines.sum()
+    if max(rests.sum(), lines.sum()) <= LEFT_OUT * x.size or (finite.any() and coarse(x[finite])):
+        return finite, resting
+    own = np.ones(x.size, dtype=bool)
+    if resting:
+        own[1:] = beside & ~rests
+    else:
+        own[1:-1] = straight & ~lines
+    own &= finite
     steps = np.abs(np.diff(x[own]))
-    coarse = not steps.size or np.median(steps) < STEPS * lattice(x[finite])
-    return (finite if coarse else own), rests
-
-
-def _kinks(x: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Whether each value lies off the line between its neighbours, shape (n_samples,); the ends do."""
-    out = np.isfinite(x)
-    known = x[out]
-    if known.size:
-        share, steps = STRAIGHT
-        # Beside a missing value nothing is known of a line.
-        out[1:-1] &= ~(np.abs(np.diff(x, 2)) <= max(share * float(np.ptp(known)), steps * lattice(known)))
-    return out
+    return (own, resting) if steps.size and np.median(steps) >= STEPS * step else (finite, resting)
 
 
 def _moved(x: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -17,7 +17,7 @@ derivative part is not fitted.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -37,7 +37,8 @@ EXACTLY, LEAVES = 1e-3, 0.01
 """Share of the complete moves, and of what a signal does between two stored values, that the law may leave [-]: a law
 that is not the controller's explains what moves slowly all but exactly, as one that is does the rest."""
 NOISE = 0.3
-"""Share of OP's moves from sample to sample that it may leave as well, where PV was stored too seldom to see these [-]."""
+"""Share of OP's moves from sample to sample that it may leave as well where PV was stored too seldom to see these
+[-]."""
 ALWAYS = 0.8
 """Share of the samples from which a signal is taken as stored at all of them [-]."""
 ALPHAS = (*np.linspace(0.0, 0.9, 10).tolist(), *(1.0 - np.geomspace(0.07, 1e-3, 8)).tolist())
@@ -136,7 +137,7 @@ def _law(
     each: float,
     leaves: float,
 ) -> Moves | None:
-    """The weights as those of the PV's past, where the law leaves little; a move is one of `each` in what was fitted."""
+    """The weights as those of the PV's past, where the law leaves little of sums of so many moves `each`."""
     if law is None or not _left(law) <= leaves * float(np.var(moved[law.kept])) > 0.0:
         return None
     Kp, Ki, Kd = law.weights[:3].tolist()
@@ -161,7 +162,7 @@ def _of_stored_pv(
     valid, length = _all_between(usable & kept.op, at), np.diff(at)
 
     def law_of(alpha: float) -> Law | None:
-        forgotten, reached = alpha**length, lfilter([1.0], [1.0, -alpha], drives)[:, at]
+        forgotten, reached = alpha**length, np.asarray(lfilter([1.0], [1.0, -alpha], drives))[:, at]
         return fit_law(y[at[1:]] - forgotten * y[at[:-1]], reached[:, 1:] - forgotten * reached[:, :-1], valid, FEWEST)
 
     def leaves(alpha: float) -> float:
@@ -173,16 +174,19 @@ def _of_stored_pv(
 
     least = int(np.argmin([leaves(alpha) for alpha in ALPHAS]))
     near = ALPHAS[max(least - 1, 0)], ALPHAS[min(least + 1, len(ALPHAS) - 1)]
-    alpha = float(minimize_scalar(leaves, bounds=near, method="bounded", options={"xatol": PRECISELY}).x)
+    found: Any = minimize_scalar(leaves, bounds=near, method="bounded", options={"xatol": PRECISELY})
+    alpha = float(found.x)
     law = law_of(alpha)
-    if law is None or _left(law) > LEAVES * float(np.var(np.diff(y[at])[law.kept])):
+    if law is None or not law.weights[0] or _left(law) > LEAVES * float(np.var(np.diff(y[at])[law.kept])):
         return None
     beta, known = float(law.weights[0]), drives[0][1:][(kept.op & usable)[1:] & kept.op[:-1]]
     if _left(law) > NOISE * beta**2 * float(np.mean(known**2)):
         return None
     drive = -np.einsum("i,ik->k", law.weights[1:], drives[1:]) / beta
     variance = _left(law) / beta**2 * max(1.0 - alpha**2, 1.0 / float(np.mean(length)))
-    return Moves((1.0 / beta, -alpha / beta, 0.0), drive, variance, float(np.mean(known**2)), float(np.abs(known).max()))
+    return Moves(
+        (1.0 / beta, -alpha / beta, 0.0), drive, variance, float(np.mean(known**2)), float(np.abs(known).max())
+    )
 
 
 def asked(y: NDArray[np.float64], r: NDArray[np.float64]) -> NDArray[np.float64]:

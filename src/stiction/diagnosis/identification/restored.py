@@ -22,7 +22,6 @@ import numpy as np
 from stiction.diagnosis.identification.controller import at_limit
 from stiction.diagnosis.identification.lawful import moves_of
 from stiction.diagnosis.identification.signals import hold_gaps
-from stiction.records.storage import lattice
 from stiction.records.stretches import in_manual
 
 if TYPE_CHECKING:
@@ -41,18 +40,17 @@ LIMITED = 0.02
 would be the finding."""
 SAME = 1e-3
 """Mean square of what the law makes of samples that were not stored, less what stands there, over that of the moves
-between stored ones, up to which nothing was left out [-]: an analyser or a transmitter held the PV, and the controller saw it so."""
+between stored ones, up to which nothing was left out [-]: an analyser held the PV, and the controller saw it so."""
 BUMPS, ROUNDS = 6.0, 3
 """Robust deviations of what an equation leaves beyond which it does not hold, and how often these are found again [-]:
 set points that were not recorded, changes of the mode."""
 NO_BUMP = 1e-4
 """Share of the largest move up to which what is left is none [-]: where the law is exact only rounding is left."""
 EXACT = 1e-6
-"""Standard deviation of a stored value that is not rounded, and of the moves by an exact law, over the distance between
-two stored ones, and over the moves [-]."""
+"""Standard deviation of what an exact law leaves, over the moves [-]: that of the rounding of the computation."""
 SHIFTS, FOLLOWS = 4, 0.02
-"""How often the line is shifted at random by as much as it may be off, and the share of that by which a sample may follow
-and be told by the law [-]."""
+"""How often the line is shifted at random by as much as it may be off, and the share of that by which a sample may
+follow and be told by the law [-]."""
 
 
 class Restored(NamedTuple):
@@ -91,11 +89,11 @@ def restored(record: LoopRecord, stored: Stored) -> Restored | None:
     >>> from stiction.simulation.historian import exception_reported
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
     >>> run = st.simulate(loop, sp=10.0, duration=2000.0, seed=1)
-    >>> seldom = exception_reported(run, 0.03)
+    >>> seldom = exception_reported(run, 0.02)
     >>> kept = stored_samples(seldom.op, seldom.pv)
     >>> found = restored(seldom, kept)
     >>> round(float(kept.op.mean()), 2), bool(np.abs(found.record.pv - run.pv).max() < 1e-6)
-    (0.88, True)
+    (0.92, True)
     """
     assert record.pv is not None
     op, pv = record.op, record.pv
@@ -135,55 +133,51 @@ class _Whole(NamedTuple):
 def _solved(
     u: NDArray[np.float64], y: NDArray[np.float64], kept: Stored, law: Moves, usable: NDArray[np.bool_]
 ) -> _Whole:
-    """Solve for all samples; again without the equations that do not hold.
+    """Solve for what was not stored; again without the equations that do not hold.
 
     The unknowns are u_0, y_0, u_1, y_1, ...; the equation of a move joins the five from y_{j-2} to y_j.
     """
     from scipy.linalg import solveh_banded
 
     n = u.size
-    lines, scales, weights = zip(*(_between(x, own) for x, own in ((u, kept.op), (y, kept.pv))), strict=True)
-    line, scale, weight = (np.stack(both, axis=1).ravel() for both in (lines, scales, weights))
-    shifts = scale[:, np.newaxis] * np.random.default_rng(0).choice([-1.0, 1.0], (2 * n, SHIFTS))
+    free = ~np.stack(kept, axis=1).ravel()
+    lines, rooms = zip(*(_between(x, own) for x, own in ((u, kept.op), (y, kept.pv))), strict=True)
+    line, room = (np.stack(both, axis=1).ravel() for both in (lines, rooms))
+    shifts = (free * room)[:, np.newaxis] * np.random.default_rng(0).choice([-1.0, 1.0], (2 * n, SHIFTS))
     lines = line[:, np.newaxis] + np.column_stack([np.zeros(2 * n), shifts])
-    joins = np.array([-law.past[2], -1.0, -law.past[1], 1.0, -law.past[0]])
-    drive, holds = law.drive[2:], usable[2:].copy()
+    at = [slice(1 + k, 2 * n - 4 + k, 2) for k in range(5)]
+    joins = (-law.past[2], -1.0, -law.past[1], 1.0, -law.past[0])
+    unknown = [join * free[part] for join, part in zip(joins, at, strict=True)]
+    told = sum(np.where(free[part], 0.0, join * line[part]) for join, part in zip(joins, at, strict=True))
+    drive, holds, found = law.drive[2:] - told, usable[2:], lines
     least = max(law.variance, EXACT**2 * law.moved)
-    at = [slice(2 * 2 - 3 + k, 2 * n - 4 + k, 2) for k in range(5)]
-    found = lines
     for _ in range(ROUNDS):
         precision = np.where(holds, 1.0 / least, 0.0)
-        band, right = np.zeros((5, 2 * n)), weight[:, np.newaxis] * lines
-        band[4] = weight
+        band, right = np.zeros((5, 2 * n)), lines / room[:, np.newaxis] ** 2
+        band[4] = room**-2.0
         for i in range(5):
-            right[at[i]] += (precision * joins[i] * drive)[:, np.newaxis]
+            right[at[i]] += (precision * unknown[i] * drive)[:, np.newaxis]
             for k in range(i, 5):
-                band[4 - (k - i), at[k]] += precision * joins[i] * joins[k]
+                band[4 - (k - i), at[k]] += precision * unknown[i] * unknown[k]
         found = solveh_banded(band, right)
-        left = np.abs(sum(join * found[part, 0] for join, part in zip(joins, at, strict=True)) - drive)
+        left = np.abs(sum(join * found[part, 0] for join, part in zip(unknown, at, strict=True)) - drive)
         usual = max(np.sqrt(least), 1.4826 * float(np.median(left[holds]))) if holds.any() else 0.0
         broken = holds & (left > max(BUMPS * usual, NO_BUMP * law.largest))
         if not broken.any():
             break
-        holds &= ~broken
-    follows = np.sqrt(np.mean((found[:, 1:] - found[:, :1]) ** 2, axis=1)).reshape(n, 2)
-    x = found[:, 0].reshape(n, 2)
-    room = scale.reshape(n, 2)
-    x[(room > 0.0) & (follows > FOLLOWS * room)] = np.nan
-    return _Whole(x[:, 0].copy(), x[:, 1].copy())
+        holds = holds & ~broken
+    follows = np.sqrt(np.mean((found[:, 1:] - found[:, :1]) ** 2, axis=1))
+    x = np.where(free & (follows > FOLLOWS * room), np.nan, found[:, 0])
+    return _Whole(x[::2].copy(), x[1::2].copy())
 
 
-def _between(
-    x: NDArray[np.float64], own: NDArray[np.bool_]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """The line between the stored values, by how much it may be off where none is, and its precision everywhere."""
+def _between(x: NDArray[np.float64], own: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The line between the stored values, and by how much what was left out may be off it."""
     at, value = np.flatnonzero(own), x[own]
     steps = np.abs(np.diff(value))
     usual = float(np.median(steps)) or float(np.std(value)) or 1.0
-    exact = max(lattice(value) / np.sqrt(12.0), EXACT * usual)
     stretch = np.clip(np.cumsum(own) - 1, 0, steps.size - 1)
-    far = np.maximum(usual, steps[stretch])
-    return np.interp(np.arange(x.size), at, value), np.where(own, 0.0, far), np.where(own, exact, far) ** -2.0
+    return np.interp(np.arange(x.size), at, value), np.maximum(usual, steps[stretch])
 
 
 def _same(whole: NDArray[np.float64], recorded: NDArray[np.float64], own: NDArray[np.bool_]) -> bool:
@@ -191,4 +185,6 @@ def _same(whole: NDArray[np.float64], recorded: NDArray[np.float64], own: NDArra
     changed = (whole - recorded)[~own]
     if not changed.size:
         return True
-    return bool(np.isfinite(recorded[~own]).all() and np.nanmean(changed**2) <= SAME * np.mean(np.diff(recorded[own]) ** 2))
+    return bool(
+        np.isfinite(recorded[~own]).all() and np.nanmean(changed**2) <= SAME * np.mean(np.diff(recorded[own]) ** 2)
+    )

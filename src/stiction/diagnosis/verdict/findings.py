@@ -37,8 +37,8 @@ THINNED = "{0} is new every {2} only and rests between, {1} does not: both are t
 RESTORED = "{0} of the samples; what was between is told by the controller's law."
 """What is told of records in which one of them is held, and of which what was left out is known."""
 ALL, ENOUGH = 0.98, 0.01
-"""Share of the samples from which nothing is looked for that was left out, and that which may be left untold in a record
-that is as good as one of all of them [-]."""
+"""Share of the samples from which nothing is looked for that was left out, and that which may be left untold in a
+record that is as good as one of all of them [-]."""
 
 
 @dataclass(frozen=True, slots=True)
