@@ -1,8 +1,8 @@
-"""One of OP and PV stored seldom, the other at every sample: held or drawn as lines between its stored values.
+"""At which samples OP and PV were stored: held for a fixed count of samples, by exception, or drawn as lines between.
 
 A value that is held for the export and not by the controller looks like a transmitter that hangs, and what moves in
-between like a disturbance. Both are what the controller saw where the slower one is new, and only there, but that its
-law may tell what was between (`diagnosis.identification.restored`).
+between like a disturbance. Where the slower one is new both are what the controller saw, and its law may tell what was
+between (`diagnosis.identification.restored`).
 """
 
 from __future__ import annotations
