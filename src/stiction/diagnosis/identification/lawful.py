@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.law import Law
     from stiction.records.one_rate import Stored
 
-__all__ = ["Moves", "moves_of"]
+__all__ = ["FEWEST", "Moves", "moves_of"]
 
 FEWEST, COMPLETE = 20, 50
 """Stretches, and complete moves, below which no law is fitted [-]."""

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.controller import at_limit
-from stiction.diagnosis.identification.lawful import moves_of
+from stiction.diagnosis.identification.lawful import FEWEST, moves_of
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.records.stretches import in_manual
 
@@ -97,7 +97,9 @@ def restored(record: LoopRecord, stored: Stored) -> Restored | None:
     """
     assert record.pv is not None
     op, pv = record.op, record.pv
-    sp = np.full_like(pv, np.nanmean(pv)) if record.sp is None else record.sp
+    if min(stored.op.sum(), stored.pv.sum()) < FEWEST:
+        return None
+    sp = record.sp if record.sp is not None and np.isfinite(record.sp).any() else np.full_like(pv, np.nanmean(pv))
     middle = float(np.nanmean(sp))
     limited = at_limit(hold_gaps(op))
     if limited.mean() > LIMITED:
@@ -110,7 +112,10 @@ def restored(record: LoopRecord, stored: Stored) -> Restored | None:
     if law is None:
         return None
     usable[1:] &= usable[:-1]
-    whole = _solved(u, y, kept, law, usable)
+    try:
+        whole = _solved(u, y, kept, law, usable)
+    except np.linalg.LinAlgError:  # scales so far apart that the rounding is larger than what is looked for
+        return None
     untold = 0.0
     for signal, was, own in ((whole.op, op, kept.op), (whole.pv, pv - middle, kept.pv)):
         as_it_was = own | np.isnan(signal)
