@@ -138,7 +138,7 @@ def _law(
     leaves: float,
 ) -> Moves | None:
     """The weights as those of the PV's past, where the law leaves little of sums of so many moves `each`."""
-    if law is None or not _left(law) <= leaves * float(np.var(moved[law.kept])) > 0.0:
+    if law is None or not _explains(law, moved, leaves):
         return None
     Kp, Ki, Kd = law.weights[:3].tolist()
     of_sp = parts.copy()
@@ -177,7 +177,7 @@ def _of_stored_pv(
     found: Any = minimize_scalar(leaves, bounds=near, method="bounded", options={"xatol": PRECISELY})
     alpha = float(found.x)
     law = law_of(alpha)
-    if law is None or not law.weights[0] or _left(law) > LEAVES * float(np.var(np.diff(y[at])[law.kept])):
+    if law is None or not law.weights[0] or not _explains(law, np.diff(y[at]), LEAVES):
         return None
     beta, known = float(law.weights[0]), drives[0][1:][(kept.op & usable)[1:] & kept.op[:-1]]
     if _left(law) > NOISE * beta**2 * float(np.mean(known**2)):
@@ -207,6 +207,11 @@ def _all_between(good: NDArray[np.bool_], at: NDArray[np.intp]) -> NDArray[np.bo
     return (lost[at[1:]] == lost[at[:-1]]) & good[at[:-1]]
 
 
+def _explains(law: Law, moved: NDArray[np.float64], leaves: float) -> bool:
+    """Whether a law leaves no more than a share of the moves where it holds."""
+    return bool(law.kept.any()) and _left(law) <= leaves * float(np.var(moved[law.kept])) > 0.0
+
+
 def _left(law: Law) -> float:
-    """Mean square of what a law leaves where it holds."""
-    return float(np.mean(law.left[law.kept] ** 2))
+    """Mean square of what a law leaves where it holds; infinite where it holds nowhere."""
+    return float(np.mean(law.left[law.kept] ** 2)) if law.kept.any() else np.inf
