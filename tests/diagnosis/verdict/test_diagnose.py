@@ -72,6 +72,7 @@ def kinds():
     gap = pv.copy()
     gap[200:330] = np.nan
     half_saturated = np.where(np.arange(N) < 400, 100.0, op)
+    at = np.arange(N)
     return {
         "sticky": run,
         "disturbed": disturbed(),
@@ -97,7 +98,8 @@ def kinds():
         "pv quantised": changed(pv=np.round(pv / 2.0) * 2.0),
         "pv two values": changed(pv=np.where(pv > 70.0, 71.0, 69.0)),
         "op quantised": changed(op=np.round(op)),
-        "interpolated": changed(op=np.interp(np.arange(N), np.arange(N)[::16], op[::16])),
+        "interpolated": changed(**{name: np.interp(at, at[::16], x[::16]) for name, x in (("op", op), ("pv", pv))}),
+        "op interpolated": changed(op=np.interp(at, at[::16], op[::16])),
         "held": changed(op=np.repeat(op[::6], 6), pv=np.repeat(pv[::6], 6)),
         "a spike": changed(pv=np.where(np.arange(N) == 300, 1e9, pv)),
         "a ramp": changed(op=np.linspace(10.0, 90.0, N), pv=np.linspace(0.0, 5.0, N)),
@@ -135,6 +137,13 @@ REFUSED = {
 @cache
 def diagnosed(name):
     return st.diagnose(kinds()[name])
+
+
+def test_an_op_on_lines_is_told_by_the_pv_and_the_controller():
+    found, truth = diagnosed("op interpolated"), diagnosed("sticky")
+    assert found.verdict == "stiction"
+    assert "OP is stored at 6 % of the samples; what was between is told by the controller's law." in found.reason
+    assert pytest.approx(truth.identification.S, rel=0.02) == found.identification.S
 
 
 @pytest.mark.filterwarnings("error")

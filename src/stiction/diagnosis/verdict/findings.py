@@ -101,7 +101,7 @@ def findings(record: LoopRecord) -> Findings:
     record = without_outliers(record)
     assert record.pv is not None
     kept = stored_samples(record.op, record.pv)
-    whole = restored(record, kept) if min(kept.op.mean(), kept.pv.mean()) < ALL else None
+    whole = restored(record, kept) if min(kept.op.sum(), kept.pv.sum()) < ALL * len(record) else None
     if whole is not None:
         seen = _findings(whole.record, samples_late=0)
         share = min(float(kept.op.mean()), float(kept.pv.mean()))
