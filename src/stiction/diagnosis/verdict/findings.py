@@ -103,7 +103,7 @@ def findings(record: LoopRecord) -> Findings:
     kept = stored_samples(record.op, record.pv)
     whole = restored(record, kept) if min(kept.op.sum(), kept.pv.sum()) < ALL * len(record) else None
     if whole is not None:
-        seen = _findings(whole.record, samples_late=0)
+        seen = _findings(without_outliers(whole.record), samples_late=0)
         share = min(float(kept.op.mean()), float(kept.pv.mean()))
         told = RESTORED.format(_seldom(kept))
         gate = Gate("one rate", "lowers" if whole.untold > ENOUGH else "ok", 1.0 / share, 1.0, told)
@@ -111,7 +111,8 @@ def findings(record: LoopRecord) -> Findings:
     slower = slower_of(record.op, record.pv)
     if slower is None or record.mv is not None:  # whose stem needs every sample of OP
         return _findings(record, samples_late=0)
-    seen = _findings(record.window(slower.first, len(record), slower.every), samples_late=0)
+    thinned = without_outliers(record.window(slower.first, len(record), slower.every))
+    seen = _findings(thinned, samples_late=0)
     [gate] = [gate for gate in assess(record).gates if gate.name == "one rate"]
     every = in_seconds(slower.every * record.dt)
     told = THINNED.format(slower.name, "OP" if slower.name == "PV" else "PV", every)
@@ -131,7 +132,6 @@ def _with_gate(quality: Quality, gate: Gate) -> Quality:
 
 def _findings(record: LoopRecord, *, samples_late: int) -> Findings:
     """Look at a record; once more, with each PV as many samples earlier, where it was stored `samples_late`."""
-    record = without_outliers(record)  # other values than those of the record as it came may stand alone
     part = usable_part(record)
     oscillation = find_oscillation(part)
     quality = assess(record, oscillation.period if oscillation.oscillating else None)
@@ -149,7 +149,8 @@ def _findings(record: LoopRecord, *, samples_late: int) -> Findings:
     if controller is not None and samples_late:
         controller = controller._replace(samples_late=samples_late)
     elif controller is not None and controller.samples_late and not swapped:
-        return _findings(with_pv_earlier(record, controller.samples_late), samples_late=controller.samples_late)
+        earlier = without_outliers(with_pv_earlier(record, controller.samples_late))
+        return _findings(earlier, samples_late=controller.samples_late)
     searches = () if controller is None or swapped else _searched(gappy, oscillation, controller)
     if controller is None or not searches:
         return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, None, stem, swapped)
