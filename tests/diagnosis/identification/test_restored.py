@@ -182,6 +182,20 @@ def test_a_stretch_without_the_law_stays_as_it_was_and_the_others_are_right(name
     np.testing.assert_array_equal(got[wrong], was[wrong])
 
 
+@pytest.mark.parametrize("first", [0, 1, 200])
+def test_an_op_ramped_by_hand_is_not_taken_for_one_on_lines(first):
+    record, last = by_law(12), first + 50
+    ramp = np.linspace(record.op[first] - 20.0, record.op[last], last - first + 1)
+    by_hand = replace(record, op=np.concatenate([record.op[:first] - 20.0, ramp, record.op[last + 1 :]]))
+    kept = stored_samples(by_hand.op, by_hand.pv)
+    assert not kept.op[first + 1 : last].any()
+    assert restored(by_hand, kept) is None
+    fifth = np.arange(N) % 5 == 0
+    both = restored(replace(by_hand, pv=held(record, "pv", 5).pv), Stored(kept.op, fifth))
+    if both is not None:
+        assert np.sum(both.record.op[first : last + 1] != ramp) < 5
+
+
 def test_an_op_at_its_limit_stays_there():
     free = by_law(5)
     rarely, often = (by_law(5, top=float(np.quantile(free.op, share))) for share in (0.98, 0.7))

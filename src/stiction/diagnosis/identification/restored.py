@@ -22,13 +22,13 @@ import numpy as np
 from stiction.diagnosis.identification.controller import at_limit
 from stiction.diagnosis.identification.lawful import FEWEST, moves_of
 from stiction.diagnosis.identification.signals import hold_gaps
+from stiction.records.one_rate import Stored
 from stiction.records.stretches import in_manual
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.diagnosis.identification.lawful import Moves
-    from stiction.records.one_rate import Stored
     from stiction.records.record import LoopRecord
 
 __all__ = ["Restored", "restored"]
@@ -44,6 +44,9 @@ between stored ones, up to which nothing was left out [-]: an analyser held the 
 BUMPS, ROUNDS = 6.0, 3
 """Robust deviations of what an equation leaves beyond which it does not hold, and how often these are found again [-]:
 set points that were not recorded, changes of the mode."""
+AWAY = 10.0
+"""How many times as far as it may be off the line a sample is that the equations do not tell but bend [-]: where a hand
+moved OP, a PV that is missing takes it up."""
 NO_BUMP = 1e-4
 """Share of the largest move up to which what is left is none [-]: where the law is exact only rounding is left."""
 EXACT = 1e-6
@@ -140,10 +143,13 @@ def _solved(
 ) -> _Whole:
     """Solve for what was not stored; again without the equations that do not hold.
 
-    The unknowns are u_0, y_0, u_1, y_1, ...; the equation of a move joins the five from y_{j-2} to y_j.
+    The unknowns are u_0, y_0, u_1, y_1, ...; the equation of a move joins the five from y_{j-2} to y_j. The first
+    sample stands before itself, for the first move.
     """
     from scipy.linalg import solveh_banded
 
+    u, y, usable, of_law = (np.concatenate([x[:1], x]) for x in (u, y, usable, law.drive))
+    kept = Stored(*(np.concatenate([own[:1], own]) for own in kept))
     n = u.size
     free = ~np.stack(kept, axis=1).ravel()
     lines, rooms = zip(*(_between(x, own) for x, own in ((u, kept.op), (y, kept.pv))), strict=True)
@@ -154,7 +160,7 @@ def _solved(
     joins = (-law.past[2], -1.0, -law.past[1], 1.0, -law.past[0])
     unknown = [join * free[part] for join, part in zip(joins, at, strict=True)]
     told = sum(np.where(free[part], 0.0, join * line[part]) for join, part in zip(joins, at, strict=True))
-    drive, holds, found = law.drive[2:] - told, usable[2:], lines
+    drive, holds, found = of_law[2:] - told, usable[2:], lines
     least = max(law.variance, EXACT**2 * law.moved)
     for _ in range(ROUNDS):
         precision = np.where(holds, 1.0 / least, 0.0)
@@ -165,15 +171,27 @@ def _solved(
             for k in range(i, 5):
                 band[4 - (k - i), at[k]] += precision * unknown[i] * unknown[k]
         found = solveh_banded(band, right)
-        left = np.abs(sum(join * found[part, 0] for join, part in zip(unknown, at, strict=True)) - drive)
+        left = np.abs(sum(join * found[part, 0] for join, part in zip(unknown, at, strict=True)) - drive) * holds
         usual = max(np.sqrt(least), 1.4826 * float(np.median(left[holds]))) if holds.any() else 0.0
-        broken = holds & (left > max(BUMPS * usual, NO_BUMP * law.largest))
+        off = np.maximum.reduce([left, *(_together(left, own) for own in kept)])
+        away = free & (np.abs(found[:, 0] - line) > AWAY * room)
+        strays = np.logical_or.reduce([away[part] for part in at])
+        broken = holds & (strays | (off > max(BUMPS * usual, NO_BUMP * law.largest)))
         if not broken.any():
             break
         holds = holds & ~broken
     follows = np.sqrt(np.mean((found[:, 1:] - found[:, :1]) ** 2, axis=1))
     x = np.where(free & (follows > FOLLOWS * room), np.nan, found[:, 0])
-    return _Whole(x[::2].copy(), x[1::2].copy())
+    return _Whole(x[2::2].copy(), x[3::2].copy())
+
+
+def _together(left: NDArray[np.float64], own: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """What the equations between two stored values leave together, shape of `left`, which begins two samples late.
+
+    What does not fit at the end of a stretch is shared out among its equations.
+    """
+    stretch = np.cumsum(own)[1:-1]
+    return np.sqrt(np.bincount(stretch, left**2))[stretch]
 
 
 def _between(x: NDArray[np.float64], own: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
