@@ -2,7 +2,7 @@ r"""The law of a controller from OP and PV of which a historian left samples out
 
 The moves of a PI or PID controller are linear in what it sees of PV and set point,
 
-.. math:: \Delta u_j = -K_p\,\Delta y_j + K_i\,(r_j - y_j) - K_d\,\Delta^2 y_j + b\,\Delta r_j + c\,\Delta^2 r_j + d ,
+.. math:: \Delta u_j = -K_p\,\Delta y_j + K_i\,(r_j - y_j) - K_d\,\Delta^2 y_j + b\,\Delta r_j + d ,
 
 so that its weights come by least squares from the moves of which OP and PV were stored. Where one of both was stored
 too seldom for that, but the other at nearly every sample, they come from what lies between two stored values. Of OP
@@ -190,10 +190,10 @@ def _of_stored_pv(
 
 
 def asked(y: NDArray[np.float64], r: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Parts of a move: proportional, integral, derivative, drift, and those of a set point that moves."""
+    """Parts of a move: proportional, integral, derivative, drift, and that of a set point that moves."""
     turns, wished = moves(y), moves(r)
-    parts = np.stack([-turns, r - y, -moves(turns), np.ones_like(y), wished, moves(wished)])
-    return parts[: 6 if np.any(wished) else 4]
+    parts = np.stack([-turns, r - y, -moves(turns), np.ones_like(y), wished])
+    return parts[: 5 if np.any(wished) else 4]
 
 
 def moves(x: NDArray[np.float64]) -> NDArray[np.float64]:

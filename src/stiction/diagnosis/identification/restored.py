@@ -7,9 +7,9 @@ lacks no more than the law tells:
 .. math:: u_j - u_{j-1} = a_0\,y_j + a_1\,y_{j-1} + a_2\,y_{j-2} + s_j, \qquad j = 1 \dots n - 1
 
 with :math:`s` of the set point and the drift (`lawful.Moves`). These equations, the stored values and, so that what
-they do not tell is not made up, a line between the stored values known to about the distance between them, are solved
-by least squares: the unknowns of neighbouring samples are joined, so that the matrix is a narrow band, and all takes
-some milliseconds. What moves with that line is not told by the law, and stays missing.
+they do not tell is not made up, what stands in the place of the others, known to about the distance between stored
+ones, are solved by least squares: the unknowns of neighbouring samples are joined, so that the matrix is a narrow band,
+and all takes some milliseconds. What moves with what stood there is not told by the law, and stays as it was.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ def restored(record: LoopRecord, stored: Stored) -> Restored | None:
         return None
     usable[1:] &= usable[:-1]
     try:
-        whole = _solved(u, y, kept, law, usable)
+        whole = _solved(u, y, kept, [np.isfinite(op), np.isfinite(pv)], law, usable)
     except np.linalg.LinAlgError:  # scales so far apart that the rounding is larger than what is looked for
         return None
     untold = 0.0
@@ -139,7 +139,12 @@ class _Whole(NamedTuple):
 
 
 def _solved(
-    u: NDArray[np.float64], y: NDArray[np.float64], kept: Stored, law: Moves, usable: NDArray[np.bool_]
+    u: NDArray[np.float64],
+    y: NDArray[np.float64],
+    kept: Stored,
+    there: list[NDArray[np.bool_]],
+    law: Moves,
+    usable: NDArray[np.bool_],
 ) -> _Whole:
     """Solve for what was not stored; again without the equations that do not hold.
 
@@ -148,11 +153,12 @@ def _solved(
     """
     from scipy.linalg import solveh_banded
 
-    u, y, usable, of_law = (np.concatenate([x[:1], x]) for x in (u, y, usable, law.drive))
-    kept = Stored(*(np.concatenate([own[:1], own]) for own in kept))
+    u, y, of_law = (np.concatenate([x[:1], x]) for x in (u, y, law.drive))
+    usable, *both = (np.concatenate([own[:1], own]) for own in (usable, *kept, *there))
+    kept, there = Stored(*both[:2]), both[2:]
     n = u.size
     free = ~np.stack(kept, axis=1).ravel()
-    lines, rooms = zip(*(_between(x, own) for x, own in ((u, kept.op), (y, kept.pv))), strict=True)
+    lines, rooms = zip(*map(_between, (u, y), kept, there), strict=True)
     line, room = (np.stack(both, axis=1).ravel() for both in (lines, rooms))
     shifts = (free * room)[:, np.newaxis] * np.random.default_rng(0).choice([-1.0, 1.0], (2 * n, SHIFTS))
     lines = line[:, np.newaxis] + np.column_stack([np.zeros(2 * n), shifts])
@@ -194,13 +200,16 @@ def _together(left: NDArray[np.float64], own: NDArray[np.bool_]) -> NDArray[np.f
     return np.sqrt(np.bincount(stretch, left**2))[stretch]
 
 
-def _between(x: NDArray[np.float64], own: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The line between the stored values, and by how much what was left out may be off it."""
+def _between(
+    x: NDArray[np.float64], own: NDArray[np.bool_], there: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What was recorded, or the line over what is missing, and by how much what was left out may be off it."""
     at, value = np.flatnonzero(own), x[own]
     steps = np.abs(np.diff(value))
     usual = float(np.median(steps)) or float(np.std(value)) or 1.0
     stretch = np.clip(np.cumsum(own) - 1, 0, steps.size - 1)
-    return np.interp(np.arange(x.size), at, value), np.maximum(usual, steps[stretch])
+    line = np.interp(np.arange(x.size), at, value)
+    return np.where(there, x, line), np.where(there, usual, np.maximum(usual, steps[stretch]))
 
 
 def _same(whole: NDArray[np.float64], recorded: NDArray[np.float64], own: NDArray[np.bool_]) -> bool:
