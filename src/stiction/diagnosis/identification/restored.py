@@ -209,7 +209,8 @@ def _between(
     usual = float(np.median(steps)) or float(np.std(value)) or 1.0
     stretch = np.clip(np.cumsum(own) - 1, 0, steps.size - 1)
     line = np.interp(np.arange(x.size), at, value)
-    return np.where(there, x, line), np.where(there, usual, np.maximum(usual, steps[stretch]))
+    on_line = there & (x != value[stretch])  # a held value may be as far off as the next one is
+    return np.where(there, x, line), np.where(on_line, usual, np.maximum(usual, steps[stretch]))
 
 
 def _same(whole: NDArray[np.float64], recorded: NDArray[np.float64], own: NDArray[np.bool_]) -> bool:
