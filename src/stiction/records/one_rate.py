@@ -47,10 +47,6 @@ class Slower(NamedTuple):
     first: int
     """First sample of the record at which it is new, as it is every `every` samples from there."""
 
-    def at(self, samples: int) -> NDArray[np.intp]:
-        """The samples of a record of so many at which it is new."""
-        return np.arange(self.first, samples, self.every)
-
 
 class Stored(NamedTuple):
     """At which samples OP and PV were stored."""
@@ -121,14 +117,10 @@ def stored_samples(op: NDArray[np.float64], pv: NDArray[np.float64]) -> Stored:
     >>> kept.op.all(), np.flatnonzero(kept.pv).tolist()
     (np.True_, [0, 90, 96, 150, 199])
     """
-    slower = slower_of(op, pv)
+    finite, slower = Stored(np.isfinite(op), np.isfinite(pv)), slower_of(op, pv)
     if slower is not None:
-        evenly = np.isin(np.arange(op.size), slower.at(op.size))
-        other = np.isfinite(op if slower.name == "PV" else pv)
-        return (
-            Stored(other, evenly & np.isfinite(pv)) if slower.name == "PV" else Stored(evenly & np.isfinite(op), other)
-        )
-    finite = Stored(np.isfinite(op), np.isfinite(pv))
+        new = np.arange(op.size) % slower.every == slower.first
+        return finite._replace(op=finite.op & new) if slower.name == "OP" else finite._replace(pv=finite.pv & new)
     (of_op, rests), (of_pv, _) = _stored(op), _stored(pv)
     left_out = finite.op & ~of_op, finite.pv & ~of_pv
     together = (left_out[0] & left_out[1]).sum() > TOGETHER * min(left_out[0].sum(), left_out[1].sum()) > 0.0

@@ -111,8 +111,8 @@ def _complete(
     u: NDArray[np.float64], y: NDArray[np.float64], r: NDArray[np.float64], complete: NDArray[np.bool_]
 ) -> Moves | None:
     """The law from the moves of which all was stored."""
-    moved = moves(u)
-    return _law(moved, asked(y, r), fit_law(moved, asked(y, r), complete, COMPLETE), r, 1.0, EXACTLY)
+    moved, parts = moves(u), asked(y, r)
+    return _law(moved, parts, fit_law(moved, parts, complete, COMPLETE), r, 1.0, EXACTLY)
 
 
 def _of_stored_op(
@@ -141,9 +141,7 @@ def _law(
     if law is None or not _explains(law, moved, leaves):
         return None
     Kp, Ki, Kd = law.weights[:3].tolist()
-    of_sp = parts.copy()
-    of_sp[0], of_sp[1], of_sp[2] = 0.0, r, 0.0
-    drive = np.einsum("i,ik->k", law.weights[: len(parts)], of_sp)
+    drive = Ki * r + np.einsum("i,ik->k", law.weights[3:], parts[3:])
     usual = float(np.mean(moved[law.kept] ** 2)) / each
     return Moves(
         (-Kp - Ki - Kd, Kp + 2.0 * Kd, -Kd), drive, _left(law) / each, usual, float(np.abs(moved[law.kept]).max())

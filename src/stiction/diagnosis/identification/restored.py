@@ -45,15 +45,15 @@ BUMPS, ROUNDS = 6.0, 3
 """Robust deviations of what an equation leaves beyond which it does not hold, and how often these are found again [-]:
 set points that were not recorded, changes of the mode."""
 AWAY = 10.0
-"""How many times as far as it may be off the line a sample is that the equations do not tell but bend [-]: where a hand
-moved OP, a PV that is missing takes it up."""
+"""How many times as far as it may be from what stood there a sample comes out where the equations do not tell it but
+bend it [-]: where a hand moved OP, a PV that is missing takes that up."""
 NO_BUMP = 1e-4
 """Share of the largest move up to which what is left is none [-]: where the law is exact only rounding is left."""
 EXACT = 1e-6
 """Standard deviation of what an exact law leaves, over the moves [-]: that of the rounding of the computation."""
 SHIFTS, FOLLOWS = 4, 0.02
-"""How often the line is shifted at random by as much as it may be off, and the share of that by which a sample may
-follow and be told by the law [-]."""
+"""How often what stood there is shifted at random by as much as it may be off, and the share of that by which a sample
+may follow and be told by the law [-]."""
 
 
 class Restored(NamedTuple):
@@ -154,8 +154,8 @@ def _solved(
     from scipy.linalg import solveh_banded
 
     u, y, of_law = (np.concatenate([x[:1], x]) for x in (u, y, law.drive))
-    usable, *both = (np.concatenate([own[:1], own]) for own in (usable, *kept, *there))
-    kept, there = Stored(*both[:2]), both[2:]
+    usable, *masks = (np.concatenate([own[:1], own]) for own in (usable, *kept, *there))
+    kept, there = Stored(*masks[:2]), masks[2:]
     n = u.size
     free = ~np.stack(kept, axis=1).ravel()
     lines, rooms = zip(*map(_between, (u, y), kept, there), strict=True)
