@@ -15,6 +15,7 @@ import pytest
 from report.diagnoses import diagnosis, identification, record
 from stiction.diagnosis.result import Counted
 from stiction.errors import ParameterError
+from stiction.records.one_rate import Stored
 from stiction.records.record import Provenance
 from stiction.report import figures, words, write_report
 from stiction.report.overview import worst_first
@@ -200,6 +201,31 @@ def missing_values():
     op[100:160] = pv[100:160] = pv[2000] = np.nan
     auto[2800:] = False
     return replace(run, op=op, pv=pv, auto=auto)
+
+
+@pytest.mark.parametrize("every", [1, 20])
+def test_what_was_stored_is_ringed_where_the_law_tells_what_was_not(every):
+    run = record()
+    at = np.arange(len(run)) % every == 0
+    view = View(diagnosis(run=run, stored=Stored(np.ones_like(at), at) if every > 1 else None))
+    figure = figures.trends(view)
+    rings = [trace for trace in figure.plot["data"] if trace["name"] == "PV as stored"]
+    told = "what was not stored of PV is told by the controller's law"
+    names = [trace["name"] for trace in figures.model_fit(view).plot["data"]]
+    assert (told in figure.caption) == ("PV restored" in names) == (every > 1)
+    assert len(rings) == (every > 1)
+    for ring in rings:
+        assert (ring["mode"], ring["yaxis"]) == ("markers", "y")
+        assert ring["y"].tolist() == run.pv[at].tolist()
+        assert ring["x"].tolist() == view.time[at].tolist()
+
+
+def test_a_signal_stored_at_most_samples_is_not_hidden_under_rings():
+    run = record()
+    at = np.arange(len(run)) % 3 > 0
+    figure = figures.trends(View(diagnosis(run=run, stored=Stored(at, np.ones_like(at)))))
+    assert [trace["name"] for trace in figure.plot["data"] if trace["mode"] == "markers"] == []
+    assert "what was not stored of OP is told" in figure.caption
 
 
 def test_doubtful_stretches_are_hatched_and_the_window_is_shaded():

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identified import ControllerFit, Identification
     from stiction.records import LoopRecord, Quality
+    from stiction.records.one_rate import Stored
 
 __all__ = [
     "Counted",
@@ -177,7 +178,7 @@ class Diagnosis:
     """The answer to the main question about one loop."""
 
     record: LoopRecord = field(repr=False)
-    """The record; `quality.first` and `quality.last` bound the stretch that was analysed."""
+    """The record as it was looked at; `quality.first` and `quality.last` bound the stretch that was analysed."""
     verdict: Verdict
     """`stiction`, `no_stiction` or `undecided`."""
     probability: float
@@ -212,6 +213,8 @@ class Diagnosis:
     """What each feature did to the probability of stiction before any doubt about the data, the strongest first."""
     controller: ControllerFit | None = None
     """The controller found from OP and error; None when the record did not allow a search."""
+    stored: Stored | None = field(default=None, repr=False, compare=False)
+    """At which samples OP and PV were stored, where what was between is told by the controller's law; else None."""
 
     def summary(self) -> str:
         """The verdict in a sentence or two."""

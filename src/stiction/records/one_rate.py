@@ -32,6 +32,8 @@ LEFT_OUT = 0.02
 """Share of the samples that rest, or lie on lines, up to which nothing was left out there [-]."""
 STEPS = 10.0
 """Steps of rounding that a value moves by from one that is stored to the next [-]: a coarse one rests by itself."""
+ALL = 0.98
+"""Share of the samples from which a signal is taken as stored at all of them [-]."""
 STRAIGHT = 1e-9, 2.5
 """Bend up to which three samples lie on a line: a share of the swing, and steps of rounding, three of which may differ
 by two [-]."""
@@ -55,6 +57,12 @@ class Stored(NamedTuple):
     """Where OP was, shape (n_samples,)."""
     pv: NDArray[np.bool_]
     """Where PV was, shape (n_samples,)."""
+
+    @property
+    def seldom(self) -> dict[str, float]:
+        """Those of OP and PV that were not stored at all samples, and at what share of them [-]."""
+        shares = {"OP": float(self.op.mean()), "PV": float(self.pv.mean())}
+        return {name: share for name, share in shares.items() if share < ALL}
 
 
 def slower_of(op: NDArray[np.float64], pv: NDArray[np.float64]) -> Slower | None:

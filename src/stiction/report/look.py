@@ -19,6 +19,7 @@ __all__ = [
     "colorbar",
     "dotted",
     "line",
+    "rings",
     "trace",
 ]
 
@@ -64,6 +65,18 @@ def dotted(x: float) -> dict[str, Any]:
     """A dotted line upright at `x`, behind the data."""
     style = {"color": MUTED, "dash": "dot", "width": 1}
     return {"type": "line", "x0": x, "x1": x, "y0": 0, "y1": 1, "yref": "paper", "line": style, "layer": "below"}
+
+
+def rings(x: Any, y: Any, name: str, color: str) -> dict[str, Any]:
+    """One series over another, drawn as small rings.
+
+    Examples
+    --------
+    >>> rings([0.0, 1.0], [2.0, 3.0], "OP as stored", OP)["mode"]
+    'markers'
+    """
+    ring = {"symbol": "circle-open", "size": 5, "color": color, "line": {"width": 1.2}}
+    return {"type": "scatter", "mode": "markers", "x": x, "y": y, "name": name, "marker": ring}
 
 
 def colorbar(title: str) -> dict[str, Any]:

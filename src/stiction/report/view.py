@@ -81,6 +81,12 @@ class View:
         n = CYCLES * period / self.diagnosis.record.dt if np.isfinite(period) else MOST_POINTS
         return slice(max(first, last - int(min(max(n, 20), MOST_POINTS))), last)
 
+    @cached_property
+    def seldom(self) -> dict[str, float]:
+        """Those of OP and PV that were stored at a share of the samples, the others told by the controller's law."""
+        stored = self.diagnosis.stored
+        return stored.seldom if stored is not None else {}
+
     def laid(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Fitted signal on the samples of the record, shape (n_samples,); NaN where it was not computed."""
         n, (first, last) = len(self.diagnosis.record), self.window

@@ -152,6 +152,10 @@ def test_what_the_law_tells_between_is_as_good_as_recorded(name, every, valve):
     assert (gate.severity, gate.why) == ("ok", said)
     assert gate.value == pytest.approx(every)
     assert found.record.dt == run(valve).dt
+    stored, other = (found.stored.op, found.stored.pv) if name == "op" else (found.stored.pv, found.stored.op)
+    late = found.controller.samples_late if name == "pv" else 0
+    assert (np.flatnonzero(stored) + late).tolist()[:50] == list(range(0, 50 * every, every))
+    assert other.mean() >= 0.98
     assert pytest.approx(right.probability, abs=0.01) == found.probability
     if valve != "good":
         assert pytest.approx(right.identification.S, rel=0.01) == found.identification.S

@@ -235,6 +235,7 @@ def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged, start
         features=row._asdict(),
         counted=weighed.counted,
         controller=seen.controller,
+        stored=seen.stored,
     )
 
 
@@ -279,4 +280,5 @@ def _cannot_tell(seen: Findings) -> Diagnosis:
         evidence=seen.evidence,
         quality=quality,
         settings={"undecided": list(UNDECIDED)},
+        stored=seen.stored,
     )

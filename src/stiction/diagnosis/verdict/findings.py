@@ -17,7 +17,7 @@ from stiction.diagnosis.verdict.stem import stem_shown
 from stiction.errors import RecordError
 from stiction.records.durations import in_seconds
 from stiction.records.gate import Gate
-from stiction.records.one_rate import slower_of, stored_samples
+from stiction.records.one_rate import Stored, slower_of, stored_samples
 from stiction.records.outliers import without_outliers
 from stiction.records.quality import assess, usable_part
 from stiction.records.record import how_to_name_pv, require_record
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identified import ControllerFit, Identification
     from stiction.diagnosis.result import Evidence, Oscillation
     from stiction.diagnosis.verdict.stem import Shown
-    from stiction.records.one_rate import Stored
     from stiction.records.quality import Quality
     from stiction.records.record import LoopRecord
 
@@ -36,9 +35,8 @@ __all__ = ["Findings", "findings"]
 THINNED = "{0} is new every {2} only and rests between, {1} does not: both are taken where {0} is new."
 RESTORED = "{0} of the samples; what was between is told by the controller's law."
 """What is told of records in which one of them is held, and of which what was left out is known."""
-ALL, ENOUGH = 0.98, 0.01
-"""Share of the samples from which nothing is looked for that was left out, and that which may be left untold in a
-record that is as good as one of all of them [-]."""
+ENOUGH = 0.01
+"""Share of the samples that may be left untold in a record that is as good as one of all of them [-]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +73,8 @@ class Findings:
     law tells what is held."""
     rates: str = ""
     """What is told of a record that is not stored at one rate, in a sentence."""
+    stored: Stored | None = None
+    """At which samples OP and PV were stored, where what was between is told by the controller's law."""
 
 
 def findings(record: LoopRecord) -> Findings:
@@ -101,13 +101,15 @@ def findings(record: LoopRecord) -> Findings:
     record = without_outliers(record)
     assert record.pv is not None
     kept = stored_samples(record.op, record.pv)
-    whole = restored(record, kept) if min(kept.op.sum(), kept.pv.sum()) < ALL * len(record) else None
+    whole = restored(record, kept) if kept.seldom else None
     if whole is not None:
         seen = _findings(without_outliers(whole.record), samples_late=0)
-        share = min(float(kept.op.mean()), float(kept.pv.mean()))
-        told = RESTORED.format(_seldom(kept))
-        gate = Gate("one rate", "lowers" if whole.untold > ENOUGH else "ok", 1.0 / share, 1.0, told)
-        return replace(seen, quality=_with_gate(seen.quality, gate), rates=told)
+        told = RESTORED.format(_said(kept.seldom))
+        longest = 1.0 / min(kept.seldom.values())
+        gate = Gate("one rate", "lowers" if whole.untold > ENOUGH else "ok", longest, 1.0, told)
+        n = len(seen.record)  # shorter where PV is late, whose first samples are then left out
+        stored = Stored(kept.op[:n], kept.pv[len(record) - n :])
+        return replace(seen, quality=_with_gate(seen.quality, gate), rates=told, stored=stored)
     slower = slower_of(record.op, record.pv)
     if slower is None or record.mv is not None:  # whose stem needs every sample of OP
         return _findings(record, samples_late=0)
@@ -119,10 +121,9 @@ def findings(record: LoopRecord) -> Findings:
     return replace(seen, quality=_with_gate(seen.quality, gate), every=slower.every, rates=told)
 
 
-def _seldom(kept: Stored) -> str:
+def _said(seldom: dict[str, float]) -> str:
     """Which of OP and PV was stored how seldom."""
-    shares = {"OP": float(kept.op.mean()), "PV": float(kept.pv.mean())}
-    return " and ".join(f"{name} is stored at {100.0 * share:.0f} %" for name, share in shares.items() if share < ALL)
+    return " and ".join(f"{name} is stored at {100.0 * share:.0f} %" for name, share in seldom.items())
 
 
 def _with_gate(quality: Quality, gate: Gate) -> Quality:

@@ -134,7 +134,7 @@ def told_of_part(whole: Diagnosis, part: Diagnosis, first: int, start: int = 0) 
     where = "" if IN_PART in part.reason else f"The valve sticks in part of the record, {when}."
     over = end < (1.0 - OVER) * whole.quality.last and AFTER not in part.action
     return replace(
-        part, record=whole.record, probability=probability, causes=causes,
+        part, record=whole.record, stored=whole.stored, probability=probability, causes=causes,
         reason=f"{where} {part.reason}{held}".strip(),
         action=f"{part.action} {AFTER}" if over else part.action, windows=part.windows or (one,),
         quality=replace(

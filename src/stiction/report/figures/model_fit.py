@@ -22,7 +22,7 @@ def model_fit(view: View) -> Figure | None:
     left = record.pv - model
     first, last = view.window
     data = [
-        view.trace(record.pv, "PV recorded", look.line(look.PV), yaxis="y"),
+        view.trace(record.pv, "PV restored" if "PV" in view.seldom else "PV recorded", look.line(look.PV), yaxis="y"),
         view.trace(model, "PV simulated from OP with the fitted valve", look.line(look.MODEL), yaxis="y"),
         view.trace(left, "residual", {"color": look.MUTED, "width": 1}, yaxis="y2", showlegend=False),
     ]

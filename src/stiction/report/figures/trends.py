@@ -11,6 +11,7 @@ from stiction.records.rests import missing, runs
 from stiction.records.stretches import in_manual
 from stiction.report import look, words
 from stiction.report.blocks import Figure
+from stiction.report.thin import thin
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 __all__ = ["trends"]
 
 MOST_STRETCHES = 200
+MOST_RINGS = 0.5
+"""Share of the samples up to which those that were stored are ringed; more would hide the line [-]."""
 _HATCH = {"missing": "x", "saturated": "/", "in manual": "\\"}
 
 
@@ -33,6 +36,7 @@ def trends(view: View) -> Figure:
     if record.pv is not None:
         data.append(view.trace(record.pv, "PV (process variable)", look.line(look.PV), yaxis="y"))
     data.append(view.trace(record.op, "OP (controller output)", look.line(look.OP), yaxis="y2"))
+    data += _as_stored(view)
     if record.mv is not None:
         data.append(view.trace(record.mv, "Valve position, measured", look.line(look.MV), yaxis="y2"))
     doubtful = {"missing": missing(record), "saturated": saturated(record), "in manual": in_manual(record)}
@@ -54,14 +58,32 @@ def trends(view: View) -> Figure:
     }
     found = [f"{words.digits(100.0 * mask.mean(), '%', 2)} {name}" for name, mask in doubtful.items() if mask.any()]
     first, last = view.window
+    left_out = " and ".join(view.seldom)
     caption = (
         f"{words.number_of(len(record), 'sample')} over {words.span(record.duration)}, one every "
         f"{words.span(record.dt)}; "
         + ("the whole record was analysed" if view.whole else f"samples {first} to {last - 1} (shaded) were analysed")
         + (f"; hatched: {', '.join(found)}" if found else "")
+        + (f"; what was not stored of {left_out} is told by the controller's law" if view.seldom else "")
         + ". Drag over a stretch to look closer; both plots follow."
     )
     return Figure({"data": data, "layout": layout}, "Set point, PV and OP over time", caption, height=440)
+
+
+def _as_stored(view: View) -> list[dict[str, Any]]:
+    """Rings where a signal was stored at few samples and its line is told by the controller's law between them."""
+    record, stored = view.diagnosis.record, view.diagnosis.stored
+    if stored is None:
+        return []
+    signals = {"PV": (record.pv, stored.pv, look.PV, "y"), "OP": (record.op, stored.op, look.OP, "y2")}
+    rings = []
+    for name in (name for name, share in view.seldom.items() if share <= MOST_RINGS):
+        x, mask, color, axis = signals[name]
+        assert x is not None
+        at = np.flatnonzero(mask)
+        at = at[thin(x[at])]
+        rings.append(look.rings(view.time[at], x[at], f"{name} as stored", color) | {"yaxis": axis})
+    return rings
 
 
 def _hatched(view: View, name: str, mask: NDArray[np.bool_], axes: list[str]) -> list[dict[str, Any]]:
