@@ -61,8 +61,8 @@ class Stored(NamedTuple):
     @property
     def seldom(self) -> dict[str, float]:
         """Those of OP and PV that were not stored at all samples, and at what share of them [-]."""
-        shares = {"OP": float(self.op.mean()), "PV": float(self.pv.mean())}
-        return {name: share for name, share in shares.items() if share < ALL}
+        shares = {"OP": self.op.sum() / max(self.op.size, 1), "PV": self.pv.sum() / max(self.pv.size, 1)}
+        return {name: float(share) for name, share in shares.items() if share < ALL}
 
 
 def slower_of(op: NDArray[np.float64], pv: NDArray[np.float64]) -> Slower | None:

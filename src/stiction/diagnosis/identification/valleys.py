@@ -41,7 +41,7 @@ def one_each(trials: Trials) -> NDArray[np.int64]:
     """
     order = trials.ranked()
     S, ratio = trials.columns.S[order], trials.columns.ratio[order]
-    bins = np.round(np.log(S) / S_BIN).astype(int), np.round(S * ratio / (J_BIN * S[0])).astype(int)
+    bins = np.round(np.log(S / S[0]) / S_BIN).astype(int), np.round(S * ratio / (J_BIN * S[0])).astype(int)
     first = np.concatenate([np.unique(one, return_index=True)[1] for one in bins])
     return order[np.unique(first)]
 
