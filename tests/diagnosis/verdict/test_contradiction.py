@@ -13,6 +13,7 @@ import stiction as st
 from stiction.diagnosis.identified import Rival
 from stiction.diagnosis.verdict.contradiction import (
     against_good,
+    against_short,
     against_sticking,
     explains_much_more,
     explains_nothing,
@@ -122,6 +123,35 @@ def test_a_small_band_that_explains_nothing_leaves_the_usual_share_of_valves(p):
     found = held_back(p, SOUND, against_sticking=(SMALL_BAND,))
     assert found.probability == min(p, 0.25)
     assert (SMALL_BAND in found.why) is (p > 0.25)
+
+
+@pytest.mark.parametrize("p", [0.05, 0.5, 0.6, 0.97])
+def test_a_short_record_whose_op_seldom_turns_round_leaves_it_open(p):
+    found = held_back(p, SOUND, against_sticking=(Objection.FEW_TURNS,))
+    assert found.probability == min(p, 0.5)
+    assert (Objection.FEW_TURNS in found.why) is (p > 0.5)
+
+
+@pytest.mark.parametrize(("samples", "turns", "told"), [(499, 5, True), (500, 5, False), (499, 6, False)])
+def test_few_turns_of_a_short_record_are_no_stiction(samples, turns, told):
+    k = np.arange(float(samples))
+    wave = 5.0 * np.cos(np.pi * (turns + 0.5) * k / samples)
+    quality = assess(st.LoopRecord("FIC-1", 1.0, op=50.0 + wave, pv=40.0 + wave))
+    assert {gate.name: gate.value for gate in quality.gates}["op turns"] == turns
+    assert against_short(quality) == ((Objection.FEW_TURNS,) if told else ())
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_load_that_wanders_for_a_short_time_is_no_stiction(seed):
+    rng = np.random.default_rng(1000 + seed)
+    load = 0.4 * np.cumsum(rng.standard_normal(300))
+    K, tau = rng.uniform(0.5, 3.0), rng.uniform(3.0, 20.0)
+    loop = st.Loop(st.PID(0.35 / K, tau), st.Ideal(), st.FOPDT(K, tau, 4.0), dt=1.0, noise=0.1)
+    record = st.simulate(loop, 100.0, 300.0, load, seed, pv_start=100.0, op_start=50.0, loop_type="flow")
+    found = st.diagnose(record.window(180, 300))
+    few = any(gate.name == "op turns" for gate in found.quality.reservations)
+    assert found.verdict != "stiction" or not few
+    assert found.probability <= 0.9
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,10 @@ import pytest
 
 import stiction as st
 from stiction.diagnosis.identification.glance import glance
-from stiction.diagnosis.verdict.in_part import AFTER, PARTS, PICKED, suspect, told_of_part
+from stiction.diagnosis.verdict.in_part import AFTER, PARTS, PICKED, SHORTEST, suspects, told_of_part
 from stiction.diagnosis.verdict.objection import Objection
 from stiction.diagnosis.verdict.stem import stem_shown
+from stiction.diagnosis.verdict.windows import Window
 from stiction.simulation.population.loads import lagged
 
 S, J = 4.0, 2.0
@@ -84,17 +85,58 @@ def test_the_stretch_in_which_a_position_is_off_is_cut_out(seed):
     record = record_of((False, 4000), (True, 600), seed=seed)
     whole = stem_shown(record)
     assert whole.what == "good"
-    cut = suspect(record, whole)
+    [cut] = suspects(record, whole)
     assert abs(cut.start - 4000) <= 150
     assert cut.stop == 4600
 
 
 def test_nothing_is_cut_out_where_the_position_follows_or_none_was_recorded():
     good = record_of((False, 4000))
-    assert suspect(good, stem_shown(good)) is None
-    assert suspect(replace(good, mv=None), None) is None
     sticky = record_of((True, 4000))
-    assert suspect(sticky, stem_shown(sticky)) is None
+    for record, stem in ((good, stem_shown(good)), (replace(good, mv=None), None), (sticky, stem_shown(sticky))):
+        assert list(suspects(record, stem)) == []
+
+
+def window(first, last, verdict="stiction"):
+    return Window(first, last, verdict, 3.0, 1.0, 90.0, 80.0)
+
+
+@pytest.mark.parametrize(
+    ("shown", "cuts"),
+    [
+        ([window(0, 900, "no_stiction"), window(900, 1500), window(1500, 2000), window(2000, 4000, "undecided")],
+         [(900, 2000)]),
+        ([window(0, 400), window(400, 3000, "no_stiction"), window(3000, 4000)], [(3000, 4000)]),
+        ([window(0, 2000), window(2000, 4000)], []),
+        ([window(0, SHORTEST - 1), window(SHORTEST - 1, 4000, "no_stiction")], []),
+        ([window(0, 2000, "no_stiction"), window(2000, 4000, "undecided")], []),
+    ],
+)  # fmt: skip
+def test_the_longest_stretch_of_windows_that_stick_is_cut_out(shown, cuts):
+    record = record_of((False, 4000), position=False)
+    assert [(cut.start, cut.stop) for cut in suspects(record, None, shown)] == cuts
+
+
+def stepped(valve, n, seed):
+    """A flow loop whose set point steps every 700 samples."""
+    loop = st.Loop(st.PID(0.4, 6.0), valve, st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=0.1)
+    sp = 60.0 + 3.0 * (np.arange(n) // 700 % 2)
+    return st.simulate(loop, sp, float(n), 0.0, seed, pv_start=60.0, op_start=50.0, loop_type="flow")
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5, 6, 7])
+def test_a_valve_that_sticks_for_a_third_of_a_record_of_any_length_is_found(seed):
+    parts = [
+        stepped(valve, n, 10 * seed + k) for k, (valve, n) in enumerate([(GOOD, 1500), (STICKY, 1200), (GOOD, 1300)])
+    ]
+    whole = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ("op", "pv", "sp")}
+    found = st.diagnose(replace(parts[0], mv=None, **whole))
+    assert found.verdict == "stiction"
+    assert found.probability == pytest.approx(0.9)
+    assert pytest.approx(S, rel=0.1) == found.identification.S
+    assert found.windows[0].first >= 1500
+    assert found.windows[-1].last <= 3200
+    assert found.reason.startswith("The valve sticks in part of the record")
 
 
 def test_a_part_that_is_not_surely_sticky_changes_nothing():

@@ -15,13 +15,14 @@ from stiction.diagnosis.verdict.contradiction import (
     against_both,
     against_good,
     against_moving,
+    against_short,
     against_sticking,
     explains_much_more,
     explains_nothing,
 )
 from stiction.diagnosis.verdict.doubt import FAULT_SEEN, MOST, UNKNOWN, held_back, only_saturated
 from stiction.diagnosis.verdict.findings import Findings, findings
-from stiction.diagnosis.verdict.in_part import suspect, told_of_part
+from stiction.diagnosis.verdict.in_part import suspects, told_of_part
 from stiction.diagnosis.verdict.objection import Objection
 from stiction.diagnosis.verdict.own_cycle import near, own_cycle
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
@@ -103,15 +104,19 @@ def _diagnosed(record: LoopRecord, start: int | None = None) -> Diagnosis:
         return _cannot_tell(seen)
     weighed = _weigh(seen, seen.features)
     whole = _told(seen, seen.features, weighed, _judge(seen, seen.features, weighed), start)
-    first, last = whole.quality.first, whole.quality.last
-    cut = None if whole.probability >= MOST else suspect(seen.record.window(first, last), seen.stem)
-    if cut is None:
+    if whole.probability >= MOST:
         return whole
-    begin, end = first + cut.start, first + cut.stop
+    first, last = whole.quality.first, whole.quality.last
     begun = start or 0
     # PV that is late is found late in the part as well; two rates are one already.
     came = record if seen.every == 1 else seen.record
-    return told_of_part(whole, _diagnosed(came.window(begin, end), begun + begin), begin, begun)
+    shown = windows(seen.part, seen.found[seen.speaks]) if whole.verdict != "stiction" else ()
+    for cut in suspects(seen.record.window(first, last), seen.stem, shown):
+        begin, end = first + cut.start, first + cut.stop
+        told = told_of_part(whole, _diagnosed(came.window(begin, end), begun + begin), begin, begun)
+        if told is not whole:
+            return told
+    return whole
 
 
 class Weighed(NamedTuple):
@@ -162,12 +167,12 @@ def _judge(seen: Findings, row: Features, weighed: Weighed) -> Judged:
     assert seen.controller is not None
     nothing = explains_nothing(found, seen.controller) if blind else ""
     late = (Objection.PV_LATE,) if seen.controller.samples_late else ()
-    both = (*late, *against_both(seen.controller)) if blind else ()
+    both = (*late, *against_both(seen.controller))
     against = (*against_good(found, row, told), *against_moving(seen.stem, told), *both) if blind else ()
+    sticking = (*against_sticking(found, valve, row, partial(_makes_cycle, seen)), *against_short(seen.quality), *both)
     held = held_back(
-        told["stiction"], seen.quality, told["saturation"], told["sensor"],
-        own_samples=found.own_samples, valve_seen=not nothing, against=against,
-        against_sticking=(*against_sticking(found, valve, row, partial(_makes_cycle, seen)), *both) if blind else (),
+        told["stiction"], seen.quality, told["saturation"], told["sensor"], own_samples=found.own_samples,
+        valve_seen=not nothing, against=against, against_sticking=sticking if blind else (),
     )  # fmt: skip
     rest = (1.0 - held.probability) / max(1.0 - told["stiction"], 1e-12)
     told = {name: held.probability if name == "stiction" else rest * share for name, share in told.items()}

@@ -64,6 +64,8 @@ BEYOND = {"missing": 10.0, "held": 5.0, "compression": 2.0}
 exactly straight lines [%]."""
 STEPS = 100.0
 """Steps that OP swings over below which they may hide a slip [-]."""
+NO_MORE = {Objection.SMALL_BAND: UNKNOWN[0], Objection.FEW_TURNS: UNKNOWN[1]}
+"""Objections to a sticking valve that leave it no more than so much [-]."""
 LEAST, MOST = 0.1, 0.9
 """Probabilities beyond which these do not speak [-]."""
 FEW = 880
@@ -139,8 +141,8 @@ def held_back(
     against : tuple of Objection
         What keeps the valve from being surely good (`contradiction.against_good`).
     against_sticking : tuple of Objection
-        What keeps it from surely sticking (`contradiction.against_sticking`); a small band leaves no more than the
-        share of loops that stick.
+        What keeps it from surely sticking (`contradiction.against_sticking`, `against_short`); some of it leaves no
+        more than what is not known of a loop (`NO_MORE`).
 
     Returns
     -------
@@ -166,8 +168,9 @@ def held_back(
     odds, usual = (math.log(p / (1.0 - p)) for p in (sure, unknown))
     kept = FIRST * FURTHER ** (len(doubts) - 1)
     drawn = 1.0 / (1.0 + math.exp(-usual - kept * (odds - usual))) if doubts else probability
-    if Objection.SMALL_BAND in against_sticking and drawn > UNKNOWN[0]:
-        return HeldBack(UNKNOWN[0], f"No more than {UNKNOWN[0]:.2f} is told: {Objection.SMALL_BAND}.")
+    for objection, most in NO_MORE.items():
+        if objection in against_sticking and drawn > most:
+            return HeldBack(most, f"No more than {most:.2f} is told: {objection}.")
     of_data = _hides(doubts, quality, own_samples=own_samples)
     found: list[str] = [Objection.NOT_SEEN] if not valve_seen and saturation + sensor < FAULT_SEEN else []
     found += against if drawn < LEAST else against_sticking if drawn > MOST else ()

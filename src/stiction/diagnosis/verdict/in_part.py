@@ -5,9 +5,11 @@ All of a record is compared with one valve, and of a long one at most the middle
 that is not called surely sticky one part is diagnosed like a record of its own:
 
 - where a valve position was recorded, the stretch in which it is off that of a good valve by more than `LOOSE` times
-  what is usual;
-- else, in a record of `LONG` samples or more, the one of `PARTS` parts in which some sticky valve predicts the PV best
-  at a glance (`identification.glance`), which is cut again if it is long.
+  what is usual, and no other;
+- in a record of `LONG` samples or more, the one of `PARTS` parts in which some sticky valve predicts the PV best at a
+  glance (`identification.glance`), which is cut again if it is long;
+- in one that is not called sticky, the longest stretch of windows in each of which the valve sticks by itself
+  (`verdict.windows`): where it sticks for a quarter of the time the rest says most.
 
 The verdict on the part is told for the record where it says that the valve sticks, and says so surely. Without a
 position it is held at `doubt.MOST`, since the part was picked for what it looks like.
@@ -30,6 +32,8 @@ from stiction.diagnosis.verdict.doubt import MOST
 from stiction.records.rests import runs
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from numpy.typing import NDArray
 
     from stiction.diagnosis.identification.position import Watched
@@ -37,7 +41,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.verdict.stem import Shown
     from stiction.records.record import LoopRecord
 
-__all__ = ["suspect", "told_of_part"]
+__all__ = ["suspects", "told_of_part"]
 
 PARTS = 4
 """Parts that a long record is cut into [-]."""
@@ -63,8 +67,8 @@ whose valve stuck at the end it was 1.3 to 2.2 there and 0.0004 to 0.0008 before
 is cut out for nothing costs a diagnosis, and is told only if that is sure."""
 
 
-def suspect(part: LoopRecord, stem: Shown | None) -> slice | None:
-    """Pick the part of a record that looks most as if the valve stuck in it.
+def suspects(part: LoopRecord, stem: Shown | None, shown: Sequence[Window] = ()) -> Iterator[slice]:
+    """Pick the parts of a record that look most as if the valve stuck in them.
 
     Parameters
     ----------
@@ -72,11 +76,13 @@ def suspect(part: LoopRecord, stem: Shown | None) -> slice | None:
         The stretch that was analysed.
     stem : Shown or None
         What its valve position shows; None where none was recorded.
+    shown : sequence of Window
+        The windows of the stretch; none where they are not to be looked at.
 
-    Returns
-    -------
-    slice or None
-        Samples of the stretch; None where no part is worth a look of its own.
+    Yields
+    ------
+    slice
+        Samples of the stretch; nothing where no part is worth a look of its own.
 
     Examples
     --------
@@ -85,19 +91,24 @@ def suspect(part: LoopRecord, stem: Shown | None) -> slice | None:
     >>> op, noise = 50.0 + 4.0 * np.sin(np.arange(4000.0) / 15.0), np.random.default_rng(0).normal(0.0, 0.1, 4000)
     >>> stem = np.concatenate([op[:3200], st.stroke(st.Kano(2.0, 1.0), op[3200:], dt=1.0).mv])
     >>> record = st.LoopRecord("FIC-101", 1.0, op=op, pv=stem, mv=stem + noise)
-    >>> cut = suspect(record, stem_shown(record))
+    >>> cut = next(suspects(record, stem_shown(record)))
     >>> abs(cut.start - 3200) <= 130, cut.stop
     (True, 4000)
     """
     if stem is not None and stem.watching is not None:
         loose = _loose(_off(part, stem.watching.good))
         if loose is not None:
-            return loose
-    if len(part) < LONG:
-        return None
-    parts = _cut(len(part), PARTS)
-    likelier = [glance(part.window(cut.start, cut.stop)) for cut in parts]
-    return parts[int(np.argmax(likelier))] if max(likelier) > 0.0 else None
+            yield loose
+            return
+    if len(part) >= LONG:
+        parts = _cut(len(part), PARTS)
+        likelier = [glance(part.window(cut.start, cut.stop)) for cut in parts]
+        if max(likelier) > 0.0:
+            yield parts[int(np.argmax(likelier))]
+    sticks = np.array([window.verdict == "stiction" for window in shown], dtype=bool)
+    longest = _longest([slice(shown[first].first, shown[last - 1].last) for first, last in runs(sticks)])
+    if SHORTEST <= longest.stop - longest.start < len(part):
+        yield longest
 
 
 def told_of_part(whole: Diagnosis, part: Diagnosis, first: int, start: int = 0) -> Diagnosis:
@@ -158,8 +169,13 @@ def _loose(off: NDArray[np.float64]) -> slice | None:
     mean = np.array([float(np.nanmean(off[cut])) if np.isfinite(off[cut]).any() else 0.0 for cut in parts])
     beyond = mean > LOOSE * np.quantile(mean, USUAL)
     stretches = [slice(parts[first].start, parts[last - 1].stop) for first, last in runs(beyond)]
-    longest = max(stretches, key=lambda cut: cut.stop - cut.start, default=slice(0, 0))
+    longest = _longest(stretches)
     return longest if SHORTEST <= longest.stop - longest.start < off.size else None
+
+
+def _longest(stretches: list[slice]) -> slice:
+    """The longest of some stretches; an empty one of none."""
+    return max(stretches, key=lambda cut: cut.stop - cut.start, default=slice(0, 0))
 
 
 def _off(part: LoopRecord, good: Watched) -> NDArray[np.float64]:

@@ -57,5 +57,8 @@ class Objection(StrEnum):
     """Against a sticking valve: a bent or gated good one takes `contradiction.TAKEN` of what it adds to a good one."""
     SMALL_BAND = "the band is small beside what OP moves, and a good valve explains as much"
     """Against a sticking valve: such a band (`contradiction.SMALL`) says nothing of it."""
+    FEW_TURNS = "OP seldom turns round in a short record"
+    """Against a sticking valve: friction shows nowhere else, and a load that wanders looks like it
+    (`contradiction.SHORT`)."""
     AS_MUCH = "a good valve explains as much"
     """Against a sticking valve: a good one explains as much of the PV."""
