@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.prediction import LANES, behind_lag, desk, prediction_errors, stems
+from stiction.diagnosis.identification.prediction import LANES, SIDE, behind_lag, desk, prediction_errors, stems
 from stiction.diagnosis.identification.regression import left_over, past
 
 if TYPE_CHECKING:
@@ -344,10 +344,10 @@ def stem_of(prediction: Prediction, valve: Trial) -> NDArray[np.float64]:
     ndarray, shape (n_samples * width,)
         Stem position [% of span].
     """
-    mv, air, work = np.empty((1, prediction.op.size)), np.empty(prediction.op.size), np.empty((3, 1))
+    mv, air = np.empty((1, prediction.op.size)), np.empty(prediction.op.size)
     S, ratio, K, place, lag = (np.full(1, x) for x in valve)
     behind_lag(prediction.op, float(kept(lag)[0]), air)
-    stems(air, 1, 1, S, S * ratio, K, place, work[0], work[1], work[2:], mv)
+    stems(air, 1, 1, S, S * ratio, K, place, np.empty(7 * LANES), np.empty((SIDE, LANES)), mv)
     return mv[0]
 
 

@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.lanes import stem_in_lane
+from stiction.diagnosis.identification.lanes import resting_in_lane, stem_in_lane
 from stiction.diagnosis.identification.regression import left_over, past
 from stiction.models.compiled import kernel
+from stiction.models.component import TIE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,6 +29,9 @@ LANES = 32
 """Valves handled side by side [-]; as in `search`."""
 SIDE = 16
 """Samples after which their stem positions are turned from columns into rows [-]."""
+X, MOVING, REACH, EDGE, JUMP, SLIP, GOES_ON = range(0, 7 * LANES, LANES)
+"""Where each quantity of the lanes begins in the work space of `stems`. The distances are known when the kernel is
+compiled: else it would ask at every sample whether they overlap."""
 
 
 class Desk(NamedTuple):
@@ -38,7 +42,9 @@ class Desk(NamedTuple):
     mv: NDArray[np.float64]
     """Stem positions, a valve a row, shape (n_lanes, n_samples)."""
     valve: NDArray[np.float64]
-    """Vectors: S, J, rule, place, position, direction; shape (6, n_lanes)."""
+    """Vectors: S, J, rule, place; shape (4, n_lanes)."""
+    lane: NDArray[np.float64]
+    """What `stems` knows of each stem, shape (7 * n_lanes,)."""
     mean: NDArray[np.float64]
     """Stem positions of some samples, a valve a column, shape (n_side, n_lanes)."""
     own: NDArray[np.float64]
@@ -86,7 +92,8 @@ def desk(n_samples: int, width: int, n_past: int, edges: NDArray[np.int64]) -> D
     return Desk(
         air=np.empty(n_samples * width),
         mv=np.empty((LANES, n_samples)),
-        valve=np.empty((6, LANES)),
+        valve=np.empty((4, LANES)),
+        lane=np.empty(7 * LANES),
         mean=np.empty((SIDE, LANES)),
         own=np.empty((n_past + 1, n_past + 3)),
         edge=np.empty((2, lags + 1, LANES)),
@@ -110,40 +117,56 @@ def behind_lag(op, keep, air):
 
 
 @kernel
-def stems(op, width, lanes, S, J, K, place, x, moving, mean, mv):
+def stems(op, width, lanes, S, J, K, place, w, mean, mv):
     """Fill the first `lanes` rows of `mv` with each stem's mean over blocks of `width` samples of `op`.
 
     The rule is `stem_in_lane`'s. Where `K` is 0 a stem goes on while OP does; otherwise it rests again after every
-    sample, as He and Wang's does, whose K it is. Each begins `place` half bands off the first OP. `x`, `moving`
-    (n_lanes,) and `mean` (n_side, n_lanes) are work space, and `S` is lost: half of S + J takes its place.
+    sample, as He and Wang's does, whose K it is. Each begins `place` half bands off the first OP. `w` (7 * LANES,) and
+    `mean` (n_side, LANES) are work space.
     """
     n, side = mv.shape[1], mean.shape[0]
     share = 1.0 / width
     before = op[0]
+    all_rest = True
     for v in range(lanes):
-        x[v] = before + place[v] * 0.5 * (S[v] + J[v])
-        moving[v] = 0.0
-        S[v] = 0.5 * (S[v] + J[v])
+        reach = 0.5 * (S[v] + J[v])
+        w[X + v] = before + place[v] * reach
+        w[MOVING + v] = 0.0
+        w[REACH + v] = reach
+        w[EDGE + v] = reach * (1.0 + TIE)
+        w[JUMP + v] = J[v]
+        w[GOES_ON + v] = 1.0 if K[v] == 0.0 else 0.0
+        w[SLIP + v] = K[v] + w[GOES_ON + v]
+        all_rest = all_rest and K[v] > 0.0
     for first in range(0, n, side):
         filled = min(side, n - first)
         for k in range(filled):
             row = mean[k]
-            for v in range(lanes):
-                row[v] = 0.0
-            for i in range((first + k) * width, (first + k + 1) * width):
+            begin = (first + k) * width
+            for i in range(begin, begin + width):
                 u = op[i]
                 du = u - before
                 before = u
-                for v in range(lanes):
-                    goes_on = 1.0 if K[v] == 0.0 else 0.0
-                    way, now = stem_in_lane(u, du, x[v], moving[v], S[v], J[v], K[v] + goes_on)
-                    x[v] = now
-                    moving[v] = way * goes_on
-                    row[v] += share * now
+                if all_rest:
+                    for v in range(lanes):
+                        w[X + v] = resting_in_lane(u, w[X + v], w[REACH + v], w[EDGE + v], w[JUMP + v], w[SLIP + v])
+                else:
+                    for v in range(lanes):
+                        w[MOVING + v], w[X + v] = stem_in_lane(
+                            u, du, w[X + v], w[MOVING + v], w[REACH + v], w[EDGE + v], w[JUMP + v], w[SLIP + v],
+                            w[GOES_ON + v],
+                        )  # fmt: skip
+                if i == begin:
+                    for v in range(lanes):
+                        row[v] = share * w[X + v]
+                else:
+                    for v in range(lanes):
+                        row[v] += share * w[X + v]
         # Blocks are turned some at a time: rows written a value each would push one another out of the cache.
         for v in range(lanes):
+            out, column = mv[v, first : first + filled], mean[:filled, v]
             for k in range(filled):
-                mv[v, first + k] = mean[k, v]
+                out[k] = column[k]
 
 
 @kernel
@@ -172,7 +195,7 @@ def prediction_errors(
         if keep[i] != kept:
             kept = keep[i]
             behind_lag(op, kept, work.air)
-        stems(work.air, width, lanes, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], work.mean, work.mv)
+        stems(work.air, width, lanes, valve[0], valve[1], valve[2], valve[3], work.lane, work.mean, work.mv)
         left_over(
             pv, op_mean, lanes, order, op_order, edges, begin, shocks, floor, energy, ends, i + 1 - lanes, left, blocks,
             work,
