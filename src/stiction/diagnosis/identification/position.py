@@ -141,7 +141,7 @@ class _Sight(NamedTuple):
     mean: float
     noise: float
     swing: float
-    work: tuple[NDArray[np.float64], NDArray[np.float64]]
+    work: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]
     cap: float = np.inf
 
     def sigma(self, share: float) -> float:
