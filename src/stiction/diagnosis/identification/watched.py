@@ -47,6 +47,7 @@ LOOK = 32
 NEVER = -1e300
 """In place of how far from its trip a stem may slip: at no time."""
 QUANTITIES = 15
+"""What is known of a lane [-]."""
 X, Z, MOVING, PLACED_BY, TOTAL, BEHIND, REACH = range(0, 7 * LANES, LANES)
 SOFT, SLOPE, INVERSE, OFFSET, DECAY, LATE, GOES_ON, MOST = range(7 * LANES, QUANTITIES * LANES, LANES)
 """Where each quantity of the lanes begins in the work space. The distances are known when the kernel is compiled: else
@@ -188,7 +189,7 @@ def watched(op, y, known, mean, rows, decays, cap, loose, begin, least, left, w,
 
 @inlined
 def _sample(u, du, y0, y1, y2, y3, w, filled, cap, limit, loose, exact, total):
-    """One sample of all lanes, whose positions come up to three samples late; `total` gets what each has left so far."""
+    """One sample of all lanes, whose positions may come late; `total` gets what each has left so far."""
     for v in range(filled):
         late = w[LATE + v]
         seen = y0 if late == 0.0 else y1 if late == 1.0 else y2 if late == 2.0 else y3
