@@ -64,6 +64,8 @@ class Desk(NamedTuple):
     """Right side, then weights, shape (n_weights, n_lanes)."""
     left: NDArray[np.float64]
     """What the groups take of the sum of squares, shape (n_lanes,)."""
+    share: NDArray[np.float64]
+    """Weight of each lag, the constant first, shape (n_past + lags + 1,)."""
     residual: NDArray[np.float64]
     """What the regression leaves, shape (n_samples,)."""
 
@@ -103,6 +105,7 @@ def desk(n_samples: int, width: int, n_past: int, edges: NDArray[np.int64]) -> D
         rows=np.empty((groups, weights + 1, LANES)),
         weights=np.empty((weights, LANES)),
         left=np.empty(LANES),
+        share=np.empty(n_past + lags + 1),
         residual=np.empty(n_samples),
     )
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from stiction.models.compiled import summing
+from stiction.models.compiled import fused, inlined, summing
 
 __all__ = ["left_over", "past"]
 
@@ -105,7 +105,7 @@ def left_over(pv, op, lanes, order, op_order, edges, begin, shocks, floor, energ
     if ends.shape[0] > 0:
         _weights(lanes, before, groups, work.own, rows, weights)
         for v in range(lanes):
-            _residual(pv, op, work.mv[v], v, order, op_order, edges, begin, weights, work.residual)
+            _residual(pv, op, work.mv[v], v, order, op_order, edges, begin, weights, work.share, work.residual)
             for k in shocks:
                 work.residual[k] = 0.0
             _by_block(work.residual, begin, floor, ends, blocks[base + v])
@@ -337,27 +337,44 @@ def _weights(lanes, order, groups, own, rows, weights):
             done[v] *= own[i, last + 1]
 
 
-@summing
-def _residual(pv, op, mv, v, order, op_order, edges, begin, weights, out):
-    """Fill `out` (n_samples,) from `begin` on with what the regression of lane `v` leaves of the PV, lag by lag."""
-    n = pv.shape[0]
-    now = out[begin:n]
-    for k in range(n - begin):
-        now[k] = pv[begin + k] - weights[0, v]
-    for i in range(1, order + 1):
-        share, then = weights[i, v], pv[begin - i : n - i]
-        for k in range(n - begin):
-            now[k] -= share * then[k]
-    for i in range(1, op_order + 1):
-        share, then = weights[order + i, v], op[begin - i : n - i]
-        for k in range(n - begin):
-            now[k] -= share * then[k]
+@fused
+def _residual(pv, op, mv, v, order, op_order, edges, begin, weights, share, out):
+    """Fill `out` (n_samples,) from `begin` on with what the regression of lane `v` leaves of the PV.
+
+    Four lags at once, so that what is left is loaded and stored once for four; `share` (n_lags,) is work space.
+    """
+    n, past = pv.shape[0], order + op_order
+    now, last = out[begin:n], past + edges[edges.shape[0] - 1] - 1
+    for i in range(past + 1):
+        share[i] = weights[i, v]
     for g in range(edges.shape[0] - 1):
-        share = weights[1 + order + op_order + g, v]
         for lag in range(edges[g], edges[g + 1]):
-            then = mv[begin - lag : n - lag]
-            for k in range(n - begin):
-                now[k] -= share * then[k]
+            share[past + lag] = weights[1 + past + g, v]
+    for k in range(n - begin):
+        now[k] = pv[begin + k] - share[0]
+    i = 1
+    while i + 3 <= last:
+        s0, s1, s2, s3 = share[i], share[i + 1], share[i + 2], share[i + 3]
+        x0 = _lagged(pv, op, mv, order, op_order, begin, i)
+        x1 = _lagged(pv, op, mv, order, op_order, begin, i + 1)
+        x2 = _lagged(pv, op, mv, order, op_order, begin, i + 2)
+        x3 = _lagged(pv, op, mv, order, op_order, begin, i + 3)
+        for k in range(n - begin):
+            now[k] = now[k] - s0 * x0[k] - s1 * x1[k] - s2 * x2[k] - s3 * x3[k]
+        i += 4
+    while i <= last:
+        s0, x0 = share[i], _lagged(pv, op, mv, order, op_order, begin, i)
+        for k in range(n - begin):
+            now[k] -= s0 * x0[k]
+        i += 1
+
+
+@inlined
+def _lagged(pv, op, mv, order, op_order, begin, i):
+    """The `i`th lag from `begin` on: first those of the PV, then of OP, then of the stem."""
+    x, lag = (op, i - order) if i > order else (pv, i)
+    x, lag = (mv, lag - op_order) if i > order + op_order else (x, lag)
+    return x[begin - lag : x.shape[0] - lag]
 
 
 @summing
