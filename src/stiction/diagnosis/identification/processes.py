@@ -20,6 +20,8 @@ __all__ = ["LONGEST_DELAY", "OF_RECORD", "Processes", "answer", "dense_processes
 
 LONGEST_DELAY, OF_RECORD = 0.45, 0.125
 """Longest dead time tried, as a share of the period, and of the record [-]."""
+TINY = float(np.finfo(float).tiny)
+"""In place of no lag, that one divided by it is a number [samples]."""
 FIVE, SEVEN = np.linspace(-1.0, 1.0, 5), np.linspace(-1.0, 1.0, 7)
 """Powers of the spread at which candidates lie about the best [-]."""
 
@@ -36,8 +38,7 @@ class Processes(NamedTuple):
 
     def decays(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Decay per sample of the first and of the second lag; 1 integrates, 0 is no lag."""
-        with np.errstate(divide="ignore"):
-            return np.exp(-1.0 / self.first), np.exp(-1.0 / self.second)
+        return np.exp(-1.0 / np.maximum(self.first, TINY)), np.exp(-1.0 / np.maximum(self.second, TINY))
 
 
 @lru_cache(maxsize=16)
