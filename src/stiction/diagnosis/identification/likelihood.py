@@ -318,7 +318,7 @@ def errors_of(prediction: Prediction, mv: NDArray[np.float64]) -> tuple[NDArray[
     )  # fmt: skip
     ends, n = prediction.ends, mv.shape[0]
     left, blocks = np.empty(n), np.empty((n, ends.size))
-    work = desk(pv.size, prediction.width, order + op_order, edges)
+    work = desk(pv.size, prediction.width, order, op_order, edges)
     energy = past(pv, op_mean, order, op_order, begin, shocks, work.own)
     for base in range(0, n, LANES):
         some = mv[base : base + LANES]
@@ -389,7 +389,7 @@ def _errors(
     S, ratio, K, place, lag = (np.ascontiguousarray(column) for column in valve.T)
     left, blocks = np.empty(S.size), np.empty((S.size, ends.size))
     order, op_order = prediction.order, prediction.op_order
-    work = desk(prediction.pv.size, prediction.width, order + op_order, prediction.edges)
+    work = desk(prediction.pv.size, prediction.width, order, op_order, prediction.edges)
     prediction_errors(
         prediction.op, prediction.width, prediction.pv, prediction.op_mean, order, op_order, prediction.edges,
         prediction.begin, prediction.shocks, FLOOR, S, S * ratio, K, place, kept(lag), ends, left, blocks, work,

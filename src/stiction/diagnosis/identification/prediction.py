@@ -17,6 +17,7 @@ import numpy as np
 
 from stiction.diagnosis.identification.lanes import resting_in_lane, stem_in_lane
 from stiction.diagnosis.identification.regression import left_over, past
+from stiction.diagnosis.identification.side_by_side import LANES, left_side_by_side
 from stiction.models.compiled import kernel
 from stiction.models.component import TIE
 
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
 
 __all__ = ["LANES", "Desk", "behind_lag", "desk", "prediction_errors", "stems"]
 
-LANES = 32
-"""Valves handled side by side [-]; as in `search`."""
+LINE = 8
+"""Values in a line of the cache [-]."""
 SIDE = 16
 """Samples after which their stem positions are turned from columns into rows [-]."""
 X, MOVING, REACH, EDGE, JUMP, SLIP, GOES_ON = range(0, 7 * LANES, LANES)
@@ -47,6 +48,8 @@ class Desk(NamedTuple):
     """What `stems` knows of each stem, shape (7 * n_lanes,)."""
     mean: NDArray[np.float64]
     """Stem positions of some samples, a valve a column, shape (n_side, n_lanes)."""
+    tall: NDArray[np.float64]
+    """The same of all samples where the regression has no lags of OP, shape (n_samples, n_lanes)."""
     own: NDArray[np.float64]
     """Factored normal equations of the past, shape (n_past + 1, n_past + 3)."""
     edge: NDArray[np.float64]
@@ -70,7 +73,7 @@ class Desk(NamedTuple):
     """What the regression leaves, shape (n_samples,)."""
 
 
-def desk(n_samples: int, width: int, n_past: int, edges: NDArray[np.int64]) -> Desk:
+def desk(n_samples: int, width: int, order: int, op_order: int, edges: NDArray[np.int64]) -> Desk:
     """Allocate what `prediction_errors` works in.
 
     Parameters
@@ -79,7 +82,7 @@ def desk(n_samples: int, width: int, n_past: int, edges: NDArray[np.int64]) -> D
         Length of the PV [samples].
     width : int
         Samples of OP to one of the PV.
-    n_past : int
+    order, op_order : int
         Lags of the PV and of OP [-].
     edges : ndarray, shape (n_groups + 1,)
         Lags of the stem at which groups begin, and one past the last [samples].
@@ -90,6 +93,7 @@ def desk(n_samples: int, width: int, n_past: int, edges: NDArray[np.int64]) -> D
         Arrays without content.
     """
     lags, groups = int(edges[-1]) - 1, edges.size - 1
+    n_past = order + op_order
     weights = 1 + n_past + groups
     return Desk(
         air=np.empty(n_samples * width),
@@ -97,6 +101,7 @@ def desk(n_samples: int, width: int, n_past: int, edges: NDArray[np.int64]) -> D
         valve=np.empty((4, LANES)),
         lane=np.empty(7 * LANES),
         mean=np.empty((SIDE, LANES)),
+        tall=_in_line(0 if op_order else n_samples),
         own=np.empty((n_past + 1, n_past + 3)),
         edge=np.empty((2, lags + 1, LANES)),
         cross=np.empty((lags + 1, n_past + 1, LANES)),
@@ -108,6 +113,13 @@ def desk(n_samples: int, width: int, n_past: int, edges: NDArray[np.int64]) -> D
         share=np.empty(n_past + lags + 1),
         residual=np.empty(n_samples),
     )
+
+
+def _in_line(n: int) -> NDArray[np.float64]:
+    """Room for `n` rows of a value for each lane, none across two lines of the cache."""
+    room = np.empty(n * LANES + LINE)
+    skip = -(room.ctypes.data // room.itemsize) % LINE
+    return room[skip : skip + n * LANES].reshape(n, LANES)
 
 
 @kernel
@@ -125,7 +137,7 @@ def stems(op, width, lanes, S, J, K, place, w, mean, mv):
 
     The rule is `stem_in_lane`'s. Where `K` is 0 a stem goes on while OP does; otherwise it rests again after every
     sample, as He and Wang's does, whose K it is. Each begins `place` half bands off the first OP. `w` (7 * LANES,) and
-    `mean` (n_side, LANES) are work space.
+    `mean` (n_side, LANES) are work space; where that takes all blocks they stay there, a stem a column.
     """
     n, side = mv.shape[1], mean.shape[0]
     share = 1.0 / width
@@ -166,7 +178,7 @@ def stems(op, width, lanes, S, J, K, place, w, mean, mv):
                     for v in range(lanes):
                         row[v] += share * w[X + v]
         # Blocks are turned some at a time: rows written a value each would push one another out of the cache.
-        for v in range(lanes):
+        for v in range(lanes if side < n else 0):
             out, column = mv[v, first : first + filled], mean[:filled, v]
             for k in range(filled):
                 out[k] = column[k]
@@ -189,6 +201,7 @@ def prediction_errors(
     """
     valve = work.valve
     energy = past(pv, op_mean, order, op_order, begin, shocks, work.own)
+    lean = op_order == 0 and shocks.shape[0] == 0 and ends.shape[0] == 0
     kept, lanes = -1.0, 0
     for i in range(S.shape[0]):
         valve[0, lanes], valve[1, lanes], valve[2, lanes], valve[3, lanes] = S[i], J[i], K[i], place[i]
@@ -198,9 +211,12 @@ def prediction_errors(
         if keep[i] != kept:
             kept = keep[i]
             behind_lag(op, kept, work.air)
-        stems(work.air, width, lanes, valve[0], valve[1], valve[2], valve[3], work.lane, work.mean, work.mv)
-        left_over(
-            pv, op_mean, lanes, order, op_order, edges, begin, shocks, floor, energy, ends, i + 1 - lanes, left, blocks,
-            work,
-        )  # fmt: skip
+        mean, base = work.tall if lean else work.mean, i + 1 - lanes
+        stems(work.air, width, lanes, valve[0], valve[1], valve[2], valve[3], work.lane, mean, work.mv)
+        if lean:
+            left_side_by_side(pv, lanes, order, edges, begin, floor, energy, base, left, work)
+        else:
+            left_over(
+                pv, op_mean, lanes, order, op_order, edges, begin, shocks, floor, energy, ends, base, left, blocks, work
+            )
         lanes = 0

@@ -10,7 +10,7 @@ import math
 
 from stiction.models.compiled import fused, inlined, summing
 
-__all__ = ["left_over", "past"]
+__all__ = ["group_rows", "left_over", "past", "shifted", "solve"]
 
 NUGGET = 1e-9
 """Added to the diagonal of normal equations whose columns have unit length [-]: far above the rounding of their
@@ -95,11 +95,11 @@ def left_over(pv, op, lanes, order, op_order, edges, begin, shocks, floor, energ
     for v in range(lanes):
         _centre(work.mv[v])
         _products(pv, op, work.mv[v], v, order, op_order, lags, begin, cross, stem, work.edge)
-    _shifted(pv, op, lanes, order, op_order, lags, begin, work.edge, cross, stem)
+    shifted(pv, op, lanes, order, op_order, lags, begin, work.edge, cross, stem)
     _without(pv, op, work.mv, lanes, order, op_order, lags, shocks, cross, stem)
     before = order + op_order
-    _rows(lanes, before, edges, cross, stem, work.group, rows, weights)
-    _solve(lanes, samples, before, groups, work.own, rows, weights, work.left)
+    group_rows(lanes, before, edges, cross, stem, work.group, rows, weights)
+    solve(lanes, samples, before, groups, work.own, rows, weights, work.left)
     for v in range(lanes):
         left[base + v] = max(energy - work.left[v], 0.0) + floor * samples
     if ends.shape[0] > 0:
@@ -178,7 +178,7 @@ def _products(pv, op, mv, v, order, op_order, lags, begin, cross, stem, edge):
 
 
 @summing
-def _shifted(pv, op, lanes, order, op_order, lags, begin, edge, cross, stem):
+def shifted(pv, op, lanes, order, op_order, lags, begin, edge, cross, stem):
     """Products of all pairs of lags from those of `_products`: shifting both costs only the edges of the window."""
     n = pv.shape[0]
     for lag in range(2, lags + 1):
@@ -222,7 +222,7 @@ def _without(pv, op, mv, lanes, order, op_order, lags, shocks, cross, stem):
 
 
 @summing
-def _rows(lanes, order, edges, cross, stem, group, rows, weights):
+def group_rows(lanes, order, edges, cross, stem, group, rows, weights):
     """Normal equations of the groups of the stem's lags: with the constant, the past, and the groups up to each.
 
     The right side goes into `weights`.
@@ -261,7 +261,7 @@ def _rows(lanes, order, edges, cross, stem, group, rows, weights):
 
 
 @summing
-def _solve(lanes, samples, order, groups, own, rows, weights, left):
+def solve(lanes, samples, order, groups, own, rows, weights, left):
     """Fill `left` with what the groups take of the energy that the PV's past leaves.
 
     By Cholesky, in place, the right side along with it; a column that the ones before it explain gets no weight.
@@ -312,7 +312,7 @@ def _solve(lanes, samples, order, groups, own, rows, weights, left):
 
 @summing
 def _weights(lanes, order, groups, own, rows, weights):
-    """Go on from `_solve` to the weights, in place of the right side."""
+    """Go on from `solve` to the weights, in place of the right side."""
     last = order + 1
     for back in range(groups):
         g = groups - 1 - back
