@@ -41,7 +41,7 @@ class Desk(NamedTuple):
     air: NDArray[np.float64]
     """OP behind a lag of the actuator [% of span], shape (n_samples * width,)."""
     mv: NDArray[np.float64]
-    """Stem positions, a valve a row, shape (n_lanes, n_samples)."""
+    """Stem positions, a valve a row, shape (n_lanes, n_samples or some more)."""
     valve: NDArray[np.float64]
     """Vectors: S, J, rule, place; shape (4, n_lanes)."""
     lane: NDArray[np.float64]
@@ -73,7 +73,7 @@ class Desk(NamedTuple):
     """What the regression leaves, shape (n_samples,)."""
 
 
-def desk(n_samples: int, width: int, order: int, op_order: int, edges: NDArray[np.int64]) -> Desk:
+def desk(n_samples: int, width: int, order: int, op_order: int, edges: NDArray[np.int64], begin: int) -> Desk:
     """Allocate what `prediction_errors` works in.
 
     Parameters
@@ -86,6 +86,8 @@ def desk(n_samples: int, width: int, order: int, op_order: int, edges: NDArray[n
         Lags of the PV and of OP [-].
     edges : ndarray, shape (n_groups + 1,)
         Lags of the stem at which groups begin, and one past the last [samples].
+    begin : int
+        First sample predicted.
 
     Returns
     -------
@@ -97,11 +99,11 @@ def desk(n_samples: int, width: int, order: int, op_order: int, edges: NDArray[n
     weights = 1 + n_past + groups
     return Desk(
         air=np.empty(n_samples * width),
-        mv=np.empty((LANES, n_samples)),
+        mv=_in_line(LANES, -(-n_samples // LINE) * LINE, begin - 1),
         valve=np.empty((4, LANES)),
         lane=np.empty(7 * LANES),
         mean=np.empty((SIDE, LANES)),
-        tall=_in_line(0 if op_order else n_samples),
+        tall=_in_line(0 if op_order else n_samples, LANES),
         own=np.empty((n_past + 1, n_past + 3)),
         edge=np.empty((2, lags + 1, LANES)),
         cross=np.empty((lags + 1, n_past + 1, LANES)),
@@ -115,11 +117,31 @@ def desk(n_samples: int, width: int, order: int, op_order: int, edges: NDArray[n
     )
 
 
-def _in_line(n: int) -> NDArray[np.float64]:
-    """Room for `n` rows of a value for each lane, none across two lines of the cache."""
-    room = np.empty(n * LANES + LINE)
-    skip = -(room.ctypes.data // room.itemsize) % LINE
-    return room[skip : skip + n * LANES].reshape(n, LANES)
+def in_line(x: NDArray[np.float64], at: int) -> NDArray[np.float64]:
+    """A copy of a signal that the processor takes from sample `at` on without touching two lines of the cache at once.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        The signal [any unit].
+    at : int
+        Where most sums over it begin [samples].
+
+    Returns
+    -------
+    ndarray, shape (n_samples,)
+        The same values [unit of `x`].
+    """
+    copy = _in_line(1, x.size, at)[0]
+    copy[:] = x
+    return copy
+
+
+def _in_line(rows: int, columns: int, at: int = 0) -> NDArray[np.float64]:
+    """Room for rows of whole lines of the cache, column `at` of each at the beginning of one."""
+    room = np.empty(rows * columns + LINE)
+    skip = -(room.ctypes.data // room.itemsize + at) % LINE
+    return room[skip : skip + rows * columns].reshape(rows, columns)
 
 
 @kernel
@@ -139,7 +161,7 @@ def stems(op, width, lanes, S, J, K, place, w, mean, mv):
     sample, as He and Wang's does, whose K it is. Each begins `place` half bands off the first OP. `w` (7 * LANES,) and
     `mean` (n_side, LANES) are work space; where that takes all blocks they stay there, a stem a column.
     """
-    n, side = mv.shape[1], mean.shape[0]
+    n, side = op.shape[0] // width, mean.shape[0]
     share = 1.0 / width
     before = op[0]
     all_rest = True

@@ -92,9 +92,11 @@ def left_over(pv, op, lanes, order, op_order, edges, begin, shocks, floor, energ
     samples = pv.shape[0] - begin - shocks.shape[0]
     lags, groups = edges[edges.shape[0] - 1] - 1, edges.shape[0] - 1
     cross, stem, rows, weights = work.cross, work.stem, work.rows, work.weights
+    n = pv.shape[0]
     for v in range(lanes):
-        _centre(work.mv[v])
-        _products(pv, op, work.mv[v], v, order, op_order, lags, begin, cross, stem, work.edge)
+        mv = work.mv[v, :n]
+        _centre(mv)
+        _products(pv, op, mv, v, order, op_order, lags, begin, cross, stem, work.edge)
     shifted(pv, op, lanes, order, op_order, lags, begin, work.edge, cross, stem)
     _without(pv, op, work.mv, lanes, order, op_order, lags, shocks, cross, stem)
     before = order + op_order
@@ -105,7 +107,7 @@ def left_over(pv, op, lanes, order, op_order, edges, begin, shocks, floor, energ
     if ends.shape[0] > 0:
         _weights(lanes, before, groups, work.own, rows, weights)
         for v in range(lanes):
-            _residual(pv, op, work.mv[v], v, order, op_order, edges, begin, weights, work.share, work.residual)
+            _residual(pv, op, work.mv[v, :n], v, order, op_order, edges, begin, weights, work.share, work.residual)
             for k in shocks:
                 work.residual[k] = 0.0
             _by_block(work.residual, begin, floor, ends, blocks[base + v])
