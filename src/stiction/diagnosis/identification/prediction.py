@@ -140,7 +140,7 @@ def in_line(x: NDArray[np.float64], at: int) -> NDArray[np.float64]:
 def _in_line(rows: int, columns: int, at: int = 0) -> NDArray[np.float64]:
     """Room for rows of whole lines of the cache, column `at` of each at the beginning of one."""
     room = np.empty(rows * columns + LINE)
-    skip = -(room.ctypes.data // room.itemsize + at) % LINE
+    skip = -(room.__array_interface__["data"][0] // room.itemsize + at) % LINE
     return room[skip : skip + rows * columns].reshape(rows, columns)
 
 
