@@ -233,7 +233,8 @@ def noise_of(y: NDArray[np.float64], step: float) -> float:
 
 def _slopes(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> tuple[NDArray[np.float64], bool]:
     """Slopes that the position may have over OP, and whether they are those of known units."""
-    op, y = (np.clip(x, *quantiles(x, 0.01, 0.99)) for x in (op, y))  # spikes would widen them
+    ends = (quantiles(x, 0.01, 0.99) for x in (op, y))  # spikes would widen them
+    op, y = (np.clip(x, low, high) for x, (low, high) in zip((op, y), ends, strict=True))
     alike = []
     for late in range(LATEST + 1):
         ok = np.isfinite(y[late:])
