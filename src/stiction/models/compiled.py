@@ -20,7 +20,7 @@ import numba
 from numba.core import config as numba_config
 from numba.core.event import Event, Listener, register
 
-__all__ = ["cache_folder", "inlined", "kernel", "summing"]
+__all__ = ["cache_folder", "fused", "inlined", "kernel", "summing"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -100,6 +100,14 @@ def summing(function: Function) -> Function:
     The sums then differ in the last digits from one kind of processor to another: not for models and their runs.
     """
     return _compiled(function, inline=False, fastmath={"reassoc", "contract", "nsz"})
+
+
+def fused(function: Function) -> Function:
+    """Compile a kernel that may round a product and the sum it goes into once, sums in the order in which they stand.
+
+    Between `kernel` and `summing`: what is taken off value by value comes out as there, however many at once.
+    """
+    return _compiled(function, inline=False, fastmath={"contract", "nsz"})
 
 
 def _compiled(function: Function, *, inline: bool, fastmath: set[str] | bool = False) -> Function:

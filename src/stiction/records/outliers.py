@@ -6,12 +6,14 @@ sticks, or show a limit where there is none. It is taken for missing, and said s
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiction.records.digits import number_of
+from stiction.records.quantiles import quantiles
 from stiction.records.rests import runs
 
 if TYPE_CHECKING:
@@ -21,8 +23,8 @@ if TYPE_CHECKING:
 
 __all__ = ["OP_OFF", "far_off", "held_for", "without_outliers"]
 
-REST = 2.5, 97.5
-"""Percentiles between which the others lie [%]."""
+REST = 0.025, 0.975
+"""Shares of the values between which the others lie [-]."""
 RUN = 2
 """Samples in a row that are an outlier at most [-]; more are an upset."""
 STANDS, STANDS_OFF = 30, 5.0
@@ -93,8 +95,8 @@ def _signs(x: NDArray[np.float64], widths: float, held: int) -> NDArray[np.bool_
 
 def _usual(x: NDArray[np.float64]) -> tuple[float, float]:
     """Between what most values lie."""
-    finite = x[np.isfinite(x)]
-    return tuple(np.percentile(finite, REST).tolist()) if finite.size else (0.0, 0.0)
+    low, high = quantiles(x, *REST)
+    return (0.0, 0.0) if math.isnan(low) else (low, high)
 
 
 def _alone(

@@ -44,8 +44,10 @@ def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     >>> runs(np.array([True, False, True, True]))
     [(0, 1), (2, 4)]
     """
-    edges = np.diff(np.concatenate([[0], mask.astype(np.int8), [0]]))
-    return list(zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True))
+    within = np.zeros(mask.size + 2, dtype=bool)
+    within[1:-1] = mask
+    edges = np.flatnonzero(within[1:] != within[:-1]).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 def missing(record: LoopRecord) -> NDArray[np.bool_]:

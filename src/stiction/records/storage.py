@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.quantiles import quantiles
 from stiction.records.rests import filled, runs
 
 if TYPE_CHECKING:
@@ -48,7 +49,8 @@ def usual_swing(x: NDArray[np.float64]) -> float:
     >>> round(usual_swing(np.array([*np.linspace(0.0, 100.0, 101), 900.0])), 2)
     98.98
     """
-    return float(np.subtract(*np.nanpercentile(x, (99, 1))))
+    low, high = quantiles(x, 0.01, 0.99)
+    return high - low
 
 
 def lattice(x: NDArray[np.float64]) -> float:

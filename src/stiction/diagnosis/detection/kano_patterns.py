@@ -15,6 +15,7 @@ import numpy as np
 from stiction.diagnosis.detection.evidence import judge, objections, swing, with_position
 from stiction.diagnosis.oscillation import smooth
 from stiction.models.compiled import kernel
+from stiction.records.quantiles import quantiles
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -74,7 +75,7 @@ def still_time(op: NDArray[np.float64], moved: NDArray[np.float64]) -> float:
     >>> still_time(triangle, square) > 0.95
     True
     """
-    swing_op, swing_moved = (float(np.subtract(*np.quantile(x, (0.95, 0.05)))) for x in (op, moved))
+    swing_op, swing_moved = (high - low for low, high in (quantiles(x, 0.05, 0.95) for x in (op, moved)))
     if not (swing_op > 0.0 and swing_moved > 0.0):
         return float("nan")
     return _still(op, moved, TRAVEL * swing_op, STILL * swing_moved) / op.shape[0]

@@ -56,7 +56,8 @@ def assembled(
     """
     energy = np.array([float(np.sum(one.signals.target**2)) for one in pieces])
     weight = energy / energy.sum()
-    mv, pv = _stitched(signals, pieces)
+    answers = [one.simulated() for one in pieces]
+    mv, pv = _stitched(signals, pieces, answers)
     at = np.minimum(np.arange(len(record)), signals.op.size - 1)
     S, J = valve
     S_low, S_high, J_low, J_high = ends
@@ -72,7 +73,7 @@ def assembled(
         process=in_seconds(speaks.process, signals.dt, signals.thinned),
         fit=100.0 * (1.0 - float(weight @ np.array([one.error for one in pieces]))),
         fit_linear=100.0 * (1.0 - float(weight @ np.array([one.linear.error[0, 0] for one in pieces]))),
-        surface=_surface(signals, pieces, speaks, energy),
+        surface=_surface(signals, pieces, speaks, energy, answers),
         mv=mv[at],
         pv=pv[at // signals.thinned],
         linear=in_seconds(speaks.good, signals.dt, signals.thinned),
@@ -81,14 +82,20 @@ def assembled(
     )
 
 
-def _surface(signals: Signals, pieces: list[Piece], speaks: Piece, energy: NDArray[np.float64]) -> ErrorSurface:
+def _surface(
+    signals: Signals,
+    pieces: list[Piece],
+    speaks: Piece,
+    energy: NDArray[np.float64],
+    answers: list[NDArray[np.float64]],
+) -> ErrorSurface:
     """The dense searches together, each stretch weighing by its energy; over dead times those that tried the same."""
     S, ratio, delays = speaks.dense.S, speaks.dense.ratio, speaks.dense.processes.delays
     error = np.average([one.dense.error for one in pieces], axis=0, weights=energy)
     alike = np.array([np.array_equal(one.dense.processes.delays, delays) for one in pieces])
     by_delay = [one.dense.by_delay for one, same in zip(pieces, alike, strict=True) if same]
     late = np.average(by_delay, axis=0, weights=energy[alike]).min(axis=1)
-    samples = sum(independent_samples(one) for one in pieces)
+    samples = sum(map(independent_samples, pieces, answers))
     most = limit(float(error.min()), samples, CHI2_2)
     dead_time = np.maximum(delays + late_by_mean(signals.thinned), 0.0) * signals.dt
     return ErrorSurface(S, ratio, error, most, dead_time, late)
@@ -128,17 +135,18 @@ def stretch_of(piece: Piece, samples: int, S: float, ratio: float, likelier: flo
     )
 
 
-def _stitched(signals: Signals, pieces: list[Piece]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _stitched(
+    signals: Signals, pieces: list[Piece], answers: list[NDArray[np.float64]]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Stem, sample by sample of OP, and PV of each stretch's own valve and process, cut half way where two meet."""
     n, every = signals.target.size, signals.thinned
     mv, pv = np.full(n * every, np.nan), np.full(n, np.nan)
     starts = np.array([piece.signals.first for piece in pieces])
     ends = np.array([piece.signals.first + piece.signals.target.size for piece in pieces])
     cuts = np.concatenate([[0], (starts[1:] + ends[:-1]) // 2, [n]])
-    for piece, low, high in zip(pieces, cuts[:-1], cuts[1:], strict=True):
+    for piece, answer, low, high in zip(pieces, answers, cuts[:-1], cuts[1:], strict=True):
         first, size = piece.signals.first, piece.signals.target.size
         low, high = max(low, first), min(high, first + size)
-        answer = piece.simulated()
         mv[low * every : high * every] = piece.stem[(low - first) * every : (high - first) * every]
         a, b = max(low, first + signals.half), min(high, first + size - signals.half)
         pv[a:b] = (piece.signals.pv - piece.signals.target + answer)[a - first : b - first]

@@ -11,6 +11,7 @@ from stiction.diagnosis.identification.interval import CHI2_1, FLOOR, NORMAL, st
 from stiction.diagnosis.identification.likelihood import EQUAL, LAG_WORTH, Columns, Trial, by_cycle, good_valve
 from stiction.diagnosis.identification.valleys import one_each
 from stiction.diagnosis.identified import Rival
+from stiction.models.compiled import summing
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -139,8 +140,9 @@ class Contest(NamedTuple):
         """Ends between which S of the likeliest valve lies in 95 of 100 draws of the half cycles [% of span]."""
         n = self.error.shape[1]
         weights = np.random.default_rng(seed).multinomial(n, np.full(n, 1.0 / n), draws)
-        # Not by `@`: the threads of a linear algebra library take longer to start than so small a product takes.
-        left = np.einsum("ic,dc->di", self.error[:-1], weights.astype(np.float64)) / self.variance
+        left = np.empty((draws, len(self.error) - 1))
+        drawn_errors(self.error, weights.astype(np.float64), left)
+        left /= self.variance
         drawn = Columns(*self.valve.T).S[np.round(left, EQUAL).argmin(axis=1)] + self.beyond
         low, high = np.quantile(drawn, (0.025, 0.975))
         return float(low), float(high)
@@ -213,6 +215,21 @@ def contest(prediction: Prediction, trials: Trials, known: Known) -> Contest:
     small = trials.cost[trials.columns.ratio < HARDLY]
     likelier_than_play = float(small.min() - trials.cost.min()) if small.size else 0.0
     return Contest(valve, error, worse, S_range, J_range, variance, likelier_than_play, beyond, prediction.op_order)
+
+
+@summing
+def drawn_errors(error, weights, left):
+    """Fill `left` (n_draws, n_valves) with what valves leave in `weights` (n_draws, n_halves) times each half.
+
+    Not by `@`: the threads of a linear algebra library take longer to start than so small a product takes.
+    """
+    for d in range(left.shape[0]):
+        drawn = weights[d]
+        for i in range(left.shape[1]):
+            by_half, total = error[i], 0.0
+            for c in range(drawn.shape[0]):
+                total += drawn[c] * by_half[c]
+            left[d, i] = total
 
 
 def vuong(by_half: NDArray[np.float64], free: float = 0.0) -> Rival:

@@ -93,15 +93,15 @@ def explore(
     return Surface(S, ratio, error.reshape(shape), gain.reshape(shape), *places)
 
 
-def explore_behind(signals: Signals, stem: NDArray[np.float64], processes: Processes, sign: float) -> Surface:
+def explore_behind(signals: Signals, seen: NDArray[np.float64], processes: Processes, sign: float) -> Surface:
     """Try every process candidate behind a stem that is known.
 
     Parameters
     ----------
     signals : Signals
         What to compare.
-    stem : ndarray, shape of `op`
-        Stem position [% of span].
+    seen : ndarray, shape of `target`
+        Stem position, its mean over each sample of the target [% of span].
     processes : Processes
         The process candidates.
     sign : float
@@ -113,7 +113,6 @@ def explore_behind(signals: Signals, stem: NDArray[np.float64], processes: Proce
         A surface of one valve, whose S is 0: it follows the stem.
     """
     begin = _begin(signals, processes)
-    seen = stem.reshape(-1, signals.thinned).mean(axis=1)
     left, gain, best = best_behind(
         seen, signals.target, signals.half, *processes.decays(), processes.delays, begin, float(sign)
     )

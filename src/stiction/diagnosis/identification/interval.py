@@ -49,7 +49,7 @@ def interval(pieces: Sequence[Piece], chosen: int, axis: int) -> tuple[float, fl
     """
     piece = pieces[chosen]
     value = piece.valve[axis]
-    samples = independent_samples(piece)
+    samples = independent_samples(piece, piece.simulated())
     low, high = _interval(piece.dense, limit(piece.error, samples, CHI2_1), axis)
     shrink = 1.0 / np.sqrt(len(pieces))
     below, above = (value - low) * shrink, (high - value) * shrink
@@ -81,13 +81,15 @@ def limit(error: float, samples: float, chi2: float) -> float:
     return max(error * float(np.exp(chi2 / max(samples, 1.0))), error + MODEL_ERROR)
 
 
-def independent_samples(piece: Piece) -> float:
+def independent_samples(piece: Piece, simulated: NDArray[np.float64]) -> float:
     """Independent samples in what the best valve leaves [-], at most a slip each way for each period.
 
     Parameters
     ----------
     piece : Piece
         A stretch searched.
+    simulated : ndarray, shape of `target`
+        Answer of its process to its stem, as `Piece.simulated` gives it [PV units].
 
     Returns
     -------
@@ -96,7 +98,7 @@ def independent_samples(piece: Piece) -> float:
     """
     signals = piece.signals
     inside = slice(signals.half, signals.target.size - signals.half)
-    by_residual = _independent((signals.target - piece.simulated())[inside])
+    by_residual = _independent((signals.target - simulated)[inside])
     return min(by_residual, 2.0 * signals.target.size / signals.scale)
 
 

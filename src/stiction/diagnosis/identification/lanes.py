@@ -8,26 +8,44 @@ it does not know the dead time but for the edges of the window.
 
 from __future__ import annotations
 
+import math
+
 from stiction.models.compiled import inlined, kernel, summing
 from stiction.models.component import TIE
 
-__all__ = ["about_mean", "answer_lanes", "backwards", "follow_lanes", "products", "squares", "stem_in_lane"]
+__all__ = [
+    "about_mean",
+    "answer_lanes",
+    "backwards",
+    "follow_lanes",
+    "products",
+    "resting_in_lane",
+    "squares",
+    "stem_in_lane",
+]
 
 
 @inlined
-def stem_in_lane(u, du, x, moving, reach, jump, K):
+def stem_in_lane(u, du, x, moving, reach, edge, jump, K, goes_on):
     """Which way a stem at `x` moves when OP comes to `u` by `du`, and where it is then: Kano's rule.
 
-    One that rests moves when OP is more than `reach` away, a tie being none: by `jump`, and `K` times what OP is
-    further away. One that moves goes on while OP does, by the same with a K of 1, which leaves it `reach` - `jump`
-    behind OP.
+    One that rests moves when OP is more than `reach` away, a tie being none, which is `edge`: by `jump`, and `K` times
+    what OP is further away. One that moves goes on while OP does, by the same with a K of 1, which leaves it `reach` -
+    `jump` behind OP; with a `goes_on` of 0 rather than 1 none does.
     """
     e = u - x
-    way = 1.0 if e > 0.0 else -1.0
-    way = way if abs(e) > reach * (1.0 + TIE) else 0.0
-    way = moving if du * moving > 0.0 else way
+    goes = du * moving > 0.0
+    way = moving if goes else math.copysign(1.0, e)
+    moves = goes | (abs(e) > edge)
     # Without a branch, lest only the lanes that move be stored, which is slow on some processors.
-    return way, x + way * jump + K * (abs(way) * e - way * reach)
+    return way * goes_on if moves else 0.0, x + way * jump + K * (e - way * reach) if moves else x
+
+
+@inlined
+def resting_in_lane(u, x, reach, edge, jump, K):
+    """The same of a stem that rests again after every sample: where it is, at half the price."""
+    e = u - x
+    return x + math.copysign(jump, e) + K * (e - math.copysign(reach, e)) if abs(e) > edge else x
 
 
 @kernel
@@ -54,7 +72,7 @@ def follow_lanes(op, S, J, width, x, moving, mv):
             du = u - before
             before = u
             for v in range(lanes):
-                way, now = stem_in_lane(u, du, x[v], moving[v], S[v], J[v], 1.0)
+                way, now = stem_in_lane(u, du, x[v], moving[v], S[v], S[v] * (1.0 + TIE), J[v], 1.0, 1.0)
                 x[v] = now
                 moving[v] = way
                 row[v] += share * now

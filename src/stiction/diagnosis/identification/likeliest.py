@@ -19,6 +19,7 @@ import numpy as np
 from stiction.diagnosis.identification.likelihood import good_valve, joined, trials_of, valves
 from stiction.diagnosis.identification.parts import lean, part_of
 from stiction.diagnosis.identification.reversals import from_reversals
+from stiction.diagnosis.identification.tried_once import NOTHING, tried_too
 from stiction.diagnosis.identification.valleys import one_each, surroundings, valleys_of
 
 if TYPE_CHECKING:
@@ -143,7 +144,7 @@ def tried_again(prediction: Prediction, tried: Trials, swing: float) -> Trials:
     Trials
         The best of them for each S and each J, and those about the best of these.
     """
-    return _closer(prediction, trials_of(prediction, _of_each(tried)), STAGES, swing)
+    return _closer(prediction, tried_too(prediction, NOTHING, _of_each(tried)), STAGES, swing)
 
 
 def tried_recorded(prediction: Prediction, tried: Trials, swing: float) -> Trials:
@@ -165,7 +166,7 @@ def tried_recorded(prediction: Prediction, tried: Trials, swing: float) -> Trial
         `most_likely_between` half beat a good valve by as much as after a search from the beginning, which takes more
         than twice as long, and one in 20 by less than two thirds of that.
     """
-    tried = _closer(prediction, trials_of(prediction, _of_each(tried)), STAGES[:1], swing)
+    tried = _closer(prediction, tried_too(prediction, NOTHING, _of_each(tried)), STAGES[:1], swing)
     return _closer(prediction, _lagged(prediction, tried, swing), STAGES[1:], swing)
 
 
@@ -191,10 +192,10 @@ def _within(prediction: Prediction, fine: Prediction, least: float, most: float)
     valleys += valleys_of(tried, *FROM_WHOLE)
     # Where the stem stood when a window began says nothing of where it stood when the record did.
     seeds = [valves(valley.S, valley.ratio, valley.K, PLACES[valley.K > 0.0], most) for valley in valleys]
-    tried = joined(tried, trials_of(prediction, np.concatenate(seeds)))
+    tried = tried_too(prediction, tried, np.concatenate(seeds))
     if fine.width < prediction.width:
         tried = _closer(prediction, tried, STAGES[:1], most)
-        tried = trials_of(fine, _of_each(tried))
+        tried = tried_too(fine, NOTHING, _of_each(tried))
     tried = _closer(fine, tried, STAGES[:1], most)
     return tried, float(trials_of(fine, good_valve(tried.best)).cost[0] - tried.cost.min()) - fine.op_order
 
@@ -290,5 +291,5 @@ def _closer(
     """Go on about the best valleys, step by step."""
     for S_step, J_step, place_step, keep in stages:
         valve = surroundings(tried, S_step, J_step, place_step, keep, swing)
-        tried = joined(tried, trials_of(prediction, valve))
+        tried = tried_too(prediction, tried, valve)
     return tried

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.prediction import LANES, behind_lag, desk, prediction_errors, stems
+from stiction.diagnosis.identification.prediction import SIDE, behind_lag, desk, in_line, prediction_errors, stems
 from stiction.diagnosis.identification.regression import left_over, past
+from stiction.diagnosis.identification.side_by_side import LANES
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -313,16 +314,16 @@ def errors_of(prediction: Prediction, mv: NDArray[np.float64]) -> tuple[NDArray[
         Of all samples, shape (n,), and of each half cycle, shape (n, n_halves).
     """
     pv, op_mean, order, op_order, edges, begin, shocks = (
-        prediction.pv, prediction.op_mean, prediction.order, prediction.op_order, prediction.edges, prediction.begin,
-        prediction.shocks,
+        in_line(prediction.pv, prediction.begin), in_line(prediction.op_mean, prediction.begin - 1), prediction.order,
+        prediction.op_order, prediction.edges, prediction.begin, prediction.shocks,
     )  # fmt: skip
     ends, n = prediction.ends, mv.shape[0]
     left, blocks = np.empty(n), np.empty((n, ends.size))
-    work = desk(pv.size, prediction.width, order + op_order, edges)
+    work = desk(pv.size, prediction.width, order, op_order, edges, begin)
     energy = past(pv, op_mean, order, op_order, begin, shocks, work.own)
     for base in range(0, n, LANES):
         some = mv[base : base + LANES]
-        work.mv[: len(some)] = some
+        work.mv[: len(some), : pv.size] = some
         left_over(
             pv, op_mean, len(some), order, op_order, edges, begin, shocks, FLOOR, energy, ends, base, left, blocks, work
         )
@@ -344,10 +345,10 @@ def stem_of(prediction: Prediction, valve: Trial) -> NDArray[np.float64]:
     ndarray, shape (n_samples * width,)
         Stem position [% of span].
     """
-    mv, air, work = np.empty((1, prediction.op.size)), np.empty(prediction.op.size), np.empty((3, 1))
+    mv, air = np.empty((1, prediction.op.size)), np.empty(prediction.op.size)
     S, ratio, K, place, lag = (np.full(1, x) for x in valve)
     behind_lag(prediction.op, float(kept(lag)[0]), air)
-    stems(air, 1, 1, S, S * ratio, K, place, work[0], work[1], work[2:], mv)
+    stems(air, 1, 1, S, S * ratio, K, place, np.empty(7 * LANES), np.empty((SIDE, LANES)), mv)
     return mv[0]
 
 
@@ -388,10 +389,11 @@ def _errors(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     S, ratio, K, place, lag = (np.ascontiguousarray(column) for column in valve.T)
     left, blocks = np.empty(S.size), np.empty((S.size, ends.size))
-    order, op_order = prediction.order, prediction.op_order
-    work = desk(prediction.pv.size, prediction.width, order + op_order, prediction.edges)
+    order, op_order, begin = prediction.order, prediction.op_order, prediction.begin
+    work = desk(prediction.pv.size, prediction.width, order, op_order, prediction.edges, begin)
+    pv, op_mean = in_line(prediction.pv, begin), in_line(prediction.op_mean, begin - 1)
     prediction_errors(
-        prediction.op, prediction.width, prediction.pv, prediction.op_mean, order, op_order, prediction.edges,
-        prediction.begin, prediction.shocks, FLOOR, S, S * ratio, K, place, kept(lag), ends, left, blocks, work,
+        prediction.op, prediction.width, pv, op_mean, order, op_order, prediction.edges, begin, prediction.shocks,
+        FLOOR, S, S * ratio, K, place, kept(lag), ends, left, blocks, work,
     )  # fmt: skip
     return left, blocks

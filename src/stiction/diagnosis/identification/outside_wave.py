@@ -146,8 +146,8 @@ def fundamental(pv: NDArray[np.float64], period: float, harmonics: int) -> float
         The period [samples].
     """
     size = 1 << (PADDED * pv.size - 1).bit_length()
-    power = np.abs(np.fft.rfft(pv, size)) ** 2
+    spectrum = np.fft.rfft(pv, size)
     low, high = (size / (share * period) for share in reversed(NEAR))
-    places = np.arange(int(np.ceil(low)), min(int(high), (power.size - 1) // harmonics) + 1)
-    carried = sum(power[h * places] for h in range(1, harmonics + 1))
+    places = np.arange(int(np.ceil(low)), min(int(high), (spectrum.size - 1) // harmonics) + 1)
+    carried = sum(np.abs(spectrum[h * places]) ** 2 for h in range(1, harmonics + 1))
     return size / float(places[np.argmax(carried)])

@@ -141,9 +141,10 @@ def _process(surface: Surface) -> tuple[float, float, float, float]:
 def _behind(signals: Signals, stem: NDArray[np.float64], sign: float, integrating: bool | None) -> Surface:
     """The best linear process behind a stem, that of a good valve searched as carefully as that of a sticky one."""
     processes = dense_processes(signals.scale, signals.target.size, integrating, 20, 20)
-    found = explore_behind(signals, stem, processes, sign)
+    seen = stem.reshape(-1, signals.thinned).mean(axis=1)
+    found = explore_behind(signals, seen, processes, sign)
     for closer in (1.0, 0.5, 0.2):
-        finer = explore_behind(signals, stem, near(found.processes, found.best[0, 0], closer, integrating), sign)
+        finer = explore_behind(signals, seen, near(found.processes, found.best[0, 0], closer, integrating), sign)
         if finer.error[0, 0] < found.error[0, 0]:
             found = finer
     return found

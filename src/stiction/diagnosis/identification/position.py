@@ -24,6 +24,7 @@ from stiction.diagnosis.identification.position_trials import (
     told,
 )
 from stiction.diagnosis.identification.watched import LATEST, decays, turns_of, watched, work_space
+from stiction.records.quantiles import quantiles
 from stiction.records.storage import usual_swing
 
 if TYPE_CHECKING:
@@ -141,7 +142,7 @@ class _Sight(NamedTuple):
     mean: float
     noise: float
     swing: float
-    work: tuple[NDArray[np.float64], NDArray[np.float64]]
+    work: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]
     cap: float = np.inf
 
     def sigma(self, share: float) -> float:
@@ -227,12 +228,13 @@ def noise_of(y: NDArray[np.float64], step: float) -> float:
     moves = np.abs(np.diff(spread))
     moves = moves[moves > 0.0]  # what was held says nothing of the noise
     # A quarter of normal deviations is below 0.3186, and a move is the difference of two.
-    return float(np.quantile(moves, 0.25)) / (0.3186 * 2.0**0.5) if moves.size else 0.0
+    return quantiles(moves, 0.25)[0] / (0.3186 * 2.0**0.5) if moves.size else 0.0
 
 
 def _slopes(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> tuple[NDArray[np.float64], bool]:
     """Slopes that the position may have over OP, and whether they are those of known units."""
-    op, y = (np.clip(x, *np.nanpercentile(x, (1, 99))) for x in (op, y))  # spikes would widen them
+    ends = (quantiles(x, 0.01, 0.99) for x in (op, y))  # spikes would widen them
+    op, y = (np.clip(x, low, high) for x, (low, high) in zip((op, y), ends, strict=True))
     alike = []
     for late in range(LATEST + 1):
         ok = np.isfinite(y[late:])

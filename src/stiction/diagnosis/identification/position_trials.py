@@ -16,6 +16,7 @@ import numpy as np
 from stiction.diagnosis.identification.moves import told_by_moves
 from stiction.diagnosis.identification.watched import LATEST
 from stiction.models.compiled import kernel
+from stiction.records.quantiles import quantiles
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -55,7 +56,7 @@ def grid(
     """All rows of these, each on the level about which the position `y` lies evenly; `swing` is OP's."""
     rows, mean = [], float(op.mean())
     for slope in slopes:
-        off = np.nanpercentile(y - slope * op, (2, 98) if S[-1] > 0.0 else (50, 50))
+        off = quantiles(y - slope * op, *((0.02, 0.98) if S[-1] > 0.0 else (0.5, 0.5)))
         levels = 0.5 * float(np.sum(off)) + slope * mean + slope * OFF * swing
         axes = np.meshgrid(S, ratio, slope, levels, 0.0, 0.0, stops, indexing="ij")
         one = np.stack([axis.ravel() for axis in axes], axis=1)

@@ -15,19 +15,24 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.lanes import stem_in_lane
+from stiction.diagnosis.identification.lanes import resting_in_lane, stem_in_lane
 from stiction.diagnosis.identification.regression import left_over, past
+from stiction.diagnosis.identification.side_by_side import LANES, left_side_by_side
 from stiction.models.compiled import kernel
+from stiction.models.component import TIE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = ["LANES", "Desk", "behind_lag", "desk", "prediction_errors", "stems"]
 
-LANES = 32
-"""Valves handled side by side [-]; as in `search`."""
+LINE = 8
+"""Values in a line of the cache [-]."""
 SIDE = 16
 """Samples after which their stem positions are turned from columns into rows [-]."""
+X, MOVING, REACH, EDGE, JUMP, SLIP, GOES_ON = range(0, 7 * LANES, LANES)
+"""Where each quantity of the lanes begins in the work space of `stems`. The distances are known when the kernel is
+compiled: else it would ask at every sample whether they overlap."""
 
 
 class Desk(NamedTuple):
@@ -36,11 +41,15 @@ class Desk(NamedTuple):
     air: NDArray[np.float64]
     """OP behind a lag of the actuator [% of span], shape (n_samples * width,)."""
     mv: NDArray[np.float64]
-    """Stem positions, a valve a row, shape (n_lanes, n_samples)."""
+    """Stem positions, a valve a row, shape (n_lanes, n_samples or some more)."""
     valve: NDArray[np.float64]
-    """Vectors: S, J, rule, place, position, direction; shape (6, n_lanes)."""
+    """Vectors: S, J, rule, place; shape (4, n_lanes)."""
+    lane: NDArray[np.float64]
+    """What `stems` knows of each stem, shape (7 * n_lanes,)."""
     mean: NDArray[np.float64]
     """Stem positions of some samples, a valve a column, shape (n_side, n_lanes)."""
+    tall: NDArray[np.float64]
+    """The same of all samples where the regression has no lags of OP, shape (n_samples, n_lanes)."""
     own: NDArray[np.float64]
     """Factored normal equations of the past, shape (n_past + 1, n_past + 3)."""
     edge: NDArray[np.float64]
@@ -58,11 +67,13 @@ class Desk(NamedTuple):
     """Right side, then weights, shape (n_weights, n_lanes)."""
     left: NDArray[np.float64]
     """What the groups take of the sum of squares, shape (n_lanes,)."""
+    share: NDArray[np.float64]
+    """Weight of each lag, the constant first, shape (n_past + lags + 1,)."""
     residual: NDArray[np.float64]
     """What the regression leaves, shape (n_samples,)."""
 
 
-def desk(n_samples: int, width: int, n_past: int, edges: NDArray[np.int64]) -> Desk:
+def desk(n_samples: int, width: int, order: int, op_order: int, edges: NDArray[np.int64], begin: int) -> Desk:
     """Allocate what `prediction_errors` works in.
 
     Parameters
@@ -71,10 +82,12 @@ def desk(n_samples: int, width: int, n_past: int, edges: NDArray[np.int64]) -> D
         Length of the PV [samples].
     width : int
         Samples of OP to one of the PV.
-    n_past : int
+    order, op_order : int
         Lags of the PV and of OP [-].
     edges : ndarray, shape (n_groups + 1,)
         Lags of the stem at which groups begin, and one past the last [samples].
+    begin : int
+        First sample predicted.
 
     Returns
     -------
@@ -82,12 +95,15 @@ def desk(n_samples: int, width: int, n_past: int, edges: NDArray[np.int64]) -> D
         Arrays without content.
     """
     lags, groups = int(edges[-1]) - 1, edges.size - 1
+    n_past = order + op_order
     weights = 1 + n_past + groups
     return Desk(
         air=np.empty(n_samples * width),
-        mv=np.empty((LANES, n_samples)),
-        valve=np.empty((6, LANES)),
+        mv=_in_line(LANES, -(-n_samples // LINE) * LINE, begin - 1),
+        valve=np.empty((4, LANES)),
+        lane=np.empty(7 * LANES),
         mean=np.empty((SIDE, LANES)),
+        tall=_in_line(0 if op_order else n_samples, LANES),
         own=np.empty((n_past + 1, n_past + 3)),
         edge=np.empty((2, lags + 1, LANES)),
         cross=np.empty((lags + 1, n_past + 1, LANES)),
@@ -96,8 +112,36 @@ def desk(n_samples: int, width: int, n_past: int, edges: NDArray[np.int64]) -> D
         rows=np.empty((groups, weights + 1, LANES)),
         weights=np.empty((weights, LANES)),
         left=np.empty(LANES),
+        share=np.empty(n_past + lags + 1),
         residual=np.empty(n_samples),
     )
+
+
+def in_line(x: NDArray[np.float64], at: int) -> NDArray[np.float64]:
+    """A copy of a signal that the processor takes from sample `at` on without touching two lines of the cache at once.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        The signal [any unit].
+    at : int
+        Where most sums over it begin [samples].
+
+    Returns
+    -------
+    ndarray, shape (n_samples,)
+        The same values [unit of `x`].
+    """
+    copy = _in_line(1, x.size, at)[0]
+    copy[:] = x
+    return copy
+
+
+def _in_line(rows: int, columns: int, at: int = 0) -> NDArray[np.float64]:
+    """Room for rows of whole lines of the cache, column `at` of each at the beginning of one."""
+    room = np.empty(rows * columns + LINE)
+    skip = -(room.__array_interface__["data"][0] // room.itemsize + at) % LINE
+    return room[skip : skip + rows * columns].reshape(rows, columns)
 
 
 @kernel
@@ -110,40 +154,56 @@ def behind_lag(op, keep, air):
 
 
 @kernel
-def stems(op, width, lanes, S, J, K, place, x, moving, mean, mv):
+def stems(op, width, lanes, S, J, K, place, w, mean, mv):
     """Fill the first `lanes` rows of `mv` with each stem's mean over blocks of `width` samples of `op`.
 
     The rule is `stem_in_lane`'s. Where `K` is 0 a stem goes on while OP does; otherwise it rests again after every
-    sample, as He and Wang's does, whose K it is. Each begins `place` half bands off the first OP. `x`, `moving`
-    (n_lanes,) and `mean` (n_side, n_lanes) are work space, and `S` is lost: half of S + J takes its place.
+    sample, as He and Wang's does, whose K it is. Each begins `place` half bands off the first OP. `w` (7 * LANES,) and
+    `mean` (n_side, LANES) are work space; where that takes all blocks they stay there, a stem a column.
     """
-    n, side = mv.shape[1], mean.shape[0]
+    n, side = op.shape[0] // width, mean.shape[0]
     share = 1.0 / width
     before = op[0]
+    all_rest = True
     for v in range(lanes):
-        x[v] = before + place[v] * 0.5 * (S[v] + J[v])
-        moving[v] = 0.0
-        S[v] = 0.5 * (S[v] + J[v])
+        reach = 0.5 * (S[v] + J[v])
+        w[X + v] = before + place[v] * reach
+        w[MOVING + v] = 0.0
+        w[REACH + v] = reach
+        w[EDGE + v] = reach * (1.0 + TIE)
+        w[JUMP + v] = J[v]
+        w[GOES_ON + v] = 1.0 if K[v] == 0.0 else 0.0
+        w[SLIP + v] = K[v] + w[GOES_ON + v]
+        all_rest = all_rest and K[v] > 0.0
     for first in range(0, n, side):
         filled = min(side, n - first)
         for k in range(filled):
             row = mean[k]
-            for v in range(lanes):
-                row[v] = 0.0
-            for i in range((first + k) * width, (first + k + 1) * width):
+            begin = (first + k) * width
+            for i in range(begin, begin + width):
                 u = op[i]
                 du = u - before
                 before = u
-                for v in range(lanes):
-                    goes_on = 1.0 if K[v] == 0.0 else 0.0
-                    way, now = stem_in_lane(u, du, x[v], moving[v], S[v], J[v], K[v] + goes_on)
-                    x[v] = now
-                    moving[v] = way * goes_on
-                    row[v] += share * now
+                if all_rest:
+                    for v in range(lanes):
+                        w[X + v] = resting_in_lane(u, w[X + v], w[REACH + v], w[EDGE + v], w[JUMP + v], w[SLIP + v])
+                else:
+                    for v in range(lanes):
+                        w[MOVING + v], w[X + v] = stem_in_lane(
+                            u, du, w[X + v], w[MOVING + v], w[REACH + v], w[EDGE + v], w[JUMP + v], w[SLIP + v],
+                            w[GOES_ON + v],
+                        )  # fmt: skip
+                if i == begin:
+                    for v in range(lanes):
+                        row[v] = share * w[X + v]
+                else:
+                    for v in range(lanes):
+                        row[v] += share * w[X + v]
         # Blocks are turned some at a time: rows written a value each would push one another out of the cache.
-        for v in range(lanes):
+        for v in range(lanes if side < n else 0):
+            out, column = mv[v, first : first + filled], mean[:filled, v]
             for k in range(filled):
-                mv[v, first + k] = mean[k, v]
+                out[k] = column[k]
 
 
 @kernel
@@ -163,6 +223,7 @@ def prediction_errors(
     """
     valve = work.valve
     energy = past(pv, op_mean, order, op_order, begin, shocks, work.own)
+    lean = op_order == 0 and shocks.shape[0] == 0 and ends.shape[0] == 0
     kept, lanes = -1.0, 0
     for i in range(S.shape[0]):
         valve[0, lanes], valve[1, lanes], valve[2, lanes], valve[3, lanes] = S[i], J[i], K[i], place[i]
@@ -172,9 +233,12 @@ def prediction_errors(
         if keep[i] != kept:
             kept = keep[i]
             behind_lag(op, kept, work.air)
-        stems(work.air, width, lanes, valve[0], valve[1], valve[2], valve[3], valve[4], valve[5], work.mean, work.mv)
-        left_over(
-            pv, op_mean, lanes, order, op_order, edges, begin, shocks, floor, energy, ends, i + 1 - lanes, left, blocks,
-            work,
-        )  # fmt: skip
+        mean, base = work.tall if lean else work.mean, i + 1 - lanes
+        stems(work.air, width, lanes, valve[0], valve[1], valve[2], valve[3], work.lane, mean, work.mv)
+        if lean:
+            left_side_by_side(pv, lanes, order, edges, begin, floor, energy, base, left, work)
+        else:
+            left_over(
+                pv, op_mean, lanes, order, op_order, edges, begin, shocks, floor, energy, ends, base, left, blocks, work
+            )
         lanes = 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -20,6 +21,8 @@ __all__ = ["LONGEST_DELAY", "OF_RECORD", "Processes", "answer", "dense_processes
 
 LONGEST_DELAY, OF_RECORD = 0.45, 0.125
 """Longest dead time tried, as a share of the period, and of the record [-]."""
+TINY = float(np.finfo(float).tiny)
+"""In place of no lag, that one divided by it is a number [samples]."""
 FIVE, SEVEN = np.linspace(-1.0, 1.0, 5), np.linspace(-1.0, 1.0, 7)
 """Powers of the spread at which candidates lie about the best [-]."""
 
@@ -36,8 +39,7 @@ class Processes(NamedTuple):
 
     def decays(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Decay per sample of the first and of the second lag; 1 integrates, 0 is no lag."""
-        with np.errstate(divide="ignore"):
-            return np.exp(-1.0 / self.first), np.exp(-1.0 / self.second)
+        return np.exp(-1.0 / np.maximum(self.first, TINY)), np.exp(-1.0 / np.maximum(self.second, TINY))
 
 
 @lru_cache(maxsize=16)
@@ -94,29 +96,28 @@ def near(processes: Processes, best: NDArray[np.float64], closer: float, integra
         The new candidates, their dead times without gaps.
     """
     lag, centre = int(best[0]), int(best[1])
-    tau, second = float(processes.first[lag]), float(processes.second[lag])
+    tau, second, tried = float(processes.first[lag]), float(processes.second[lag]), processes.delays.tolist()
     spread = 1.0 + 1.2 * closer
-    step = int(np.max(np.diff(processes.delays), initial=1))
+    step = max((later - one for one, later in pairwise(tried)), default=1)
     reach = max(round(closer * step), 2)
     delays = np.arange(max(centre - reach, -1), centre + reach + 2)
-    if np.isinf(tau):
-        tails = np.concatenate([[0.0], max(second, 0.7) * spread**SEVEN])
-        pairs = [(np.inf, tail) for tail in tails]
+    if math.isinf(tau):
+        tails = [0.0, *(max(second, 0.7) * spread**SEVEN).tolist()]
+        pairs = [(math.inf, tail) for tail in tails]
         if integrating is None:
-            pairs += [(slow, 0.0) for slow in np.max(processes.delays) * np.array([4.0, 8.0])]
+            pairs += [(slow * tried[-1], 0.0) for slow in (4.0, 8.0)]
         return _candidates(pairs, delays)
-    lags = max(tau, 0.3) * spread**FIVE
+    lags = (max(tau, 0.3) * spread**FIVE).tolist()
     share = second / max(tau, 0.3)
-    shares = np.array([0.0, 0.15, 0.4, 1.0])
-    if share > 0.0:
-        shares = np.append(share * spread**FIVE, 0.0)
+    shares = [*(share * spread**FIVE).tolist(), 0.0] if share > 0.0 else [0.0, 0.15, 0.4, 1.0]
     pairs = [(0.0, 0.0)] if tau < 0.7 else []
     pairs += [(t, t * part) for t in lags for part in shares if part <= 1.01]
     return _candidates(pairs, delays)
 
 
 def _candidates(pairs: list[tuple[float, float]], delays: NDArray[np.int64]) -> Processes:
-    return Processes(np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs]), delays)
+    first, second = zip(*pairs, strict=True)
+    return Processes(np.array(first), np.array(second), delays)
 
 
 def answer(mv: NDArray[np.float64], first: float, second: float, dead_time: float) -> NDArray[np.float64]:

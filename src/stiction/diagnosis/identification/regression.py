@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 
-from stiction.models.compiled import summing
+from stiction.models.compiled import fused, inlined, summing
 
-__all__ = ["left_over", "past"]
+__all__ = ["group_rows", "left_over", "past", "shifted", "solve"]
 
 NUGGET = 1e-9
 """Added to the diagonal of normal equations whose columns have unit length [-]: far above the rounding of their
@@ -92,20 +92,22 @@ def left_over(pv, op, lanes, order, op_order, edges, begin, shocks, floor, energ
     samples = pv.shape[0] - begin - shocks.shape[0]
     lags, groups = edges[edges.shape[0] - 1] - 1, edges.shape[0] - 1
     cross, stem, rows, weights = work.cross, work.stem, work.rows, work.weights
+    n = pv.shape[0]
     for v in range(lanes):
-        _centre(work.mv[v])
-        _products(pv, op, work.mv[v], v, order, op_order, lags, begin, cross, stem, work.edge)
-    _shifted(pv, op, lanes, order, op_order, lags, begin, work.edge, cross, stem)
+        mv = work.mv[v, :n]
+        _centre(mv)
+        _products(pv, op, mv, v, order, op_order, lags, begin, cross, stem, work.edge)
+    shifted(pv, op, lanes, order, op_order, lags, begin, work.edge, cross, stem)
     _without(pv, op, work.mv, lanes, order, op_order, lags, shocks, cross, stem)
     before = order + op_order
-    _rows(lanes, before, edges, cross, stem, work.group, rows, weights)
-    _solve(lanes, samples, before, groups, work.own, rows, weights, work.left)
+    group_rows(lanes, before, edges, cross, stem, work.group, rows, weights)
+    solve(lanes, samples, before, groups, work.own, rows, weights, work.left)
     for v in range(lanes):
         left[base + v] = max(energy - work.left[v], 0.0) + floor * samples
     if ends.shape[0] > 0:
         _weights(lanes, before, groups, work.own, rows, weights)
         for v in range(lanes):
-            _residual(pv, op, work.mv[v], v, order, op_order, edges, begin, weights, work.residual)
+            _residual(pv, op, work.mv[v, :n], v, order, op_order, edges, begin, weights, work.share, work.residual)
             for k in shocks:
                 work.residual[k] = 0.0
             _by_block(work.residual, begin, floor, ends, blocks[base + v])
@@ -178,7 +180,7 @@ def _products(pv, op, mv, v, order, op_order, lags, begin, cross, stem, edge):
 
 
 @summing
-def _shifted(pv, op, lanes, order, op_order, lags, begin, edge, cross, stem):
+def shifted(pv, op, lanes, order, op_order, lags, begin, edge, cross, stem):
     """Products of all pairs of lags from those of `_products`: shifting both costs only the edges of the window."""
     n = pv.shape[0]
     for lag in range(2, lags + 1):
@@ -222,7 +224,7 @@ def _without(pv, op, mv, lanes, order, op_order, lags, shocks, cross, stem):
 
 
 @summing
-def _rows(lanes, order, edges, cross, stem, group, rows, weights):
+def group_rows(lanes, order, edges, cross, stem, group, rows, weights):
     """Normal equations of the groups of the stem's lags: with the constant, the past, and the groups up to each.
 
     The right side goes into `weights`.
@@ -261,7 +263,7 @@ def _rows(lanes, order, edges, cross, stem, group, rows, weights):
 
 
 @summing
-def _solve(lanes, samples, order, groups, own, rows, weights, left):
+def solve(lanes, samples, order, groups, own, rows, weights, left):
     """Fill `left` with what the groups take of the energy that the PV's past leaves.
 
     By Cholesky, in place, the right side along with it; a column that the ones before it explain gets no weight.
@@ -312,7 +314,7 @@ def _solve(lanes, samples, order, groups, own, rows, weights, left):
 
 @summing
 def _weights(lanes, order, groups, own, rows, weights):
-    """Go on from `_solve` to the weights, in place of the right side."""
+    """Go on from `solve` to the weights, in place of the right side."""
     last = order + 1
     for back in range(groups):
         g = groups - 1 - back
@@ -337,27 +339,44 @@ def _weights(lanes, order, groups, own, rows, weights):
             done[v] *= own[i, last + 1]
 
 
-@summing
-def _residual(pv, op, mv, v, order, op_order, edges, begin, weights, out):
-    """Fill `out` (n_samples,) from `begin` on with what the regression of lane `v` leaves of the PV, lag by lag."""
-    n = pv.shape[0]
-    now = out[begin:n]
-    for k in range(n - begin):
-        now[k] = pv[begin + k] - weights[0, v]
-    for i in range(1, order + 1):
-        share, then = weights[i, v], pv[begin - i : n - i]
-        for k in range(n - begin):
-            now[k] -= share * then[k]
-    for i in range(1, op_order + 1):
-        share, then = weights[order + i, v], op[begin - i : n - i]
-        for k in range(n - begin):
-            now[k] -= share * then[k]
+@fused
+def _residual(pv, op, mv, v, order, op_order, edges, begin, weights, share, out):
+    """Fill `out` (n_samples,) from `begin` on with what the regression of lane `v` leaves of the PV.
+
+    Four lags at once, so that what is left is loaded and stored once for four; `share` (n_lags,) is work space.
+    """
+    n, past = pv.shape[0], order + op_order
+    now, last = out[begin:n], past + edges[edges.shape[0] - 1] - 1
+    for i in range(past + 1):
+        share[i] = weights[i, v]
     for g in range(edges.shape[0] - 1):
-        share = weights[1 + order + op_order + g, v]
         for lag in range(edges[g], edges[g + 1]):
-            then = mv[begin - lag : n - lag]
-            for k in range(n - begin):
-                now[k] -= share * then[k]
+            share[past + lag] = weights[1 + past + g, v]
+    for k in range(n - begin):
+        now[k] = pv[begin + k] - share[0]
+    i = 1
+    while i + 3 <= last:
+        s0, s1, s2, s3 = share[i], share[i + 1], share[i + 2], share[i + 3]
+        x0 = _lagged(pv, op, mv, order, op_order, begin, i)
+        x1 = _lagged(pv, op, mv, order, op_order, begin, i + 1)
+        x2 = _lagged(pv, op, mv, order, op_order, begin, i + 2)
+        x3 = _lagged(pv, op, mv, order, op_order, begin, i + 3)
+        for k in range(n - begin):
+            now[k] = now[k] - s0 * x0[k] - s1 * x1[k] - s2 * x2[k] - s3 * x3[k]
+        i += 4
+    while i <= last:
+        s0, x0 = share[i], _lagged(pv, op, mv, order, op_order, begin, i)
+        for k in range(n - begin):
+            now[k] -= s0 * x0[k]
+        i += 1
+
+
+@inlined
+def _lagged(pv, op, mv, order, op_order, begin, i):
+    """The `i`th lag from `begin` on: first those of the PV, then of OP, then of the stem."""
+    x, lag = (op, i - order) if i > order else (pv, i)
+    x, lag = (mv, lag - op_order) if i > order + op_order else (x, lag)
+    return x[begin - lag : x.shape[0] - lag]
 
 
 @summing

@@ -10,8 +10,8 @@ with y the position, z the stem behind its lag, m = `LIMIT`. So a slip that come
 record is slower than the controller, costs one sample and not all that follow. A stem may rest after every sample, as
 He's and Stenman's do, or go on while OP does, as Kano's and Choudhury's.
 
-Valves stand side by side, so that the processor's lanes are full: a step has no branch. Which valve is given up, and
-where, is as if they came one after the other.
+Valves stand side by side, so that the processor's lanes are full: a step has no branch. Those that go on move up into
+the place of those given up. Which valve is given up, and where, is as if they came one after the other.
 """
 
 from __future__ import annotations
@@ -43,18 +43,20 @@ LANES = 40
 FULL = 8
 """Lanes that a processor takes at once, at most [-]: their number is a multiple."""
 LOOK = 32
-"""Samples after which it is looked whether any valve is worth going on with [-]: a look takes as long as a sample."""
+"""Samples after which it is looked which valves are worth going on with [-]: a look takes as long as a sample."""
 NEVER = -1e300
 """In place of how far from its trip a stem may slip: at no time."""
+QUANTITIES = 15
+"""What is known of a lane [-]."""
 X, Z, MOVING, PLACED_BY, TOTAL, BEHIND, REACH = range(0, 7 * LANES, LANES)
-SOFT, SLOPE, INVERSE, OFFSET, DECAY, LATE, GOES_ON, MOST = range(7 * LANES, 15 * LANES, LANES)
+SOFT, SLOPE, INVERSE, OFFSET, DECAY, LATE, GOES_ON, MOST = range(7 * LANES, QUANTITIES * LANES, LANES)
 """Where each quantity of the lanes begins in the work space. The distances are known when the kernel is compiled: else
 it would ask at every sample whether they overlap."""
 
 
-def work_space(n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Room for the lanes and for what each has left of every sample, for positions of up to `n` samples."""
-    return np.empty(15 * LANES), np.empty((n, LANES))
+def work_space(n: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """Room for the lanes, for what each has left of every sample of up to `n`, and for where it stood at each look."""
+    return np.empty(QUANTITIES * LANES), np.empty((n, LANES)), np.empty((n // LOOK + 3, LANES), dtype=np.int64)
 
 
 def decays(lags: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -63,18 +65,21 @@ def decays(lags: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @inlined
-def _step(u, du, about, x, z, moving, averaged, behind, reach, soft, slope, inverse, decay, goes_on, cap, loose):
+def _step(
+    u, du, about, x, z, moving, averaged, behind, reach, soft, slope, inverse, decay, goes_on, cap, loose, exact
+):  # fmt: skip
     """One sample: stem, position behind its lag, way it moves, samples it is placed by, deviation, and way it set out.
 
-    `about` is what was seen less the offset, NaN where nothing was. Without a branch, see `lanes.stem_in_lane`; `/`
-    would be one, since it looks whether it divides by nothing.
+    `about` is what was seen less the offset, NaN where nothing was. `exact` says that `loose` is 0; where the caller
+    knows that when it is compiled nothing is done for it. Without a branch, see `lanes.stem_in_lane`; `/` would be one,
+    since it looks whether it divides by nothing.
     """
     keep = 1.0 - decay
     goes = du * moving * goes_on > 0.0
     e = u - x
     way = 1.0 if e > 0.0 else -1.0
     base = decay * z
-    near = abs(abs(e) - reach) < loose * (soft + abs(du))
+    near = (not exact) & (abs(abs(e) - reach) < loose * (soft + abs(du)))
     seen = about * inverse
     earlier = abs(seen - (base + keep * (u - way * behind))) < abs(seen - (base + keep * x))
     slips = earlier if near else abs(e) > reach
@@ -121,7 +126,7 @@ def _begin(op, y, mean, row, decay, w, v):
 
 
 @kernel
-def watched(op, y, known, mean, rows, decays, cap, loose, begin, least, left, w, totals):
+def watched(op, y, known, mean, rows, decays, cap, loose, begin, least, left, w, totals, places):
     """Fill `left` (n,) with the mean square that each of `rows` (n, 7) leaves of `y` (n_samples,); `cap` is c sigma.
 
     A row holds S, J / S, slope, the position at an OP of `mean`, the lag, whose decay is in `decays` (n,), the whole
@@ -129,12 +134,13 @@ def watched(op, y, known, mean, rows, decays, cap, loose, begin, least, left, w,
     goes on. With `loose` a slip may come early or late at no cost (see `TOLERANCE`). What is left is counted from
     sample `begin` on. `least` (m,) is the least so far of each of m searches, whose rows stand one after the other; it
     is brought up to date. A row is given up when it leaves `HOPELESS` times as much, none where that is infinite; what
-    it has left until then counts. `known` (n_samples + 1,) counts what was seen before each sample; `w` and `totals`
-    are work space.
+    it has left until then counts. `known` (n_samples + 1,) counts what was seen before each sample; `w`, `totals` and
+    `places` are work space.
     """
     n = op.shape[0]
     limit = LIMIT * LIMIT * cap * cap
     each = rows.shape[0] // least.shape[0]
+    done, stands = places[places.shape[0] - 2], places[places.shape[0] - 1]
     for first in range(0, rows.shape[0], LANES):
         lanes = min(rows.shape[0] - first, LANES)
         filled = min((lanes + FULL - 1) // FULL * FULL, LANES)
@@ -142,10 +148,14 @@ def watched(op, y, known, mean, rows, decays, cap, loose, begin, least, left, w,
             i = first + min(v, lanes - 1)
             _begin(op, y, mean, rows[i], decays[i], w, v)
             w[MOST + v] = HOPELESS * least[i // each] * n
+            done[v], stands[v] = n, v
+        going = lanes
         before = op[0]
-        k, going = 1, True
-        while going and k < n:
-            until = min(k + LOOK, n)
+        k = 1
+        while going > 0 and k < n:
+            for v in range(going):
+                places[k // LOOK, stands[v]] = v
+            until = min((k // LOOK + 1) * LOOK, n)
             while k < until:
                 u = op[k]
                 du = u - before
@@ -157,46 +167,71 @@ def watched(op, y, known, mean, rows, decays, cap, loose, begin, least, left, w,
                 if k == begin:
                     for v in range(filled):
                         w[TOTAL + v] = 0.0
-                total = totals[k]
-                for v in range(filled):
-                    late = w[LATE + v]
-                    seen = y0 if late == 0.0 else y1 if late == 1.0 else y2 if late == 2.0 else y3
-                    x, z, moving, averaged, r, _ = _step(
-                        u, du, seen - w[OFFSET + v], w[X + v], w[Z + v], w[MOVING + v], w[PLACED_BY + v], w[BEHIND + v],
-                        w[REACH + v], w[SOFT + v], w[SLOPE + v], w[INVERSE + v], w[DECAY + v], w[GOES_ON + v], cap,
-                        loose,
-                    )  # fmt: skip
-                    w[X + v] = x
-                    w[Z + v] = z
-                    w[MOVING + v] = moving
-                    w[PLACED_BY + v] = averaged
-                    square = min(r * r, limit)
-                    so_far = w[TOTAL + v] + (square if r == r else 0.0)
-                    w[TOTAL + v] = so_far
-                    total[v] = so_far
+                if loose > 0.0:
+                    _sample(u, du, y0, y1, y2, y3, w, filled, cap, limit, loose, False, totals[k])
+                else:
+                    _sample(u, du, y0, y1, y2, y3, w, filled, cap, limit, loose, True, totals[k])
                 k += 1
             if k > begin:
-                going = False
-                for v in range(filled):
-                    going |= w[TOTAL + v] <= w[MOST + v]
+                going = _moved_up(w, stands, done, going, k)
+                filled = (going + FULL - 1) // FULL * FULL
         for v in range(lanes):
-            late = int(w[LATE + v])
+            late, last = int(rows[first + v, 5]), done[v] - 1
             end, search = n - late, (first + v) // each
             most = HOPELESS * least[search] * n
-            if totals[k - 1, v] > most:
-                end = 1 + _passes(totals, v, begin, k - 1, most)
+            if totals[last, places[last // LOOK, v]] > most:
+                end = 1 + _passes(totals, places, v, begin, last, most)
             compared = known[end + late] - known[begin + late]
-            left[first + v] = totals[end - 1, v] / max(compared, 1)
+            left[first + v] = totals[end - 1, places[(end - 1) // LOOK, v]] / max(compared, 1)
             if least[search] < np.inf:
                 least[search] = min(least[search], left[first + v])
 
 
 @inlined
-def _passes(totals, v, low, high, most):
+def _sample(u, du, y0, y1, y2, y3, w, filled, cap, limit, loose, exact, total):
+    """One sample of all lanes, whose positions may come late; `total` gets what each has left so far."""
+    for v in range(filled):
+        late = w[LATE + v]
+        seen = y0 if late == 0.0 else y1 if late == 1.0 else y2 if late == 2.0 else y3
+        x, z, moving, averaged, r, _ = _step(
+            u, du, seen - w[OFFSET + v], w[X + v], w[Z + v], w[MOVING + v], w[PLACED_BY + v], w[BEHIND + v],
+            w[REACH + v], w[SOFT + v], w[SLOPE + v], w[INVERSE + v], w[DECAY + v], w[GOES_ON + v], cap, loose, exact,
+        )  # fmt: skip
+        w[X + v] = x
+        w[Z + v] = z
+        w[MOVING + v] = moving
+        w[PLACED_BY + v] = averaged
+        square = min(r * r, limit)
+        so_far = w[TOTAL + v] + (square if r == r else 0.0)
+        w[TOTAL + v] = so_far
+        total[v] = so_far
+
+
+@inlined
+def _moved_up(w, stands, done, going, k):
+    """Close the gaps of the lanes that are given up after `k` samples; how many go on.
+
+    Column c holds the lane `stands[c]`, and `done` tells how far each lane came.
+    """
+    count = 0
+    for c in range(going):
+        if w[TOTAL + c] <= w[MOST + c]:
+            if count < c:
+                for quantity in range(0, QUANTITIES * LANES, LANES):
+                    w[quantity + count] = w[quantity + c]
+                stands[count] = stands[c]
+            count += 1
+        else:
+            done[stands[c]] = k
+    return count
+
+
+@inlined
+def _passes(totals, places, v, low, high, most):
     """First sample from `low` to `high` at which the total of lane `v` is more than `most`; at `high` it is."""
     while low < high:
         middle = (low + high) // 2
-        if totals[middle, v] > most:
+        if totals[middle, places[middle // LOOK, v]] > most:
             high = middle
         else:
             low = middle + 1
@@ -214,7 +249,7 @@ def turns_of(op, y, mean, row, decay, cap, loose, w):
     for k in range(1, op.shape[0] - late):
         x, z, moving, averaged, _, set_out = _step(
             op[k], op[k] - op[k - 1], y[k + late] - w[OFFSET], x, z, moving, averaged, w[BEHIND],
-            w[REACH], w[SOFT], w[SLOPE], w[INVERSE], w[DECAY], w[GOES_ON], cap, loose,
+            w[REACH], w[SOFT], w[SLOPE], w[INVERSE], w[DECAY], w[GOES_ON], cap, loose, loose == 0.0,
         )  # fmt: skip
         if set_out != 0.0:
             turns += 1 if set_out * last < 0.0 else 0

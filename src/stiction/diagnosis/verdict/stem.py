@@ -41,6 +41,7 @@ from stiction.diagnosis.identification.interval import CHI2_1
 from stiction.diagnosis.identification.position import SMALL, longest_seen, noise_of, watch
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.result import Counted, Evidence
+from stiction.records.quantiles import quantiles
 from stiction.records.storage import exception_deviation, lattice, usual_swing
 
 if TYPE_CHECKING:
@@ -291,7 +292,8 @@ def _repeats(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> bo
         u, seen = op[: op.size - late], y[late:]
         ok = np.isfinite(seen)
         slope, level = np.polyfit(u[ok] - u.mean(), seen[ok], 1)
-        if np.quantile(np.abs(seen[ok] - level - slope * (u[ok] - u.mean())), 0.99) < room + abs(slope) * lattice(u):
+        [off] = quantiles(np.abs(seen[ok] - level - slope * (u[ok] - u.mean())), 0.99)
+        if off < room + abs(slope) * lattice(u):
             return True
     return False
 
