@@ -174,7 +174,10 @@ def clock(view: View) -> Gate:
     # The hour of a change of summer time tells itself, but only where OP and PV go on are no rows lost beside it.
     undone = told.summer_time if told.summer_time and not torn(view.record).any() else 0
     jumps = told.clock_jumps - undone
-    seen = f"The clock jumped {number_of(jumps, 'time')}; see what the reader guessed, or cut the record there."
+    seen = (
+        f"The clock jumped, or rows were out of order, {number_of(jumps, 'time')}; see what the reader guessed, or cut "
+        "the record there."
+    )
     even = "The change of summer time was undone; OP and PV go on." if undone else "The clock runs evenly."
     why = seen if jumps else even
     return at_most("clock", jumps, 0, np.inf, why)
