@@ -279,6 +279,24 @@ def test_nothing_to_see_is_said(pv):
     found = find_oscillation(LoopRecord("L", 1.0, op=np.full(n, 50.0), pv=pv))
     assert not found.oscillating
     assert found.reason
+    assert ("PV is missing" in found.reason) == (pv is None or (n > 0 and bool(np.isnan(pv).all())))
+
+
+def test_what_an_oscillation_lacks_is_said():
+    """By the two conditions themselves: one pace, and a wave that comes back more than noise does."""
+    seen = set()
+    for seed in range(60):
+        noise = np.random.default_rng(seed).standard_normal(700)
+        x = lfilter([1.0], [1.0, -1.6, 0.8], noise) if seed % 2 else noise
+        found = find_oscillation(loop(x, op=np.full(700, 50.0)))
+        if found.oscillating or not found.reason.startswith("No regular oscillation"):
+            continue
+        paced = found.regularity > 1.0
+        assert (
+            f"is regular ({found.regularity:.2f}, above 1) but does not stand out of noise" in found.reason
+        ) == paced
+        seen.add(paced)
+    assert seen == {True, False}
 
 
 @given(

@@ -97,8 +97,7 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
     elif oscillating:
         reason = f"Irregular ({best.regularity:.2f}), but {events} of {CROSSINGS} half periods are load events."
     else:
-        lack = "does not stand out of noise" if not best.repeats else f"has regularity {best.regularity:.2f} (needs 1)"
-        reason = f"No regular oscillation: the best candidate, {in_seconds(period)}, {lack}."
+        reason = f"No regular oscillation: the best candidate, {in_seconds(period)}, {_lack(best)}."
     if best is by_error and best.regular and op is not None:
         agrees = octave(op, best.period)
         reason += " OP has the same period." if _same(agrees, best.period) else " OP does not share it."
@@ -129,6 +128,14 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
         others=others,
         sp_cycles=sp_cycles,
     )
+
+
+def _lack(best: Rhythm) -> str:
+    """Say which of the two conditions of an oscillation a candidate does not meet."""
+    if best.repeats:
+        return f"has regularity {best.regularity:.2f} (needs 1)"
+    paced = f"is regular ({best.regularity:.2f}, above 1) but " if best.regularity > 1.0 else ""
+    return f"{paced}does not stand out of noise"
 
 
 def _same(rhythm: Rhythm, period: float) -> bool:
@@ -164,6 +171,8 @@ def _amplitude(x: NDArray[np.float64] | None, samples_per_period: float) -> floa
 def _no_error(record: LoopRecord) -> str:
     """Say why the control error shows no oscillation."""
     pv = record.pv
+    if not len(record):
+        return "No samples are left to look at."
     if pv is None or not np.isfinite(pv).any():
         return "PV is missing, so there is no error to look at."
     if filled(pv) is not None:
