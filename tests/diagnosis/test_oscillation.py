@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from stiction import FOPDT, PID, Ideal, Integrating, Kano, Loop, simulate
+from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.oscillation import (
     about_drift,
     autocorrelation,
@@ -259,6 +260,22 @@ def test_set_point_is_taken_off():
     record = LoopRecord("L", 1.0, op=50 + wave("sine", 2000, 40.0), pv=pv, sp=sp)
     np.testing.assert_allclose(control_error(record), sp - pv)
     assert find_oscillation(record).period == pytest.approx(40.0, rel=0.01)
+
+
+def test_without_a_set_point_no_error_is_spoken_of():
+    pv = wave("saw", 800, 40.0)
+    known, unknown = loop(pv, sp=np.full(800, 1.0)), loop(pv)
+    late = replace(known, sp=np.where(np.arange(800) < 500, np.nan, 1.0))
+    for record, named in (
+        (known, "The control error"),
+        (unknown, "The PV about its drift"),
+        (late, "The PV about its"),
+    ):
+        found = find_oscillation(record)
+        told = [found.reason, *(row.why for row in detect_all(record, found))]
+        assert found.reason.startswith(named)
+        assert sum("control error" in text for text in told) == (5 if record is known else 0)
+        assert sum(text.startswith(named) for text in told) == 5
 
 
 def test_op_speaks_when_the_error_is_lost_in_noise():
