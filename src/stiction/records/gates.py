@@ -202,7 +202,7 @@ def missing_values(view: View) -> Gate:
     share = 100.0 * _share(gone)
     longest = max((last - first for first, last in runs(gone)), default=0) * view.record.dt
     bridged = missing(view.part)
-    why = f"{share:.3g} % of the samples are missing"
+    why = f"{share:.3g} % of the samples are without OP or PV"
     if share:
         why += f", the longest gap lasts {in_seconds(longest)}, {bridged.sum()} were bridged"
     if 100.0 * _share(bridged) > BRIDGED:
