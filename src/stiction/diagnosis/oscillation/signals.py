@@ -46,10 +46,21 @@ def control_error(record: LoopRecord) -> NDArray[np.float64] | None:
 
 
 def error_name(record: LoopRecord) -> str:
-    """Return what `control_error` is of a record, as it begins a sentence: no error is known without a set point.
+    """Say what `control_error` is of a record: no error is known without a set point.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        The loop.
+
+    Returns
+    -------
+    str
+        Its name as it begins a sentence.
 
     Examples
     --------
+    >>> from stiction.diagnosis.oscillation import error_name
     >>> from stiction.records import LoopRecord
     >>> error_name(LoopRecord("FIC-101", 1.0, op=[50.0], pv=[3.0], sp=[3.0]))
     'The control error'
