@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from pathlib import Path
 
 import pytest
 
@@ -77,6 +79,8 @@ def test_no_probability_is_printed_as_certain(capsys):
     assert "1.00" not in told
     assert "0.90" in told
     assert "The weights: Found by tests/diagnosis/verdict/calibrate.py on 20" in told
+    [page] = re.findall(r"docs/[\w-]+\.md", told)
+    assert "The calls that are wrong" in (Path(__file__).parents[2] / page).read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

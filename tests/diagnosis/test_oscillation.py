@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from stiction import FOPDT, PID, Ideal, Integrating, Kano, Loop, simulate
+from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.oscillation import (
     about_drift,
     autocorrelation,
@@ -261,6 +262,22 @@ def test_set_point_is_taken_off():
     assert find_oscillation(record).period == pytest.approx(40.0, rel=0.01)
 
 
+def test_without_a_set_point_no_error_is_spoken_of():
+    pv = wave("saw", 800, 40.0)
+    known, unknown = loop(pv, sp=np.full(800, 1.0)), loop(pv)
+    late = replace(known, sp=np.where(np.arange(800) < 500, np.nan, 1.0))
+    for record, named in (
+        (known, "The control error"),
+        (unknown, "The PV about its drift"),
+        (late, "The PV about its"),
+    ):
+        found = find_oscillation(record)
+        told = [found.reason, *(row.why for row in detect_all(record, found))]
+        assert found.reason.startswith(named)
+        assert sum("control error" in text for text in told) == (5 if record is known else 0)
+        assert sum(text.startswith(named) for text in told) == 5
+
+
 def test_op_speaks_when_the_error_is_lost_in_noise():
     rng = np.random.default_rng(0)
     found = find_oscillation(loop(rng.standard_normal(2000), op=50 + wave("triangle", 2000, 80.0)))
@@ -279,6 +296,24 @@ def test_nothing_to_see_is_said(pv):
     found = find_oscillation(LoopRecord("L", 1.0, op=np.full(n, 50.0), pv=pv))
     assert not found.oscillating
     assert found.reason
+    assert ("PV is missing" in found.reason) == (pv is None or (n > 0 and bool(np.isnan(pv).all())))
+
+
+def test_what_an_oscillation_lacks_is_said():
+    """By the two conditions themselves: one pace, and a wave that comes back more than noise does."""
+    seen = set()
+    for seed in range(60):
+        noise = np.random.default_rng(seed).standard_normal(700)
+        x = lfilter([1.0], [1.0, -1.6, 0.8], noise) if seed % 2 else noise
+        found = find_oscillation(loop(x, op=np.full(700, 50.0)))
+        if found.oscillating or not found.reason.startswith("No regular oscillation"):
+            continue
+        paced = found.regularity > 1.0
+        assert (
+            f"is regular ({found.regularity:.2f}, above 1) but does not stand out of noise" in found.reason
+        ) == paced
+        seen.add(paced)
+    assert seen == {True, False}
 
 
 @given(

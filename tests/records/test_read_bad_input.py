@@ -190,7 +190,7 @@ def test_receipt_tells_rows_loops_period_bad_share_and_guesses():
         "FIC-1 (flow)",
         "60 rows",
         "every 5 s",
-        "10 % bad",
+        "10 % without OP or PV",
         "PV = FIC-1.PV",
         "6 x 'Bad'",
         "decimal comma",

@@ -166,6 +166,17 @@ def test_newest_first_unsorted_and_repeated_rows(signals, table, read_text):
     assert any("with the time stamp of the next" in guess for guess in record.provenance.guesses)
 
 
+def test_shuffled_rows_are_sorted_and_not_said_to_be_turned_round(signals, table, read_text):
+    t, pv, op, _ = signals
+    for seed in range(4):  # more steps back than forward in some
+        order = np.random.default_rng(seed).permutation(len(t))
+        [record] = read_text(table("time_s,PV,OP", t[order], pv[order], op[order]))
+        np.testing.assert_array_equal(record.op, op)
+        [told] = [guess for guess in record.provenance.guesses if "order" in guess]
+        assert told.startswith("The rows are not in the order of time")
+        assert told.endswith("they were sorted.")
+
+
 def test_uneven_stamps_are_held_never_interpolated(table, read_text):
     rng = np.random.default_rng(3)
     t = np.round(np.cumsum(rng.uniform(0.2, 3.0, 300)), 2)

@@ -85,8 +85,8 @@ def test_length(good, n, severity):
 @pytest.mark.parametrize("signal", ["op", "pv"])
 def test_constant_signal(good, signal):
     record = replace(good, **{signal: np.full(N, 42.0)})
-    assert faults(record)[f"{signal} moves"] == "refuses"
-    assert not assess(record).usable
+    assert (faults(record)[f"{signal} moves"], assess(record).usable) == ("refuses", False)
+    assert "in automatic" not in gate(record, "length").why  # it is
 
 
 def test_no_pv(good):

@@ -119,7 +119,7 @@ def test_an_averaged_loop_has_its_gate_and_does_not_show_the_controllers_own_sam
         for period in (None, 60.0, 1000.0):
             gate = next(gate for gate in assess(record, period).gates if gate.name == "averaging")
             assert gate.severity == "lowers"
-            assert f"moving averages over {window} s" in gate.why
+            assert f"OP and PV are moving averages over {window} s" in gate.why
 
 
 def test_a_first_order_lag_of_both_cannot_be_told(loops):
@@ -155,3 +155,10 @@ def test_a_notch_is_a_fifth_of_what_is_about_it(share, found):
     power += rim * missing / (rim[middle].mean() - share * rim[about].mean())
     assert power[middle].mean() == pytest.approx(share * power[about].mean())
     assert bool(_notched([power, power], 600, 3)) is found
+
+
+def test_few_samples_look_averaged_and_no_more_is_said():
+    record = LoopRecord("FC1", 1.0, *(averaged(noisy(seed), 3) for seed in (8, 9)))
+    for n, seem in ((120, "look like"), (400, "are")):
+        gate = next(gate for gate in assess(record.window(0, n)).gates if gate.name == "averaging")
+        assert gate.why.startswith(f"OP and PV {seem} moving averages over 3 s")

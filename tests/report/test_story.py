@@ -87,3 +87,36 @@ def test_what_was_left_out_is_told(found, left_out, said):
     [lines] = [step.lines for step in steps if step.title == "Which valve and process explain the PV?"]
     told = [line for line in lines if line.startswith("Left out")]
     assert told == ([f"Left out of that: {said} that neither valve predicts, as where the load steps."] if said else [])
+
+
+def valve_told(found, **known):
+    steps = story(replace(found, identification=replace(found.identification, **known)))
+    [lines] = [step.lines for step in steps if step.title == "Which valve and process explain the PV?"]
+    return lines
+
+
+@pytest.mark.parametrize(
+    ("ends", "said"),
+    [
+        ((2.7, 3.4), "lies between 2.7 and 3.4 %"),
+        ((3.0, 3.0), "is 3.00 %"),
+        ((3.001, 3.004), "between 3.001 and 3.004 %"),
+    ],
+)
+def test_equal_ends_of_the_draws_are_one_number(found, ends, said):
+    [line] = [line for line in valve_told(found, S_bootstrap=ends) if "draws" in line]
+    assert line.endswith(f"{said}.")
+
+
+@pytest.mark.parametrize(
+    ("drift", "error", "said"),
+    [
+        (0.0, 0.0, []),
+        (1e-9, 2e-9, []),
+        (math.nan, math.nan, []),
+        (-0.31, 0.12, ["S changes by -0.31 % per hour (standard error 0.12)."]),
+        (0.0, 0.12, ["S changes by 0 % per hour (standard error 0.12)."]),
+    ],
+)
+def test_a_drift_of_nothing_is_not_told(found, drift, error, said):
+    assert [line for line in valve_told(found, drift=drift, drift_error=error) if "per hour" in line] == said

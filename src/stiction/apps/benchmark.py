@@ -117,7 +117,10 @@ def _tell(summary: dict[str, Any], results: list[dict[str, Any]], groups: list[d
         keys = ("file", "label", "verdict", "probability", "cause", "reason")
         rows = [[_shown(row[key]) for key in keys] for row in missed]
         print_table([key.capitalize() for key in keys], rows, right=["Probability"])
-    say(f"\nThe weights: {found_on('sticks')} Of recorded loops among these the counts say too much (docs/verdict.md).")
+    said = (
+        "Of recorded loops among these the counts say too much; wrong calls are explained in docs/verdict-measured.md."
+    )
+    say(f"\nThe weights: {found_on('sticks')} {said}")
 
 
 def _shown(value: Any) -> str:

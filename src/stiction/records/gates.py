@@ -58,7 +58,8 @@ ALTERNATING = -0.6
 def length(view: View) -> Gate:
     """Ask for samples in the longest usable stretch."""
     n = len(view.part)
-    why = f"{n} of {len(view.record)} samples in the longest stretch in automatic, OP not clipped and without gaps"
+    left_out = "manual control, a clipped OP, a frozen PV, a jump or a gap"
+    why = f"{n} of {len(view.record)} samples are left in the longest stretch without {left_out}"
     return at_least(
         "length", n, FEW_SAMPLES, LEAST_SAMPLES, f"{why}; record some hundred." if n < FEW_SAMPLES else f"{why}."
     )
@@ -201,7 +202,7 @@ def missing_values(view: View) -> Gate:
     share = 100.0 * _share(gone)
     longest = max((last - first for first, last in runs(gone)), default=0) * view.record.dt
     bridged = missing(view.part)
-    why = f"{share:.3g} % of the samples are missing"
+    why = f"{share:.3g} % of the samples are without OP or PV"
     if share:
         why += f", the longest gap lasts {in_seconds(longest)}, {bridged.sum()} were bridged"
     if 100.0 * _share(bridged) > BRIDGED:

@@ -53,7 +53,7 @@ class Quality:
         analysed = f"samples {self.first} to {self.last - 1}" if self.last > self.first else "no samples"
         head = (
             f"{'usable' if self.usable else 'not usable'}: {self.rows} samples, {self.duration:.6g} s, "
-            f"{self.bad_percent:.3g} % missing, {analysed} analysed"
+            f"{self.bad_percent:.3g} % without OP or PV, {analysed} analysed"
         )
         return "\n".join([head, *(f"{gate.severity}: {gate.why}" for gate in (*self.refusals, *self.reservations))])
 

@@ -7,7 +7,6 @@ valve that the controller did not ask for.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,10 +14,12 @@ import numpy as np
 from stiction.errors import RecordError
 from stiction.records.digits import number_of
 from stiction.records.durations import in_seconds
+from stiction.records.in_order import MOST_SHARED, in_order, moment_of, newest_first
 from stiction.records.rests import runs
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from datetime import datetime
 
     from numpy.typing import NDArray
 
@@ -28,13 +29,10 @@ __all__ = ["Grid", "regular_grid", "untangled"]
 
 HOLD_LIMIT = 10
 """Sampling periods over which an unevenly recorded value is held; beyond it the time counts as missing."""
-MOST_SHARED = 0.1
-"""Share of the rows that may have the stamp of the next one and other values [-]."""
 FEW_TICKS = 100
 """Ticks of the stamps per period above which their rounding does not matter [-]: a row moves by half a hundredth."""
 EVEN_ROWS = 30
 """Rows without a gap that tell the period of rounded stamps."""
-_HOUR = 3600.0
 
 
 @dataclass
@@ -101,7 +99,11 @@ def regular_grid(
         grid.guesses.append(
             f"Left out: {number_of(lost, 'row')} without a readable time stamp (first near line {first})."
         )
-    t, rows = _in_order(stamps.seconds[known], known, stamps.kind, grid)
+    ordered = in_order(stamps.seconds[known], known, stamps.kind, differ)
+    t, rows = ordered.t, ordered.rows
+    grid.clock_jumps += ordered.clock_jumps
+    grid.summer_time += ordered.summer_time
+    grid.guesses += ordered.guesses
     if t[0] == t[-1]:
         raise RecordError(f"{name}, line {line}: all time stamps are equal; give dt if the rows are evenly sampled.")
     twice = np.flatnonzero(np.diff(t) == 0.0)
@@ -111,7 +113,7 @@ def regular_grid(
         return _row_by_row(stamps, t, dt)
     t, rows = _without_repeats(t, rows, grid, name, differ)
     if stamps.kind != "relative":
-        grid.start = _moment(float(t[0]), stamps.kind)
+        grid.start = moment_of(float(t[0]), stamps.kind)
     _lay(t, rows, dt, grid, name, hold)
     return grid
 
@@ -132,66 +134,13 @@ def untangled(stamps: Stamps) -> Stamps:
     known = np.flatnonzero(np.isfinite(stamps.seconds))
     if known.size < 2:
         return stamps
-    grid = Grid(np.empty(0, dtype=np.int64), 1.0)
-    t, rows = _in_order(stamps.seconds[known], known, stamps.kind, grid)
+    grid, ordered = Grid(np.empty(0, dtype=np.int64), 1.0), in_order(stamps.seconds[known], known, stamps.kind)
     seconds = np.full(stamps.seconds.size, np.nan)
-    seconds[rows] = _spread_rounded(t, rows, grid, stamps.tick)
+    seconds[ordered.rows] = _spread_rounded(ordered.t, ordered.rows, grid, stamps.tick)
     return replace(
-        stamps, seconds=seconds, guesses=[*stamps.guesses, *grid.guesses],
-        clock_jumps=grid.clock_jumps, summer_time=grid.summer_time,
+        stamps, seconds=seconds, guesses=[*stamps.guesses, *ordered.guesses, *grid.guesses],
+        clock_jumps=ordered.clock_jumps, summer_time=ordered.summer_time,
     )  # fmt: skip
-
-
-def _in_order(t: NDArray, rows: NDArray, kind: str, grid: Grid) -> tuple[NDArray, NDArray]:
-    """Newest-first files turned round, clock changes undone, the rest sorted."""
-    steps = np.diff(t)
-    if _newest_first(t):
-        t, rows, steps = t[::-1], rows[::-1], -steps[::-1]
-        grid.guesses.append("The file runs from the newest row to the oldest and was turned round.")
-    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
-    if kind == "local" and 0.0 < usual < _HOUR / 2:
-        t = _undo_summer_time(t, usual, grid)
-        steps = np.diff(t)
-    if (steps < 0).any():
-        back = int((steps < 0).sum())
-        grid.clock_jumps += back
-        grid.guesses.append(f"The time stamps run backwards {number_of(back, 'time')}; the rows were sorted by time.")
-        order = np.argsort(t, kind="stable")
-        t, rows = t[order], rows[order]
-    return t, rows
-
-
-def _newest_first(t: NDArray) -> bool:
-    steps = np.diff(t)
-    return bool((steps < 0).sum() > (steps > 0).sum())
-
-
-def _undo_summer_time(t: NDArray, usual: float, grid: Grid) -> NDArray:
-    """Undo the hour that a wall clock repeats in autumn and leaves out in spring."""
-    shift = np.zeros(len(t))
-    steps = np.diff(t)
-    near = 0.5 * usual
-    for k in np.flatnonzero(np.abs(steps + _HOUR - usual) < near):
-        moment = _moment(float(t[k]), "local")
-        if _clocks_change(moment):
-            shift[k + 1 :] += _HOUR
-            grid.clock_jumps += 1
-            grid.summer_time += 1
-            grid.guesses.append(f"The clock goes back one hour at {moment}: taken as the end of summer time.")
-    for k in np.flatnonzero(np.abs(steps - _HOUR - usual) < near):
-        moment = _moment(float(t[k]), "local")
-        if _clocks_change(moment):
-            shift[k + 1 :] -= _HOUR
-            grid.clock_jumps += 1
-            grid.summer_time += 1
-            grid.guesses.append(f"The clock goes forward one hour at {moment}: taken as the start of summer time.")
-    return t + shift
-
-
-def _clocks_change(moment: datetime) -> bool:
-    """Whether clocks are changed about then: from midnight to three on a Sunday in spring or autumn."""
-    about = moment + timedelta(minutes=5)
-    return about.weekday() == 6 and 60 * about.hour + about.minute <= 190 and about.month in (3, 4, 9, 10, 11)
 
 
 def _fits(t: NDArray, dt: float) -> bool:
@@ -205,7 +154,7 @@ def _fits(t: NDArray, dt: float) -> bool:
 def _row_by_row(stamps: Stamps, t: NDArray, dt: float) -> Grid:
     """All rows, `dt` apart in the order they come, from the oldest on."""
     steps = np.diff(t)
-    n, turned = len(stamps.seconds), _newest_first(stamps.seconds[np.isfinite(stamps.seconds)])
+    n, turned = len(stamps.seconds), newest_first(stamps.seconds[np.isfinite(stamps.seconds)])
     pick = np.arange(n)[::-1] if turned else np.arange(n)
     order = ", the last one first," if turned else ""
     apart = " to ".join(dict.fromkeys(in_seconds(float(step)) for step in (steps.min(), steps.max())))
@@ -213,7 +162,7 @@ def _row_by_row(stamps: Stamps, t: NDArray, dt: float) -> Grid:
         f"The rows are taken as {dt:g} s apart{order} in the order they come, as dt is given: the time stamps ({apart} "
         "apart)"
     )
-    start = None if stamps.kind == "relative" else _moment(float(t[0]), stamps.kind)
+    start = None if stamps.kind == "relative" else moment_of(float(t[0]), stamps.kind)
     return Grid(pick, dt, start, guesses=[f"{told} do not fit it and are not used."])
 
 
@@ -313,10 +262,14 @@ def _without_repeats(
         twice = np.flatnonzero(~keep)
         other = repeated if differ is None else int(differ(rows[twice], rows[twice + 1]).sum())
         if other > MOST_SHARED * len(t):
+            shared = f"{name}: {other} of {len(t)} rows have the time stamp of"
+            beside = np.median(np.abs(rows[twice + 1] - rows[twice])) <= 1
             raise RecordError(
-                f"{name}: {other} of {len(t)} rows have the time stamp of the next and other values (up to "
-                f"{MOST_SHARED:.0%} may), so the stamps are rounded; export finer ones, or, if the rows are evenly "
-                "sampled, give the sampling period with dt= (--dt) in seconds."
+                f"{shared} the next and other values (up to {MOST_SHARED:.0%} may), so the stamps are rounded; export "
+                "finer ones, or, if the rows are evenly sampled, give the sampling period with dt= (--dt) in seconds."
+                if beside
+                else f"{shared} one elsewhere in the file and other values (up to {MOST_SHARED:.0%} may), as where two "
+                "exports stand one below the other; give each as a file of its own."
             )
         values = f", {number_of(other, 'row')} of them with other values" if other else ""
         grid.guesses.append(f"Left out: {number_of(repeated, 'row')} with the time stamp of the next{values}.")
@@ -367,8 +320,3 @@ def _plain(dt: float) -> float:
     """Round a period that is almost a short number."""
     short = float(f"{dt:.4g}")
     return short if abs(dt - short) <= 1e-5 * dt else dt
-
-
-def _moment(seconds: float, kind: str) -> datetime:
-    zone = UTC if kind == "utc" else None
-    return datetime(1970, 1, 1, tzinfo=zone) + timedelta(seconds=round(seconds, 6))

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from stiction.diagnosis.verdict.meaning import FEATURES, PRIOR
-from stiction.records.digits import number_of
+from stiction.records.digits import interval, number_of
 from stiction.report import words
 
 if TYPE_CHECKING:
@@ -17,6 +17,8 @@ __all__ = ["Step", "Tabled", "causes_step", "counted_step", "story"]
 
 COUNTED = 8
 """Findings named in the story; the others are told together."""
+NO_DRIFT = 1e-3
+"""Share of S per hour below which a drift, with its standard error, is none [-]."""
 
 
 class Tabled(NamedTuple):
@@ -118,17 +120,18 @@ def _explained(found: Identification, unit: str) -> list[str]:
         kind = f"gain {words.digits(process.gain)} PV units per {of_op}, time constant {lags}"
     lines = [found.summary(unit), f"Process: {kind}, dead time {words.span(process.dead_time)}."]
     if math.isfinite(found.S_bootstrap[0]):
-        low, high = (words.digits(end) for end in found.S_bootstrap)
-        ends = f"{low} and {high} {unit}"
-        lines.append(f"In 95 of 100 draws of the record's half cycles the likeliest S lies between {ends}.")
+        _, low, high = interval(found.S_bootstrap[0], *found.S_bootstrap)
+        ends = f"is {low}" if low == high else f"lies between {low} and {high}"
+        lines.append(f"In 95 of 100 draws of the record's half cycles the likeliest S {ends} {unit}.")
     by = _over_rivals(found)
     if by:
         lines.append(f"In twice the log likelihood a sticky valve predicts the PV {by}.")
     if found.left_out:
         samples = number_of(found.left_out, "sample")
         lines.append(f"Left out of that: {samples} that neither valve predicts, as where the load steps.")
-    if math.isfinite(found.drift):
-        lines.append(f"S changes by {found.drift:.2g} {unit} per hour (standard error {found.drift_error:.2g}).")
+    if math.isfinite(found.drift) and max(abs(found.drift), found.drift_error) > NO_DRIFT * found.S:
+        by, error = (words.digits(x, significant=2) for x in (found.drift, found.drift_error))
+        lines.append(f"S changes by {by} {unit} per hour (standard error {error}).")
     return [*lines, found.reason] if found.reason else lines
 
 

@@ -203,3 +203,15 @@ def test_a_shut_down_is_left_out():
 def test_a_loop_that_comes_to_its_limit_again_and_again_is_not_shut_down():
     op = np.clip(50.0 + 80.0 * np.sin(2.0 * np.pi * np.arange(3000) / 300.0), 0.0, 100.0)
     assert not shut(LoopRecord("FIC-101", 1.0, op=op, pv=op + 1.0)).any()
+
+
+def test_the_shares_of_missing_values_that_differ_say_what_each_counts():
+    record = run("sticky")
+    gone = np.random.default_rng(3).random(len(record)) < 0.25
+    found = st.diagnose(replace(record, op=np.where(gone, np.nan, record.op), pv=np.where(gone, np.nan, record.pv)))
+    [gate] = [gate for gate in found.quality.gates if gate.name == "missing"]
+    assert gate.value < 100.0 * gone.mean() - 5.0
+    assert gate.why.startswith(f"{gate.value:.3g} % of the samples are without OP or PV")
+    assert gate.why.endswith(f"; {100.0 * gone.mean():.3g} % were, before the controller's law told the others.")
+    [whole] = [gate for gate in st.diagnose(record).quality.gates if gate.name == "missing"]
+    assert "law" not in whole.why

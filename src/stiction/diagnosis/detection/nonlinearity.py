@@ -22,6 +22,7 @@ import numpy as np
 
 from stiction.diagnosis.detection.evidence import blocks, judge, objections, swing
 from stiction.diagnosis.detection.surrogate_data import end_matched, prediction_error, split, surrogates
+from stiction.diagnosis.oscillation import error_name
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -60,7 +61,7 @@ def nonlinearity(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         per_period = max(4, round(period / width))
         index = nonlinearity_index(blocks(error, width)[: LONGEST + 3 * per_period], per_period)
     why = (
-        f"The control error is {'easier' if index > 1.0 else 'no easier'} to predict than linear signals of its "
+        f"{error_name(record)} is {'easier' if index > 1.0 else 'no easier'} to predict than linear signals of its "
         f"spectrum: N {index:.2f}, above 1 something in the loop is nonlinear, not only a valve."
     )
     # A low N clears no valve: what sticks may leave the error a sine.

@@ -14,6 +14,7 @@ import numpy as np
 
 from stiction.diagnosis.detection.evidence import half_periods, judge, objections
 from stiction.diagnosis.detection.shapes import relay_misfit, sine_misfit, triangle_misfit
+from stiction.diagnosis.oscillation import error_name
 from stiction.models.compiled import kernel
 
 if TYPE_CHECKING:
@@ -43,8 +44,8 @@ def rossi_scali(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     values = relay_indices(*half_periods(record, oscillation, "error"))
     index = float(np.median(values)) if values.size else float("nan")
     why = (
-        f"The control error is nearer {'the response to a relay' if index > 0.0 else 'a sine'}: S_I {index:.2f} over "
-        f"{values.size} half periods, -1 is a sine, +1 a relay's response or a triangle."
+        f"{error_name(record)} is nearer {'the response to a relay' if index > 0.0 else 'a sine'}: S_I {index:.2f} "
+        f"over {values.size} half periods, -1 is a sine, +1 a relay's response or a triangle."
     )
     against = objections(record, oscillation, integrating=False)
     return judge("rossi_scali", index, 0.21, -0.21, why, against, source="rossi2005")

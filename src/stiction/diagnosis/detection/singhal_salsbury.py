@@ -14,6 +14,7 @@ import numpy as np
 
 from stiction.diagnosis.detection.evidence import half_periods, judge, objections
 from stiction.diagnosis.detection.shapes import area_ratio
+from stiction.diagnosis.oscillation import error_name
 from stiction.models.compiled import kernel
 
 if TYPE_CHECKING:
@@ -53,8 +54,8 @@ def singhal_salsbury(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         spread = MEDIAN_ERROR * float(np.median(np.abs(logs - middle))) / np.sqrt(logs.size)
         index, delta = float(np.exp(middle)), max(LEAST_DELTA, float(np.expm1(2.0 * spread)))
     why = (
-        f"The control error's area before its peak over that after it is R = {index:.2f} (median of {logs.size} half "
-        f"periods, known to about {delta:.2f}); 1 is symmetric."
+        f"{error_name(record)} has before its peak R = {index:.2f} times the area that it has after it (median of "
+        f"{logs.size} half periods, known to about {delta:.2f}); 1 is symmetric."
     )
     against = objections(record, oscillation, integrating=False)
     return judge("singhal_salsbury", index, 1.0 + delta, 1.0 + 0.5 * delta, why, against, source="singhal2005")

@@ -22,7 +22,7 @@ import numpy as np
 
 from stiction.diagnosis.oscillation.further import further_oscillations
 from stiction.diagnosis.oscillation.rhythm import MOST_REGULAR, octave, strongest
-from stiction.diagnosis.oscillation.signals import about_drift, control_error, filled, smooth
+from stiction.diagnosis.oscillation.signals import about_drift, control_error, error_name, filled, smooth
 from stiction.diagnosis.result import Oscillation
 from stiction.records.durations import in_seconds
 from stiction.records.stretches import held_set_point
@@ -79,11 +79,11 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
     if error is None:
         return _none(_no_error(record))
     by_error = strongest(error)
-    best, seen = by_error, "the control error"
+    best, seen = by_error, error_name(record)
     if not by_error.regular and op is not None:
         by_op = strongest(op)
         if by_op.regular:
-            best, seen = by_op, "OP, though not the control error,"
+            best, seen = by_op, f"OP, though not {seen[0].lower()}{seen[1:]},"
     if not best.period > 0.0:
         return _none("The autocorrelation shows no period of at least 4 samples that occurs 3 times.", by_error.acf)
 
@@ -93,12 +93,11 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
     pace = "10 or more" if best.regularity >= MOST_REGULAR else f"{best.regularity:.2f}"
     text = f"{seen} repeats every {in_seconds(period)}, {best.cycles:.0f} times, with regularity {pace}"
     if best.regular:
-        reason = f"{text[0].upper()}{text[1:]} (above 1 is regular)."
+        reason = f"{text} (above 1 is regular)."
     elif oscillating:
         reason = f"Irregular ({best.regularity:.2f}), but {events} of {CROSSINGS} half periods are load events."
     else:
-        lack = "does not stand out of noise" if not best.repeats else f"has regularity {best.regularity:.2f} (needs 1)"
-        reason = f"No regular oscillation: the best candidate, {in_seconds(period)}, {lack}."
+        reason = f"No regular oscillation: the best candidate, {in_seconds(period)}, {_lack(best)}."
     if best is by_error and best.regular and op is not None:
         agrees = octave(op, best.period)
         reason += " OP has the same period." if _same(agrees, best.period) else " OP does not share it."
@@ -129,6 +128,14 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
         others=others,
         sp_cycles=sp_cycles,
     )
+
+
+def _lack(best: Rhythm) -> str:
+    """Say which of the two conditions of an oscillation a candidate does not meet."""
+    if best.repeats:
+        return f"has regularity {best.regularity:.2f} (needs 1)"
+    paced = f"is regular ({best.regularity:.2f}, above 1) but " if best.regularity > 1.0 else ""
+    return f"{paced}does not stand out of noise"
 
 
 def _same(rhythm: Rhythm, period: float) -> bool:
@@ -164,6 +171,8 @@ def _amplitude(x: NDArray[np.float64] | None, samples_per_period: float) -> floa
 def _no_error(record: LoopRecord) -> str:
     """Say why the control error shows no oscillation."""
     pv = record.pv
+    if not len(record):
+        return "No samples are left to look at."
     if pv is None or not np.isfinite(pv).any():
         return "PV is missing, so there is no error to look at."
     if filled(pv) is not None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["about_drift", "control_error", "filled", "half_cycles", "smooth"]
+__all__ = ["about_drift", "control_error", "error_name", "filled", "half_cycles", "smooth"]
 
 
 def control_error(record: LoopRecord) -> NDArray[np.float64] | None:
@@ -43,6 +43,32 @@ def control_error(record: LoopRecord) -> NDArray[np.float64] | None:
         return None
     sp, _ = held_set_point(record)
     return filled(-record.pv if sp is None else sp - record.pv)
+
+
+def error_name(record: LoopRecord) -> str:
+    """Say what `control_error` is of a record: no error is known without a set point.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        The loop.
+
+    Returns
+    -------
+    str
+        Its name as it begins a sentence.
+
+    Examples
+    --------
+    >>> from stiction.diagnosis.oscillation import error_name
+    >>> from stiction.records import LoopRecord
+    >>> error_name(LoopRecord("FIC-101", 1.0, op=[50.0], pv=[3.0], sp=[3.0]))
+    'The control error'
+    >>> error_name(LoopRecord("FIC-101", 1.0, op=[50.0], pv=[3.0]))
+    'The PV about its drift (SP unknown)'
+    """
+    known = held_set_point(record)[0] is not None
+    return "The control error" if known else "The PV about its drift (SP unknown)"
 
 
 def filled(x: NDArray[np.float64] | None) -> NDArray[np.float64] | None:

@@ -21,6 +21,7 @@ from stiction.records.one_rate import Stored, slower_of, stored_samples
 from stiction.records.outliers import without_outliers
 from stiction.records.quality import assess, usable_part
 from stiction.records.record import how_to_name_pv, require_record
+from stiction.records.rests import missing
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.identify import Search
@@ -109,7 +110,8 @@ def findings(record: LoopRecord) -> Findings:
         gate = Gate("one rate", "lowers" if whole.untold > ENOUGH else "ok", longest, 1.0, told)
         n = len(seen.record)  # shorter where PV is late, whose first samples are then left out
         stored = Stored(kept.op[:n], kept.pv[len(record) - n :])
-        return replace(seen, quality=_with_gate(seen.quality, gate), rates=told, stored=stored)
+        quality = _told_of_missing(_with_gate(seen.quality, gate), missing(record).mean())
+        return replace(seen, quality=quality, rates=told, stored=stored)
     slower = slower_of(record.op, record.pv)
     if slower is None or record.mv is not None:  # whose stem needs every sample of OP
         return _findings(record, samples_late=0)
@@ -124,6 +126,15 @@ def findings(record: LoopRecord) -> Findings:
 def _said(seldom: dict[str, float]) -> str:
     """Which of OP and PV was stored how seldom."""
     return " and ".join(f"{name} is stored at {100.0 * share:.0f} %" for name, share in seldom.items())
+
+
+def _told_of_missing(quality: Quality, before: float) -> Quality:
+    """A quality whose gate of missing values says that more were, a share of `before`, and the law told the others."""
+    [gate] = [gate for gate in quality.gates if gate.name == "missing"]
+    if not 100.0 * before > quality.bad_percent:
+        return quality
+    others = f"{100.0 * before:.3g} % were, before the controller's law told the others."
+    return _with_gate(quality, replace(gate, why=f"{gate.why.removesuffix('.')}; {others}"))
 
 
 def _with_gate(quality: Quality, gate: Gate) -> Quality:
