@@ -57,6 +57,7 @@ def assembled(
     energy = np.array([float(np.sum(one.signals.target**2)) for one in pieces])
     weight = energy / energy.sum()
     mv, pv = _stitched(signals, pieces)
+    _, pv_linear = _stitched(signals, [one._replace(stem=one.signals.op, sticky=one.linear) for one in pieces])
     at = np.minimum(np.arange(len(record)), signals.op.size - 1)
     S, J = valve
     S_low, S_high, J_low, J_high = ends
@@ -76,6 +77,7 @@ def assembled(
         mv=mv[at],
         pv=pv[at // signals.thinned],
         linear=in_seconds(speaks.good, signals.dt, signals.thinned),
+        pv_linear=pv_linear[at // signals.thinned],
         stretches=tuple(stretches),
         reason=told_of_J(J_low, J_high, S),
     )
