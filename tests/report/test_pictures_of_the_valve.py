@@ -114,6 +114,7 @@ def test_play_is_believed_where_nothing_sticks():
     found = replace(diagnosis(), verdict="no_stiction", cause="deadband")
     for make in (figures.model_fit, figures.error_surface, figures.dead_time, figures.valve_position):
         assert "believed" not in figure_of(make, found).caption
+    assert "the valve with play and process explain" in figure_of(figures.model_fit, found).caption
 
 
 def quiet_from(n, at):

@@ -51,7 +51,9 @@ def _explained(view: View, found: Identification) -> str:
             f"Simulated from the OP, a good valve and its best process explain {good} % of the PV's variation; the"
             f" likeliest sticky valve explains {sticky} % and was not believed."
         )
-    valve = "sticky valve" if view.believed else "likeliest sticky valve, which was not believed,"
+    valve = "valve with play" if view.diagnosis.cause == "deadband" else "sticky valve"
+    if not view.believed:
+        valve = "likeliest sticky valve, which was not believed,"
     return (
         f"Simulated from the OP, the {valve} and process explain {sticky} % of the PV's variation;"
         f" the best process with a good valve explains {good} %."
