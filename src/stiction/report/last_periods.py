@@ -35,7 +35,7 @@ class LastPeriods(NamedTuple):
     said: str
     """Which they are, as the start of a sentence."""
     slips: bool
-    """Whether the estimated valve position is seen in them to rest while OP moves by S, and then to slip."""
+    """Whether the estimated valve position is seen in them to rest while OP moves by S, all but, and then to slip."""
 
 
 def last_periods(view: View) -> LastPeriods:
@@ -102,7 +102,7 @@ def rests_before_slips(
 
     Examples
     --------
-    >>> rests_before_slips(np.array([1.0, 1.0, 1.0, 2.0, 2.5, 2.5]), np.array([1.0, 2.0, 3.0, 4.0, 4.5, 4.0]), S=3.0)
+    >>> rests_before_slips(np.array([1.0, 1.0, 1.0, 2.0, 2.5, 2.5]), np.array([1.0, 2.0, 3.0, 4.0, 4.5, 4.0]), S=2.0)
     [slice(0, 3, None)]
     """
     moves = np.abs(np.diff(stem))
