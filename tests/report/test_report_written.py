@@ -95,7 +95,7 @@ def test_a_small_valve_is_said_the_same_wherever_it_is_said():
     assert found.identification is not None
     size = "S = 0.0057 % of span (95 %: 0.0040 to 0.0792), J open (0.0000 to 0.0790 %)"
     assert words.headline(found).replace("\u00a0", " ") == f"Valve stiction: {size}"
-    plain = "S = 0.0057 % (95 % 0.0040 to 0.0792), J = 0.0022 % (95 % 0.0000 to 0.0790); "
+    plain = "S = 0.0057 % (95 % 0.0040 to 0.0792), J open (0.0000 to 0.0790 %); "
     assert found.identification.summary().startswith(plain)
 
 
@@ -159,6 +159,13 @@ def test_a_good_valve_shows_no_severity_bar(tmp_path):
     good = write_report([diagnosis(verdict="no_stiction")], tmp_path / "b.html").read_text().split("<main>")[1]
     assert 'class="severity"' not in good
     assert "likely cause: tight tuning" in good
+
+
+def test_what_limits_s_is_not_told_of_a_valve_that_was_not_believed(tmp_path):
+    valve = replace(identification(record()), reason="S is known to a factor of 1.3 at best.")
+    for verdict, told in (("stiction", 1), ("no_stiction", 0)):
+        page = written(tmp_path, diagnosis(verdict=verdict, identification=valve))
+        assert page.text.count(valve.reason) == told
 
 
 def test_measured_and_estimated_positions_are_told_apart():
@@ -330,7 +337,8 @@ def test_no_bare_mv_on_screen(tmp_path):
 
 def test_a_valve_that_was_not_found_to_stick_has_no_dimensions_drawn():
     good = figures.valve_position(View(replace(diagnosis(), verdict="no_stiction", cause="none")))
-    assert "none was found that does" in good.caption
+    assert "was not believed; a good one follows OP" in good.caption
+    assert [trace["name"] for trace in good.plot["data"]] == ["good valve", "sticky valve"]
     assert not good.plot["layout"]["shapes"]
     play = figures.valve_position(View(replace(diagnosis(), verdict="no_stiction", cause="deadband")))
     assert "after a reversal the OP travels" in play.caption

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import math
+import re
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
 import stiction as st
+import stiction.diagnosis.verdict.features
 from report.diagnoses import diagnosis, record
-from stiction.diagnosis.identified import RIVALS, Rival
+from stiction.diagnosis.identified import J_UNKNOWN, RIVALS, Rival
 from stiction.diagnosis.result import Counted
 from stiction.report import words
+from stiction.report.held import HELD
 from stiction.report.story import COUNTED, counted_step, story
 
 
@@ -120,3 +126,38 @@ def test_equal_ends_of_the_draws_are_one_number(found, ends, said):
 )
 def test_a_drift_of_nothing_is_not_told(found, drift, error, said):
     assert [line for line in valve_told(found, drift=drift, drift_error=error) if "per hour" in line] == said
+
+
+def test_a_finding_at_the_end_of_its_scale_is_not_shown_as_measured():
+    held = (Counted("band", 0.7, 0.3, 2.4), Counted("advantage", 0.7 - 1e-16, 0.1, 1.1), Counted("fit", 0.7, 0.4, 0.2))
+    step = counted_step(diagnosis(200, counted=(*held, Counted("band", 0.42, 0.3, 0.4))))
+    assert step is not None
+    assert step.table is not None
+    assert [row[1] for row in step.table.rows[:4]] == ["0.7 or more", "0.7 or more", "0.7", "0.42"]
+
+
+def test_every_finding_that_is_held_is_said_to_be():
+    tree = ast.parse(inspect.getsource(stiction.diagnosis.verdict.features))
+    [row] = [one for one in tree.body if isinstance(one, ast.ClassDef) and one.name == "Features"]
+    said = {
+        ast.unparse(name.target): re.search(r"held at ([1-9.]+\b|0\.\d+)", ast.unparse(doc))
+        for name, doc in pairwise(row.body)
+        if isinstance(name, ast.AnnAssign) and isinstance(doc, ast.Expr)
+    }
+    told = {name: float(end[1]) for name, end in said.items() if end is not None and not name.startswith("keeps_")}
+    assert len(told) > 10
+    # Some say no more than that they are the same as the one before, others are held by what they are made of.
+    assert {name: HELD.get(name) for name in told} == told
+    assert set(HELD) <= set(said)
+
+
+def test_an_open_jump_has_no_number_in_any_step(found):
+    valve = replace(found.identification, J=1.2345, J_low=0.0, J_high=found.identification.S)
+    assert valve.J_told == J_UNKNOWN
+    steps = story(replace(found, identification=valve))
+    [lines] = [step.lines for step in steps if step.title == "Which valve and process explain the PV?"]
+    for line in (lines[0], steps[-1].lines[0].replace("\u00a0", " ")):
+        assert "J open (0.0 to" in line
+        assert "J = " not in line
+    told = replace(valve, J_low=1.2, J_high=1.3)
+    assert "J = 1.23 % (95 % 1.20 to 1.30)" in told.summary()

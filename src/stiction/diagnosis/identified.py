@@ -197,6 +197,8 @@ class Identification:
     """What limits the estimate, in a sentence; empty when nothing does."""
     linear: ProcessFit | None = None
     """The process found with a good valve."""
+    pv_linear: NDArray[np.float64] = field(default_factory=lambda: np.empty(0), repr=False, compare=False)
+    """PV simulated with that process behind a good valve, shape and gaps of `pv`."""
     actuator_lag: float = 0.0
     """Lag of the actuator, which holds the air behind OP [s]; 0 where none stands out."""
     stretches: tuple[Stretch, ...] = ()
@@ -271,7 +273,7 @@ class Identification:
         return self.nearest(*GOOD_VALVES).likelier
 
     def summary(self, unit: str = "%") -> str:
-        """The finding in a line, S and J with the unit that stands behind a number."""
+        """The finding in a line, S and J with the unit that stands behind a number; an open J by its interval alone."""
         own = ", ".join(
             f"{name} = {value:.3g} (95 % {low:.3g} to {high:.3g})"
             for (name, value), (low, high) in zip(
@@ -280,8 +282,11 @@ class Identification:
         )
         S, S_low, S_high = interval(self.S, self.S_low, self.S_high)
         J, J_low, J_high = interval(self.J, self.J_low, self.J_high)
+        jump = f"= {J} {unit} (95 % {J_low} to {J_high})"
+        if self.J_told == J_UNKNOWN:
+            jump = f"open ({J_low} to {J_high} {unit})"
         return (own + "; " if own else "") + (
-            f"S = {S} {unit} (95 % {S_low} to {S_high}), J = {J} {unit} (95 % {J_low} to {J_high})"
+            f"S = {S} {unit} (95 % {S_low} to {S_high}), J {jump}"
             f"{f', behind a lag of {self.actuator_lag:.3g} s' if self.actuator_lag > 0.0 else ''}; "
             f"simulation explains {self.fit:.0f} % of the PV, a good valve {self.fit_linear:.0f} %."
         )

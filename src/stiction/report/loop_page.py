@@ -38,7 +38,8 @@ def loop_blocks(diagnosis: Diagnosis, settings: Mapping[str, Any] | None = None)
         blocks.append(Text("No valve model was fitted to this record, so S and J are not known.", kind="note"))
     else:
         blocks += [figures.model_fit(view), _beside(figures.error_surface(view), figures.dead_time(view))]
-        blocks.append(Text(diagnosis.identification.reason, kind="note") if diagnosis.identification.reason else None)
+        limits = diagnosis.identification.reason if view.believed else ""
+        blocks.append(Text(limits, kind="note") if limits else None)
     blocks += [Heading("Oscillation"), Text(diagnosis.oscillation.reason) if diagnosis.oscillation.reason else None]
     blocks += [_beside(figures.autocorrelation(view), figures.spectrum(view))]
     blocks += _weighed(diagnosis)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from stiction.diagnosis.verdict.meaning import FEATURES, PRIOR
 from stiction.records.digits import interval, number_of
 from stiction.report import words
+from stiction.report.held import value_of
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identified import ControllerFit, Explanation, Identification
@@ -162,7 +163,7 @@ def counted_step(diagnosis: Diagnosis) -> Step | None:
         _counted_row(
             FEATURES.get(one.feature, one.feature.replace("_", " ")),
             one.log_odds,
-            words.digits(one.value, significant=2),
+            value_of(one),
             words.digits(one.usual, significant=2),
         )
         for one in counted[:COUNTED]

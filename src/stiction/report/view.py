@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.records.rests import runs
 from stiction.report import look, words
-from stiction.report.thin import MOST_POINTS, thin
+from stiction.report.last_periods import LastPeriods, last_periods
+from stiction.report.thin import thin
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -18,8 +20,9 @@ if TYPE_CHECKING:
 
 __all__ = ["View"]
 
-CYCLES = 6
-"""Last periods shown in plots of one signal against another."""
+IN_PART = 1.5
+"""Periods of the analysed stretch without a simulated PV beyond which only part of it was simulated: half a period at
+both ends has no moving average to be compared about [-]."""
 
 
 @dataclass(frozen=True)
@@ -73,13 +76,58 @@ class View:
         """The same behind a number in a sentence."""
         return self.diagnosis.record.op_unit_short
 
+    @property
+    def believed(self) -> bool:
+        """Whether the valve that was fitted may be the loop's; where none was found to stick, only one with play is."""
+        return self.diagnosis.verdict != "no_stiction" or self.diagnosis.cause == "deadband"
+
     @cached_property
-    def cycles(self) -> slice:
-        """The last few periods of the analysed stretch."""
-        first, last = self.window
-        period = self.diagnosis.oscillation.period
-        n = CYCLES * period / self.diagnosis.record.dt if np.isfinite(period) else MOST_POINTS
-        return slice(max(first, last - int(min(max(n, 20), MOST_POINTS))), last)
+    def stem(self) -> NDArray[np.float64]:
+        """Estimated valve position on the samples of the record, shape (n,); NaN where there is none."""
+        found = self.diagnosis.identification
+        return self.laid(found.mv if found is not None else np.empty(0))
+
+    @property
+    def good_shown(self) -> bool:
+        """Whether the PV of a good valve is drawn in place of that of a sticky one which was not believed."""
+        found = self.diagnosis.identification
+        return found is not None and not self.believed and found.pv_linear.size > 0
+
+    @cached_property
+    def model(self) -> NDArray[np.float64]:
+        """Simulated PV drawn beside the record's, on its samples, shape (n,); NaN where there is none."""
+        found = self.diagnosis.identification
+        if found is None:
+            return self.laid(np.empty(0))
+        return self.laid(found.pv_linear if self.good_shown else found.pv)
+
+    @property
+    def model_name(self) -> str:
+        """Which valve that is."""
+        return "good valve" if self.good_shown else "fitted valve" if self.believed else "likeliest sticky valve"
+
+    @cached_property
+    def simulated(self) -> list[tuple[int, int]]:
+        """First and one past the last sample of each stretch of the record with a simulated PV."""
+        return runs(np.isfinite(self.model))
+
+    @property
+    def in_part(self) -> bool:
+        """Whether the valve was simulated over part of the analysed stretch only."""
+        (first, last), period = self.window, self.diagnosis.oscillation.period
+        left = last - first - sum(stop - start for start, stop in self.simulated)
+        beyond = IN_PART * period / self.diagnosis.record.dt if np.isfinite(period) else 0.0
+        return bool(self.simulated) and left > beyond
+
+    def span_of(self, first: int, last: int) -> str:
+        """From when to when samples `first` to one before `last` were recorded, on the time axis."""
+        start, end = float(self.time[first]), float(self.time[last - 1])
+        return f"{words.digits(start)} to {words.digits(end, self.unit[0])}"
+
+    @cached_property
+    def shown(self) -> LastPeriods:
+        """The periods that plots of one signal against another show."""
+        return last_periods(self)
 
     @cached_property
     def seldom(self) -> dict[str, float]:

@@ -58,6 +58,8 @@ def assembled(
     weight = energy / energy.sum()
     answers = [one.simulated() for one in pieces]
     mv, pv = _stitched(signals, pieces, answers)
+    good = [one._replace(stem=one.signals.op, sticky=one.linear) for one in pieces]
+    _, pv_linear = _stitched(signals, good, [one.simulated() for one in good])
     at = np.minimum(np.arange(len(record)), signals.op.size - 1)
     S, J = valve
     S_low, S_high, J_low, J_high = ends
@@ -77,6 +79,7 @@ def assembled(
         mv=mv[at],
         pv=pv[at // signals.thinned],
         linear=in_seconds(speaks.good, signals.dt, signals.thinned),
+        pv_linear=pv_linear[at // signals.thinned],
         stretches=tuple(stretches),
         reason=told_of_J(J_low, J_high, S),
     )

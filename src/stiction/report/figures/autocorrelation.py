@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.oscillation.rhythm import MOST_REGULAR
 from stiction.report import look, words
 from stiction.report.blocks import Figure
 from stiction.report.thin import thin
@@ -39,9 +40,10 @@ def autocorrelation(view: View) -> Figure | None:
         "margin": {"t": look.BELOW_BUTTONS},
     }
     if known:
+        regular = words.digits(found.regularity) + (" or more" if found.regularity >= MOST_REGULAR else "")
         caption = (
             f"Dotted lines mark multiples of the period, {words.span(found.period)};"
-            f" regularity {words.digits(found.regularity)} (above 1 is regular)."
+            f" regularity {regular} (above 1 is regular)."
         )
     else:
         caption = "No period was found: the autocorrelation does not come back at regular lags."

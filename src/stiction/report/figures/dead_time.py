@@ -56,4 +56,6 @@ def dead_time(view: View) -> Figure | None:
         "A band makes the stem late, and so does dead time: along a pale valley a larger S with a shorter dead time"
         " explains a cycle that repeats as well. Another operating point or a test of the valve tells them apart."
     )
+    if not view.believed:
+        caption += " None of these sticky valves was believed."
     return Figure({"data": data, "layout": layout}, "S against the dead time", caption, height=400)

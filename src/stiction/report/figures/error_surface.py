@@ -17,12 +17,14 @@ if TYPE_CHECKING:
 
 __all__ = ["SHADES", "edges", "error_surface"]
 
+BY_POSITION = "S and J are those of the recorded valve position."
+"""What a diagnosis tells as the reason of S and J that `verdict.stem` took from the position."""
 SHADES = [[0.0, "#FFFFFF"], [0.08, "#EAF0F4"], [0.35, "#BDD0DD"], [1.0, "#6C8DA5"]]
 """Colours of an error, pale where it is small."""
 
 
 def error_surface(view: View) -> Figure | None:
-    """Return the map of the error over S and J / S, its region and best, and what is told; None without a search."""
+    """Return the map of the error over S and J / S, its least, and what is told; None without a search."""
     found = view.diagnosis.identification
     if found is None or min(found.surface.error.shape, default=0) < 2 or not np.isfinite(found.surface.error).any():
         return None
@@ -39,42 +41,39 @@ def error_surface(view: View) -> Figure | None:
             "zmax": min(float(np.nanmax(error)), 1.0),
             "colorbar": look.colorbar("error [-]"),
             "hovertemplate": f"S %{{x:.3g}} {unit}<br>J / S %{{y:.3g}}<br>error %{{z:.3g}}<extra></extra>",
-        }
+        },
+        _best(surface),
     ]
-    if np.isfinite(surface.limit):
-        data.append(
-            {
-                "type": "contour",
-                "x": surface.S,
-                "y": surface.J,
-                "z": error,
-                "contours": {"coloring": "none", "start": surface.limit, "end": surface.limit, "size": 1.0},
-                "line": {"color": look.INK, "dash": "dash", "width": 1.6},
-                "showscale": False,
-                "showlegend": True,
-                "hoverinfo": "skip",
-                "name": "95 % region",
-            }
-        )
-    data.append(_best(surface))
+    across, up = edges(surface.S), edges(surface.J)
+    caption = "Pale is a small error of the simulation; a long pale valley means that it does not tell S and J apart."
     if np.isfinite([found.S, found.J]).all() and found.S > 0.0:
-        data.append(_told(found))
-    S, S_low, S_high = words.interval(found.S, found.S_low, found.S_high)
-    J, J_low, J_high = words.interval(found.J, found.J_low, found.J_high)
+        data += _told(found, view.believed)
+        across, up = _with_room(across, found.S_high), _with_room(up, found.J_high / found.S)
+        caption += f" {_said(found, view)}"
     layout = {
-        "xaxis": {"title": {"text": f"S [{view.op_unit}]"}, "range": edges(surface.S)},
-        "yaxis": {"title": {"text": "J / S [-]"}, "range": edges(surface.J)},
+        "xaxis": {"title": {"text": f"S [{view.op_unit}]"}, "range": across},
+        "yaxis": {"title": {"text": "J / S [-]"}, "range": up},
         "showlegend": True,
         "margin": {"t": look.BELOW_BUTTONS},
     }
-    told = (
-        f"told, with 95 % intervals, is S = {S} {unit} ({S_low} to {S_high} {unit}), "
-        f"J = {J} {unit} ({J_low} to {J_high} {unit})"
+    title = "Simulation error for each S and J" + ("" if view.believed else ", none believed")
+    return Figure({"data": data, "layout": layout}, title, caption, height=400)
+
+
+def _said(found: Identification, view: View) -> str:
+    """Which S and J the cross marks, and where they come from."""
+    size = words.stiction_size(found, view.diagnosis.record)
+    if not view.believed:
+        return f"The cross is the likeliest sticky valve, {size}; it was not believed."
+    told = f"The cross is what is told: {size}."
+    if found.rough is None:
+        return f"{told} Both come from this search, the intervals from how far its error rises about them."
+    if found.reason == BY_POSITION:
+        return f"{told} Both come from the recorded valve position, not from this map."
+    return (
+        f"{told} Both come from the likelihood of the PV, predicted from sample to sample and compared cycle by cycle,"
+        " not from this map: what a simulation misses adds up in it, so its least error may lie elsewhere."
     )
-    if found.rough is not None:
-        told += ", which predicts the PV best from sample to sample: loads pull a simulation away from it"
-    caption = f"Pale is a good fit; a long pale valley means that the data do not tell S and J apart. What is {told}."
-    return Figure({"data": data, "layout": layout}, "Simulation error for each S and J", caption, height=400)
 
 
 def edges(grid: NDArray[np.float64]) -> list[float]:
@@ -95,27 +94,29 @@ def _best(surface: ErrorSurface) -> dict[str, Any]:
     }
 
 
-def _told(found: Identification) -> dict[str, Any]:
-    """S and J as told, with their intervals."""
-    ends = {"error_x": (found.S, found.S_low, found.S_high), "error_y": (found.J, found.J_low, found.J_high)}
+def _told(found: Identification, believed: bool) -> list[dict[str, Any]]:
+    """S and J as told: a cross of their intervals, that of an open J dashed and without a mark of its own."""
+    name, ratio = "told" if believed else "likeliest sticky valve", found.J / found.S
     bars = {
-        name: {
-            "type": "data",
-            "symmetric": False,
-            "array": [max(high - value, 0.0) / scale],
-            "arrayminus": [max(value - low, 0.0) / scale],
-            "color": look.INK,
-            "thickness": 1.5,
-        }
-        for (name, (value, low, high)), scale in zip(ends.items(), (1.0, found.S), strict=True)
-        if np.isfinite([low, high]).all()
+        "S": ([found.S_low, found.S_high], [ratio, ratio], "solid"),
+        "J": ([found.S, found.S], [found.J_low / found.S, found.J_high / found.S], "dash" if found.J_open else "solid"),
     }
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "x": [found.S],
-        "y": [found.J / found.S],
-        "name": "told",
-        "marker": {"symbol": "diamond", "size": 10, "color": "#FFFFFF", "line": {"color": look.INK, "width": 2}},
-        **bars,
-    }
+    cross: list[dict[str, Any]] = [
+        look.trace(x, y, f"95 % interval of {what}", {"color": look.INK, "width": 2.0, "dash": dash})
+        | {"showlegend": False, "legendgroup": "told"}
+        for what, (x, y, dash) in bars.items()
+        if np.isfinite([*x, *y]).all()
+    ]
+    mark = {"symbol": "diamond", "size": 10, "color": "#FFFFFF", "line": {"color": look.INK, "width": 2}}
+    if found.J_open:
+        mark = {"symbol": "line-ns", "size": 12, "color": look.INK, "line": {"color": look.INK, "width": 2}}
+        name += ", J open"
+    point = {"type": "scatter", "mode": "markers", "x": [found.S], "y": [ratio], "name": name, "marker": mark}
+    return [*cross, point | {"legendgroup": "told"}]
+
+
+def _with_room(ends: list[float], high: float) -> list[float]:
+    """Ends of an axis with room for an interval that goes on beyond the map, up to half as far again."""
+    if not high > ends[1]:
+        return ends
+    return [ends[0], min(1.03 * high, 1.5 * ends[1])]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stiction.report import look, words
+import numpy as np
+
+from stiction.report import look
 from stiction.report.blocks import Figure
 
 if TYPE_CHECKING:
@@ -17,7 +19,7 @@ FADE = [[0.0, "#D3E2EC"], [1.0, look.PV]]
 
 def pv_op(view: View) -> Figure | None:
     """Return the PV-OP plot of the last few periods; None without a PV."""
-    record, found, cut = view.diagnosis.record, view.diagnosis.identification, view.cycles
+    record, found, cut = view.diagnosis.record, view.diagnosis.identification, view.shown.cut
     if record.pv is None:
         return None
     data: list[dict[str, Any]] = [
@@ -36,15 +38,14 @@ def pv_op(view: View) -> Figure | None:
             },
         }
     ]
+    caption = f"{view.shown.said}, early samples pale and late ones dark"
     if found is not None:
-        name, style = "fitted valve and process", look.line(look.MODEL, 1.3)
-        data.append(look.trace(record.op[cut], view.laid(found.pv)[cut], name, style))
+        data.append(look.trace(record.op[cut], view.model[cut], view.model_name, look.line(look.MODEL, 1.3)))
+        caption += f"; the dash-dotted line is what the {view.model_name} and its process make of the same OP"
+        if np.isnan(view.model[cut]).any():
+            caption += ", as far as it was simulated"
     layout = {
         "xaxis": {"title": {"text": f"OP (controller output) [{view.op_unit}]"}},
         "yaxis": {"title": {"text": f"PV [{view.pv_unit}]"}},
     }
-    n = cut.stop - cut.start
-    caption = f"The last {words.span(n * record.dt)} of the analysed stretch, early samples pale and late ones dark" + (
-        "; the dash-dotted line is what the fitted valve and process make of the same OP." if found else "."
-    )
-    return Figure({"data": data, "layout": layout}, "PV against OP", caption, height=400)
+    return Figure({"data": data, "layout": layout}, "PV against OP", f"{caption}.", height=400)

@@ -63,6 +63,7 @@ def trends(view: View) -> Figure:
         f"{words.number_of(len(record), 'sample')} over {words.span(record.duration)}, one every "
         f"{words.span(record.dt)}; "
         + ("the whole record was analysed" if view.whole else f"samples {first} to {last - 1} (shaded) were analysed")
+        + (", the valve simulated over the part that Model over data tells" if view.in_part else "")
         + (f"; hatched: {', '.join(found)}" if found else "")
         + (f"; what was not stored of {left_out} is told by the controller's law" if view.seldom else "")
         + ". Drag over a stretch to look closer; both plots follow."

@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.records.rests import runs
+from stiction.diagnosis.identified import J_UNKNOWN
 from stiction.report import look, words
 from stiction.report.blocks import Figure
+from stiction.report.last_periods import rests_before_slips
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stiction.diagnosis.identified import Identification
     from stiction.report.view import View
 
 __all__ = ["valve_position"]
@@ -25,28 +27,23 @@ SMALL = 0.1
 
 def valve_position(view: View) -> Figure | None:
     """Return valve position against OP over the last few periods; None when it is neither measured nor estimated."""
-    record, found, cut = view.diagnosis.record, view.diagnosis.identification, view.cycles
-    op = record.op[cut]
+    record, found, cut = view.diagnosis.record, view.diagnosis.identification, view.shown.cut
+    op, estimated = record.op[cut], view.stem[cut]
     data: list[dict[str, Any]] = []
     shapes: list[dict[str, Any]] = []
     notes: list[dict[str, Any]] = []
     if record.mv is not None:
-        data.append(look.trace(op, record.mv[cut], "measured", look.line(look.MV, 2.0)))
-    S, J, unit = "", "", view.op_unit_short
-    # Play is told by S; any other valve that was not found to stick has none.
-    sticks = view.diagnosis.verdict != "no_stiction" or view.diagnosis.cause == "deadband"
+        measured, name = record.mv[cut], "measured"
+        if found is not None:
+            measured, name = _in_unit_of_op(measured, estimated, view.op_unit)
+        data.append(look.trace(op, measured, name, look.line(look.MV, 2.0)))
     if found is not None:
-        if record.mv is not None:
-            measured, name = _in_unit_of_op(record.mv[cut], view.laid(found.mv)[cut], view.op_unit)
-            data = [look.trace(op, measured, name, look.line(look.MV, 2.0))]
-        S = words.interval(found.S, found.S_low, found.S_high)[0]
-        J = words.interval(found.J, found.J_low, found.J_high)[0]
-        estimated = view.laid(found.mv)[cut]
-        name = "estimated" if sticks else "estimated, if it stuck"
+        name = "estimated" if view.believed else "sticky valve"
+        if not view.believed and record.mv is None:
+            data.append(look.trace(op, op, "good valve", look.line(look.MODEL, 1.5)))
         data.append(look.trace(op, estimated, name, look.line(look.MODEL if record.mv is not None else look.MV, 1.5)))
-        least = SMALL if record.op_in_percent else 0.0
-        if sticks:
-            shapes, notes = _dimensions(op, estimated, found.S, found.J, (f"S = {S} {unit}", f"J = {J} {unit}"), least)
+        if view.believed and view.shown.slips:
+            shapes, notes = _dimensions(op, estimated, found, view)
     if not data:
         return None
     of_position = view.op_unit if found is not None or record.op_in_percent else "as recorded"
@@ -59,16 +56,28 @@ def valve_position(view: View) -> Figure | None:
     }
     how = {(True, False): "measured", (False, True): "estimated", (True, True): "measured and estimated"}
     kind = how[record.mv is not None, found is not None]
-    caption = f"Valve position ({kind}) against OP"
-    if found is not None and not sticks:
-        caption += f": the likeliest valve that would stick has S = {S}\u00a0{unit}, and none was found that does"
-    elif found is not None:
-        caption += f": after a reversal the OP travels S = {S}\u00a0{unit} before the valve moves" + (
-            f", then the valve jumps J = {J}\u00a0{unit}" if found.J > 0.0 else "; no jump was found"
-        )
-    if found is not None and record.mv is None:
+    caption = f"{view.shown.said}{_moved(found, view) if found is not None else ''}"
+    if found is not None and record.mv is None and view.believed:
         caption += "; the position was estimated from OP and PV, it was not measured"
     return Figure({"data": data, "layout": layout}, f"Valve position against OP, {kind}", caption + ".", height=400)
+
+
+def _moved(found: Identification, view: View) -> str:
+    """What the estimated valve does where OP turns, as the end of a sentence."""
+    unit = view.op_unit_short
+    S = words.interval(found.S, found.S_low, found.S_high)[0]
+    J, J_low, J_high = words.interval(found.J, found.J_low, found.J_high)
+    if not view.believed:
+        return f": the likeliest sticky valve, S = {S}\u00a0{unit}, was not believed; a good one follows OP"
+    if not view.shown.slips:
+        return ": nowhere in it does the estimated valve position rest over S and then slip"
+    if found.J_told == J_UNKNOWN:
+        jump = f"; whether it then jumps is open (by {J_low} to {J_high}\u00a0{unit})"
+    elif found.J_open:
+        jump = f", then it jumps, how far is open (by {J_low} to {J_high}\u00a0{unit})"
+    else:
+        jump = f", then the valve jumps J = {J}\u00a0{unit}" if found.J > 0.0 else "; no jump was found"
+    return f": after a reversal the OP travels S = {S}\u00a0{unit} before the valve moves{jump}"
 
 
 def _in_unit_of_op(
@@ -86,33 +95,32 @@ def _in_unit_of_op(
 
 
 def _dimensions(
-    op: NDArray[np.float64], mv: NDArray[np.float64], S: float, J: float, said: tuple[str, str], least: float
+    op: NDArray[np.float64], mv: NDArray[np.float64], found: Identification, view: View
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """S along the stretch in which the valve stands still for the longest travel of the OP; J from its end."""
-    stuck = _longest_stuck(op, mv)
-    if stuck is None or not np.isfinite([S, J]).all() or S <= 0.0:
+    """S along the rest before a slip in which the OP travels farthest; J from its end, where that is not open."""
+    S, J, unit = found.S, found.J, view.op_unit_short
+    if not np.isfinite([S, J]).all() or S <= 0.0:
         return [], []
+    stuck = max(rests_before_slips(mv, op, S), key=lambda rest: float(np.ptp(op[rest])), default=None)
+    if stuck is None:
+        return [], []
+    least = SMALL if view.diagnosis.record.op_in_percent else 0.0
     travel, level = op[stuck], float(mv[stuck.start])
     way = -1.0 if travel.argmax() < travel.argmin() else 1.0
     turn = float(travel.max() if way < 0.0 else travel.min())
     end, height, width = turn + way * S, float(np.nanmax(mv) - np.nanmin(mv)), float(np.nanmax(op) - np.nanmin(op))
     beside = level - way * 0.06 * max(height, least)
     shapes = [_line(turn, beside, end, beside), _tick(turn, level, beside), _tick(end, level, beside)]
-    notes = [_note(0.5 * (turn + end), beside, said[0], yanchor="bottom" if way < 0.0 else "top")]
-    if height * 0.04 < J:
+    said = f"S = {words.interval(S, found.S_low, found.S_high)[0]} {unit}"
+    notes = [_note(0.5 * (turn + end), beside, said, yanchor="bottom" if way < 0.0 else "top")]
+    if height * 0.04 < J and not found.J_open:
         aside = end + way * 0.04 * max(width, least)
         shapes += [_line(aside, level, aside, level + way * J)]
         shapes += [_rung(aside, end, level), _rung(aside, end, level + way * J)]
         anchor = "right" if way < 0.0 else "left"
-        notes.append(_note(aside, level + 0.5 * way * J, said[1], xanchor=anchor))
+        said = f"J = {words.interval(J, found.J_low, found.J_high)[0]} {unit}"
+        notes.append(_note(aside, level + 0.5 * way * J, said, xanchor=anchor))
     return shapes, notes
-
-
-def _longest_stuck(op: NDArray[np.float64], mv: NDArray[np.float64]) -> slice | None:
-    """Stretch of constant position with the longest travel of the OP; None when the valve never stands still."""
-    stretches = [slice(first, last + 1) for first, last in runs(np.abs(np.diff(mv)) < 1e-9)]
-    good = [stretch for stretch in stretches if np.isfinite(op[stretch]).all()]
-    return max(good, key=lambda stretch: float(np.ptp(op[stretch])), default=None)
 
 
 def _line(x0: float, y0: float, x1: float, y1: float, color: str = look.INK) -> dict[str, Any]:
