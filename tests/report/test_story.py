@@ -16,8 +16,8 @@ import stiction.diagnosis.verdict.features
 from report.diagnoses import diagnosis, record
 from stiction.diagnosis.identified import J_UNKNOWN, RIVALS, Rival
 from stiction.diagnosis.result import Counted
+from stiction.diagnosis.verdict.held import HELD
 from stiction.report import words
-from stiction.report.held import HELD
 from stiction.report.story import COUNTED, counted_step, story
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
+from stiction.diagnosis.verdict.held import value_of
 from stiction.diagnosis.verdict.meaning import FEATURES, PRIOR
 from stiction.records.digits import interval, number_of
 from stiction.report import words
-from stiction.report.held import value_of
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identified import ControllerFit, Explanation, Identification

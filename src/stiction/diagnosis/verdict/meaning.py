@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from stiction.diagnosis.verdict.held import value_of
 from stiction.records.digits import digits
 
 if TYPE_CHECKING:
@@ -118,7 +119,7 @@ def strongest(counted: Sequence[Counted], *, against: bool = False) -> str:
     --------
     >>> from stiction.diagnosis.result import Counted
     >>> strongest([Counted("usual", math.nan, math.nan, 3.0), Counted("band", 0.7, 0.31, 2.4)])
-    "S takes so much of the OP's swing (0.7, usually 0.31)"
+    "S takes so much of the OP's swing (0.7 or more, usually 0.31)"
     """
     sign = -1.0 if against else 1.0
     found = [one for one in counted if one.feature != PRIOR and sign * one.log_odds > 0.0]
@@ -127,4 +128,4 @@ def strongest(counted: Sequence[Counted], *, against: bool = False) -> str:
     most = max(found, key=lambda one: sign * one.log_odds)
     usually = f", usually {digits(most.usual, significant=2)}" if math.isfinite(most.usual) else ""
     meaning = FEATURES.get(most.feature, most.feature.replace("_", " "))
-    return f"{meaning} ({digits(most.value, significant=2)}{usually})"
+    return f"{meaning} ({value_of(most)}{usually})"

@@ -52,8 +52,10 @@ if TYPE_CHECKING:
     from stiction.diagnosis.result import Verdict
     from stiction.records.record import LoopRecord
 
-__all__ = ["Shown", "stem_shown"]
+__all__ = ["BY_POSITION", "Shown", "stem_shown"]
 
+BY_POSITION = "S and J are those of the recorded valve position."
+"""What limits S and J that the position tells."""
 BAND = (-1.16, 18.8)
 """a0 and a1: log odds of a band where both valves leave the same, and for each factor e between them [-]."""
 JUMPS, TURNS = (-1.61, 2.57, 6.42), 8.0
@@ -178,7 +180,7 @@ class Shown(NamedTuple):
         (S_low, S_high), (J_low, J_high) = (_interval(self.valve, axis, own=found.own_samples) for axis in (0, 1))
         return replace(
             found, S=S, J=J, S_low=S_low, S_high=S_high, J_low=J_low, J_high=min(J_high, S_high),
-            reason="S and J are those of the recorded valve position.",
+            reason=BY_POSITION,
         )  # fmt: skip
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.diagnosis.verdict.stem import BY_POSITION
 from stiction.report import look, words
 from stiction.report.blocks import Figure
 
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
 
 __all__ = ["SHADES", "edges", "error_surface"]
 
-BY_POSITION = "S and J are those of the recorded valve position."
-"""What a diagnosis tells as the reason of S and J that `verdict.stem` took from the position."""
 SHADES = [[0.0, "#FFFFFF"], [0.08, "#EAF0F4"], [0.35, "#BDD0DD"], [1.0, "#6C8DA5"]]
 """Colours of an error, pale where it is small."""
 

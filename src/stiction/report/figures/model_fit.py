@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from stiction.diagnosis.identification.likelihood import MOST_SAMPLES
 from stiction.diagnosis.identification.signals import MOST_PERIODS
+from stiction.diagnosis.verdict.stem import BY_POSITION
 from stiction.report import look, words
 from stiction.report.blocks import Figure
-from stiction.report.figures.error_surface import BY_POSITION
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identified import Identification

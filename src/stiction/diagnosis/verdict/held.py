@@ -37,7 +37,7 @@ HELD = {
     "tails_op": 1.0,
     "spikes": 1.0,
 }
-"""Upper end at which `verdict.features` holds a finding [-]. A share of a likelihood that is kept is not among them: it
+"""Upper end at which `features` holds a finding [-]. A share of a likelihood that is kept is not among them: it
 is 1 as well where there is no rival to keep it over."""
 
 
