@@ -59,6 +59,8 @@ that cycles because of its valve moves OP through the band and little more, nois
 
 AT_LIMIT = "Check sizing and limits of the valve, then record the loop off its limits."
 """What to do where OP rests at a limit."""
+FOLLOWED = 0.5
+"""Share of the PV that the set point moves beyond which the stem is seen to move [-]."""
 
 
 def diagnose(record: LoopRecord) -> Diagnosis:
@@ -201,10 +203,12 @@ def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged, start
     """Put the verdict into words; times count from `start` samples before the record, where it is a part."""
     verdict, valve, found = judged.verdict, judged.valve, seen.found[seen.speaks]
     unit, slave = seen.record.op_unit_short, seen.record.provenance.slave
+    # A master's valve is another loop's; a PV that goes where its set point does has a stem that moves.
+    any_band_shows = bool(slave) or row.set_point > FOLLOWED
     cause = named_cause(
         verdict, judged.causes, valve, seen.oscillation, seen.record.dt, weighed.counted,
         kind_known=seen.record.integrating is not None, unit=unit,
-        swing=math.inf if slave else swing(seen.part.op),  # a band is the valve's, and the valve another loop's
+        swing=math.inf if any_band_shows else swing(seen.part.op),
         by_position=weighed.stem is not None and weighed.stem.what != "good",
     )  # fmt: skip
     if judged.not_seen:
