@@ -95,7 +95,11 @@ def some(*verdicts):
         (
             ("stiction", "undecided", "stiction"),
             "The valve sticks in 2 of 3 windows, from 0 s to 5 s and from 10 s to 15 s; "
-            "in the other it follows or cannot be told.",
+            "in the other it cannot be told.",
+        ),
+        (
+            ("undecided", "stiction", "no_stiction"),
+            "The valve sticks in 1 of 3 windows, from 5 s to 10 s; in the others it follows or cannot be told.",
         ),
         (("no_stiction", "no_stiction"), "In none of 2 windows by itself is the valve seen to stick."),
     ],

@@ -134,8 +134,8 @@ def said(found: Sequence[Window], dt: float) -> str:
             spans.append([window.first, window.last])
     when = " and ".join(f"from {first * dt:.6g} s to {last * dt:.6g} s" for first, last in spans)
     others = "the other" if len(found) - len(sticky) == 1 else "the others"
-    doubtful = any(window.verdict == "undecided" for window in found)
-    rest = "follows or cannot be told" if doubtful else "follows"
+    words = {"no_stiction": "follows", "undecided": "cannot be told"}
+    rest = " or ".join(word for verdict, word in words.items() if any(window.verdict == verdict for window in found))
     return f"The valve sticks in {len(sticky)} of {len(found)} windows, {when}; in {others} it {rest}."
 
 

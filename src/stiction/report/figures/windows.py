@@ -56,6 +56,6 @@ def windows(view: View) -> Figure | None:
         "showlegend": True,
     }
     caption = f"The valve sticks in {sticky} of {words.number_of(len(found), 'window')} judged each by itself" + (
-        "." if sticky == len(found) else "; in a window where it follows, S is what fits best and means little."
+        "." if sticky == len(found) else "; in the others S is what fits best and means little."
     )
     return Figure({"data": data, "layout": layout}, "Where the valve sticks", caption, height=190)
