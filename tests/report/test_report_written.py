@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from report.diagnoses import diagnosis, identification, record
-from stiction.diagnosis.result import Counted
+from stiction.diagnosis.result import Counted, Window
 from stiction.errors import ParameterError
 from stiction.records.one_rate import Stored
 from stiction.records.record import Provenance
@@ -70,6 +70,13 @@ def test_sections_stand_in_the_order_an_engineer_asks(tmp_path):
     assert page.headings == SECTIONS
     text = " ".join(page.text)
     assert text.index("Valve stiction: S") < text.index("What to do") < text.index("Trends")
+
+
+@pytest.mark.parametrize("verdicts", [(), ("stiction", "stiction"), ("stiction", "no_stiction", "undecided")])
+def test_of_a_valve_that_sticks_at_times_the_rhythm_is_said_to_be_that_of_all_windows(tmp_path, verdicts):
+    shown = tuple(Window(500 * k, 500 * k + 500, one, 3.0, 1.0, 90.0, 60.0) for k, one in enumerate(verdicts))
+    text = " ".join(written(tmp_path, diagnosis(windows=shown)).text)
+    assert ("1 of 3" in text) == ("OP amplitude over all" in text) == (len(verdicts) == 3)
 
 
 def test_every_figure_has_a_label_and_a_caption(tmp_path):

@@ -58,12 +58,17 @@ def _beside(*some: Figure | None) -> Block | None:
 def _headline(diagnosis: Diagnosis) -> Html:
     found, rhythm = diagnosis.identification, diagnosis.oscillation
     facts = [("Cause", diagnosis.cause or "unknown")]
+    sticky = sum(window.verdict == "stiction" for window in diagnosis.windows)
+    partly = 0 < sticky < len(diagnosis.windows)
+    if partly:
+        facts.append(("Windows that stick", f"{sticky} of {len(diagnosis.windows)}"))
     if rhythm.oscillating:
+        over = " over all" if partly else ""  # windows that stick swing farther than the others
         facts += [
-            ("Period", words.span(rhythm.period)),
-            ("PV amplitude", words.digits(rhythm.amplitude_pv)),
-            ("OP amplitude", words.digits(rhythm.amplitude_op, diagnosis.record.op_unit)),
-            ("Cycles", words.digits(rhythm.cycles)),
+            (f"Period{over}", words.span(rhythm.period)),
+            (f"PV amplitude{over}", words.digits(rhythm.amplitude_pv)),
+            (f"OP amplitude{over}", words.digits(rhythm.amplitude_op, diagnosis.record.op_unit)),
+            (f"Cycles{over}", words.digits(rhythm.cycles)),
         ]
     else:
         facts.append(("Oscillation", "none found"))
