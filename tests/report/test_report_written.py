@@ -12,6 +12,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
+import stiction as st
 from report.diagnoses import diagnosis, identification, record
 from stiction.diagnosis.result import Counted, Window
 from stiction.errors import ParameterError
@@ -166,6 +167,20 @@ def test_a_good_valve_shows_no_severity_bar(tmp_path):
     good = write_report([diagnosis(verdict="no_stiction")], tmp_path / "b.html").read_text().split("<main>")[1]
     assert 'class="severity"' not in good
     assert "likely cause: tight tuning" in good
+
+
+def test_what_was_identified_stands_on_the_page(tmp_path):
+    record = st.simulate(
+        st.Loop(st.PID(0.4, 5.0), st.Kano(5.0, 3.0), st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=0.1),
+        70.0, 900.0, 6.0, seed=1, pv_start=70.0, op_start=50.0, loop_type="flow",
+    )  # fmt: skip
+    found = st.diagnose(record)
+    text = " ".join(written(tmp_path, found).text)
+    for said in ("PI with Kc 0.4", "draws of the record's half cycles", "predicts the PV better by"):
+        assert said in text
+    for verdict, told in (("stiction", False), ("no_stiction", True)):
+        page = written(tmp_path, replace(found, verdict=verdict, cause="none"))
+        assert ("The valve is the likeliest sticky one, which was not believed." in page.text) is told
 
 
 def test_what_limits_s_is_not_told_of_a_valve_that_was_not_believed(tmp_path):

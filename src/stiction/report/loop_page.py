@@ -10,7 +10,7 @@ import numpy as np
 from stiction.report import figures, words
 from stiction.report.blocks import Block, Cell, Columns, Figure, Heading, Html, Mark, Table, Text
 from stiction.report.markup import fragment
-from stiction.report.story import causes_step, counted_step
+from stiction.report.story import causes_step, controlled, counted_step, explained
 from stiction.report.view import View
 
 if TYPE_CHECKING:
@@ -38,8 +38,7 @@ def loop_blocks(diagnosis: Diagnosis, settings: Mapping[str, Any] | None = None)
         blocks.append(Text("No valve model was fitted to this record, so S and J are not known.", kind="note"))
     else:
         blocks += [figures.model_fit(view), _beside(figures.error_surface(view), figures.dead_time(view))]
-        limits = diagnosis.identification.reason if view.believed else ""
-        blocks.append(Text(limits, kind="note") if limits else None)
+        blocks.append(_identified(diagnosis, view))
     blocks += [Heading("Oscillation"), Text(diagnosis.oscillation.reason) if diagnosis.oscillation.reason else None]
     blocks += [_beside(figures.autocorrelation(view), figures.spectrum(view))]
     blocks += _weighed(diagnosis)
@@ -93,6 +92,18 @@ def _headline(diagnosis: Diagnosis) -> Html:
         severity=severity,
         facts=facts,
     )
+
+
+def _identified(diagnosis: Diagnosis, view: View) -> Table:
+    """Controller, valve and process as identified, what they were compared with, and what limits them."""
+    unit, found = diagnosis.record.op_unit_short, diagnosis.identification
+    assert found is not None
+    silent = {"Valve"} if not np.isfinite(found.S) else {"Limits"} if not view.believed else set()
+    rows = [(what, text) for what, text in explained(found, unit) if what not in silent]
+    if diagnosis.controller is not None:
+        rows = [("Controller", controlled(diagnosis.controller, unit)), *rows]
+    caption = "" if view.believed else "The valve is the likeliest sticky one, which was not believed."
+    return Table(["What", "Found"], [list(row) for row in rows], caption)
 
 
 def _weighed(diagnosis: Diagnosis) -> list[Block]:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identified import ControllerFit, Explanation, Identification
     from stiction.diagnosis.result import Diagnosis
 
-__all__ = ["Step", "Tabled", "causes_step", "counted_step", "story"]
+__all__ = ["Step", "Tabled", "causes_step", "controlled", "counted_step", "explained", "story"]
 
 COUNTED = 8
 """Findings named in the story; the others are told together."""
@@ -65,7 +65,8 @@ def story(diagnosis: Diagnosis) -> list[Step]:
     if diagnosis.controller is not None:
         steps.append(Step("Which controller moves OP?", [controlled(diagnosis.controller, unit)]))
     if found is not None:
-        steps.append(Step("Which valve and process explain the PV?", _explained(found, unit)))
+        lines = [text for _, text in explained(found, unit)]
+        steps.append(Step("Which valve and process explain the PV?", lines))
     stem = [row.why for row in diagnosis.evidence if row.method == "stem"]
     if stem:
         steps.append(Step("What does the valve's position show?", stem))
@@ -112,28 +113,34 @@ def _with_error(value: float, error: float) -> str:
     return words.digits(value) + (f" \u00b1 {words.digits(error, significant=1)}" if error > 1e-6 * abs(value) else "")
 
 
-def _explained(found: Identification, unit: str) -> list[str]:
+def explained(found: Identification, unit: str) -> list[tuple[str, str]]:
+    """What was identified, each with a word for it and a sentence; OP in `unit`."""
     process, of_op = found.process, unit.removesuffix("s")
     if process.integrating:
-        kind = f"an integrator of {words.digits(process.gain)} PV units per {of_op} and second"
+        kind = f"integrates {words.digits(process.gain)} PV units per {of_op} and second"
     else:
         lags = words.span(process.time_constant)
-        kind = f"gain {words.digits(process.gain)} PV units per {of_op}, time constant {lags}"
-    lines = [found.summary(unit), f"Process: {kind}, dead time {words.span(process.dead_time)}."]
+        kind = f"has a gain of {words.digits(process.gain)} PV units per {of_op}, time constant {lags}"
+    lines = [
+        ("Valve", found.summary(unit)),
+        ("Process", f"The process {kind} and a dead time of {words.span(process.dead_time)}."),
+    ]
     if math.isfinite(found.S_bootstrap[0]):
         _, low, high = interval(found.S_bootstrap[0], *found.S_bootstrap)
         ends = f"is {low}" if low == high else f"lies between {low} and {high}"
-        lines.append(f"In 95 of 100 draws of the record's half cycles the likeliest S {ends} {unit}.")
+        draws = f"In 95 of 100 draws of the record's half cycles the likeliest S {ends} {unit}."
+        lines.append(("Bootstrap", draws))
     by = _over_rivals(found)
     if by:
-        lines.append(f"In twice the log likelihood a sticky valve predicts the PV {by}.")
+        lines.append(("Rivals", f"In twice the log likelihood a sticky valve predicts the PV {by}."))
     if found.left_out:
         samples = number_of(found.left_out, "sample")
-        lines.append(f"Left out of that: {samples} that neither valve predicts, as where the load steps.")
+        left = f"Left out of that: {samples} that neither valve predicts, as where the load steps."
+        lines.append(("Left out", left))
     if math.isfinite(found.drift) and max(abs(found.drift), found.drift_error) > NO_DRIFT * found.S:
         by, error = (words.digits(x, significant=2) for x in (found.drift, found.drift_error))
-        lines.append(f"S changes by {by} {unit} per hour (standard error {error}).")
-    return [*lines, found.reason] if found.reason else lines
+        lines.append(("Drift", f"S changes by {by} {unit} per hour (standard error {error})."))
+    return [*lines, ("Limits", found.reason)] if found.reason else lines
 
 
 def _over_rivals(found: Identification) -> str:

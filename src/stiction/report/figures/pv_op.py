@@ -45,6 +45,7 @@ def pv_op(view: View) -> Figure | None:
         if np.isnan(view.model[cut]).any():
             caption += ", as far as it was simulated"
     layout = {
+        "margin": {"t": look.BELOW_BUTTONS},
         "xaxis": {"title": {"text": f"OP (controller output) [{view.op_unit}]"}},
         "yaxis": {"title": {"text": f"PV [{view.pv_unit}]"}},
     }

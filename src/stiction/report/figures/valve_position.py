@@ -48,6 +48,7 @@ def valve_position(view: View) -> Figure | None:
         return None
     of_position = view.op_unit if found is not None or record.op_in_percent else "as recorded"
     layout = {
+        "margin": {"t": look.BELOW_BUTTONS},
         "xaxis": {"title": {"text": f"OP (controller output) [{view.op_unit}]"}},
         "yaxis": {"title": {"text": f"Valve position [{of_position}]"}},
         "shapes": shapes,
