@@ -14,7 +14,7 @@ import pytest
 import stiction as st
 import stiction.diagnosis.verdict.features
 from report.diagnoses import diagnosis, record
-from stiction.diagnosis.identified import J_UNKNOWN, RIVALS, Rival
+from stiction.diagnosis.identified import J_UNKNOWN, RIVALS, ProcessFit, Rival
 from stiction.diagnosis.result import Counted
 from stiction.diagnosis.verdict.held import HELD
 from stiction.report import words
@@ -99,6 +99,20 @@ def valve_told(found, **known):
     steps = story(replace(found, identification=replace(found.identification, **known)))
     [lines] = [step.lines for step in steps if step.title == "Which valve and process explain the PV?"]
     return lines
+
+
+def test_the_process_behind_a_good_valve_is_told_beside_that_of_a_sticky_one(found):
+    known = ProcessFit(1.2, 5.0, 2.0, integrating=False)
+    lines = valve_told(found, process=replace(known, gain=0.6), linear=known)
+    assert lines[1].startswith("The process has a gain of 0.6 PV units per %")
+    known_as = "a gain of 1.2 PV units per %, a time constant of 5 s and a dead time of 2 s"
+    assert lines[2].replace("\u00a0", " ") == f"Behind a good valve the process has {known_as}."
+    integrates = valve_told(found, linear=replace(known, integrating=True))[2].replace("\u00a0", " ")
+    assert "the process integrates 1.2 PV units per % and second after a dead time of 2 s." in integrates
+    told = replace(found.identification, linear=known).to_dict()["linear"]
+    assert told == {"gain": 1.2, "time_constant": 5.0, "dead_time": 2.0, "lag": 0.0, "integrating": False}
+    assert replace(found.identification, linear=None).to_dict()["linear"] is None
+    assert not any("good valve the process" in line for line in valve_told(found, linear=None))
 
 
 @pytest.mark.parametrize(

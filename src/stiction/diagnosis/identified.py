@@ -66,6 +66,11 @@ class ProcessFit:
     lag: float = 0.0
     """The smaller of two lags in series, part of `time_constant` [s]; 0 where one was enough."""
 
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        numbers = {name: plain(getattr(self, name)) for name in ("gain", "time_constant", "dead_time", "lag")}
+        return {**numbers, "integrating": self.integrating}
+
 
 class ControllerFit(NamedTuple):
     """A controller that explains the OP."""
@@ -306,13 +311,8 @@ class Identification:
             "model": self.model,
             "fit": plain(self.fit),
             "fit_linear": plain(self.fit_linear),
-            "process": {
-                "gain": plain(self.process.gain),
-                "time_constant": plain(self.process.time_constant),
-                "dead_time": plain(self.process.dead_time),
-                "integrating": self.process.integrating,
-                "lag": plain(self.process.lag),
-            },
+            "process": self.process.to_dict(),
+            "linear": self.linear.to_dict() if self.linear is not None else None,
             "stretches": [stretch.to_dict() for stretch in self.stretches],
             "drift_per_h": plain(self.drift),
             "drift_error_per_h": plain(self.drift_error),

@@ -11,7 +11,7 @@ from stiction.records.digits import interval, number_of
 from stiction.report import words
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.identified import ControllerFit, Explanation, Identification
+    from stiction.diagnosis.identified import ControllerFit, Explanation, Identification, ProcessFit
     from stiction.diagnosis.result import Diagnosis
 
 __all__ = ["Step", "Tabled", "causes_step", "controlled", "counted_step", "explained", "story"]
@@ -115,16 +115,9 @@ def _with_error(value: float, error: float) -> str:
 
 def explained(found: Identification, unit: str) -> list[tuple[str, str]]:
     """What was identified, each with a word for it and a sentence; OP in `unit`."""
-    process, of_op = found.process, unit.removesuffix("s")
-    if process.integrating:
-        kind = f"integrates {words.digits(process.gain)} PV units per {of_op} and second"
-    else:
-        lags = words.span(process.time_constant)
-        kind = f"has a gain of {words.digits(process.gain)} PV units per {of_op}, time constant {lags}"
-    lines = [
-        ("Valve", found.summary(unit)),
-        ("Process", f"The process {kind} and a dead time of {words.span(process.dead_time)}."),
-    ]
+    lines = [("Valve", found.summary(unit)), ("Process", f"The process {_process(found.process, unit)}.")]
+    if found.linear is not None:
+        lines.append(("Good valve", f"Behind a good valve the process {_process(found.linear, unit)}."))
     if math.isfinite(found.S_bootstrap[0]):
         _, low, high = interval(found.S_bootstrap[0], *found.S_bootstrap)
         ends = f"is {low}" if low == high else f"lies between {low} and {high}"
@@ -141,6 +134,16 @@ def explained(found: Identification, unit: str) -> list[tuple[str, str]]:
         by, error = (words.digits(x, significant=2) for x in (found.drift, found.drift_error))
         lines.append(("Drift", f"S changes by {by} {unit} per hour (standard error {error})."))
     return [*lines, ("Limits", found.reason)] if found.reason else lines
+
+
+def _process(found: ProcessFit, unit: str) -> str:
+    """What a process does with OP, as part of a sentence; OP in `unit`."""
+    gain, of_op = words.digits(found.gain), unit.removesuffix("s")
+    late = f"a dead time of {words.span(found.dead_time)}"
+    if found.integrating:
+        return f"integrates {gain} PV units per {of_op} and second after {late}"
+    lags = words.span(found.time_constant)
+    return f"has a gain of {gain} PV units per {of_op}, a time constant of {lags} and {late}"
 
 
 def _over_rivals(found: Identification) -> str:
