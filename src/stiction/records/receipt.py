@@ -59,8 +59,7 @@ class Receipt:
             auto = "" if line.auto_percent is None else f", {line.auto_percent:.3g} % in automatic"
             text.append(
                 f"{line.tag} ({line.loop_type}) from {line.source}: {line.rows} rows, {line.samples} samples every "
-                f"{line.dt:.6g} s, {line.bad_percent:.3g} % without OP or PV{auto}; "
-                f"{mapping}"
+                f"{line.dt:.6g} s, {line.bad_percent:.3g} % without OP or PV{auto}; {mapping}"
             )
         text.extend(f"guessed: {guess}" for guess in self.guesses)
         return "\n".join([f"{number_of(len(self.lines), 'loop')} read", *text])
