@@ -41,6 +41,7 @@ class Ordered:
     summer_time: int = 0
     """How many of these were changes to or from summer time."""
     guesses: list[str] = field(default_factory=list)
+    """What was taken for granted on the way, in sentences."""
 
 
 def in_order(
