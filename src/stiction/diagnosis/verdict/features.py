@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.interval import CHI2_2
+from stiction.diagnosis.verdict.held import held
 from stiction.diagnosis.verdict.own_cycle import near, own_cycle, ultimate
 from stiction.diagnosis.verdict.rhythm import rhythm_of
 from stiction.diagnosis.verdict.scales import better, kept, logarithm, squashed
@@ -165,7 +166,7 @@ class Features(NamedTuple):
     regularity: float
     """Regularity of the oscillation over 10 [-]."""
     cycles: float
-    """ln(1 + periods in the record) over 4 [-]."""
+    """ln(1 + periods in the record) over 4, held at 1.5 [-]."""
     samples: float
     """ln(samples of a period) over 6, held at 1 [-]."""
     few: float
@@ -193,7 +194,7 @@ class Features(NamedTuple):
     saturated: float
     """Share of the whole record with the OP resting at any limit, and not shut down [-]."""
     coarse: float
-    """Step of the PV's resolution over its swing [-]."""
+    """Step of the PV's resolution over its swing, held at 1 [-]."""
     still: float
     """Share of the samples in which the PV repeats its last value while OP moves [-]."""
     spikes: float
@@ -261,8 +262,8 @@ def features(
     rows = {row.method: row for row in evidence if row.valid and math.isfinite(row.index)}
     votes = [(row.vote == "stiction") - (row.vote == "no_stiction") for row in evidence if row.valid]
     return Features(
-        band=min(band, 0.7),
-        floor=min(floor, 0.5),
+        band=held("band", band),
+        floor=held("floor", floor),
         advantage=advantage,
         grip=band * fit,
         fit=max(main.fit / 100.0, 0.0),
@@ -275,11 +276,11 @@ def features(
         significance=_significance(main),
         band_here=main.S / swing,
         S_low=main.S_low / S,
-        S_high=min(main.S_high / S / 3.0, 1.0),
+        S_high=held("S_high", main.S_high / S / 3.0),
         S_spread=float(sizes.std() / max(sizes.mean(), 1e-9)) if sizes.size > 1 else -1.0,
         jump=main.J / S,
         jump_low=main.J_low / S,
-        jump_high=min(main.J_high / S, 1.5),
+        jump_high=held("jump_high", main.J_high / S),
         better_with_jump=_better_with_jump(main),
         beats_good=squashed(good.beats),
         likelier_than_good=logarithm(good.likelier),
@@ -304,19 +305,19 @@ def features(
         likelier_than_play=likelier_than_play,
         likely_jump_clear=max(likelier_than_play - CLEAR_JUMP, 0.0),
         own_samples=float(close.own_samples),
-        likely_band=min(close.S / swing, 1.5),
+        likely_band=held("likely_band", close.S / swing),
         likely_S_low=close.S_low / likely_S,
-        likely_S_high=min(close.S_high / likely_S / 3.0, 1.0),
+        likely_S_high=held("likely_S_high", close.S_high / likely_S / 3.0),
         likely_jump=close.J / likely_S,
         likely_jump_low=close.J_low / likely_S,
-        likely_jump_high=min(close.J_high / likely_S, 1.5),
+        likely_jump_high=held("likely_jump_high", close.J_high / likely_S),
         likely_better_by=(close.fit - close.fit_linear) / 100.0,
         integrating=float(main.process.integrating),
         time_constant=slow,
         time_constant_linear=slow_linear,
         lag=lag,
         dead_time=dead_time,
-        margin=0.0 if limit is None else min(1.0 / max(limit[0], 1e-3), 1.5),
+        margin=0.0 if limit is None else held("margin", 1.0 / max(limit[0], 1e-3)),
         own_limit=near(period, limit[1]) if limit is not None else 0.0,
         own_period=near(period, own.period) if own is not None else 0.0,
         own_amplitude=near(oscillation.amplitude_op, own.amplitude_op) if own is not None else 0.0,
@@ -355,7 +356,7 @@ def _compared(found: Sequence[Identification], swing: float, *, oscillating: boo
     rows = [
         (
             one.S / swing,
-            min(3.0 * better(one.fit, one.fit_linear), 0.7),
+            held("advantage", 3.0 * better(one.fit, one.fit_linear)),
             max(one.fit / 100.0, 0.0),
             one.S_low / swing,
         )
@@ -376,15 +377,15 @@ def _significance(found: Identification) -> float:
 def _better_with_jump(found: Identification) -> float:
     """How much worse the best valve without a jump explains the PV than the best of all, on the error surface."""
     error = found.surface.error
-    return min(math.log(max(float(error[:, 0].min()), 1e-4) / max(float(error.min()), 1e-4)), 3.0)
+    worse = math.log(max(float(error[:, 0].min()), 1e-4) / max(float(error.min()), 1e-4))
+    return held("better_with_jump", worse)
 
 
 def _process(found: Identification, period: float) -> tuple[float, float, float, float]:
     """Lags and dead time in periods; -1 where there is no period or no lag."""
     if not period > 0.0:
         return -1.0, -1.0, -1.0, -1.0
-    slow, slow_linear = (
-        min(one.time_constant / period / 5.0, 1.0) if one is not None and math.isfinite(one.time_constant) else -1.0
-        for one in (found.process, found.linear)
-    )
-    return slow, slow_linear, min(found.process.lag / period, 2.0), min(found.process.dead_time / period, 2.0)
+    lags = [math.nan if one is None else one.time_constant / period / 5.0 for one in (found.process, found.linear)]
+    slow, slow_linear = (held("time_constant", one) if math.isfinite(one) else -1.0 for one in lags)
+    lag, dead_time = found.process.lag / period, found.process.dead_time / period
+    return slow, slow_linear, held("lag", lag), held("dead_time", dead_time)

@@ -9,7 +9,7 @@ from stiction.records.digits import digits
 if TYPE_CHECKING:
     from stiction.diagnosis.result import Counted
 
-__all__ = ["HELD", "value_of"]
+__all__ = ["HELD", "held", "value_of"]
 
 HELD = {
     "band": 0.7,
@@ -30,15 +30,28 @@ HELD = {
     "dead_time": 2.0,
     "margin": 1.5,
     "regularity": 1.0,
+    "cycles": 1.5,
     "samples": 1.0,
     "wander": 1.0,
     "decay": 2.0,
     "tails_pv": 1.0,
     "tails_op": 1.0,
+    "coarse": 1.0,
     "spikes": 1.0,
 }
-"""Upper end at which `features` holds a finding [-]. A share of a likelihood that is kept is not among them: it
+"""Upper end at which a finding is held [-]. A share of a likelihood that is kept is not among them: it
 is 1 as well where there is no rival to keep it over."""
+
+
+def held(feature: str, value: float) -> float:
+    """Return a finding, or the end of its scale where it is beyond that.
+
+    Examples
+    --------
+    >>> held("band", 0.91), held("band", 0.42)
+    (0.7, 0.42)
+    """
+    return min(value, HELD[feature])
 
 
 def value_of(one: Counted) -> str:

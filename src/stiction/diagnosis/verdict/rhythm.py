@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.oscillation import about_drift, control_error, filled
+from stiction.diagnosis.verdict.held import held
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -61,8 +62,8 @@ def rhythm_of(record: LoopRecord, oscillation: Oscillation) -> Rhythm:
     amplitudes, noise = _amplitudes(record, samples)
     known = amplitudes.size >= FEWEST and float(np.median(amplitudes)) > 0.0
     return Rhythm(
-        cycles=min(cycles, 1.5),
-        samples=min(math.log(max(samples, 1.0)) / 6.0, 1.0),
+        cycles=held("cycles", cycles),
+        samples=held("samples", math.log(max(samples, 1.0)) / 6.0),
         wander=_wander(amplitudes, noise) if known else 0.0,
         unknown_wander=float(not known),
         decay=_decay(amplitudes) if known else 0.0,
@@ -83,7 +84,7 @@ def _moments(x: NDArray[np.float64] | None, samples: float) -> tuple[float, floa
     if not spread > 0.0:
         return 0.0, NORMAL_TAILS
     wave = wave / spread
-    return abs(float(np.mean(wave**3))), min(float(np.mean(wave**4)) / 10.0, 1.0)
+    return abs(float(np.mean(wave**3))), held("tails_pv", float(np.mean(wave**4)) / 10.0)
 
 
 def _amplitudes(record: LoopRecord, samples: float) -> tuple[NDArray[np.float64], float]:
@@ -105,7 +106,7 @@ def _wander(amplitudes: NDArray[np.float64], noise: float) -> float:
     low, middle, high = (float(x) for x in np.percentile(inner, [16.0, 50.0, 84.0]))
     if not middle > 0.0:  # the error stands still for half of the periods
         return 1.0
-    return min(max((high - low) / (2.0 * middle) - 2.0 * noise / middle, 0.0), 1.0)
+    return held("wander", max((high - low) / (2.0 * middle) - 2.0 * noise / middle, 0.0))
 
 
 def _decay(amplitudes: NDArray[np.float64]) -> float:
@@ -115,4 +116,5 @@ def _decay(amplitudes: NDArray[np.float64]) -> float:
         return 0.0
     first, last = float(np.median(amplitudes[:third])), float(np.median(amplitudes[-third:]))
     least = 1e-12 * float(amplitudes.max())
-    return float(np.clip(math.log(max(first, least) / max(last, least)), -2.0, 2.0))
+    decay = math.log(max(first, least) / max(last, least))
+    return math.copysign(held("decay", abs(decay)), decay)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.oscillation import control_error
+from stiction.diagnosis.verdict.held import held
 from stiction.records.storage import usual_swing
 
 if TYPE_CHECKING:
@@ -58,9 +59,9 @@ def sensor_of(record: LoopRecord) -> Sensor:
     values = np.unique(pv)
     coarse = 0.0
     if 1 < values.size < LEVELS * pv.size and swing > 0.0:
-        coarse = min(float(np.percentile(np.diff(values), STEP)) / swing, 1.0)
+        coarse = held("coarse", float(np.percentile(np.diff(values), STEP)) / swing)
     still = float(np.mean((np.diff(record.pv) == 0.0) & (np.diff(record.op) != 0.0)))
-    return Sensor(coarse, still, min(_spikes(record.pv, swing) / MANY, 1.0), _set_point(record))
+    return Sensor(coarse, still, held("spikes", _spikes(record.pv, swing) / MANY), _set_point(record))
 
 
 def _spikes(pv: NDArray[np.float64], swing: float) -> int:
