@@ -1,0 +1,1 @@
+"""Time stamps to seconds, and rows to an even grid."""

@@ -1,0 +1,32 @@
+"""Time of each row of a table, as every parser of time stamps gives it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = ["Stamps"]
+
+
+@dataclass
+class Stamps:
+    """Time of each row, in the order of the source."""
+
+    seconds: NDArray[np.float64]
+    """Seconds since 1970 ("utc", "local") or since some zero ("relative"); NaN where a stamp was not understood."""
+    kind: str
+    """"utc" (a zone was given), "local" (a wall clock) or "relative"."""
+    notes: list[str] = field(default_factory=list)
+    """Assumptions, a sentence each."""
+    first_unread: tuple[int, str] | None = None
+    """Row and text of the first cell that was not understood."""
+    resolution: float = 0.0
+    """Step to which the stamps are rounded [s]; 0 when unknown."""
+    clock_jumps: int = 0
+    """Times that the clock jumped and was corrected."""
+    dst_changes: int = 0
+    """How many of `clock_jumps` were changes to or from summer time."""

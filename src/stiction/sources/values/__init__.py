@@ -1,0 +1,1 @@
+"""Cells to numbers: decimal marks, units, bad values, span."""
