@@ -48,6 +48,9 @@ class RawTable:
     """Decimal mark of numbers in text cells."""
     notes: list[str] = field(default_factory=list)
     """Assumptions made so far, a sentence each."""
+    above: list[list[str]] = field(default_factory=list)
+    """All written rows above the first row of data that are not in `header` (titles, key and value pairs, the tag of a
+    file, markers such as ``#NAMES``), each with as many cells as it has."""
     metadata: dict[str, str] = field(default_factory=dict)
     """Key and value pairs stored with the table (Parquet, Arrow)."""
     _columns: dict[int, pl.Series] = field(default_factory=dict, repr=False)
