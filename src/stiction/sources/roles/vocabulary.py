@@ -50,7 +50,7 @@ SIGNAL_WORDS: dict[str, tuple[str, ...]] = {
     "op": (
         *("OP", "OUT", "CO", "OUTPUT", "CONTROLLER OUTPUT", "CONTROL OUTPUT", "STELLGRÖSSE", "STELLGRAD", "SORTIE"),
         *("OUT.CV", "OUT.F_CV", "OUT.VALUE", "OP.VALUE", "LMN", "CVEU"),  # DeltaV, fieldbus, PCS 7, Rockwell PIDE
-        *("VAL_CVOUT", "VAL_CV", "OUT_CV", "OUTP"),  # Rockwell PlantPAx, Schneider
+        *("VAL_CVOUT", "OUT_CV", "OUTP"),  # Rockwell PlantPAx, Schneider
         *("STELLWERT", "SALIDA", "USCITA", "SAÍDA", "SAIDA", "STYRSIGNAL", "UTSIGNAL", "OHJAUS"),
     ),
     "mv": (
@@ -65,7 +65,7 @@ SIGNAL_WORDS: dict[str, tuple[str, ...]] = {
     "bad": ("BAD", "IS BAD", "ISBAD", "BAD FLAG", "QUESTIONABLE", "SUBSTITUTED"),  # the last two: PI Web API
     "quality": (
         *("QUALITY", "QUAL", "OPC QUALITY", "QUALITY CODE", "STATUS", "VALIDITY", "STATUS CODE", "STATUSCODE"),
-        *("CONFIDENCE", "CONF"),  # PHD: 0 is bad, 100 is good
+        "CONFIDENCE",  # PHD: 0 is bad, 100 is good
         *("QUALITYDETAIL", "QUALITY DETAIL", "OPCQUALITY", "QUALITYSTATUS"),  # Wonderware
         *("IP_TREND_QSTATUS", "IP_TREND_QLEVEL", "QSTATUS", "QLEVEL", "QUALITYCODE"),  # IP.21, WinCC
         *("GOOD", "IS GOOD", "ISGOOD"),  # PI Web API
@@ -75,8 +75,9 @@ SIGNAL_WORDS: dict[str, tuple[str, ...]] = {
 stands after it (`FIC-101.PV.Quality`)."""
 
 FALLBACK_SIGNAL_WORDS = {
-    **{"WSP": "sp", "SP_OUT": "sp", "CV": "op", "ACTUAL": "pv"},
-    **{"OUTPUT_PER": "op", "OUT_CVEU": "op", "INPUT": "pv", "INPUT_PER": "pv"},
+    **dict.fromkeys(("WSP", "SP_OUT", "SET_SP", "PSET_SP"), "sp"),
+    **dict.fromkeys(("CV", "VAL_CV", "OUT_CVEU", "OUTPUT_PER"), "op"),
+    **dict.fromkeys(("ACTUAL", "INPUT", "INPUT_PER"), "pv"),
 }
 """Words that count only where the loop has no plainer one: the working set point (ABB, Eurotherm, PCS 7); the output
 of a Rockwell PID, which needs a PV and no valve position, since CV is the controlled variable of others; Actual and

@@ -1,0 +1,214 @@
+"""Column names to tag, signal and unit, by the words of `stiction.sources.roles.vocabulary`."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections import Counter
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
+
+from stiction.sources.roles.vocabulary import (
+    FALLBACK_SIGNAL_WORDS,
+    SIGNAL_WORDS,
+    TIME_UNITS,
+    UNIT_WORDS,
+    VALUE_WORDS,
+    loop_type_of,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["HeaderNames", "header_names", "is_unit", "normalise_name", "parse_column_name", "role_of", "unit_in_name"]
+
+MAX_UNIT_LENGTH = 12
+"""Longest cell of a units row [characters]."""
+
+_ROLE_OF_WORD = {word: role for role, words in SIGNAL_WORDS.items() for word in words}
+_ROLE_OF_WORD |= {word: f"fallback {role}" for word, role in FALLBACK_SIGNAL_WORDS.items()}
+# A word of several is written with underscores as well: ``FC101_PROCESS_VALUE``.
+_ROLE_OF_WORD |= {word.replace(" ", "_"): role for word, role in _ROLE_OF_WORD.items()}
+_BY_LENGTH = sorted(_ROLE_OF_WORD, key=len, reverse=True)
+_WORDS = "|".join(re.escape(word) for word in _BY_LENGTH)
+_TAG_WORD = re.compile(rf"(.*?[^,./\\:|_\s-])\s*[,./\\:|_\s-]+({_WORDS})")
+_WORD_TAG = re.compile(rf"({_WORDS})(?:[._\s:-]+(?=.*\d)(.+)|(\d+))")
+# The value of an item: of a signal after # (PCS 7), of the PV of a loop after a comma (800xA).
+_ITEM_VALUE = re.compile(r"(.*\S)\s*([#,])\s*VALUE", re.IGNORECASE)
+_UNIT_IN_BRACKETS = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
+_MEASURED = "|".join(re.escape(word) for word in _BY_LENGTH if _ROLE_OF_WORD[word] in ("pv", "sp", "op", "mv"))
+_UNITS = "|".join(map(re.escape, UNIT_WORDS))
+# After a space CO may be a gas: `Stack CO %`.
+_WORD_UNIT = re.compile(
+    rf"\s*[\"']?((?:.*[^./\\:|_\s-](?:[./\\:|_-]+|[./\\:|_\s-]+(?!CO\b)))?(?:{_MEASURED}))[_\s]+({_UNITS})[\"']?\s*",
+    re.IGNORECASE,
+)
+_DATE_FORMAT = re.compile(r"[dmyhsfapDMYHSFAPTZ:./ -]+")
+
+
+class HeaderNames(NamedTuple):
+    """What the header rows of a table say of each column; three lists of the same length."""
+
+    names: list[str]
+    """Name of each column; a tag above and a signal below are joined by a dot. Empty when there is no header."""
+    units: list[str]
+    """Unit as written, "" where none is named."""
+    descriptions: list[str]
+    """Description as written, "" where there is none."""
+
+
+def role_of(word: str) -> str:
+    """Give the role that a word of `parse_column_name` names.
+
+    Examples
+    --------
+    >>> role_of("SET POINT"), role_of("MEAS"), role_of("WSP")
+    ('sp', 'pv', 'fallback sp')
+    """
+    return _ROLE_OF_WORD[word]
+
+
+def is_unit(cell: str) -> bool:
+    """Whether a cell is a known unit, of a signal or of time.
+
+    Examples
+    --------
+    >>> is_unit("t/h"), is_unit("FIC-101")
+    (True, False)
+    """
+    return cell.upper() in UNIT_WORDS or cell.upper() in TIME_UNITS
+
+
+def unit_in_name(name: str) -> str:
+    """Give the unit at the end of a column name, in brackets or after the word of a signal, as written.
+
+    Examples
+    --------
+    >>> unit_in_name("FIC-1.PV [t/h]"), unit_in_name("FIC-1.OP_mA"), unit_in_name("FIC-1.PV")
+    ('t/h', 'mA', '')
+    """
+    found = _UNIT_IN_BRACKETS.search(_put_unit_in_brackets(name))
+    return found.group(1).strip() if found else ""
+
+
+def _put_unit_in_brackets(name: str) -> str:
+    """``FIC-1.OP_mA`` -> ``FIC-1.OP [mA]``."""
+    found = _WORD_UNIT.fullmatch(name)
+    return f"{found.group(1)} [{found.group(2)}]" if found else name
+
+
+def _without_unit(name: str) -> str:
+    return " ".join(_UNIT_IN_BRACKETS.sub("", name).strip().strip("\"'").split())
+
+
+def normalise_name(name: str) -> str:
+    """Give a column name in capitals, without its unit, quotes and repeated blanks."""
+    return _without_unit(_put_unit_in_brackets(name)).upper()
+
+
+@lru_cache(maxsize=4096)
+def parse_column_name(name: str) -> tuple[str, str] | None:
+    r"""Split a column name into tag and signal word.
+
+    Parameters
+    ----------
+    name : str
+        Heading of a column, with or without a unit.
+
+    Returns
+    -------
+    tuple of (str, str) or None
+        Tag as written ("" when the name is only a signal) and the word of the vocabulary in capitals, for `role_of`;
+        None when no word of a signal is in the name.
+
+    Examples
+    --------
+    >>> parse_column_name("FIC-101/PID1/PV.CV"), parse_column_name("Set point [t/h]"), parse_column_name("FLOW")
+    (('FIC-101/PID1', 'PV.CV'), ('', 'SET POINT'), None)
+    >>> parse_column_name("FIC-101/SP#Value"), parse_column_name("FIC-101,Value"), parse_column_name("Tank level OP mA")
+    (('FIC-101', 'SP'), ('FIC-101', 'PV'), ('Tank level', 'OP'))
+    """
+    if item := _ITEM_VALUE.fullmatch(_without_unit(name)):
+        return parse_column_name(item.group(1)) or ((item.group(1), "PV") if item.group(2) == "," else None)
+    word = normalise_name(name)
+    if word in _ROLE_OF_WORD:
+        return "", word
+    if (spaced := word.replace("_", " ")) in _ROLE_OF_WORD:
+        return "", spaced
+    plain = _without_unit(name)
+    if found := _TAG_WORD.fullmatch(word):
+        return plain[: len(found.group(1))].rsplit("\\", 1)[-1], found.group(2)
+    if found := _WORD_TAG.fullmatch(word):
+        return plain[found.start(2) :] if found.group(2) else found.group(3), found.group(1)
+    return None
+
+
+def header_names(header: Sequence[Sequence[str]]) -> HeaderNames:
+    """Choose names, units and descriptions out of the header rows of a table.
+
+    Parameters
+    ----------
+    header : sequence of sequence of str
+        Header rows of equal length: names, units and descriptions in any order, or the tag in one row and the signal
+        in the next.
+
+    Returns
+    -------
+    HeaderNames
+        Names, units and descriptions, each of the length of a row; empty lists when there is no header.
+
+    Examples
+    --------
+    >>> names = header_names([["", "FIC-1", ""], ["Time", "PV", "OP"], ["s", "t/h", "%"]])
+    >>> names.names, names.units
+    (['Time', 'FIC-1.PV', 'FIC-1.OP'], ['s', 't/h', '%'])
+    """
+    from stiction.sources.time.parse import is_time_heading
+
+    if not header:
+        return HeaderNames([], [], [])
+
+    def score(names: Sequence[str]) -> int:
+        pairs = Counter(pair for pair in map(parse_column_name, names) if pair)
+        return len(pairs) + sum(map(is_time_heading, names)) - 2 * sum(n - 1 for n in pairs.values())
+
+    candidates = [(score(row), False, list(row), [row]) for row in header]
+    for upper, lower in itertools.pairwise(header):
+        tag, joined = "", []
+        for above, below in zip(upper, lower, strict=True):
+            tag = above or tag
+            pair = parse_column_name(below)
+            if pair and pair[0] == "" and not is_time_heading(tag):
+                joined.append(f"{tag}.{below}")
+            elif normalise_name(below) in VALUE_WORDS and parse_column_name(tag):
+                joined.append(tag)
+            else:
+                joined.append(below if is_time_heading(below) else above or below)
+        candidates.append((score(joined), _names_one_loop(upper, lower), joined, [upper, lower]))
+    *_, names, used = max(candidates, key=lambda candidate: candidate[:2])
+    # Of two joined rows the lower one may be the units.
+    others = [row for row in header if row is not used[0]]
+    unit_rows = [row for row in others if _is_unit_row(row)]
+    units = max(unit_rows, key=lambda row: sum(map(is_unit, row)), default=[""] * len(names))
+    texts = [row for row in others if row not in used and row not in unit_rows]
+    descriptions = max(texts, key=lambda row: sum(map(len, row)), default=[""] * len(names))
+    units = [unit_in_name(name) or unit for name, unit in zip(names, units, strict=True)]
+    return HeaderNames(names, units, list(descriptions))
+
+
+def _names_one_loop(upper: Sequence[str], lower: Sequence[str]) -> bool:
+    """Whether a row names the one loop of the signals below: in a merged cell, or by letters and number of a tag."""
+    texts = [cell for cell in upper if cell]
+    signals = [i for i, cell in enumerate(lower) if (pair := parse_column_name(cell)) and not pair[0]]
+    if len(signals) < 2 or len(set(texts)) != 1 or is_unit(texts[0]):
+        return False
+    is_merged = len(texts) == 1 and 0 < list(upper).index(texts[0]) <= signals[0]
+    return is_merged or loop_type_of(texts[0], numbered=True) != "other"
+
+
+def _is_unit_row(row: Sequence[str]) -> bool:
+    """Whether a row can hold units: short cells, none of them a signal unless a unit is written alike (mA)."""
+    filled = [cell for cell in row if cell and not _DATE_FORMAT.fullmatch(cell)]
+    return bool(filled) and all(
+        len(cell) <= MAX_UNIT_LENGTH and (is_unit(cell) or not parse_column_name(cell)) for cell in filled
+    )
