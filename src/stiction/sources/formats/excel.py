@@ -1,0 +1,208 @@
+"""Excel and OpenDocument workbooks: xlsx, xlsm, xlsb, xls, ods; each sheet that holds a table is one."""
+
+from __future__ import annotations
+
+import datetime as dt
+import re
+from typing import TYPE_CHECKING, Any
+
+from stiction.errors import ParameterError, RecordError
+from stiction.sources.compression import ByteLimit
+from stiction.sources.formats.table_rows import table_from_rows
+from stiction.sources.table import SNIFF_ROWS, Origin
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import polars as pl
+
+    from stiction.sources.byte_source import ByteSource
+    from stiction.sources.options import ReadOptions
+    from stiction.sources.table import RawTable
+
+__all__ = ["read", "recognises"]
+
+OLE_START = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
+"""First bytes of an xls workbook, and of an encrypted one of any kind."""
+ZIP_MEMBERS = re.compile(rb"\[Content_Types\]\.xml|xl/workbook|xl/_rels|opendocument\.spreadsheet")
+"""What the first members of a zipped workbook are called; an OpenDocument one begins with its type."""
+DEFAULT_SHEET_NAME = re.compile(r"(sheet|tabelle|feuil|hoja|foglio|blad|planilha|ark|taul)\s*\d*", re.IGNORECASE)
+"""Sheet names that say nothing about the loop."""
+
+
+def recognises(head: bytes, name: str) -> bool:
+    """Say whether a file is a workbook, by its first bytes and its name.
+
+    Examples
+    --------
+    >>> recognises(b"PK.." + b"[Content_Types].xml", "trend.xlsx"), recognises(b"PK..FIC-101.csv", "trend.zip")
+    (True, False)
+    """
+    workbook_name = name.lower().endswith((".xlsx", ".xlsm", ".xlsb", ".xls", ".ods"))
+    if head.startswith(b"PK"):
+        return workbook_name or bool(ZIP_MEMBERS.search(head))
+    return head.startswith(OLE_START)
+
+
+def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
+    """Read the sheets of a workbook; a formula gives the value that was stored with it.
+
+    Parameters
+    ----------
+    source : ByteSource
+        The file.
+    options : ReadOptions
+        `sheet` names the only sheet to read, which may be hidden.
+
+    Returns
+    -------
+    list of RawTable
+        One for each visible sheet that holds a table. Columns of numbers or of times have these types; others are text.
+        Of several tables, each is named after its sheet.
+
+    Raises
+    ------
+    RecordError
+        When the file is damaged or encrypted, or no sheet holds a table.
+    ParameterError
+        When there is no such sheet.
+    """
+    from python_calamine import CalamineError, CalamineWorkbook, PasswordError, SheetTypeEnum, SheetVisibleEnum
+
+    name = source.origin.name
+    _require_size(source)
+    try:
+        book = CalamineWorkbook.from_path(source.path)
+        visible = [
+            sheet.name
+            for sheet in book.sheets_metadata
+            if sheet.typ == SheetTypeEnum.WorkSheet and (sheet.visible == SheetVisibleEnum.Visible or options.sheet)
+        ]
+        names = visible if options.sheet is None else [_sheet_named(options.sheet, visible, name)]
+        sheets = [(sheet, *_rows_of(book.get_sheet_by_name(sheet))) for sheet in names]
+    except PasswordError:
+        raise RecordError(f"{name}: is encrypted; save it without a password.") from None
+    except (CalamineError, OSError, ValueError, EOFError) as error:
+        if isinstance(error, (RecordError, ParameterError)):
+            raise
+        if b"E\0n\0c\0r\0y\0p\0t\0e\0d\0P\0a\0c\0k\0a\0g\0e" in source.path.read_bytes():
+            raise RecordError(f"{name}: is encrypted; save it without a password.") from None
+        raise _damaged(name, error) from None
+    return _tables(source, [sheet for sheet in sheets if sheet[1]], options)
+
+
+def _tables(
+    source: ByteSource, sheets: list[tuple[str, list[list[Any]], list[int]]], options: ReadOptions
+) -> list[RawTable]:
+    """Find where the table of each sheet begins."""
+    tables: list[tuple[str, RawTable]] = []
+    refusals: list[RecordError] = []
+    for sheet, rows, lines in sheets:
+        head = [[_as_text(cell) for cell in row] for row in rows[: 2 * SNIFF_ROWS]]
+        try:
+            table = table_from_rows(
+                Origin(f"{source.origin.name}, sheet {sheet}", sheet, source.origin.sha256), head, options
+            )
+        except RecordError as refusal:
+            refusals.append(refusal)
+            continue
+        first = min(table.first_line, len(rows) + 1) - 1
+        table.reader = _reader(rows, first)
+        table.first_line = lines[first] if first < len(lines) else table.first_line
+        tables.append((sheet, table))
+    if not tables:
+        if refusals:
+            raise refusals[0]
+        raise RecordError(f"{source.origin.name}: no sheet holds a table; give a workbook with one row per time.")
+    if len(tables) == 1 and (options.sheet is None or DEFAULT_SHEET_NAME.fullmatch(options.sheet)):
+        table = tables[0][1]
+        table.origin = Origin(table.origin.name, source.origin.stem, source.origin.sha256)
+    return [table for _, table in tables]
+
+
+def _sheet_named(asked: str, names: Sequence[str], file: str) -> str:
+    for name in names:
+        if name.strip().casefold() == asked.strip().casefold():
+            return name
+    raise ParameterError(f"{file}: has no sheet {asked!r}; give one of {', '.join(names[:10])}.")
+
+
+def _rows_of(sheet: Any) -> tuple[list[list[Any]], list[int]]:
+    """Give the rows of a sheet that hold anything, and their numbers (from 1)."""
+    rows = sheet.to_python()
+    offset = (sheet.start or (0, 0))[0] + 1
+    written = [k for k, row in enumerate(rows) if any(cell != "" for cell in row)]
+    return [rows[k] for k in written], [k + offset for k in written]
+
+
+def _reader(rows: list[list[Any]], first: int) -> Any:
+    """Make the function that gives columns of a sheet with their types."""
+
+    def read_columns(positions: Sequence[int]) -> pl.DataFrame:
+        import polars as pl
+
+        columns = {str(k): _column([row[k] if k < len(row) else "" for row in rows[first:]]) for k in positions}
+        return pl.DataFrame(columns)
+
+    return read_columns
+
+
+def _column(cells: list[Any]) -> pl.Series:
+    """Make a column of the cells of a sheet: numbers, times or text."""
+    import polars as pl
+
+    kinds = {type(cell) for cell in cells if cell != ""}
+    if kinds <= {int, float}:
+        return pl.Series([None if cell == "" else float(cell) for cell in cells], dtype=pl.Float64)
+    if kinds <= {dt.datetime, dt.date}:  # midnight comes as a date
+        return pl.Series([_as_datetime(cell) for cell in cells], dtype=pl.Datetime("us"))
+    if kinds == {dt.timedelta}:
+        return pl.Series([None if cell == "" else cell for cell in cells], dtype=pl.Duration("us"))
+    return pl.Series([_as_text(cell) for cell in cells], dtype=pl.String)
+
+
+def _as_datetime(cell: Any) -> dt.datetime | None:
+    if isinstance(cell, dt.datetime):
+        return cell
+    return dt.datetime(cell.year, cell.month, cell.day) if isinstance(cell, dt.date) else None
+
+
+def _as_text(cell: Any) -> str:
+    """Give a cell as text: numbers so that they are read back exactly, ISO 8601 times."""
+    if isinstance(cell, str):
+        return cell.strip()
+    if isinstance(cell, bool):
+        return "TRUE" if cell else "FALSE"
+    if isinstance(cell, float):
+        return str(int(cell)) if cell.is_integer() and abs(cell) < 1e15 else repr(cell)
+    if isinstance(cell, dt.date):
+        stamp = _as_datetime(cell)
+        return stamp.isoformat(" ") if stamp else ""
+    if isinstance(cell, dt.timedelta):
+        return repr(cell.total_seconds())
+    return str(cell)
+
+
+def _require_size(source: ByteSource) -> None:
+    """Inflate the members of a zipped workbook piece by piece, as the sizes that it states may be wrong."""
+    import zipfile
+    import zlib
+
+    if not source.head.startswith(b"PK"):
+        return
+    limit = ByteLimit(source.origin.name, source.max_bytes, source.path.stat().st_size)
+    try:
+        with zipfile.ZipFile(source.path) as archive:
+            for member in archive.infolist():
+                with archive.open(member) as stream:
+                    while piece := stream.read(1 << 20):
+                        limit.add(len(piece))
+    except RecordError:
+        raise
+    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, NotImplementedError, OSError, ValueError) as error:
+        raise _damaged(source.origin.name, error) from None
+
+
+def _damaged(name: str, error: Exception) -> RecordError:
+    text = " ".join(str(error).split()).rstrip(".") or type(error).__name__
+    return RecordError(f"{name}: is damaged ({text}); open it in Excel and save it again.")
