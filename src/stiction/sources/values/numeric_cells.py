@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.errors import RecordError
-from stiction.records.dialects import CELL_UNITS, MISSING_WORDS
+from stiction.sources.roles.vocabulary import CELL_UNITS, MISSING_WORDS
 
 if TYPE_CHECKING:
     import polars as pl

@@ -1,0 +1,235 @@
+"""Bytes of a source: a path, standard input or an open binary file, as a file on disk that a format can parse."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, BinaryIO
+
+from stiction.errors import RecordError
+from stiction.sources.compression import ByteLimit, inflate, require_small_zip
+from stiction.sources.table import Origin
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from stiction.sources.options import ReadOptions
+
+__all__ = ["HEAD_BYTES", "ByteSource", "open_source", "open_sources"]
+
+HEAD_BYTES = 65_536
+"""Bytes by which a format is recognised."""
+CHUNK_BYTES = 1 << 20
+
+_REFUSED = (
+    (b"%PDF", "a PDF document", "export the trend as CSV"),
+    (b"\x7fELF", "a program", "name the data file"),
+    (b"MZ\x90\x00", "a program", "name the data file"),
+    (b"\xcf\xfa\xed\xfe", "a program", "name the data file"),
+    (b"\x89PNG", "a picture", "export the numbers of the trend as CSV"),
+    (b"\xff\xd8\xff", "a picture", "export the numbers of the trend as CSV"),
+    (b"GIF8", "a picture", "export the numbers of the trend as CSV"),
+    (b"II*\x00", "a picture", "export the numbers of the trend as CSV"),
+    (b"MM\x00*", "a picture", "export the numbers of the trend as CSV"),
+    (b"\x93NUMPY", "a NumPy array", "save it with column names as CSV or Parquet"),
+    (b"SQLite format 3\x00", "an SQLite database", "give its URL, sqlite:///FILE, and a table or query"),
+    (b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive", "unpack it first"),
+    (b"Rar!", "a RAR archive", "unpack it first"),
+    (b"BZh91AY&SY", "a bzip2 file", "unpack it first"),
+    (b"\xfd7zXZ", "an xz file", "unpack it first"),
+)
+_HTML = (b"<!doctype html", b"<html")
+_BLANK = b" \t\r\n\0\xef\xbb\xbf\xff\xfe"
+
+
+@dataclass(eq=False)
+class ByteSource:
+    """A file to parse, after decompression."""
+
+    origin: Origin
+    path: Path
+    """The file itself, or a temporary one; that is deleted with this object."""
+    head: bytes
+    """The first `HEAD_BYTES` bytes."""
+    size: int
+    """Size after decompression [bytes]."""
+    max_bytes: int
+    """Largest size that may be read [bytes]."""
+    folder: TemporaryDirectory[str] | None = field(default=None, repr=False)
+    """Folder of the temporary file, where `path` is one; several members of an archive share it."""
+
+    def scratch_folder(self) -> Path:
+        """Give a folder for temporary files, which is deleted with this object."""
+        if self.folder is None:
+            self.folder = TemporaryDirectory(prefix="stiction-")
+        return Path(self.folder.name)
+
+    def close(self) -> None:
+        """Delete the temporary files."""
+        if self.folder is not None:
+            self.folder.cleanup()
+
+
+def open_source(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -> ByteSource:
+    """Open a source of one file; see `open_sources`.
+
+    Raises
+    ------
+    RecordError
+        As `open_sources` does, and when an archive holds several files.
+
+    Examples
+    --------
+    >>> import gzip, io
+    >>> from stiction.sources.options import ReadOptions
+    >>> open_source(io.BytesIO(gzip.compress(b"time,PV,OP")), ReadOptions()).head
+    b'time,PV,OP'
+    """
+    sources = open_sources(path, options)
+    if len(sources) > 1:
+        names = ", ".join(source.origin.name for source in sources[:5])
+        raise RecordError(f"{sources[0].origin.name}: is one of {len(sources)} files ({names}); unpack the archive.")
+    return sources[0]
+
+
+def open_sources(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -> list[ByteSource]:
+    """Open a path, "-" (standard input) or a binary file; gz, zst and zip are decompressed.
+
+    Parameters
+    ----------
+    path : str, path or binary file
+        What to read.
+    options : ReadOptions
+        `max_bytes` limits the size after decompression.
+
+    Returns
+    -------
+    list of ByteSource
+        One, or one for each file of a zip archive.
+
+    Raises
+    ------
+    RecordError
+        When there is no such file, it is a folder, empty, damaged, too large or of a kind that holds no records.
+
+    Examples
+    --------
+    >>> import io
+    >>> from stiction.sources.options import ReadOptions
+    >>> [source] = open_sources(io.BytesIO(b"time,PV,OP"), ReadOptions())
+    >>> source.origin.name, source.size
+    ('stream', 10)
+    """
+    with ExitStack() as stack:
+        file, name = _open_file(path)
+        if isinstance(path, (str, os.PathLike)) and file is not sys.stdin.buffer:
+            stack.enter_context(file)
+            found, folder = Path(path), None
+            size, digest = _measure(file, name, options.max_bytes)
+        else:
+            folder = TemporaryDirectory(prefix="stiction-")
+            found = Path(folder.name, "source")
+            with open(found, "wb") as copy:
+                size, digest = _measure(file, name, options.max_bytes, copy)
+    stem = "stream" if name == "stream" else Path(name).stem
+    source = ByteSource(Origin(name, stem, digest), found, _read_head(found), size, options.max_bytes, folder)
+    sources = list(_decompress(source))
+    for one in sources:
+        _refuse(one)
+    return sources
+
+
+def _open_file(path: str | os.PathLike[str] | BinaryIO) -> tuple[BinaryIO, str]:
+    """Open the file and give its name for messages."""
+    if not isinstance(path, (str, os.PathLike)):
+        if not hasattr(path, "read"):
+            raise RecordError(f"cannot read {type(path).__name__} as a record; give a file name or a binary file.")
+        name = getattr(path, "name", "stream")
+        return path, name if isinstance(name, str) else "stream"
+    text = os.fspath(path)
+    if text == "-":
+        if sys.stdin.isatty():
+            raise RecordError("stdin: nothing is piped in; give a file name or pipe a file.")
+        return sys.stdin.buffer, "stdin"
+    try:
+        return open(text, "rb"), text
+    except IsADirectoryError:
+        raise RecordError(f"{text}: is a folder; name a file in it, such as {text.rstrip('/')}/*.csv.") from None
+    except FileNotFoundError:
+        raise RecordError(f"{text}: no such file; check the name and the folder.") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise RecordError(f"{text!r}: cannot be read ({reason}); check the name and the rights.") from None
+
+
+def _measure(file: BinaryIO, name: str, max_bytes: int, copy: BinaryIO | None = None) -> tuple[int, str]:
+    """Count and digest the bytes of a file, and copy them where asked."""
+    digest, limit, has_content = hashlib.sha256(), ByteLimit(name, max_bytes), False
+    while True:
+        try:
+            chunk = file.read(CHUNK_BYTES)
+        except OSError as error:
+            raise RecordError(f"{name}: cannot be read ({error.strerror or error}); copy it again.") from None
+        if not chunk:
+            break
+        if not isinstance(chunk, bytes):
+            raise RecordError(f"{name}: was opened as text; open it with mode 'rb'.")
+        if limit.size == 0:
+            _refuse_kind(name, chunk)
+        limit.add(len(chunk))
+        has_content = has_content or bool(chunk.strip(_BLANK))
+        digest.update(chunk)
+        if copy is not None:
+            copy.write(chunk)
+    if not has_content:
+        raise RecordError(f"{name}: is empty; export the loop again with a header and rows of numbers.")
+    return limit.size, digest.hexdigest()
+
+
+def _decompress(source: ByteSource, *, is_member: bool = False) -> Iterator[ByteSource]:
+    """Give the source itself, or the files that it holds when it is compressed."""
+    require_small_zip(source.path, source.head, source.origin.name, source.max_bytes)
+    members = inflate(source.path, source.head, source.origin.name, source.max_bytes, source.scratch_folder)
+    if members is None:
+        yield source
+        return
+    if is_member and (len(members) != 1 or members[0][0]):
+        raise RecordError(f"{source.origin.name}: is an archive within an archive; unpack the outer one first.")
+    for member, path in members:
+        inner = Path(member).name
+        name = f"{source.origin.name}/{member}" if member else source.origin.name
+        stem = Path(inner).stem if member else Path(source.origin.stem).stem
+        origin = Origin(name, stem, source.origin.sha256)
+        one = ByteSource(origin, path, _read_head(path), path.stat().st_size, source.max_bytes, source.folder)
+        if not one.head.strip(_BLANK):
+            raise RecordError(f"{name}: is empty; export the loop again with a header and rows of numbers.")
+        yield from _decompress(one, is_member=True) if member else (one,)
+
+
+def _read_head(path: Path) -> bytes:
+    with open(path, "rb") as file:
+        return file.read(HEAD_BYTES)
+
+
+def _refuse(source: ByteSource) -> None:
+    _refuse_kind(source.origin.name, source.head)
+
+
+def _refuse_kind(name: str, head: bytes) -> None:
+    """Refuse by its first bytes what holds no records, before the rest of a long stream is read."""
+    kind = next(((what, remedy) for start, what, remedy in _REFUSED if head.startswith(start)), None)
+    if len(head) > 1 and head[0] == 0x80 and 2 <= head[1] <= 5:
+        kind = "a Python pickle, which may run code when it is read", "save the frame as CSV or Parquet"
+    if head[257:262] == b"ustar":
+        kind = "a tar archive", "unpack it first"
+    if head[:64].lstrip().lower().startswith(_HTML):
+        kind = "an HTML page", "open it in a spreadsheet program and save it as CSV or xlsx"
+    if len(head) >= HEAD_BYTES and not head.strip(b"\0"):
+        kind = "binary and begins with zeros only", "export the loop as CSV"
+    if kind:
+        raise RecordError(f"{name}: is {kind[0]}; {kind[1]}.")

@@ -1,0 +1,87 @@
+"""The last row of a text that ends without a line end: was the file cut off within it?"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from stiction.sources.formats.text_dialect import split_lines
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from stiction.sources.formats.text_dialect import Dialect
+
+__all__ = ["find_cut_off", "is_cut_off"]
+
+ROWS_BEFORE = 50
+"""Rows with which the last one is compared [-]."""
+MAX_SHOWN = 24
+"""Characters of the incomplete row in the message."""
+
+
+def find_cut_off(path: Path, dialect: Dialect) -> tuple[int, str]:
+    """Find where the whole rows of a UTF-8 file end [bytes], and the end of the incomplete row after them.
+
+    The text is empty when the last row is whole.
+    """
+    size = path.stat().st_size
+    with open(path, "rb") as file:
+        file.seek(max(size - 1, 0))
+        if file.read(1) in (b"\n", b""):
+            return size, ""
+        n_bytes = 65_536
+        while True:
+            file.seek(max(size - n_bytes, 0))
+            tail = file.read().decode(errors="replace")
+            if n_bytes >= size or tail.count("\n") > ROWS_BEFORE + 1:
+                break
+            n_bytes *= 4
+        file.seek(0)
+        data_start = sum(len(file.readline()) for _ in range(dialect.first_row))
+    lines = tail.split("\n")
+    n_lines_above = dialect.first_row if n_bytes >= size else 1
+    rows = [row for line in lines[n_lines_above:-1] for row in split_lines([line], dialect.delimiter)[0]]
+    written = [row for row in rows if any(cell.strip() for cell in row)][-ROWS_BEFORE:]
+    last = lines[-1]
+    [row] = split_lines([last], dialect.delimiter)[0] or [[]]
+    if not row or not is_cut_off(row, written):
+        return size, ""
+    return max(size - len(last.encode()), data_start), last[-MAX_SHOWN:]
+
+
+def is_cut_off(row: Sequence[str], before: Sequence[Sequence[str]], *, min_rows: int = 20) -> bool:
+    """Whether the last row of a file is incomplete: it has less than all rows before it.
+
+    Parameters
+    ----------
+    row : sequence of str
+        Its cells.
+    before : sequence of sequences of str
+        The rows before it.
+    min_rows : int
+        Rows with equally many decimals from which fewer decimals mean an incomplete number [-].
+
+    Examples
+    --------
+    >>> rows = [["10:00", f"{50 + k / 7:.3f}"] for k in range(30)]
+    >>> [is_cut_off(row, rows) for row in (["10:0"], ["10:00", "51."], ["10:00", "51.28"], ["10:00", "51.286"])]
+    [True, True, True, False]
+    """
+    if before and all(len(row) == len(other) - 1 and not other[-1].strip() for other in before):
+        before = [other[:-1] for other in before]  # a delimiter ends each row, and need not end the last
+    ends = [other[-1].strip() for other in before if len(other) == len(row)]
+    if len(ends) < len(before) or len(before) < 2:
+        return len(before) > 1 and all(len(row) < len(other) for other in before)
+    last = row[-1].strip()
+    if not last:  # a column that is shorter than others ends so, and nothing is lost
+        return False
+    if last[-1] in ".,+-eE":
+        return not any(end.endswith(last[-1]) for end in ends)
+    decimals = [re.search(r"\d[.,](\d+)$", end) for end in ends]
+    if not all(decimals):
+        return all(end != last and end.startswith(last) for end in ends) and not last[-1].isdigit()
+    places = {len(found[1]) for found in decimals if found}
+    found = re.search(r"\d[.,](\d+)$", last)
+    return len(ends) >= min_rows and len(places) == 1 and (len(found[1]) if found else 0) < places.pop()

@@ -1,0 +1,110 @@
+"""Encoding of a text, and the text as UTF-8 with line feeds."""
+
+from __future__ import annotations
+
+import codecs
+from typing import TYPE_CHECKING
+
+from stiction.sources.byte_source import CHUNK_BYTES
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from stiction.sources.byte_source import ByteSource
+
+__all__ = ["find_encoding", "to_utf8"]
+
+_MARKS = (
+    (codecs.BOM_UTF8, "utf-8-sig"),
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+
+
+def find_encoding(head: bytes) -> str | None:
+    """Name the encoding of a text by its first bytes; None when they are no text.
+
+    Examples
+    --------
+    >>> find_encoding(b"time,PV"), find_encoding("time".encode("utf-16-le")), find_encoding(bytes(range(9)))
+    ('utf-8', 'utf-16-le', None)
+    >>> find_encoding("时间,测量值".encode("gb18030")), find_encoding("Größe [°C]".encode("latin-1"))
+    ('gb18030', 'latin-1')
+    """
+    for mark, encoding in _MARKS:
+        if head.startswith(mark):
+            return encoding
+    start = head[:4096]
+    if 0 in start:
+        low, high = start[0::2], start[1::2]
+        if high.count(0) > 0.9 * len(high) and low.count(0) == 0:
+            return "utf-16-le"
+        if low.count(0) > 0.9 * len(low) and high.count(0) == 0:
+            return "utf-16-be"
+        return None
+    if _decodes(head, "utf-8"):
+        return "utf-8"
+    return "gb18030" if _is_chinese(head) else "latin-1"
+
+
+def to_utf8(source: ByteSource, encoding: str) -> tuple[Path, str]:
+    """Give a file with the text in UTF-8 and its true encoding.
+
+    The file is the source itself when it is UTF-8 already and its lines end with a line feed, or with carriage return
+    and line feed.
+    """
+    if encoding == "utf-8":
+        encoding, is_plain = _check_utf8(source.path, source.head)
+        if is_plain:
+            return source.path, encoding
+    path = source.scratch_folder() / f"{source.path.name}.utf8"
+    with (
+        open(source.path, encoding=encoding, errors="replace") as text,
+        open(path, "w", encoding="utf-8", newline="\n") as out,
+    ):
+        while part := text.read(CHUNK_BYTES):
+            out.write(part)
+    return path, encoding
+
+
+def _check_utf8(path: Path, head: bytes) -> tuple[str, bool]:
+    """Check the whole file: its encoding, and whether all its lines end with a line feed."""
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    n_returns = n_pairs = 0
+    last = b""
+    with open(path, "rb") as file:
+        while part := file.read(CHUNK_BYTES):
+            try:
+                if not part.isascii() or decoder.getstate()[0]:
+                    decoder.decode(part)
+            except UnicodeDecodeError as error:
+                around = part[max(error.start - 20_000, 0) : error.start + 20_000]
+                return ("gb18030" if _is_chinese(around) else "latin-1"), False
+            n_returns += part.count(b"\r")
+            n_pairs += part.count(b"\r\n") + (last == b"\r" and part[:1] == b"\n")
+            last = part[-1:]
+    if decoder.getstate()[0]:
+        return "latin-1", False
+    return "utf-8", n_returns == n_pairs
+
+
+def _decodes(data: bytes, encoding: str) -> bool:
+    """Whether bytes are a text in an encoding, which may end within a character."""
+    try:
+        codecs.getincrementaldecoder(encoding)().decode(data)
+    except UnicodeDecodeError:
+        return False
+    return True
+
+
+def _is_chinese(data: bytes, *, min_share: float = 0.7) -> bool:
+    """Whether bytes are a text in GB18030: most characters beyond ASCII are common Chinese ones (GB 2312, level 1)."""
+    if not _decodes(data, "gb18030"):
+        return False
+    text = codecs.getincrementaldecoder("gb18030")().decode(data)
+    codes = [character.encode("gb2312", errors="ignore") for character in text if not character.isascii()]
+    n_common = sum(len(code) == 2 and 0xB0 <= code[0] <= 0xD7 for code in codes)
+    n_signs = sum(len(code) == 2 and code[0] < 0xB0 for code in codes)
+    return n_common > 0 and n_common >= min_share * (len(codes) - n_signs)
