@@ -1,0 +1,260 @@
+"""Which column is PV, OP, SP, valve position, mode or quality of which loop."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stiction.errors import ParameterError, RecordError
+from stiction.sources.roles.by_data import find_roles_by_data
+from stiction.sources.roles.by_description import pair_by_description
+from stiction.sources.roles.column_names import normalise_name, parse_column_name
+from stiction.sources.roles.group_columns import (
+    add_bare_tags,
+    group_columns,
+    shorten_block_tags,
+    use_fallback_words,
+    use_mv_as_output,
+)
+from stiction.sources.roles.loop_roles import FLAG_ROLES, NUMERIC_ROLES, ROLES, LoopRoles, TagGroup, column_label
+from stiction.sources.roles.map_file import apply_map
+from stiction.sources.roles.tag_letters import pair_by_letters, parse_instrument_tag
+from stiction.sources.roles.vocabulary import INDEX_WORDS, loop_type_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stiction.sources.options import ReadOptions
+    from stiction.sources.roles.map_file import MapRow
+    from stiction.sources.tag_column import TagColumn
+
+__all__ = ["assign_roles", "choose_column"]
+
+MAX_LISTED = 20
+"""Names in a message [-]."""
+
+
+def assign_roles(
+    columns: Sequence[TagColumn], options: ReadOptions, map_rows: Sequence[MapRow] | None = None
+) -> list[LoopRoles]:
+    """Give each column its role in a loop.
+
+    Parameters
+    ----------
+    columns : sequence of TagColumn
+        All columns of the source but its time columns.
+    options : ReadOptions
+        `columns` names the column of a role and `tag` the loop that is wanted. When `columns` names a PV, an OP or
+        another number, only the loop of these columns is given.
+    map_rows : sequence of MapRow, optional
+        A mapping file; it settles all roles, and nothing is guessed.
+
+    Returns
+    -------
+    list of LoopRoles
+        One for each loop, in the order of the source.
+
+    Raises
+    ------
+    RecordError
+        When there is no loop, a named column or loop does not exist, or a loop has two columns for one role.
+    ParameterError
+        When `options.columns` names an unknown role.
+    """
+    source = columns[0].table.origin.name if columns else "The source"
+    if not columns:
+        raise RecordError(f"{source}: has no columns beside the time; export PV and OP of a loop.")
+    if map_rows is not None:
+        return _choose_loop(apply_map(columns, map_rows), options, source)
+    chosen = {
+        role: choose_column(role, name, columns) for role, name in options.columns.items() if role not in _TIME_ROLES
+    }
+    if not chosen and not any(column.name or column.description for column in columns):
+        raise RecordError(
+            f"{source}, line {columns[0].table.first_line}: there is no header above the {columns[0].table.width} "
+            "columns; say what they are, for example columns={'time': 0, 'pv': 1, 'op': 2}."
+        )
+    groups, bare = group_columns([column for column in columns if column not in chosen.values()])
+    wanted = _put_chosen(chosen, groups)
+    for group in groups:
+        use_fallback_words(group)
+        use_mv_as_output(group)
+    if wanted is None or not wanted.is_loop:
+        pair_by_letters(groups, bare)
+        add_bare_tags(groups, bare)
+        pair_by_description(groups)
+    if not any(group.is_loop for group in groups):
+        _add_by_data(groups, bare)
+    if wanted is not None:
+        wanted = next(group for group in groups if set(chosen.values()) & set(group.all_columns()))
+    shorten_block_tags(groups)
+    return _loops(columns, groups, wanted, options, source)
+
+
+_TIME_ROLES = ("time", "date", "clock")
+
+
+def choose_column(role: str, name: str | int, columns: Sequence[TagColumn]) -> TagColumn:
+    """Find the column that the user names for a role, by its name or by its number (from 0)."""
+    source = columns[0].table.origin.name
+    if role not in ROLES:
+        raise ParameterError(f"{role!r} is no signal; name columns for time, {', '.join(ROLES)}.")
+    if isinstance(name, str):
+        wanted = name.strip().upper()
+        for column in columns:
+            if column.name.strip().upper() == wanted:
+                return column
+        if not name.strip().isdigit():
+            names = [column.name for column in columns if column.name][:MAX_LISTED]
+            shown = ", ".join(names) if names else "none, as the file has no header: give a number from 0"
+            raise RecordError(f"{source}: has no column {name!r} for {role.upper()}; its columns are {shown}.")
+    number = int(name)
+    found = [column for column in columns if column.position == number]
+    if not found:
+        last = columns[0].table.width - 1
+        raise RecordError(f"{source}: has no column {number} for {role.upper()}; they are numbered 0 to {last}.")
+    return found[0]
+
+
+def _put_chosen(chosen: dict[str, TagColumn], groups: list[TagGroup]) -> TagGroup | None:
+    """Put the columns that the user named into their group, and give it if they make up a loop."""
+    if not chosen:
+        return None
+    pairs = [parse_column_name(column.name) for column in chosen.values()]
+    tags = {pair[0].upper() for pair in pairs if pair}
+    own = [group for group in groups if group.tag.upper() in tags]
+    others = [group for group in groups if group.columns.keys() & set(NUMERIC_ROLES)]
+    if len(own) == 1:
+        target = own[0]
+    elif not own and len(others) == 1:
+        target = others[0]
+    else:
+        groups[:] = [group for group in groups if group.tag or not own]
+        target = next((group for group in groups if not group.tag), None) or TagGroup("")
+    if target not in groups:
+        groups.append(target)
+    target.columns |= {role: [column] for role, column in chosen.items()}
+    return target if chosen.keys() & set(NUMERIC_ROLES) else None
+
+
+def _add_by_data(groups: list[TagGroup], bare: list[TagColumn]) -> None:
+    """Complete the only group, or make one, by what the data say of the columns without a role."""
+    partial = [group for group in groups if group.columns.keys() & set(NUMERIC_ROLES)]
+    if len(partial) > 1:
+        return
+    group = partial[0] if partial else TagGroup("")
+    known = {role: columns[0] for role, columns in group.columns.items()}
+    roles, note = find_roles_by_data([c for c in bare if normalise_name(c.name) not in INDEX_WORDS[1:]], known)
+    if not roles:
+        return
+    for role, column in roles.items():
+        group.add(role, column)
+        bare.remove(column)
+    group.notes.append(note)
+    if not partial:
+        groups.append(group)
+
+
+def _loops(
+    columns: Sequence[TagColumn], groups: list[TagGroup], wanted: TagGroup | None, options: ReadOptions, source: str
+) -> list[LoopRoles]:
+    """Loops of the groups that have PV and OP."""
+    usable = [group for group in groups if group.is_loop and wanted in (None, group)]
+    if not usable:
+        raise _no_loop(columns, groups, source)
+    single = [group for group in usable if not (twice := _role_with_two(group)) or not twice]
+    notes = [] if wanted is not None else _notes_on_others(groups, usable)
+    if not single:
+        raise RecordError(f"{source}: {_role_with_two(usable[0])}")
+    notes += [f"Left out: {_role_with_two(group)}" for group in usable if group not in single]
+    if not any(group.tag == "" for group in usable):
+        shared = {
+            role: found[0]
+            for group in groups
+            if group.tag == ""
+            for role, found in group.columns.items()
+            if role in (*FLAG_ROLES, "mode")
+        }
+    else:
+        shared = {}
+    loops = [
+        LoopRoles(
+            tag=group.tag,
+            roles=shared | _numbered_flags(group),
+            loop_type=loop_type_of(group.tag),
+            notes=[*group.notes, *notes],
+        )
+        for group in single
+    ]
+    _name_unused(columns, loops)
+    return _choose_loop(loops, options, source)
+
+
+def _role_with_two(group: TagGroup) -> str:
+    """Say which role of a loop has two columns; empty when none has."""
+    for role, found in group.columns.items():
+        if len(found) > 1 and role.split()[-1] not in FLAG_ROLES:
+            one, other = (column_label(column) for column in found[:2])
+            return (
+                f"columns {one!r} and {other!r} are both the {role.upper()} of one loop; "
+                f"say which with columns={{'{role}': ...}} (--columns)."
+            )
+    return ""
+
+
+def _numbered_flags(group: TagGroup) -> dict[str, TagColumn]:
+    """Role -> column; the second flag of a kind gets a number."""
+    return {
+        role if k == 0 else f"{role} {k + 1}": column
+        for role, found in group.columns.items()
+        for k, column in enumerate(found)
+    }
+
+
+def _notes_on_others(groups: list[TagGroup], usable: list[TagGroup]) -> list[str]:
+    left = [g.tag for g in groups if g.tag and g not in usable and g.columns.keys() & set(NUMERIC_ROLES)]
+    more = " ..." if left[10:] else ""
+    return [f"Left out, as PV or OP is missing: {', '.join(left[:10])}{more}."] if left else []
+
+
+def _no_loop(columns: Sequence[TagColumn], groups: list[TagGroup], source: str) -> RecordError:
+    known = ", ".join(
+        f"{column_label(found[0])} = {role.split()[-1].upper()}" for g in groups for role, found in g.columns.items()
+    )
+    names = ", ".join(column.name for column in columns[:MAX_LISTED] if column.name) or "(no header)"
+    return RecordError(
+        f"{source}, line {max(1, columns[0].table.first_line - 1)}: no loop with PV and OP was found among the columns "
+        f"{names}{f' (recognised: {known})' if known else ''}; say which is which with "
+        "columns={'pv': ..., 'op': ...}, or with a map."
+    )
+
+
+def _choose_loop(loops: list[LoopRoles], options: ReadOptions, source: str) -> list[LoopRoles]:
+    """Pick the loop that the user asks for; a single loop without a tag takes any."""
+    if options.tag is None or (len(loops) == 1 and not loops[0].tag):
+        return loops
+    chosen = [loop for loop in loops if loop.tag.lower() == options.tag.lower()]
+    if not chosen:
+        stem = loops[0].roles["op"].table.origin.stem
+        listed = ", ".join(loop.tag or stem for loop in loops[:MAX_LISTED])
+        raise RecordError(f"{source}: has no loop {options.tag!r}; its loops are {listed}.")
+    return chosen[:1]
+
+
+def _name_unused(columns: Sequence[TagColumn], loops: list[LoopRoles]) -> None:
+    """Name each unused column in the loop that has its tag, or whose signal is the next used one to its left."""
+    owner = {id(column): loop for loop in loops for column in loop.roles.values()}
+    by_tag = {loop.tag.upper(): loop for loop in loops if loop.tag}
+    by_number = {tag[:2] + tag[3:4]: loop for loop in loops if (tag := parse_instrument_tag(loop.tag))}
+    left: LoopRoles | None = None
+    for column in columns:
+        if id(column) in owner:
+            left = owner[id(column)]
+            continue
+        pair = parse_column_name(column.name)
+        tag = pair[0] if pair else column.name
+        instrument = parse_instrument_tag(tag)
+        loop = by_tag.get(tag.upper()) or (by_number.get(instrument[:2] + instrument[3:4]) if instrument else None)
+        if loop is None and (not pair or not pair[0]) and normalise_name(column.name) not in INDEX_WORDS:
+            loop = left
+        if loop is not None:
+            loop.unused.append(column_label(column))

@@ -1,0 +1,220 @@
+"""The mapping file: which tag is which signal of which loop; `stiction read --write-map` writes one to edit."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+import tempfile
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stiction.errors import RecordError
+from stiction.sources.roles.loop_roles import ROLES, LoopRoles
+from stiction.sources.roles.vocabulary import loop_type_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from os import PathLike
+
+    from stiction.sources.tag_column import TagColumn
+
+__all__ = ["MapRow", "apply_map", "read_map", "write_map"]
+
+MAP_ROLES = (*ROLES, *(f"{role} {flag}" for role in ("pv", "sp", "op", "mv") for flag in ("bad", "quality")))
+"""Roles that a map may name."""
+
+
+@dataclass(frozen=True, slots=True)
+class MapRow:
+    """One row of a mapping file: a column of the source and its role."""
+
+    tag: str
+    """Column of the source, as its heading or as the tag of a long table."""
+    loop: str
+    """Tag of the loop."""
+    role: str
+    """Role, such as "pv"."""
+    unit: str = ""
+    """Unit of the values; empty keeps the unit of the source."""
+    low: float | None = None
+    """Value at 0 % of span [unit]."""
+    high: float | None = None
+    """Value at 100 % of span [unit]."""
+    area: str = ""
+    """Plant area of the loop."""
+    master: str = ""
+    """Tag of the loop whose OP is the set point of this one."""
+    importance: str = ""
+    """Importance of the loop."""
+    place: str = ""
+    """File and line, for messages."""
+
+
+COLUMNS = tuple(field.name for field in fields(MapRow) if field.name != "place")
+"""Columns of a mapping file."""
+
+
+def read_map(path: str | PathLike[str]) -> list[MapRow]:
+    """Read and check a mapping file.
+
+    Parameters
+    ----------
+    path : path
+        CSV with a header of `tag`, `loop`, `role` and, as needed, `unit`, `low`, `high`, `area`, `master` and
+        `importance`; comma, semicolon or tab between the cells. Lines that begin with # are comments.
+
+    Returns
+    -------
+    list of MapRow
+        The rows, in the order of the file.
+
+    Raises
+    ------
+    RecordError
+        When the file cannot be read, has an unknown column or role, gives one role or one tag twice, has a loop
+        without OP, or a `low` that is not below `high`.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise RecordError(f"{path}: is no UTF-8 text; save the map as CSV in UTF-8.") from None
+    except OSError as error:
+        raise RecordError(f"{path}: the map cannot be read ({error.strerror}); check the path.") from None
+    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    if not lines:
+        raise RecordError(f"{path}: the map is empty; write one with stiction read FILE --write-map MAP.")
+    delimiter = max(",;\t", key=lines[0][1].count)
+    header = [cell.strip().lower() for cell in next(csv.reader([lines[0][1]], delimiter=delimiter))]
+    if unknown := [name for name in header if name not in COLUMNS]:
+        raise RecordError(f"{path}, line {lines[0][0]}: unknown column {unknown[0]!r}; use {', '.join(COLUMNS)}.")
+    if absent := [name for name in COLUMNS[:3] if name not in header]:
+        raise RecordError(f"{path}, line {lines[0][0]}: has no column {absent[0]!r}; add it.")
+    rows = []
+    for number, line in lines[1:]:
+        cells = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+        rows.append(_row(dict(zip(header, cells, strict=False)), f"{path}, line {number}", delimiter))
+    _check(rows, str(path))
+    return rows
+
+
+def _row(cells: dict[str, str], place: str, delimiter: str) -> MapRow:
+    role = " ".join(cells.get("role", "").lower().split())
+    if not cells.get("tag") or not cells.get("loop"):
+        raise RecordError(f"{place}: tag or loop is empty; fill in both, or delete the line.")
+    if role not in MAP_ROLES:
+        raise RecordError(f"{place}: unknown role {cells.get('role', '')!r}; use one of {', '.join(ROLES)}.")
+    ends: dict[str, float | None] = {}
+    for name in ("low", "high"):
+        text = cells.get(name, "")
+        try:
+            ends[name] = float(text.replace(",", ".") if delimiter != "," else text) if text else None
+        except ValueError:
+            ends[name] = math.nan
+        if ends[name] is not None and not math.isfinite(ends[name] or 0.0):
+            raise RecordError(f"{place}: {name} = {text!r} is no number; give the value at {_PERCENT[name]} of span.")
+    low, high = ends["low"], ends["high"]
+    if (low is None) != (high is None):
+        raise RecordError(f"{place}: gives only one of low and high; give both, or none.")
+    if low is not None and high is not None and not low < high:
+        raise RecordError(f"{place}: low = {low:g} is not below high = {high:g}; give the values at 0 % and at 100 %.")
+    return MapRow(**{**{n: cells.get(n, "") for n in COLUMNS}, "role": role, "low": low, "high": high}, place=place)
+
+
+_PERCENT = {"low": "0 %", "high": "100 %"}
+
+
+def _check(rows: list[MapRow], path: str) -> None:
+    """Check the rows together."""
+    roles: dict[tuple[str, str], MapRow] = {}
+    tags: dict[str, MapRow] = {}
+    for row in rows:
+        if (other := roles.setdefault((row.loop.lower(), row.role), row)) is not row:
+            raise RecordError(
+                f"{row.place}: {row.tag!r} is the {row.role.upper()} of {row.loop}, but {other.tag!r} is already; "
+                "keep one of them."
+            )
+        if (other := tags.setdefault(row.tag.lower(), row)) is not row:
+            raise RecordError(
+                f"{row.place}: {row.tag!r} is claimed by {row.loop} ({row.role}), but {other.loop} ({other.role}) "
+                "has it already; a tag has one role in one loop."
+            )
+    for row in rows:
+        if (row.loop.lower(), "op") not in roles:
+            raise RecordError(f"{row.place}: loop {row.loop} has no row with role op; add its controller output.")
+        if row.master and row.master.lower() == row.loop.lower():
+            raise RecordError(f"{row.place}: {row.loop} is its own master; name the loop whose OP is its set point.")
+    if not rows:
+        raise RecordError(f"{path}: the map has no rows below its header; add tag, loop and role of each signal.")
+
+
+def apply_map(columns: Sequence[TagColumn], rows: Sequence[MapRow]) -> list[LoopRoles]:
+    """Give the columns the roles of a mapping file.
+
+    Parameters
+    ----------
+    columns : sequence of TagColumn
+        Columns of the source.
+    rows : sequence of MapRow
+        The map, from `read_map`.
+
+    Returns
+    -------
+    list of LoopRoles
+        One for each loop, in the order of the map.
+
+    Raises
+    ------
+    RecordError
+        When a tag of the map is not in the source.
+    """
+    by_name: dict[str, TagColumn] = {}
+    for column in columns:
+        by_name.setdefault(column.name.strip().lower(), column)
+    loops: dict[str, LoopRoles] = {}
+    for row in rows:
+        column = by_name.get(row.tag.lower())
+        if column is None:
+            listed = ", ".join(column.name for column in columns[:20])
+            raise RecordError(f"{row.place}: tag {row.tag!r} is not in the source; its columns are {listed}.")
+        loop = loops.setdefault(row.loop.lower(), LoopRoles(row.loop, {}, loop_type_of(row.loop)))
+        loop.roles[row.role] = column
+        loop.area, loop.master = loop.area or row.area, loop.master or row.master
+        loop.importance = loop.importance or row.importance
+        if row.unit:
+            loop.units[row.role] = row.unit
+        if row.low is not None and row.high is not None:
+            loop.spans[row.role] = (row.low, row.high)
+    return list(loops.values())
+
+
+def write_map(loops: Sequence[LoopRoles], path: str | PathLike[str]) -> None:
+    """Write the roles of loops as a mapping file to edit.
+
+    Parameters
+    ----------
+    loops : sequence of LoopRoles
+        Loops of a source, as guessed or mapped.
+    path : path
+        The file; it is replaced in one step when it exists.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for loop in loops:
+        for role, column in loop.roles.items():
+            low, high = loop.spans.get(role, (None, None))
+            tag = loop.tag or column.table.origin.stem
+            row = MapRow(column.name, tag, role, loop.unit_of(role), low, high, loop.area, loop.master, loop.importance)
+            writer.writerow(["" if cell is None else cell for cell in astuple(row)[:-1]])
+    target = Path(path)
+    descriptor, temporary = tempfile.mkstemp(prefix=f".{target.name}", dir=target.parent or ".")
+    try:
+        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+            file.write(text.getvalue())
+        Path(temporary).replace(target)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
