@@ -47,7 +47,9 @@ def parse_elapsed_time(cells: pl.Series, sample: Sequence[str]) -> tuple[NDArray
     >>> parse_elapsed_time(pl.Series(["24:59:59", "25:00:00"]), ["24:59:59"])[0]
     array([89999., 90000.])
     """
-    form = next((form for form in (_SPAN, _MINUTES) if 2 * sum(bool(re.match(form, c)) for c in sample) > len(sample)), "")
+    form = next(
+        (form for form in (_SPAN, _MINUTES) if 2 * sum(bool(re.match(form, c)) for c in sample) > len(sample)), ""
+    )
     if not form:
         return None
     parts = cells.str.replace(",", ".", literal=True).str.extract_groups(form.replace("[.,]", r"\.")).struct.unnest()

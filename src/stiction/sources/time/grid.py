@@ -106,7 +106,9 @@ def regular_grid(
             "give time_format='...' (--time-format) or dt= (--dt)."
         )
     result = sort_by_time(stamps.seconds[known], known, stamps.kind, rows_differ)
-    grid = Grid(known, dt or 1.0, None, stamps.clock_jumps + result.clock_jumps, stamps.dst_changes + result.dst_changes)
+    grid = Grid(
+        known, dt or 1.0, None, stamps.clock_jumps + result.clock_jumps, stamps.dst_changes + result.dst_changes
+    )
     if n_lost:
         first = first_line + int(np.flatnonzero(~np.isfinite(stamps.seconds))[0])
         rows = number_of(n_lost, "row")
@@ -168,8 +170,8 @@ def _drop_repeated_stamps(
                     "evenly sampled, give the sampling period with dt= (--dt) in seconds."
                 )
             raise RecordError(
-                f"{shared} one elsewhere in the file {limit}, as where two exports stand one below the other; give each "
-                "as a file of its own."
+                f"{shared} one elsewhere in the file {limit}, as where two exports stand one below the other; give "
+                "each as a file of its own."
             )
         values = f", {number_of(n_other, 'row')} of them with other values" if n_other else ""
         grid.notes.append(f"Left out: {number_of(n_repeated, 'row')} with the time stamp of the next{values}.")

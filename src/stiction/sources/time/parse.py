@@ -1,0 +1,133 @@
+"""The time of each row of a table."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.sources.time.compact_clock import insert_colons, is_compact_clock
+from stiction.sources.time.elapsed_time import unwrap_clock
+from stiction.sources.time.numeric_time import parse_numeric_time
+from stiction.sources.time.stamps import Stamps
+from stiction.sources.time.text_column import parse_text_stamps
+from stiction.sources.time.text_stamps import is_clock, is_date, is_timestamp
+from stiction.sources.time.time_columns import (
+    TimeColumns,
+    find_time_columns,
+    is_numeric_column,
+    is_time_heading,
+    missing_time_error,
+    seconds_per_unit,
+)
+from stiction.sources.time.zones import localise
+from stiction.sources.values.numeric_cells import parse_numbers
+
+if TYPE_CHECKING:
+    import polars as pl
+    from numpy.typing import NDArray
+
+    from stiction.sources.options import ReadOptions
+    from stiction.sources.table import RawTable
+
+__all__ = [
+    "TimeColumns",
+    "find_time_columns",
+    "is_clock",
+    "is_date",
+    "is_time_heading",
+    "is_timestamp",
+    "missing_time_error",
+    "parse_time",
+    "seconds_per_unit",
+]
+
+_MIDNIGHT = r"[T ]00:00(?::00(?:\.0+)?)?$"
+
+
+def parse_time(
+    table: RawTable, time_columns: TimeColumns, options: ReadOptions, rows: NDArray[np.int64] | None = None
+) -> Stamps:
+    """Parse the time columns of a table.
+
+    Parameters
+    ----------
+    table : RawTable
+        The table.
+    time_columns : TimeColumns
+        What `find_time_columns` found, with one or two positions.
+    options : ReadOptions
+        `day_first`, `time_format` and `timezone` count here.
+    rows : ndarray of int, optional
+        Rows to parse, in this order; all when not given.
+
+    Returns
+    -------
+    Stamps
+        Seconds of each row, with the notes of `time_columns`.
+    """
+    table.load([*time_columns.positions, *([] if time_columns.fraction is None else [time_columns.fraction])])
+    first, *second = (_column(table, position, rows) for position in time_columns.positions)
+    if second:
+        stamps = _parse_date_and_clock(first, second[0], options)
+    elif first.dtype.is_temporal():
+        stamps = _parse_temporal(first)
+    elif first.dtype.is_numeric() or (
+        options.time_format is None and is_numeric_column(table, time_columns.positions[0])
+    ):
+        values = parse_numbers(first, table.decimal, where=f"{table.origin.name}, time column").values
+        stamps = parse_numeric_time(values, time_columns.unit)
+    else:
+        stamps = parse_text_stamps(_as_text(first), day_first=options.day_first, time_format=options.time_format)
+    if time_columns.fraction is not None:
+        fraction = parse_numbers(_column(table, time_columns.fraction, rows), table.decimal).values
+        if not (np.nan_to_num(stamps.seconds) % 1.0).any():
+            stamps.seconds = stamps.seconds + np.nan_to_num(fraction) * time_columns.fraction_unit
+    stamps.notes[:0] = time_columns.notes
+    if options.timezone is None:
+        return stamps
+    if stamps.kind == "utc":
+        stamps.notes.append(f"timezone = {options.timezone} is not used, as the time stamps name their zone.")
+        return stamps
+    stamps.notes = [note for note in stamps.notes if "is not looked up" not in note]
+    return localise(stamps, options.timezone)
+
+
+def _column(table: RawTable, position: int, rows: NDArray[np.int64] | None) -> pl.Series:
+    cells = table.column(position)
+    return cells if rows is None else cells.gather(rows)
+
+
+def _as_text(cells: pl.Series) -> pl.Series:
+    import polars as pl
+
+    return cells if cells.dtype == pl.String else cells.cast(pl.String)
+
+
+def _parse_temporal(cells: pl.Series) -> Stamps:
+    """Convert a column that is stored as dates, times or durations."""
+    import polars as pl
+
+    if cells.dtype == pl.Duration:
+        return Stamps(cells.dt.total_nanoseconds().cast(float).to_numpy() * 1e-9, "relative")
+    if cells.dtype == pl.Time:
+        note = "The time column holds a time of day without a date."
+        return Stamps(unwrap_clock(cells.cast(pl.Int64).cast(float).to_numpy() * 1e-9, 86400.0), "relative", [note])
+    zone = cells.dtype.time_zone if isinstance(cells.dtype, pl.Datetime) else None
+    seconds = cells.cast(pl.Datetime("us", zone)).dt.epoch("us").cast(float).to_numpy() * 1e-6
+    return Stamps(seconds, "utc" if zone else "local")
+
+
+def _parse_date_and_clock(dates: pl.Series, clocks: pl.Series, options: ReadOptions) -> Stamps:
+    """Parse a date and a time of day that stand in two columns."""
+    days, times, note = _as_text(dates), _as_text(clocks), ""
+    if options.time_format is None:
+        sample = [cell for cell in times.head(200).to_list() if cell]
+        if is_compact_clock(sample):
+            times, note = insert_colons(times)
+        if any(re.search(_MIDNIGHT, cell) for cell in days.head(1).to_list() if cell):
+            days = days.str.replace(_MIDNIGHT, "")
+    stamps = parse_text_stamps(days + " " + times, day_first=options.day_first, time_format=options.time_format)
+    stamps.notes += [note] if note else []
+    return stamps
