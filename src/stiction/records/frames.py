@@ -1,0 +1,141 @@
+"""Loop records as data frames."""
+
+from __future__ import annotations
+
+from datetime import UTC
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.errors import MissingExtraError, ParameterError
+from stiction.records.record import LoopRecord, require_record
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import polars as pl
+
+__all__ = ["SIGNALS", "as_records", "stack_records", "to_frame"]
+
+FRAME_LIBRARIES = ("pandas", "polars", "pyarrow")
+SIGNALS = ("pv", "op", "sp", "mv", "valve_signal", "auto")
+"""Signals of a record, in the order of the columns."""
+
+
+def to_frame(records: LoopRecord | Sequence[LoopRecord], native: str = "pandas") -> Any:
+    """Make a data frame of one or several records.
+
+    Parameters
+    ----------
+    records : LoopRecord or sequence of LoopRecord
+        What to put into the frame.
+    native : {"pandas", "polars", "pyarrow"}
+        Library of the frame.
+
+    Returns
+    -------
+    pandas.DataFrame, polars.DataFrame or pyarrow.Table
+        Column ``time``, then the signals that the record has: pv and sp [engineering units], op, mv and valve_signal
+        [% of span], auto (bool). Of several records a column ``tag`` is the first one. Time is the time of day when all
+        records have a start, else the time since the start [s]. A missing value is NaN (pandas) or null.
+        ``frame.attrs`` of pandas holds ``units``, and the ``tag`` of a single record.
+
+    Raises
+    ------
+    ParameterError
+        When the library is not one of these.
+    MissingExtraError
+        When the library is not installed.
+    RecordError
+        When what is given is no record.
+
+    Examples
+    --------
+    >>> record = LoopRecord("FIC-101", 2.0, op=[50.0, 51.0], pv=[3.0, 3.1])
+    >>> to_frame(record, native="polars").rows()
+    [(0.0, 3.0, 50.0), (2.0, 3.1, 51.0)]
+    """
+    if native not in FRAME_LIBRARIES:
+        raise ParameterError(f"native = {native!r} is unknown; give one of {', '.join(FRAME_LIBRARIES)}.")
+    one = isinstance(records, LoopRecord)
+    loops = as_records(records)
+    names = [name for name in SIGNALS if any(getattr(loop, name) is not None for loop in loops)]
+    frame = stack_records(loops, names)
+    if one:
+        frame = frame.drop("tag")
+    if native == "polars":
+        return frame
+    try:
+        if native == "pyarrow":
+            return frame.to_arrow()
+        result = _to_pandas(frame)
+    except ImportError:
+        raise MissingExtraError(f"{native} is not installed; pip install {native}.") from None
+    result.attrs["units"] = _units(loops, names)
+    if one:
+        result.attrs["tag"] = loops[0].tag
+    return result
+
+
+def as_records(records: LoopRecord | Sequence[LoopRecord]) -> list[LoopRecord]:
+    loops = [records] if isinstance(records, LoopRecord) else list(records)
+    for loop in loops:
+        require_record(loop)
+    return loops
+
+
+def stack_records(loops: Sequence[LoopRecord], names: Sequence[str]) -> pl.DataFrame:
+    """Put the rows of all records below each other; missing values are null."""
+    import polars as pl
+
+    types = {name: pl.Boolean if name == "auto" else pl.Float64 for name in names}
+    frames = []
+    for loop in loops:
+        columns: list[Any] = [pl.lit(loop.tag, pl.String).alias("tag"), pl.col("time")]
+        for name, dtype in types.items():
+            signal = getattr(loop, name)
+            columns.append(pl.lit(None, dtype).alias(name) if signal is None else pl.Series(name, signal, dtype))
+        frames.append(pl.DataFrame({"time": _times(loop, loops)}).select(columns))
+    if not frames:
+        frames = [pl.DataFrame(schema={"tag": pl.String, "time": pl.Float64, **types})]
+    frame = pl.concat(frames).with_columns(pl.col(pl.Float64).fill_nan(None))
+    if frame.schema["time"] == pl.Datetime and loops[0].start is not None and loops[0].start.tzinfo is not None:
+        frame = frame.with_columns(pl.col("time").dt.replace_time_zone("UTC"))
+    return frame
+
+
+def _to_pandas(frame: pl.DataFrame) -> Any:
+    """Convert to pandas, without pyarrow."""
+    import pandas as pd
+    import polars as pl
+
+    result = pd.DataFrame()
+    for column in frame:
+        if column.dtype == pl.Float64:
+            result[column.name] = column.fill_null(np.nan).to_numpy()
+        elif column.dtype == pl.Datetime:
+            utc = column.dt.replace_time_zone(None).to_numpy()
+            zone = getattr(column.dtype, "time_zone", None)
+            result[column.name] = pd.Series(utc).dt.tz_localize(zone) if zone else utc
+        else:
+            result[column.name] = pd.Series(column.to_list(), dtype="boolean" if column.null_count() else None)
+    return result
+
+
+def _times(loop: LoopRecord, loops: Sequence[LoopRecord]) -> np.ndarray:
+    """Time of each sample: of day when all loops have a start in one kind of clock, else since the start [s]."""
+    starts = [each.start for each in loops]
+    zoned = {start.tzinfo is not None for start in starts if start is not None}
+    if None in starts or len(zoned) != 1 or loop.start is None:
+        return loop.time
+    start = loop.start.astimezone(UTC).replace(tzinfo=None) if loop.start.tzinfo else loop.start
+    return np.datetime64(start, "us") + np.round(loop.time * 1e6).astype("timedelta64[us]")
+
+
+def _units(loops: Sequence[LoopRecord], names: Sequence[str]) -> dict[str, str]:
+    """Give the unit of each column in which all records agree."""
+    pv = {loop.provenance.pv_unit for loop in loops}
+    op = {loop.provenance.op_unit or "%" for loop in loops}
+    of_pv, of_op = pv.pop() if len(pv) == 1 else "", op.pop() if len(op) == 1 else ""
+    units = {"pv": of_pv, "sp": of_pv, "op": of_op, "valve_signal": of_op, "mv": "%"}
+    return {name: unit for name, unit in units.items() if unit and name in names}
