@@ -1,0 +1,151 @@
+"""Quality columns: which texts and numbers of each vendor say that a value is bad."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.sources.roles.vocabulary import BAD_STATUS_WORDS, GOOD_STATUS_WORDS, MISSING_WORDS
+
+if TYPE_CHECKING:
+    import polars as pl
+    from numpy.typing import NDArray
+
+__all__ = ["bad_codes", "bad_flag_mask", "bad_status_mask"]
+
+NOT_BAD = {"0", "0.0", "FALSE", "NO", "N", *GOOD_STATUS_WORDS, *MISSING_WORDS}
+"""What a column of bad flags says of a good value."""
+CONFIDENCE_NAMES = ("CONFIDENCE",)
+"""Columns in percent of confidence (PHD: 0 is bad, 100 is good)."""
+OPC_UA_UNCERTAIN = 0x40000000
+"""First status code of OPC UA that is not good."""
+TRUE_CODES, FALSE_CODES = ("TRUE", "1", "1.0"), ("FALSE", "0", "0.0")
+_NUMBER = re.compile(r"(?:0X|16#)([0-9A-F]{1,8})|([0-9]{1,10})(?:\.0+)?")
+
+
+def bad_codes(
+    counts: Counter[str], name: str = "", *, min_good_share: float = 0.9, min_confidence: float = 50.0
+) -> tuple[set[str], str]:
+    """Find which codes of a quality column mean that the value is bad.
+
+    Parameters
+    ----------
+    counts : Counter
+        Code in capitals -> rows that have it. An empty cell says nothing.
+    name : str
+        Heading of the column; ``Confidence`` and ``Good`` have rules of their own.
+    min_good_share : float
+        Share of the rows that must be good by known codes, or have the same number, before an unknown code counts as
+        bad [-].
+    min_confidence : float
+        Confidence below which a value is bad [%].
+
+    Returns
+    -------
+    codes : set of str
+        Those that mean bad.
+    note : str
+        What was assumed; empty when all codes are known.
+
+    Notes
+    -----
+    Known as good: texts that begin with Good, OK, Valid, Normal; OPC Data Access codes whose two quality bits are 11
+    (192 to 255); OPC UA codes below 0x40000000, when the column has codes from there on (their two
+    highest bits are the severity: 01 uncertain, 10 bad). A number that nearly all rows have is taken as good (0 of
+    OPC UA, IP.21 and Wonderware, 128 of WinCC, 100 of PHD).
+
+    Sources: OPC Foundation, Data Access 3.00, section 6.8; OPC UA Part 4, section 7.39.
+
+    Examples
+    --------
+    >>> from collections import Counter
+    >>> bad_codes(Counter({"192": 90, "24": 3})), bad_codes(Counter({"RUN": 90, "BAD": 3}))[0]
+    (({'24'}, ''), {'BAD'})
+    >>> bad_codes(Counter({"100": 90, "0": 3}), "Confidence")[0]
+    {'0'}
+    """
+    heading = name.upper().replace(".", " ").split()
+    words = {code: rows for code, rows in counts.items() if code not in MISSING_WORDS}
+    numbers = {code: number for code in words if (number := _code_number(code)) is not None}
+    if heading and heading[-1] in CONFIDENCE_NAMES and len(numbers) == len(words) and words:
+        full = 100.0 if max(numbers.values()) > 1 else 1.0
+        bad = {code for code, number in numbers.items() if number < full * min_confidence / 100.0}
+        return bad, f"A confidence below {full * min_confidence / 100.0:g} of {full:g} is taken as bad."
+    if heading and heading[-1] in ("GOOD", "ISGOOD") and words.keys() <= {*TRUE_CODES, *FALSE_CODES}:
+        return set(words) & set(FALSE_CODES), ""
+    bad = {code for code in words if code.startswith(BAD_STATUS_WORDS)}
+    is_opc_ua = any(number >= OPC_UA_UNCERTAIN for number in numbers.values())
+    good = {code for code in words if code in GOOD_STATUS_WORDS or code.startswith("GOOD")}
+    good |= {code for code, n in numbers.items() if (n < OPC_UA_UNCERTAIN if is_opc_ua else 192 <= n <= 255)}
+    usual = max(words, key=lambda code: words[code], default="")
+    total, note = sum(words.values()), ""
+    if not good and usual in numbers and words[usual] >= min_good_share * total:
+        good, note = {usual}, f"{usual!r}, which most rows have, is taken as good."
+    unknown = words.keys() - good - bad
+    if sum(words[code] for code in good) >= min_good_share * total:
+        return bad | unknown, note
+    if unknown:
+        most = max(unknown, key=lambda code: words[code])
+        note = f"{most!r} is not known as good or bad, and {words[most]} rows that have it are used."
+    return bad, note
+
+
+def _code_number(code: str) -> int | None:
+    """A code as a number; hexadecimal ones begin with 0x or 16#."""
+    found = _NUMBER.fullmatch(code)
+    return None if found is None else int(found[1], 16) if found[1] else int(found[2])
+
+
+def _codes(cells: pl.Series) -> tuple[pl.Series, Counter[str]]:
+    """Cells as codes in capitals, and how often each occurs."""
+    import polars as pl
+
+    codes = cells.cast(pl.String, strict=False).fill_null("").str.strip_chars().str.to_uppercase()
+    counts = codes.value_counts()
+    return codes, Counter(dict(zip(counts[:, 0].to_list(), counts[:, 1].to_list(), strict=True)))
+
+
+def bad_status_mask(cells: pl.Series, name: str = "", **thresholds: float) -> tuple[NDArray[np.bool_], str]:
+    """Mark the rows whose quality is bad.
+
+    Parameters
+    ----------
+    cells : polars.Series, shape (n_rows,)
+        Quality column, of texts or numbers.
+    name : str
+        Its heading.
+    **thresholds
+        As for `bad_codes`.
+
+    Returns
+    -------
+    mask : ndarray of bool, shape (n_rows,)
+        True where the value is bad.
+    note : str
+        What was assumed.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> bad_status_mask(pl.Series(["Good"] * 20 + ["Bad"]))[0].sum()
+    np.int64(1)
+    """
+    codes, counts = _codes(cells)
+    bad, note = bad_codes(counts, name, **thresholds)
+    return codes.is_in(list(bad)).to_numpy() if bad else np.zeros(len(codes), dtype=bool), note
+
+
+def bad_flag_mask(cells: pl.Series) -> NDArray[np.bool_]:
+    """Mark the rows that a column of bad flags marks, shape (n_rows,).
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> bad_flag_mask(pl.Series(["0", "", "1", "False"])).tolist()
+    [False, False, True, False]
+    """
+    codes, counts = _codes(cells)
+    return codes.is_in([code for code in counts if code not in NOT_BAD]).to_numpy()
