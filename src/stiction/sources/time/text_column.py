@@ -98,10 +98,10 @@ def parse_text_stamps(cells: pl.Series, *, day_first: bool | None = None, time_f
 def _rewrite_column(cells: pl.Series, sample: list[str]) -> pl.Series:
     """Write rarer forms as usual ones, as far as the first cells have them."""
     for form, usual in REWRITES:
-        compiled = re.compile(form)
-        if any(map(compiled.search, sample)):
+        written = [re.sub(form, usual.replace("${", "\\g<").replace("}", ">"), cell) for cell in sample]
+        if written != sample:
             cells = cells.str.replace_all(form, usual) if form.startswith("[") else cells.str.replace(form, usual)
-            sample = [compiled.sub(re.sub(r"\$\{(\d)\}", r"\\\1", usual), cell) for cell in sample]
+            sample = written
     return cells
 
 

@@ -43,7 +43,7 @@ REWRITES = (
     (r"(:\d{2}(?:\.\d+)?[+-]\d{2}):$", "${1}:00"),
 )
 """Rarer forms of a cell, as regular expressions of Rust and Python, each with the usual form, in this order."""
-_COMPILED = tuple((re.compile(form), re.sub(r"\$\{(\d)\}", r"\\\1", usual)) for form, usual in REWRITES)
+_COMPILED = tuple((re.compile(form), usual.replace("${", "\\g<").replace("}", ">")) for form, usual in REWRITES)
 NUMBERED_DATE = re.compile(r"(\d{1,2})([-/.])(\d{1,2})[-/.](\d{4}|\d{2})")
 _CLOCK = re.compile(CLOCK)
 _CLOCK_PARTS = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2})(?:\.(\d+))?)?(?: ?([AaPp])[Mm])?")
