@@ -78,6 +78,7 @@ def to_frame(records: LoopRecord | Sequence[LoopRecord], native: str = "pandas")
 
 
 def as_records(records: LoopRecord | Sequence[LoopRecord]) -> list[LoopRecord]:
+    """Give one or several records as a list, and refuse what is no record."""
     loops = [records] if isinstance(records, LoopRecord) else list(records)
     for loop in loops:
         require_record(loop)

@@ -1,0 +1,375 @@
+"""Tables of a database, through SQLAlchemy: wide ones, long ones, or the result of a query."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from datetime import UTC, date, datetime, timedelta
+from decimal import Decimal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stiction.errors import MissingExtraError, ParameterError, RecordError
+from stiction.sources.database_url import hide_password, show_url
+from stiction.sources.options import MAX_BYTES
+from stiction.sources.table import Origin
+from stiction.sources.typed_table import typed_table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    import polars as pl
+    from sqlalchemy import Column, Connection, Engine, Table
+
+    from stiction.sources.table import RawTable
+
+__all__ = ["read_database"]
+
+CHUNK_ROWS = 50_000
+CONNECT_TIMEOUT_S = 10
+MAX_NAMES = 10
+"""Names that a message lists [-]."""
+
+
+def read_database(
+    url: str,
+    *,
+    query: str | None = None,
+    table: str | None = None,
+    time: str | None = None,
+    tag: str | None = None,
+    value: str | None = None,
+    quality: str | None = None,
+    columns: Sequence[str] | Mapping[str, Any] | None = None,
+    since: datetime | str | float | None = None,
+    until: datetime | str | float | None = None,
+    tags: Sequence[str] | None = None,
+    max_bytes: int = MAX_BYTES,
+) -> list[RawTable]:
+    """Read a table of a database, or the result of a query.
+
+    Nothing is written: the transaction is read-only where the database knows that, and is always rolled back.
+
+    Parameters
+    ----------
+    url : str
+        An SQLAlchemy URL, such as ``postgresql+psycopg://user:password@host/plant`` or ``sqlite:///plant.db``.
+    query : str, optional
+        A SELECT, sent as it is.
+    table : str, optional
+        Name of the table or view, ``schema.table`` where it is not in the default schema; either this or `query`.
+    time, tag, value, quality : str, optional
+        Columns of a long table, which has one row per tag and time; of a wide one, `time`.
+    columns : sequence of str or mapping, optional
+        The only columns to read of a wide table, or signal -> column.
+    since, until : datetime, str or float, optional
+        First time, and the time before which the rows end, in the unit of the time column; a text as ISO 8601.
+    tags : sequence of str, optional
+        The only loops to read: tags of a long table, or columns of a wide one, that begin with one of these.
+    max_bytes : int
+        Size in memory up to which rows are read, at 8 bytes a cell [bytes].
+
+    Returns
+    -------
+    list of RawTable
+        One table. The named columns of time, tag, value and quality have the headings Time, Tag, Value and Quality.
+        Rows are in the order of time when the column holds times or numbers.
+
+    Raises
+    ------
+    ParameterError
+        When the URL or the choice of columns makes no sense.
+    MissingExtraError
+        When the driver of the database is not installed.
+    RecordError
+        When the server is not reached, the query is refused, a table or column does not exist, or no row is found. No
+        message holds a password.
+
+    Examples
+    --------
+    >>> import sqlite3, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder, sqlite3.connect(f"{folder}/plant.db") as database:
+    ...     _ = database.execute("CREATE TABLE trend AS SELECT 0.0 AS t, 3.1 AS pv, 50.0 AS op")
+    ...     database.commit()
+    ...     [table] = read_database(f"sqlite:///{folder}/plant.db", table="trend", time="t")
+    >>> table.header, table.sample
+    ([['Time', 'pv', 'op']], [['0.0', '3.1', '50.0']])
+    """
+    if (query is None) == (table is None):
+        raise ParameterError("give either query, a SELECT, or table, the name of a table.")
+    if tag is not None and (time is None or value is None):
+        raise ParameterError(f"tag = {tag!r} says that the table is long; give its columns time and value too.")
+    engine = _make_engine(url)
+    roles = {"Time": time, "Tag": tag, "Value": value, "Quality": quality}
+    wanted = list(columns.values()) if hasattr(columns, "values") else list(columns or ())  # pyright: ignore
+    wanted = [name for name in wanted if isinstance(name, str)]
+    try:
+        with _connect(engine, url) as connection:
+            if table is not None:
+                stored = _reflect(connection, table, url)
+                select = _select(stored, roles, wanted, tags or (), since, until, url)
+                frame = _fetch(connection, select, url, max_bytes)
+            else:
+                frame = _fetch(connection, query, url, max_bytes)
+                frame = _choose(frame, roles, wanted, tags or (), since, until, url)
+    finally:
+        engine.dispose()
+    where = show_url(url) + (f", table {table}" if table else ", query")
+    if frame.height == 0:
+        raise RecordError(f"{where}: gives no row; check the table, the tags, since and until.")
+    headings = {name: heading for heading, name in roles.items() if name is not None and heading not in frame.columns}
+    frame = frame.rename({name: headings[name] for name in frame.columns if name in headings})
+    return [typed_table(Origin(where, table or engine.url.database or "query"), frame)]
+
+
+def _make_engine(url: str) -> Engine:
+    """Make the engine of a URL; no connection is made yet."""
+    from sqlalchemy import create_engine, exc
+
+    shown = show_url(url)
+    try:
+        is_postgresql = url.startswith("postgresql")
+        engine = create_engine(url, connect_args={"connect_timeout": CONNECT_TIMEOUT_S} if is_postgresql else {})
+    except exc.NoSuchModuleError:
+        raise ParameterError(
+            f"{shown}: is of an unknown kind of database; give for example postgresql+psycopg://, or install its "
+            "SQLAlchemy dialect."
+        ) from None
+    except ImportError as error:
+        module = error.name or "the driver"
+        remedy = "pip install 'stiction[sql]'" if module == "psycopg" else f"pip install {module}"
+        raise MissingExtraError(f"{shown}: needs {module}, which is not installed; {remedy}.") from None
+    except (exc.ArgumentError, ValueError, TypeError):
+        raise ParameterError(
+            f"{shown}: is no database URL; write KIND+DRIVER://USER:PASSWORD@HOST:PORT/DATABASE, with special "
+            "characters of the password encoded (%40 for @)."
+        ) from None
+    file = engine.url.database
+    if engine.dialect.name == "sqlite" and not (file and (file.startswith("file:") or Path(file).is_file())):
+        raise RecordError(f"{shown}: no such file; check the name and the folder.")
+    return engine
+
+
+@contextmanager
+def _connect(engine: Engine, url: str) -> Iterator[Connection]:
+    """Open a connection on which nothing is written."""
+    from sqlalchemy import exc
+
+    try:
+        connection = engine.connect()
+    except (exc.SQLAlchemyError, OSError, ValueError) as error:
+        raise RecordError(
+            f"{show_url(url)}: cannot be reached ({_reason(error, url)}); check host, port, user and password, and "
+            "that the server runs."
+        ) from None
+    with connection:
+        with _refused_as("cannot be read", url, "check the rights of the user"):
+            if engine.dialect.name == "sqlite":
+                connection.exec_driver_sql("PRAGMA query_only = ON")
+            if engine.dialect.name == "postgresql":
+                connection = connection.execution_options(postgresql_readonly=True)
+                connection.exec_driver_sql("SET TIME ZONE 'UTC'")
+        yield connection
+        connection.rollback()
+
+
+@contextmanager
+def _refused_as(what: str, url: str, remedy: str) -> Iterator[None]:
+    """Turn an error of the database into a `RecordError` without passwords."""
+    from sqlalchemy import exc
+
+    try:
+        yield
+    except (exc.SQLAlchemyError, ValueError, OverflowError) as error:
+        if isinstance(error, (RecordError, ParameterError)):
+            raise
+        raise RecordError(f"{show_url(url)}: {what} ({_reason(error, url)}); {remedy}.") from None
+
+
+def _reason(error: Exception, url: str) -> str:
+    """Give the message of the driver, in one line, without passwords."""
+    text = str(getattr(error, "orig", None) or error)
+    lines = [line.strip() for line in hide_password(text, url).splitlines() if line.strip()]
+    return " ".join(lines)[:300].rstrip(".") or type(error).__name__
+
+
+def _reflect(connection: Connection, name: str, url: str) -> Table:
+    """Read the columns of a table from the database."""
+    from sqlalchemy import MetaData, Table, exc, inspect
+
+    schema, _, bare = name.rpartition(".")
+    with _refused_as("cannot be read", url, "check the rights of the user"):
+        try:
+            try:
+                return Table(name, MetaData(), autoload_with=connection)
+            except exc.NoSuchTableError:
+                return Table(bare, MetaData(), schema=schema or None, autoload_with=connection)
+        except exc.NoSuchTableError:
+            inspector = inspect(connection)
+            names = [*inspector.get_table_names(), *inspector.get_view_names()]
+    raise RecordError(f"{show_url(url)}: has no table {name!r}; give {_one_of(names)}.")
+
+
+def _select(
+    table: Table,
+    roles: Mapping[str, str | None],
+    wanted: Sequence[str],
+    tags: Sequence[str],
+    since: Any,
+    until: Any,
+    url: str,
+) -> Any:
+    """Make the SELECT of a wide or long table."""
+    from sqlalchemy import or_, select, types
+    from sqlalchemy.sql.expression import type_coerce
+
+    named = [name for name in roles.values() if name is not None]
+    for name in [*named, *wanted]:
+        if name not in table.c:
+            raise RecordError(
+                f"{show_url(url)}: table {table.name} has no column {name!r}; it has {_names(table.c.keys())}."
+            )
+    names = [*named, *wanted] if wanted or roles["Tag"] else list(table.c.keys())
+    if tags and roles["Time"] and not roles["Tag"] and not wanted:
+        names = _columns_of_tags(names, tags, named)
+    kinds = (types.DateTime, types.Date, types.Numeric, types.Integer)
+    time: Column[Any] | None = table.c[roles["Time"]] if roles["Time"] else None
+    # the type of SQLite's times is only a word: its cells may hold anything, and are given as they are
+    chosen = [type_coerce(table.c[name], types.NullType()).label(name) for name in dict.fromkeys(names)]
+    statement = select(*chosen)
+    if tags and roles["Tag"]:
+        column = table.c[roles["Tag"]]
+        statement = statement.where(or_(*(column.startswith(one, autoescape=True) for one in tags)))
+    if since is not None or until is not None:
+        if time is None:
+            raise ParameterError("since and until need the column of the time; give time.")
+        low, high = (_bound(limit, time.type) for limit in (since, until))
+        statement = statement.where(time >= low) if since is not None else statement
+        statement = statement.where(time < high) if until is not None else statement
+    if time is not None and isinstance(time.type, kinds):
+        statement = statement.order_by(time)
+    return statement
+
+
+def _bound(limit: Any, kind: Any) -> Any:
+    """Give a limit of time as the column stores it."""
+    from sqlalchemy import types
+
+    if isinstance(limit, str) and isinstance(kind, (types.DateTime, types.Date)):
+        try:
+            return datetime.fromisoformat(limit)
+        except ValueError:
+            raise ParameterError(f"{limit!r} is no time; write it as 2026-03-02 or 2026-03-02T06:00:00.") from None
+    if isinstance(limit, str) and isinstance(kind, (types.Numeric, types.Integer)):
+        raise ParameterError(f"{limit!r} is a text, but the time column holds numbers; give a number.")
+    return limit
+
+
+def _fetch(connection: Connection, statement: Any, url: str, max_bytes: int) -> pl.DataFrame:
+    """Run a statement and fetch its rows in chunks."""
+    import polars as pl
+
+    options = {"stream_results": True, "yield_per": CHUNK_ROWS}
+    with _refused_as("refuses the query", url, "correct it"):
+        if isinstance(statement, str):
+            # sent as it is: neither colons nor per cent signs are placeholders
+            result = connection.exec_driver_sql(statement, execution_options={**options, "no_parameters": True})
+        else:
+            result = connection.execution_options(**options).execute(statement)
+        if not result.returns_rows:
+            raise RecordError(f"{show_url(url)}: the query gives no rows; give a SELECT.")
+        names = list(result.keys())
+        if len(set(names)) < len(names):
+            raise RecordError(f"{show_url(url)}: two columns of the query have one name; name each with AS.")
+        chunks: list[list[pl.Series]] = []
+        cells = 0
+        for rows in result.partitions():
+            cells += len(rows) * len(names)
+            if 8 * cells > max_bytes:
+                raise RecordError(
+                    f"{show_url(url)}: the rows are larger than {max_bytes:,} bytes; read fewer with tags, since or until."
+                )
+            chunks.append([_series(cells) for cells in zip(*rows, strict=True)])
+    if not chunks:
+        return pl.DataFrame(schema=dict.fromkeys(names, pl.String))
+    return pl.DataFrame(
+        [_join(parts).alias(name) for name, parts in zip(names, zip(*chunks, strict=True), strict=True)]
+    )
+
+
+def _series(cells: tuple[Any, ...]) -> pl.Series:
+    """Make a column of the values that a driver gives."""
+    import polars as pl
+
+    kinds = {type(cell) for cell in cells} - {type(None)}
+    if not kinds:
+        return pl.Series(cells, dtype=pl.Null)
+    if kinds == {bool}:
+        return pl.Series(cells, dtype=pl.Boolean)
+    if kinds <= {int, float, Decimal}:
+        return pl.Series([None if cell is None else float(cell) for cell in cells], dtype=pl.Float64)
+    if all(issubclass(kind, datetime) for kind in kinds):
+        zones = {cell.tzinfo for cell in cells if cell is not None}
+        if None not in zones:
+            cells = tuple(cell and cell.astimezone(UTC) for cell in cells)
+            return pl.Series(cells, dtype=pl.Datetime("us", "UTC"))
+        if zones == {None}:
+            return pl.Series(cells, dtype=pl.Datetime("us"))
+    if kinds == {date} or kinds == {timedelta}:
+        return pl.Series(cells)
+    return pl.Series([None if cell is None else _as_text(cell) for cell in cells], dtype=pl.String)
+
+
+def _as_text(cell: Any) -> str:
+    return cell.decode("utf-8", "replace") if isinstance(cell, bytes) else str(cell)
+
+
+def _join(parts: Sequence[pl.Series]) -> pl.Series:
+    """Put the chunks of a column together; of several types they are text."""
+    import polars as pl
+
+    types = {part.dtype for part in parts} - {pl.Null}
+    target = types.pop() if len(types) == 1 else pl.String
+    return pl.concat([part.cast(target) for part in parts])
+
+
+def _choose(
+    frame: pl.DataFrame,
+    roles: Mapping[str, str | None],
+    wanted: Sequence[str],
+    tags: Sequence[str],
+    since: Any,
+    until: Any,
+    url: str,
+) -> pl.DataFrame:
+    """Choose columns and tags of the result of a query."""
+    import polars as pl
+
+    if since is not None or until is not None:
+        raise ParameterError("since and until go with table; write them into the query.")
+    named = [name for name in roles.values() if name is not None]
+    for name in [*named, *wanted]:
+        if name not in frame.columns:
+            raise RecordError(f"{show_url(url)}: the query has no column {name!r}; it has {_names(frame.columns)}.")
+    if tags and roles["Tag"]:
+        column = pl.col(roles["Tag"]).cast(pl.String)
+        frame = frame.filter(pl.any_horizontal(column.str.starts_with(one) for one in tags))
+    names = [*named, *wanted] if wanted or roles["Tag"] else frame.columns
+    if tags and roles["Time"] and not roles["Tag"] and not wanted:
+        names = _columns_of_tags(names, tags, named)
+    return frame.select(dict.fromkeys(names))
+
+
+def _columns_of_tags(names: Sequence[str], tags: Sequence[str], named: Sequence[str]) -> list[str]:
+    """Give the columns of some loops of a wide table; all when none begins with their tags."""
+    starts = tuple(one.casefold() for one in tags)
+    found = [name for name in names if name.casefold().startswith(starts)]
+    return [*named, *found] if found else list(names)
+
+
+def _names(names: Sequence[str]) -> str:
+    more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
+    return ", ".join(names[:MAX_NAMES]) + more
+
+
+def _one_of(names: Sequence[str]) -> str:
+    return f"one of {_names(names)}" if names else "the name of one; there is none that you may see"
