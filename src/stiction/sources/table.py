@@ -67,6 +67,11 @@ class RawTable:
         self.load([position])
         return self._columns[position]
 
+    def drop(self, positions: Iterable[int]) -> None:
+        """Forget the cells of columns that are not needed any more, to save memory."""
+        for position in positions:
+            self._columns.pop(position, None)
+
     def sample_column(self, position: int) -> list[str]:
         """Give the cells of a column in the first rows, without the empty ones."""
         return [cell for row in self.sample if position < len(row) and (cell := row[position].strip())]

@@ -1,0 +1,103 @@
+"""One tag in a table, as when each tag is exported to a file of its own: time and value, perhaps quality."""
+
+from __future__ import annotations
+
+import re
+from functools import partial
+from typing import TYPE_CHECKING
+
+from stiction.sources.layouts.headings import (
+    find_clock,
+    is_stamp_column,
+    parse_role,
+    table_headings,
+)
+from stiction.sources.roles.column_names import is_unit, normalise_name
+from stiction.sources.roles.vocabulary import INDEX_WORDS, TAG_WORDS, VALUE_WORDS
+from stiction.sources.tag_column import TagColumn
+from stiction.sources.time.parse import is_time_heading
+
+if TYPE_CHECKING:
+    from stiction.sources.options import ReadOptions
+    from stiction.sources.table import RawTable
+
+__all__ = ["find_tag_above", "read", "recognises"]
+
+MAX_COLUMNS = 5
+"""Columns of a table of one tag: date, clock, value, quality and unit [columns]."""
+FLAG_ROLES = ("quality", "bad")
+_TAG_LINE = re.compile(rf"(?:{'|'.join(map(re.escape, TAG_WORDS))})\s*[:=,]?\s*(.+)", re.IGNORECASE)
+_UNIT_LINE = re.compile(r"(?:eng\w*\.?\s*)?(?:units?|uom|eu)\s*[:=,]?\s*(\S{1,12})", re.IGNORECASE)
+_EXPORT_DATE = re.compile(r"[-_. ]*\d{4}-?\d{2}-?\d{2}.*$")
+
+
+def recognises(table: RawTable, options: ReadOptions) -> bool:  # noqa: ARG001
+    """Whether a table has one column of values beside its time."""
+    return table.width <= MAX_COLUMNS and _value_column(table) is not None
+
+
+def _value_column(table: RawTable) -> int | None:
+    """Find the only column of values; None when there are several, or what stands in it is not known."""
+    names = table_headings(table).names
+    words = [normalise_name(name) for name in names]
+    roles = [parse_role(name) for name in names]
+    values = [i for i, word in enumerate(words) if word in VALUE_WORDS]
+    signals = [i for i, role in enumerate(roles) if role and role[1] not in FLAG_ROLES]
+    if len(values) == 1 and not signals and not any(word in TAG_WORDS for word in words):
+        return values[0]
+    if table.width == 2 and not signals and not words[1] and is_stamp_column(table, 0):
+        return 1
+    flags = [i for i, role in enumerate(roles) if role and role[1] in FLAG_ROLES]
+    times = [i for i, word in enumerate(words) if is_time_heading(names[i]) or word in INDEX_WORDS]
+    is_alone = len(signals) == 1 and len(signals + flags + times) == len(names)
+    return signals[0] if times and is_alone else None
+
+
+def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
+    """Give the one tag of a table, named by its heading, else by a line above the header, else by the file."""
+    names, units, descriptions = table_headings(table)
+    value = _value_column(table)
+    assert value is not None
+    clock, no_signals = find_clock(table, options, taken=[value])
+    quality = [i for i, name in enumerate(names) if (role := parse_role(name)) and role[1] in FLAG_ROLES]
+    name, unit = names[value], units[value]
+    if parse_role(name) is None:
+        tag, unit_above = find_tag_above(table)
+        name, unit = tag or _EXPORT_DATE.sub("", table.origin.stem) or table.origin.stem, unit or unit_above
+    return [
+        TagColumn(
+            name=name,
+            table=table,
+            clock=clock,
+            load=partial(table.column, value),
+            unit=unit,
+            description=descriptions[value],
+            position=value,
+            quality=partial(table.column, quality[0]) if quality and quality[0] not in no_signals else None,
+            own_clock=True,
+        )
+    ]
+
+
+def find_tag_above(table: RawTable) -> tuple[str, str]:
+    """Find a tag and its unit in the rows above the data and in the metadata; empty where there is none.
+
+    Examples
+    --------
+    >>> from stiction.sources.table import Origin, RawTable
+    >>> above = [["# Point: FIC-1.PV"], ["Units", "t/h"]]
+    >>> find_tag_above(RawTable(Origin("a.csv", "a"), [["Time", "Value"]], [], 2, lambda _: None, above=above))
+    ('FIC-1.PV', 't/h')
+    """
+    tag = unit = ""
+    rows = [*table.above, *table.header, *([key, value] for key, value in table.metadata.items())]
+    for row in rows:
+        text = " ".join(cell.strip() for cell in row if cell.strip()).strip("#\"'[] ")
+        if (found := _UNIT_LINE.fullmatch(text)) and is_unit(found[1]):
+            unit = unit or found[1]
+            continue
+        named = _TAG_LINE.fullmatch(text)
+        pair = parse_role(named[1] if named else text)
+        if pair and pair[0] and len(text) <= 100:
+            tag = tag or (named[1] if named else text)
+    return tag, unit

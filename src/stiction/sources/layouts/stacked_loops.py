@@ -1,0 +1,102 @@
+"""Loops below each other: a row for each loop and time, with the loop's name in a column and its signals in others."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from stiction.sources.layouts import wide
+from stiction.sources.layouts.headings import find_clock, has_loop, parse_role, table_headings
+from stiction.sources.layouts.row_groups import gather_rows, select_stamps
+from stiction.sources.roles.column_names import normalise_name
+from stiction.sources.roles.vocabulary import TAG_WORDS, loop_type_of
+from stiction.sources.tag_column import Clock, TagColumn
+
+if TYPE_CHECKING:
+    import numpy as np
+    import polars as pl
+    from numpy.typing import NDArray
+
+    from stiction.sources.options import ReadOptions
+    from stiction.sources.table import RawTable
+    from stiction.sources.time.stamps import Stamps
+
+__all__ = ["read", "recognises"]
+
+MIN_LOOP_ROWS = 10
+"""Rows that a loop needs [rows]."""
+MIN_NAMED_SHARE = 0.9
+"""Share of rows that belong to a loop with `MIN_LOOP_ROWS` rows, below which the names are no tags [-]."""
+
+
+def recognises(table: RawTable, options: ReadOptions) -> bool:
+    """Whether a column may name the loop of each row: its heading says so, and the others are signals of one loop."""
+    names = table_headings(table).names
+    tags = {pair[0] for name in names if (pair := parse_role(name))}
+    return tags == {""} and has_loop(names) and _tag_column(names, options) is not None
+
+
+def _tag_column(names: list[str], options: ReadOptions) -> int | None:
+    named = {str(column).strip().upper() for column in options.columns.values()}
+    free = [i for i, name in enumerate(names) if name.strip().upper() not in named]
+    return next((i for i in free if normalise_name(names[i]) in TAG_WORDS), None)
+
+
+def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
+    """Give the columns of each loop; those of the whole table where the names are not tags.
+
+    Named by loop and heading, such as ``FIC-1.PV``.
+    """
+    import polars as pl
+
+    names, units, descriptions = table_headings(table)
+    tag_position = _tag_column(names, options)
+    assert tag_position is not None
+    clock, no_signals = find_clock(table, options, taken=[tag_position])
+    table.load({tag_position, *no_signals})
+    times = [table.column(i).alias(f"time {i}") for i in sorted(no_signals)]
+    tags = table.column(tag_position).cast(pl.String).str.strip_chars().fill_null("").alias("tag")
+    groups = tags.to_frame().with_row_index("row").filter(pl.col("tag") != "")
+    groups = groups.group_by("tag", maintain_order=True).agg("row")
+    if not _are_loops(groups, pl.DataFrame([tags, *times])):
+        table.notes.append("The column of names does not name loops: its rows follow each other in time.")
+        columns = wide.read(table, options)
+        return [column for column in columns if column.position != tag_position]
+    short = groups.filter(pl.col("row").list.len() < MIN_LOOP_ROWS)["tag"].to_list()
+    if short:
+        table.notes.append(f"Left out, because they have fewer than {MIN_LOOP_ROWS} rows: {', '.join(short[:10])}.")
+    columns = []
+    kept = groups.filter(pl.col("row").list.len() >= MIN_LOOP_ROWS)
+    for tag, picked in zip(kept["tag"], kept["row"], strict=True):
+        rows = picked.to_numpy()
+        own = None if clock is None else Clock(partial(_select, clock, rows))
+        columns += [
+            TagColumn(
+                name=f"{tag}.{names[i]}",
+                table=table,
+                clock=own,
+                load=partial(gather_rows, table, i, rows),
+                unit=units[i],
+                description=descriptions[i],
+            )
+            for i in range(table.width)
+            if i not in no_signals and i != tag_position
+        ]
+    return columns
+
+
+def _select(clock: Clock, rows: NDArray[np.integer]) -> Stamps:
+    return select_stamps(clock.stamps, rows)
+
+
+def _are_loops(groups: pl.DataFrame, frame: pl.DataFrame) -> bool:
+    """Whether names are tags, not batches or operators: they say what is controlled, or have rows at the same time."""
+    sizes = groups["row"].list.len()
+    if sizes.filter(sizes >= MIN_LOOP_ROWS).sum() < MIN_NAMED_SHARE * frame.height:
+        return False
+    if all(loop_type_of(tag) != "other" for tag in groups["tag"]):
+        return True
+    times = frame.drop("tag")
+    changes = int((frame["tag"] != frame["tag"].shift(1)).sum())
+    repeated = frame.height - times.n_unique() if times.width else 0
+    return groups.height > 1 and repeated > changes // 2

@@ -1,0 +1,152 @@
+"""Wide tables: a row for each time and a column for each signal, also where each signal has rows of its own."""
+
+from __future__ import annotations
+
+import itertools
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.errors import RecordError
+from stiction.sources.layouts.headings import find_clock, parse_role, table_headings
+from stiction.sources.roles.vocabulary import MISSING_WORDS
+from stiction.sources.tag_column import Clock, TagColumn
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import polars as pl
+
+    from stiction.sources.options import ReadOptions
+    from stiction.sources.table import RawTable
+    from stiction.sources.time.stamps import Stamps
+
+__all__ = ["read", "recognises"]
+
+MAX_SHARED_ROWS = 0.5
+"""Share of rows that hold both OP and PV below which each was stored at times of its own [-]."""
+MAX_BLANK_ROWS = 20
+"""Rows without a value up to which a signal was stored at times of its own; more are a gap [rows]."""
+MIN_STORED_ROWS = 10
+"""Values in the first rows that each of both signals needs [rows]."""
+MIN_FULL_SHARE = 0.95
+"""Share of rows with a value from which a signal of such a table has the times of the table [-]."""
+
+
+def recognises(table: RawTable, options: ReadOptions) -> bool:  # noqa: ARG001
+    """Whether this layout can read a table: it reads all that no other layout recognises."""
+    return table.width > 0
+
+
+def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
+    """Give the columns of a wide table.
+
+    Parameters
+    ----------
+    table : RawTable
+        The table.
+    options : ReadOptions
+        What the user said about the source.
+
+    Returns
+    -------
+    list of TagColumn
+        One for each column that is not time. In a sparse table, each with the rows at which it was stored.
+
+    Raises
+    ------
+    RecordError
+        When the table has no header and the user named no columns.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> from stiction.sources.options import ReadOptions
+    >>> from stiction.sources.table import Origin, RawTable
+    >>> rows = [["0", "50.1", "40.2"], ["1", "50.3", "40.4"]]
+    >>> frame = pl.DataFrame(rows, schema=["a", "b", "c"], orient="row")
+    >>> table = RawTable(Origin("x.csv", "x"), [["time_s", "FIC-1.PV", "FIC-1.OP"]], rows, 3, lambda i: frame[:, i])
+    >>> [column.name for column in read(table, ReadOptions())]
+    ['FIC-1.PV', 'FIC-1.OP']
+    """
+    names, units, descriptions = table_headings(table)
+    if not any(names) and not options.columns and options.map is None:
+        raise RecordError(
+            f"{table.origin.name}, line {table.first_line}: there is no header above the {table.width} columns; "
+            "say what they are, for example columns={'time': 0, 'pv': 1, 'op': 2}."
+        )
+    clock, no_signals = find_clock(table, options)
+    columns = [
+        TagColumn(
+            name=names[i],
+            table=table,
+            clock=clock,
+            load=partial(table.column, i),
+            unit=units[i],
+            description=descriptions[i],
+            position=i,
+        )
+        for i in range(table.width)
+        if i not in no_signals
+    ]
+    if clock is not None and (sparse := _find_sparse(table, columns)):
+        columns = [_stored_rows_only(column) if column.position in sparse else column for column in columns]
+    return columns
+
+
+def _find_sparse(table: RawTable, columns: Sequence[TagColumn]) -> set[int]:
+    """Find the columns that were stored at times of their own; none where OP and PV of each loop share most rows."""
+    roles = {i: parse_role(column.name) for column in columns if (i := column.position) is not None}
+    pairs = [
+        (i, k)
+        for (i, one), (k, other) in itertools.combinations(((i, r) for i, r in roles.items() if r), 2)
+        if one[0] == other[0] and {one[1], other[1]} == {"pv", "op"}
+    ]
+    if not any(_is_sparse(_stored_mask(table, i), _stored_mask(table, k)) for i, k in pairs):
+        return set()
+    return {i for i in roles if _stored_mask(table, i).mean() < MIN_FULL_SHARE}
+
+
+def _stored_mask(table: RawTable, position: int) -> np.ndarray:
+    """Mark the first rows in which a column holds something."""
+    cells = (row[position].strip().upper() if position < len(row) else "" for row in table.sample)
+    return np.array([cell not in MISSING_WORDS for cell in cells])
+
+
+def _is_sparse(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two signals seldom stand in the same row, and neither is missing for long."""
+    if (one & other).mean() >= MAX_SHARED_ROWS or min(one.sum(), other.sum()) < MIN_STORED_ROWS:
+        return False
+    blanks = [np.diff(np.flatnonzero(np.r_[True, stored, True])).max() - 1 for stored in (one, other)]
+    return max(blanks) <= MAX_BLANK_ROWS
+
+
+def _stored_rows_only(column: TagColumn) -> TagColumn:
+    """Give a column with the rows at which it was stored, on a clock of its own."""
+    from stiction.sources.layouts.row_groups import select_stamps
+
+    clock, whole = column.clock, column.load
+    assert clock is not None
+
+    def stored() -> pl.Series:
+        import polars as pl
+
+        cells = whole()
+        if cells.dtype != pl.String:
+            return cells.is_not_null()
+        return cells.is_not_null() & ~cells.str.strip_chars().str.to_uppercase().is_in(list(MISSING_WORDS))
+
+    def parse() -> Stamps:
+        return select_stamps(clock.stamps, stored().arg_true().to_numpy())
+
+    return TagColumn(
+        name=column.name,
+        table=column.table,
+        clock=Clock(parse),
+        load=lambda: whole().filter(stored()),
+        unit=column.unit,
+        description=column.description,
+        position=column.position,
+        own_clock=True,
+    )
