@@ -21,7 +21,7 @@ _ROLE_BY_KIND = {
     "valve": {"op": "op", "sp": "op", "fallback op": "op", "pv": "mv", "mv": "mv", "": "op"},
     "position": {"pv": "mv", "op": "mv", "mv": "mv", "": "mv"},
 }
-_ORDER = ("controller", "position", "measurement", "valve")
+_ORDER = ("controller", "position", "measurement", "valve", "alone")
 
 
 class InstrumentTag(NamedTuple):
@@ -112,12 +112,18 @@ def _join(
     parts: list[tuple[InstrumentTag, TagGroup]], groups: list[TagGroup], bare: list[TagColumn], own: set[int]
 ) -> None:
     """Join the parts of one loop number into one group, where they make a loop."""
-    parts = sorted(parts, key=lambda part: _ORDER.index(part[0].kind))
+    # A controller's tag alone may be any of its signals, so it comes last.
+    parts = sorted(
+        parts,
+        key=lambda part: _ORDER.index(
+            "alone" if part[0].kind == "controller" and "" in part[1].columns else part[0].kind
+        ),
+    )
     controllers = [group for tag, group in parts if tag.kind == "controller" and id(group) in own]
     if len(parts) < 2 or len(controllers) > 1 or {tag.kind for tag, _ in parts} <= {"valve", "position"}:
         return
-    measured = next((group for tag, group in parts if tag.kind == "measurement"), parts[0][1])
-    target = controllers[0] if controllers else TagGroup(measured.tag)
+    named = {tag.kind: group.tag for tag, group in reversed(parts)}
+    target = controllers[0] if controllers else TagGroup(named.get("controller") or named["measurement"])
     extra: dict[str, list[TagColumn]] = {}
     taken: list[TagColumn] = []
     for tag, group in parts:

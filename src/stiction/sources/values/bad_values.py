@@ -26,9 +26,10 @@ SENTINEL_NUMBERS = (
 """Numbers that historians, loggers and analog inputs write for "no value"."""
 MAX_PLAUSIBLE = 1e29
 """Size from which a number is no measurement [any unit]."""
-OP_LIMITS = (0.0, 1.0, 100.0)
+REST_VALUES = (0.0, 1.0, 100.0)
 """Values at which all signals of a loop can rest in a shutdown [any unit]."""
-_TOLERANCE = 1e-6
+TOLERANCE = 1e-6
+"""Relative distance within which two numbers are the same [-]."""
 
 
 @dataclass(eq=False)
@@ -89,9 +90,9 @@ def find_bad_values(
     _mark_flags(bad, signals, flags or {}, labels or {})
     unmarked = {role: np.where(bad.masks[role], np.nan, x) for role, x in signals.items()}
     numbers = {role: find_sentinels(x) for role, x in unmarked.items()}
-    _mark_numbers(bad, unmarked, numbers, "number", "numbers that stand for a bad value")
+    _mark_numbers(bad, unmarked, numbers, "number", "which stand for a bad value")
     states = find_common_states(unmarked)
-    _mark_numbers(bad, unmarked, states, "state", "the same number in all signals, so no measurement")
+    _mark_numbers(bad, unmarked, states, "state", "the same number in all signals at one time, so no measurement")
     return bad
 
 
@@ -102,71 +103,44 @@ def _mark_flags(
     labels: Mapping[str, str],
 ) -> None:
     """Mark what the quality columns and the bad flags mark."""
-    rows = 0
-    shared: dict[int, NDArray[np.bool_]] = {}
     for key, (heading, cells) in flags.items():
-        role, kind = _split_flag(key)
-        if kind == "bad":
-            mask = bad_flag_mask(cells)
-        else:
-            mask, note = bad_status_mask(cells, heading)
-            bad.notes += [f"Column {heading}: {note}"] if note else []
-        if role is None:
-            shared[len(mask)] = shared.get(len(mask), False) | mask
-        elif role in signals and len(mask) == len(signals[role]):
-            bad.masks[role] |= mask
-    for role, x in signals.items():
-        if n := int(bad.masks[role].sum()):
-            bad.notes.append(
-                f"Missing: {n} {'value' if n == 1 else 'values'} of {labels.get(role, role.upper())}, flagged as bad."
-            )
-        if len(x) in shared:
-            rows = max(rows, int(shared[len(x)].sum()))
-            bad.masks[role] |= shared[len(x)]
-        if n := int((bad.masks[role] & np.isfinite(x)).sum()):
-            bad.counts["bad quality"] = bad.counts.get("bad quality", 0) + n
-    if rows:
-        bad.notes.append(f"Missing: {rows} {'row' if rows == 1 else 'rows'}, flagged as bad.")
-
-
-def _split_flag(key: str) -> tuple[str | None, str]:
-    """``"pv quality 2"`` -> ``("pv", "quality")``; no role for a flag of all signals."""
-    words = [word for word in key.split() if not word.isdigit()]
-    return (words[0] if len(words) > 1 else None), words[-1]
+        words = [word for word in key.split() if not word.isdigit()]
+        owners = words[:-1] or list(signals)
+        mask, note = (bad_flag_mask(cells), "") if words[-1] == "bad" else bad_status_mask(cells, heading)
+        bad.notes += [f"Column {heading}: {note}"] if note else []
+        for role in owners:
+            if role in signals and len(mask) == len(signals[role]):
+                bad.masks[role] |= mask
+        if n := int(mask.sum()):
+            of = f"values of {labels.get(owners[0], owners[0].upper())}" if len(words) > 1 else "rows"
+            bad.notes.append(f"Missing: {n} {of if n > 1 else of.replace('s', '', 1)}, flagged as bad.")
+    if n := sum(int((bad.masks[role] & np.isfinite(x)).sum()) for role, x in signals.items()):
+        bad.counts["bad quality"] = n
 
 
 def _mark_numbers(
-    bad: BadValues,
-    values: dict[str, NDArray[np.float64]],
-    masks: Mapping[str, NDArray[np.bool_]],
-    kind: str,
-    meaning: str,
+    bad: BadValues, values: dict[str, NDArray[np.float64]], masks: Mapping[str, NDArray[np.bool_]], kind: str, why: str
 ) -> None:
-    """Add masks of one kind to the bad values and blank the values."""
+    """Add masks of one kind to the bad values, and blank the values."""
     counts: Counter[float] = Counter()
-    rows: dict[int, NDArray[np.bool_]] = {}
     for role, mask in masks.items():
-        if mask.any():
-            found, n = np.unique(values[role][mask], return_counts=True)
-            counts.update(dict(zip(found.tolist(), n.tolist(), strict=True)))
-            rows[len(mask)] = rows.get(len(mask), False) | mask
-            bad.masks[role] |= mask
-            values[role][mask] = np.nan
+        found, n = np.unique(values[role][mask], return_counts=True)
+        counts.update(dict(zip(found.tolist(), n.tolist(), strict=True)))
+        bad.masks[role] |= mask
+        values[role][mask] = np.nan
     if counts:
         bad.counts |= {f"{kind} {value:.8g}": n for value, n in counts.most_common()}
-        listed = ", ".join(f"{value:.8g}" for value, _ in counts.most_common(5))
-        total = max(int(mask.sum()) for mask in rows.values())
-        bad.notes.append(f"Missing: {total} {'row' if total == 1 else 'rows'} with {listed}: {meaning}.")
+        listed = ", ".join(f"{n} x {value:.8g}" for value, n in counts.most_common(5))
+        bad.notes.append(f"Missing: {listed}, {why}.")
 
 
-def _is_isolated(value: float, others: NDArray[np.float64], min_distance: float) -> bool:
-    """Whether a value lies outside all others by some widths of their range."""
+def _is_apart(values: NDArray[np.float64], others: NDArray[np.float64], min_distance: float) -> NDArray[np.bool_]:
+    """Mark the values that lie outside all others by some widths of their range; none when there are no others."""
     if not others.size:
-        return True
+        return np.zeros(len(values), dtype=bool)
     low, high = float(others.min()), float(others.max())
-    distance = max(low - value, value - high)
-    scale = high - low if high > low else 0.1 * max(abs(high), 1.0)
-    return distance > min_distance * scale
+    width = high - low or 0.1 * max(abs(high), 1.0)
+    return np.maximum(low - values, values - high) > min_distance * width
 
 
 def find_sentinels(
@@ -198,18 +172,17 @@ def find_sentinels(
     if not known.any():
         return mask
     low, high = x[known].min(), x[known].max()
-    candidates = [number for number in numbers if low <= number <= high and abs(number) < MAX_PLAUSIBLE]
-    equal = {number: same for number in candidates if (same := np.abs(x - number) <= _TOLERANCE * abs(number)).any()}
-    if equal:
-        others = x[known & ~np.logical_or.reduce(list(equal.values()))]
-        for number, same in equal.items():
-            if _is_isolated(number, others, min_distance) and (others.size or abs(number) >= 999.0):
-                mask |= same
+    present = [n for n in numbers if low <= n <= high and (np.abs(x - n) <= TOLERANCE * abs(n)).any()]
+    if present:
+        same = [np.abs(x - number) <= TOLERANCE * abs(number) for number in present]
+        others = x[known & ~np.logical_or.reduce(same)]
+        apart = _is_apart(np.array(present), others, min_distance) if others.size else np.abs(present) >= 999.0
+        mask = np.logical_or.reduce([mask, *(rows for rows, is_apart in zip(same, apart, strict=True) if is_apart)])
     return mask
 
 
 def find_common_states(
-    signals: Mapping[str, NDArray[np.float64]], *, min_distance: float = 0.5, max_limit_run: int = 30
+    signals: Mapping[str, NDArray[np.float64]], *, min_distance: float = 0.5, max_share: float = 0.5, max_run: int = 30
 ) -> dict[str, NDArray[np.bool_]]:
     """Mark rows in which all signals of a loop have the same number: a digital state, stored as a number.
 
@@ -220,7 +193,9 @@ def find_common_states(
     min_distance : float
         Distance of the number from all other values of each signal, in widths of their range, from which it is no
         measurement [-].
-    max_limit_run : int
+    max_share : float
+        Share of the rows above which equal signals are copies of one another [-].
+    max_run : int
         Longest run of rows in which a common 0, 1 or 100 is a state and no shutdown [rows].
 
     Returns
@@ -243,23 +218,22 @@ def find_common_states(
     if not {"pv", "op"} <= set(compared) or len({len(signals[role]) for role in compared}) > 1:
         return masks
     pv = signals["pv"]
-    same = np.isfinite(pv)
-    for role in compared[1:]:
-        same &= np.abs(signals[role] - pv) <= _TOLERANCE * np.abs(pv)
+    same = np.logical_and.reduce([np.abs(signals[role] - pv) <= TOLERANCE * np.abs(pv) for role in compared[1:]])
+    if not same.any() or same.mean() > max_share:
+        return masks
     values = np.unique(pv[same])
     apart = {
-        role: [value for value in values if _is_isolated(value, x[np.isfinite(x) & ~np.isin(x, values)], min_distance)]
-        for role, x in signals.items()
+        role: _is_apart(values, x[np.isfinite(x) & ~np.isin(x, values)], min_distance) for role, x in signals.items()
     }
-    for value in values:
-        rows = same & (pv == value)
-        if not all(value in apart[role] for role in compared):
-            continue
-        if value in OP_LIMITS and (len(compared) < 3 or _longest_run(rows) > max_limit_run or rows[0] or rows[-1]):
+    is_state = np.logical_and.reduce([apart[role] for role in compared])
+    if len(compared) == 3:
+        is_state |= apart["op"] & ((values < -10.0) | (values > 110.0))  # no percentage, whatever PV and SP are
+    for k in np.flatnonzero(is_state):
+        rows = same & (pv == values[k])
+        if values[k] in REST_VALUES and (len(compared) < 3 or rows[0] or rows[-1] or _longest_run(rows) > max_run):
             continue
         for role, x in signals.items():
-            if value in apart[role]:
-                masks[role] |= x == value
+            masks[role] |= x == values[k] if apart[role][k] else rows & (x == values[k])
     return masks
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import polars as pl
     from numpy.typing import NDArray
 
-__all__ = ["bad_codes", "bad_flag_mask", "bad_status_mask"]
+__all__ = ["bad_codes", "bad_flag_mask", "bad_status_mask", "count_codes"]
 
 NOT_BAD = {"0", "0.0", "FALSE", "NO", "N", *GOOD_STATUS_WORDS, *MISSING_WORDS}
 """What a column of bad flags says of a good value."""
@@ -99,7 +99,7 @@ def _code_number(code: str) -> int | None:
     return None if found is None else int(found[1], 16) if found[1] else int(found[2])
 
 
-def _codes(cells: pl.Series) -> tuple[pl.Series, Counter[str]]:
+def count_codes(cells: pl.Series) -> tuple[pl.Series, Counter[str]]:
     """Cells as codes in capitals, and how often each occurs."""
     import polars as pl
 
@@ -133,7 +133,7 @@ def bad_status_mask(cells: pl.Series, name: str = "", **thresholds: float) -> tu
     >>> bad_status_mask(pl.Series(["Good"] * 20 + ["Bad"]))[0].sum()
     np.int64(1)
     """
-    codes, counts = _codes(cells)
+    codes, counts = count_codes(cells)
     bad, note = bad_codes(counts, name, **thresholds)
     return codes.is_in(list(bad)).to_numpy() if bad else np.zeros(len(codes), dtype=bool), note
 
@@ -147,5 +147,5 @@ def bad_flag_mask(cells: pl.Series) -> NDArray[np.bool_]:
     >>> bad_flag_mask(pl.Series(["0", "", "1", "False"])).tolist()
     [False, False, True, False]
     """
-    codes, counts = _codes(cells)
+    codes, counts = count_codes(cells)
     return codes.is_in([code for code in counts if code not in NOT_BAD]).to_numpy()

@@ -1,0 +1,274 @@
+"""Controller output and valve position in % of span: by unit, by a given range, or by the data; else in doubt."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stiction.sources.roles.vocabulary import FRACTION_UNITS, OTHER_OUTPUT_UNITS, PERCENT_UNITS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = [
+    "STANDARD_SIGNALS",
+    "UNKNOWN_UNIT",
+    "Percent",
+    "looks_unlike_percent",
+    "op_to_percent",
+    "position_to_percent",
+]
+
+STANDARD_SIGNALS = {
+    "MA": (4.0, 20.0),
+    **dict.fromkeys(("PSI", "PSIG"), (3.0, 15.0)),
+    **dict.fromkeys(("BAR", "BARG"), (0.2, 1.0)),
+    "KPA": (20.0, 100.0),
+    **dict.fromkeys(FRACTION_UNITS, (0.0, 1.0)),
+}
+"""Unit of a standard signal to a valve -> its value at 0 and at 100 % (IEC 60381-1 and -2) [unit]."""
+OVERRANGE = 0.1
+"""How far a standard signal runs over its ends, as a share of its span [-]; NAMUR NE 43 allows 3.6 to 21 mA."""
+CURRENT_RANGE = 3.8, 20.5
+"""Range of a current that is no fault signal, by NAMUR NE 43 [mA]."""
+MAX_DISTANCE_RATIO = 0.25
+"""How much nearer OP and position must come in one span than in any other, before the data show the span [-]."""
+UNKNOWN_UNIT = "an unknown unit"
+"""Unit of an OP that may or may not be in %."""
+
+
+class Percent(NamedTuple):
+    """A signal in % of span, as far as its range is known."""
+
+    values: NDArray[np.float64]
+    """The signal, shape (n_samples,): [% of span] when `unit` is empty, else as recorded [`unit`]."""
+    unit: str
+    """Empty when the values are in % of span; else their unit, or `UNKNOWN_UNIT`."""
+    notes: list[str]
+    """What was converted or is in doubt, a sentence each."""
+
+
+def looks_unlike_percent(low: float, high: float) -> str:
+    """Say what an OP between `low` and `high` looks like when it does not look like % of span.
+
+    Parameters
+    ----------
+    low, high : float
+        Smallest and largest value [as recorded].
+
+    Returns
+    -------
+    str
+        Empty when the values can be % of span.
+
+    Examples
+    --------
+    >>> looks_unlike_percent(0.2, 0.7), looks_unlike_percent(-1.9, 2.2), looks_unlike_percent(-52.0, -45.0)
+    ('like a fraction of span', 'normalised', 'like no percentage')
+    """
+    if low >= 0.0 and high <= 1.0:
+        return "like a fraction of span"
+    if low < -10.0 or high > 110.0:
+        return "like no percentage"
+    return "normalised" if low < -0.5 and high <= 5.0 else ""
+
+
+def op_to_percent(
+    op: NDArray[np.float64],
+    unit: str = "",
+    *,
+    op_range: tuple[float, float] | None = None,
+    position: NDArray[np.float64] | None = None,
+    position_unit: str = "",
+) -> Percent:
+    """Convert the controller output to % of span.
+
+    Parameters
+    ----------
+    op : ndarray, shape (n_samples,)
+        Controller output [unit]; NaN is missing.
+    unit : str
+        Its unit as written; empty when the source names none.
+    op_range : pair of float, optional
+        OP at 0 and at 100 % of span, by the user or the map [unit].
+    position : ndarray, shape (n_samples,), optional
+        Valve position [position_unit]. One in % shows which signal an OP without a unit is.
+    position_unit : str
+        Its unit as written.
+
+    Returns
+    -------
+    Percent
+        The unit is not empty when the range of OP is not known, or in doubt: S and J must then not be given in % of
+        span.
+
+    Examples
+    --------
+    >>> op_to_percent(np.array([8.0, 12.0]), "mA").values.tolist()
+    [25.0, 50.0]
+    >>> op_to_percent(np.array([12.0, 12.4])).unit
+    'an unknown unit'
+    """
+    if op_range is not None:
+        return Percent(_scale(op, op_range), "", [])
+    if not np.isfinite(op).any():
+        return Percent(op, "", [])
+    if known := _by_unit(op, unit, "OP", "op_range"):
+        return known
+    low, high = _limits(op)
+    written, looks = unit.upper(), looks_unlike_percent(low, high)
+    if written and (written in STANDARD_SIGNALS or written in OTHER_OUTPUT_UNITS):
+        span = STANDARD_SIGNALS.get(written)
+        hint = f"({span[0]:g}, {span[1]:g})" if span else "(low, high)"
+        why = f"and looks like no signal of {span[0]:g} to {span[1]:g} {unit}" if span else f"and is given in {unit}"
+        return Percent(
+            op,
+            unit,
+            [
+                f"OP lies in {low:.4g} to {high:.4g} {why}: left as it is, S and J are then in its unit; "
+                f"give op_range={hint} to convert."
+            ],
+        )
+    if looks:
+        hint = "(0, 1)" if looks == "like a fraction of span" else "(low, high)"
+        doubtful = "" if written in PERCENT_UNITS else UNKNOWN_UNIT
+        if not written and hint == "(0, 1)" and (span := _span_by_position(op, position, position_unit)):
+            return _by_position(op, span)
+        return Percent(
+            op,
+            doubtful,
+            [
+                f"OP lies in {low:.4g} to {high:.4g} and looks {looks}: left as it is, S and J are then in its unit; "
+                f"give op_range={hint} to convert."
+            ],
+        )
+    if written or low < CURRENT_RANGE[0] or high > CURRENT_RANGE[1]:
+        return Percent(op, "", [])
+    if span := _span_by_position(op, position, position_unit):
+        return Percent(op, "", []) if span == (0.0, 100.0) else _by_position(op, span)
+    if all(np.count_nonzero(np.abs(op - end) < 0.01) >= 3 for end in (4.0, 20.0)):
+        note = f"OP lies in {low:.4g} to {high:.4g} and rests at 4 and at 20: it is taken as mA; "
+        return Percent(_scale(op, (4.0, 20.0)), "", [note + "give op_range=(0, 100) if it is in %."])
+    return Percent(
+        op,
+        UNKNOWN_UNIT,
+        [
+            f"OP lies in {low:.4g} to {high:.4g} without a unit and may be in % or mA: left as it is, S and J are then "
+            "in its unit; give op_range=(0, 100) if it is in %, op_range=(4, 20) if it is in mA."
+        ],
+    )
+
+
+def position_to_percent(
+    mv: NDArray[np.float64],
+    unit: str,
+    op: NDArray[np.float64],
+    *,
+    mv_range: tuple[float, float] | None = None,
+    op_range: tuple[float, float] | None = None,
+) -> Percent:
+    """Convert the valve position to % of span.
+
+    Parameters
+    ----------
+    mv : ndarray, shape (n_samples,)
+        Valve position [unit].
+    unit : str
+        Its unit as written; empty when the source names none.
+    op : ndarray, shape (n_samples,)
+        Controller output [% of span], as far as that is known.
+    mv_range : pair of float, optional
+        Position at 0 and at 100 % of span [unit].
+    op_range : pair of float, optional
+        OP at 0 and at 100 % of span as recorded; the position may have the same range.
+
+    Returns
+    -------
+    Percent
+        Without a range or a unit that tells it, the values as recorded, with a note where they do not agree with OP.
+
+    Examples
+    --------
+    >>> op = np.array([25.0, 50.0])
+    >>> position_to_percent(np.array([8.0, 12.0]), "mA", op).values.tolist()
+    [25.0, 50.0]
+    >>> position_to_percent(np.array([0.25, 0.5]), "", op).notes[0][-27:]
+    'mv_range=(0, 1) to convert.'
+    """
+    if mv_range is not None:
+        return Percent(_scale(mv, mv_range), "", [])
+    if not (np.isfinite(mv) & np.isfinite(op)).any():
+        return Percent(mv, "", [])
+    if known := _by_unit(mv, unit, "The valve position", "mv_range"):
+        return known
+    low, high = _limits(mv)
+    spans = [span for span in dict.fromkeys((op_range, (4.0, 20.0), (0.0, 1.0))) if span]
+    near = [span for span in spans if _distance(_scale(mv, span), op) < MAX_DISTANCE_RATIO * _distance(mv, op)]
+    is_off = not looks_unlike_percent(*_limits(op)) and (low < -10.0 or high > 110.0)
+    if not near and not is_off and unit.upper() not in OTHER_OUTPUT_UNITS:
+        return Percent(mv, "", [])
+    hint = f"({near[0][0]:g}, {near[0][1]:g})" if near else "(low, high)"
+    looks = f" and goes with OP as a signal of {near[0][0]:g} to {near[0][1]:g} would" if near else ""
+    return Percent(
+        mv,
+        "",
+        [
+            f"The valve position lies in {low:.4g} to {high:.4g}{looks}: it is taken as % of span as it stands; give "
+            f"mv_range={hint} to convert."
+        ],
+    )
+
+
+def _by_unit(values: NDArray[np.float64], unit: str, name: str, option: str) -> Percent | None:
+    """Values in % of span by the unit of a standard signal; None when there is none, or they cannot be in it."""
+    span = STANDARD_SIGNALS.get(unit.upper())
+    if span is None:
+        return None
+    low, high = _limits(values)
+    margin = OVERRANGE * (span[1] - span[0])
+    if low < span[0] - margin or high > span[1] + margin:
+        return None
+    ends = f"{span[0]:g} {unit} are taken as 0 % and {span[1]:g} {unit} as 100 %"
+    note = f"{name} is given in {unit}: {ends}; give {option} if that is wrong."
+    if unit.upper() in FRACTION_UNITS:
+        note = f"{name} is given in {unit.lower()} and was multiplied by 100."
+    return Percent(_scale(values, span), "", [note])
+
+
+def _span_by_position(
+    op: NDArray[np.float64], position: NDArray[np.float64] | None, position_unit: str
+) -> tuple[float, float] | None:
+    """Span of OP by a position in %; None when the position does not show it."""
+    if position is None or not (np.isfinite(position) & np.isfinite(op)).any():
+        return None
+    if position_unit.upper() not in PERCENT_UNITS and (position_unit or _limits(position)[1] <= CURRENT_RANGE[1]):
+        return None
+    distances = {span: _distance(_scale(op, span), position) for span in ((0.0, 100.0), (4.0, 20.0), (0.0, 1.0))}
+    best, second = sorted(distances, key=lambda span: distances[span])[:2]
+    return best if distances[best] < MAX_DISTANCE_RATIO * distances[second] else None
+
+
+def _distance(x: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    """Median distance of two signals."""
+    both = np.isfinite(x) & np.isfinite(other)
+    return float(np.median(np.abs(x[both] - other[both])))
+
+
+def _by_position(op: NDArray[np.float64], span: tuple[float, float]) -> Percent:
+    ends = f"{span[0]:g} is taken as 0 % and {span[1]:g} as 100 %"
+    return Percent(
+        _scale(op, span), "", [f"OP goes with the valve position when {ends}; give op_range if that is wrong."]
+    )
+
+
+def _limits(values: NDArray[np.float64]) -> tuple[float, float]:
+    """Smallest and largest value without those that stand alone far from all others."""
+    from stiction.records.outliers import OP_OFF, far_off
+
+    usual = values[np.isfinite(values) & ~far_off(values, OP_OFF)]
+    return float(usual.min()), float(usual.max())
+
+
+def _scale(values: NDArray[np.float64], span: tuple[float, float]) -> NDArray[np.float64]:
+    return (values - span[0]) * (100.0 / (span[1] - span[0]))
