@@ -44,7 +44,7 @@ def test_blocks_under_headings(heading, header, decimal, above, signals, read_te
     [record] = read_text(text)
     assert (record.tag, record.loop_type, record.dt) == ("FIC101", "flow", 1.0)
     assert (record.pv.tolist(), record.op.tolist()) == (signals[1].tolist(), signals[2].tolist())
-    assert not any("Left out" in guess for guess in record.provenance.guesses)
+    assert not any("Left out" in guess for guess in record.provenance.assumptions)
     assert [r.tag for r in read_text(text + blocks(signals, heading, header, decimal=decimal, loop="LIC7"))] == [
         "FIC101",
         "LIC7",

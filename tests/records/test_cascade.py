@@ -25,7 +25,7 @@ def loops():
 
 
 def slaves(*records):
-    return [record.provenance.slave for record in with_slaves(list(records))]
+    return [record.provenance.secondary_tag for record in with_slaves(list(records))]
 
 
 @pytest.mark.parametrize("scale", [lambda op: op, lambda op: np.round(4.0 + 0.16 * op, 2), lambda op: 250.0 - 2.5 * op])
@@ -51,7 +51,7 @@ def test_a_file_with_a_cascade_is_read_as_one(loops, table, read_text):
     master, slave = loops
     header = "Time,TIC-1.PV,TIC-1.OP,FIC-2.PV,FIC-2.SP,FIC-2.OP"
     read = read_text(table(header, master.time, master.pv, master.op, slave.pv, slave.sp, slave.op))
-    assert [(record.tag, record.provenance.slave) for record in read] == [("TIC-1", "FIC-2"), ("FIC-2", "")]
+    assert [(record.tag, record.provenance.secondary_tag) for record in read] == [("TIC-1", "FIC-2"), ("FIC-2", "")]
 
 
 def test_a_master_is_told_whose_the_valve_is_and_of_no_band(loops):

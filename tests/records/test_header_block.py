@@ -51,7 +51,7 @@ def test_blocks_above_the_table(block, n, read_text):
     np.testing.assert_array_equal(record.sp, sp)
     np.testing.assert_array_equal(record.op, op)
     written = sum(bool(line.strip(",")) for line in BLOCKS[block].splitlines())
-    told = [guess for guess in record.provenance.guesses if guess.startswith("Passed over: ")]
+    told = [guess for guess in record.provenance.assumptions if guess.startswith("Passed over: ")]
     assert len(told) == 1
     assert int(told[0].split()[2]) in (written, written - 1)  # a row of titles may be taken for a row of the header
     assert record.provenance.pv_unit == ""
@@ -148,7 +148,7 @@ def test_line_ends_within_a_heading(read_text):
     block = '"Trend\nexport"\n\nTime,"FIC101.PV\n[t/h]",FIC101.SP,"FIC101.OP\n[%]"\n'
     [record] = read_text(block + rows())
     assert (record.tag, record.start, len(record), record.provenance.rows) == ("FIC101", START, N, N)
-    assert record.provenance.guesses == ("Passed over: 1 line above the header.",)
+    assert record.provenance.assumptions == ("Passed over: 1 line above the header.",)
 
 
 def test_influx_annotations(read_text):
@@ -176,7 +176,7 @@ def test_texts_in_the_first_rows_are_rows_of_data(text, first, read_text):
     [record] = read_text(f"{BLOCKS['keys and values']}{NAMES}\n" + "\n".join(lines) + "\n")
     assert (len(record), record.start) == (N, START)
     assert np.flatnonzero(np.isnan(record.pv)).tolist() == list(range(first, first + 12))
-    assert record.provenance.bad_texts[text] == 36
+    assert record.provenance.bad_values[text] == 36
 
 
 def test_sparse_rows_are_rows_of_data(read_text):

@@ -39,7 +39,7 @@ def test_a_clock_set_back_runs_on_and_counts_as_a_jump(by, turned, reading):
     assert (record.dt, len(record), record.provenance.clock_jumps) == (1.0, N, 1)
     np.testing.assert_array_equal(record.op, OP)
     row = N - 250 if turned else 251
-    assert any(f"set back by {by} s at row {row} of the data" in guess for guess in record.provenance.guesses)
+    assert any(f"set back by {by} s at row {row} of the data" in guess for guess in record.provenance.assumptions)
     found = next(gate for gate in assess(record).gates if gate.name == "clock")
     assert (found.value, found.severity) == (1, "lowers")
 
@@ -67,7 +67,7 @@ def test_an_hour_back_without_a_date_of_summer_time_is_a_clock_set_back(reading)
         record = reading(wall)
         assert (len(record), record.provenance.clock_jumps, record.provenance.summer_time) == (N, 1, 0)
         np.testing.assert_array_equal(record.op, OP)
-        assert any("set back by 3600 s" in guess for guess in record.provenance.guesses)
+        assert any("set back by 3600 s" in guess for guess in record.provenance.assumptions)
 
 
 @pytest.mark.parametrize(("start", "sign"), [(datetime(2026, 10, 25), 1), (datetime(2026, 3, 29), -1)])
@@ -75,7 +75,7 @@ def test_a_change_of_summer_time_is_told_as_one(start, sign, reading):
     wall = [start + timedelta(minutes=int(k) - sign * 60 * int(k >= (180 if sign > 0 else 120))) for k in K]
     record = reading(wall)
     assert (len(record), record.provenance.clock_jumps, record.provenance.summer_time) == (N, 1, 1)
-    assert not any("set back" in guess for guess in record.provenance.guesses)
+    assert not any("set back" in guess for guess in record.provenance.assumptions)
 
 
 @pytest.mark.parametrize(
@@ -93,8 +93,8 @@ def test_rows_out_of_order_or_there_twice_are_sorted(order, reading):
     record = reading(order, order)
     assert len(record) == N
     np.testing.assert_array_equal(record.op, OP)
-    assert not any("set back" in guess for guess in record.provenance.guesses)
-    assert any("they were sorted" in guess for guess in record.provenance.guesses)
+    assert not any("set back" in guess for guess in record.provenance.assumptions)
+    assert any("they were sorted" in guess for guess in record.provenance.assumptions)
 
 
 def test_two_exports_one_below_the_other_are_no_clock_set_back(reading):

@@ -42,7 +42,7 @@ def text(events, header="Tag,Timestamp,Value", more=""):
 def test_each_tag_stands_until_its_next_value(events, read_text):
     [record] = read_text(text(events))
     assert (record.tag, record.dt, record.start) == ("FIC-1", 1.0, START)
-    assert any("a value stands until the next" in guess for guess in record.provenance.guesses)
+    assert any("a value stands until the next" in guess for guess in record.provenance.assumptions)
     for second in range(5, len(record), 7):
         if np.isfinite(record.op[second] + record.pv[second]):
             op = [value for when, value in events["FIC-1.OP"] if when <= second][-1]
@@ -54,7 +54,7 @@ def test_what_was_made_up_is_counted_and_exception_storage_is_found(events, read
     [record] = read_text(text(events))
     seconds = {tag: {second for second, _ in list_} for tag, list_ in events.items()}
     fresh = min(len(on) for on in seconds.values())
-    made_up = record.provenance.made_up + int(np.isnan(record.op).sum())
+    made_up = record.provenance.held_samples + int(np.isnan(record.op).sum())
     assert made_up == pytest.approx(len(record) - fresh, abs=0.03 * len(record))
     found = {gate.name: gate for gate in assess(record, 60.0).gates}
     assert found["resampled"].severity == "lowers"
@@ -69,7 +69,7 @@ def test_an_even_long_table_is_as_good_as_a_wide_one(signals, table, read_text):
         for name, x in (("PV", pv), ("OP", op), ("SP", sp))
     }
     [record] = read_text(text(events))
-    assert (record.dt, len(record), record.provenance.made_up) == (10.0, len(t), 0)
+    assert (record.dt, len(record), record.provenance.held_samples) == (10.0, len(t), 0)
     for name, x in (("op", op), ("pv", pv), ("sp", sp)):
         np.testing.assert_array_equal(getattr(record, name), x)
 
@@ -99,7 +99,7 @@ def test_blocks_by_field_of_influxdb(annotated, n, signals, read_text):
     [record] = read_text(flux(one, annotated))
     assert (record.tag, record.loop_type, record.dt, len(record)) == ("FIC-1", "flow", 1.0, n)
     assert (record.pv.tolist(), record.op.tolist()) == (pv, op)
-    assert not any("carry a zone" in guess for guess in record.provenance.guesses)
+    assert not any("carry a zone" in guess for guess in record.provenance.assumptions)
     flow, level = read_text(flux([*one, ("LIC-2", "pv", op), ("LIC-2", "op", pv)], annotated))
     assert (flow.op.tolist(), level.tag, level.op.tolist()) == (op, "LIC-2", pv)
     [record] = read_text(flux([("opc", "FIC-1.PV", pv), ("opc", "FIC-1.OP", op)], annotated))
@@ -125,8 +125,8 @@ def test_the_loop_in_one_column_and_its_signal_in_another(signals, read_text):
 def test_values_that_share_a_stamp_with_the_next_are_said(events, read_text):
     twice = {tag: [*list_, (list_[40][0], 7.5), list_[-1]] for tag, list_ in events.items()}
     [record] = read_text(text(twice))
-    assert any("2 values with the time stamp of the tag's next" in guess for guess in record.provenance.guesses)
-    assert not any("time stamp of the tag's" in guess for guess in read_text(text(events))[0].provenance.guesses)
+    assert any("2 values with the time stamp of the tag's next" in guess for guess in record.provenance.assumptions)
+    assert not any("time stamp of the tag's" in guess for guess in read_text(text(events))[0].provenance.assumptions)
 
 
 def test_several_loops_bad_values_and_any_order_of_columns(signals, read_text):
@@ -142,7 +142,7 @@ def test_several_loops_bad_values_and_any_order_of_columns(signals, read_text):
     np.testing.assert_array_equal(flow.pv, pv)
     assert np.isnan(level.pv[7])
     assert np.isnan(level.pv).sum() == 1
-    assert level.provenance.bad_texts == {"BAD": 1}
+    assert level.provenance.bad_values == {"BAD": 1}
 
 
 @pytest.mark.parametrize("by_tag", [True, False], ids=["tag after tag", "time after time"])
@@ -157,4 +157,4 @@ def test_the_hour_that_comes_twice_is_there_twice(by_tag, read_text):
     assert (record.dt, len(record), record.provenance.clock_jumps) == (60.0, 300, 1)
     np.testing.assert_array_equal(record.op, op)
     np.testing.assert_array_equal(record.pv, pv)
-    assert sum("summer time" in guess for guess in record.provenance.guesses) == 1
+    assert sum("summer time" in guess for guess in record.provenance.assumptions) == 1

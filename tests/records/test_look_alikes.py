@@ -25,7 +25,7 @@ def lines(header, *columns):
 
 
 def guesses(record):
-    return " ".join(record.provenance.guesses)
+    return " ".join(record.provenance.assumptions)
 
 
 @pytest.mark.parametrize("header", ["time_s,PV,T,OP", "time_s,PV,T [degC],OP", "time_s,PV,Seconds,OP"])

@@ -55,7 +55,7 @@ def test_mv_beside_a_valve_position_is_the_output(signals, table, read_text):
     [record] = read_text(table("time_s,PV,SV,MV,Valve position", t, pv, sp, op, op - 1.0))
     np.testing.assert_array_equal(record.op, op)
     np.testing.assert_array_equal(record.mv, op - 1.0)
-    assert any("taken as the controller output" in guess for guess in record.provenance.guesses)
+    assert any("taken as the controller output" in guess for guess in record.provenance.assumptions)
 
 
 @pytest.mark.parametrize("units", [",t/h,t/h,mA", "dd.mm.yyyy hh:mm:ss,t/h,t/h,mA", "s,t/h,t/h,MA"])
@@ -84,7 +84,7 @@ def test_the_quality_of_one_signal_is_that_signals(signals, table, read_text, he
     [record] = read_text(table(header, t, np.where(bad, 0.0, pv), quality, op, [codes[0]] * len(t)))
     np.testing.assert_array_equal(record.pv, np.where(bad, np.nan, pv))
     np.testing.assert_array_equal(record.op, op)
-    assert f"{bad.sum()} values of {header.split(',')[1]}, flagged as bad" in " ".join(record.provenance.guesses)
+    assert f"{bad.sum()} values of {header.split(',')[1]}, flagged as bad" in " ".join(record.provenance.assumptions)
 
 
 @pytest.mark.parametrize(("good", "bad"), [("128", "64"), ("0", "2150694912"), ("100", "0"), ("VALID", "INVALID")])
@@ -92,7 +92,7 @@ def test_good_in_other_codes(signals, table, read_text, good, bad):
     t, pv, op, _ = signals
     [record] = read_text(table("time_s,PV,OP,Quality", t, pv, op, [bad if k == 5 else good for k in range(len(t))]))
     assert np.flatnonzero(np.isnan(record.pv)).tolist() == [5]
-    told = any(f"'{good}', which most rows have" in guess for guess in record.provenance.guesses)
+    told = any(f"'{good}', which most rows have" in guess for guess in record.provenance.assumptions)
     assert told == good.isdigit()
 
 
@@ -100,7 +100,7 @@ def test_a_status_that_is_no_quality_is_not_used(signals, table, read_text):
     t, pv, op, _ = signals
     [record] = read_text(table("time_s,PV,OP,Status", t, pv, op, ["RUN" if k % 2 else "STOP" for k in range(len(t))]))
     assert np.isfinite(record.op).all()
-    assert any("is not known as good or bad" in guess for guess in record.provenance.guesses)
+    assert any("is not known as good or bad" in guess for guess in record.provenance.assumptions)
 
 
 def test_nothing_but_bad_rows(signals, table, read_text):
@@ -122,13 +122,13 @@ def test_an_op_in_another_unit_than_percent_is_told(unit, signals, table, read_t
     t, pv, op, _ = signals
     text = table(f"time_s,FIC-1.PV [t/h],FIC-1.OP [{unit}]", t, pv, 3.0 + 0.12 * op)
     [record] = read_text(text)
-    assert any(f"OP is given in {unit}: left as it is" in guess for guess in record.provenance.guesses)
+    assert any(f"OP is given in {unit}: left as it is" in guess for guess in record.provenance.assumptions)
     assert (record.op_unit, record.provenance.op_unit) == ("OP units", unit)
     [gate] = [gate for gate in assess(record).gates if gate.name == "op scale"]
     assert (gate.severity, f"in {unit}: S and J are in its unit, not in % of span" in gate.why) == ("lowers", True)
     [record] = read_text(text, op_range=(3.0, 15.0))
     assert record.op_unit == "% of span"
-    assert not any("OP is given in" in guess for guess in record.provenance.guesses)
+    assert not any("OP is given in" in guess for guess in record.provenance.assumptions)
     np.testing.assert_allclose(record.op, op, atol=1e-3)
 
 
@@ -143,5 +143,5 @@ def test_an_op_in_milliamperes_below_four_is_no_percentage(signals, table, read_
 def test_an_op_in_bar_is_no_fraction(signals, table, read_text):
     t, pv, op, _ = signals
     [record] = read_text(table("time_s,FIC-1.PV [t/h],FIC-1.OP [bar]", t, pv, 0.2 + 0.008 * op))
-    [told] = [guess for guess in record.provenance.guesses if guess.startswith("OP lies in")]
+    [told] = [guess for guess in record.provenance.assumptions if guess.startswith("OP lies in")]
     assert "give op_range=(low, high)" in told

@@ -43,13 +43,16 @@ def test_a_position_unlike_op_is_left_and_said(raw_op, raw_mv, options, remedy, 
     raw = raw_mv[0] + raw_mv[1] * mv
     [record] = read_text(table("time_s,OP,ZT", t, raw_op[0] + raw_op[1] * op, raw), **options)
     np.testing.assert_array_equal(record.mv, raw)
-    assert any(f"give {remedy} to convert" in guess for guess in record.provenance.guesses)
+    assert any(f"give {remedy} to convert" in guess for guess in record.provenance.assumptions)
 
 
 def test_a_position_in_percent_is_no_guess(signals, table, read_text):
     t, _, op, _ = signals
     for mv in (np.roll(op, 1), np.full(len(t), 5.0), np.linspace(0.0, 1.0, len(t)), np.full(len(t), "")):
-        assert read_text(table("time_s,OP,ZT", t, op, mv), columns={"pv": "OP", "op": "OP"})[0].provenance.guesses == ()
+        assert (
+            read_text(table("time_s,OP,ZT", t, op, mv), columns={"pv": "OP", "op": "OP"})[0].provenance.assumptions
+            == ()
+        )
 
 
 def test_thousands(signals, table, read_text):
@@ -60,7 +63,7 @@ def test_thousands(signals, table, read_text):
     np.testing.assert_array_equal(record.pv, big)
     [record] = read_text(table("time_s,PV,OP", t, [f'"{x:,.0f}"' for x in 3000 + t], op))
     np.testing.assert_array_equal(record.pv, 3000 + t)
-    assert any("'3,000' is read as 3000" in guess for guess in record.provenance.guesses)
+    assert any("'3,000' is read as 3000" in guess for guess in record.provenance.assumptions)
     german = [f"{x:,.1f}".replace(",", " ").replace(".", ",").replace(" ", ".") for x in big]
     [record] = read_text(table("time_s;PV;OP", t, german, op, delimiter=";", decimal=","))
     np.testing.assert_array_equal(record.pv, big)
@@ -79,7 +82,7 @@ def test_decimal_commas_beside_a_decimal_point_are_told_where_they_are_read_as_t
     t, pv, op, _ = signals
     three = [[f"{x:.3f}".replace(".", ",") for x in values] for values in (pv, op)]
     [record] = read_text(table(delimiter.join(("time_s", "PV", "OP")), t, *three, delimiter=delimiter))
-    assert any(f"{three[0][0]!r} is read as {1000 * pv[0]:.0f}; if" in guess for guess in record.provenance.guesses)
+    assert any(f"{three[0][0]!r} is read as {1000 * pv[0]:.0f}; if" in guess for guess in record.provenance.assumptions)
 
 
 @pytest.mark.parametrize("mark", [".", ","])
@@ -108,12 +111,14 @@ def test_thousands_that_may_be_decimals_are_told(mark, signals, table, read_text
     [record] = read_text(text)
     np.testing.assert_allclose(record.pv, big / 1000)
     other = "," if mark == "." else "."
-    assert any(f"is read as 1.1; if that is wrong give decimal='{other}'" in told for told in record.provenance.guesses)
+    assert any(
+        f"is read as 1.1; if that is wrong give decimal='{other}'" in told for told in record.provenance.assumptions
+    )
     np.testing.assert_array_equal(read_text(text, decimal=other)[0].pv, big)
     fixed = [f"{x:.3f}".replace(".", mark) for x in op]  # an OP with three decimals says which mark it is
     assert not any(
         "is read as" in told
-        for told in read_text(table("time_s;PV;OP", *columns[:2], fixed, delimiter=";"))[0].provenance.guesses
+        for told in read_text(table("time_s;PV;OP", *columns[:2], fixed, delimiter=";"))[0].provenance.assumptions
     )
 
 

@@ -40,8 +40,8 @@ def test_a_quote_left_open_in_the_last_row_costs_that_row_and_is_told(read_text)
     rows = cells()
     rows[-1][1] = f'"{rows[-1][1]}'
     [record] = read_text(lines(rows))
-    assert (len(record), record.provenance.bad) == (N, 1)
-    assert any(f"near line {N + 1}" in guess for guess in record.provenance.guesses)
+    assert (len(record), record.provenance.missing_samples) == (N, 1)
+    assert any(f"near line {N + 1}" in guess for guess in record.provenance.assumptions)
 
 
 @pytest.mark.parametrize("quoting", [csv.QUOTE_ALL, csv.QUOTE_NONNUMERIC, csv.QUOTE_MINIMAL])
@@ -54,7 +54,7 @@ def test_what_the_standard_library_writes_is_read(read_text, quoting, delimiter)
     [record] = read_text(text.getvalue())
     assert record.pv.tolist() == [float(row[1]) for row in cells()]
     assert record.op.tolist() == [float(row[2]) for row in cells()]
-    assert not any("cells" in guess for guess in record.provenance.guesses)
+    assert not any("cells" in guess for guess in record.provenance.assumptions)
 
 
 @pytest.mark.parametrize(
@@ -63,13 +63,13 @@ def test_what_the_standard_library_writes_is_read(read_text, quoting, delimiter)
 def test_quotes_with_spaces_about_them_are_read(read_text, written):
     [record] = read_text(lines([[written.format(cell) for cell in row] for row in cells()]))
     assert record.pv.tolist() == [float(row[1]) for row in cells()]
-    assert record.provenance.bad_texts == {}
+    assert record.provenance.bad_values == {}
 
 
 def test_a_header_of_several_lines_in_quotes_costs_no_row_of_data(read_text):
     text = 'time_s,"PV\n[m3/h]","OP\n[%]"\n' + lines(cells()).partition("\n")[2]
     [record] = read_text(text)
-    assert (len(record), record.provenance.rows, record.provenance.bad) == (N, N, 0)
+    assert (len(record), record.provenance.rows, record.provenance.missing_samples) == (N, N, 0)
     assert record.provenance.columns == {"pv": "PV [m3/h]", "op": "OP [%]"}
 
 
@@ -87,11 +87,11 @@ def test_the_largest_number_a_machine_knows_is_a_missing_value(read_text, column
     rows[100][column] = text
     [record] = read_text(lines(rows))
     if text == "3e38":  # a value all the same: it is the reader's to tell, not to hide
-        assert record.provenance.bad == 0
+        assert record.provenance.missing_samples == 0
         return
     assert np.flatnonzero(~np.isfinite([record.pv, record.op][column - 1])).tolist() == [100]
-    assert (record.provenance.bad, record.provenance.bad_texts) == (1, {"infinite": 1})
-    assert any("1 x 'infinite'" in guess for guess in record.provenance.guesses)
+    assert (record.provenance.missing_samples, record.provenance.bad_values) == (1, {"infinite": 1})
+    assert any("1 x 'infinite'" in guess for guess in record.provenance.assumptions)
 
 
 @pytest.mark.parametrize("signal", ["pv", "op"])

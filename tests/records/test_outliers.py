@@ -73,7 +73,7 @@ def test_the_gate_counts_them_and_the_receipt_names_one():
     op[[100, 400]] = 0.0
     quality = assess(LoopRecord("FIC-1", 1.0, op=op, pv=x))
     assert [(gate.value, gate.severity) for gate in quality.gates if gate.name == "outliers"] == [(2, "lowers")]
-    assert without_outliers(LoopRecord("FIC-1", 1.0, op=op, pv=x)).provenance.guesses == (
+    assert without_outliers(LoopRecord("FIC-1", 1.0, op=op, pv=x)).provenance.assumptions == (
         "Missing: 2 values far off all others (such as OP 0).",
     )
 
@@ -82,7 +82,7 @@ def test_a_code_that_the_reader_holds_is_one(sticky):
     every = np.arange(len(sticky)) // 3 * 3
     op = sticky.op.copy()
     op[699] = -9999.0
-    held = replace(sticky, op=op[every], provenance=replace(sticky.provenance, made_up=1333))
+    held = replace(sticky, op=op[every], provenance=replace(sticky.provenance, held_samples=1333))
     assert np.flatnonzero(np.isnan(without_outliers(held).op)).tolist() == [699, 700, 701]
 
 
@@ -126,7 +126,7 @@ def test_a_bad_value_says_nothing_of_the_scale_of_op(read_text, code):
     good = np.delete(record.op, 300)
     assert good.min() == pytest.approx(37.5, abs=0.01)
     assert good.max() == pytest.approx(62.5, abs=0.01)
-    assert any("OP is given in mA" in guess for guess in record.provenance.guesses)
+    assert any("OP is given in mA" in guess for guess in record.provenance.assumptions)
 
 
 @pytest.mark.parametrize("name", ["op", "pv"])

@@ -49,9 +49,9 @@ def test_time_columns_that_say_the_same_are_one(signals, table, read_text, hours
     t, pv, op, _ = signals
     other = [stamp(s + 3600 * hours) for s in t]
     [record] = read_text(table("Time,PV,Local time,OP", [stamp(s) for s in t], pv, other, op))
-    assert (record.start, record.provenance.made_up) == (START, 0)
+    assert (record.start, record.provenance.held_samples) == (START, 0)
     np.testing.assert_array_equal(record.op, op)
-    assert any("the first is used" in guess for guess in record.provenance.guesses)
+    assert any("the first is used" in guess for guess in record.provenance.assumptions)
 
 
 def test_a_row_for_each_stored_value_of_a_wide_table(signals, read_text):
@@ -68,7 +68,7 @@ def test_an_op_that_is_stored_in_every_fifth_row(signals, read_text):
     lines = [f"{stamp(s)},{x},{y if s % 5 == 0 else ''}" for s, x, y in zip(t, pv, op, strict=True)]
     [record] = read_text("\n".join(["Time,PV,OP", *lines]))
     np.testing.assert_array_equal(record.op, op[(t // 5 * 5).astype(int)])
-    assert record.provenance.made_up == pytest.approx(0.8 * len(t), abs=1)
+    assert record.provenance.held_samples == pytest.approx(0.8 * len(t), abs=1)
 
 
 def test_a_long_gap_of_op_is_a_gap(signals, read_text):
@@ -84,7 +84,7 @@ def test_a_value_stands_over_moments_at_which_nothing_was_stored(read_text):
         lines += [f"FIC-1.PV,{stamp(s)},{100 + s}", f"FIC-1.OP,{stamp(s)},{20 + s}"]
     [record] = read_text("\n".join(lines))
     assert record.op.tolist() == [20 + s for s in (0, 1, 2, 3, 3, 3, 3, 7, 8, 9, 9, 9, 12, 13, 14, 15, 16)]
-    assert record.provenance.made_up == 5
+    assert record.provenance.held_samples == 5
 
 
 @pytest.mark.parametrize(
@@ -135,7 +135,7 @@ def test_an_export_pasted_twice_is_no_faster_record(signals, table, read_text):
     [record] = read_text(text + text.partition("\n")[2])
     assert (record.dt, len(record)) == (1.0, len(t))
     np.testing.assert_array_equal(record.op, op)
-    assert any("with the time stamp of the next" in guess for guess in record.provenance.guesses)
+    assert any("with the time stamp of the next" in guess for guess in record.provenance.assumptions)
 
 
 def test_an_hour_back_in_february_is_no_end_of_summer_time(signals, table, read_text):
@@ -143,7 +143,7 @@ def test_an_hour_back_in_february_is_no_end_of_summer_time(signals, table, read_
     stamps = [stamp(30 * s) for s in t]
     text = table("Time,PV,OP", stamps, pv, op) + table("Time,PV,OP", stamps, pv, op).partition("\n")[2]
     [record] = read_text(text)
-    assert not any("summer" in guess for guess in record.provenance.guesses)
+    assert not any("summer" in guess for guess in record.provenance.assumptions)
     assert len(record) == len(t)
 
 

@@ -159,7 +159,7 @@ def test_one_dead_loop_does_not_stop_the_others():
     text = "time_s,FIC-1.PV,FIC-1.OP,FIC-2.PV,FIC-2.OP\n" + "".join(f"{k},Bad,5,{k % 7},{k % 5}\n" for k in range(60))
     [record] = read(io.BytesIO(text.encode()))
     assert record.tag == "FIC-2"
-    assert any("FIC-1" in guess for guess in record.provenance.guesses)
+    assert any("FIC-1" in guess for guess in record.provenance.assumptions)
 
 
 def test_ragged_rows_are_counted():
@@ -167,7 +167,7 @@ def test_ragged_rows_are_counted():
     [record] = read(io.BytesIO(text.encode()))
     assert len(record) == 62
     assert np.isnan(record.op[60])
-    assert any("3 rows of other than 3 cells" in guess for guess in record.provenance.guesses)
+    assert any("3 rows of other than 3 cells" in guess for guess in record.provenance.assumptions)
 
 
 def test_receipt_tells_rows_loops_period_bad_share_and_guesses():
@@ -238,7 +238,7 @@ def test_a_file_cut_off_within_its_last_row_is_told_and_the_rest_is_read(left, e
     [record] = read_text(end.join(["time_s,PV,OP", *rows[:-1], cut]))
     assert len(record) == 79
     assert np.isfinite(record.op).all()
-    [told] = [guess for guess in record.provenance.guesses if "cut off" in guess]
+    [told] = [guess for guess in record.provenance.assumptions if "cut off" in guess]
     assert "line 81" in told
     assert repr(cut) in told
     [whole] = read_text(end.join(["time_s,PV,OP", *rows, ""]))
@@ -250,7 +250,7 @@ def test_a_cut_is_told_in_any_encoding_and_with_semicolons(encoding, read_text):
     rows = [row.replace(",", ";").replace(".", ",") for row in _rows(80)]
     [record] = read_text("\n".join(["time_s;PV;OP", *rows])[:-3], encoding)
     assert len(record) == 79
-    assert any("line 81" in guess for guess in record.provenance.guesses)
+    assert any("line 81" in guess for guess in record.provenance.assumptions)
 
 
 def test_a_last_row_without_a_line_end_is_no_cut_where_nothing_is_missing(read_text):
@@ -264,7 +264,7 @@ def test_a_last_row_without_a_line_end_is_no_cut_where_nothing_is_missing(read_t
         header = "time_s,PV,OP," if rows[0].endswith(",") else "time_s,PV,OP"
         [record] = read_text("\n".join([header, *rows]))
         assert len(record) == 80
-        assert not any("cut off" in guess for guess in record.provenance.guesses), rows[-1]
+        assert not any("cut off" in guess for guess in record.provenance.assumptions), rows[-1]
 
 
 @settings(deadline=None, max_examples=40)

@@ -105,14 +105,14 @@ def test_a_position_in_the_place_of_the_pv_is_told(signals, table, read_text):
     # ABB calls the measured value MV.
     t, pv, op, sp = signals
     [record] = read_text(table("Time,FIC101.MV,FIC101.OUT,FIC101.SP", t, pv, op, sp))
-    assert any("measured value" in guess and "'pv': 'FIC101.MV'" in guess for guess in record.provenance.guesses)
+    assert any("measured value" in guess and "'pv': 'FIC101.MV'" in guess for guess in record.provenance.assumptions)
 
 
 def test_mv_alone_is_the_output_and_said_so(signals, table, read_text):
     t, pv, op, _ = signals
     [record] = read_text(table("time_s,PV,MV", t, pv, op))
     np.testing.assert_array_equal(record.op, op)
-    assert any("MV" in guess and "controller output" in guess for guess in record.provenance.guesses)
+    assert any("MV" in guess and "controller output" in guess for guess in record.provenance.assumptions)
 
 
 def test_a_word_of_several_meanings_counts_where_there_is_no_plainer_one(signals, table, read_text):
@@ -126,7 +126,7 @@ def test_a_word_of_several_meanings_counts_where_there_is_no_plainer_one(signals
     with pytest.raises(RecordError, match="no loop with PV and OP"):
         read_text(table("Time,FIC-1.CV,FIC-1.MV,FIC-1.SP", t, pv, op, sp))
     [record] = read_text(table("Time,FIC-1.PV,FIC-1.CV", t, pv, op))
-    assert any("FIC-1.CV is taken as the controller output" in guess for guess in record.provenance.guesses)
+    assert any("FIC-1.CV is taken as the controller output" in guess for guess in record.provenance.assumptions)
 
 
 def test_a_measured_value_taken_for_the_position_is_named_in_the_refusal(signals, table, read_text):
@@ -147,7 +147,7 @@ def test_an_op_that_may_be_in_milliamperes_is_told_and_left_as_it_is(unit, low, 
     op = np.round(low + 5.0 * (op - op.min()) / np.ptp(op), 3)
     [record] = read_text(table(f"Time,FIC-1.PV,FIC-1.OP{unit}", t, pv, op))
     np.testing.assert_array_equal(record.op, op)
-    assert any("if it is in mA, give op_range=(4, 20)" in guess for guess in record.provenance.guesses) is told
+    assert any("if it is in mA, give op_range=(4, 20)" in guess for guess in record.provenance.assumptions) is told
     assert record.op_in_percent
 
 
@@ -161,7 +161,7 @@ def test_wide_file_with_many_loops(signals, table, read_text):
         ("LIC-2", "level", True),
     ]
     np.testing.assert_array_equal(records[1].op, op + 1)
-    assert any("TI-3" in guess for guess in records[0].provenance.guesses)
+    assert any("TI-3" in guess for guess in records[0].provenance.assumptions)
     [one] = read_text(text, tag="lic-2")
     np.testing.assert_array_equal(one.pv, pv + 1)
     with pytest.raises(RecordError, match=r"no loop 'XIC'.*FIC-1, LIC-2"):
@@ -194,7 +194,7 @@ def test_title_lines_above_the_header(signals, table, read_text):
     t, pv, op, _ = signals
     [record] = read_text(table(["Trend export", "Unit 21", "", "time_s,PV,OP"], t, pv, op))
     np.testing.assert_array_equal(record.pv, pv)
-    assert any("2 lines above" in guess for guess in record.provenance.guesses)
+    assert any("2 lines above" in guess for guess in record.provenance.assumptions)
 
 
 def test_commented_header(signals, table, read_text):
@@ -237,8 +237,8 @@ def test_status_texts_are_counted(signals, table, read_text):
     cells[20] = ""
     [record] = read_text(table("time_s,PV,OP", t, cells, op))
     assert np.flatnonzero(np.isnan(record.pv)).tolist() == [3, 4, 10, 20]
-    assert record.provenance.bad_texts == {"Bad Input": 2, "I/O Timeout": 1}
-    assert record.provenance.bad == 4
+    assert record.provenance.bad_values == {"Bad Input": 2, "I/O Timeout": 1}
+    assert record.provenance.missing_samples == 4
 
 
 @pytest.mark.parametrize(
@@ -251,7 +251,7 @@ def test_flagged_rows_are_missing(header, good, flag, signals, table, read_text)
     cells[5] = cells[6] = flag
     [record] = read_text(table(f"time_s,PV,OP,{header}", t, pv, op, cells))
     assert np.flatnonzero(np.isnan(record.op)).tolist() == [5, 6]
-    assert record.provenance.bad == 2
+    assert record.provenance.missing_samples == 2
 
 
 @pytest.mark.parametrize(("on", "off"), [("AUTO", "MAN"), ("AUT", "IMAN"), ("CAS", "OOS"), ("A", "M"), ("1", "0")])
@@ -266,7 +266,7 @@ def test_unknown_mode_is_left_out_and_said_so(signals, table, read_text):
     t, pv, op, _ = signals
     [record] = read_text(table("time_s,PV,OP,MODE", t, pv, op, ["17"] * len(t)))
     assert record.auto is None
-    assert any("mode" in guess for guess in record.provenance.guesses)
+    assert any("mode" in guess for guess in record.provenance.assumptions)
 
 
 def test_op_scale_is_never_converted_on_suspicion(signals, table, read_text):
@@ -274,7 +274,7 @@ def test_op_scale_is_never_converted_on_suspicion(signals, table, read_text):
     text = table("time_s,PV,OP", t, pv, op / 100)
     [record] = read_text(text)
     np.testing.assert_array_equal(record.op, op / 100)
-    assert any("fraction" in guess and "op_range" in guess for guess in record.provenance.guesses)
+    assert any("fraction" in guess and "op_range" in guess for guess in record.provenance.assumptions)
     [record] = read_text(text, op_range=(0, 1))
     np.testing.assert_allclose(record.op, op, rtol=1e-14)
 
@@ -329,12 +329,12 @@ def test_op_in_milliamperes_by_its_unit_is_converted_and_said(signals, table, re
     text = table("time_s,PV,OP [mA]", t, pv, 4 + 0.16 * op)
     [record] = read_text(text)
     np.testing.assert_allclose(record.op, op, rtol=1e-12)
-    assert any("4 mA are taken as 0 %" in guess for guess in record.provenance.guesses)
+    assert any("4 mA are taken as 0 %" in guess for guess in record.provenance.assumptions)
     np.testing.assert_allclose(read_text(text, op_range=(4, 20))[0].op, op, rtol=1e-12)
     # 0 to 20 mA, or an OP in % under a wrong unit, is left alone.
     [record] = read_text(table("time_s,PV,OP [mA]", t, pv, op))
     np.testing.assert_array_equal(record.op, op)
-    assert any("like no current of 4 to 20 mA" in guess for guess in record.provenance.guesses)
+    assert any("like no current of 4 to 20 mA" in guess for guess in record.provenance.assumptions)
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "utf-32", "latin-1"])
@@ -368,10 +368,10 @@ def test_a_word_for_a_file_is_no_tag(tmp_path, name, kind, signals, table):
     path.write_text(table("time_s,PV,OP", t, pv, op))
     [record] = read(path)
     assert (record.tag, record.loop_type) == (name, kind)
-    assert any("file's name" in guess for guess in record.provenance.guesses) == (kind != "other")
+    assert any("file's name" in guess for guess in record.provenance.assumptions) == (kind != "other")
     [record] = read(path, loop_type="flow")
     assert record.loop_type == "flow"
-    assert not any("file's name" in guess for guess in record.provenance.guesses)
+    assert not any("file's name" in guess for guess in record.provenance.assumptions)
 
 
 def test_a_number_does_not_depend_on_the_cells_beside_it(signals, table, read_text):
@@ -383,4 +383,4 @@ def test_a_number_does_not_depend_on_the_cells_beside_it(signals, table, read_te
     odd[9] = "Bad"
     [record] = read_text(table("time_s,PV,OP", t, odd, op))
     assert np.isnan(record.pv[[7, 9]]).all()
-    assert record.provenance.bad_texts == {"1_2": 1, "Bad": 1}
+    assert record.provenance.bad_values == {"1_2": 1, "Bad": 1}

@@ -50,7 +50,7 @@ def test_round_trip(delimiter, decimal, encoding, end, form, dt, digits, holes, 
     assert (record.tag, record.dt, record.loop_type) == ("LIC-7", dt, "level")
     np.testing.assert_array_equal(record.op, op)
     np.testing.assert_array_equal(record.pv, expected)
-    assert record.provenance.bad_texts.get("No Data", 0) == len(holes) == record.provenance.bad
+    assert record.provenance.bad_values.get("No Data", 0) == len(holes) == record.provenance.missing_samples
 
 
 def read_or_sentence(data: bytes) -> bool:

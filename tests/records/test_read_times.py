@@ -86,7 +86,7 @@ def test_milliseconds_without_a_unit_are_told_by_their_size(name, step, dt, said
     t, pv, op, _ = signals
     [record] = read_text(table(f"{name},PV,OP", [str(int(step * k)) for k in t], pv, op))
     assert record.dt == pytest.approx(dt)
-    told = [guess for guess in record.provenance.guesses if "time column" in guess]
+    told = [guess for guess in record.provenance.assumptions if "time column" in guess]
     assert told == [] if said is None else f"taken as {said}" in told[0]
 
 
@@ -103,7 +103,7 @@ def test_ambiguous_dates_follow_the_data(signals, table, read_text):
 def test_ambiguous_dates_without_a_hint_are_a_stated_guess(signals, table, read_text):
     _, pv, op, _ = signals
     [record] = read_text(table("Time,PV,OP", stamps(len(pv), 10, "%d/%m/%Y %H:%M:%S"), pv, op))
-    assert any("day_first=False" in guess for guess in record.provenance.guesses)
+    assert any("day_first=False" in guess for guess in record.provenance.assumptions)
 
 
 def test_days_above_twelve_settle_the_order(signals, table, read_text):
@@ -112,7 +112,7 @@ def test_days_above_twelve_settle_the_order(signals, table, read_text):
     for form in ("%d/%m/%y %H:%M:%S", "%m/%d/%y %H:%M:%S"):
         [record] = read_text(table("Time,PV,OP", stamps(len(pv), 5, form, start), pv, op))
         assert record.start == start
-        assert not any("day_first" in guess for guess in record.provenance.guesses)
+        assert not any("day_first" in guess for guess in record.provenance.assumptions)
 
 
 def test_date_and_clock_in_two_columns(signals, table, read_text):
@@ -147,10 +147,10 @@ def test_gaps_become_missing_samples(signals, table, read_text):
     t, pv, op, _ = signals
     keep = np.r_[0:50, 57:120]
     [record] = read_text(table("time_s,PV,OP", 10 * t[keep], pv[keep], op[keep]))
-    assert (record.dt, len(record), record.provenance.bad) == (10.0, 120, 7)
+    assert (record.dt, len(record), record.provenance.missing_samples) == (10.0, 120, 7)
     assert np.isnan(record.pv[50:57]).all()
     np.testing.assert_array_equal(record.pv[57:], pv[57:])
-    assert any("7 samples in 1 gap of" in guess for guess in record.provenance.guesses)
+    assert any("7 samples in 1 gap of" in guess for guess in record.provenance.assumptions)
 
 
 def test_newest_first_unsorted_and_repeated_rows(signals, table, read_text):
@@ -163,7 +163,7 @@ def test_newest_first_unsorted_and_repeated_rows(signals, table, read_text):
     [record] = read_text(table("time_s,PV,OP", t[order], pv[order], op[order]))
     np.testing.assert_array_equal(record.op, op)
     assert record.provenance.clock_jumps == 1
-    assert any("with the time stamp of the next" in guess for guess in record.provenance.guesses)
+    assert any("with the time stamp of the next" in guess for guess in record.provenance.assumptions)
 
 
 def test_shuffled_rows_are_sorted_and_not_said_to_be_turned_round(signals, table, read_text):
@@ -172,7 +172,7 @@ def test_shuffled_rows_are_sorted_and_not_said_to_be_turned_round(signals, table
         order = np.random.default_rng(seed).permutation(len(t))
         [record] = read_text(table("time_s,PV,OP", t[order], pv[order], op[order]))
         np.testing.assert_array_equal(record.op, op)
-        [told] = [guess for guess in record.provenance.guesses if "order" in guess]
+        [told] = [guess for guess in record.provenance.assumptions if "order" in guess]
         assert told.startswith("The rows are not in the order of time")
         assert told.endswith("they were sorted.")
 
@@ -187,7 +187,7 @@ def test_uneven_stamps_are_held_never_interpolated(table, read_text):
         moment = t[0] + record.time[k]
         last = max(i for i in range(300) if t[i] <= moment + 1e-6)
         assert (record.op[k], record.pv[k]) == (op[last], pv[last])
-    assert any("held" in guess for guess in record.provenance.guesses)
+    assert any("held" in guess for guess in record.provenance.assumptions)
 
 
 def test_jittering_stamps_keep_every_row(signals, table, read_text):
@@ -204,7 +204,7 @@ def test_stamps_rounded_to_the_minute_are_spread(signals, table, read_text):
     [record] = read_text(table("Time,PV,OP", cells, pv, op))
     assert record.dt == 10.0
     np.testing.assert_array_equal(record.op, op)
-    assert any("share each stamp" in guess for guess in record.provenance.guesses)
+    assert any("share each stamp" in guess for guess in record.provenance.assumptions)
 
 
 def test_summer_time(table, read_text):
@@ -221,7 +221,7 @@ def test_summer_time(table, read_text):
         assert (record.dt, len(record), record.provenance.clock_jumps) == (60.0, 300, 1)
         assert record.provenance.summer_time == 1
         np.testing.assert_array_equal(record.op, op)
-        assert any("summer time" in guess for guess in record.provenance.guesses)
+        assert any("summer time" in guess for guess in record.provenance.assumptions)
 
 
 def test_unreadable_stamps_are_left_out_and_said(signals, table, read_text):
@@ -230,7 +230,7 @@ def test_unreadable_stamps_are_left_out_and_said(signals, table, read_text):
     cells[7] = "soon"
     [record] = read_text(table("Time,PV,OP", cells, pv, op))
     assert np.isnan(record.op[7])
-    assert any("1 row without a readable time stamp" in guess for guess in record.provenance.guesses)
+    assert any("1 row without a readable time stamp" in guess for guess in record.provenance.assumptions)
 
 
 @pytest.mark.parametrize("seconds", [7, 8, 9, 11, 13, 14.5, 17, 25, 40, 42.5])
@@ -240,7 +240,7 @@ def test_stamps_rounded_to_a_minute_that_no_whole_number_of_rows_fills(seconds, 
     [record] = read_text(table("Time,PV,OP", cells, pv, op))
     assert record.dt == pytest.approx(seconds, rel=0.01)
     np.testing.assert_array_equal(record.op, op)
-    assert any("share each stamp" in guess for guess in record.provenance.guesses)
+    assert any("share each stamp" in guess for guess in record.provenance.assumptions)
 
 
 def test_rounded_stamps_that_tell_no_period_are_refused_and_dt_cures_it(signals, table, read_text):
@@ -264,7 +264,8 @@ def test_a_few_rows_of_one_stamp_and_other_values_are_left_out_and_said(signals,
     [record] = read_text(table("time_s,PV,OP", t, pv, op))
     assert np.isnan(record.op[20])
     assert any(
-        "2 rows with the time stamp of the next, 2 rows of them with" in guess for guess in record.provenance.guesses
+        "2 rows with the time stamp of the next, 2 rows of them with" in guess
+        for guess in record.provenance.assumptions
     )
 
 
@@ -275,7 +276,7 @@ def test_a_given_dt_stands_above_wrong_stamps_and_keeps_every_row(signals, table
         [record] = read_text(table("time_s,PV,OP", wrong, pv, op), dt=2.5)
         assert record.dt == 2.5
         np.testing.assert_array_equal(record.op, op[::-1] if wrong[0] > wrong[-1] else op)
-        assert any("taken as 2.5 s apart" in guess and "not used" in guess for guess in record.provenance.guesses)
+        assert any("taken as 2.5 s apart" in guess and "not used" in guess for guess in record.provenance.assumptions)
     [record] = read_text(table("Time,PV,OP", ["x"] * len(t), pv, op), dt=3.0)
     assert (record.dt, len(record)) == (3.0, len(t))
 
@@ -295,7 +296,7 @@ def test_rows_that_a_file_has_twice_are_read_once(signals, table, read_text):
     t, pv, op, _ = (np.repeat(x, 2) for x in signals)
     [record] = read_text(table("time_s,PV,OP", t, pv, op))
     assert (record.dt, record.pv.tolist(), record.op.tolist()) == (1.0, *(x.tolist() for x in signals[1:3]))
-    assert any("120 rows" in guess for guess in record.provenance.guesses)
+    assert any("120 rows" in guess for guess in record.provenance.assumptions)
 
 
 SERIAL = 46054.0 + 13.0 / 24.0 + 0.3 / 86400.0
@@ -316,7 +317,7 @@ def test_serial_days_rounded_to_a_few_decimals_are_even_behind(seconds, places, 
     assert (record.dt, len(record)) == (pytest.approx(seconds, rel=1e-4), 600)
     assert abs((record.start - START).total_seconds()) <= 0.5 * 86400.0 * 10.0**-places + 0.3
     np.testing.assert_array_equal(record.op, op)
-    assert any(f"rounded to {86400.0 * 10.0**-places:g} s" in guess for guess in record.provenance.guesses)
+    assert any(f"rounded to {86400.0 * 10.0**-places:g} s" in guess for guess in record.provenance.assumptions)
 
 
 @settings(deadline=None, max_examples=30)
@@ -340,7 +341,7 @@ def test_serial_days_that_tell_no_period_are_left_as_they_are(table, read_text):
     moments = np.cumsum(np.random.default_rng(2).uniform(1.0, 8.0, 300))
     pv, op = np.round(np.sin(k / 9.0), 4), np.round(50 + np.cos(k / 9.0), 4)
     [record] = read_text(table("Date,PV,OP", serials(moments, 1.0, 5), pv, op))
-    assert not any("rounded to" in guess for guess in record.provenance.guesses)
+    assert not any("rounded to" in guess for guess in record.provenance.assumptions)
     [whole] = read_text(table("Date,PV,OP", serials(0.864 * k, 1.0, 5), pv, op))  # a period of one tick
     assert (whole.dt, len(whole)) == (0.864, 300)
 
@@ -377,7 +378,7 @@ def test_a_tenth_of_the_rows_may_share_a_stamp_and_differ(shared, table, read_te
     if shared == 20:
         [record] = read_text(text)
         assert len(record) == 180
-        assert any("20 rows with the time stamp of the next" in guess for guess in record.provenance.guesses)
+        assert any("20 rows with the time stamp of the next" in guess for guess in record.provenance.assumptions)
     else:
         with pytest.raises(RecordError, match="21 of 200 rows have the time stamp of the next and other values"):
             read_text(text)

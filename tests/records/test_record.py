@@ -42,7 +42,7 @@ def test_a_cut_is_the_slice_with_its_own_time(first, last):
 
 
 def test_cuts_of_cuts_are_cuts():
-    whole = loop(provenance=Provenance(made_up=N // 2))
+    whole = loop(provenance=Provenance(held_samples=N // 2))
     assert whole.window(300, 1500).window(100, 500) == whole.window(400, 800)
     assert whole.window(0, N) == whole
     assert loop(start=None).window(7, 90).start is None
@@ -53,22 +53,22 @@ def test_a_cut_counts_its_own_missing_samples():
     op, pv = whole.op.copy(), whole.pv.copy()
     op[100:110] = np.nan
     pv[105:120] = np.nan
-    whole = replace(whole, op=op, pv=pv, provenance=Provenance(bad=20, rows=N))
+    whole = replace(whole, op=op, pv=pv, provenance=Provenance(missing_samples=20, rows=N))
     parts = [whole.window(*span) for span in ((0, 100), (0, 115), (108, 1000), (120, N))]
-    assert [part.provenance.bad for part in parts] == [0, 15, 12, 0]
+    assert [part.provenance.missing_samples for part in parts] == [0, 15, 12, 0]
     assert [line.bad_percent for line in receipt(parts).lines] == pytest.approx([0, 1500 / 115, 1200 / 892, 0])
-    assert replace(whole, pv=None).window(108, 1000).provenance.bad == 2
-    assert usable_part(replace(whole, auto=None)).provenance.bad == 0
+    assert replace(whole, pv=None).window(108, 1000).provenance.missing_samples == 2
+    assert usable_part(replace(whole, auto=None)).provenance.missing_samples == 0
 
 
 def test_a_cut_takes_its_part_of_what_was_made_up():
     """400 of 2000 samples are a fifth of any part, not eight in nine of 450."""
-    whole = loop(provenance=Provenance(made_up=400, rows=N, clock_jumps=3))
+    whole = loop(provenance=Provenance(held_samples=400, rows=N, clock_jumps=3))
     for part in (whole, whole.window(0, 450), whole.window(450, 900).window(0, 100)):
         [gate] = [gate for gate in assess(part).gates if gate.name == "resampled"]
         assert (gate.severity, gate.value) == ("ok", pytest.approx(20.0))
         assert part.provenance.clock_jumps == 3
-    assert whole.window(5, 5).provenance.made_up == 0
+    assert whole.window(5, 5).provenance.held_samples == 0
 
 
 @pytest.mark.parametrize("name", [field.name for field in dataclasses.fields(LoopRecord)])
@@ -157,3 +157,10 @@ def test_what_is_no_real_number_is_refused(values):
 def test_a_period_that_is_no_number_of_that_size_is_refused(dt, told):
     with pytest.raises(st.ParameterError, match=f"dt .*{told}"):
         LoopRecord("FIC-1", dt, op=[1.0])
+
+
+def test_concentration_is_accepted_and_stored_as_analyser():
+    assert loop(loop_type="concentration") == loop(loop_type="analyser")
+    assert loop(loop_type="concentration").loop_type == "analyser"
+    with pytest.raises(st.ParameterError, match=r"loop_type 'quality' is unknown.*flow, level"):
+        loop(loop_type="quality")

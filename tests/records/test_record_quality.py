@@ -257,7 +257,7 @@ def test_missing_values_and_bridged_gaps(good):
     part = usable_part(record)
     assert len(part) == 700
     np.testing.assert_array_equal(part.pv[100:103], pv[99])
-    assert any("3 missing samples were bridged" in guess for guess in part.provenance.guesses)
+    assert any("3 missing samples were bridged" in guess for guess in part.provenance.assumptions)
 
 
 def test_mostly_bridged_is_refused(good):

@@ -74,7 +74,7 @@ def test_millionths_of_a_day_of_wincc(signals, table, read_text):
     assert record.dt == pytest.approx(1.0, abs=1e-6)
     assert record.start is not None
     assert abs(record.start - START) < timedelta(milliseconds=2)
-    assert any("millionths of a day" in guess for guess in record.provenance.guesses)
+    assert any("millionths of a day" in guess for guess in record.provenance.assumptions)
 
 
 def test_a_column_that_may_be_the_time_is_named(signals, table, read_text):
@@ -109,10 +109,10 @@ def test_a_zone_by_its_name_is_a_wall_clock_and_said_so(signals, table, read_tex
     _, pv, op, _ = signals
     [record] = read_text(table("Time,PV,OP", cells(FORMS["Java"]), pv, op))
     assert record.start == START
-    assert any("zone CET is not looked up" in guess for guess in record.provenance.guesses)
+    assert any("zone CET is not looked up" in guess for guess in record.provenance.assumptions)
     [record] = read_text(table("Time,PV,OP", [cell.replace("CET", "UTC") for cell in cells(FORMS["Java"])], pv, op))
     assert record.start == START.replace(tzinfo=UTC)
-    assert record.provenance.guesses == ()
+    assert record.provenance.assumptions == ()
 
 
 def test_forms_of_stamps_without_a_known_name(signals, table, read_text):
@@ -127,7 +127,7 @@ def test_the_clock_first_leaves_the_order_of_the_date_a_guess(signals, table, re
     text = table("Time,PV,OP", cells(lambda t: t.strftime("%H:%M:%S %d/%m/%Y")), pv, op)
     [record] = read_text(text)
     assert record.start == START
-    assert any("day_first=False" in guess for guess in record.provenance.guesses)
+    assert any("day_first=False" in guess for guess in record.provenance.assumptions)
     assert read_text(text, day_first=False)[0].start == datetime(2026, 1, 2, 10)
 
 
@@ -154,7 +154,7 @@ def test_day_and_clock_without_marks_in_two_columns(form, start, cut, signals, t
     [record] = read_text(text)
     assert (record.dt, record.start, len(record)) == (step, start, len(pv))
     np.testing.assert_array_equal(record.op, op)
-    told = [guess for guess in record.provenance.guesses if guess.startswith("Times such as")]
+    told = [guess for guess in record.provenance.assumptions if guess.startswith("Times such as")]
     assert len(told) == (cut and form != "dots")
 
 
@@ -182,7 +182,7 @@ def test_numbers_of_a_clock_without_marks_are_no_seconds(signals, table, read_te
         clocks = [str(int(cell)) for cell in cells(clock_of(form), step=step, start=datetime(2026, 2, 14, 7, 59))]
         [record] = read_text(table("Time,PV,OP", clocks, pv, op))
         assert (record.dt, len(record)) == (step, len(pv))
-        assert any("clock without marks" in guess for guess in record.provenance.guesses)
+        assert any("clock without marks" in guess for guess in record.provenance.assumptions)
     for counted in (range(len(pv)), range(0, 20 * len(pv), 20), range(0, 100 * len(pv), 100), range(7000, 7120)):
         [record] = read_text(table("Time,PV,OP", [str(k) for k in counted], pv, op))
         assert record.dt == counted[1] - counted[0]
@@ -195,7 +195,7 @@ def test_minutes_and_seconds_as_excel_shows_them(mark, signals, table, read_text
     assert stamps[:3] == [f"00:00{mark}0", f"00:45{mark}5", f"01:31{mark}0"]
     [record] = read_text(table("Time;PV;OP", stamps, pv, op, delimiter=";", decimal=mark))
     assert (record.dt, record.start, len(record)) == (45.5, None, len(t))  # 90 minutes: twice over the hour
-    assert any("minutes and seconds" in guess for guess in record.provenance.guesses)
+    assert any("minutes and seconds" in guess for guess in record.provenance.assumptions)
 
 
 def test_timedeltas_of_pandas(signals, table, read_text):
@@ -219,7 +219,7 @@ def test_elapsed_hours_beyond_a_day(first, signals, table, read_text):
     [record] = read_text(table("Time,PV,OP", stamps, pv, op))
     assert (record.dt, record.start, len(record)) == (900.0, None, len(pv))
     np.testing.assert_array_equal(record.op, op)
-    assert any("time elapsed" in guess for guess in record.provenance.guesses)
+    assert any("time elapsed" in guess for guess in record.provenance.assumptions)
 
 
 def test_the_year_first_in_two_digits(signals, table, read_text):
@@ -228,13 +228,13 @@ def test_the_year_first_in_two_digits(signals, table, read_text):
     assert stamps[0] == "26/02/01 10:00:00"
     [record] = read_text(table("Time,PV,OP", stamps, pv, op))
     assert record.start == START
-    assert any("26/02/01 are read year, month, day" in guess for guess in record.provenance.guesses)
+    assert any("26/02/01 are read year, month, day" in guess for guess in record.provenance.assumptions)
     # Over midnight 11/02/01 would be a year later, were the year last.
     late = datetime(2011, 2, 1, 23, 30)
     stamps = cells(lambda t: t.strftime("%y/%m/%d %H:%M:%S"), step=60, start=late)
     [record] = read_text(table("Time,PV,OP", stamps, pv, op))
     assert (record.dt, record.start, len(record)) == (60.0, late, len(pv))
-    assert any("follow each other" in guess for guess in record.provenance.guesses)
+    assert any("follow each other" in guess for guess in record.provenance.assumptions)
     # A last number above 31 can only be a year.
     stamps = cells(lambda t: t.strftime("%d/%m/%y %H:%M:%S"), start=datetime(1998, 2, 1, 10))
     assert read_text(table("Time,PV,OP", stamps, pv, op))[0].start == datetime(1998, 2, 1, 10)
@@ -246,7 +246,7 @@ def test_am_and_pm_point_to_the_month_first_where_nothing_else_tells(signals, ta
     assert stamps[0] == "2/1/2026 10:00:00 AM"
     [record] = read_text(table("Time,PV,OP", stamps, pv, op))
     assert record.start == START
-    assert any("month before day" in guess and "AM" in guess for guess in record.provenance.guesses)
+    assert any("month before day" in guess and "AM" in guess for guess in record.provenance.assumptions)
     # Over midnight the days tell better than AM and PM do.
     late = datetime(2026, 2, 1, 23, 59)
     stamps = cells(lambda t: t.strftime("%d/%m/%Y %I:%M:%S %p"), start=late)

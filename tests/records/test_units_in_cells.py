@@ -34,14 +34,14 @@ def test_the_unit_of_the_cells_is_the_column_s(unit, how, signals, grafana, read
     [record] = read_text(grafana(unit, " %", **how))
     assert (record.pv.tolist(), record.op.tolist()) == (pv.tolist(), op.tolist())
     assert record.provenance.pv_unit == unit.strip()
-    assert not any("missing" in guess for guess in record.provenance.guesses)
+    assert not any("missing" in guess for guess in record.provenance.assumptions)
 
 
 def test_an_output_in_milliamperes_comes_to_percent(signals, grafana, read_text):
     _, _, op, _ = signals
     [record] = read_text(grafana(" bar", " mA", 4.0 + 0.16 * op))
     np.testing.assert_allclose(record.op, op, rtol=1e-12)
-    assert any("4 mA are taken as 0 %" in guess for guess in record.provenance.guesses)
+    assert any("4 mA are taken as 0 %" in guess for guess in record.provenance.assumptions)
 
 
 @pytest.mark.parametrize("other", [" mbar", ""])

@@ -27,17 +27,17 @@ BOTH = 0.9
 
 
 def with_slaves(records: list[LoopRecord]) -> list[LoopRecord]:
-    """Tell each record of a file whose loop's set point its OP is, where it is one's, as `Provenance.slave`.
+    """Tell each record of a file whose loop's set point its OP is, where it is one's, as `Provenance.secondary_tag`.
 
     Examples
     --------
     >>> from stiction.records import LoopRecord
     >>> op, sp = np.arange(40.0) % 17, np.full(40, 50.0)
     >>> master, slave = LoopRecord("TIC-1", 1.0, op=op, sp=sp), LoopRecord("FIC-2", 1.0, op=op[::-1], sp=4.0 + 0.5 * op)
-    >>> [record.provenance.slave for record in with_slaves([master, slave])]
+    >>> [record.provenance.secondary_tag for record in with_slaves([master, slave])]
     ['FIC-2', '']
     """
-    return [replace(one, provenance=replace(one.provenance, slave=_slave_of(one, records))) for one in records]
+    return [replace(one, provenance=replace(one.provenance, secondary_tag=_slave_of(one, records))) for one in records]
 
 
 def _slave_of(master: LoopRecord, records: list[LoopRecord]) -> str:

@@ -200,7 +200,7 @@ def outliers(view: View) -> Gate | None:
 
 def resampled(view: View) -> Gate | None:
     """Count the values that the reader held to fill an even grid."""
-    made_up = view.record.provenance.made_up
+    made_up = view.record.provenance.held_samples
     if not made_up or len(view.record) < made_up:
         return None
     share = 100.0 * made_up / len(view.record)

@@ -52,7 +52,9 @@ def loops_of(table: Table, options: Options) -> list[LoopRecord]:
         raise dead[0]
     told = tuple(f"Left out: {error}" for error in dead)
     records = with_slaves(records) if len(records) > 1 else records
-    return [replace(r, provenance=replace(r.provenance, guesses=(*r.provenance.guesses, *told))) for r in records]
+    return [
+        replace(r, provenance=replace(r.provenance, assumptions=(*r.provenance.assumptions, *told))) for r in records
+    ]
 
 
 def _loops_of_part(table: Table, options: Options) -> tuple[list[LoopRecord], list[RecordError]]:
@@ -274,13 +276,13 @@ def _loop(
             source=source.name,
             sha256=source.sha256,
             columns=shown,
-            guesses=tuple(guesses),
+            assumptions=tuple(guesses),
             rows=taken.rows,
-            bad=int(missing.sum()),
-            bad_texts=dict(texts),
+            missing_samples=int(missing.sum()),
+            bad_values=dict(texts),
             clock_jumps=grid.clock_jumps,
             summer_time=grid.summer_time,
-            made_up=_made_up(table, grid, [signals[role] for role in ("op", "pv") if role in signals]),
+            held_samples=_made_up(table, grid, [signals[role] for role in ("op", "pv") if role in signals]),
             pv_unit=units[signals["pv"]] if units and "pv" in signals else "",
             op_unit=units[signals["op"]] if left else "",
         ),

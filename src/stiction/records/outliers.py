@@ -135,7 +135,7 @@ def held_for(record: LoopRecord) -> int:
     int
         1 where the reader made nothing up.
     """
-    return -(-len(record) // max(1, len(record) - record.provenance.made_up))
+    return -(-len(record) // max(1, len(record) - record.provenance.held_samples))
 
 
 def without_outliers(record: LoopRecord) -> LoopRecord:
@@ -171,5 +171,5 @@ def without_outliers(record: LoopRecord) -> LoopRecord:
     told = ", ".join(f"{name.upper()} {signals[name][mark][0]:.4g}" for name, mark in marks.items() if mark.any())
     guess = f"Missing: {number_of(count, 'value')} far off all others (such as {told})."
     origin = record.provenance
-    origin = replace(origin, guesses=(*origin.guesses, guess), outliers=origin.outliers + count)
+    origin = replace(origin, assumptions=(*origin.assumptions, guess), outliers=origin.outliers + count)
     return replace(record, **kept, provenance=origin)

@@ -91,7 +91,7 @@ def read(
     Returns
     -------
     list of LoopRecord
-        One for each loop, evenly sampled; all that was guessed stands in ``record.provenance.guesses``.
+        One for each loop, evenly sampled; all that was guessed stands in ``record.provenance.assumptions``.
 
     Raises
     ------

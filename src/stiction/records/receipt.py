@@ -103,4 +103,4 @@ def receipt(records: Iterable[LoopRecord]) -> Receipt:
         )
         for record in records
     )
-    return Receipt(lines, tuple(dict.fromkeys(guess for record in records for guess in record.provenance.guesses)))
+    return Receipt(lines, tuple(dict.fromkeys(guess for record in records for guess in record.provenance.assumptions)))

@@ -19,9 +19,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["LOOP_TYPES", "LoopRecord", "Provenance", "how_to_name_pv", "require_record"]
+__all__ = ["LOOP_TYPES", "LOOP_TYPE_SYNONYMS", "LoopRecord", "Provenance", "missing_pv_hint", "require_record"]
 
 LOOP_TYPES = ("flow", "level", "pressure", "temperature", "analyser", "other")
+LOOP_TYPE_SYNONYMS = {"concentration": "analyser"}
+"""Other words for a loop type -> the word that a record stores."""
 LARGEST = 1e100
 """Size above which a value is no measurement but a sign for a bad one, as is the largest float [any unit]."""
 _SIGNALS = ("op", "pv", "sp", "mv", "valve_signal", "auto")
@@ -37,28 +39,30 @@ class Provenance:
     """Digest of the file's bytes; empty when there is no file."""
     columns: dict[str, str] = field(default_factory=dict)
     """Signal name -> column of the source it was read from."""
-    guesses: tuple[str, ...] = ()
-    """What the reader guessed, a sentence each."""
+    assumptions: tuple[str, ...] = ()
+    """What the reader assumed, one sentence each."""
     rows: int = 0
     """Rows in the source."""
-    bad: int = 0
+    missing_samples: int = 0
     """Samples in which OP or PV was missing or had a bad status, gaps in the time stamps included."""
-    bad_texts: dict[str, int] = field(default_factory=dict)
-    """Text found in the place of a number ("Bad Input") -> how often."""
+    bad_values: dict[str, int] = field(default_factory=dict)
+    """Kind of bad value, such as the text "Bad Input" in place of a number -> how often."""
     clock_jumps: int = 0
     """Times that the clock ran backwards or changed to or from summer time."""
     summer_time: int = 0
     """How many of `clock_jumps` were changes to or from summer time, undone, with no row missing beside them."""
-    made_up: int = 0
-    """Samples for which the reader held an earlier value, as the time stamps were uneven."""
+    held_samples: int = 0
+    """Samples for which the reader repeated an earlier value, because the time stamps were uneven."""
     outliers: int = 0
     """Values that stood alone far off all others and count as missing (see `records.outliers`)."""
     pv_unit: str = ""
     """Unit of the PV, where the source names it."""
     op_unit: str = ""
     """Unit of OP, where the source names one that is not % of span and could not be converted."""
-    slave: str = ""
-    """Tag of the loop in the same file whose set point OP is: the valve is that loop's."""
+    secondary_tag: str = ""
+    """Tag of the secondary loop of a cascade: OP is its set point, and the valve belongs to it."""
+    unused_columns: tuple[str, ...] = ()
+    """Columns that stand beside a signal of the loop and were not used."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +92,7 @@ class LoopRecord:
     auto : array_like of bool, shape (n_samples,), optional
         True where the controller was in automatic; None when not recorded.
     loop_type : str
-        One of `LOOP_TYPES`.
+        One of `LOOP_TYPES`; "concentration" is stored as "analyser".
     integrating : bool, optional
         Whether the process integrates. By default a level does, a loop of type "other" is unknown (None)
         and every other type does not.
@@ -128,6 +132,7 @@ class LoopRecord:
     def __post_init__(self) -> None:
         put = object.__setattr__
         put(self, "dt", require_positive("dt", self.dt, "s"))
+        put(self, "loop_type", LOOP_TYPE_SYNONYMS.get(self.loop_type, self.loop_type))
         if self.loop_type not in LOOP_TYPES:
             raise ParameterError(f"loop_type {self.loop_type!r} is unknown; use one of {', '.join(LOOP_TYPES)}.")
         if self.integrating is None:
@@ -193,8 +198,8 @@ class LoopRecord:
     def window(self, first: int, last: int, every: int = 1) -> LoopRecord:
         """Cut the samples `first` <= k < `last` as a record of their own, or each so-manyth of them.
 
-        Its provenance tells of the cut: `bad` is counted in it. Which samples were made up, and where the clock jumped,
-        is not known: `made_up` is taken in proportion, and `clock_jumps` stays, as the most that there can be.
+        The provenance describes the cut: `missing_samples` is counted again, `held_samples` is scaled with the length,
+        and `clock_jumps` stays as an upper bound, because their places are not stored.
 
         Parameters
         ----------
@@ -221,8 +226,8 @@ class LoopRecord:
             name: None if getattr(self, name) is None else getattr(self, name)[begin:end:every] for name in _SIGNALS
         }
         bad = np.isnan(parts["op"]) if self.pv is None else np.isnan(parts["op"] + parts["pv"])
-        made_up = round(self.provenance.made_up * bad.size / max(1, len(self)))
-        origin = replace(self.provenance, bad=int(bad.sum()), made_up=made_up)
+        held = round(self.provenance.held_samples * bad.size / max(1, len(self)))
+        origin = replace(self.provenance, missing_samples=int(bad.sum()), held_samples=held)
         start = self.start and self.start + timedelta(seconds=begin * self.dt)
         return replace(self, **parts, dt=self.dt * every, start=start, provenance=origin)
 
@@ -258,12 +263,12 @@ def require_record(record: object) -> None:
     )
 
 
-def how_to_name_pv(record: LoopRecord) -> str:
+def missing_pv_hint(record: LoopRecord) -> str:
     """Say in a sentence how to read a record with its PV: MV is a measured value too (ABB), and taken for the position.
 
     Examples
     --------
-    >>> how_to_name_pv(LoopRecord("FIC-101", 1.0, op=[50.0]))
+    >>> missing_pv_hint(LoopRecord("FIC-101", 1.0, op=[50.0]))
     "Read the file again with the column of the PV named: columns={'pv': ...}."
     """
     column = record.provenance.columns.get("mv")

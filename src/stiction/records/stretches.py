@@ -177,7 +177,7 @@ def usable_part(record: LoopRecord) -> LoopRecord:
     >>> from stiction.records import LoopRecord, usable_part
     >>> op = 7 * [float("nan")] + [50.0, 51.0, float("nan"), 52.0]
     >>> part = usable_part(LoopRecord("FIC-101", 1.0, op=op, pv=op))
-    >>> part.op.tolist(), part.provenance.bad, part.provenance.guesses
+    >>> part.op.tolist(), part.provenance.missing_samples, part.provenance.assumptions
     ([50.0, 51.0, 51.0, 52.0], 1, ('1 missing samples were bridged by holding the last value.',))
     """
     first, last = analysis_window(record)
@@ -192,7 +192,7 @@ def usable_part(record: LoopRecord) -> LoopRecord:
     told = tuple(text for text in (about_gaps, about_sp) if text)
     if not told:
         return replace(part, **held, sp=sp)
-    origin = replace(part.provenance, guesses=(*part.provenance.guesses, *told))
+    origin = replace(part.provenance, assumptions=(*part.provenance.assumptions, *told))
     return replace(part, **held, sp=sp, provenance=origin)
 
 

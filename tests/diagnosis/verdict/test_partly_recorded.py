@@ -107,14 +107,14 @@ def test_a_set_point_that_is_stored_on_change_is_the_whole_set_point():
     # What was stored before the stretch that is analysed holds in it.
     torn = usable_part(replace(stored, op=blank(run.op, (K > 930) & (K < 990))))
     np.testing.assert_array_equal(torn.sp, run.sp[990:])
-    assert torn.provenance.guesses == ()
+    assert torn.provenance.assumptions == ()
     # Without its first value the hundred samples before the next one are all that is guessed.
     stored.sp[0] = np.nan
     held, told = held_set_point(stored)
     np.testing.assert_array_equal(held[100:], run.sp[100:])
     assert set(held[:100]) == {run.sp[100]}
     assert told == "The set point of the first 100 of 2000 samples is taken to be the first stored."
-    assert usable_part(stored).provenance.guesses[-1] == told
+    assert usable_part(stored).provenance.assumptions[-1] == told
 
 
 def test_where_the_set_point_is_missing_the_pv_is_looked_at_and_that_is_said():

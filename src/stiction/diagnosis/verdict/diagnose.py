@@ -202,7 +202,7 @@ def _makes_cycle(seen: Findings) -> bool:
 def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged, start: int | None) -> Diagnosis:
     """Put the verdict into words; times count from `start` samples before the record, where it is a part."""
     verdict, valve, found = judged.verdict, judged.valve, seen.found[seen.speaks]
-    unit, slave = seen.record.op_unit_short, seen.record.provenance.slave
+    unit, slave = seen.record.op_unit_short, seen.record.provenance.secondary_tag
     # A master's valve is another loop's; a PV that goes where its set point does has a stem that moves.
     any_band_shows = bool(slave) or row.set_point > FOLLOWED
     cause = named_cause(

@@ -20,7 +20,7 @@ from stiction.records.gate import Gate
 from stiction.records.one_rate import Stored, slower_of, stored_samples
 from stiction.records.outliers import without_outliers
 from stiction.records.quality import assess, usable_part
-from stiction.records.record import how_to_name_pv, require_record
+from stiction.records.record import missing_pv_hint, require_record
 from stiction.records.rests import missing
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def findings(record: LoopRecord) -> Findings:
     """
     require_record(record)
     if record.pv is None:
-        raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV. {how_to_name_pv(record)}")
+        raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV. {missing_pv_hint(record)}")
     record = without_outliers(record)
     assert record.pv is not None
     kept = stored_samples(record.op, record.pv)
