@@ -12,13 +12,15 @@ from stiction.sources.tag_column import Clock
 from stiction.sources.time.parse import find_time_columns, is_timestamp, parse_time
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
 
-__all__ = ["find_clock", "has_loop", "is_stamp_column", "parse_role", "table_headings"]
+__all__ = ["find_clock", "forget_note_on_lines_above", "has_loop", "is_stamp_column", "parse_role", "table_headings"]
 
+TYPE_WORDS = {"D", "DOUBLE", "FLOAT", "FLOAT32", "FLOAT64", "SINGLE", "REAL", "I", "INT", "INTEGER", "LONG", "S"}
+TYPE_WORDS |= {"STRING", "STR", "TEXT", "DATE", "DATETIME", "TIMESTAMP", "BOOL", "BOOLEAN", "B", "NUMBER", "NUMERIC"}
 _HEADINGS: WeakKeyDictionary[RawTable, HeaderNames] = WeakKeyDictionary()
 
 
@@ -29,14 +31,28 @@ def table_headings(table: RawTable) -> HeaderNames:
     ``#TYPES`` may stand between the names and the data (Ignition).
     """
     if table not in _HEADINGS:
-        found = header_names(table.header)
-        above = [row for row in table.above if len(row) == table.width]
-        if above and not any(parse_column_name(name) for name in found.names):
-            other = header_names([*above, *table.header])
-            found = other if any(parse_column_name(name) for name in other.names) else found
+        header = [row for row in table.header if not _are_types(row)]
+        found = header_names(header)
+        above = [row for row in table.above if len(row) == table.width and not _are_types(row)]
+        if above and not any(map(parse_column_name, found.names)):
+            other = header_names([*above, *header])
+            if any(map(parse_column_name, other.names)):
+                found = other
+                forget_note_on_lines_above(table)
         blank = [""] * table.width
         _HEADINGS[table] = found if found.names else HeaderNames(blank, blank, blank)
     return _HEADINGS[table]
+
+
+def _are_types(row: Sequence[str]) -> bool:
+    """Whether a header row holds the types of the columns."""
+    words = {cell.strip().upper() for cell in row[1:]} - {""}
+    return bool(words) and words <= TYPE_WORDS
+
+
+def forget_note_on_lines_above(table: RawTable) -> None:
+    """Take back the note that lines above the header are not used."""
+    table.notes[:] = [note for note in table.notes if "above the header" not in note]
 
 
 def parse_role(name: str) -> tuple[str, str] | None:

@@ -87,7 +87,8 @@ def find_long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = ()
             found["tag"] = signals[0]
     if "tag" in found and any((pair := parse_role(cell)) and not pair[0] for cell in set(cells[found["tag"]])):
         owner_words = (*TAG_WORDS, *LOOP_NAME_WORDS)
-        owners = [i for i, word in enumerate(words) if word in owner_words and i != found["tag"] and cells[i]]
+        free = [i for i in range(len(names)) if i not in found.values() and cells[i]]
+        owners = [i for i in free if words[i] in owner_words] or [i for i in free if _are_texts(cells[i], decimal)]
         found |= {"owner": owners[0]} if owners else {}
     return found if {"tag", "value"} <= set(found) else {}
 
@@ -104,6 +105,10 @@ def _are_signals(cells: Sequence[str]) -> bool:
     pairs = [parse_role(cell) for cell in set(cells)]
     signals = sum(bool(pair and not pair[0]) for pair in pairs)
     return signals > 0 and 2 * signals >= len(pairs) and not any(pair and pair[0] for pair in pairs)
+
+
+def _are_texts(cells: Sequence[str], decimal: str) -> bool:
+    return not any(is_number(cell, decimal) or is_timestamp(cell) for cell in cells)
 
 
 def _are_values(cells: Sequence[str], decimal: str) -> bool:

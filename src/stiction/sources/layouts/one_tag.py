@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from stiction.sources.layouts.headings import (
     find_clock,
+    forget_note_on_lines_above,
     is_stamp_column,
     parse_role,
     table_headings,
@@ -63,6 +64,8 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     name, unit = names[value], units[value]
     if parse_role(name) is None:
         tag, unit_above = find_tag_above(table)
+        if tag:
+            forget_note_on_lines_above(table)
         name, unit = tag or _EXPORT_DATE.sub("", table.origin.stem) or table.origin.stem, unit or unit_above
     return [
         TagColumn(

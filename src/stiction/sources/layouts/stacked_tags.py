@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.errors import RecordError
-from stiction.sources.layouts.headings import find_clock, parse_role, table_headings
+from stiction.sources.layouts.headings import find_clock, forget_note_on_lines_above, parse_role, table_headings
 from stiction.sources.layouts.row_groups import TagRows, columns_of_rows, readable_rows
 from stiction.sources.roles.vocabulary import TAG_WORDS
 
@@ -122,5 +122,6 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     names = table_headings(table).names
     quality = [i for i in free if (role := parse_role(names[i])) and role[1] == "quality"]
     value = next(i for i in free if i not in quality)
+    forget_note_on_lines_above(table)
     table.notes.append(f"The table holds {len(tags)} tags below each other, each under a line with its name.")
     return columns_of_rows(table, stamps, tags.values(), value, quality[0] if quality else None)

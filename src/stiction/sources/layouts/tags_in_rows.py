@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiction.sources.layouts import wide
-from stiction.sources.layouts.headings import parse_role
+from stiction.sources.layouts.headings import forget_note_on_lines_above, parse_role
 from stiction.sources.layouts.long_table import DESCRIPTION_WORDS, UNIT_WORDS
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.table import SNIFF_ROWS, RawTable
@@ -66,6 +66,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     times, first = found
     tag_position = _tag_column(table, first)
     assert tag_position is not None
+    forget_note_on_lines_above(table)
     table.load(range(table.width))
     frame = pl.DataFrame([table.column(i).cast(pl.String).fill_null("").alias(f"{i}") for i in range(table.width)])
     frame = frame.filter(pl.Series([cell not in times[first:] for cell in frame[f"{first}"]]))
