@@ -5,11 +5,12 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from shutil import rmtree
+from tempfile import mkdtemp
 from typing import TYPE_CHECKING, BinaryIO
+from weakref import finalize
 
 from stiction.errors import RecordError
 from stiction.sources.compression import ByteLimit, inflate, require_small_zip
@@ -60,19 +61,32 @@ class ByteSource:
     """Size after decompression [bytes]."""
     max_bytes: int
     """Largest size that may be read [bytes]."""
-    folder: TemporaryDirectory[str] | None = field(default=None, repr=False)
-    """Folder of the temporary file, where `path` is one; several members of an archive share it."""
-
-    def scratch_folder(self) -> Path:
-        """Give a folder for temporary files, which is deleted with this object."""
-        if self.folder is None:
-            self.folder = TemporaryDirectory(prefix="stiction-")
-        return Path(self.folder.name)
+    scratch: ScratchFolder = field(default_factory=lambda: ScratchFolder(), repr=False)
+    """Where temporary files go; the files of an archive share it."""
 
     def close(self) -> None:
-        """Delete the temporary files."""
-        if self.folder is not None:
-            self.folder.cleanup()
+        """Delete the temporary files, of an archive those of all its files."""
+        self.scratch.delete()
+
+
+class ScratchFolder:
+    """A temporary folder, made when it is first needed and deleted with this object."""
+
+    def __init__(self) -> None:
+        self._delete: finalize | None = None
+        self._path = Path()
+
+    def path(self) -> Path:
+        """Give the folder."""
+        if self._delete is None or not self._delete.alive:
+            self._path = Path(mkdtemp(prefix="stiction-"))
+            self._delete = finalize(self, rmtree, self._path, ignore_errors=True)
+        return self._path
+
+    def delete(self) -> None:
+        """Delete the folder and its files."""
+        if self._delete is not None:
+            self._delete()
 
 
 def open_source(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -> ByteSource:
@@ -125,23 +139,29 @@ def open_sources(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) 
     >>> source.origin.name, source.size
     ('stream', 10)
     """
-    with ExitStack() as stack:
-        file, name = _open_file(path)
-        if isinstance(path, (str, os.PathLike)) and file is not sys.stdin.buffer:
-            stack.enter_context(file)
-            found, folder = Path(path), None
-            size, digest = _measure(file, name, options.max_bytes)
-        else:
-            folder = TemporaryDirectory(prefix="stiction-")
-            found = Path(folder.name, "source")
-            with open(found, "wb") as copy:
-                size, digest = _measure(file, name, options.max_bytes, copy)
-    stem = "stream" if name == "stream" else Path(name).stem
-    source = ByteSource(Origin(name, stem, digest), found, _read_head(found), size, options.max_bytes, folder)
-    sources = list(_decompress(source))
-    for one in sources:
-        _refuse(one)
+    scratch = ScratchFolder()
+    try:
+        sources = list(_decompress(_store(path, options.max_bytes, scratch)))
+        for source in sources:
+            _refuse_kind(source.origin.name, source.head)
+    except BaseException:
+        scratch.delete()
+        raise
     return sources
+
+
+def _store(path: str | os.PathLike[str] | BinaryIO, max_bytes: int, scratch: ScratchFolder) -> ByteSource:
+    """Measure a file where it is, or copy a stream into the scratch folder."""
+    file, name = _open_file(path)
+    if isinstance(path, (str, os.PathLike)) and Path(path).is_file() and file is not sys.stdin.buffer:
+        found, stem = Path(path), Path(name).stem
+        with file:
+            size, digest = _measure(file, name, max_bytes)
+    else:
+        found, stem = scratch.path() / "source", "stream" if name == "stream" else Path(name).stem
+        with open(found, "wb") as copy:
+            size, digest = _measure(file, name, max_bytes, copy)
+    return ByteSource(Origin(name, stem, digest), found, _read_head(found), size, max_bytes, scratch)
 
 
 def _open_file(path: str | os.PathLike[str] | BinaryIO) -> tuple[BinaryIO, str]:
@@ -194,7 +214,7 @@ def _measure(file: BinaryIO, name: str, max_bytes: int, copy: BinaryIO | None = 
 def _decompress(source: ByteSource, *, is_member: bool = False) -> Iterator[ByteSource]:
     """Give the source itself, or the files that it holds when it is compressed."""
     require_small_zip(source.path, source.head, source.origin.name, source.max_bytes)
-    members = inflate(source.path, source.head, source.origin.name, source.max_bytes, source.scratch_folder)
+    members = inflate(source.path, source.head, source.origin.name, source.max_bytes, source.scratch.path)
     if members is None:
         yield source
         return
@@ -205,7 +225,7 @@ def _decompress(source: ByteSource, *, is_member: bool = False) -> Iterator[Byte
         name = f"{source.origin.name}/{member}" if member else source.origin.name
         stem = Path(inner).stem if member else Path(source.origin.stem).stem
         origin = Origin(name, stem, source.origin.sha256)
-        one = ByteSource(origin, path, _read_head(path), path.stat().st_size, source.max_bytes, source.folder)
+        one = ByteSource(origin, path, _read_head(path), path.stat().st_size, source.max_bytes, source.scratch)
         if not one.head.strip(_BLANK):
             raise RecordError(f"{name}: is empty; export the loop again with a header and rows of numbers.")
         yield from _decompress(one, is_member=True) if member else (one,)
@@ -214,10 +234,6 @@ def _decompress(source: ByteSource, *, is_member: bool = False) -> Iterator[Byte
 def _read_head(path: Path) -> bytes:
     with open(path, "rb") as file:
         return file.read(HEAD_BYTES)
-
-
-def _refuse(source: ByteSource) -> None:
-    _refuse_kind(source.origin.name, source.head)
 
 
 def _refuse_kind(name: str, head: bytes) -> None:

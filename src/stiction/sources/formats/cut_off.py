@@ -1,4 +1,4 @@
-"""The last row of a text that ends without a line end: was the file cut off within it?"""
+"""Find out whether a text file was cut off within its last row."""
 
 from __future__ import annotations
 

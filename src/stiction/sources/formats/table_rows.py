@@ -125,7 +125,7 @@ def _refuse_wrong_units(name: str, header: list[list[str]], units: list[str]) ->
     foreign = [unit for unit in units if unit not in ("", "%")]
     if not header and foreign:
         raise RecordError(f"{name}: has numbers in {foreign[0]} without a header; write one that names each column.")
-    if not header or not foreign and not any(units):
+    if not any(units):
         return
     for column, unit in zip(header_names(header).names, units, strict=False):
         named = unit_in_name(column) if unit else ""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import os
 from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
@@ -33,7 +32,7 @@ MAX_TORN_SHARE = 0.01
 _DELIMITER_NAMES = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "pipes", " ": "spaces"}
 
 
-def recognises(head: bytes, name: str) -> bool:
+def recognises(head: bytes, name: str) -> bool:  # noqa: ARG001 (all formats have these arguments)
     """Whether a file is a text, by its first bytes.
 
     Examples
@@ -45,7 +44,7 @@ def recognises(head: bytes, name: str) -> bool:
 
 
 def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
-    """Read a text table.
+    r"""Read a text table.
 
     Parameters
     ----------
@@ -70,7 +69,7 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     >>> import io
     >>> from stiction.sources.byte_source import open_source
     >>> from stiction.sources.options import ReadOptions
-    >>> text = "time;PV;OP\\n" + "".join(f"{k};5,{k};40\\n" for k in range(9))
+    >>> text = "time;PV;OP\n" + "".join(f"{k};5,{k};40\n" for k in range(9))
     >>> [table] = read(open_source(io.BytesIO(text.encode()), ReadOptions()), ReadOptions())
     >>> table.header, table.decimal, table.column(1)[2]
     ([['time', 'PV', 'OP']], ',', '5,2')
@@ -82,7 +81,7 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     head = _read_head(path, name)
     dialect = sniff_text(name, head[:SNIFF_ROWS], options.delimiter, options.decimal)
     end, last_line = find_cut_off(path, dialect)
-    copy = source.scratch_folder() / f"{source.path.name}.rows"
+    copy = source.scratch.path() / f"{source.path.name}.rows"
     found = check_lines(
         path, copy, name, delimiter=dialect.delimiter, width=dialect.width, skip_lines=dialect.first_row, end=end
     )
@@ -133,7 +132,7 @@ class _ColumnReader:
                     skip_lines=found.skip_lines,
                     glob=False,
                 )
-                .select(pl.col(columns[i]).str.strip_chars() for i in positions)
+                .select(self._cell(columns[i]) for i in positions)
                 .collect()
             )
         except (pl.exceptions.PolarsError, OSError) as error:
@@ -144,6 +143,14 @@ class _ColumnReader:
                 f"{name}: has {found.n_rows} rows of data, of which {frame.height} were read; export it as plain CSV."
             )
         return frame
+
+    def _cell(self, column: str) -> pl.Expr:
+        import polars as pl
+
+        cell = pl.col(column)
+        if self._found.has_padding:
+            cell = cell.str.strip_chars()
+        return cell.str.replace(r'^="(.*)"$', "$1") if self._found.has_formulas else cell
 
 
 def _read_head(path: Path, name: str) -> list[str]:

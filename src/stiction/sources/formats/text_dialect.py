@@ -14,13 +14,12 @@ from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
 from stiction.sources.roles.vocabulary import MISSING_WORDS, STATUS_TEXTS
-from stiction.records.timestamps import is_clock, is_date
-from stiction.records.timestamps import is_stamp as is_timestamp
+from stiction.sources.time.parse import is_clock, is_date, is_timestamp
 from stiction.sources.values.numeric_cells import is_number, parse_number
 from stiction.sources.values.thousands import GROUPS, find_torn_number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
 __all__ = ["Dialect", "find_table", "sniff_text", "split_lines", "unwrap"]
 
@@ -56,14 +55,15 @@ def unwrap(cell: str) -> str:
     return found[1] if cell.startswith('="') and (found := _FORMULA_TEXT.fullmatch(cell.strip())) else cell
 
 
-def split_lines(lines: Iterable[str], delimiter: str) -> tuple[list[list[str]], list[int]]:
+def split_lines(lines: Sequence[str], delimiter: str) -> tuple[list[list[str]], list[int]]:
     """Split lines into rows of cells, with the number of lines above each row; quotes may hold line ends."""
     if delimiter == " ":
         lines = [line.strip() for line in lines]
     reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
+    has_formula = any('="' in line for line in lines)
     ends, rows = [0], []
     for row in reader:
-        rows.append([unwrap(cell) for cell in row])
+        rows.append([unwrap(cell) for cell in row] if has_formula else row)
         ends.append(reader.line_num)
     return rows, ends[:-1]
 
@@ -78,6 +78,7 @@ def sniff_text(name: str, lines: list[str], delimiter: str | None, decimal: str 
     """
     if lines and (found := re.fullmatch(r'"?sep=(.)"?\s*', lines[0], re.IGNORECASE)):
         delimiter = delimiter or found.group(1)
+        lines = ["\n", *lines[1:]]
     best: tuple[Dialect, list[list[str]], int] | None = None
     open_quote = ""
     tried = [mark for mark in DELIMITERS if mark == "," or any(mark in line for line in lines)]
@@ -135,6 +136,8 @@ def find_table(rows: list[list[str]], decimal: str | None, *, delimiter: str = "
         if best is None or score > best.score + 1e-9:
             header, above = _split_header(rows[:first], words[:first], width, rows[first])
             best = Dialect(delimiter, mark, header, above, first, width, score)
+        if not any(letter in word for word in data for letter in (_GROUPED, _TEXT)):
+            break  # all cells are understood
     return best
 
 
@@ -177,10 +180,10 @@ def _is_written(row: Sequence[str]) -> bool:
 
 def _letter(cell: str, decimal: str, delimiter: str) -> str:
     text = cell.strip()
-    if text.upper() in _NO_VALUE_TEXTS:
-        return _NO_VALUE
     if is_number(text, decimal, grouped=False):
         return _NUMBER
+    if text.upper() in _NO_VALUE_TEXTS:
+        return _NO_VALUE
     if is_timestamp(text):
         return _STAMP
     if decimal == "." and delimiter == "," and GROUPS.fullmatch(text):

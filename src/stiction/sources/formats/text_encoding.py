@@ -56,10 +56,10 @@ def to_utf8(source: ByteSource, encoding: str) -> tuple[Path, str]:
     and line feed.
     """
     if encoding == "utf-8":
-        encoding, is_plain = _check_utf8(source.path, source.head)
+        encoding, is_plain = _check_utf8(source.path)
         if is_plain:
             return source.path, encoding
-    path = source.scratch_folder() / f"{source.path.name}.utf8"
+    path = source.scratch.path() / f"{source.path.name}.utf8"
     with (
         open(source.path, encoding=encoding, errors="replace") as text,
         open(path, "w", encoding="utf-8", newline="\n") as out,
@@ -69,7 +69,7 @@ def to_utf8(source: ByteSource, encoding: str) -> tuple[Path, str]:
     return path, encoding
 
 
-def _check_utf8(path: Path, head: bytes) -> tuple[str, bool]:
+def _check_utf8(path: Path) -> tuple[str, bool]:
     """Check the whole file: its encoding, and whether all its lines end with a line feed."""
     decoder = codecs.getincrementaldecoder("utf-8")()
     n_returns = n_pairs = 0
@@ -82,8 +82,10 @@ def _check_utf8(path: Path, head: bytes) -> tuple[str, bool]:
             except UnicodeDecodeError as error:
                 around = part[max(error.start - 20_000, 0) : error.start + 20_000]
                 return ("gb18030" if _is_chinese(around) else "latin-1"), False
-            n_returns += part.count(b"\r")
-            n_pairs += part.count(b"\r\n") + (last == b"\r" and part[:1] == b"\n")
+            if b"\r" in part:
+                n_returns += part.count(b"\r")
+                n_pairs += part.count(b"\r\n")
+            n_pairs += last == b"\r" and part[:1] == b"\n"
             last = part[-1:]
     if decoder.getstate()[0]:
         return "latin-1", False

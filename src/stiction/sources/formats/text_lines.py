@@ -9,7 +9,7 @@ import csv
 import io
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
@@ -31,7 +31,7 @@ MAX_LINE_LENGTH = 1_000_000
 BLOCK_BYTES = 8 << 20
 _NEWLINE, _QUOTE, _RETURN = b'\n"\r'
 _BEFORE_QUOTE, _AFTER_QUOTE = b'\n"', b'\r\n"'
-_BLANKS = b" \t\r\n\""
+_BLANKS = b' \t\r\n"'
 
 
 @dataclass
@@ -49,6 +49,10 @@ class LineCheck:
     first_ragged_line: int = 0
     torn_numbers: list[str] = field(default_factory=list)
     """Numbers of ragged rows that a comma between thousands may have split into two cells."""
+    has_padding: bool = False
+    """Whether some cells begin or end with a blank."""
+    has_formulas: bool = False
+    """Whether some cells are written as the formula ``="text"``."""
     n_lines: int = 0
     """Lines that were read, those above the data included [-]."""
 
@@ -86,14 +90,14 @@ def check_lines(
             file.readline()
         line, offset = skip_lines + 1, file.tell()
         is_cut = end < path.stat().st_size
-        for block in _blocks(file, name, line, end):
-            pieces = check.repair(block, line, is_last=offset + len(block) == end)
+        for block in _blocks(file, name, end):
+            n_lines, pieces = check.repair(block, line, is_last=offset + len(block) == end)
             if out is None and (pieces is not None or is_cut):
                 out = stack.enter_context(open(copy, "wb"))
                 _copy_start(path, out, offset)
             if out is not None:
                 out.writelines([block] if pieces is None else pieces)
-            line += block.count(b"\n")
+            line += n_lines
             offset += len(block)
     found.n_lines = line - 1
     if out is not None:
@@ -112,18 +116,24 @@ class _RowCheck:
         self._blank = np.zeros(256, dtype=bool)
         self._blank[[*_BLANKS, self._code]] = True
 
-    def repair(self, block: bytes, first_line: int, *, is_last: bool) -> list[bytes] | None:
-        """Give the block in pieces, with repaired rows; None when all its rows are plain."""
+    def repair(self, block: bytes, first_line: int, *, is_last: bool) -> tuple[int, list[bytes] | None]:
+        """Count the lines and give the block in pieces, with repaired rows; None when all its rows are plain."""
+        has_quote = b'"' in block
+        is_spaced = self._code == ord(" ") and not has_quote
+        if is_spaced:
+            block = _join_spaces(block) or b"\n"
         data = np.frombuffer(block, dtype=np.uint8)
         ends = np.flatnonzero(data == _NEWLINE) + 1
         if not ends.size or ends[-1] != data.size:
             ends = np.append(ends, data.size)
         starts = np.concatenate([[0], ends[:-1]])
-        odd = np.flatnonzero(self._find_odd_rows(data, starts, block))
+        odd = np.flatnonzero(self._find_odd_rows(data, starts, has_quote=has_quote))
+        self.found.has_formulas = self.found.has_formulas or (has_quote and b'"=""' in block)
+        self.found.has_padding = self.found.has_padding or self._has_padding(data)
         self.found.n_rows += len(starts)
         blank = self._find_blank_rows(data, starts)
         if not odd.size and not blank.size:
-            return None
+            return len(starts), [block] if is_spaced else None
         pieces, done = [], 0
         for k in np.union1d(odd, blank).tolist():
             pieces.append(block[done : starts[k]])
@@ -134,20 +144,23 @@ class _RowCheck:
             else:
                 self.found.n_rows -= 1
         pieces.append(block[done:])
-        return pieces
+        return len(starts), pieces
 
-    def _find_odd_rows(self, data: NDArray[np.uint8], starts: NDArray[np.int64], block: bytes) -> NDArray[np.bool_]:
-        """Mark rows with another number of cells, with misplaced quotes or with repeated blanks between cells."""
+    def _find_odd_rows(
+        self, data: NDArray[np.uint8], starts: NDArray[np.int64], *, has_quote: bool
+    ) -> NDArray[np.bool_]:
+        """Mark rows with another number of cells or with misplaced quotes."""
         n = len(starts)
-        if self._code == ord(" "):
+        if has_quote and self._code == ord(" "):
             return np.ones(n, dtype=bool)
-        if b'"' not in block:
-            marks = np.flatnonzero(self._structural[data])
-            is_end = data[marks] == _NEWLINE
-            per_row = np.diff(np.flatnonzero(is_end), prepend=-1) - 1
-            if len(per_row) < n:  # the last line has no line end
-                per_row = np.append(per_row, len(marks) - (np.flatnonzero(is_end)[-1] + 1 if is_end.any() else 0))
-            return per_row != self.width - 1
+        if not has_quote:
+            at = np.flatnonzero(data == self._code)
+            if self.width > 1 and len(at) == n * (self.width - 1):
+                at = at.reshape(n, -1)
+                if (at[:, 0] >= starts).all() and (at[:-1, -1] < starts[1:]).all():
+                    return np.zeros(n, dtype=bool)
+            row = np.searchsorted(starts, at.ravel(), side="right") - 1
+            return np.bincount(row, minlength=n) != self.width - 1
         marks = np.flatnonzero(self._structural[data])
         code = data[marks]
         row = np.searchsorted(starts, marks, side="right") - 1
@@ -163,6 +176,15 @@ class _RowCheck:
         odd[row[is_quote & is_outside][~np.isin(previous, [*_BEFORE_QUOTE, self._code])]] = True
         odd[row[is_quote & ~is_outside][~np.isin(following, [*_AFTER_QUOTE, self._code])]] = True
         return odd
+
+    def _has_padding(self, data: NDArray[np.uint8]) -> bool:
+        """Whether a blank stands beside a mark or a line end."""
+        blank = data == ord(" ")
+        if self._code != ord("\t"):
+            blank |= data == ord("\t")
+        at = np.flatnonzero(blank)
+        before, after = data[np.maximum(at - 1, 0)], data[np.minimum(at + 1, data.size - 1)]
+        return bool((self._structural[before] | self._structural[after] | (after == _RETURN)).any())
 
     def _find_blank_rows(self, data: NDArray[np.uint8], starts: NDArray[np.int64]) -> NDArray[np.int64]:
         """Find rows without a written cell; only rows that begin with a blank are looked at."""
@@ -202,31 +224,42 @@ class _RowCheck:
         return text.getvalue().encode()
 
 
-def _blocks(file: BinaryIO, name: str, line: int, end: int) -> Iterator[bytes]:
-    """Read a file in blocks that end with a line."""
+def _join_spaces(block: bytes) -> bytes:
+    """Make one space of several between cells, and none of those at the ends of a line."""
+    data = np.frombuffer(block, dtype=np.uint8)
+    is_space = data == ord(" ")
+    follows = np.concatenate([[True], is_space[:-1] | (data[:-1] == _NEWLINE)])
+    joined = np.append(data[~(is_space & follows)], np.uint8(_NEWLINE))
+    ends = (joined[1:] == _NEWLINE) | (joined[1:] == _RETURN)
+    return joined[:-1][~((joined[:-1] == ord(" ")) & ends)].tobytes()
+
+
+def _blocks(file: BinaryIO, name: str, end: int) -> Iterator[bytes]:
+    """Read a file in blocks that end with a line; refuse a line that is longer than `MAX_LINE_LENGTH`."""
     rest = b""
     while data := file.read(min(BLOCK_BYTES, end - file.tell())):
         data = rest + data
         cut = data.rfind(b"\n") + 1
         block, rest = data[:cut], data[cut:]
-        _require_short_lines(block, name, line)
-        if len(rest) > MAX_LINE_LENGTH:
-            raise line_too_long(name, line + block.count(b"\n"))
+        start = 0
+        while start + MAX_LINE_LENGTH < len(data):
+            next_start = block.rfind(b"\n", start, start + MAX_LINE_LENGTH) + 1
+            start = next_start or _refuse_line(file, name, len(data) - start)
         if block:
             yield block
-            line += block.count(b"\n")
     if rest:
         yield rest
 
 
-def _require_short_lines(block: bytes, name: str, line: int) -> None:
-    """Refuse a line that is longer than `MAX_LINE_LENGTH`."""
-    start = 0
-    while start + MAX_LINE_LENGTH < len(block):
-        end = block.rfind(b"\n", start, start + MAX_LINE_LENGTH) + 1
-        if not end:
-            raise line_too_long(name, line + block.count(b"\n", 0, start))
-        start = end
+def _refuse_line(file: BinaryIO, name: str, n_bytes: int) -> NoReturn:
+    """Refuse the line that begins `n_bytes` before the place to which a file is read."""
+    start = file.tell() - n_bytes
+    file.seek(0)
+    number = 1
+    while start > 0 and (data := file.read(min(BLOCK_BYTES, start))):
+        number += data.count(b"\n")
+        start -= len(data)
+    raise line_too_long(name, number)
 
 
 def line_too_long(name: str, line: int) -> RecordError:

@@ -53,6 +53,8 @@ def is_number(cell: str, decimal: str, *, grouped: bool = True) -> bool:
     >>> is_number("1,234.5 bar", "."), is_number("1,234.5", ".", grouped=False), is_number("1_2", ".")
     (True, False, False)
     """
+    if _IS_PLAIN[decimal].fullmatch(cell):
+        return True
     text, _ = _split_unit(cell)
     return bool(_IS_PLAIN[decimal].fullmatch(text) or (grouped and _IS_GROUPED[decimal].fullmatch(text)))
 
@@ -76,6 +78,8 @@ def usual_unit(cells: list[str], decimal: str) -> str:
     >>> usual_unit(["52.3 %", "52.4 %", "-"], ".")
     '%'
     """
+    if all(cell[-1:].isdigit() for cell in cells):
+        return ""
     parsed = (_parse_with_unit(cell, decimal) for cell in cells)
     units = Counter(unit for value, unit in parsed if value == value)
     return max(units, key=lambda unit: units[unit], default="")
@@ -156,28 +160,28 @@ def _parse_texts(cells: pl.Series, decimal: str, where: str) -> tuple[NDArray[np
         return values, Counter(), ""
     rest = cells.gather(left) if left.size < len(cells) else cells
     distinct = rest.rename("text").value_counts(name="cells")
-    words, counts = distinct["text"], distinct["cells"].to_list()
-    n_plain = len(values) - int(left.size)
+    words, counts = distinct["text"], distinct["cells"]
     numbers, units = _parse_distinct(words, decimal)
-    texts, per_unit = Counter(), Counter({"": n_plain} if n_plain else {})
-    for word, count, number, unit in zip(words.to_list(), counts, numbers.tolist(), units, strict=True):
-        if number == number:
-            per_unit[unit] += count
-        else:
-            text = (word or "").translate(_SPACES).strip()
-            texts["" if text.upper() in MISSING_WORDS else text[:MAX_TEXT]] += count
-    if not np.isnan(numbers).all():
+    is_text = np.isnan(numbers)
+    texts: Counter[str] = Counter()
+    for word, count in zip(words.filter(is_text).to_list(), counts.filter(is_text).to_list(), strict=True):
+        text = (word or "").translate(_SPACES).strip()
+        texts["" if text.upper() in MISSING_WORDS else text[:MAX_TEXT]] += count
+    per_unit = Counter({"": len(values) - int(left.size)} if left.size < len(values) else {})
+    if not is_text.all():
+        found = pl.DataFrame({"unit": units, "cells": counts}).filter(~is_text).group_by("unit").sum()
+        per_unit.update(dict(found.iter_rows()))
         values[left] = rest.replace_strict(words, pl.Series(numbers), return_dtype=pl.Float64).to_numpy()
     return values, texts, _single_unit(per_unit, where)
 
 
-def _parse_distinct(words: pl.Series, decimal: str) -> tuple[NDArray[np.float64], list[str]]:
+def _parse_distinct(words: pl.Series, decimal: str) -> tuple[NDArray[np.float64], pl.Series]:
     """Give the number and the unit of each distinct text."""
     import polars as pl
 
     if len(words) <= _MAX_PYTHON_CELLS:
         pairs = [_parse_with_unit(word or "", decimal) for word in words.to_list()]
-        return np.array([value for value, _ in pairs]), [unit for _, unit in pairs]
+        return np.array([value for value, _ in pairs]), pl.Series([unit for _, unit in pairs], dtype=pl.String)
     spaced = words.fill_null("").str.replace_all("[\u00a0\u202f]", " ").str.replace_all("\u2212", "-")
     parts = pl.DataFrame({"text": spaced.str.strip_chars()}).select(
         body=pl.coalesce(pl.col("text").str.extract(rf"(?i)^(.*[0-9.,])\s*(?:{_UNITS})$"), "text"),
@@ -193,7 +197,7 @@ def _parse_distinct(words: pl.Series, decimal: str) -> tuple[NDArray[np.float64]
         .str.replace(",", ".", literal=True)
         .cast(pl.Float64, strict=False),
     )
-    return numbers["value"].to_numpy(), numbers["unit"].fill_null("").to_list()
+    return numbers["value"].to_numpy(), numbers["unit"].fill_null("")
 
 
 def _for_polars(pattern: str) -> str:

@@ -47,7 +47,8 @@ def find_ambiguous_cell(
     ('1.234', 1.234, ',')
     >>> find_ambiguous_cell([["0", "1.234", "50.5"]], ".", delimiter=";", width=3)
     """
-    grouped = next((cell.strip() for row in rows for cell in row if "," in cell and GROUPS.fullmatch(cell.strip())), None)
+    with_comma = (cell.strip() for row in rows for cell in row if "," in cell)
+    grouped = next((cell for cell in with_comma if GROUPS.fullmatch(cell)), None)
     if decimal == "." and (grouped or delimiter == ","):
         return (grouped, parse_number(grouped, decimal), ",") if grouped else None
     columns = list(zip(*([cell.strip() for cell in row] for row in rows if len(row) == width), strict=True))[1:]
