@@ -43,17 +43,7 @@ def is_compact_clock(cells: Sequence[str]) -> bool:
 
 
 def insert_colons(cells: pl.Series) -> tuple[pl.Series, str]:
-    """Write times of day with colons.
-
-    Parameters
-    ----------
-    cells : Series of String, shape (n_rows,)
-        Times of day without colons; other cells stay as they are.
-
-    Returns
-    -------
-    Series, str
-        The times of day, and the assumption as a sentence; empty when nothing was assumed.
+    """Write times of day with colons, and tell what was assumed; other cells stay as they are.
 
     Examples
     --------
@@ -79,19 +69,7 @@ def insert_colons(cells: pl.Series) -> tuple[pl.Series, str]:
 
 
 def numbers_as_clock(values: NDArray[np.float64]) -> tuple[pl.Series, str] | None:
-    """Write a column of numbers as times of day when it counts as a clock does.
-
-    A clock goes from 59 to 100 and from 5959 to 10000, and shows nothing between.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n_rows,)
-        The column; NaN where a cell is no number.
-
-    Returns
-    -------
-    tuple of Series and str, or None
-        Times of day and the assumption as a sentence; None when the numbers count otherwise.
+    """Write numbers as times of day, and tell so, when they count as a clock does, from 59 to 100.
 
     Examples
     --------

@@ -32,24 +32,11 @@ _LIKELY_DAYS = (14610, 25568)
 
 
 def choose_date_order(days: Sequence[str], has_am_pm: bool, notes: list[str]) -> tuple[int, int, int]:
-    """Choose the order of the numbers of dates such as 01/02/26.
+    """Choose the order of the numbers of dates such as 01/02/26, given the distinct ones in the order of the file.
 
     The order is taken that reads most dates; then points mean the day first; then the one in which the days follow
-    each other; then a likely year; then month first where the clock has AM and PM.
-
-    Parameters
-    ----------
-    days : sequence of str
-        The distinct dates in the order of the file; those of other forms are ignored.
-    has_am_pm : bool
-        Whether the times of day have AM and PM.
-    notes : list of str
-        Gets a sentence when another order would read all dates too.
-
-    Returns
-    -------
-    tuple of int
-        Place of year, month and day.
+    each other; then a likely year; then month first where the clock has AM and PM. `notes` gets a sentence when another
+    order would read all dates too.
 
     Examples
     --------

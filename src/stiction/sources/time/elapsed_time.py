@@ -26,20 +26,7 @@ def is_elapsed_time(cell: str) -> bool:
 
 
 def parse_elapsed_time(cells: pl.Series, sample: Sequence[str]) -> tuple[NDArray[np.float64], str] | None:
-    """Parse a column of elapsed times.
-
-    Parameters
-    ----------
-    cells : Series of String, shape (n_rows,)
-        Times as text.
-    sample : sequence of str
-        Some of the cells that are not empty.
-
-    Returns
-    -------
-    tuple of ndarray and str, or None
-        Seconds since the first zero, NaN where a cell was not understood, shape (n_rows,), and the assumption as a
-        sentence; None where the cells may be times of day.
+    """Seconds of a column of elapsed times and the assumption made; None where the cells may be times of day.
 
     Examples
     --------
@@ -52,8 +39,8 @@ def parse_elapsed_time(cells: pl.Series, sample: Sequence[str]) -> tuple[NDArray
     )
     if not form:
         return None
-    parts = cells.str.replace(",", ".", literal=True).str.extract_groups(form.replace("[.,]", r"\.")).struct.unnest()
-    columns = [column.cast(float, strict=False).to_numpy() for column in parts.get_columns()]
+    parts = cells.str.extract_groups(form).struct.unnest().get_columns()
+    columns = [part.str.replace(",", ".", literal=True).cast(float, strict=False).to_numpy() for part in parts]
     seconds = np.where(
         np.isfinite(columns[3]), sum(w * np.nan_to_num(c) for w, c in zip(_WEIGHTS, columns, strict=True)), np.nan
     )
@@ -66,19 +53,7 @@ def parse_elapsed_time(cells: pl.Series, sample: Sequence[str]) -> tuple[NDArray
 
 
 def unwrap_clock(seconds: NDArray[np.float64], turn: float) -> NDArray[np.float64]:
-    """Let a clock run on where it falls back to zero.
-
-    Parameters
-    ----------
-    seconds : ndarray, shape (n_rows,)
-        What the clock shows [s]; NaN where nothing was read.
-    turn : float
-        After how long it starts again from zero [s].
-
-    Returns
-    -------
-    ndarray, shape (n_rows,)
-        The time without the falls [s].
+    """Let a clock [s] run on where it falls back to zero after `turn` [s].
 
     Examples
     --------

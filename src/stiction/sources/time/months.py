@@ -42,18 +42,7 @@ _MONTHS = _abbreviations()
 
 
 def month_number(name: str) -> int:
-    """Return the month that a name or its abbreviation means, 0 when it is none.
-
-    Parameters
-    ----------
-    name : str
-        English, German, French, Spanish, Italian, Portuguese, Dutch, Swedish or Finnish, with or without accents,
-        three letters or more; a point at the end is ignored.
-
-    Returns
-    -------
-    int
-        1 to 12 [-], or 0.
+    """Return the month (1 to 12) that a name or its first three or more letters mean, 0 when it is none.
 
     Examples
     --------

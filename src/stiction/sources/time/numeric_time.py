@@ -60,19 +60,7 @@ slowly [s]."""
 
 
 def epoch_of(values: NDArray[np.float64], unit: float | None = None) -> _Epoch | None:
-    """Recognise numbers that count from some date.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Two or more finite numbers in the order of the file.
-    unit : float, optional
-        Seconds per unit where the header names the unit [s].
-
-    Returns
-    -------
-    _Epoch or None
-        The notation; None when the numbers count from elsewhere.
+    """Recognise numbers that count from some date, given two or more of them and the seconds per unit where known.
 
     Examples
     --------
@@ -88,19 +76,7 @@ def epoch_of(values: NDArray[np.float64], unit: float | None = None) -> _Epoch |
 
 
 def parse_numeric_time(values: NDArray[np.float64], unit: float | None) -> Stamps:
-    """Parse a time column of numbers.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n_rows,)
-        The column; NaN where a cell is no number.
-    unit : float, optional
-        Seconds per unit where the header names the unit [s]; None where it does not.
-
-    Returns
-    -------
-    Stamps
-        Seconds of each row.
+    """Parse a time column of numbers, NaN where a cell is none; `unit` is in seconds, None where the header names none.
 
     Examples
     --------

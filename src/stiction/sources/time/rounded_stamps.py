@@ -23,17 +23,7 @@ _MIN_EVEN_ROWS = 30
 
 
 def repair_stamps(stamps: Stamps) -> Stamps:
-    """Undo clock changes and spread rounded stamps of a tag that has stamps of its own.
-
-    Parameters
-    ----------
-    stamps : Stamps
-        Time of each row, in the order of the source.
-
-    Returns
-    -------
-    Stamps
-        The same rows in the same order, with the notes of what was done.
+    """Undo clock changes and spread rounded stamps of a tag that has stamps of its own; the rows stay in their order.
 
     Examples
     --------
@@ -56,23 +46,9 @@ def repair_stamps(stamps: Stamps) -> Stamps:
 def spread_rounded_stamps(
     seconds: NDArray[np.float64], rows: NDArray[np.int64], resolution: float, notes: list[str]
 ) -> NDArray[np.float64]:
-    """Spread rows that share stamps evenly, or move stamps that are rounded to a known step.
+    """Spread rows that share stamps evenly, or move stamps that are rounded to a known `resolution` [s].
 
-    Parameters
-    ----------
-    seconds : ndarray, shape (n_rows,)
-        Times in ascending order [s].
-    rows : ndarray of int, shape (n_rows,)
-        Rows of the source; rows apart from one another that have one time are copies and stay.
-    resolution : float
-        Step to which the stamps are rounded [s]; 0 when it is not known.
-    notes : list of str
-        Gets a sentence when stamps are moved.
-
-    Returns
-    -------
-    ndarray, shape (n_rows,)
-        The times [s].
+    The stamps ascend. Rows apart from one another in the source that have one time are copies and stay.
 
     Examples
     --------

@@ -45,26 +45,14 @@ _MAX_PYTHON_CLOCKS = 200
 
 
 def parse_text_stamps(cells: pl.Series, *, day_first: bool | None = None, time_format: str | None = None) -> Stamps:
-    """Parse a column of time stamps.
+    """Parse a column of dates with or without a zone, of times of day, or of elapsed times.
 
-    Parameters
-    ----------
-    cells : Series of String, shape (n_rows,)
-        Dates in any usual form with or without a zone, times of day, or times elapsed.
-    day_first : bool, optional
-        Whether 01/02/2026 is the first of February; when not given, the other dates tell, or it is assumed.
-    time_format : str, optional
-        A `datetime.strptime` format that all stamps have.
-
-    Returns
-    -------
-    Stamps
-        Seconds of each row; NaN where a cell is empty or not understood.
+    `day_first` tells whether 01/02/2026 is the first of February; when None, the other dates tell, or it is assumed.
 
     Raises
     ------
     RecordError
-        When `time_format` is no format, or fits no stamp.
+        When `time_format` is no format of `datetime.strptime`, or fits no stamp.
 
     Examples
     --------

@@ -38,9 +38,9 @@ REWRITES = (
     (r"^(\d[\d./-]{5,10}),? +(\d{1,2})\.(\d{2})$", "${1} ${2}:${3}"),
     (r"(:\d{2}:\d{2})[,:](\d)", "${1}.${2}"),
     (r"(:\d{2}(?:\.\d+)?) *([AaPp])(?:\. ?[Mm]\.?| [Mm]\.)", "${1} ${2}m"),
-    (r"(:\d{2}(?:\.\d+)?) ?(?:UTC|GMT|Z)$", "${1}Z"),
-    (r"(:\d{2}(?:\.\d+)?) ?(?:UTC|GMT)?([+-]\d{2}):?(\d{2})?(?: ?\([^)]*\))?$", "${1}${2}:${3}"),
-    (r"(:\d{2}(?:\.\d+)?[+-]\d{2}):$", "${1}:00"),
+    (r"(:\d{2}(?:\.\d+)?(?: ?[AaPp][Mm])?) ?(?:UTC|GMT|Z)$", "${1}Z"),
+    (r"(:\d{2}(?:\.\d+)?(?: ?[AaPp][Mm])?) ?(?:UTC|GMT)?([+-]\d{2}):?(\d{2})?(?: ?\([^)]*\))?$", "${1}${2}:${3}"),
+    (r"(:\d{2}(?:\.\d+)?(?: ?[AaPp][Mm])?[+-]\d{2}):$", "${1}:00"),
 )
 """Rarer forms of a cell, as regular expressions of Rust and Python, each with the usual form, in this order."""
 _COMPILED = tuple((re.compile(form), usual.replace("${", "\\g<").replace("}", ">")) for form, usual in REWRITES)
@@ -85,19 +85,7 @@ def rewrite(cell: str) -> str:
 
 
 def parse_day(text: str, order: tuple[int, int, int]) -> DayText:
-    """Parse what stands beside the time of day of a cell.
-
-    Parameters
-    ----------
-    text : str
-        The rewritten cell with `@` in the place of its time of day.
-    order : tuple of int
-        Which number of 01/02/26 is the year, the month and the day.
-
-    Returns
-    -------
-    DayText
-        The day, with the time of day where it is written without colons; NaN when the text is no date.
+    """Parse what stands beside the time of day of a rewritten cell; `@` marks the place of the time.
 
     Examples
     --------

@@ -54,24 +54,10 @@ class SortedRows:
 def sort_by_time(
     seconds: NDArray[np.float64], rows: NDArray[np.int64], kind: str, rows_differ: RowsDiffer | None = None
 ) -> SortedRows:
-    """Bring rows into the order of time.
+    """Bring rows, at least two, into the order of time.
 
-    Parameters
-    ----------
-    seconds : ndarray, shape (n_rows,)
-        Time of each row [s], at least two, in the order of the source.
-    rows : ndarray of int, shape (n_rows,)
-        Row of the source.
-    kind : str
-        Kind of the stamps; only a "local" clock has summer time.
-    rows_differ : callable, optional
-        From two arrays of rows to whether these have other values, pair by pair. Without it no clock counts as set
-        back, since rows with earlier times may be copies.
-
-    Returns
-    -------
-    SortedRows
-        The rows, and what was done.
+    Without `rows_differ`, which tells pairs of rows with other values, no clock counts as set back, since rows with
+    earlier times may be copies. Only a clock of kind "local" has summer time.
 
     Examples
     --------

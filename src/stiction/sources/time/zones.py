@@ -22,20 +22,10 @@ _HOUR_US = 3_600_000_000
 
 
 def localise(stamps: Stamps, timezone: str) -> Stamps:
-    """Convert wall-clock stamps to UTC.
+    """Convert wall-clock stamps to UTC; stamps of another kind are returned as they are.
 
-    Parameters
-    ----------
-    stamps : Stamps
-        Of kind "local"; others are returned as they are.
-    timezone : str
-        Name of the zone, such as Europe/Berlin.
-
-    Returns
-    -------
-    Stamps
-        Of kind "utc". Of two passes through a repeated hour the first is summer time; a single pass goes to the side
-        where it leaves the smaller gap.
+    Of two passes through a repeated hour the first is summer time; a single pass goes to the side where it leaves the
+    smaller gap.
 
     Examples
     --------
