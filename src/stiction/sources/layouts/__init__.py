@@ -42,8 +42,8 @@ LAYOUTS: list[Layout] = [
     stacked_tags,
     time_value_pairs,
     stacked_loops,
-    one_tag,
     long_table,
+    one_tag,
     wide,
 ]
 """Layouts in the order in which they are tried; the last one reads every table."""
