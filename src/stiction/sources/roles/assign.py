@@ -68,11 +68,6 @@ def assign_roles(
     chosen = {
         role: choose_column(role, name, columns) for role, name in options.columns.items() if role not in _TIME_ROLES
     }
-    if not chosen and not any(column.name or column.description for column in columns):
-        raise RecordError(
-            f"{source}, line {columns[0].table.first_line}: there is no header above the {columns[0].table.width} "
-            "columns; say what they are, for example columns={'time': 0, 'pv': 1, 'op': 2}."
-        )
     groups, bare = group_columns([column for column in columns if column not in chosen.values()])
     wanted = _put_chosen(chosen, groups)
     for group in groups:
@@ -161,11 +156,13 @@ def _loops(
     usable = [group for group in groups if group.is_loop and wanted in (None, group)]
     if not usable:
         raise _no_loop(columns, groups, source)
-    single = [group for group in usable if not (twice := _role_with_two(group)) or not twice]
+    doubled = {id(group): text for group in usable if (text := _role_with_two(group))}
+    single = [group for group in usable if id(group) not in doubled]
+    for group in usable:
+        if id(group) in doubled and (not single or (options.tag or "").lower() == group.tag.lower()):
+            raise RecordError(f"{source}: {doubled[id(group)]}")
     notes = [] if wanted is not None else _notes_on_others(groups, usable)
-    if not single:
-        raise RecordError(f"{source}: {_role_with_two(usable[0])}")
-    notes += [f"Left out: {_role_with_two(group)}" for group in usable if group not in single]
+    notes += [f"Left out: {text}" for text in doubled.values()]
     if not any(group.tag == "" for group in usable):
         shared = {
             role: found[0]

@@ -44,7 +44,8 @@ def group_columns(columns: Sequence[TagColumn]) -> tuple[list[TagGroup], list[Ta
     for column in columns:
         pair, note = parse_column_name(column.name), ""
         if pair and pair[0].isdigit() and (tag := parse_instrument_tag(column.name)):
-            pair = None if numbers[tag.variable, tag.number] else pair  # the valve PV 4101 beside PT 4101
+            variable = "" if tag.kind == "position" else tag.variable
+            pair = None if (variable, tag.number) in numbers else pair  # the valve PV 4101 beside PT 4101
         if pair is None and (pair := parse_column_name(column.description)):
             note = f"{column_label(column)} is the {pair[1]} of {pair[0]} by its description; {HOW_TO_OVERRULE}"
         if pair is None:
@@ -59,14 +60,14 @@ def group_columns(columns: Sequence[TagColumn]) -> tuple[list[TagGroup], list[Ta
     return list(groups.values()), bare
 
 
-def _instrument_numbers(columns: Sequence[TagColumn]) -> Counter[tuple[str, str]]:
-    """Variable and number of the instrument tags whose names cannot be a word of a signal with a number."""
+def _instrument_numbers(columns: Sequence[TagColumn]) -> set[tuple[str, str]]:
+    """Variable ("" for any) and number of the instrument tags that are not a word of a signal with a number."""
     tags = []
     for column in columns:
         pair = parse_column_name(column.name)
         if not (pair and pair[0].isdigit()):
             tags.append(parse_instrument_tag(pair[0] if pair else column.name))
-    return Counter((tag.variable, tag.number) for tag in tags if tag)
+    return {(variable, tag.number) for tag in tags if tag for variable in ("", tag.variable)}
 
 
 def _move_flags(groups: dict[str, TagGroup]) -> None:

@@ -1,0 +1,103 @@
+"""The mapping file: what it settles, what it refuses, and that a written one reads back."""
+
+from __future__ import annotations
+
+import polars as pl
+import pytest
+
+from stiction.errors import RecordError
+from stiction.sources.options import ReadOptions
+from stiction.sources.roles.assign import assign_roles
+from stiction.sources.roles.map_file import read_map, write_map
+from stiction.sources.table import Origin, RawTable
+from stiction.sources.tag_column import TagColumn
+
+
+@pytest.fixture
+def columns():
+    names = ["AI1", "AO2", "AI3", "LIC9.PV", "LIC9.OP"]
+    table = RawTable(Origin("plant.csv", "plant"), [names], [], len(names), lambda _: pl.DataFrame())
+    return [TagColumn(name, table, None, lambda: pl.Series(["1"]), position=k) for k, name in enumerate(names)]
+
+
+@pytest.fixture
+def write(tmp_path):
+    def writing(text):
+        path = tmp_path / "map.csv"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return writing
+
+
+def test_a_map_settles_all(columns, write):
+    path = write(
+        "# areas of unit 3\n"
+        "tag;loop;role;unit;low;high;area;master;importance\n"
+        "ai1;FIC7;PV;t/h;;;north;TIC1;high\n"
+        "AO2;FIC7;op;mA;4,0;20,0;;;\n"
+        "AI3;FIC7;pv quality;;;;;;\n"
+    )
+    [loop] = assign_roles(columns, ReadOptions(), read_map(path))
+    assert {role: column.name for role, column in loop.roles.items()} == {"pv": "AI1", "op": "AO2", "pv quality": "AI3"}
+    assert (loop.tag, loop.loop_type, loop.area, loop.master, loop.importance) == (
+        "FIC7",
+        "flow",
+        "north",
+        "TIC1",
+        "high",
+    )
+    assert (loop.spans, loop.unit_of("op"), loop.unit_of("pv")) == ({"op": (4.0, 20.0)}, "mA", "t/h")
+    assert loop.notes == []
+
+
+GOOD = "AO2,F1,op\nAI1,F1,pv\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("tag,loop,rolle\n", r"line 1: unknown column 'rolle'; use tag, loop, role"),
+        ("tag,loop\nAO2,F1\n", r"line 1: has no column 'role'"),
+        ("tag,loop,role\n" + GOOD + "AI3,F1,valve\n", r"line 4: unknown role 'valve'; use one of pv, sp, op"),
+        ("tag,loop,role\nAI1,F1,pv\n", r"line 2: loop F1 has no row with role op"),
+        ("tag,loop,role\n" + GOOD + "AI3,F1,pv\n", r"line 4: 'AI3' is the PV of F1, but 'AI1' is already"),
+        ("tag,loop,role\n" + GOOD + "ao2,F2,op\n", r"line 4: 'ao2' is claimed by F2 \(op\), but F1 \(op\) has it"),
+        ("tag,loop,role,low,high\nAO2,F1,op,20,4\n", r"line 2: low = 20 is not below high = 4"),
+        ("tag,loop,role,low,high\nAO2,F1,op,4,\n", r"line 2: gives only one of low and high"),
+        ("tag,loop,role,low,high\nAO2,F1,op,a,4\n", r"line 2: low = 'a' is no number"),
+        ("tag,loop,role,low,high\nAO2,F1,op,-inf,4\n", r"line 2: low = '-inf' is no number"),
+        ("tag,loop,role\n,F1,op\n", r"line 2: tag or loop is empty"),
+        ("tag,loop,role,master\nAO2,F1,op,f1\n", r"line 2: F1 is its own master"),
+        ("tag,loop,role\n", r"no rows below its header"),
+        ("\n", r"the map is empty"),
+        ("tag,loop,role\n" + GOOD + "X9,F1,sp\n", r"line 4: tag 'X9' is not in the source; its columns are AI1, AO2"),
+    ],
+)
+def test_each_mistake_has_its_message(text, message, columns, write):
+    path = write(text)
+    with pytest.raises(RecordError, match=message) as caught:
+        assign_roles(columns, ReadOptions(), read_map(path))
+    assert str(caught.value).startswith(str(path))
+
+
+def test_a_map_that_cannot_be_read(tmp_path):
+    with pytest.raises(RecordError, match="cannot be read"):
+        read_map(tmp_path / "none.csv")
+    (tmp_path / "bytes.csv").write_bytes(b"tag,loop\xff\xfe")
+    with pytest.raises(RecordError, match="UTF-8"):
+        read_map(tmp_path / "bytes.csv")
+
+
+def test_a_written_map_gives_the_same_loops(columns, tmp_path):
+    [level] = assign_roles(columns[3:], ReadOptions())
+    [chosen] = assign_roles(columns[:3], ReadOptions(columns={"pv": "AI1", "op": "AO2"}))
+    chosen.spans["op"], chosen.units["op"], chosen.area = (4.0, 20.0), "mA", 'north, "old"'
+    path = tmp_path / "map.csv"
+    path.write_text("old", encoding="utf-8")
+    write_map([level, chosen], path)
+    back = assign_roles(columns, ReadOptions(), read_map(path))
+    assert [loop.tag for loop in back] == ["LIC9", "plant"]
+    assert [loop.roles for loop in back] == [level.roles, chosen.roles]
+    assert (back[1].spans, back[1].units, back[1].area) == (chosen.spans, chosen.units, chosen.area)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["map.csv"]
