@@ -109,4 +109,4 @@ def _is_chinese(data: bytes, *, min_share: float = 0.7) -> bool:
     codes = [character.encode("gb2312", errors="ignore") for character in text if not character.isascii()]
     n_common = sum(len(code) == 2 and 0xB0 <= code[0] <= 0xD7 for code in codes)
     n_signs = sum(len(code) == 2 and code[0] < 0xB0 for code in codes)
-    return n_common > 0 and n_common >= min_share * (len(codes) - n_signs)
+    return n_common > 1 and n_common >= min_share * (len(codes) - n_signs)
