@@ -286,7 +286,7 @@ def _fetch(connection: Connection, statement: Any, url: str, max_bytes: int) -> 
             cells += len(rows) * len(names)
             if 8 * cells > max_bytes:
                 raise RecordError(
-                    f"{show_url(url)}: the rows are larger than {max_bytes:,} bytes; read fewer with tags, since or until."
+                    f"{show_url(url)}: the rows are larger than {max_bytes:,} bytes; read fewer by tags, since, until."
                 )
             chunks.append([_series(cells) for cells in zip(*rows, strict=True)])
     if not chunks:
@@ -356,7 +356,7 @@ def _choose(
     names = [*named, *wanted] if wanted or roles["Tag"] else frame.columns
     if tags and roles["Time"] and not roles["Tag"] and not wanted:
         names = _columns_of_tags(names, tags, named)
-    return frame.select(dict.fromkeys(names))
+    return frame.select(list(dict.fromkeys(names)))
 
 
 def _columns_of_tags(names: Sequence[str], tags: Sequence[str], named: Sequence[str]) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 import re
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError, RecordError
@@ -72,7 +73,7 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     name = source.origin.name
     _require_size(source)
     try:
-        book = CalamineWorkbook.from_path(source.path)
+        book = CalamineWorkbook.from_filelike(BytesIO(source.path.read_bytes()))  # by content, not by name
         visible = [
             sheet.name
             for sheet in book.sheets_metadata
@@ -96,24 +97,20 @@ def _tables(
 ) -> list[RawTable]:
     """Find where the table of each sheet begins."""
     tables: list[tuple[str, RawTable]] = []
-    refusals: list[RecordError] = []
     for sheet, rows, lines in sheets:
-        head = [[_as_text(cell) for cell in row] for row in rows[: 2 * SNIFF_ROWS]]
-        try:
-            table = table_from_rows(
-                Origin(f"{source.origin.name}, sheet {sheet}", sheet, source.origin.sha256), head, options
-            )
-        except RecordError as refusal:
-            refusals.append(refusal)
+        head = [_head_row(row) for row in rows[: 2 * SNIFF_ROWS]]
+        origin = Origin(f"{source.origin.name}, sheet {sheet}", sheet, source.origin.sha256)
+        table = table_from_rows(origin, head, options)
+        if table is None:
             continue
         first = min(table.first_line, len(rows) + 1) - 1
         table.reader = _reader(rows, first)
         table.first_line = lines[first] if first < len(lines) else table.first_line
         tables.append((sheet, table))
     if not tables:
-        if refusals:
-            raise refusals[0]
-        raise RecordError(f"{source.origin.name}: no sheet holds a table; give a workbook with one row per time.")
+        raise RecordError(
+            f"{source.origin.name}: no sheet holds a table of numbers; write one row per time, with a header."
+        )
     if len(tables) == 1 and (options.sheet is None or DEFAULT_SHEET_NAME.fullmatch(options.sheet)):
         table = tables[0][1]
         table.origin = Origin(table.origin.name, source.origin.stem, source.origin.sha256)
@@ -165,6 +162,14 @@ def _as_datetime(cell: Any) -> dt.datetime | None:
     if isinstance(cell, dt.datetime):
         return cell
     return dt.datetime(cell.year, cell.month, cell.day) if isinstance(cell, dt.date) else None
+
+
+def _head_row(row: list[Any]) -> list[str]:
+    """Give a row as text; a title, without numbers, ends at its last cell that is written."""
+    texts = [_as_text(cell) for cell in row]
+    while texts and not texts[-1] and all(isinstance(cell, str) for cell in row):
+        texts.pop()
+    return texts
 
 
 def _as_text(cell: Any) -> str:

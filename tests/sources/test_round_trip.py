@@ -1,0 +1,119 @@
+"""One loop written by pandas, polars, openpyxl, scipy and DuckDB into each format gives the same table."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+from typing import TYPE_CHECKING
+
+import duckdb
+import numpy as np
+import openpyxl
+import pandas as pd
+import polars as pl
+import pytest
+import sqlalchemy as sa
+from scipy.io import savemat
+
+from stiction.sources.byte_source import open_source
+from stiction.sources.formats import arrow, excel, matlab, parquet, text
+from stiction.sources.frame import frame_to_table
+from stiction.sources.options import ReadOptions
+from stiction.sources.sql import read_database
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from stiction.sources.table import RawTable
+
+N = 120
+START = datetime(2026, 3, 1, 23, 55)
+DATA = {
+    "Time": [START + timedelta(seconds=5 * k) for k in range(N)],
+    "FIC101.PV": [round(3.0 + 0.01 * np.sin(k / 5.0), 6) for k in range(N)],
+    "FIC101.OP": [round(40.0 + np.sin(k / 5.0), 6) for k in range(N)],
+    "FIC101.SP": [3.0] * N,
+}
+
+
+def by_openpyxl(path: Path) -> None:
+    book = openpyxl.Workbook()
+    page = book.active
+    assert page is not None
+    for row in [list(DATA), *zip(*DATA.values(), strict=True)]:
+        page.append(list(row))
+    book.save(path)
+
+
+def by_scipy(path: Path) -> None:
+    midnight = datetime.combine(START, datetime.min.time())
+    days = [START.toordinal() + 366 + (stamp - midnight) / timedelta(days=1) for stamp in DATA["Time"]]
+    signals = {name.replace(".", "_"): np.array(DATA[name]) for name in list(DATA)[1:]}
+    savemat(path, {"Time": np.array(days), **signals})
+
+
+def by_duckdb(path: Path) -> None:
+    frame = pd.DataFrame(DATA)  # noqa: F841
+    duckdb.sql(f"COPY (SELECT * FROM frame) TO '{path}'")
+
+
+WRITERS = {
+    "pandas.csv": lambda path: pd.DataFrame(DATA).to_csv(path, index=False),
+    "index.csv": lambda path: pd.DataFrame(DATA).set_index("Time").to_csv(path),
+    "packed.csv.gz": lambda path: pd.DataFrame(DATA).to_csv(path, index=False),
+    "packed.csv.zst": lambda path: pd.DataFrame(DATA).to_csv(path, index=False),
+    "packed.csv.zip": lambda path: pd.DataFrame(DATA).to_csv(path, index=False),
+    "polars.csv": lambda path: pl.DataFrame(DATA).write_csv(path),
+    "duckdb.csv": by_duckdb,
+    "pandas.parquet": lambda path: pd.DataFrame(DATA).set_index("Time").to_parquet(path),
+    "polars.parquet": lambda path: pl.DataFrame(DATA).write_parquet(path),
+    "duckdb.parquet": by_duckdb,
+    "pandas.feather": lambda path: pd.DataFrame(DATA).to_feather(path),
+    "polars.arrow": lambda path: pl.DataFrame(DATA).write_ipc(path),
+    "openpyxl.xlsx": by_openpyxl,
+    "pandas.xlsx": lambda path: pd.DataFrame(DATA).to_excel(path, index=False),
+    "pandas.ods": lambda path: pd.DataFrame(DATA).to_excel(path, index=False),
+    "scipy.mat": by_scipy,
+}
+
+
+def assert_same(table: RawTable) -> None:
+    """Compare a table with what was written."""
+    headings = [name.replace("_", ".") for name in table.header[0]]
+    assert headings == list(DATA)
+    time = table.column(0)
+    stamps = time.str.replace(r"\.0+$", "").str.to_datetime() if time.dtype == pl.String else time
+    assert stamps.dt.replace_time_zone(None).to_list() == DATA["Time"]
+    for k, name in enumerate(list(DATA)[1:], start=1):
+        assert table.column(k).cast(pl.Float64).to_list() == DATA[name]
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_files(tmp_path: Path, name: str) -> None:
+    WRITERS[name](tmp_path / name)
+    source = open_source(tmp_path / name, ReadOptions())
+    page = next(
+        page for page in (parquet, arrow, matlab, excel, text) if page.recognises(source.head, source.origin.name)
+    )
+    [table] = page.read(source, ReadOptions())
+    assert_same(table)
+
+
+FRAMES = {
+    "pandas": pd.DataFrame(DATA),
+    "pandas with an index": pd.DataFrame(DATA).set_index("Time"),
+    "pandas with nullable types": pd.DataFrame(DATA).convert_dtypes(),
+    "polars": pl.DataFrame(DATA),
+    "lazy polars": pl.LazyFrame(DATA),
+    "pyarrow": pl.DataFrame(DATA).to_arrow(),
+}
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_frames(name: str) -> None:
+    assert_same(frame_to_table(FRAMES[name]))
+
+
+def test_database(tmp_path: Path) -> None:
+    url = f"sqlite:///{tmp_path}/plant.db"
+    pd.DataFrame(DATA).to_sql("trend", sa.create_engine(url), index=False)
+    assert_same(read_database(url, table="trend", time="Time")[0])
