@@ -38,14 +38,14 @@ def values(column):
     return [float(cell.replace(",", ".")) for cell in column.cells]
 
 
-def blocks(heading="Tag: {}", header="Time,Value", *, loops=("FIC101",), decimal=".", unit=""):
+def blocks(heading="Tag: {}", header="Time,Value", *, loops=("FIC101",), decimal=".", unit="", n=N):
     """Write a block for PV and OP of each loop, with a blank line after each; OP is stored half a second later."""
     mark = next((mark for mark in "\t;" if mark in header), ",")
     lines = []
     for loop in loops:
         for word, x, late in (("PV", PV, 0.0), ("OP", OP, 0.5)):
             lines += [heading.format(f"{loop}.{word}"), *[f"Units: {unit}"] * bool(unit), *[header] * bool(header)]
-            lines += [f"{stamp(k + late)}{mark}{str(x[k]).replace('.', decimal)}" for k in K]
+            lines += [f"{stamp(k + late)}{mark}{str(x[k]).replace('.', decimal)}" for k in K[:n]]
             lines += [""]
     return "\n".join(lines)
 
@@ -65,13 +65,14 @@ FORMS = [
 @pytest.mark.parametrize(("heading", "header", "decimal"), FORMS)
 @pytest.mark.parametrize("above", ["", "Trend of unit 3\nPrinted by me\n\n"])
 @pytest.mark.parametrize("loops", [("FIC101",), ("FIC101", "LIC7")])
-def test_tags_below_each_other(heading, header, decimal, above, loops):
-    columns = columns_of(above + blocks(heading, header, decimal=decimal, loops=loops))
+@pytest.mark.parametrize("n", [30, 120, N])
+def test_tags_below_each_other(heading, header, decimal, above, loops, n):
+    columns = columns_of(above + blocks(heading, header, decimal=decimal, loops=loops, n=n))
     assert list(columns) == [f"{loop}.{word}" for loop in loops for word in ("PV", "OP")]
     for loop in loops:
         pv, op = columns[f"{loop}.PV"], columns[f"{loop}.OP"]
-        assert (values(pv), values(op)) == (PV.tolist(), OP.tolist())
-        assert (op.clock.stamps.seconds - ZERO).tolist() == (K + 0.5).tolist()
+        assert (values(pv), values(op)) == (PV[:n].tolist(), OP[:n].tolist())
+        assert (op.clock.stamps.seconds - ZERO).tolist() == (K[:n] + 0.5).tolist()
     assert not any("Left out" in note for note in pv.table.notes)
 
 

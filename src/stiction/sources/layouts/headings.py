@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -9,7 +10,7 @@ from weakref import WeakKeyDictionary
 
 from stiction.sources.roles.column_names import HeaderNames, header_names, parse_column_name, role_of
 from stiction.sources.tag_column import Clock
-from stiction.sources.time.parse import find_time_columns, is_timestamp, parse_time
+from stiction.sources.time.parse import find_time_columns, is_time_heading, is_timestamp, parse_time
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -19,8 +20,9 @@ if TYPE_CHECKING:
 
 __all__ = ["find_clock", "forget_note_on_lines_above", "has_loop", "is_stamp_column", "parse_role", "table_headings"]
 
-TYPE_WORDS = {"D", "DOUBLE", "FLOAT", "FLOAT32", "FLOAT64", "SINGLE", "REAL", "I", "INT", "INTEGER", "LONG", "S"}
-TYPE_WORDS |= {"STRING", "STR", "TEXT", "DATE", "DATETIME", "TIMESTAMP", "BOOL", "BOOLEAN", "B", "NUMBER", "NUMERIC"}
+TYPE_WORDS = {"DOUBLE", "FLOAT", "FLOAT32", "FLOAT64", "SINGLE", "REAL", "INT", "INTEGER", "LONG", "NUMBER", "NUMERIC"}
+TYPE_WORDS |= {"STRING", "STR", "TEXT", "DATE", "DATETIME", "TIMESTAMP", "BOOL", "BOOLEAN"}
+_TYPE_CODE = re.compile(r"[IDSBRF](?:[48]|16|32|64)|[IDSB]")
 _HEADINGS: WeakKeyDictionary[RawTable, HeaderNames] = WeakKeyDictionary()
 
 
@@ -33,7 +35,7 @@ def table_headings(table: RawTable) -> HeaderNames:
     if table not in _HEADINGS:
         header = [row for row in table.header if not _are_types(row)]
         found = header_names(header)
-        above = [row for row in table.above if len(row) == table.width and not _are_types(row)]
+        above = [row for row in table.above if len(row) == table.width and any(map(is_time_heading, row))]
         if above and not any(map(parse_column_name, found.names)):
             other = header_names([*above, *header])
             if any(map(parse_column_name, other.names)):
@@ -47,7 +49,7 @@ def table_headings(table: RawTable) -> HeaderNames:
 def _are_types(row: Sequence[str]) -> bool:
     """Whether a header row holds the types of the columns."""
     words = {cell.strip().upper() for cell in row[1:]} - {""}
-    return bool(words) and words <= TYPE_WORDS
+    return bool(words) and all(word in TYPE_WORDS or _TYPE_CODE.fullmatch(word) for word in words)
 
 
 def forget_note_on_lines_above(table: RawTable) -> None:

@@ -27,7 +27,9 @@ __all__ = ["find_tag_above", "read", "recognises"]
 MAX_COLUMNS = 5
 """Columns of a table of one tag: date, clock, value, quality and unit [columns]."""
 FLAG_ROLES = ("quality", "bad")
-_TAG_LINE = re.compile(rf"(?:{'|'.join(map(re.escape, TAG_WORDS))})\s*[:=,]?\s*(.+)", re.IGNORECASE)
+UNIT_HEADINGS = ("UNIT", "UNITS", "UOM", "EU", "ENG UNITS", "ENGINEERING UNITS")
+_TAG = "|".join(sorted(map(re.escape, TAG_WORDS), key=len, reverse=True))
+_TAG_LINE = re.compile(rf"[# ]*(?:{_TAG})\s*[:=, ]\s*(.+)", re.IGNORECASE)
 _UNIT_LINE = re.compile(r"(?:eng\w*\.?\s*)?(?:units?|uom|eu)\s*[:=,]?\s*(\S{1,12})", re.IGNORECASE)
 _EXPORT_DATE = re.compile(r"[-_. ]*\d{4}-?\d{2}-?\d{2}.*$")
 
@@ -62,11 +64,14 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     clock, no_signals = find_clock(table, options, taken=[value])
     quality = [i for i, name in enumerate(names) if (role := parse_role(name)) and role[1] in FLAG_ROLES]
     name, unit = names[value], units[value]
+    if named := _TAG_LINE.fullmatch(name):  # a line above the header was joined with the heading
+        name = named[1]
+    tag, unit_above = find_tag_above(table)
+    unit = unit or unit_above
     if parse_role(name) is None:
-        tag, unit_above = find_tag_above(table)
         if tag:
             forget_note_on_lines_above(table)
-        name, unit = tag or _EXPORT_DATE.sub("", table.origin.stem) or table.origin.stem, unit or unit_above
+        name = tag or _EXPORT_DATE.sub("", table.origin.stem) or table.origin.stem
     return [
         TagColumn(
             name=name,
@@ -95,7 +100,10 @@ def find_tag_above(table: RawTable) -> tuple[str, str]:
     tag = unit = ""
     rows = [*table.above, *table.header, *([key, value] for key, value in table.metadata.items())]
     for row in rows:
-        text = " ".join(cell.strip() for cell in row if cell.strip()).strip("#\"'[] ")
+        cells = [cell.strip("#\"'[] ") for cell in row if cell.strip()]
+        if len(cells) > 1 + (normalise_name(cells[0].rstrip(":= ")) in (*TAG_WORDS, *UNIT_HEADINGS)):
+            continue
+        text = " ".join(cells)
         if (found := _UNIT_LINE.fullmatch(text)) and is_unit(found[1]):
             unit = unit or found[1]
             continue

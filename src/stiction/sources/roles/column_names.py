@@ -190,7 +190,7 @@ def header_names(header: Sequence[Sequence[str]]) -> HeaderNames:
     others = [row for row in header if row is not used[0]]
     unit_rows = [row for row in others if _is_unit_row(row)]
     units = max(unit_rows, key=lambda row: sum(map(is_unit, row)), default=[""] * len(names))
-    texts = [row for row in others if row not in used and row not in unit_rows]
+    texts = [row for row in others if row not in used and row is not units]
     descriptions = max(texts, key=lambda row: sum(map(len, row)), default=[""] * len(names))
     units = [unit_in_name(name) or unit for name, unit in zip(names, units, strict=True)]
     return HeaderNames(names, units, list(descriptions))
@@ -207,8 +207,15 @@ def _names_one_loop(upper: Sequence[str], lower: Sequence[str]) -> bool:
 
 
 def _is_unit_row(row: Sequence[str]) -> bool:
-    """Whether a row can hold units: short cells, none of them a signal unless a unit is written alike (mA)."""
+    """Whether a row can hold units: short cells, none of them a signal unless a unit is written alike (mA).
+
+    Cells of several words are a description, unless one cell of the row is a known unit.
+    """
     filled = [cell for cell in row if cell and not _DATE_FORMAT.fullmatch(cell)]
+    if any(" " in cell for cell in filled) and not any(map(is_unit, filled)):
+        return False
+    if any(normalise_name(cell) in VALUE_WORDS for cell in filled):
+        return False
     return bool(filled) and all(
         len(cell) <= MAX_UNIT_LENGTH and (is_unit(cell) or not parse_column_name(cell)) for cell in filled
     )
