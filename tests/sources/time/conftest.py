@@ -16,7 +16,7 @@ def table():
 
     def make(header, *columns, decimal="."):
         series = [pl.Series(str(i), column) for i, column in enumerate(columns)]
-        heads = [column.head(SNIFF_ROWS).cast(pl.String).fill_null("").to_list() for column in series]
+        heads = [["" if cell is None else str(cell) for cell in column.head(SNIFF_ROWS)] for column in series]
         rows = [list(row) for row in zip(*heads, strict=True)]
         names = [header] if header else []
         origin = Origin("file.csv", "file")

@@ -126,7 +126,7 @@ def _parse_usual(
 def _to_seconds(cells: pl.Series, text: str) -> NDArray[np.float64]:
     """Parse cells by a format of polars; NaN where one does not have it."""
     parsed = cells.str.to_datetime(text, time_unit="us", strict=False)
-    return parsed.dt.epoch("us").cast(float).to_numpy() * 1e-6
+    return parsed.dt.epoch("us").cast(float).to_numpy() / 1e6
 
 
 def _parse_parts(

@@ -66,7 +66,7 @@ def localise(stamps: Stamps, timezone: str) -> Stamps:
         notes.append(
             f"{number_of(n_skipped, 'stamp')} in an hour that the clock of {timezone} skips: taken as winter time."
         )
-    seconds[rows] = np.where(is_second, second, first) * 1e-6
+    seconds[rows] = np.where(is_second, second, first) / 1e6
     jumps, changes = stamps.clock_jumps + n_changes, stamps.dst_changes + n_changes
     return replace(stamps, seconds=seconds, kind="utc", notes=notes, clock_jumps=jumps, dst_changes=changes)
 
