@@ -127,4 +127,4 @@ def _numbers(column: TagColumn) -> NDArray[np.float64] | None:
 def _is_step_like(x: NDArray[np.float64]) -> bool:
     """Whether a signal rests nearly all the time, as a set point does."""
     known = x[np.isfinite(x)]
-    return np.count_nonzero(np.diff(known)) <= 0.02 * known.size
+    return bool(np.count_nonzero(np.diff(known)) <= 0.02 * known.size)

@@ -101,53 +101,51 @@ def read_map(path: str | PathLike[str]) -> list[MapRow]:
 
 
 def _row(cells: dict[str, str], place: str, delimiter: str) -> MapRow:
+    """One row, checked by itself."""
     role = " ".join(cells.get("role", "").lower().split())
     if not cells.get("tag") or not cells.get("loop"):
         raise RecordError(f"{place}: tag or loop is empty; fill in both, or delete the line.")
     if role not in MAP_ROLES:
         raise RecordError(f"{place}: unknown role {cells.get('role', '')!r}; use one of {', '.join(ROLES)}.")
-    ends: dict[str, float | None] = {}
-    for name in ("low", "high"):
-        text = cells.get(name, "")
-        try:
-            ends[name] = float(text.replace(",", ".") if delimiter != "," else text) if text else None
-        except ValueError:
-            ends[name] = math.nan
-        if ends[name] is not None and not math.isfinite(ends[name] or 0.0):
-            raise RecordError(f"{place}: {name} = {text!r} is no number; give the value at {_PERCENT[name]} of span.")
-    low, high = ends["low"], ends["high"]
+    low, high = (_span_end(cells, name, place, delimiter) for name in ("low", "high"))
     if (low is None) != (high is None):
         raise RecordError(f"{place}: gives only one of low and high; give both, or none.")
     if low is not None and high is not None and not low < high:
         raise RecordError(f"{place}: low = {low:g} is not below high = {high:g}; give the values at 0 % and at 100 %.")
-    return MapRow(**{**{n: cells.get(n, "") for n in COLUMNS}, "role": role, "low": low, "high": high}, place=place)
+    texts = {name: cells.get(name, "") for name in COLUMNS}
+    return MapRow(**texts | {"role": role, "low": low, "high": high}, place=place)
 
 
-_PERCENT = {"low": "0 %", "high": "100 %"}
+def _span_end(cells: dict[str, str], name: str, place: str, delimiter: str) -> float | None:
+    """The value at 0 or at 100 % of span; None when the cell is empty."""
+    text = cells.get(name, "")
+    try:
+        value = float(text.replace(",", ".") if delimiter != "," else text) if text else None
+    except ValueError:
+        value = math.nan
+    if value is not None and not math.isfinite(value):
+        raise RecordError(f"{place}: {name} = {text!r} is no number; give the value at an end of the span.")
+    return value
 
 
 def _check(rows: list[MapRow], path: str) -> None:
     """Check the rows together."""
-    roles: dict[tuple[str, str], MapRow] = {}
-    tags: dict[str, MapRow] = {}
+    if not rows:
+        raise RecordError(f"{path}: the map has no rows below its header; add tag, loop and role of each signal.")
+    by_role: dict[tuple[str, str], MapRow] = {}
+    by_tag: dict[str, MapRow] = {}
     for row in rows:
-        if (other := roles.setdefault((row.loop.lower(), row.role), row)) is not row:
-            raise RecordError(
-                f"{row.place}: {row.tag!r} is the {row.role.upper()} of {row.loop}, but {other.tag!r} is already; "
-                "keep one of them."
-            )
-        if (other := tags.setdefault(row.tag.lower(), row)) is not row:
-            raise RecordError(
-                f"{row.place}: {row.tag!r} is claimed by {row.loop} ({row.role}), but {other.loop} ({other.role}) "
-                "has it already; a tag has one role in one loop."
-            )
+        if (other := by_role.setdefault((row.loop.lower(), row.role), row)) is not row:
+            has = f"{row.tag!r} is the {row.role.upper()} of {row.loop}, but {other.tag!r} is already"
+            raise RecordError(f"{row.place}: {has}; keep one of them.")
+        if (other := by_tag.setdefault(row.tag.lower(), row)) is not row:
+            has = f"{row.loop} ({row.role}), but {other.loop} ({other.role}) has it already"
+            raise RecordError(f"{row.place}: {row.tag!r} is claimed by {has}; a tag has one role in one loop.")
     for row in rows:
-        if (row.loop.lower(), "op") not in roles:
+        if (row.loop.lower(), "op") not in by_role:
             raise RecordError(f"{row.place}: loop {row.loop} has no row with role op; add its controller output.")
         if row.master and row.master.lower() == row.loop.lower():
             raise RecordError(f"{row.place}: {row.loop} is its own master; name the loop whose OP is its set point.")
-    if not rows:
-        raise RecordError(f"{path}: the map has no rows below its header; add tag, loop and role of each signal.")
 
 
 def apply_map(columns: Sequence[TagColumn], rows: Sequence[MapRow]) -> list[LoopRoles]:

@@ -7,31 +7,6 @@ from __future__ import annotations
 
 import re
 
-__all__ = [
-    "BAD_STATUS_WORDS",
-    "BLOCK_PAIRS",
-    "CELL_UNITS",
-    "FALLBACK_SIGNAL_WORDS",
-    "FRACTION_UNITS",
-    "GOOD_STATUS_WORDS",
-    "INDEX_WORDS",
-    "LOOP_NAME_WORDS",
-    "LOOP_TYPE_LETTERS",
-    "MISSING_WORDS",
-    "MODES",
-    "OTHER_OUTPUT_UNITS",
-    "OUTPUT_IF_NO_OTHER",
-    "PERCENT_UNITS",
-    "SIGNAL_WORDS",
-    "STATUS_TEXTS",
-    "TAG_WORDS",
-    "TIME_UNITS",
-    "TIME_WORDS",
-    "UNIT_WORDS",
-    "VALUE_WORDS",
-    "loop_type_of",
-]
-
 SIGNAL_WORDS: dict[str, tuple[str, ...]] = {
     "pv": (
         *("PV", "PROCESS VARIABLE", "PROCESS VALUE", "MEASUREMENT", "MEASURED VALUE", "ISTWERT"),
@@ -181,20 +156,9 @@ _TYPES_IN_WORDS = re.compile(r"(?<![A-Z])(FLOW|LEVEL|PRESSURE|TEMPERATURE)(?![A-
 
 
 def loop_type_of(tag: str, *, numbered: bool = False) -> str:
-    """Give the loop type that a tag names, by ISA-5.1 letters or in one plain word.
+    """Give the loop type that a tag names by ISA-5.1 letters or in one plain word, else "other".
 
-    Parameters
-    ----------
-    tag : str
-        Tag of a loop.
-    numbered : bool
-        Accept letters only when a number follows them. Use it for a text that may be an ordinary word, such as the
-        name of a file.
-
-    Returns
-    -------
-    str
-        "flow", "level", "pressure", "temperature", "analyser" or "other".
+    `numbered` accepts letters only when a number follows them, for a text that may be a word, such as a file name.
 
     Examples
     --------

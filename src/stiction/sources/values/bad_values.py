@@ -24,6 +24,8 @@ SENTINEL_NUMBERS = (
     *(-1e6, -1e9, -1e30, 1e30, -1e31, 1e31, -1e38, 1e38, -3.4028235e38, 3.4028235e38),
 )
 """Numbers that historians, loggers and analog inputs write for "no value"."""
+SURE_SENTINEL = -999.0
+"""Sentinel number from which, downwards, a signal of nothing else has no value at all [any unit]."""
 MAX_PLAUSIBLE = 1e29
 """Size from which a number is no measurement [any unit]."""
 REST_VALUES = (0.0, 1.0, 100.0)
@@ -176,7 +178,8 @@ def find_sentinels(
     if present:
         same = [np.abs(x - number) <= TOLERANCE * abs(number) for number in present]
         others = x[known & ~np.logical_or.reduce(same)]
-        apart = _is_apart(np.array(present), others, min_distance) if others.size else np.abs(present) >= 999.0
+        numbers_here = np.array(present)
+        apart = _is_apart(numbers_here, others, min_distance) if others.size else numbers_here <= SURE_SENTINEL
         mask = np.logical_or.reduce([mask, *(rows for rows, is_apart in zip(same, apart, strict=True) if is_apart)])
     return mask
 

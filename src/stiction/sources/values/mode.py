@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.sources.roles.vocabulary import MISSING_WORDS, MODES
-from stiction.sources.values.status_codes import count_codes
+from stiction.sources.values.status_codes import CodeColumn
 
 if TYPE_CHECKING:
     import polars as pl
@@ -39,18 +39,17 @@ def automatic_mask(cells: pl.Series, *, min_known: float = 0.5) -> tuple[NDArray
     >>> automatic_mask(pl.Series(["AUTO", "", "MAN", "CAS"]))[0].tolist()
     [True, True, False, True]
     """
-    codes, counts = count_codes(cells)
-    meaning = {code: _is_automatic(code) for code in counts if code not in MISSING_WORDS}
-    unknown = {code: counts[code] for code, automatic in meaning.items() if automatic is None}
-    if len(unknown) == len(meaning) or sum(unknown.values()) > (1.0 - min_known) * len(codes):
+    column = CodeColumn(cells)
+    meaning = {code: _is_automatic(code) for code in column.counts if code not in MISSING_WORDS}
+    unknown = {code: column.counts[code] for code, automatic in meaning.items() if automatic is None}
+    if len(unknown) == len(meaning) or sum(unknown.values()) > (1.0 - min_known) * len(cells):
         return None, ["The mode column is not understood and was left out."]
     listed = ", ".join(f"{n} x {text!r}" for text, n in sorted(unknown.items(), key=lambda item: -item[1])[:5])
     notes = [f"Modes not known count as not automatic: {listed}."] if unknown else []
-    automatic = codes.is_in([code for code, value in meaning.items() if value]).to_numpy()
-    written = codes.is_in(list(meaning)).to_numpy()
-    known = codes.is_in([code for code, value in meaning.items() if value is not None]).to_numpy()
-    last = np.maximum.accumulate(np.where(written, np.arange(len(codes)), -1))
-    return automatic[np.where(last < 0, int(known.argmax()), last)], notes
+    automatic = column.rows_with([code for code, value in meaning.items() if value])
+    known = column.rows_with(meaning.keys() - unknown.keys())
+    last = np.maximum.accumulate(np.where(column.rows_with(meaning), np.arange(len(cells)), -1))
+    return automatic[np.where(last < 0, known.argmax(), last)], notes
 
 
 def _is_automatic(code: str) -> bool | None:

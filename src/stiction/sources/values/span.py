@@ -34,6 +34,8 @@ CURRENT_RANGE = 3.8, 20.5
 """Range of a current that is no fault signal, by NAMUR NE 43 [mA]."""
 MAX_DISTANCE_RATIO = 0.25
 """How much nearer OP and position must come in one span than in any other, before the data show the span [-]."""
+MIN_RESTS = 3
+"""Samples at 4 and at 20 from which an OP without a unit is a current [-]."""
 UNKNOWN_UNIT = "an unknown unit"
 """Unit of an OP that may or may not be in %."""
 
@@ -110,54 +112,37 @@ def op_to_percent(
     >>> op_to_percent(np.array([12.0, 12.4])).unit
     'an unknown unit'
     """
-    if op_range is not None:
-        return Percent(_scale(op, op_range), "", [])
-    if not np.isfinite(op).any():
-        return Percent(op, "", [])
+    if op_range is not None or not np.isfinite(op).any():
+        return Percent(_scale(op, op_range or (0.0, 100.0)), "", [])
     if known := _by_unit(op, unit, "OP", "op_range"):
         return known
     low, high = _limits(op)
-    written, looks = unit.upper(), looks_unlike_percent(low, high)
-    if written and (written in STANDARD_SIGNALS or written in OTHER_OUTPUT_UNITS):
-        span = STANDARD_SIGNALS.get(written)
-        hint = f"({span[0]:g}, {span[1]:g})" if span else "(low, high)"
-        why = f"and looks like no signal of {span[0]:g} to {span[1]:g} {unit}" if span else f"and is given in {unit}"
-        return Percent(
-            op,
-            unit,
-            [
-                f"OP lies in {low:.4g} to {high:.4g} {why}: left as it is, S and J are then in its unit; "
-                f"give op_range={hint} to convert."
-            ],
-        )
+    lies, written = f"OP lies in {low:.4g} to {high:.4g}", unit.upper()
+    left = "left as it is, S and J are then in its unit; give op_range="
+    if written in STANDARD_SIGNALS:
+        span = "{:g} to {:g}".format(*STANDARD_SIGNALS[written])
+        hint = f"({span.replace(' to ', ', ')}) to convert."
+        return Percent(op, unit, [f"{lies} and looks like no signal of {span} {unit}: {left}{hint}"])
+    if written in OTHER_OUTPUT_UNITS:
+        return Percent(op, unit, [f"{lies} and is given in {unit}: {left}(low, high) to convert."])
+    looks = looks_unlike_percent(low, high)
+    may_be_current = not written and low >= CURRENT_RANGE[0] and high <= CURRENT_RANGE[1]
+    span = None if written else _span_by_position(op, position, position_unit)
+    if span and (may_be_current or looks == "like a fraction of span"):
+        ends = f"{span[0]:g} is taken as 0 % and {span[1]:g} as 100 %"
+        note = f"OP goes with the valve position when {ends}; give op_range if that is wrong."
+        return Percent(_scale(op, span), "", [note] if span != (0.0, 100.0) else [])
     if looks:
         hint = "(0, 1)" if looks == "like a fraction of span" else "(low, high)"
-        doubtful = "" if written in PERCENT_UNITS else UNKNOWN_UNIT
-        if not written and hint == "(0, 1)" and (span := _span_by_position(op, position, position_unit)):
-            return _by_position(op, span)
-        return Percent(
-            op,
-            doubtful,
-            [
-                f"OP lies in {low:.4g} to {high:.4g} and looks {looks}: left as it is, S and J are then in its unit; "
-                f"give op_range={hint} to convert."
-            ],
-        )
-    if written or low < CURRENT_RANGE[0] or high > CURRENT_RANGE[1]:
+        doubt = "" if written in PERCENT_UNITS else UNKNOWN_UNIT
+        return Percent(op, doubt, [f"{lies} and looks {looks}: {left}{hint} to convert."])
+    if not may_be_current:
         return Percent(op, "", [])
-    if span := _span_by_position(op, position, position_unit):
-        return Percent(op, "", []) if span == (0.0, 100.0) else _by_position(op, span)
-    if all(np.count_nonzero(np.abs(op - end) < 0.01) >= 3 for end in (4.0, 20.0)):
-        note = f"OP lies in {low:.4g} to {high:.4g} and rests at 4 and at 20: it is taken as mA; "
-        return Percent(_scale(op, (4.0, 20.0)), "", [note + "give op_range=(0, 100) if it is in %."])
-    return Percent(
-        op,
-        UNKNOWN_UNIT,
-        [
-            f"OP lies in {low:.4g} to {high:.4g} without a unit and may be in % or mA: left as it is, S and J are then "
-            "in its unit; give op_range=(0, 100) if it is in %, op_range=(4, 20) if it is in mA."
-        ],
-    )
+    if all(np.count_nonzero(np.abs(op - end) < 0.01) >= MIN_RESTS for end in (4.0, 20.0)):
+        note = f"{lies} and rests at 4 and at 20: it is taken as mA; give op_range=(0, 100) if it is in %."
+        return Percent(_scale(op, (4.0, 20.0)), "", [note])
+    hint = "(0, 100) if it is in %, op_range=(4, 20) if it is in mA."
+    return Percent(op, UNKNOWN_UNIT, [f"{lies} without a unit and may be in % or mA: {left}{hint}"])
 
 
 def position_to_percent(
@@ -208,16 +193,10 @@ def position_to_percent(
     is_off = not looks_unlike_percent(*_limits(op)) and (low < -10.0 or high > 110.0)
     if not near and not is_off and unit.upper() not in OTHER_OUTPUT_UNITS:
         return Percent(mv, "", [])
-    hint = f"({near[0][0]:g}, {near[0][1]:g})" if near else "(low, high)"
-    looks = f" and goes with OP as a signal of {near[0][0]:g} to {near[0][1]:g} would" if near else ""
-    return Percent(
-        mv,
-        "",
-        [
-            f"The valve position lies in {low:.4g} to {high:.4g}{looks}: it is taken as % of span as it stands; give "
-            f"mv_range={hint} to convert."
-        ],
-    )
+    ends = "{:g}, {:g}".format(*near[0]) if near else "low, high"
+    looks = f" and goes with OP as a signal of {ends.replace(', ', ' to ')} would" if near else ""
+    note = f"The valve position lies in {low:.4g} to {high:.4g}{looks}: it is taken as % of span as it stands; "
+    return Percent(mv, "", [f"{note}give mv_range=({ends}) to convert."])
 
 
 def _by_unit(values: NDArray[np.float64], unit: str, name: str, option: str) -> Percent | None:
@@ -229,8 +208,8 @@ def _by_unit(values: NDArray[np.float64], unit: str, name: str, option: str) -> 
     margin = OVERRANGE * (span[1] - span[0])
     if low < span[0] - margin or high > span[1] + margin:
         return None
-    ends = f"{span[0]:g} {unit} are taken as 0 % and {span[1]:g} {unit} as 100 %"
-    note = f"{name} is given in {unit}: {ends}; give {option} if that is wrong."
+    note = f"{name} is given in {unit}: {span[0]:g} {unit} are taken as 0 % and {span[1]:g} {unit} as 100 %; "
+    note += f"give {option} if that is wrong."
     if unit.upper() in FRACTION_UNITS:
         note = f"{name} is given in {unit.lower()} and was multiplied by 100."
     return Percent(_scale(values, span), "", [note])
@@ -255,13 +234,6 @@ def _distance(x: NDArray[np.float64], other: NDArray[np.float64]) -> float:
     return float(np.median(np.abs(x[both] - other[both])))
 
 
-def _by_position(op: NDArray[np.float64], span: tuple[float, float]) -> Percent:
-    ends = f"{span[0]:g} is taken as 0 % and {span[1]:g} as 100 %"
-    return Percent(
-        _scale(op, span), "", [f"OP goes with the valve position when {ends}; give op_range if that is wrong."]
-    )
-
-
 def _limits(values: NDArray[np.float64]) -> tuple[float, float]:
     """Smallest and largest value without those that stand alone far from all others."""
     from stiction.records.outliers import OP_OFF, far_off
@@ -271,4 +243,4 @@ def _limits(values: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def _scale(values: NDArray[np.float64], span: tuple[float, float]) -> NDArray[np.float64]:
-    return (values - span[0]) * (100.0 / (span[1] - span[0]))
+    return values if span == (0.0, 100.0) else (values - span[0]) * (100.0 / (span[1] - span[0]))

@@ -11,10 +11,12 @@ import numpy as np
 from stiction.sources.roles.vocabulary import BAD_STATUS_WORDS, GOOD_STATUS_WORDS, MISSING_WORDS
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     import polars as pl
     from numpy.typing import NDArray
 
-__all__ = ["bad_codes", "bad_flag_mask", "bad_status_mask", "count_codes"]
+__all__ = ["CodeColumn", "bad_codes", "bad_flag_mask", "bad_status_mask"]
 
 NOT_BAD = {"0", "0.0", "FALSE", "NO", "N", *GOOD_STATUS_WORDS, *MISSING_WORDS}
 """What a column of bad flags says of a good value."""
@@ -99,15 +101,6 @@ def _code_number(code: str) -> int | None:
     return None if found is None else int(found[1], 16) if found[1] else int(found[2])
 
 
-def count_codes(cells: pl.Series) -> tuple[pl.Series, Counter[str]]:
-    """Cells as codes in capitals, and how often each occurs."""
-    import polars as pl
-
-    codes = cells.cast(pl.String, strict=False).fill_null("").str.strip_chars().str.to_uppercase()
-    counts = codes.value_counts()
-    return codes, Counter(dict(zip(counts[:, 0].to_list(), counts[:, 1].to_list(), strict=True)))
-
-
 def bad_status_mask(cells: pl.Series, name: str = "", **thresholds: float) -> tuple[NDArray[np.bool_], str]:
     """Mark the rows whose quality is bad.
 
@@ -130,12 +123,12 @@ def bad_status_mask(cells: pl.Series, name: str = "", **thresholds: float) -> tu
     Examples
     --------
     >>> import polars as pl
-    >>> bad_status_mask(pl.Series(["Good"] * 20 + ["Bad"]))[0].sum()
-    np.int64(1)
+    >>> int(bad_status_mask(pl.Series(["Good"] * 20 + ["Bad"]))[0].sum())
+    1
     """
-    codes, counts = count_codes(cells)
-    bad, note = bad_codes(counts, name, **thresholds)
-    return codes.is_in(list(bad)).to_numpy() if bad else np.zeros(len(codes), dtype=bool), note
+    column = CodeColumn(cells)
+    bad, note = bad_codes(column.counts, name, **thresholds)
+    return column.rows_with(bad), note
 
 
 def bad_flag_mask(cells: pl.Series) -> NDArray[np.bool_]:
@@ -147,5 +140,24 @@ def bad_flag_mask(cells: pl.Series) -> NDArray[np.bool_]:
     >>> bad_flag_mask(pl.Series(["0", "", "1", "False"])).tolist()
     [False, False, True, False]
     """
-    codes, counts = count_codes(cells)
-    return codes.is_in([code for code in counts if code not in NOT_BAD]).to_numpy()
+    column = CodeColumn(cells)
+    return column.rows_with(column.counts.keys() - NOT_BAD)
+
+
+class CodeColumn:
+    """A column of few different texts or numbers, read as codes in capitals."""
+
+    def __init__(self, cells: pl.Series) -> None:
+        import polars as pl
+
+        self._texts = cells.cast(pl.String, strict=False).fill_null("")
+        found = self._texts.value_counts()
+        self._codes = {text: text.strip().upper() for text in found[:, 0]}
+        self.counts: Counter[str] = Counter()
+        for text, n in found.iter_rows():
+            self.counts[self._codes[text]] += n
+
+    def rows_with(self, codes: Collection[str]) -> NDArray[np.bool_]:
+        """Mark the rows that have one of some codes, shape (n_rows,)."""
+        texts = [text for text, code in self._codes.items() if code in codes]
+        return self._texts.is_in(texts).to_numpy() if texts else np.zeros(len(self._texts), dtype=bool)
