@@ -83,16 +83,19 @@ _ROOMS: dict[str, tuple[str, ...]] = {
     "stiction.errors": ("ConvergenceError", "MissingExtraError", "ParameterError", "RecordError", "StictionError"),
 }
 _HOME = {name: room for room, names in _ROOMS.items() for name in names}
+_MODULES = {"quality": "stiction.records.quality"}
 
-__all__ = sorted([*_HOME, "__version__"])  # pyright: ignore[reportUnsupportedDunderAll]
+__all__ = sorted([*_HOME, *_MODULES, "__version__"])  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name from its room on first use."""
-    room = _HOME.get(name)
-    if room is None:
+    if name in _MODULES:
+        value = importlib.import_module(_MODULES[name])
+    elif name in _HOME:
+        value = getattr(importlib.import_module(_HOME[name]), name)
+    else:
         raise AttributeError(f"module 'stiction' has no attribute {name!r}")
-    value = getattr(importlib.import_module(room), name)
     globals()[name] = value
     return value
 

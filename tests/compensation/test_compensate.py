@@ -19,7 +19,7 @@ from stiction.compensation.exchange import exchange
 from stiction.compensation.recommend import choose, pointless
 from stiction.compensation.remedies import FIX, NOTHING, Remedy
 from stiction.compensation.trials import METRICS, Programme, measure, run
-from stiction.records.gates import Gate
+from stiction.records.check_result import CheckResult
 
 LOOP = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
 
@@ -127,8 +127,8 @@ def test_diagnosed_loop_gets_advice(diagnosis):
     assert found[found.recommended].improvement > 0.3
 
 
-def gate(name: str) -> Gate:
-    return Gate(name, "refuses", 1.0, 0.0, f"{name} spoils the record.")
+def gate(name: str) -> CheckResult:
+    return CheckResult(name, "refuses", 1.0, 0.0, f"{name} spoils the record.")
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from TODO.hand import by_hand
 
-from stiction.records import LoopRecord, analysis_window, assess
-from stiction.records.hand import by_hand, stepped
-from stiction.records.limits import at_limits, clipped, saturated
+from stiction.records import LoopRecord, analysis_window, assess_quality
+from stiction.records.quality.saturation import find_clipping, find_saturation, find_span_ends
 
 N, FIRST, LAST = 2000, 400, 1200
 LEVELS = [50.0, 56.0, 44.0, 44.0, 51.0, 56.0, 49.0, 56.0]
@@ -26,7 +26,7 @@ def bumps():
 
 
 def gates(record):
-    return {gate.name: gate for gate in assess(record).gates}
+    return {gate.name: gate for gate in assess_quality(record).gates}
 
 
 @pytest.mark.parametrize("told", [True, False])
@@ -34,7 +34,7 @@ def test_bumps_in_manual_are_no_limit(bumps, told):
     auto = np.ones(N, dtype=bool)
     auto[FIRST:LAST] = False
     record = replace(bumps, auto=auto) if told else bumps
-    assert not saturated(record).any()
+    assert not find_saturation(record.op, record.pv, record.auto).any()
     assert np.array_equal(by_hand(record), ~auto)
     found = gates(record)
     assert (found["saturation"].severity, found["manual"].severity) == ("ok", "lowers")
@@ -54,8 +54,8 @@ def test_an_op_clipped_in_automatic_is_seen_beside_bumps_that_go_farther(bumps):
     auto[FIRST:LAST] = False
     op = np.where(auto, np.minimum(bumps.op, 51.5), bumps.op)
     for record in (replace(bumps, op=op, auto=auto), replace(bumps, op=op)):
-        assert clipped(record)[auto].mean() > 0.15
-        assert not clipped(record)[~auto].any()
+        assert find_clipping(record.op, record.pv, record.auto)[auto].mean() > 0.15
+        assert not find_clipping(record.op, record.pv, record.auto)[~auto].any()
 
 
 def test_what_no_hand_did_is_no_step_test(bumps):
@@ -80,9 +80,9 @@ def test_what_the_operator_sets_to_0_or_100_is_no_limit_of_the_loop(bumps):
     op, auto = bumps.op.copy(), np.ones(N, dtype=bool)
     op[FIRST:LAST], auto[FIRST:LAST] = 100.0, False
     record = replace(bumps, op=op)
-    assert saturated(record)[FIRST:LAST].all()
-    assert at_limits(record)[FIRST:LAST].all()
+    assert find_saturation(record.op, record.pv, record.auto)[FIRST:LAST].all()
+    assert find_span_ends(record.op, record.auto)[FIRST:LAST].all()
     record = replace(record, auto=auto)
-    assert not saturated(record).any()
-    assert not at_limits(record).any()
+    assert not find_saturation(record.op, record.pv, record.auto).any()
+    assert not find_span_ends(record.op, record.auto).any()
     assert gates(record)["saturation"].severity == "ok"

@@ -12,8 +12,8 @@ from hypothesis import strategies as some
 
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.models import FOPDT, PID, Ideal, Integrating, Kano, Loop
-from stiction.records import LoopRecord, assess, usable_part
-from stiction.records.smoothed import averaging_window
+from stiction.records import LoopRecord, assess_quality, usable_segment
+from stiction.records.quality.moving_average import detect_averaging_window
 from stiction.simulation import simulate
 from stiction.simulation.historian import (
     averaged,
@@ -78,8 +78,8 @@ def silent():
 
 
 def judged(record):
-    found = find_oscillation(usable_part(record))
-    return assess(record, found.period if found.oscillating else None)
+    found = find_oscillation(usable_segment(record))
+    return assess_quality(record, found.period if found.oscillating else None)
 
 
 def test_good_loops_with_noise_are_not_even_lowered(noisy):
@@ -198,7 +198,7 @@ def test_lines_between_few_samples_are_seen_where_both_signals_lie_on_them(noisy
 
 
 def severities(record, period):
-    return {g.name: g.severity for g in assess(record, period).gates if g.name != "op scale"}
+    return {g.name: g.severity for g in assess_quality(record, period).gates if g.name != "op scale"}
 
 
 SPOILED = (
@@ -235,7 +235,7 @@ def test_the_order_of_columns_and_the_unit_of_time_do_not_matter(noisy, table, r
     [a] = read_text(table("time_s,PV,OP", t, record.pv, record.op))
     [b] = read_text(table("OP,PV,time_ms", record.op, record.pv, 1e3 * t))
     assert a.dt == b.dt
-    assert assess(a, 50.0) == assess(b, 50.0)
+    assert assess_quality(a, 50.0) == assess_quality(b, 50.0)
 
 
 def test_gates_are_fast():
@@ -249,7 +249,7 @@ def test_gates_are_fast():
         taken = []
         for _ in range(5):
             start = time.process_time()
-            assess(record, 57.0)
+            assess_quality(record, 57.0)
             taken.append(time.process_time() - start)
         assert min(taken) < limit
 
@@ -257,7 +257,7 @@ def test_gates_are_fast():
 @pytest.mark.parametrize("n", range(570, 582))
 def test_the_longest_window_that_a_record_can_show(n):
     noise = np.random.default_rng(3).normal(size=(2, n + 70))
-    assert averaging_window(*(np.convolve(x, np.ones(71) / 71, "valid") for x in noise)) in (0, 71)
+    assert detect_averaging_window(*(np.convolve(x, np.ones(71) / 71, "valid") for x in noise)) in (0, 71)
 
 
 @pytest.mark.parametrize(("drawn", "severity"), [(100, "ok"), (101, "lowers")])
@@ -265,7 +265,9 @@ def test_a_tenth_of_the_samples_may_lie_on_straight_lines(drawn, severity):
     """One line between two samples of noise, with so many of 1 000 samples strictly inside."""
     op, pv = np.random.default_rng(5).normal(size=(2, 1000))
     op[300 : 302 + drawn] = np.linspace(op[300], op[301 + drawn], drawn + 2)
-    gate = next(g for g in assess(LoopRecord("FIC-1", 1.0, op=op, pv=pv), 100.0).gates if g.name == "compression")
+    gate = next(
+        g for g in assess_quality(LoopRecord("FIC-1", 1.0, op=op, pv=pv), 100.0).gates if g.name == "compression"
+    )
     assert (gate.value, gate.severity) == (pytest.approx(drawn / 10.0), severity)
 
 
@@ -275,5 +277,5 @@ def test_a_fifth_of_the_samples_may_repeat_op_and_pv(repeated, severity):
     signals = np.random.default_rng(6).normal(size=(2, 1001))
     for k in range(4, 4 + 4 * repeated, 4):
         signals[:, k] = signals[:, k - 1]
-    gate = next(g for g in assess(LoopRecord("FIC-1", 1.0, *signals)).gates if g.name == "held")
+    gate = next(g for g in assess_quality(LoopRecord("FIC-1", 1.0, *signals)).gates if g.name == "held")
     assert (gate.value, gate.severity) == (pytest.approx(repeated / 10.0), severity)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiction.errors import RecordError
-from stiction.records import analysis_window, assess
+from stiction.records import analysis_window, assess_quality
 from stiction.records.in_order import in_order
 
 N = 600
@@ -40,7 +40,7 @@ def test_a_clock_set_back_runs_on_and_counts_as_a_jump(by, turned, reading):
     np.testing.assert_array_equal(record.op, OP)
     row = N - 250 if turned else 251
     assert any(f"set back by {by} s at row {row} of the data" in guess for guess in record.provenance.assumptions)
-    found = next(gate for gate in assess(record).gates if gate.name == "clock")
+    found = next(gate for gate in assess_quality(record).gates if gate.name == "clock")
     assert (found.value, found.severity) == (1, "lowers")
 
 

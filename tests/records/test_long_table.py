@@ -7,7 +7,7 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 
-from stiction.records import assess
+from stiction.records import assess_quality
 
 START = datetime(2026, 2, 1, 13)
 N = 900
@@ -56,7 +56,7 @@ def test_what_was_made_up_is_counted_and_exception_storage_is_found(events, read
     fresh = min(len(on) for on in seconds.values())
     made_up = record.provenance.held_samples + int(np.isnan(record.op).sum())
     assert made_up == pytest.approx(len(record) - fresh, abs=0.03 * len(record))
-    found = {gate.name: gate for gate in assess(record, 60.0).gates}
+    found = {gate.name: gate for gate in assess_quality(record, 60.0).gates}
     assert found["resampled"].severity == "lowers"
     assert "held from earlier time stamps" in found["resampled"].why
     assert 12 / 0.4 > found["exception"].value > 12 / 0.7  # OP swings by 12 and a little, PV by 18

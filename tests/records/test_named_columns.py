@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiction.errors import RecordError
-from stiction.records import assess
+from stiction.records import assess_quality
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +124,7 @@ def test_an_op_in_another_unit_than_percent_is_told(unit, signals, table, read_t
     [record] = read_text(text)
     assert any(f"OP is given in {unit}: left as it is" in guess for guess in record.provenance.assumptions)
     assert (record.op_unit, record.provenance.op_unit) == ("OP units", unit)
-    [gate] = [gate for gate in assess(record).gates if gate.name == "op scale"]
+    [gate] = [gate for gate in assess_quality(record).gates if gate.name == "op scale"]
     assert (gate.severity, f"in {unit}: S and J are in its unit, not in % of span" in gate.why) == ("lowers", True)
     [record] = read_text(text, op_range=(3.0, 15.0))
     assert record.op_unit == "% of span"

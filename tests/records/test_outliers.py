@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.records import LoopRecord, assess
-from stiction.records.outliers import far_off, without_outliers
+from stiction.records import LoopRecord, assess_quality
+from stiction.records.quality.outliers import find_outliers
+from stiction.records.record import mask_outliers
 
 
 @pytest.fixture(scope="module")
@@ -35,14 +36,14 @@ def test_one_bad_value_in_two_thousand_turns_no_verdict(sticky, name, code):
 
 
 def test_nothing_is_taken_off_a_good_record(sticky):
-    assert without_outliers(sticky) is sticky
+    assert mask_outliers(sticky) is sticky
 
 
 @pytest.mark.parametrize(("length", "count"), [(1, 1), (2, 2), (3, 0), (40, 0)])
 def test_an_upset_of_more_than_two_samples_is_none(length, count):
     x = np.random.default_rng(0).normal(50.0, 1.0, 2000)
     x[900 : 900 + length] += 80.0
-    assert far_off(x, 1.0).sum() == count
+    assert find_outliers(x, 1.0).sum() == count
 
 
 @pytest.mark.parametrize("way", [(43.9, 43.6), (43.5, 44.0, 43.6)])
@@ -50,13 +51,13 @@ def test_an_upset_of_more_than_two_samples_is_none(length, count):
 def test_what_goes_back_in_steps_is_an_upset(way, at):
     x = np.random.default_rng(0).normal(43.3, 0.01, 1500)
     x[at : at + len(way)] = way
-    assert not far_off(x, 1.0).any()
+    assert not find_outliers(x, 1.0).any()
 
 
 def test_what_comes_often_is_none():
     x = np.random.default_rng(0).normal(50.0, 1.0, 2000)
     x[::40] += 80.0
-    assert not far_off(x, 1.0).any()
+    assert not find_outliers(x, 1.0).any()
 
 
 def test_a_spike_of_the_transmitter_that_the_controller_hands_on_stays():
@@ -64,16 +65,16 @@ def test_a_spike_of_the_transmitter_that_the_controller_hands_on_stays():
     pv = 60.0 + np.sin(np.arange(1500) / 9.0) + rng.normal(0.0, 0.1, 1500)
     pv[[300, 800, 1200]] += 6.0
     record = LoopRecord("FIC-1", 1.0, op=50.0 - 2.0 * (pv - 60.0), pv=pv)
-    assert without_outliers(record) is record
+    assert mask_outliers(record) is record
 
 
 def test_the_gate_counts_them_and_the_receipt_names_one():
     x = np.sin(np.arange(600) / 9.0)
     op = 50.0 + x
     op[[100, 400]] = 0.0
-    quality = assess(LoopRecord("FIC-1", 1.0, op=op, pv=x))
+    quality = assess_quality(LoopRecord("FIC-1", 1.0, op=op, pv=x))
     assert [(gate.value, gate.severity) for gate in quality.gates if gate.name == "outliers"] == [(2, "lowers")]
-    assert without_outliers(LoopRecord("FIC-1", 1.0, op=op, pv=x)).provenance.assumptions == (
+    assert mask_outliers(LoopRecord("FIC-1", 1.0, op=op, pv=x)).provenance.assumptions == (
         "Missing: 2 values far off all others (such as OP 0).",
     )
 
@@ -83,7 +84,7 @@ def test_a_code_that_the_reader_holds_is_one(sticky):
     op = sticky.op.copy()
     op[699] = -9999.0
     held = replace(sticky, op=op[every], provenance=replace(sticky.provenance, held_samples=1333))
-    assert np.flatnonzero(np.isnan(without_outliers(held).op)).tolist() == [699, 700, 701]
+    assert np.flatnonzero(np.isnan(mask_outliers(held).op)).tolist() == [699, 700, 701]
 
 
 def test_a_kick_at_a_step_of_the_set_point_is_a_move_of_the_valve():
@@ -92,19 +93,19 @@ def test_a_kick_at_a_step_of_the_set_point_is_a_move_of_the_valve():
     op = 50.0 + rng.normal(0.0, 0.3, 1500)
     op[700] += 20.0
     record = LoopRecord("TIC-1", 1.0, op=op, pv=sp + rng.normal(0.0, 0.1, 1500), sp=sp)
-    assert without_outliers(record) is record
-    assert np.isnan(without_outliers(replace(record, sp=None, pv=60.0 + rng.normal(0.0, 0.1, 1500))).op[700])
+    assert mask_outliers(record) is record
+    assert np.isnan(mask_outliers(replace(record, sp=None, pv=60.0 + rng.normal(0.0, 0.1, 1500))).op[700])
 
 
 def test_a_trip_in_the_last_samples_and_a_constant_stay():
     x = np.random.default_rng(0).normal(50.0, 1.0, 2000)
     x[-2:] = 0.0
-    assert not far_off(x, 1.0).any()
+    assert not find_outliers(x, 1.0).any()
     x[-2:] = -9999.0
-    assert np.flatnonzero(far_off(x, 1.0)).tolist() == [1998, 1999]
+    assert np.flatnonzero(find_outliers(x, 1.0)).tolist() == [1998, 1999]
     still = np.full(2000, 20.0)
     still[900] = 20.1
-    assert not far_off(still, 1.0).any()
+    assert not find_outliers(still, 1.0).any()
 
 
 def test_a_set_point_that_moves_all_the_time_explains_no_bad_value():
@@ -113,7 +114,7 @@ def test_a_set_point_that_moves_all_the_time_explains_no_bad_value():
     op = 50.0 + rng.normal(0.0, 0.3, 1500)
     op[[300, 700]] = -9999.0
     record = LoopRecord("FIC-1", 1.0, op=op, pv=sp + rng.normal(0.0, 0.1, 1500), sp=sp)
-    assert np.flatnonzero(np.isnan(without_outliers(record).op)).tolist() == [300, 700]
+    assert np.flatnonzero(np.isnan(mask_outliers(record).op)).tolist() == [300, 700]
 
 
 @pytest.mark.parametrize("code", [-9999.0, 1e6])
@@ -145,7 +146,7 @@ def test_time_has_no_direction(seed):
     x = rng.normal(50.0, 1.0, 600)
     x[rng.integers(0, 600, 4)] = rng.choice([-9999.0, 0.0, 100.0], 4)
     x[rng.integers(0, 600, 60)] = np.nan
-    assert far_off(x[::-1], 1.0).tolist() == far_off(x, 1.0)[::-1].tolist()
+    assert find_outliers(x[::-1], 1.0).tolist() == find_outliers(x, 1.0)[::-1].tolist()
 
 
 @pytest.mark.parametrize("name", ["op", "pv"])
@@ -154,7 +155,7 @@ def test_time_has_no_direction(seed):
 def test_a_code_that_comes_again_and_again_is_one_at_any_share(sticky, name, code, every):
     x = getattr(sticky, name).copy()
     x[3::every] = code
-    spoilt = without_outliers(replace(sticky, **{name: x}))
+    spoilt = mask_outliers(replace(sticky, **{name: x}))
     assert np.isnan(getattr(spoilt, name)[3::every]).all()
     assert spoilt.provenance.outliers == x[3::every].size
     if code in (-9999.0, 0.0):
@@ -183,10 +184,10 @@ def test_a_code_of_op_that_stands_for_some_samples_turns_no_verdict(sticky, code
 def test_limits_that_op_goes_to_are_none():
     rng = np.random.default_rng(0)
     op = np.clip(50.0 + 40.0 * rng.normal(size=2000), 0.0, 100.0)
-    assert not far_off(op, 1.0).any()
+    assert not find_outliers(op, 1.0).any()
     op = 50.0 + 8.0 * rng.normal(size=2000)
     op[::50] = 100.0
-    assert not far_off(op, 1.0).any()
+    assert not find_outliers(op, 1.0).any()
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -195,10 +196,10 @@ def test_what_is_left_is_not_looked_at_again(seed):
     rng = np.random.default_rng(seed)
     x = np.repeat(rng.normal(size=90), 8) * np.repeat(rng.exponential(size=90), 8) ** 3
     x[rng.choice(x.size, 6, replace=False)] += 500.0 * rng.exponential(size=6)
-    once = without_outliers(LoopRecord("FIC-101", 1.0, op=50.0 + x / 100.0, pv=x))
+    once = mask_outliers(LoopRecord("FIC-101", 1.0, op=50.0 + x / 100.0, pv=x))
     assert once.provenance.outliers > 0
-    assert without_outliers(once) is once
-    assert assess(once).rows == len(once)
+    assert mask_outliers(once) is once
+    assert assess_quality(once).rows == len(once)
 
 
 @pytest.mark.parametrize(("far", "count"), [(19.9, 0), (20.1, 1)])
@@ -210,4 +211,4 @@ def test_at_an_end_or_beside_a_gap_a_value_must_stand_off_twenty_widths(far, cou
         spoilt[k] = far
         if k == 1000:
             spoilt[k + 1] = np.nan
-        assert np.flatnonzero(far_off(spoilt, 1.0)).tolist() == [k] * count
+        assert np.flatnonzero(find_outliers(spoilt, 1.0)).tolist() == [k] * count

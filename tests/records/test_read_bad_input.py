@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from stiction.errors import ParameterError, RecordError
-from stiction.records import read, receipt
+from stiction.records import read, summarise
 
 ROWS = "".join(f"{k},{50 + k % 7},{40 + k % 5}\n" for k in range(60))
 BAD = {
@@ -174,7 +174,7 @@ def test_receipt_tells_rows_loops_period_bad_share_and_guesses():
     text = "Zeit;FIC-1.PV;FIC-1.OP;FIC-1.MODE\n" + "".join(
         f"{5 * k};{'Bad' if k < 6 else k % 7};4,5;AUTO\n" for k in range(60)
     )
-    report = receipt(read(io.BytesIO(text.encode())))
+    report = summarise(read(io.BytesIO(text.encode())))
     [line] = report.lines
     assert (line.tag, line.rows, line.samples, line.dt, line.bad_percent, line.auto_percent) == (
         "FIC-1",

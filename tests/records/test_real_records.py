@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiction.records import assess, read
+from stiction.records import assess_quality, read
 
 FOLDER = Path(os.environ.get("STICTION_RECORDS", Path(__file__).resolve().parents[2].parent / "shared" / "data"))
 LABELS = FOLDER / "labels.csv"
@@ -29,7 +29,7 @@ def test_labelled_record_is_read_and_usable(row):
         assert record.loop_type == row["loop_type"]
         assert str(record.integrating).lower() == row["integrating"]
         np.testing.assert_array_equal(record.sp, raw["SP"])
-    quality = assess(record)
+    quality = assess_quality(record)
     assert quality.usable, quality.summary()
     assert (quality.first, quality.last) == (0, len(raw))
     assert ("op scale" in {gate.name for gate in quality.reservations}) == (row["loop"] in NORMALISED)
@@ -43,7 +43,7 @@ def test_actuator_with_measured_travel():
     raw = np.genfromtxt(files[0], delimiter=",", names=True)
     assert (len(record), record.dt) == (3600, 1.0)
     np.testing.assert_array_equal(record.mv, raw["MV"])
-    assert assess(record).reservations == ()
+    assert assess_quality(record).reservations == ()
 
 
 def test_records_held_by_the_historian_are_told_apart():
@@ -51,7 +51,7 @@ def test_records_held_by_the_historian_are_told_apart():
     held = {}
     for row in ROWS:
         [record] = read(FOLDER / row["file"])
-        gate = next(g for g in assess(record).gates if g.name == "held")
+        gate = next(g for g in assess_quality(record).gates if g.name == "held")
         held[Path(row["file"]).stem] = gate
     lowered = {name for name, gate in held.items() if gate.severity == "lowers"}
     assert lowered == {"2111FIC46005_20240613T2155", "2111LIC42502_20240619T2155", "2411FIC20102_20240609T0750"}

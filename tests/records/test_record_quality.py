@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from stiction.errors import ParameterError
-from stiction.records import LoopRecord, analysis_window, assess, usable_part
+from stiction.records import LoopRecord, analysis_window, assess_quality, usable_segment
 
 N = 1200
 PERIOD = 60.0
@@ -28,19 +28,19 @@ def good():
 
 
 def gate(record, name, period=None):
-    return next(g for g in assess(record, period).gates if g.name == name)
+    return next(g for g in assess_quality(record, period).gates if g.name == name)
 
 
 def faults(record, period=None):
     """Name -> severity of the gates that are not passed; each that refuses must ask for something."""
-    quality = assess(record, period)
+    quality = assess_quality(record, period)
     for refusal in quality.refusals:
         assert re.search("[;:,] (put|record|repair|export|check|set) ", refusal.why), refusal.why
     return {g.name: g.severity for g in quality.gates if g.severity != "ok"}
 
 
 def test_a_good_record_passes_every_gate(good):
-    quality = assess(good, PERIOD)
+    quality = assess_quality(good, PERIOD)
     assert quality.usable
     assert faults(good, PERIOD) == {}
     assert (quality.first, quality.last, quality.rows, quality.duration, quality.bad_percent) == (0, N, N, N, 0.0)
@@ -69,11 +69,11 @@ def test_a_short_record_needs_more_samples_per_cycle(good):
 
 def test_period_must_be_positive(good):
     with pytest.raises(ParameterError, match="period"):
-        assess(good, 0.0)
+        assess_quality(good, 0.0)
 
 
 def test_without_a_period_cycles_are_not_judged(good):
-    assert not {"cycles", "sampling"} & {g.name for g in assess(good).gates}
+    assert not {"cycles", "sampling"} & {g.name for g in assess_quality(good).gates}
 
 
 @pytest.mark.parametrize(("n", "severity"), [(320, "ok"), (280, "lowers"), (40, "refuses")])
@@ -85,7 +85,7 @@ def test_length(good, n, severity):
 @pytest.mark.parametrize("signal", ["op", "pv"])
 def test_constant_signal(good, signal):
     record = replace(good, **{signal: np.full(N, 42.0)})
-    assert (faults(record)[f"{signal} moves"], assess(record).usable) == ("refuses", False)
+    assert (faults(record)[f"{signal} moves"], assess_quality(record).usable) == ("refuses", False)
     assert "in automatic" not in gate(record, "length").why  # it is
 
 
@@ -114,7 +114,7 @@ def test_saturation_at_a_limit_of_its_own(good):
 def test_a_loop_that_is_always_saturated_is_refused(good):
     op = np.full(N, 100.0)
     op[:100] = good.op[:100]
-    quality = assess(replace(good, op=op))
+    quality = assess_quality(replace(good, op=op))
     assert not quality.usable
     assert "saturation" in {g.name for g in quality.refusals}
 
@@ -254,7 +254,7 @@ def test_missing_values_and_bridged_gaps(good):
     assert found.value == pytest.approx(100 * 33 / N)
     assert "longest gap lasts 30 s" in found.why
     assert analysis_window(record) == (0, 700)
-    part = usable_part(record)
+    part = usable_segment(record)
     assert len(part) == 700
     np.testing.assert_array_equal(part.pv[100:103], pv[99])
     assert any("3 missing samples were bridged" in guess for guess in part.provenance.assumptions)
@@ -278,14 +278,14 @@ def test_a_long_gap_does_not_spoil_a_long_stretch_but_gaps_in_every_cycle_do(goo
 
 def test_op_at_its_limit_in_every_cycle_is_refused_as_saturation(good):
     record = replace(good, op=np.minimum(good.op, 53.0))
-    found = assess(record, PERIOD).refusals
+    found = assess_quality(record, PERIOD).refusals
     assert "saturation" in {g.name for g in found}
     assert "record longer" in next(g for g in found if g.name == "saturation").why
 
 
 def test_op_at_the_end_of_its_span_in_every_cycle_is_known(good):
     record = replace(good, op=np.maximum(good.op - np.median(good.op), 0.0))
-    quality = assess(record, PERIOD)
+    quality = assess_quality(record, PERIOD)
     assert quality.usable
     assert "saturation" in {g.name for g in quality.reservations}
     assert (quality.first, quality.last) == (0, N)
@@ -302,7 +302,7 @@ def test_a_record_without_memory_is_doubted(good):
 def test_op_not_in_percent_only_lowers(good, change):
     record = replace(good, op=change(good.op))
     assert faults(record) == {"op scale": "lowers"}
-    assert assess(record).usable
+    assert assess_quality(record).usable
 
 
 def test_copied_stretch(good):
@@ -396,5 +396,5 @@ def test_window_holds_nothing_bad_and_is_the_longest(data, n):
     first, last = analysis_window(record)
     assert last - first == longest
     assert longest == 0 or fits(first, last)
-    assert not np.isnan(usable_part(record).op).any()
-    assess(record, period=10.0)
+    assert not np.isnan(usable_segment(record).op).any()
+    assess_quality(record, period=10.0)

@@ -12,8 +12,8 @@ from hypothesis import strategies as some
 from stiction.diagnosis.identification import fit_controller
 from stiction.diagnosis.identification.own_samples import are_own_samples, shows_own_samples
 from stiction.models import FOPDT, PID, Ideal, Kano, Loop
-from stiction.records import LoopRecord, assess
-from stiction.records.smoothed import _notched, averaging_window
+from stiction.records import LoopRecord, assess_quality
+from stiction.records.quality.moving_average import _has_notches, detect_averaging_window
 from stiction.simulation import simulate
 
 N = 1500
@@ -44,7 +44,7 @@ def loops():
 
 @pytest.mark.parametrize("window", [2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 20, 40])
 def test_a_moving_average_is_found_with_its_window(window):
-    assert averaging_window(*(averaged(noisy(seed), window) for seed in (8, 9))) == window
+    assert detect_averaging_window(*(averaged(noisy(seed), window) for seed in (8, 9))) == window
 
 
 @settings(deadline=None, max_examples=40)
@@ -58,31 +58,31 @@ def test_a_moving_average_is_found_with_its_window(window):
 )
 def test_a_moving_average_is_found_in_any_unit_and_noise_alone_is_none(window, seed, period, noise, gain, zero):
     op, pv = noisy(seed, period, noise), zero + gain * noisy(seed + 5000, period, noise)
-    assert averaging_window(averaged(op, window), averaged(pv, window)) == window
-    assert averaging_window(op, pv) == 0
+    assert detect_averaging_window(averaged(op, window), averaged(pv, window)) == window
+    assert detect_averaging_window(op, pv) == 0
 
 
 def test_rounded_after_the_average_it_is_found_still():
     op, pv = (np.round(averaged(noisy(seed), 5), 2) for seed in (3, 4))
-    assert averaging_window(op, pv) == 5
+    assert detect_averaging_window(op, pv) == 5
 
 
 def test_an_average_of_one_signal_alone_is_a_filter_of_that_signal():
     for window in (3, 5, 12, 40):
         plain, other = noisy(9)[: N - window + 1], averaged(noisy(8), window)
-        assert averaging_window(other, plain) == averaging_window(plain, other) == 0
+        assert detect_averaging_window(other, plain) == detect_averaging_window(plain, other) == 0
 
 
 def test_oscillations_filters_and_periodic_kinks_are_no_moving_average():
     lag = 0.3 * 0.7 ** np.arange(30)
-    assert averaging_window(*(np.convolve(noisy(seed), lag, "valid") for seed in (1, 2))) == 0
+    assert detect_averaging_window(*(np.convolve(noisy(seed), lag, "valid") for seed in (1, 2))) == 0
     kinks = np.where(K // 25 % 2, 1.0, -1.0)
-    assert averaging_window(np.cumsum(kinks), kinks * (1 - 0.8 ** (K % 25))) == 0
+    assert detect_averaging_window(np.cumsum(kinks), kinks * (1 - 0.8 ** (K % 25))) == 0
     for period in (4.0, 6.0, 10.0):
         fast = [np.sin(2 * np.pi * K / period) + 0.1 * np.random.default_rng(s).normal(size=N) for s in (1, 2)]
-        assert averaging_window(*fast) == 0
+        assert detect_averaging_window(*fast) == 0
     waves = [np.sign(np.sin(2 * np.pi * K / 6.0)) + noisy(s) for s in (1, 2)]  # all its harmonics lie between notches
-    assert averaging_window(*waves) == 0
+    assert detect_averaging_window(*waves) == 0
 
 
 def test_a_transmitter_damped_by_tustins_rule_is_no_mean_of_two():
@@ -94,7 +94,7 @@ def test_a_transmitter_damped_by_tustins_rule_is_no_mean_of_two():
             for new, old in zip(x[1:], x[:-1], strict=True):
                 out.append(((2 * tau - 1) * out[-1] + new + old) / (2 * tau + 1))
             op, pv = pv, np.array(out[50:])
-        assert averaging_window(op, pv) == 0
+        assert detect_averaging_window(op, pv) == 0
 
 
 @pytest.mark.parametrize("every", [2, 3, 5])
@@ -102,7 +102,7 @@ def test_signals_held_or_drawn_between_fewer_samples_have_a_gate_of_their_own(ev
     knots = K[::every]
     held = [noisy(seed)[knots].repeat(every) for seed in (1, 2)]
     drawn = [np.interp(K, knots, noisy(seed)[knots]) for seed in (1, 2)]
-    assert averaging_window(*held) == averaging_window(*drawn) == 0
+    assert detect_averaging_window(*held) == detect_averaging_window(*drawn) == 0
 
 
 @pytest.mark.parametrize("window", [2, 3, 5, 9])
@@ -110,14 +110,14 @@ def test_an_averaged_loop_has_its_gate_and_does_not_show_the_controllers_own_sam
     for raw in loops:
         record = smoothed(raw, window)
         assert are_own_samples(raw, fit_controller(raw))
-        assert not next((gate for gate in assess(raw).gates if gate.name == "averaging"), None)
+        assert not next((gate for gate in assess_quality(raw).gates if gate.name == "averaging"), None)
         found = fit_controller(record)
         assert found.left < 1e-9  # the controller's law holds as before
         assert not found.own_samples
         assert not shows_own_samples(record)
         assert not are_own_samples(record, found)
         for period in (None, 60.0, 1000.0):
-            gate = next(gate for gate in assess(record, period).gates if gate.name == "averaging")
+            gate = next(gate for gate in assess_quality(record, period).gates if gate.name == "averaging")
             assert gate.severity == "lowers"
             assert f"OP and PV are moving averages over {window} s" in gate.why
 
@@ -125,13 +125,13 @@ def test_an_averaged_loop_has_its_gate_and_does_not_show_the_controllers_own_sam
 def test_a_first_order_lag_of_both_cannot_be_told(loops):
     lag = 0.3 * 0.7 ** np.arange(60)
     op, pv = (np.convolve(x, lag, "valid") for x in (loops[0].op, loops[0].pv))
-    assert averaging_window(op, pv) == 0
+    assert detect_averaging_window(op, pv) == 0
 
 
 @pytest.mark.parametrize("n", [0, 3, 59, 61, 100, 150])
 def test_short_records_say_nothing_and_do_not_fail(n):
-    assert averaging_window(noisy(1, n=n), noisy(2, n=n)) == 0
-    assert averaging_window(np.zeros(n), np.zeros(n)) == 0
+    assert detect_averaging_window(noisy(1, n=n), noisy(2, n=n)) == 0
+    assert detect_averaging_window(np.zeros(n), np.zeros(n)) == 0
 
 
 def test_it_is_fast():
@@ -140,7 +140,7 @@ def test_it_is_fast():
     taken = []
     for _ in range(5):
         start = time.process_time()
-        averaging_window(op, pv)
+        detect_averaging_window(op, pv)
         taken.append(time.process_time() - start)
     assert min(taken) < 0.005
 
@@ -154,11 +154,11 @@ def test_a_notch_is_a_fifth_of_what_is_about_it(share, found):
     missing = share * power[about].mean() - power[middle].mean()
     power += rim * missing / (rim[middle].mean() - share * rim[about].mean())
     assert power[middle].mean() == pytest.approx(share * power[about].mean())
-    assert bool(_notched([power, power], 600, 3)) is found
+    assert bool(_has_notches([power, power], 600, 3)) is found
 
 
 def test_few_samples_look_averaged_and_no_more_is_said():
     record = LoopRecord("FC1", 1.0, *(averaged(noisy(seed), 3) for seed in (8, 9)))
     for n, seem in ((120, "look like"), (400, "are")):
-        gate = next(gate for gate in assess(record.window(0, n)).gates if gate.name == "averaging")
+        gate = next(gate for gate in assess_quality(record.window(0, n)).gates if gate.name == "averaging")
         assert gate.why.startswith(f"OP and PV {seem} moving averages over 3 s")

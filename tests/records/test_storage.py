@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from stiction.records.storage import controller_saw, exception_deviation, lattice, straight
+from stiction.records.quality.compression import controller_saw_hold, count_interpolated, exception_deviation
+from stiction.records.quality.quantisation import quantisation_step
 
 N = 1500
 K = np.arange(N)
@@ -35,21 +36,21 @@ def test_lattice_is_the_greatest_common_divisor_of_the_differences(step, zero, l
     rises = np.gcd.reduce(np.diff(sorted({*levels, levels[0] + 1})))  # two neighbours: the divisor is 1
     assert rises == 1
     x = zero + step * np.array([*levels, levels[0] + 1])
-    found = lattice(x)
+    found = quantisation_step(x)
     assert found == pytest.approx(step, rel=1e-6, abs=1e-9 * abs(zero))
 
 
 def test_no_lattice_in_noise_nor_in_a_straight_line():
-    assert lattice(noisy(1)) == 0.0
-    assert lattice(0.37 * K) == 0.0
-    assert lattice(np.array([3.0, np.nan, 3.0])) == 0.0
+    assert quantisation_step(noisy(1)) == 0.0
+    assert quantisation_step(0.37 * K) == 0.0
+    assert quantisation_step(np.array([3.0, np.nan, 3.0])) == 0.0
 
 
 @pytest.mark.parametrize("deviation", [0.15, 0.3, 0.6])
 def test_exception_deviation_is_found_to_a_quarter(deviation):
     x = by_exception(noisy(2), deviation)
     # Every change is above the deviation, so the estimate is too, by the overshoot of the noise.
-    assert deviation < exception_deviation(x, lattice(x)) < 1.25 * deviation
+    assert deviation < exception_deviation(x, quantisation_step(x)) < 1.25 * deviation
 
 
 @pytest.mark.parametrize(
@@ -64,22 +65,22 @@ def test_exception_deviation_is_found_to_a_quarter(deviation):
     ids=["raw", "rounded", "coarse", "slow historian", "steps without noise"],
 )
 def test_other_signals_have_no_exception_deviation(x):
-    assert exception_deviation(x, lattice(x)) == 0.0
+    assert exception_deviation(x, quantisation_step(x)) == 0.0
 
 
 def test_rounded_and_stored_by_exception_is_not_taken_for_rounding():
     x = by_exception(np.round(noisy(4), 2), 0.2)
-    assert lattice(x) == pytest.approx(0.01)
-    assert 0.2 < exception_deviation(x, lattice(x)) < 0.25
+    assert quantisation_step(x) == pytest.approx(0.01)
+    assert 0.2 < exception_deviation(x, quantisation_step(x)) < 0.25
 
 
 def test_a_pv_that_rests_while_op_ramps_was_seen_by_the_controller():
     pv = by_exception(noisy(5), 0.3)
     op = 50 - 2 * pv - 0.05 * np.cumsum(pv)
-    assert controller_saw(op, pv, 0.0)
+    assert controller_saw_hold(op, pv, 0.0)
     hidden = noisy(5)
-    assert not controller_saw(50 - 2 * hidden - 0.05 * np.cumsum(hidden), pv, 0.0)
-    assert not controller_saw(by_exception(op, 1.0), pv, 0.0)
+    assert not controller_saw_hold(50 - 2 * hidden - 0.05 * np.cumsum(hidden), pv, 0.0)
+    assert not controller_saw_hold(by_exception(op, 1.0), pv, 0.0)
 
 
 @pytest.mark.parametrize("every", [5, 12, 30])
@@ -87,9 +88,11 @@ def test_straight_lines_between_samples_of_a_slow_historian_are_counted(every):
     knots = K[::every]
     x, y = (np.interp(K, knots, noisy(seed)[knots]) for seed in (6, 7))
     drawn = N - len(knots)
-    assert straight(x, y, 0.0, 0.0) == pytest.approx(drawn, rel=0.02)
-    assert straight(x, noisy(7), 0.0, 0.0) == pytest.approx(drawn, rel=0.1)  # a short piece of noise may look smooth
-    assert straight(np.round(x, 4), np.round(y, 4), 1e-4, 1e-4) == pytest.approx(drawn, rel=0.1)
+    assert count_interpolated(x, y, 0.0, 0.0) == pytest.approx(drawn, rel=0.02)
+    assert count_interpolated(x, noisy(7), 0.0, 0.0) == pytest.approx(
+        drawn, rel=0.1
+    )  # a short piece of noise may look smooth
+    assert count_interpolated(np.round(x, 4), np.round(y, 4), 1e-4, 1e-4) == pytest.approx(drawn, rel=0.1)
 
 
 def test_lines_between_the_steps_of_a_coarse_signal_are_counted_beside_a_fine_one():
@@ -97,25 +100,25 @@ def test_lines_between_the_steps_of_a_coarse_signal_are_counted_beside_a_fine_on
     k, kept = np.arange(800), np.arange(0, 800, 16)
     rng = np.random.default_rng(3)
     op, pv = np.interp(k, kept, rng.normal(size=kept.size)), np.interp(k, kept, 16.0 * rng.integers(0, 4, kept.size))
-    assert lattice(pv) == pytest.approx(1.0)
-    assert straight(op, pv, lattice(op), lattice(pv)) > 0.5 * k.size
-    assert straight(op, 16.0 * rng.integers(0, 4, k.size), lattice(op), 16.0) == 0
+    assert quantisation_step(pv) == pytest.approx(1.0)
+    assert count_interpolated(op, pv, quantisation_step(op), quantisation_step(pv)) > 0.5 * k.size
+    assert count_interpolated(op, 16.0 * rng.integers(0, 4, k.size), quantisation_step(op), 16.0) == 0
 
 
 def test_straight_lines_that_a_loop_makes_by_itself_are_not_counted():
     # Stuck without noise: PV stands off the set point, OP ramps.
     pv = np.where(K // 40 % 2, 1.0, -1.0)
     op = 50 - 0.1 * np.cumsum(pv)
-    assert straight(op, pv, lattice(op), lattice(pv)) == 0
+    assert count_interpolated(op, pv, quantisation_step(op), quantisation_step(pv)) == 0
     # An integrating process behind it: PV is a triangle, OP a parabola.
     level = np.cumsum(pv) * 0.1
     parabola = 50 - 0.02 * np.cumsum(level - level.mean()) - level
-    assert straight(level, parabola, lattice(level), 0.0) == 0
-    assert straight(parabola, level, 0.0, lattice(level)) == 0
+    assert count_interpolated(level, parabola, quantisation_step(level), 0.0) == 0
+    assert count_interpolated(parabola, level, 0.0, quantisation_step(level)) == 0
     # The lag of the process equals the integral time: OP is straight while PV dies out.
     dying = np.exp(-(K % 300) / 400.0) * np.where(K // 300 % 2, 1.0, -1.0)
     ramp = np.abs((K % 600) - 300) * 0.01
-    assert straight(ramp, dying, 0.0, 0.0) == 0
-    assert straight(np.round(ramp, 3), np.round(dying, 3), 1e-3, 1e-3) == 0
+    assert count_interpolated(ramp, dying, 0.0, 0.0) == 0
+    assert count_interpolated(np.round(ramp, 3), np.round(dying, 3), 1e-3, 1e-3) == 0
     # Proportional action alone: OP is the mirror of a level that is a triangle.
-    assert straight(50 - 2 * level, level, 0.0, 0.0) == 0
+    assert count_interpolated(50 - 2 * level, level, 0.0, 0.0) == 0

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from TODO.gates import TURN
 
-from stiction.records import LoopRecord, assess
-from stiction.records.gates import TURN
+from stiction.records import LoopRecord, assess_quality
 
 
 def gate(record, name):
-    return next(gate for gate in assess(record).gates if gate.name == name)
+    return next(gate for gate in assess_quality(record).gates if gate.name == name)
 
 
 @pytest.mark.parametrize(("ways", "severity"), [(2, "lowers"), (6, "lowers"), (7, "ok")])

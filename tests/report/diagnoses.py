@@ -11,7 +11,7 @@ import stiction as st
 from stiction.diagnosis.identified import ErrorSurface, Identification, ProcessFit
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence
-from stiction.records.quality import assess
+from stiction.records.assess import assess_quality
 from stiction.records.record import Provenance
 
 
@@ -74,7 +74,7 @@ def diagnosis(n=2000, verdict="stiction", found=True, probability=None, run=None
         "action": "Check packing friction and positioner at the next chance; retuning will not cure it.",
         "oscillation": find_oscillation(run),
         "evidence": EVIDENCE,
-        "quality": assess(run, period=180.0),
+        "quality": assess_quality(run, period=180.0),
         "identification": identification(run) if found else None,
         "settings": {"model": "Kano"},
     }

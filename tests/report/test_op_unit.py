@@ -17,7 +17,7 @@ from stiction.apps.files import plant_csv
 from stiction.apps.findings import size
 from stiction.compensation.shop_tests import plan_before
 from stiction.records import LoopRecord
-from stiction.records.quality import assess
+from stiction.records.assess import assess_quality
 from stiction.report import words, write_report
 from stiction.report.overview import overview
 from stiction.report.story import story
@@ -117,7 +117,7 @@ def test_a_table_of_loops_names_the_unit_that_is_not_that_of_its_heading(found):
 )
 def test_the_unit_is_what_the_gate_says(op):
     run = LoopRecord("FIC-101", 1.0, op=op, pv=np.arange(len(op)))
-    gates = {gate.name: gate.severity for gate in assess(run).gates}
+    gates = {gate.name: gate.severity for gate in assess_quality(run).gates}
     assert run.op_in_percent == (gates.get("op scale", "ok") == "ok")
 
 

@@ -16,7 +16,7 @@ import stiction as st
 from report.diagnoses import diagnosis, identification, record
 from stiction.diagnosis.result import Counted, Window
 from stiction.errors import ParameterError
-from stiction.records.one_rate import Stored
+from stiction.records.quality.storage_rate import StoredMasks
 from stiction.records.record import Provenance
 from stiction.report import figures, words, write_report
 from stiction.report.overview import worst_first
@@ -236,7 +236,7 @@ def missing_values():
 def test_what_was_stored_is_ringed_where_the_law_tells_what_was_not(every):
     run = record()
     at = np.arange(len(run)) % every == 0
-    view = View(diagnosis(run=run, stored=Stored(np.ones_like(at), at) if every > 1 else None))
+    view = View(diagnosis(run=run, stored=StoredMasks(np.ones_like(at), at) if every > 1 else None))
     figure = figures.trends(view)
     rings = [trace for trace in figure.plot["data"] if trace["name"] == "PV as stored"]
     told = "what was not stored of PV is told by the controller's law"
@@ -252,7 +252,7 @@ def test_what_was_stored_is_ringed_where_the_law_tells_what_was_not(every):
 def test_a_signal_stored_at_most_samples_is_not_hidden_under_rings():
     run = record()
     at = np.arange(len(run)) % 3 > 0
-    figure = figures.trends(View(diagnosis(run=run, stored=Stored(at, np.ones_like(at)))))
+    figure = figures.trends(View(diagnosis(run=run, stored=StoredMasks(at, np.ones_like(at)))))
     assert [trace["name"] for trace in figure.plot["data"] if trace["mode"] == "markers"] == []
     assert "what was not stored of OP is told" in figure.caption
 

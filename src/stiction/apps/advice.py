@@ -73,7 +73,7 @@ def on_file(
     """
     from stiction import diagnose, read
     from stiction.apps.output import note, say, track
-    from stiction.records import receipt
+    from stiction.records import summarise
 
     try:
         records = read(file, **options)
@@ -82,7 +82,7 @@ def on_file(
     if single and len(records) > 1:
         tags = ", ".join(record.tag for record in records)
         raise ParameterError(f"{single[0]} is for one loop, {file} holds {len(records)} ({tags}); name one with --tag.")
-    (note if as_json else say)(in_options(receipt(records).summary()))
+    (note if as_json else say)(in_options(summarise(records).summary()))
     diagnoses: list[Diagnosis] = []
     failures: list[Failure] = []
     for record in track(records, "Diagnosing"):

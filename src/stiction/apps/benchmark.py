@@ -84,7 +84,7 @@ def _judged(label: Any) -> dict[str, Any]:
 def _tell(summary: dict[str, Any], results: list[dict[str, Any]], groups: list[dict[str, Any]]) -> None:
     from stiction.apps.output import print_table, say
     from stiction.diagnosis.verdict.weighing import found_on
-    from stiction.records.digits import chance
+    from stiction.display.number_format import format_probability
 
     rows = [
         [name, cells["n"], cells["right"], f"{100.0 * cells['right'] / cells['n']:.0f} %"]
@@ -101,7 +101,7 @@ def _tell(summary: dict[str, Any], results: list[dict[str, Any]], groups: list[d
     if summary["reliability"]:
         say(f"\nProbability told against share that sticks; mean distance {summary['calibration_error']:.3f}")
         rows = [
-            [f"{one['from']:.1f} to {one['to']:.1f}", one["n"], chance(one["told"]), f"{one['sticky']:.2f}"]
+            [f"{one['from']:.1f} to {one['to']:.1f}", one["n"], format_probability(one["told"]), f"{one['sticky']:.2f}"]
             for one in summary["reliability"]
         ]
         print_table(["Probability", "Records", "Told", "Sticks"], rows, right=["Records", "Told", "Sticks"])
@@ -124,6 +124,6 @@ def _tell(summary: dict[str, Any], results: list[dict[str, Any]], groups: list[d
 
 
 def _shown(value: Any) -> str:
-    from stiction.records.digits import chance
+    from stiction.display.number_format import format_probability
 
-    return "" if value is None else chance(value) if isinstance(value, float) else str(value)
+    return "" if value is None else format_probability(value) if isinstance(value, float) else str(value)

@@ -69,9 +69,12 @@ def _beside(*some: Figure | None) -> Block | None:
 def _headline(advice: Advice) -> Html:
     trial, found = advice.trial, advice.diagnosis
     verdict = "stiction" if found is None else found.verdict
-    facts = [("S", words.digits(trial.S, "% of span")), ("J", words.digits(trial.J, "% of span"))]
+    facts = [("S", words.format_number(trial.S, "% of span")), ("J", words.format_number(trial.J, "% of span"))]
     if found is not None:
-        facts = [("Verdict", f"{words.VERDICTS[verdict]}, probability {words.chance(found.probability)}"), *facts]
+        facts = [
+            ("Verdict", f"{words.VERDICTS[verdict]}, probability {words.format_probability(found.probability)}"),
+            *facts,
+        ]
     if trial.twin is not None and trial.twin.measured.period > 0.0:
         facts.append(("Period", words.span(trial.twin.measured.period)))
     if trial.recommended and trial[trial.recommended].remedy.settings:
@@ -147,14 +150,20 @@ def _twin(trial: CompensationTrial) -> Table:
     pid = loop.controller
     around = "its own noise alone"
     if twin.around is not None:
-        left, moves = (words.digits(float(x.std())) for x in (twin.around.left, twin.around.moves))
+        left, moves = (words.format_number(float(x.std())) for x in (twin.around.left, twin.around.moves))
         around = f"noise and load of std {left}, set point of std {moves}, as recorded"
     rows = [
-        ["Valve", f"{type(loop.valve).__name__}, S = {words.digits(trial.S)} %, J = {words.digits(trial.J)} %"],
-        ["Controller", f"Kc = {words.digits(pid.Kc)}, Ti = {words.digits(pid.Ti)} s, Td = {words.digits(pid.Td)} s"],
+        [
+            "Valve",
+            f"{type(loop.valve).__name__}, S = {words.format_number(trial.S)} %, J = {words.format_number(trial.J)} %",
+        ],
+        [
+            "Controller",
+            f"Kc = {words.format_number(pid.Kc)}, Ti = {words.format_number(pid.Ti)} s, Td = {words.format_number(pid.Td)} s",
+        ],
         ["Process", _process(twin.to_dict()["process"])],
         ["Sampling", f"every {words.span(loop.dt)}"],
-        ["Noise of the PV", f"{words.digits(loop.noise)} PV units"],
+        ["Noise of the PV", f"{words.format_number(loop.noise)} PV units"],
         ["Moved from outside by [PV units]", around],
     ]
     return Table(["Part of the twin", "As simulated"], rows)

@@ -50,7 +50,7 @@ def nyquist(loop: Loop, found: Sequence[LimitCycle], *, sp: float, disturbance: 
     for k, name in enumerate(families_of(loop.valve)):
         family = family_of(loop.valve, name)
         inverse = np.concatenate([np.append(_inverse(family, a, rates[0]), np.nan) for a in family.branches(80)[:6]])
-        rated = f" at {words.digits(rates[0])} rad/s" if family.rated else ""
+        rated = f" at {words.format_number(rates[0])} rad/s" if family.rated else ""
         line = {"color": COLORS[1 + k], "dash": DASHES[1 + k], "width": 1.4}
         data.append(_curve(inverse, f"-1/N(A){f', family {name}' if name else ''}{rated}", line))
     for kind, symbol in _KINDS:
@@ -133,7 +133,9 @@ def basins(loop: Loop, exact: Sequence[LimitCycle], *, disturbance: float) -> Fi
     }
     told = {a.label: f"end in {a.name}" for a in found.attractors} | others
     counts = {label: float(np.mean(found.label == label)) for label in told}
-    shares = [f"{words.digits(100.0 * counts[label], '%', 2)} {said}" for label, said in told.items() if counts[label]]
+    shares = [
+        f"{words.format_number(100.0 * counts[label], '%', 2)} {said}" for label, said in told.items() if counts[label]
+    ]
     caption = f"{found.label.size} starts from rest with the stem at 0: {'; '.join(shares)}."
     return Figure({"data": [heat], "layout": layout}, "Basins", caption, height=420)
 
@@ -153,7 +155,7 @@ def bifurcations(loop: Loop, over: str, cycles: Sequence[LimitCycle]) -> Figure:
     }
     ends = sum((b.born is not None) + (b.dies is not None) for b in diagram.branches)
     caption = (
-        f"{words.number_of(len(diagram.branches), 'branch', 'branches')} over {over}, {ends} of the "
+        f"{words.count_noun(len(diagram.branches), 'branch', 'branches')} over {over}, {ends} of the "
         "ends are births or deaths; "
         "dotted branches are unstable somewhere."
     )
@@ -197,7 +199,7 @@ def _kind(cycle: LimitCycle) -> str:
 
 def _name(cycle: LimitCycle) -> str:
     family = f"{cycle.family}, " if cycle.family else ""
-    return f"{family}{words.digits(cycle.period, significant=4)} s, {'stable' if cycle.stable else 'unstable'}"
+    return f"{family}{words.format_number(cycle.period, significant=4)} s, {'stable' if cycle.stable else 'unstable'}"
 
 
 def _curve(z: NDArray[Any], name: str, line: dict[str, Any]) -> dict[str, Any]:

@@ -84,7 +84,7 @@ def _tell(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"]) -> None:
             loop.story,
             words.VERDICTS[found.verdict],
             found.cause,
-            words.chance(found.probability),
+            words.format_probability(found.probability),
             f"{loop.S:g}" if loop.cause == "stiction" else "",
             size(found),
         ]

@@ -105,11 +105,11 @@ def judge(files: tuple[str, ...], options: dict[str, Any], target: Path | None, 
     """Read, diagnose, tell and write; return the exit code."""
     from stiction.apps.findings import as_object, tell
     from stiction.apps.output import note, print_json, say
-    from stiction.records import receipt
+    from stiction.records import summarise
 
     records, failures = _read(files, options)
     if records:
-        (note if as_json else say)(in_options(receipt(records).summary()))
+        (note if as_json else say)(in_options(summarise(records).summary()))
     diagnoses, more = _diagnose(records)
     failures += more
     if as_json:

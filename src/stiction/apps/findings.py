@@ -47,7 +47,7 @@ def size(diagnosis: Diagnosis) -> str:
     found = diagnosis.identification
     if found is None or diagnosis.verdict == "no_stiction":
         return ""
-    S, low, high = words.interval(found.S, found.S_low, found.S_high)
+    S, low, high = words.format_interval(found.S, found.S_low, found.S_high)
     unit = "" if diagnosis.record.op_in_percent else f" {diagnosis.record.op_unit_short}"
     return f"{S} ({low} to {high}){unit}"
 
@@ -82,7 +82,7 @@ def _row(diagnosis: Diagnosis) -> list[str]:
     return [
         words.VERDICTS[diagnosis.verdict],
         diagnosis.cause,
-        words.chance(diagnosis.probability),
+        words.format_probability(diagnosis.probability),
         size(diagnosis),
         words.span(rhythm.period) if rhythm.oscillating else "",
         diagnosis.action,

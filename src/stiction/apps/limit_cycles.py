@@ -100,18 +100,18 @@ def limit_cycles(
 
 def row(cycle: "LimitCycle") -> list[Any]:
     """Return what the tables say of one cycle."""
-    from stiction.report.words import digits
+    from stiction.report.words import format_number
 
     exact = cycle.exact or (cycle if cycle.method == "continuous" else None)
     return [
         cycle.kind,
         cycle.family or "-",
         {True: "stable", False: "unstable", None: "unknown"}[cycle.stable],
-        digits(cycle.period, significant=4),
-        digits(cycle.amplitude, significant=4),
-        digits(cycle.amplitude_pv, significant=4),
-        "" if exact is None else digits(exact.period, significant=5),
-        "" if exact is None else digits(exact.amplitude, significant=4),
-        "" if exact is None else digits(exact.amplitude_pv, significant=4),
+        format_number(cycle.period, significant=4),
+        format_number(cycle.amplitude, significant=4),
+        format_number(cycle.amplitude_pv, significant=4),
+        "" if exact is None else format_number(exact.period, significant=5),
+        "" if exact is None else format_number(exact.amplitude, significant=4),
+        "" if exact is None else format_number(exact.amplitude_pv, significant=4),
         cycle.trust,
     ]

@@ -113,8 +113,8 @@ def stem_after(response: Response) -> Figure:
     data += [_line(response.time, response.position[form], f"Stem, {form}", _FORMS[form]) for form in response.position]
     layout = _plot(data, "Time [s]", "OP and stem [% of span]")
     caption = (
-        f"Printed and repaired differ by up to {words.digits(response.difference)} % of span; "
-        f"the OP moves by up to {words.digits(response.increment)} % in a sample."
+        f"Printed and repaired differ by up to {words.format_number(response.difference)} % of span; "
+        f"the OP moves by up to {words.format_number(response.increment)} % in a sample."
     )
     return Figure(layout, f"Eq. 5: {response.name}", caption, 320)
 

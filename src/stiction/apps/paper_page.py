@@ -229,7 +229,7 @@ def _cycle(cycle: LimitCycle) -> list[str]:
 
 def _answer(answer: Any) -> Cell:
     told = "yes" if answer.shown else "no"
-    number = f" ({words.digits(answer.value)})" if answer.value == answer.value else ""
+    number = f" ({words.format_number(answer.value)})" if answer.value == answer.value else ""
     return Cell(f"{told}{number}", mark="good" if answer.shown else "alert")
 
 
@@ -238,7 +238,7 @@ def _number(value: float | complex | str) -> str:
         return value
     if isinstance(value, complex):
         return f"{value.real:.4f} {'-' if value.imag < 0 else '+'} {abs(value.imag):.4f}j"
-    return f"{value:.3e}" if abs(value) >= 1e5 else words.digits(float(value), significant=4)
+    return f"{value:.3e}" if abs(value) >= 1e5 else words.format_number(float(value), significant=4)
 
 
 _SECTIONS: dict[str, Callable[[Any], Sequence[Block]]] = {

@@ -123,7 +123,7 @@ def _number(text: Any) -> float:
 
 def _op_of_file(path: str) -> tuple[NDArray[np.float64], float]:
     from stiction.records import read
-    from stiction.records.outliers import OP_OFF, far_off
+    from stiction.records.quality import find_outliers
 
     try:
         records = read(path)
@@ -136,7 +136,7 @@ def _op_of_file(path: str) -> tuple[NDArray[np.float64], float]:
         raise RecordError(f"{path}: holds {len(records)} loops ({tags}); give a file with one OP column.")
     op = records[0].op
     # A code for a bad value would be a stroke of the valve, far beyond its stops.
-    if np.any(codes := far_off(op, OP_OFF) & ((op < 0.0) | (op > 100.0))):
+    if np.any(codes := find_outliers(op) & ((op < 0.0) | (op > 100.0))):
         seen = float(op[codes][0])
         raise RecordError(
             f"{path}: {int(codes.sum())} samples of OP, such as {seen:g} %, lie outside 0 to 100 % and far off "

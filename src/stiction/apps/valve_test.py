@@ -156,7 +156,7 @@ def analyse(
     from stiction.apps.diagnose import columns_of
     from stiction.apps.files import check_report
     from stiction.apps.output import note, print_json, say
-    from stiction.records import receipt
+    from stiction.records import summarise
 
     refuse_options((file,), analyse, "valve-test analyse")
     ramp = {"lag": lag}
@@ -187,7 +187,7 @@ def analyse(
     found = result(file)
     earlier = None if before is None else result(before)
     changes = None if earlier is None else compare_tests(earlier, found)
-    (note if as_json else say)(in_options(receipt(test.record for test in (found, earlier) if test).summary()))
+    (note if as_json else say)(in_options(summarise(test.record for test in (found, earlier) if test).summary()))
     if target is not None:
         from stiction.apps.valve_test_page import write_valve_test_page
 

@@ -73,7 +73,7 @@ def _trend(found: ValveTest) -> Figure:
             here = [event for event in found.events if event.kind == kind]
             data.append(_marks([e.time / unit for e in here], [e.position for e in here], kind, symbol))
         slips = sum(event.kind == "slip" for event in found.events)
-        counted = f"{words.number_of(len(found.ramps), 'ramp')} and {words.number_of(slips, 'slip')}"
+        counted = f"{words.count_noun(len(found.ramps), 'ramp')} and {words.count_noun(slips, 'slip')}"
         caption = f"{counted}; triangles mark slips."
     else:
         assert isinstance(found, StepTest)
@@ -81,7 +81,7 @@ def _trend(found: ValveTest) -> Figure:
             here = [step for step in found.steps if step.responded is moved]
             data.append(_marks([s.time / unit for s in here], [s.op_after for s in here], called, symbol))
         still = sum(not step.responded for step in found.steps)
-        caption = f"{words.number_of(len(found.steps), 'step')}, {still} of them without a response (crosses)."
+        caption = f"{words.count_noun(len(found.steps), 'step')}, {still} of them without a response (crosses)."
     return Figure({"data": data, "layout": layout}, "OP and stem over time", caption, height=420)
 
 

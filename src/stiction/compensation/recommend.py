@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiction.compensation.remedies import FIX, NOTHING
+from stiction.display.check_text import describe_check
 
 if TYPE_CHECKING:
     from stiction.compensation.result import RemedyTrial
@@ -43,11 +44,11 @@ def refusal(diagnosis: Diagnosis) -> str:
     str
         The reason, or "".
     """
-    doubts = {gate.name: gate for gate in (*diagnosis.quality.refusals, *diagnosis.quality.reservations)}
+    doubts = {check.name: check for check in (*diagnosis.quality.rejections, *diagnosis.quality.warnings)}
     if "manual" in doubts:
-        return f"The controller was in manual: {doubts['manual'].why}"
+        return f"The controller was in manual: {describe_check(doubts['manual'])}"
     if "saturation" in doubts:
-        return f"OP is at its limits, where no compensator has room: {doubts['saturation'].why}"
+        return f"OP is at its limits, where no compensator has room: {describe_check(doubts['saturation'])}"
     if diagnosis.verdict == "undecided":
         return f"Undecided whether the valve sticks, and a remedy for the wrong fault can hurt. {diagnosis.reason}"
     if diagnosis.verdict == "no_stiction" and diagnosis.cause != "deadband":

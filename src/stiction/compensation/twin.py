@@ -21,10 +21,10 @@ from stiction.compensation.refine import refine
 from stiction.compensation.repair import stiction_of
 from stiction.compensation.surroundings import Surroundings
 from stiction.diagnosis.identification.signals import hold_gaps
+from stiction.display.duration_format import format_seconds
 from stiction.errors import RecordError
 from stiction.models import Kano, Loop, TransferFunction
-from stiction.records.durations import in_seconds
-from stiction.records.stretches import analysis_window, usable_part
+from stiction.records.analysis_window import analysis_window, usable_segment
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -88,8 +88,8 @@ class Twin:
         """The comparison in a sentence or two."""
         a, b = self.measured, self.simulated
         return (
-            f"{self.reason} Record: period {in_seconds(a.period)}, OP amplitude {a.amplitude_op:.3g} %, PV amplitude "
-            f"{a.amplitude_pv:.3g}; twin: {in_seconds(b.period)}, {b.amplitude_op:.3g} %, {b.amplitude_pv:.3g}."
+            f"{self.reason} Record: period {format_seconds(a.period)}, OP amplitude {a.amplitude_op:.3g} %, PV amplitude "
+            f"{a.amplitude_pv:.3g}; twin: {format_seconds(b.period)}, {b.amplitude_op:.3g} %, {b.amplitude_pv:.3g}."
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -221,7 +221,7 @@ def analysed(diagnosis: Diagnosis) -> LoopRecord:
         The samples in which the valve and process were identified.
     """
     record, window = diagnosis.record, (diagnosis.quality.first, diagnosis.quality.last)
-    return usable_part(record if analysis_window(record) == window else record.window(*window))
+    return usable_segment(record if analysis_window(record) == window else record.window(*window))
 
 
 def _scale(record: LoopRecord, diagnosis: Diagnosis) -> float:

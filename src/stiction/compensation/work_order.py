@@ -12,9 +12,9 @@ from stiction.compensation.predicted import in_words, predicted
 from stiction.compensation.shop_tests import acceptance, plan_acceptance, plan_before
 from stiction.compensation.suspects import Suspect, suspects
 from stiction.diagnosis.result import Diagnosis
+from stiction.display.number_format import format_interval, format_probability
 from stiction.errors import ParameterError, require_kind
-from stiction.records.digits import chance, interval
-from stiction.records.quality import usable_part
+from stiction.records.analysis_window import usable_segment
 
 if TYPE_CHECKING:
     from stiction.compensation.result import CompensationTrial
@@ -142,7 +142,7 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
     verdict, found, percent = diagnosis.verdict, _sized(diagnosis), diagnosis.record.op_in_percent
     if verdict == "no_stiction" and diagnosis.cause != "deadband":
         raise ParameterError(
-            f"{diagnosis.record.tag}: the verdict is no stiction (probability {chance(diagnosis.probability)}, cause: "
+            f"{diagnosis.record.tag}: the verdict is no stiction (probability {format_probability(diagnosis.probability)}, cause: "
             f"{diagnosis.cause}), so there is nothing for the valve shop; see to the cause named."
         )
     op = _usual_op(diagnosis)
@@ -183,7 +183,7 @@ def _usual_op(diagnosis: Diagnosis) -> float:
     """Median of the OP [% of span], of the whole record where no part of it can be judged; mid span in another unit."""
     if not diagnosis.record.op_in_percent:
         return MIDDLE
-    op = usable_part(diagnosis.record).op
+    op = usable_segment(diagnosis.record).op
     return float(np.nanmedian(op if np.isfinite(op).any() else diagnosis.record.op))
 
 
@@ -196,7 +196,10 @@ def _record(diagnosis: Diagnosis) -> str:
 def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
     record, found, cycle = diagnosis.record, _sized(diagnosis), diagnosis.oscillation
     verdict = {"stiction": "the valve sticks", "undecided": "cannot tell"}.get(diagnosis.verdict, "the valve has play")
-    lines = [f"Verdict: {verdict}; probability of stiction {chance(diagnosis.probability)}.", diagnosis.reason]
+    lines = [
+        f"Verdict: {verdict}; probability of stiction {format_probability(diagnosis.probability)}.",
+        diagnosis.reason,
+    ]
     if found:
         S = _with_ends("S", found.S, found.S_low, found.S_high, record.op_unit)
         J = _with_ends("J", found.J, found.J_low, found.J_high, record.op_unit)
@@ -222,7 +225,7 @@ def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
 
 
 def _with_ends(name: str, value: float, low: float, high: float, unit: str) -> str:
-    at, least, most = interval(value, low, high)
+    at, least, most = format_interval(value, low, high)
     ends = f"95 % {least} to {most}" if math.isfinite(low) and math.isfinite(high) else "interval unknown"
     return f"{name} = {at} {unit} ({ends})"
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from stiction.records.digits import interval
+from stiction.display.number_format import format_interval
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -285,8 +285,8 @@ class Identification:
                 self.parameters.items(), self.parameter_intervals.values(), strict=True
             )
         )
-        S, S_low, S_high = interval(self.S, self.S_low, self.S_high)
-        J, J_low, J_high = interval(self.J, self.J_low, self.J_high)
+        S, S_low, S_high = format_interval(self.S, self.S_low, self.S_high)
+        J, J_low, J_high = format_interval(self.J, self.J_low, self.J_high)
         jump = f"= {J} {unit} (95 % {J_low} to {J_high})"
         if self.J_told == J_UNKNOWN:
             jump = f"open ({J_low} to {J_high} {unit})"

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from stiction.diagnosis.identified import plain
-from stiction.records.digits import chance
+from stiction.display.number_format import format_probability
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.diagnosis.identified import ControllerFit, Identification
     from stiction.records import LoopRecord, Quality
-    from stiction.records.one_rate import Stored
+    from stiction.records.quality.storage_rate import StoredMasks
 
 __all__ = [
     "Counted",
@@ -213,14 +213,12 @@ class Diagnosis:
     """What each feature did to the probability of stiction before any doubt about the data, the strongest first."""
     controller: ControllerFit | None = None
     """The controller found from OP and error; None when the record did not allow a search."""
-    stored: Stored | None = field(default=None, repr=False, compare=False)
+    stored: StoredMasks | None = field(default=None, repr=False, compare=False)
     """At which samples OP and PV were stored, where what was between is told by the controller's law; else None."""
 
     def summary(self) -> str:
         """The verdict in a sentence or two."""
-        return (
-            f"{self.record.tag}: {self.verdict} (probability {chance(self.probability)}). {self.reason} {self.action}"
-        )
+        return f"{self.record.tag}: {self.verdict} (probability {format_probability(self.probability)}). {self.reason} {self.action}"
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form, as `stiction diagnose --json` prints it."""

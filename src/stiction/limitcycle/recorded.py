@@ -13,6 +13,7 @@ from stiction.errors import RecordError
 from stiction.limitcycle.bands import require_bands
 from stiction.limitcycle.exact.search import exact_limit_cycles
 from stiction.models.loop import require_loop
+from stiction.records.gaps import interpolate_gaps
 from stiction.records.record import require_record
 
 if TYPE_CHECKING:
@@ -166,7 +167,6 @@ def measured_cycle(record: LoopRecord) -> tuple[float, float, float]:
 
 
 def _filled(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    known = np.isfinite(x)
-    if not known.any():
+    if not np.isfinite(x).any():
         raise RecordError("the record holds no finite value in its second half.")
-    return np.interp(np.arange(x.size), np.nonzero(known)[0], x[known])
+    return interpolate_gaps(x)

@@ -1,22 +1,22 @@
-"""What was measured: loop records, the readers that make them, and whether they are good enough to judge a valve."""
+"""Loop records: the signals of one control loop, their data checks, and the readers that make them."""
 
-from stiction.records.gates import Gate
-from stiction.records.quality import Quality, assess
+from stiction.records.analysis_window import analysis_window, usable_segment
+from stiction.records.assess import Quality, assess_quality
+from stiction.records.check_result import CheckResult
 from stiction.records.read import read
-from stiction.records.receipt import Receipt, receipt
+from stiction.records.read_summary import ReadSummary, summarise
 from stiction.records.record import LOOP_TYPES, LoopRecord, Provenance
-from stiction.records.stretches import analysis_window, usable_part
 
 __all__ = [
     "LOOP_TYPES",
-    "Gate",
+    "CheckResult",
     "LoopRecord",
     "Provenance",
     "Quality",
-    "Receipt",
+    "ReadSummary",
     "analysis_window",
-    "assess",
+    "assess_quality",
     "read",
-    "receipt",
-    "usable_part",
+    "summarise",
+    "usable_segment",
 ]

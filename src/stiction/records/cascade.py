@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.storage import lattice, swing
+from stiction.records.quality.quantisation import peak_to_peak, quantisation_step
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -59,8 +59,8 @@ def _is(sp: NDArray[np.float64], op: NDArray[np.float64]) -> bool:
         return False
     sp, op = sp[known], op[known]
     left, slope = _left(sp, op)
-    rounding = lattice(sp) + abs(slope) * lattice(op)
-    return _alike(sp, op) and left <= rounding + 1e-6 * swing(sp)
+    rounding = quantisation_step(sp) + abs(slope) * quantisation_step(op)
+    return _alike(sp, op) and left <= rounding + 1e-6 * peak_to_peak(sp)
 
 
 def _alike(sp: NDArray[np.float64], op: NDArray[np.float64]) -> bool:

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
 from stiction.records.blocks import in_blocks, tagged
 from stiction.records.columns import choose_names, unit_of
 from stiction.records.csv_sniff import ends_within, sniff
-from stiction.records.digits import number_of
 from stiction.records.numbers import is_number, one_unit, to_numbers, usual_unit
 from stiction.records.source import text_encoding
 from stiction.records.table import LOOK_AHEAD, Columns
@@ -99,7 +99,7 @@ class CsvTable:
             cell, value, other = seen
             self.guesses.append(f"{cell!r} is read as {value:.10g}; if that is wrong give decimal={other!r}.")
         if layout.passed_over:
-            self.guesses.append(f"Passed over: {number_of(layout.passed_over, 'line')} above the header.")
+            self.guesses.append(f"Passed over: {count_noun(layout.passed_over, 'line')} above the header.")
 
     def is_numeric(self, column: int) -> bool:
         """Whether the first rows of a column hold numbers."""
@@ -146,7 +146,7 @@ class CsvTable:
         if self._cut_off and self._cut_off not in self.guesses:
             self.guesses.append(self._cut_off)
         if ragged:
-            rows = number_of(ragged, "row")
+            rows = count_noun(ragged, "row")
             guess = f"{rows} of other than {self.width} cells (first near line {first_ragged}); the rest is empty."
             if guess not in self.guesses:  # columns may be taken in turns
                 self.guesses.append(guess)

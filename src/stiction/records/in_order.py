@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.digits import number_of
-from stiction.records.durations import in_seconds
+from stiction.display.duration_format import format_seconds
+from stiction.display.number_format import count_noun
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -87,7 +87,7 @@ def in_order(
     if back := int((np.diff(ordered.t) < 0).sum()):
         ordered.clock_jumps += back
         ordered.guesses.append(
-            f"The rows are not in the order of time, which runs backwards {number_of(back, 'time')}: they were sorted."
+            f"The rows are not in the order of time, which runs backwards {count_noun(back, 'time')}: they were sorted."
         )
         order = np.argsort(ordered.t, kind="stable")
         ordered.t, ordered.rows = ordered.t[order], ordered.rows[order]
@@ -164,7 +164,7 @@ def _undo_set_back(ordered: Ordered, usual: float, differ: Callable[..., NDArray
             shift[at:] += by
             ordered.clock_jumps += 1
             ordered.guesses.append(
-                f"The clock was set back by {in_seconds(by)} at row {rows[at] + 1} of the data: the rows from there on "
+                f"The clock was set back by {format_seconds(by)} at row {rows[at] + 1} of the data: the rows from there on "
                 "are taken to follow the last."
             )
     ordered.t = t + shift

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
 from stiction.records.columns import signal_of
 from stiction.records.dialects import OWNER_WORDS, SIGNAL_WORDS, TAG_WORDS, VALUE_WORDS
-from stiction.records.digits import number_of
 from stiction.records.numbers import is_number, one_unit, to_numbers, usual_unit
 from stiction.records.resample import untangled
 from stiction.records.signals import not_good
@@ -214,7 +214,7 @@ def widened(
             f"{table.source.name}: holds {len(names)} tags; {MAX_TAGS} are read at once, export fewer loops."
         )
     if lost := len(stamps.seconds) - known.size:
-        guesses.append(f"Left out: {number_of(lost, 'row')} without a readable time stamp.")
+        guesses.append(f"Left out: {count_noun(lost, 'row')} without a readable time stamp.")
     mine = [np.flatnonzero(tags == name) for name in names]
     clocks = [untangled(replace(stamps, seconds=stamps.seconds[known][rows], guesses=[])) for rows in mine]
     columns_of = [(clock.seconds, list(values[rows])) for clock, rows in zip(clocks, mine, strict=True)]
@@ -308,6 +308,6 @@ def _joined(
         lost += sum(texts[order[k]] != texts[order[k + 1]] for k in np.flatnonzero(~last))
         cells.append((row[last].astype(np.int64), [texts[k] for k in order[last]]))
     if lost:
-        told = f"Left out: {number_of(lost, 'value')} with the time stamp of the tag's next, which is another."
+        told = f"Left out: {count_noun(lost, 'value')} with the time stamp of the tag's next, which is another."
         stamps = replace(stamps, guesses=[*stamps.guesses, told])
     return LongTable(table, replace(stamps, seconds=seconds), names, cells, units)

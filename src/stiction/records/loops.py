@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
 from stiction.records.cascade import with_slaves
 from stiction.records.columns import NUMBERS, Assignment, assign, choose_names
 from stiction.records.dialects import OTHER_OUTPUT_UNITS, loop_type_of
-from stiction.records.digits import number_of
 from stiction.records.epochs import parse_numbers
 from stiction.records.layout import MIN_ROWS, Options, find_time, is_loop, laid_out, stamps_of, unit_of_time
 from stiction.records.long_table import LongTable
@@ -81,7 +81,7 @@ def _loops_of_part(table: Table, options: Options) -> tuple[list[LoopRecord], li
     numbers = {s[role] for s in roles for role in NUMBERS if role in s} | set(given.time if numeric_time else [])
     taken = table.take(sorted(text - numbers), sorted(numbers))
     if taken.rows < MIN_ROWS:
-        rows = number_of(taken.rows, "row")
+        rows = count_noun(taken.rows, "row")
         raise RecordError(f"{name}: has {rows} of data; {MIN_ROWS} or more are needed, hundreds are useful.")
     shared = {role: i for role, i in given.loops.get("", {}).items() if role in ("bad", "quality", "mode")}
     records: list[LoopRecord] = []
@@ -226,7 +226,7 @@ def _loop(
         column = taken.numbers[signals[role]].copy()
         mine = flagged_rows(signals, taken, names, guesses, role)
         if mine.any():
-            guesses.append(f"Missing: {number_of(int(mine.sum()), 'value')} of {shown[role]}, flagged as bad.")
+            guesses.append(f"Missing: {count_noun(int(mine.sum()), 'value')} of {shown[role]}, flagged as bad.")
         if mine.all():
             raise RecordError(f"{source.name}: all values of {shown[role]} are flagged as bad; export good ones.")
         column[bad_rows | mine] = np.nan
@@ -243,7 +243,7 @@ def _loop(
         listed = ", ".join(f"{n} x {text!r}" for text, n in texts.most_common(5))
         guesses.append(f"Texts in the place of numbers count as missing: {listed}.")
     if flagged:
-        guesses.append(f"Missing: {number_of(flagged, 'row')}, flagged as bad.")
+        guesses.append(f"Missing: {count_noun(flagged, 'row')}, flagged as bad.")
     op = values["op"]
     assert op is not None
     unit = {role: units[i].upper() if units else "" for role, i in signals.items()}

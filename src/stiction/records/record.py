@@ -10,16 +10,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.display.number_format import count_noun
 from stiction.errors import ParameterError, RecordError, as_floats, require_positive
-from stiction.records.outliers import without_outliers
-from stiction.records.signals import not_a_percentage
+from stiction.records.gaps import missing_mask
+from stiction.records.quality.movement import detect_op_scale
+from stiction.records.quality.outliers import find_record_outliers
 
 if TYPE_CHECKING:
     from datetime import datetime
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["LOOP_TYPES", "LOOP_TYPE_SYNONYMS", "LoopRecord", "Provenance", "missing_pv_hint", "require_record"]
+__all__ = [
+    "LOOP_TYPES",
+    "LOOP_TYPE_SYNONYMS",
+    "LoopRecord",
+    "Provenance",
+    "mask_outliers",
+    "missing_pv_hint",
+    "require_record",
+]
 
 LOOP_TYPES = ("flow", "level", "pressure", "temperature", "analyser", "other")
 LOOP_TYPE_SYNONYMS = {"concentration": "analyser"}
@@ -54,7 +64,7 @@ class Provenance:
     held_samples: int = 0
     """Samples for which the reader repeated an earlier value, because the time stamps were uneven."""
     outliers: int = 0
-    """Values that stood alone far off all others and count as missing (see `records.outliers`)."""
+    """Values far from all others that count as missing (see `quality.find_outliers`)."""
     pv_unit: str = ""
     """Unit of the PV, where the source names it."""
     op_unit: str = ""
@@ -169,18 +179,28 @@ class LoopRecord:
         """Length of the record [s]."""
         return len(self) * self.dt
 
+    @property
+    def missing_percent(self) -> float:
+        """Samples in which OP or PV is missing [%]."""
+        return 100.0 * float(np.mean(missing_mask(self.op, self.pv))) if len(self) else 0.0
+
+    @property
+    def samples_per_stored_value(self) -> int:
+        """Samples for which the reader repeats a stored value, on average and rounded up [-]; 1 for an even record."""
+        return -(-len(self) // max(1, len(self) - self.provenance.held_samples))
+
     @cached_property
     def op_in_percent(self) -> bool:
-        """Whether OP is in % of span, as far as is known: by the rule, and of the samples, of the gate "op scale"."""
+        """Whether OP is in % of span, as far as is known: by its header, and by its values without outliers."""
         if self.provenance.op_unit:
             return False
-        op = without_outliers(self).op
-        seen = op[np.isfinite(op)]
-        return seen.size == 0 or not not_a_percentage(float(seen.min()), float(seen.max()))
+        op = mask_outliers(self).op
+        known = op[np.isfinite(op)]
+        return known.size == 0 or detect_op_scale(float(known.min()), float(known.max())) == "percent"
 
     @property
     def op_unit(self) -> str:
-        """Unit of OP, and so of S and J, as it stands in brackets: "% of span", or "OP units" where it is another one.
+        """Unit of OP, and so of S and J: "% of span", or "OP units" when it is another one.
 
         Examples
         --------
@@ -192,11 +212,11 @@ class LoopRecord:
 
     @property
     def op_unit_short(self) -> str:
-        """The same as it stands behind a number in a sentence: "%" or "OP units"."""
+        """Unit of OP after a number in a sentence: "%" or "OP units"."""
         return self.op_unit.removesuffix(" of span")
 
     def window(self, first: int, last: int, every: int = 1) -> LoopRecord:
-        """Cut the samples `first` <= k < `last` as a record of their own, or each so-manyth of them.
+        """Cut the samples `first` <= k < `last`, or every n-th of them, as a record of their own.
 
         The provenance describes the cut: `missing_samples` is counted again, `held_samples` is scaled with the length,
         and `clock_jumps` stays as an upper bound, because their places are not stored.
@@ -206,7 +226,7 @@ class LoopRecord:
         first, last : int
             First sample and one past the last; a negative one counts from the end, as in a slice.
         every : int, default 1
-            Samples from one that is kept to the next.
+            Samples from one that is taken to the next.
 
         Returns
         -------
@@ -225,11 +245,47 @@ class LoopRecord:
         parts: dict[str, Any] = {
             name: None if getattr(self, name) is None else getattr(self, name)[begin:end:every] for name in _SIGNALS
         }
-        bad = np.isnan(parts["op"]) if self.pv is None else np.isnan(parts["op"] + parts["pv"])
-        held = round(self.provenance.held_samples * bad.size / max(1, len(self)))
-        origin = replace(self.provenance, missing_samples=int(bad.sum()), held_samples=held)
+        missing = missing_mask(parts["op"], parts["pv"])
+        held = round(self.provenance.held_samples * missing.size / max(1, len(self)))
+        origin = replace(self.provenance, missing_samples=int(missing.sum()), held_samples=held)
         start = self.start and self.start + timedelta(seconds=begin * self.dt)
         return replace(self, **parts, dt=self.dt * every, start=start, provenance=origin)
+
+
+def mask_outliers(record: LoopRecord) -> LoopRecord:
+    """Return a record in which outliers of OP, PV and valve position are missing, and counted.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        A record of one loop.
+
+    Returns
+    -------
+    LoopRecord
+        The same record when there are none, or when they were masked before: the rest would show others.
+
+    Examples
+    --------
+    >>> op = 50.0 + np.sin(np.arange(400.0))
+    >>> op[100] = -9999.0
+    >>> mask_outliers(LoopRecord("FIC-101", 1.0, op=op)).provenance.assumptions
+    ('1 value far from all others is taken as missing (such as OP -9999).',)
+    """
+    if record.provenance.outliers:
+        return record
+    signals = {name: x for name in ("op", "pv", "mv") if (x := getattr(record, name)) is not None}
+    masks = find_record_outliers(signals, record.sp, samples_per_value=record.samples_per_stored_value)
+    count = int(sum(mask.sum() for mask in masks.values()))
+    if not count:
+        return record
+    masked = {name: np.where(masks[name], np.nan, x) for name, x in signals.items()}
+    examples = ", ".join(f"{name.upper()} {signals[name][m][0]:.4g}" for name, m in masks.items() if m.any())
+    values = f"{count_noun(count, 'value')} far from all others {'is' if count == 1 else 'are'}"
+    added = f"{values} taken as missing (such as {examples})."
+    origin = record.provenance
+    origin = replace(origin, assumptions=(*origin.assumptions, added), outliers=origin.outliers + count)
+    return replace(record, **masked, provenance=origin)
 
 
 def require_record(record: object) -> None:

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.duration_format import format_seconds
+from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
-from stiction.records.digits import number_of
-from stiction.records.durations import in_seconds
 from stiction.records.in_order import MOST_SHARED, in_order, moment_of, newest_first
-from stiction.records.rests import runs
+from stiction.records.runs import runs
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -97,7 +97,7 @@ def regular_grid(
     if lost:
         first = line + int(np.flatnonzero(~np.isfinite(stamps.seconds))[0])
         grid.guesses.append(
-            f"Left out: {number_of(lost, 'row')} without a readable time stamp (first near line {first})."
+            f"Left out: {count_noun(lost, 'row')} without a readable time stamp (first near line {first})."
         )
     ordered = in_order(stamps.seconds[known], known, stamps.kind, differ)
     t, rows = ordered.t, ordered.rows
@@ -157,7 +157,7 @@ def _row_by_row(stamps: Stamps, t: NDArray, dt: float) -> Grid:
     n, turned = len(stamps.seconds), newest_first(stamps.seconds[np.isfinite(stamps.seconds)])
     pick = np.arange(n)[::-1] if turned else np.arange(n)
     order = ", the last one first," if turned else ""
-    apart = " to ".join(dict.fromkeys(in_seconds(float(step)) for step in (steps.min(), steps.max())))
+    apart = " to ".join(dict.fromkeys(format_seconds(float(step)) for step in (steps.min(), steps.max())))
     told = (
         f"The rows are taken as {dt:g} s apart{order} in the order they come, as dt is given: the time stamps ({apart} "
         "apart)"
@@ -271,8 +271,8 @@ def _without_repeats(
                 else f"{shared} one elsewhere in the file and other values (up to {MOST_SHARED:.0%} may), as where two "
                 "exports stand one below the other; give each as a file of its own."
             )
-        values = f", {number_of(other, 'row')} of them with other values" if other else ""
-        grid.guesses.append(f"Left out: {number_of(repeated, 'row')} with the time stamp of the next{values}.")
+        values = f", {count_noun(other, 'row')} of them with other values" if other else ""
+        grid.guesses.append(f"Left out: {count_noun(repeated, 'row')} with the time stamp of the next{values}.")
     return t[keep], rows[keep]
 
 
@@ -302,7 +302,7 @@ def _lay(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: str, hol
         if missing := int((grid.pick < 0).sum()):
             gaps = int((whole > 1).sum())
             grid.guesses.append(
-                f"Missing: {number_of(missing, 'sample')} in {number_of(gaps, 'gap')} of the time stamps (left as NaN)."
+                f"Missing: {count_noun(missing, 'sample')} in {count_noun(gaps, 'gap')} of the time stamps (left as NaN)."
             )
         return
     grid.dt = float(dt) if dt else _plain(float(np.median(steps)))
@@ -311,8 +311,8 @@ def _lay(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: str, hol
     longest = max(HOLD_LIMIT * grid.dt, hold or 0.0)
     grid.pick = np.where(moments - t[last] <= longest, rows[last], -1)
     grid.guesses.append(
-        f"The stamps are uneven ({in_seconds(steps.min())} to {in_seconds(steps.max())}): each value is held until the "
-        f"next, every {grid.dt:.6g} s, for at most {in_seconds(longest)}."
+        f"The stamps are uneven ({format_seconds(steps.min())} to {format_seconds(steps.max())}): each value is held until the "
+        f"next, every {grid.dt:.6g} s, for at most {format_seconds(longest)}."
     )
 
 

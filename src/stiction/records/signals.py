@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.records.dialects import BAD_WORDS, FRACTION_UNITS, GOOD_WORDS, MISSING_WORDS, MODES, OTHER_OUTPUT_UNITS
-from stiction.records.outliers import OP_OFF, far_off
+from stiction.records.quality.movement import detect_op_scale
+from stiction.records.quality.outliers import find_outliers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,11 +25,17 @@ __all__ = [
     "bad_codes",
     "flagged_rows",
     "in_percent",
-    "not_a_percentage",
     "not_good",
     "position_in_percent",
 ]
 
+OP_SCALE_WORDS = {
+    "percent": "",
+    "fraction": "like a fraction of span",
+    "normalised": "normalised",
+    "other": "like no percentage",
+}
+"""What `detect_op_scale` returns -> how a sentence says it."""
 MOSTLY = 0.9
 """Share of the rows that are good in a column that tells the quality [-]; in another one, such as a status of the
 plant, words that are not known say nothing."""
@@ -123,7 +130,7 @@ def in_percent(op: NDArray, written: str, op_range: tuple[float, float] | None, 
         return _of_span(op, op_range)
     if (known := _by_unit(op, unit, "OP", guesses)) is not None:
         return known
-    suspicion = not_a_percentage(low, high)
+    suspicion = OP_SCALE_WORDS[detect_op_scale(low, high)]
     if unit == "MA":
         suspicion = "like no current of 4 to 20 mA"
     if suspicion:
@@ -188,7 +195,7 @@ def position_in_percent(
     low, high = _ends(mv)
     spans = [span for span in dict.fromkeys((op_range, *SIGNAL_SPANS)) if span]
     near = [span for span in spans if _apart(_of_span(mv, span)[both], op[both]) < NEARER * _apart(mv[both], op[both])]
-    off = not not_a_percentage(*_ends(op)) and (low < -10.0 or high > 110.0)
+    off = detect_op_scale(*_ends(op)) == "percent" and (low < -10.0 or high > 110.0)
     if near or off or unit in OTHER_OUTPUT_UNITS:
         hint = f"({near[0][0]:g}, {near[0][1]:g})" if near else "(low, high)"
         looks = f" and goes with OP as a signal of {near[0][0]:g} to {near[0][1]:g} would" if near else ""
@@ -201,7 +208,7 @@ def position_in_percent(
 
 def _ends(values: NDArray) -> tuple[float, float]:
     """Smallest and largest value; a code for a bad one says nothing of the scale."""
-    seen = values[np.isfinite(values) & ~far_off(values, OP_OFF)]
+    seen = values[np.isfinite(values) & ~find_outliers(values)]
     return float(seen.min()), float(seen.max())
 
 
@@ -227,21 +234,6 @@ def _by_unit(values: NDArray, unit: str, said: str, guesses: list[str]) -> NDArr
 def _apart(one: NDArray, other: NDArray) -> float:
     """Usual distance of two series."""
     return float(np.median(np.abs(one - other)))
-
-
-def not_a_percentage(low: float, high: float) -> str:
-    """Say what an OP between `low` and `high` looks like when not like % of span; empty when it does.
-
-    Examples
-    --------
-    >>> not_a_percentage(0.2, 0.7), not_a_percentage(-1.9, 2.2), not_a_percentage(-52.0, -45.0)
-    ('like a fraction of span', 'normalised', 'like no percentage')
-    """
-    if low >= 0.0 and high <= 1.0:
-        return "like a fraction of span"
-    if low < -10.0 or high > 110.0:
-        return "like no percentage"
-    return "normalised" if low < -0.5 and high <= 5.0 else ""
 
 
 def automatic(signals: dict[str, int], taken: Columns, grid: Grid, guesses: list[str]) -> NDArray[np.bool_] | None:

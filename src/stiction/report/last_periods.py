@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.records.rests import runs
+from stiction.records.runs import runs
 from stiction.report import words
 from stiction.report.thin import MOST_POINTS
 

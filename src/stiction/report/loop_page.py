@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.display.check_text import describe_check
 from stiction.report import figures, words
 from stiction.report.blocks import Block, Cell, Columns, Figure, Heading, Html, Mark, Table, Text
 from stiction.report.markup import fragment
@@ -22,10 +23,10 @@ __all__ = ["loop_blocks"]
 
 _SEVERITY: dict[str, tuple[str, Mark]] = {
     "ok": ("passed", "good"),
-    "lowers": ("lowers confidence", "unknown"),
-    "refuses": ("refuses", "alert"),
+    "warn": ("warning", "unknown"),
+    "reject": ("rejected", "alert"),
 }
-_ORDER = {"refuses": 0, "lowers": 1, "ok": 2}
+_ORDER = {"reject": 0, "warn": 1, "ok": 2}
 
 
 def loop_blocks(diagnosis: Diagnosis, settings: Mapping[str, Any] | None = None) -> list[Block]:
@@ -65,9 +66,9 @@ def _headline(diagnosis: Diagnosis) -> Html:
         over = " over all" if partly else ""  # windows that stick swing farther than the others
         facts += [
             (f"Period{over}", words.span(rhythm.period)),
-            (f"PV amplitude{over}", words.digits(rhythm.amplitude_pv)),
-            (f"OP amplitude{over}", words.digits(rhythm.amplitude_op, diagnosis.record.op_unit)),
-            (f"Cycles{over}", words.digits(rhythm.cycles)),
+            (f"PV amplitude{over}", words.format_number(rhythm.amplitude_pv)),
+            (f"OP amplitude{over}", words.format_number(rhythm.amplitude_op, diagnosis.record.op_unit)),
+            (f"Cycles{over}", words.format_number(rhythm.cycles)),
         ]
     else:
         facts.append(("Oscillation", "none found"))
@@ -75,7 +76,7 @@ def _headline(diagnosis: Diagnosis) -> Html:
         facts.append(
             (
                 "Fit with sticky / good valve",
-                f"{words.digits(found.fit, '%', 2)} / {words.digits(found.fit_linear, '%', 2)}",
+                f"{words.format_number(found.fit, '%', 2)} / {words.format_number(found.fit_linear, '%', 2)}",
             )
         )
     severity = None
@@ -136,7 +137,7 @@ def _evidence(diagnosis: Diagnosis) -> Block:
     ]
     votes = [row.vote for row in diagnosis.evidence if row.valid]
     caption = (
-        f"Of {words.number_of(len(votes), 'method')} whose condition is met, {votes.count('stiction')} say stiction,"
+        f"Of {words.count_noun(len(votes), 'method')} whose condition is met, {votes.count('stiction')} say stiction,"
         f" {votes.count('no_stiction')} no stiction, {votes.count('undecided')} cannot tell; the others do not count."
     )
     return Table(["Method", "Index [-]", "Threshold [-]", "Vote", "Condition", "Why", "Source"], rows, caption)
@@ -149,11 +150,11 @@ def _rounded(value: float) -> float:
 def _quality(diagnosis: Diagnosis) -> list[Block]:
     quality: Any = diagnosis.quality
     rows = []
-    for gate in sorted(quality.gates, key=lambda gate: _ORDER.get(gate.severity, 0)):
-        word, mark = _SEVERITY.get(gate.severity, (gate.severity, "unknown"))
-        rows.append([gate.name.replace("_", " "), Cell(word, mark=mark), gate.value, gate.limit, gate.why])
+    for check in sorted(quality.checks, key=lambda check: _ORDER.get(check.severity, 0)):
+        word, mark = _SEVERITY.get(check.severity, (check.severity, "unknown"))
+        rows.append([check.name, Cell(word, mark=mark), check.value, check.limit, check.unit, describe_check(check)])
     worth = "The record is good enough to judge by." if quality.usable else "The record is not good enough to judge by."
-    return [Text(worth), Table(["Gate", "Result", "Value", "Limit", "Why"], rows)]
+    return [Text(worth), Table(["Check", "Result", "Value", "Limit", "Unit", "Why"], rows)]
 
 
 def _provenance(diagnosis: Diagnosis, settings: Mapping[str, Any]) -> Html:

@@ -60,7 +60,7 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
     unit = "" if percent else f"\u00a0{record.op_unit_short}"
     size = NOTHING
     if found is not None and diagnosis.verdict != "no_stiction":
-        S, low, high = words.interval(found.S, found.S_low, found.S_high)
+        S, low, high = words.format_interval(found.S, found.S_low, found.S_high)
         size = Cell(f"{S} ({low}\u00a0to\u00a0{high}){unit}", sort=_finite(found.S) if percent else "")
     verdict, cause = words.VERDICTS[diagnosis.verdict], diagnosis.cause
     if diagnosis.verdict != "stiction" and cause not in ("", "none", "unknown"):
@@ -71,11 +71,13 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
     period = swing = NOTHING
     if rhythm.oscillating:
         period = Cell(words.span(rhythm.period), sort=_finite(rhythm.period))
-        swing = Cell(f"{words.digits(rhythm.amplitude_op)}{unit}", sort=_finite(rhythm.amplitude_op) if percent else "")
+        swing = Cell(
+            f"{words.format_number(rhythm.amplitude_op)}{unit}", sort=_finite(rhythm.amplitude_op) if percent else ""
+        )
     return [
         Cell(name, href=f"#{anchor(k)}"),
         Cell(verdict, sort=order, mark=words.MARKS[diagnosis.verdict]),
-        Cell(words.chance(diagnosis.probability), sort=_finite(diagnosis.probability)),
+        Cell(words.format_probability(diagnosis.probability), sort=_finite(diagnosis.probability)),
         size,
         period,
         swing,
@@ -91,10 +93,10 @@ def _not_diagnosed(name: str, reason: str) -> list[Cell]:
 
 
 def _worth(diagnosis: Diagnosis) -> tuple[str, Mark]:
-    severities = {gate.severity for gate in diagnosis.quality.gates}
+    severities = {check.severity for check in diagnosis.quality.checks}
     if not diagnosis.quality.usable:
         return "refused", "alert"
-    return ("limited", "unknown") if "lowers" in severities else ("good", "good")
+    return ("limited", "unknown") if "warn" in severities else ("good", "good")
 
 
 def _finite(value: float) -> float | str:

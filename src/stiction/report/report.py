@@ -82,7 +82,7 @@ def write_report(
     ]
     number = Counter(diagnosis.verdict for diagnosis in ranked)
     subtitle = ", ".join(f"{number[verdict]} {said.lower()}" for verdict, said in words.VERDICTS.items())
-    subtitle = f"{words.number_of(len(ranked), 'loop')}: {subtitle}"
+    subtitle = f"{words.count_noun(len(ranked), 'loop')}: {subtitle}"
     if failures:
         subtitle += f"; {len(failures)} not diagnosed"
     return write_page(title or "Control loops", blocks, path, subtitle=subtitle)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from stiction.diagnosis.verdict.held import value_of
 from stiction.diagnosis.verdict.meaning import FEATURES, PRIOR
-from stiction.records.digits import interval, number_of
+from stiction.display.number_format import count_noun, format_interval
 from stiction.report import words
 
 if TYPE_CHECKING:
@@ -84,9 +84,11 @@ def _rhythm(diagnosis: Diagnosis) -> list[str]:
     lines = [rhythm.reason] if rhythm.reason else []
     if rhythm.oscillating:
         unit = diagnosis.record.op_unit_short
-        amplitudes = f"PV by {words.digits(rhythm.amplitude_pv)}, OP by {words.digits(rhythm.amplitude_op, unit)}"
+        amplitudes = (
+            f"PV by {words.format_number(rhythm.amplitude_pv)}, OP by {words.format_number(rhythm.amplitude_op, unit)}"
+        )
         lines.append(
-            f"Every {words.span(rhythm.period)}, {words.digits(rhythm.cycles)} cycles, {amplitudes} either way."
+            f"Every {words.span(rhythm.period)}, {words.format_number(rhythm.cycles)} cycles, {amplitudes} either way."
         )
     return lines + [
         f"Another oscillation every {words.span(other.period)} carries {100.0 * other.share:.0f} % of the error."
@@ -102,15 +104,17 @@ def controlled(found: ControllerFit, unit: str) -> str:
     if 0.0 < found.Ti < math.inf:
         settings.append(f"Ti {_with_error(found.Ti, found.Ti_error)} s")
     if not found.Kc:
-        settings.append(f"Ki {words.digits(found.Ki)} {unit} per PV unit and s")
+        settings.append(f"Ki {words.format_number(found.Ki)} {unit} per PV unit and s")
     if found.Td:
-        settings.append(f"Td {words.digits(found.Td)} s")
+        settings.append(f"Td {words.format_number(found.Td)} s")
     samples = "; the record shows its own samples" if found.own_samples else ""
     return f"{found.form} with {', '.join(settings)}: explains {100.0 * found.explained:.0f} % of OP{samples}."
 
 
 def _with_error(value: float, error: float) -> str:
-    return words.digits(value) + (f" \u00b1 {words.digits(error, significant=1)}" if error > 1e-6 * abs(value) else "")
+    return words.format_number(value) + (
+        f" \u00b1 {words.format_number(error, significant=1)}" if error > 1e-6 * abs(value) else ""
+    )
 
 
 def explained(found: Identification, unit: str) -> list[tuple[str, str]]:
@@ -119,7 +123,7 @@ def explained(found: Identification, unit: str) -> list[tuple[str, str]]:
     if found.linear is not None:
         lines.append(("Good valve", f"Behind a good valve the process {_process(found.linear, unit)}."))
     if math.isfinite(found.S_bootstrap[0]):
-        _, low, high = interval(found.S_bootstrap[0], *found.S_bootstrap)
+        _, low, high = format_interval(found.S_bootstrap[0], *found.S_bootstrap)
         ends = f"is {low}" if low == high else f"lies between {low} and {high}"
         draws = f"In 95 of 100 draws of the record's half cycles the likeliest S {ends} {unit}."
         lines.append(("Bootstrap", draws))
@@ -127,18 +131,18 @@ def explained(found: Identification, unit: str) -> list[tuple[str, str]]:
     if by:
         lines.append(("Rivals", f"In twice the log likelihood a sticky valve predicts the PV {by}."))
     if found.left_out:
-        samples = number_of(found.left_out, "sample")
+        samples = count_noun(found.left_out, "sample")
         left = f"Left out of that: {samples} that neither valve predicts, as where the load steps."
         lines.append(("Left out", left))
     if math.isfinite(found.drift) and max(abs(found.drift), found.drift_error) > NO_DRIFT * found.S:
-        by, error = (words.digits(x, significant=2) for x in (found.drift, found.drift_error))
+        by, error = (words.format_number(x, significant=2) for x in (found.drift, found.drift_error))
         lines.append(("Drift", f"S changes by {by} {unit} per hour (standard error {error})."))
     return [*lines, ("Limits", found.reason)] if found.reason else lines
 
 
 def _process(found: ProcessFit, unit: str) -> str:
     """What a process does with OP, as part of a sentence; OP in `unit`."""
-    gain, of_op = words.digits(found.gain), unit.removesuffix("s")
+    gain, of_op = words.format_number(found.gain), unit.removesuffix("s")
     late = f"a dead time of {words.span(found.dead_time)}"
     if found.integrating:
         return f"integrates {gain} PV units per {of_op} and second after {late}"
@@ -158,7 +162,7 @@ def _over_rivals(found: Identification) -> str:
     }
     likelier = [(found.over(name).likelier, what) for name, what in told.items()]
     return ", ".join(
-        f"{'worse' if by < 0.0 else 'better'} by {words.digits(abs(by))} {what}"
+        f"{'worse' if by < 0.0 else 'better'} by {words.format_number(abs(by))} {what}"
         for by, what in likelier
         if math.isfinite(by)
     )
@@ -174,17 +178,17 @@ def counted_step(diagnosis: Diagnosis) -> Step | None:
             FEATURES.get(one.feature, one.feature.replace("_", " ")),
             one.log_odds,
             value_of(one),
-            words.digits(one.usual, significant=2),
+            words.format_number(one.usual, significant=2),
         )
         for one in counted[:COUNTED]
     ]
     if counted[COUNTED:]:
         rows.append(_counted_row("the others together", sum(one.log_odds for one in counted[COUNTED:])))
     rows.append(_counted_row("all together", sum(one.log_odds for one in counted)))
-    found = words.number_of(sum(one.feature != PRIOR for one in counted), "finding")
+    found = words.count_noun(sum(one.feature != PRIOR for one in counted), "finding")
     line = (
         f"{found}, and what is known of any loop, add up in log odds of stiction against all but play (deadband); with "
-        f"play beside it the probability of stiction is {words.chance(diagnosis.probability_before_doubts)}."
+        f"play beside it the probability of stiction is {words.format_probability(diagnosis.probability_before_doubts)}."
     )
     table = Tabled(["Finding", "Here", "Usually", "Log odds", "Speaks"], rows, ["Here", "Usually", "Log odds"])
     return Step("What counted?", [line], table)
@@ -199,7 +203,7 @@ def causes_step(diagnosis: Diagnosis) -> Step | None:
     if not diagnosis.causes:
         return None
     ranked = sorted(diagnosis.causes.items(), key=lambda item: -item[1])
-    rows = [[name, words.chance(share)] for name, share in ranked]
+    rows = [[name, words.format_probability(share)] for name, share in ranked]
     return Step("Which cause?", [], Tabled(["Cause", "Probability"], rows, ["Probability"]))
 
 
@@ -207,8 +211,8 @@ def _methods(diagnosis: Diagnosis) -> Step:
     rows = [
         [
             words.method(row.method),
-            words.digits(row.index),
-            words.digits(row.threshold),
+            words.format_number(row.index),
+            words.format_number(row.threshold),
             words.VERDICTS[row.vote].lower(),
             "yes" if row.valid else "no",
             row.why,
@@ -226,9 +230,9 @@ def _windows(diagnosis: Diagnosis) -> Step:
             words.span(one.first * dt),
             words.span(one.last * dt),
             words.VERDICTS[one.verdict].lower(),
-            words.digits(one.S),
-            words.digits(one.fit),
-            words.digits(one.fit_linear),
+            words.format_number(one.S),
+            words.format_number(one.fit),
+            words.format_number(one.fit_linear),
         ]
         for one in diagnosis.windows
     ]

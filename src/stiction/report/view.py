@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.records.rests import runs
+from stiction.records.runs import runs
 from stiction.report import look, words
 from stiction.report.last_periods import LastPeriods, last_periods
 from stiction.report.thin import thin
@@ -122,7 +122,7 @@ class View:
     def span_of(self, first: int, last: int) -> str:
         """From when to when samples `first` to one before `last` were recorded, on the time axis."""
         start, end = float(self.time[first]), float(self.time[last - 1])
-        return f"{words.digits(start)} to {words.digits(end, self.unit[0])}"
+        return f"{words.format_number(start)} to {words.format_number(end, self.unit[0])}"
 
     @cached_property
     def shown(self) -> LastPeriods:
@@ -130,10 +130,10 @@ class View:
         return last_periods(self)
 
     @cached_property
-    def seldom(self) -> dict[str, float]:
+    def partly_stored(self) -> dict[str, float]:
         """Those of OP and PV that were stored at a share of the samples, the others told by the controller's law."""
         stored = self.diagnosis.stored
-        return stored.seldom if stored is not None else {}
+        return stored.partial if stored is not None else {}
 
     def laid(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Fitted signal on the samples of the record, shape (n_samples,); NaN where it was not computed."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from stiction.diagnosis.identified import J_UNKNOWN
 from stiction.diagnosis.verdict.cause import UNSURE
 from stiction.diagnosis.verdict.doubt import MOST
-from stiction.records.digits import chance, digits, interval, number_of
+from stiction.display.number_format import count_noun, format_interval, format_number, format_probability
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
 __all__ = [
     "MARKS",
     "VERDICTS",
-    "chance",
     "cited",
     "confidence",
-    "digits",
+    "count_noun",
+    "format_interval",
+    "format_number",
+    "format_probability",
     "headline",
-    "interval",
     "method",
     "names",
-    "number_of",
     "pv_unit",
     "setting",
     "span",
@@ -73,7 +73,7 @@ def span(seconds: float) -> str:
     if not math.isfinite(seconds):
         return "–"
     name, size = time_unit(seconds)
-    return digits(seconds / size, name)
+    return format_number(seconds / size, name)
 
 
 def time_unit(seconds: float) -> tuple[str, float]:
@@ -97,7 +97,7 @@ def setting(value: object) -> str:
     if isinstance(value, (list, tuple)):
         return ", ".join(map(setting, value))
     if isinstance(value, float):
-        return digits(value)
+        return format_number(value)
     return "none" if value is None else str(value)
 
 
@@ -131,8 +131,8 @@ def cited(key: str) -> str:
 
 def stiction_size(found: Identification, record: LoopRecord) -> str:
     """Return S and J with their intervals, in the unit of the record's OP; an open J by its interval alone."""
-    S, S_low, S_high = interval(found.S, found.S_low, found.S_high)
-    J, J_low, J_high = interval(found.J, found.J_low, found.J_high)
+    S, S_low, S_high = format_interval(found.S, found.S_low, found.S_high)
+    J, J_low, J_high = format_interval(found.J, found.J_low, found.J_high)
     unit = record.op_unit_short
     jump = (
         f"open ({J_low} to {J_high}\u00a0{unit})"
@@ -154,7 +154,7 @@ def headline(diagnosis: Diagnosis) -> str:
 def confidence(diagnosis: Diagnosis) -> str:
     """Return the confidence in words and as a number."""
     p = diagnosis.probability
-    said = f"probability of stiction {chance(p)}" if math.isfinite(p) else "no probability"
+    said = f"probability of stiction {format_probability(p)}" if math.isfinite(p) else "no probability"
     if diagnosis.verdict == "undecided" or not math.isfinite(p):
         return f"No verdict ({said})"
     certainty = p if diagnosis.verdict == "stiction" else 1.0 - p

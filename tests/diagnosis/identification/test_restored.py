@@ -13,7 +13,7 @@ from hypothesis.strategies import booleans, floats, integers, sampled_from
 from stiction.diagnosis.identification.lawful import moves_of
 from stiction.diagnosis.identification.restored import restored
 from stiction.records import LoopRecord
-from stiction.records.one_rate import Stored, stored_samples
+from stiction.records.quality.storage_rate import StoredMasks, find_stored_samples
 from stiction.simulation.historian import exception_reported, swinging_door
 
 N = 600
@@ -42,7 +42,7 @@ def held(record, name, every, first=0):
 
 def found_in(record):
     """The record restored, from what it shows itself."""
-    return restored(record, stored_samples(record.op, record.pv))
+    return restored(record, find_stored_samples(record.op, record.pv))
 
 
 @settings(max_examples=60, deadline=None)
@@ -78,7 +78,7 @@ def test_what_both_lack_comes_back_or_is_told_to_be_untold(how, much, seed, rese
         slow = replace(record, op=op, pv=pv)
     else:
         slow = (swinging_door if how == "door" else exception_reported)(record, 0.05 * much)
-    kept = stored_samples(slow.op, slow.pv)
+    kept = find_stored_samples(slow.op, slow.pv)
     found = restored(slow, kept)
     if found is None:
         return
@@ -104,7 +104,7 @@ def test_a_quarter_of_both_missing_is_mostly_told():
 def test_values_that_both_left_out_by_exception_come_back(deviation):
     record = by_law(2, Kc=0.2, Ki=0.15)
     slow = exception_reported(record, deviation)
-    kept = stored_samples(slow.op, slow.pv)
+    kept = find_stored_samples(slow.op, slow.pv)
     assert min(kept.op.mean(), kept.pv.mean()) < 0.98
     found = restored(slow, kept)
     assert found is not None
@@ -118,7 +118,7 @@ def test_values_that_both_left_out_by_exception_come_back(deviation):
 def test_what_a_swinging_door_left_out_of_one_comes_back(name):
     record = by_law(8, moving=3.0)
     slow = replace(record, **{name: getattr(swinging_door(record, 0.3), name)})
-    kept = stored_samples(slow.op, slow.pv)
+    kept = find_stored_samples(slow.op, slow.pv)
     assert getattr(kept, name).mean() < 1.0 / 3.0
     right = getattr(record, name)
     np.testing.assert_allclose(getattr(restored(slow, kept).record, name), right, atol=1e-5 * np.ptp(right))
@@ -127,13 +127,15 @@ def test_what_a_swinging_door_left_out_of_one_comes_back(name):
 def test_what_an_exception_left_out_of_the_pv_comes_back():
     record = by_law(9)
     slow = replace(record, pv=exception_reported(record, 0.5).pv)
-    kept = stored_samples(slow.op, slow.pv)
+    kept = find_stored_samples(slow.op, slow.pv)
     assert kept.pv.mean() < 0.5
     np.testing.assert_allclose(restored(slow, kept).record.pv, record.pv, atol=1e-5 * np.ptp(record.pv))
     at = np.flatnonzero(kept.pv)
     begin = int(at[:-1][np.diff(at) >= 4][0]) + 1
     begun, right = slow.window(begin, N), record.pv[begin:]
-    since = int(np.flatnonzero(stored_samples(begun.op, begun.pv).pv)[1])  # the first value is older than the record
+    since = int(
+        np.flatnonzero(find_stored_samples(begun.op, begun.pv).pv)[1]
+    )  # the first value is older than the record
     np.testing.assert_allclose(found_in(begun).record.pv[since:], right[since:], atol=1e-5 * np.ptp(right))
 
 
@@ -186,11 +188,11 @@ def test_an_op_ramped_by_hand_is_not_taken_for_one_on_lines(first):
     record, last = by_law(12), first + 50
     ramp = np.linspace(record.op[first] - 20.0, record.op[last], last - first + 1)
     by_hand = replace(record, op=np.concatenate([record.op[:first] - 20.0, ramp, record.op[last + 1 :]]))
-    kept = stored_samples(by_hand.op, by_hand.pv)
+    kept = find_stored_samples(by_hand.op, by_hand.pv)
     assert not kept.op[first + 1 : last].any()
     assert restored(by_hand, kept) is None
     fifth = np.arange(N) % 5 == 0
-    both = restored(replace(by_hand, pv=held(record, "pv", 5).pv), Stored(kept.op, fifth))
+    both = restored(replace(by_hand, pv=held(record, "pv", 5).pv), StoredMasks(kept.op, fifth))
     if both is not None:
         assert np.sum(both.record.op[first : last + 1] != ramp) < 5
 
@@ -219,8 +221,8 @@ def test_signals_that_no_law_joins_are_left(name):
 
 def test_a_record_without_moves_is_left():
     still = LoopRecord("FIC-101", 1.0, op=np.full(N, 50.0), pv=by_law(7).pv)
-    assert restored(still, Stored(EVERY, np.arange(N) % 3 > 0)) is None
-    assert restored(replace(still, op=by_law(7).op, pv=still.op), Stored(EVERY, np.arange(N) % 3 > 0)) is None
+    assert restored(still, StoredMasks(EVERY, np.arange(N) % 3 > 0)) is None
+    assert restored(replace(still, op=by_law(7).op, pv=still.op), StoredMasks(EVERY, np.arange(N) % 3 > 0)) is None
 
 
 def acting(pv, every=1):
@@ -232,13 +234,13 @@ def acting(pv, every=1):
 
 def test_a_controller_that_holds_its_op_is_no_historian():
     record = acting(by_law(10).pv, every=5)
-    assert stored_samples(record.op, record.pv).op.mean() == 0.2
+    assert find_stored_samples(record.op, record.pv).op.mean() == 0.2
     assert found_in(record) is None
 
 
 def test_a_pv_that_the_controller_saw_held_stays_so():
     record = acting(held(by_law(11), "pv", 5).pv)
-    assert stored_samples(record.op, record.pv).pv.mean() == 0.2
+    assert find_stored_samples(record.op, record.pv).pv.mean() == 0.2
     assert found_in(record) is None
     assert found_in(replace(record, op=np.round(record.op, 2))) is None
 
@@ -250,7 +252,7 @@ def test_the_law_is_that_of_the_controller(Kc, reset, Kd, seed):
     record = by_law(seed, Kc=Kc, Ki=Ki, Kd=Kd)
     fifth = np.arange(N) % 5 == 0
     most = np.random.default_rng(seed).random(N) < 0.8
-    ways = [Stored(most, most), Stored(fifth, EVERY), *([] if Kd else [Stored(EVERY, fifth)])]
+    ways = [StoredMasks(most, most), StoredMasks(fifth, EVERY), *([] if Kd else [StoredMasks(EVERY, fifth)])]
     for kept in ways:
         law = moves_of(record.op, record.pv - 50.0, record.sp - 50.0, kept, EVERY)
         assert law is not None

@@ -21,7 +21,7 @@ from stiction.diagnosis.verdict.contradiction import (
 from stiction.diagnosis.verdict.doubt import LEAST, MOST, held_back
 from stiction.diagnosis.verdict.findings import findings
 from stiction.diagnosis.verdict.objection import Objection
-from stiction.records.quality import Quality, assess
+from stiction.records.assess import Quality, assess_quality
 from stiction.simulation.population import plant_population
 
 from .found import FOUND
@@ -42,7 +42,7 @@ MOST_OF_IT, SMALL_BAND = Objection.MOST_OF_IT, Objection.SMALL_BAND
 def test_no_objection_is_told_as_a_gate_is_named():
     """`doubt` looks up both in one row of names."""
     wave = np.sin(np.arange(600.0) / 5.0)
-    gates = assess(st.LoopRecord("FIC-1", 1.0, op=50.0 + wave, pv=40.0 + wave)).gates
+    gates = assess_quality(st.LoopRecord("FIC-1", 1.0, op=50.0 + wave, pv=40.0 + wave)).gates
     assert not {*Objection} & {gate.name for gate in gates}
 
 
@@ -136,7 +136,7 @@ def test_a_short_record_whose_op_seldom_turns_round_leaves_it_open(p):
 def test_few_turns_of_a_short_record_are_no_stiction(samples, turns, told):
     k = np.arange(float(samples))
     wave = 5.0 * np.cos(np.pi * (turns + 0.5) * k / samples)
-    quality = assess(st.LoopRecord("FIC-1", 1.0, op=50.0 + wave, pv=40.0 + wave))
+    quality = assess_quality(st.LoopRecord("FIC-1", 1.0, op=50.0 + wave, pv=40.0 + wave))
     assert {gate.name: gate.value for gate in quality.gates}["op turns"] == turns
     assert against_short(quality) == ((Objection.FEW_TURNS,) if told else ())
 

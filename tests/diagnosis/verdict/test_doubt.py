@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as some
+from TODO.gates import GATES
 
 from stiction.diagnosis.verdict.doubt import (
     BEYOND,
@@ -23,9 +24,8 @@ from stiction.diagnosis.verdict.doubt import (
     only_saturated,
 )
 from stiction.diagnosis.verdict.objection import Objection
-from stiction.records.gate import Gate
-from stiction.records.gates import GATES, View
-from stiction.records.quality import Quality
+from stiction.records.assess import Quality
+from stiction.records.check_result import CheckInput, CheckResult
 from stiction.records.record import LoopRecord
 
 LOWERING = ("cycles", "sampling", "pv resolution", "missing", "op resolution", "saturation", "frozen", "length")
@@ -36,8 +36,8 @@ def odds(p):
 
 
 def quality(lowers=(), refuses=(), first=5, rows=1000, value=1.0):
-    gates = tuple(Gate(name, "lowers", value, 0.0, "Why.") for name in lowers)
-    gates += tuple(Gate(name, "refuses", 1.0, 0.0, "Why.") for name in refuses)
+    gates = tuple(CheckResult(name, "lowers", value, 0.0, "Why.") for name in lowers)
+    gates += tuple(CheckResult(name, "refuses", 1.0, 0.0, "Why.") for name in refuses)
     return Quality(gates, not refuses, rows, float(rows), 0.0, first, rows)
 
 
@@ -48,7 +48,7 @@ def spikes(number):
 
 def hides(name):
     """Whether a value of a gate that itself finds nothing keeps a probability from being sure."""
-    return lambda x: bounded(Quality((Gate(name, "ok", x, 0.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000))
+    return lambda x: bounded(Quality((CheckResult(name, "ok", x, 0.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000))
 
 
 def bounded(quality, *, own_samples=False):
@@ -155,18 +155,18 @@ def test_a_little_of_what_can_hide_a_valve_hides_none(name):
 
 @given(p=some.floats(0.0, 1.0))
 def test_an_op_of_few_steps_hides_slips_whether_or_not_its_gate_lowers(p):
-    coarse = Quality((Gate("op resolution", "ok", STEPS - 1.0, 20.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
+    coarse = Quality((CheckResult("op resolution", "ok", STEPS - 1.0, 20.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
     assert held_back(p, coarse).probability == min(max(p, LEAST), MOST)
-    fine = Quality((Gate("op resolution", "ok", STEPS, 20.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
+    fine = Quality((CheckResult("op resolution", "ok", STEPS, 20.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
     assert held_back(p, fine) == (p, "")
 
 
 @given(p=some.floats(0.0, 1.0), name=some.sampled_from(sorted(BEYOND)))
 def test_what_can_hide_a_slip_does_so_beyond_a_value_whether_or_not_its_gate_lowers(p, name):
-    more = Quality((Gate(name, "ok", BEYOND[name] + 1.0, 50.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
+    more = Quality((CheckResult(name, "ok", BEYOND[name] + 1.0, 50.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
     least = 0.0 if name in ROWS and p < PLAINLY else LEAST
     assert held_back(p, more).probability == min(max(p, least), MOST)
-    few = Quality((Gate(name, "ok", BEYOND[name], 50.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
+    few = Quality((CheckResult(name, "ok", BEYOND[name], 50.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
     assert held_back(p, few) == (p, "")
 
 
@@ -244,7 +244,7 @@ def test_the_reason_says_how_much():
 def test_every_name_is_that_of_a_gate():
     k, rng = np.arange(900.0), np.random.default_rng(1)
     record = LoopRecord("FC1", 1.0, op=50 + np.sin(k / 9) + 0.1 * rng.normal(size=900), pv=np.cos(k / 9))
-    view = View(record, record, 56.5)
+    view = CheckInput(record, record, 56.5)
     names = {gate.name for check in GATES if (gate := check(view)) is not None}
     names |= {"averaging", "outliers", "resampled"}  # say nothing where there is nothing to say
     assert {*HIDES, *BEYOND, "op resolution", "sampling"} <= names

@@ -14,8 +14,8 @@ from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.identification.position import LONGEST, longest_seen
 from stiction.diagnosis.verdict.findings import findings
 from stiction.diagnosis.verdict.stem import stem_shown
-from stiction.records import usable_part
-from stiction.records.stretches import held_set_point
+from stiction.records import usable_segment
+from stiction.records.analysis_window import forward_fill_sp
 from stiction.simulation.historian import missing
 
 N, LONG = 2000, 14_000
@@ -103,18 +103,18 @@ def test_a_set_point_that_is_stored_on_change_is_the_whole_set_point():
     run = replace(st.simulate(made, sp, float(N), seed=1, pv_start=70.0, op_start=50.0, loop_type="flow"), mv=None)
     changed = np.diff(run.sp, prepend=np.nan) != 0.0
     stored = replace(run, sp=blank(run.sp, ~changed))
-    np.testing.assert_array_equal(held_set_point(stored)[0], run.sp)
+    np.testing.assert_array_equal(forward_fill_sp(stored)[0], run.sp)
     # What was stored before the stretch that is analysed holds in it.
-    torn = usable_part(replace(stored, op=blank(run.op, (K > 930) & (K < 990))))
+    torn = usable_segment(replace(stored, op=blank(run.op, (K > 930) & (K < 990))))
     np.testing.assert_array_equal(torn.sp, run.sp[990:])
     assert torn.provenance.assumptions == ()
     # Without its first value the hundred samples before the next one are all that is guessed.
     stored.sp[0] = np.nan
-    held, told = held_set_point(stored)
+    held, told = forward_fill_sp(stored)
     np.testing.assert_array_equal(held[100:], run.sp[100:])
     assert set(held[:100]) == {run.sp[100]}
     assert told == "The set point of the first 100 of 2000 samples is taken to be the first stored."
-    assert usable_part(stored).provenance.assumptions[-1] == told
+    assert usable_segment(stored).provenance.assumptions[-1] == told
 
 
 def test_where_the_set_point_is_missing_the_pv_is_looked_at_and_that_is_said():
@@ -143,7 +143,7 @@ def test_where_a_position_ends_the_valve_does_not_stick(last):
 def test_a_position_with_short_gaps_is_bridged_and_long_ones_are_not():
     run = healthy()
     gaps = (K % 100 < 5) & (K > 10)
-    part = usable_part(replace(run, mv=blank(run.mv, gaps), valve_signal=blank(run.op, gaps | (K > 1500))))
+    part = usable_segment(replace(run, mv=blank(run.mv, gaps), valve_signal=blank(run.op, gaps | (K > 1500))))
     np.testing.assert_array_equal(part.mv, run.mv[np.where(gaps, K - K % 100 - 1, K)])
     assert np.isfinite(part.valve_signal[:1500]).all()
     assert not np.isfinite(part.valve_signal[1500:]).any()

@@ -13,8 +13,7 @@ from hypothesis.strategies import floats, integers, sampled_from
 import stiction as st
 from stiction.diagnosis.identification import fit_controller
 from stiction.diagnosis.identification.in_step import MOST_LATE, with_pv_earlier
-from stiction.records import LoopRecord, analysis_window, assess
-from stiction.records.limits import shut
+from stiction.records import LoopRecord, analysis_window, assess_quality
 
 
 @cache
@@ -134,10 +133,10 @@ def read_back(record):
 def test_two_rates_are_seen(name, every):
     record = run("resting")
     slower = held(record, name, every)
-    [gate] = [gate for gate in assess(slower).gates if gate.name == "one rate"]
+    [gate] = [gate for gate in assess_quality(slower).gates if gate.name == "one rate"]
     assert (gate.severity, gate.value) == ("lowers", every)
     assert gate.why.startswith(f"{name.upper()} is new every {every} samples only")
-    assert all(gate.severity == "ok" for gate in assess(record).gates if gate.name == "one rate")
+    assert all(gate.severity == "ok" for gate in assess_quality(record).gates if gate.name == "one rate")
 
 
 @pytest.mark.parametrize("name", ["op", "pv"])

@@ -8,7 +8,8 @@ import numpy as np
 
 from stiction.diagnosis.oscillation import about_drift, control_error, filled, half_cycles, smooth
 from stiction.diagnosis.result import Evidence
-from stiction.records.rests import bridged, runs
+from stiction.records.gaps import fill_short_gaps
+from stiction.records.runs import runs
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -158,7 +159,7 @@ def with_position(record: LoopRecord) -> tuple[LoopRecord, list[str]]:
     """
     if record.mv is None:
         return record, []
-    first, last = max(runs(np.isfinite(bridged(record.mv))), key=lambda run: run[1] - run[0], default=(0, 0))
+    first, last = max(runs(np.isfinite(fill_short_gaps(record.mv))), key=lambda run: run[1] - run[0], default=(0, 0))
     n = len(record)
     few = f"the valve position is recorded for only {last - first} of {n} samples in a row, half are needed"
     return record.window(first, last), [few] if 2 * (last - first) < n else []

@@ -21,8 +21,8 @@ from stiction.diagnosis.identification.in_step import samples_late
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.identified import ControllerFit
 from stiction.errors import RecordError
-from stiction.records.smoothed import averaging_window
-from stiction.records.storage import lattice
+from stiction.records.quality.moving_average import detect_averaging_window
+from stiction.records.quality.quantisation import quantisation_step
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -115,12 +115,12 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
     left = energy_of(full) / energy_of(data.y)
     late = samples_late(op, sp, pv, valid, left)
     own, as_rounded = left <= COMPUTED, False
-    if not own and any(steps := (lattice(op), lattice(pv))):
+    if not own and any(steps := (quantisation_step(op), quantisation_step(pv))):
         law = best_form(data, moving, 0.0, record.dt, exact=True).weights
         rounding = _rounding(law, record.dt, *steps)
         as_rounded = energy_of(full) <= AS_ROUNDED * rounding * full.size
         own = as_rounded and _stands_out(_between(law, record.dt, pv, steps[1]), full, rounding)
-    own = own and not averaging_window(op, pv)  # a filter of both leaves the law as it is
+    own = own and not detect_averaging_window(op, pv)  # a filter of both leaves the law as it is
     exact = as_rounded or left <= EXACT
     trapezoid = 0.0 if exact else 0.5
     data.columns[1] -= trapezoid * record.dt * data.columns[0]

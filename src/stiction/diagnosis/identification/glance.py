@@ -15,7 +15,7 @@ import numpy as np
 from stiction.diagnosis.identification.likelihood import Trial, good_valve, prediction_of, trials_of, valves
 from stiction.diagnosis.identification.signals import prepare
 from stiction.errors import RecordError
-from stiction.records.storage import usual_swing
+from stiction.records.quality.quantisation import robust_range
 
 if TYPE_CHECKING:
     from stiction.records.record import LoopRecord
@@ -56,7 +56,7 @@ def glance(record: LoopRecord) -> float:
         signals = prepare(record.window(first, min(first + SAMPLES, len(record))), None, fine=True)
     except RecordError:
         return -np.inf
-    swing = usual_swing(signals.op)
+    swing = robust_range(signals.op)
     if not swing > 0.0:
         return -np.inf
     tried = np.concatenate([valves(swing * SIZES, RATIOS, K, 0.0, swing) for K in (0.0, 1.0)])

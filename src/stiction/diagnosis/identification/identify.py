@@ -18,9 +18,8 @@ from stiction.diagnosis.identification.signals import Signals, pieces_of, prepar
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.oscillation.rhythm import SHORTEST
 from stiction.errors import ParameterError, RecordError
-from stiction.records.outliers import without_outliers
-from stiction.records.record import require_record
-from stiction.records.stretches import usable_part
+from stiction.records.analysis_window import usable_segment
+from stiction.records.record import mask_outliers, require_record
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -156,10 +155,10 @@ def searched(record: LoopRecord, period: float | None = None) -> Search:
             f"period = {period:g} s is shorter than {SHORTEST:g} samples of {record.dt:g} s, too short to be told from "
             "noise; give the oscillation's, leave it out to have it found, or record faster."
         )
-    record = without_outliers(record)
+    record = mask_outliers(record)
     if period is not None:
         return search(record, period if math.isfinite(period) else None)
-    part = usable_part(record)
+    part = usable_segment(record)
     oscillation = find_oscillation(part)
     first, *others = periods_of(part, oscillation)
     searches = [search(record, first)]

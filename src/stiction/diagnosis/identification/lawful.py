@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.diagnosis.identification.law import Law
-    from stiction.records.one_rate import Stored
+    from stiction.records.quality.storage_rate import StoredMasks
 
 __all__ = ["FEWEST", "Moves", "moves_of"]
 
@@ -66,7 +66,7 @@ def moves_of(
     u: NDArray[np.float64],
     y: NDArray[np.float64],
     r: NDArray[np.float64],
-    kept: Stored,
+    kept: StoredMasks,
     usable: NDArray[np.bool_],
 ) -> Moves | None:
     """Find the law from what was stored.
@@ -75,7 +75,7 @@ def moves_of(
     ----------
     u, y, r : ndarray, shape (n_samples,)
         OP [% of span], and PV and set point about one level [PV units]; any number where one is missing.
-    kept : Stored
+    kept : StoredMasks
         At which samples OP and PV were stored.
     usable : ndarray of bool, shape (n_samples,)
         Samples at which the controller may act: in automatic, off its limits, with a set point.
@@ -88,10 +88,10 @@ def moves_of(
     Examples
     --------
     >>> import numpy as np
-    >>> from stiction.records.one_rate import Stored
+    >>> from stiction.records.quality.storage_rate import StoredMasks
     >>> y = np.random.default_rng(1).normal(size=400)
     >>> u, every, fifth = np.cumsum(-0.5 * y) - 2.0 * y, np.ones(400, dtype=bool), np.arange(400) % 5 == 0
-    >>> law = moves_of(u, y, np.zeros(400), Stored(every, fifth), every)
+    >>> law = moves_of(u, y, np.zeros(400), StoredMasks(every, fifth), every)
     >>> [round(weight, 6) for weight in law.past]
     [-2.5, 2.0, 0.0]
     """
@@ -116,7 +116,7 @@ def _complete(
 
 
 def _of_stored_op(
-    u: NDArray[np.float64], y: NDArray[np.float64], r: NDArray[np.float64], kept: Stored, usable: NDArray[np.bool_]
+    u: NDArray[np.float64], y: NDArray[np.float64], r: NDArray[np.float64], kept: StoredMasks, usable: NDArray[np.bool_]
 ) -> Moves | None:
     """The law from what OP does between two stored values."""
     at = np.flatnonzero(kept.op)
@@ -149,7 +149,7 @@ def _law(
 
 
 def _of_stored_pv(
-    u: NDArray[np.float64], y: NDArray[np.float64], r: NDArray[np.float64], kept: Stored, usable: NDArray[np.bool_]
+    u: NDArray[np.float64], y: NDArray[np.float64], r: NDArray[np.float64], kept: StoredMasks, usable: NDArray[np.bool_]
 ) -> Moves | None:
     """The law from what the PV does between two stored values, by the recursion that OP's moves drive."""
     from scipy.optimize import minimize_scalar

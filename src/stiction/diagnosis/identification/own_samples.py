@@ -8,7 +8,7 @@ import numpy as np
 
 from stiction.diagnosis.identification.controller import COMPUTED
 from stiction.diagnosis.identification.signals import hold_gaps
-from stiction.records.smoothed import averaging_window
+from stiction.records.quality.moving_average import detect_averaging_window
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identified import ControllerFit
@@ -74,7 +74,7 @@ def shows_own_samples(record: LoopRecord) -> bool:
         left = np.abs(y - A @ np.linalg.lstsq(A[kept], y[kept], rcond=None)[0])
         if left[kept] @ left[kept] <= COMPUTED * (y[kept] @ y[kept]):
             own = kept.mean() >= 1.0 - MOST_APART
-            return bool(own) and not averaging_window(hold_gaps(record.op), hold_gaps(record.pv))
+            return bool(own) and not detect_averaging_window(hold_gaps(record.op), hold_gaps(record.pv))
         kept = left <= APART * np.median(left)
     return False
 

@@ -24,8 +24,8 @@ from stiction.diagnosis.identification.position_trials import (
     told,
 )
 from stiction.diagnosis.identification.watched import LATEST, decays, turns_of, watched, work_space
+from stiction.records.quality.quantisation import robust_range
 from stiction.records.quantiles import quantiles
-from stiction.records.storage import usual_swing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -282,8 +282,8 @@ def watch(op: NDArray[np.float64], y: NDArray[np.float64], step: float, small: f
     slopes, of_unit = _slopes(op, y, step)
     noise = min(noise_of(one, step) for one in (y, *(y - slope * op for slope in slopes)))
     known = np.concatenate([[0], np.cumsum(~np.isnan(y))])
-    sight = _Sight(op, y, known, float(op.mean()), noise, usual_swing(y), work_space(y.size))
-    swing, whole = usual_swing(op), float(np.ptp(op))
+    sight = _Sight(op, y, known, float(op.mean()), noise, robust_range(y), work_space(y.size))
+    swing, whole = robust_range(op), float(np.ptp(op))
     wide, share = CALIBRATED if of_unit else FREE, LEAST * swing
     least = min(share, max(small, HIDDEN * noise / float(np.abs(slopes).max())))
     bands, shares = _bands(least, share, whole), np.array([0.2, 0.5, 0.8, 1.0])

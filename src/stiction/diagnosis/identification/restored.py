@@ -22,8 +22,9 @@ import numpy as np
 from stiction.diagnosis.identification.controller import at_limit
 from stiction.diagnosis.identification.lawful import FEWEST, moves_of
 from stiction.diagnosis.identification.signals import hold_gaps
-from stiction.records.one_rate import Stored
-from stiction.records.stretches import in_manual
+from stiction.records.gaps import interpolate_gaps
+from stiction.records.quality.frozen import find_manual
+from stiction.records.quality.storage_rate import StoredMasks
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -65,14 +66,14 @@ class Restored(NamedTuple):
     """The larger share of the samples of OP and PV that are so and not missing [-]."""
 
 
-def restored(record: LoopRecord, stored: Stored) -> Restored | None:
+def restored(record: LoopRecord, stored: StoredMasks) -> Restored | None:
     """The record with what was left out of OP and PV.
 
     Parameters
     ----------
     record : LoopRecord
         A record with PV; without SP, a constant one is assumed.
-    stored : Stored
+    stored : StoredMasks
         At which samples OP and PV were stored, as `records.one_rate.stored_samples` finds them.
 
     Returns
@@ -88,12 +89,12 @@ def restored(record: LoopRecord, stored: Stored) -> Restored | None:
     Examples
     --------
     >>> import numpy as np, stiction as st
-    >>> from stiction.records.one_rate import stored_samples
+    >>> from stiction.records.quality.storage_rate import find_stored_samples
     >>> from stiction.simulation.historian import exception_reported
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
     >>> run = st.simulate(loop, sp=10.0, duration=2000.0, seed=1)
     >>> seldom = exception_reported(run, 0.02)
-    >>> kept = stored_samples(seldom.op, seldom.pv)
+    >>> kept = find_stored_samples(seldom.op, seldom.pv)
     >>> found = restored(seldom, kept)
     >>> round(float(kept.op.mean()), 2), bool(np.abs(found.record.pv - run.pv).max() < 1e-6)
     (0.92, True)
@@ -107,7 +108,7 @@ def restored(record: LoopRecord, stored: Stored) -> Restored | None:
     limited = at_limit(hold_gaps(op))
     if limited.mean() > LIMITED:
         return None
-    resting = limited | in_manual(record)
+    resting = limited | find_manual(record.op, record.pv, record.auto)
     usable = np.isfinite(sp) & ~resting
     kept = stored._replace(op=(stored.op | resting) & np.isfinite(op))
     u, y, r = (np.nan_to_num(x) for x in (op, pv - middle, sp - middle))
@@ -141,7 +142,7 @@ class _Whole(NamedTuple):
 def _solved(
     u: NDArray[np.float64],
     y: NDArray[np.float64],
-    kept: Stored,
+    kept: StoredMasks,
     there: list[NDArray[np.bool_]],
     law: Moves,
     usable: NDArray[np.bool_],
@@ -155,7 +156,7 @@ def _solved(
 
     u, y, of_law = (np.concatenate([x[:1], x]) for x in (u, y, law.drive))
     usable, *masks = (np.concatenate([own[:1], own]) for own in (usable, *kept, *there))
-    kept, there = Stored(*masks[:2]), masks[2:]
+    kept, there = StoredMasks(*masks[:2]), masks[2:]
     n = u.size
     free = ~np.stack(kept, axis=1).ravel()
     lines, rooms = zip(*map(_between, (u, y), kept, there), strict=True)
@@ -204,11 +205,11 @@ def _between(
     x: NDArray[np.float64], own: NDArray[np.bool_], there: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """What was recorded, or the line over what is missing, and by how much what was left out may be off it."""
-    at, value = np.flatnonzero(own), x[own]
+    value = x[own]
     steps = np.abs(np.diff(value))
     usual = float(np.median(steps)) or float(np.std(value)) or 1.0
     stretch = np.clip(np.cumsum(own) - 1, 0, steps.size - 1)
-    line = np.interp(np.arange(x.size), at, value)
+    line = interpolate_gaps(np.where(own, x, np.nan))
     on_line = there & (x != value[stretch])  # a held value may be as far off as the next one is
     return np.where(there, x, line), np.where(on_line, usual, np.maximum(usual, steps[stretch]))
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from stiction.diagnosis.identification.search import remove_local_mean
 from stiction.errors import RecordError
+from stiction.records.gaps import forward_fill, interpolate_gaps
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -52,16 +53,12 @@ def hold_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
         return x
     if not good.any():
         raise RecordError("the signal has no valid sample; check the column that was read.")
-    last = np.maximum.accumulate(np.where(good, np.arange(x.size), -1))
-    return x[np.where(last >= 0, last, int(np.argmax(good)))]
+    return forward_fill(x, fill_start=True)
 
 
 def bridge_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
     """Fill NaN along the line between the values beside it, lest a held OP trip a valve late; hold the ends."""
-    good = np.isfinite(x)
-    if not 0 < good.sum() < x.size:
-        return hold_gaps(x)
-    return np.interp(np.arange(x.size), np.flatnonzero(good), x[good])
+    return interpolate_gaps(x) if np.isfinite(x).any() else hold_gaps(x)
 
 
 def require_enough(record: LoopRecord, name: str, x: NDArray[np.float64]) -> None:

@@ -24,8 +24,8 @@ from stiction.diagnosis.oscillation.further import further_oscillations
 from stiction.diagnosis.oscillation.rhythm import MOST_REGULAR, octave, strongest
 from stiction.diagnosis.oscillation.signals import about_drift, control_error, error_name, filled, smooth
 from stiction.diagnosis.result import Oscillation
-from stiction.records.durations import in_seconds
-from stiction.records.stretches import held_set_point
+from stiction.display.duration_format import format_seconds
+from stiction.records.analysis_window import forward_fill_sp
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -91,17 +91,17 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
     oscillating = bool(best.regular or (best.repeats and events >= EVENTS))
     period = best.period * record.dt
     pace = "10 or more" if best.regularity >= MOST_REGULAR else f"{best.regularity:.2f}"
-    text = f"{seen} repeats every {in_seconds(period)}, {best.cycles:.0f} times, with regularity {pace}"
+    text = f"{seen} repeats every {format_seconds(period)}, {best.cycles:.0f} times, with regularity {pace}"
     if best.regular:
         reason = f"{text} (above 1 is regular)."
     elif oscillating:
         reason = f"Irregular ({best.regularity:.2f}), but {events} of {CROSSINGS} half periods are load events."
     else:
-        reason = f"No regular oscillation: the best candidate, {in_seconds(period)}, {_lack(best)}."
+        reason = f"No regular oscillation: the best candidate, {format_seconds(period)}, {_lack(best)}."
     if best is by_error and best.regular and op is not None:
         agrees = octave(op, best.period)
         reason += " OP has the same period." if _same(agrees, best.period) else " OP does not share it."
-    if record.sp is not None and held_set_point(record)[0] is None:
+    if record.sp is not None and forward_fill_sp(record)[0] is None:
         reason += " SP is missing in the first half of the record or more: PV was looked at alone."
     sp = filled(record.sp) if oscillating else None
     sp_cycles = sp is not None and (rhythm := octave(sp, best.period)).regular and _same(rhythm, best.period)
@@ -111,7 +111,7 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
     if oscillating and best is by_error:
         share, others = further_oscillations(error, best.period, record.dt)
     if others:
-        beside = " and ".join(f"{in_seconds(other.period)} ({other.share:.0%})" for other in others)
+        beside = " and ".join(f"{format_seconds(other.period)} ({other.share:.0%})" for other in others)
         reason += f" It carries {share:.0%} of the error's variance; another oscillation repeats every {beside}."
     return Oscillation(
         oscillating=oscillating,

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.models.compiled import kernel
-from stiction.records.stretches import held_set_point
+from stiction.records.analysis_window import forward_fill_sp
+from stiction.records.gaps import interpolate_gaps
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -41,7 +42,7 @@ def control_error(record: LoopRecord) -> NDArray[np.float64] | None:
     """
     if record.pv is None:
         return None
-    sp, _ = held_set_point(record)
+    sp, _ = forward_fill_sp(record)
     return filled(-record.pv if sp is None else sp - record.pv)
 
 
@@ -67,7 +68,7 @@ def error_name(record: LoopRecord) -> str:
     >>> error_name(LoopRecord("FIC-101", 1.0, op=[50.0], pv=[3.0]))
     'The PV about its drift (SP unknown)'
     """
-    known = held_set_point(record)[0] is not None
+    known = forward_fill_sp(record)[0] is not None
     return "The control error" if known else "The PV about its drift (SP unknown)"
 
 
@@ -98,8 +99,7 @@ def filled(x: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
     count = int(np.count_nonzero(good))
     if count < 8 or 2 * count < x.shape[0]:
         return None
-    at = np.arange(x.shape[0])
-    whole = x if count == x.shape[0] else np.interp(at, at[good], x[good])
+    whole = interpolate_gaps(x)
     low, high = float(whole.min()), float(whole.max())
     return whole if high - low > 1e-12 * max(abs(low), abs(high)) else None
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.valvetests.result import Behaviour, Ramp
-from stiction.records.digits import number_of
+from stiction.display.number_format import count_noun
 
 if TYPE_CHECKING:
     from stiction.diagnosis.valvetests.friction_fit import FrictionFit
@@ -63,7 +63,7 @@ def _behaviour(moved: Moves, slope: float, jump: float) -> tuple[Behaviour, str]
             return "cannot tell", "the stem broke loose only at the end of the ramp"
         return "follow", f"it moved with the OP over {share:.0%} of the travel after its first slip"
     if share <= 1.0 - MOSTLY:
-        slips = number_of(len(moved.slips), "slip")
+        slips = count_noun(len(moved.slips), "slip")
         return "staircase", f"{slips} with rests over {1 - share:.0%} of the travel between"
     return "mixed", f"it followed over {share:.0%} of the travel after its first slip and rested over the remainder"
 

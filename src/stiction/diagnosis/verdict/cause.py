@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from stiction.diagnosis.verdict.contradiction import NOT_OF_ONE_LOOP
 from stiction.diagnosis.verdict.meaning import strongest
 from stiction.diagnosis.verdict.probability import UNDECIDED
-from stiction.records.digits import chance, digits, interval
-from stiction.records.durations import in_seconds
+from stiction.display.duration_format import format_seconds
+from stiction.display.number_format import format_interval, format_number, format_probability
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -130,16 +130,16 @@ def named_cause(
     name = likely[0]
     reason, action = _OTHERS[name](Seen(found, oscillation, counted, unit, swing, unsure))
     if name == "deadband" and not _speaks(found) and causes[name] >= PLAINLY:
-        reason += f" By all that was found play is the likeliest cause ({chance(causes[name])})."
+        reason += f" By all that was found play is the likeliest cause ({format_probability(causes[name])})."
     reason += _rival(found, oscillation)
     if name not in HIDING and math.isfinite(found.S_detectable):
-        band = f"S of {digits(found.S_detectable, significant=2)} {unit} or more and jumps by half of it"
+        band = f"S of {format_number(found.S_detectable, significant=2)} {unit} or more and jumps by half of it"
         reason += f" A valve that sticks with {band} would most likely have shown, unless its stem never moved."
     if oscillation.sp_cycles:
         reason += " The set point goes through the same cycle: look at what moves it, such as a master loop."
     if causes[name] < PLAINLY:
         first, second = ("no fault" if cause == "none" else cause for cause in likely[:2])
-        reason += f" {first.capitalize()} is the likeliest cause ({chance(causes[name])}), before {second}."
+        reason += f" {first.capitalize()} is the likeliest cause ({format_probability(causes[name])}), before {second}."
     return Cause(name, reason, f"{action} {deciding}" if unsure else action)
 
 
@@ -166,7 +166,7 @@ def not_seen(why: str, causes: Mapping[str, float]) -> Cause:
     if causes[name] < PLAINLY:
         return Cause("unknown", why, action)
     what = "Nothing else seems wrong with the loop" if name == "none" else f"The likeliest cause is {name}"
-    return Cause(name, f"{why} {what} ({chance(causes[name])}).", action)
+    return Cause(name, f"{why} {what} ({format_probability(causes[name])}).", action)
 
 
 def fits(found: Identification) -> str:
@@ -175,7 +175,7 @@ def fits(found: Identification) -> str:
     if sticky > good:
         return f"explains {sticky} % of the PV's movement, a good valve {good} %"
     if found.over("good").likelier > BY_CHANCE:
-        by = digits(found.over("good").likelier, significant=2)
+        by = format_number(found.over("good").likelier, significant=2)
         return (
             f"predicts the PV better than a good one, cycle by cycle (twice the log likelihood: {by}), though it "
             f"explains no more of its movement by simulation ({sticky} %, a good valve {good} %)"
@@ -229,7 +229,7 @@ def stuck_or_not(causes: Mapping[str, float]) -> Cause:
     what = "no fault" if likely == "none" else likely
     return Cause(
         "unknown",
-        f"PV speaks for {what} ({chance(causes[likely])}), and would move so with a stem that is stuck fast as well.",
+        f"PV speaks for {what} ({format_probability(causes[likely])}), and would move so with a stem that is stuck fast as well.",
         "Watch the stem while OP moves, or step OP in manual: if the stem follows, mend its transmitter; if not, the "
         "valve sticks.",
     )
@@ -244,15 +244,15 @@ def _stiction(
     *,
     by_position: bool,
 ) -> Cause:
-    S, low, high = interval(found.S, found.S_low, found.S_high)
-    J, J_low, J_high = interval(found.J, found.J_low, found.J_high)
+    S, low, high = format_interval(found.S, found.S_low, found.S_high)
+    J, J_low, J_high = format_interval(found.J, found.J_low, found.J_high)
     # The interval that a position leaves is made longer than its error, so that it holds an unseen trip as well.
     jump = f" and J = {J} {unit} ({J_low} to {J_high})" if by_position else ""
     reason = f"A sticky valve with S = {S} {unit} (95 % {low} to {high}){jump} {_for(found, counted)}."
     if found.J_told and not by_position:
         reason += f" {found.J_told}"
     if found.J_low <= J_MAY_BE_NONE * found.S:
-        play = chance(causes["deadband"])
+        play = format_probability(causes["deadband"])
         reason += (
             f" Stiction differs from play (deadband) by J only; the probability of play is {play}."
             if causes["deadband"] > PLAY_UNLIKELY
@@ -273,11 +273,9 @@ def _stiction(
 def _undecided(other: str, causes: Mapping[str, float], found: Identification, counted: Sequence[Counted]) -> str:
     what = "no fault" if other == "none" else other
     if causes["stiction"] < UNDECIDED[0]:
-        return (
-            f"A sticky valve {fits(found)}, yet the rest of what was found speaks for {what} ({chance(causes[other])})."
-        )
+        return f"A sticky valve {fits(found)}, yet the rest of what was found speaks for {what} ({format_probability(causes[other])})."
     return (
-        f"The data do not decide between stiction ({chance(causes['stiction'])}) and {what} ({chance(causes[other])}): "
+        f"The data do not decide between stiction ({format_probability(causes['stiction'])}) and {what} ({format_probability(causes[other])}): "
         f"a sticky valve {_for(found, counted)}."
     )
 
@@ -288,7 +286,7 @@ def _deciding(rhythm: Oscillation, dt: float, kind_known: bool) -> str:
     if not rhythm.oscillating or rhythm.cycles < FEW_CYCLES:
         wanted.append("a longer record")
     if rhythm.oscillating and rhythm.period < FEW_SAMPLES * dt:
-        often = in_seconds(float(f"{rhythm.period / FEW_SAMPLES / 2.0:.2g}"))  # twice those that few are
+        often = format_seconds(float(f"{rhythm.period / FEW_SAMPLES / 2.0:.2g}"))  # twice those that few are
         wanted.append(f"samples every {often} or faster, without compression")
     wanted.append("the valve stroked by a ramp in manual, or the stem's position")
     return f"What would decide: {'; '.join(wanted)}."
@@ -297,7 +295,7 @@ def _deciding(rhythm: Oscillation, dt: float, kind_known: bool) -> str:
 def _rival(found: Identification, rhythm: Oscillation) -> str:
     """The good valve that predicts the PV better than the sticky one though a straight one does not; or nothing."""
     told: dict[Explanation, str] = {
-        "wave": f"beside a wave from outside, the same every {in_seconds(rhythm.period)},",
+        "wave": f"beside a wave from outside, the same every {format_seconds(rhythm.period)},",
         "bent": f"with a bent characteristic ({found.bent})",
         "gated": "given the past of the PV without its noise as well",
         "relaxation": "beside a disturbance that turns where the PV comes to a level",
@@ -309,7 +307,7 @@ def _rival(found: Identification, rhythm: Oscillation) -> str:
 
 
 def _deadband(seen: Seen) -> tuple[str, str]:
-    S = interval(seen.found.S, seen.found.S_low, seen.found.S_high)[0]
+    S = format_interval(seen.found.S, seen.found.S_low, seen.found.S_high)[0]
     return (
         f"A valve with {S} {seen.unit} deadband and little or no slip jump {fits(seen.found)}.",
         "Look for play in linkage, actuator and positioner; where the process integrates, integral action cycles on "
@@ -319,14 +317,14 @@ def _deadband(seen: Seen) -> tuple[str, str]:
 
 def _tight_tuning(seen: Seen) -> tuple[str, str]:
     return (
-        f"The loop rings every {in_seconds(seen.rhythm.period)} as a loop does that is close to its limit of stability"
+        f"The loop rings every {format_seconds(seen.rhythm.period)} as a loop does that is close to its limit of stability"
         f"; a sticky valve {_against(seen.found, seen.counted)}.",
         f"Lower the controller gain or raise the integral time, then look again.{_not_shown(seen)}",
     )
 
 
 def _external(seen: Seen) -> tuple[str, str]:
-    cycle = f"cycles every {in_seconds(seen.rhythm.period)}, driven" if seen.rhythm.oscillating else "is moved"
+    cycle = f"cycles every {format_seconds(seen.rhythm.period)}, driven" if seen.rhythm.oscillating else "is moved"
     return (
         f"The loop {cycle} from outside. A sticky valve {_against(seen.found, seen.counted)}.",
         f"Look for the source upstream or in coupled loops with the same period.{_not_shown(seen)}",
@@ -365,7 +363,7 @@ def _not_shown(seen: Seen) -> str:
     """
     if seen.unit != "%" or seen.swing >= LITTLE:
         return ""
-    swing = digits(seen.swing, "%", 2)
+    swing = format_number(seen.swing, "%", 2)
     return f" A band wider than OP's swing of {swing} would not show; a step of OP in manual shows it."
 
 

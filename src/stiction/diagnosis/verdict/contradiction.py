@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identified import ControllerFit, Identification
     from stiction.diagnosis.verdict.features import Features
     from stiction.diagnosis.verdict.stem import Shown
-    from stiction.records.quality import Quality
+    from stiction.records.assess import Quality
 
 __all__ = [
     "BEATS_EVERY",
@@ -110,7 +110,7 @@ seeds 10 and 17) 144 are told below `doubt.LEAST` but for a J that may be all of
 and 12 67 more whose J is said to be less, one of which does."""
 SHORT = 500
 """Samples of the shortest record that the tables were found on [-]: in a shorter one a valve is not told to stick by an
-OP that the gate "op turns" doubts. Of 240 records of 80 to 400 samples that a wandering load moves, and 330 cut out of
+OP of which the check "op reversals" warns. Of 240 records of 80 to 400 samples that a wandering load moves, and 330 cut out of
 `simulation.population` (seeds 44 and 45), 142 were told to stick, 90 of which do; of the 59 whose OP turns round fewer
 than six times 15 do. From 500 samples on 6 of 13 do (`simulation.upset_population` and others, seeds 4402 to 4405), and
 all of three recorded ones."""
@@ -216,14 +216,14 @@ def against_short(quality: Quality) -> tuple[Objection, ...]:
     Parameters
     ----------
     quality : Quality
-        The gates of the record.
+        The data checks of the record.
 
     Returns
     -------
     tuple of Objection
         An OP that hardly turns round in a record of fewer than `SHORT` samples.
     """
-    few = any(gate.name == "op turns" for gate in quality.reservations)
+    few = any(check.name == "op reversals" for check in quality.warnings)
     return (Objection.FEW_TURNS,) if few and quality.last - quality.first < SHORT else ()
 
 

@@ -27,9 +27,10 @@ from stiction.diagnosis.verdict.objection import Objection
 from stiction.diagnosis.verdict.own_cycle import near, own_cycle
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
 from stiction.diagnosis.verdict.windows import changes, said, windows
-from stiction.records.gate import LEAST_SAMPLES
-from stiction.records.storage import swing
-from stiction.records.stretches import held_set_point
+from stiction.display.check_text import describe_check
+from stiction.records.analysis_window import forward_fill_sp
+from stiction.records.check_result import MIN_SAMPLES
+from stiction.records.quality.quantisation import peak_to_peak
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identified import Identification
@@ -40,7 +41,9 @@ if TYPE_CHECKING:
 
 __all__ = ["diagnose"]
 
-PLAIN_REASONS = ("exception", "compression", "missing", "op moves", "pv moves", "manual", "saturation")
+PLAIN_REASONS = (
+    *("exception reporting", "compression", "missing values", "op movement", "pv movement", "manual", "saturation"),
+)
 """Refusals that others follow from; that of a record which is too short as a whole comes before them."""
 
 SWAPPED_SAID = (
@@ -208,7 +211,7 @@ def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged, start
     cause = named_cause(
         verdict, judged.causes, valve, seen.oscillation, seen.record.dt, weighed.counted,
         kind_known=seen.record.integrating is not None, unit=unit,
-        swing=math.inf if any_band_shows else swing(seen.part.op),
+        swing=math.inf if any_band_shows else peak_to_peak(seen.part.op),
         by_position=weighed.stem is not None and weighed.stem.what != "good",
     )  # fmt: skip
     if judged.not_seen:
@@ -220,7 +223,7 @@ def _told(seen: Findings, row: Features, weighed: Weighed, judged: Judged, start
     if known and not any(window.verdict == "stiction" for window in shown):
         shown = ()
     of_stem = seen.stem.why if seen.stem is not None else ""
-    _, of_set_point = held_set_point(seen.record, seen.quality.first, seen.quality.last)
+    _, of_set_point = forward_fill_sp(seen.record, seen.quality.first, seen.quality.last)
     drift = changes(valve, seen.part.duration, unit) if verdict == "stiction" else ""
     late = late_said(seen.controller.samples_late) if seen.controller is not None else ""
     of_slave = f"OP is the set point of {slave}; the valve is that loop's." if slave else ""
@@ -254,7 +257,7 @@ def _verdict(probability: float) -> Verdict:
 
 def _own_row(found: Identification, part: LoopRecord, unseen: str) -> Evidence:
     """The dense search as a row of the evidence table; `unseen` says why it does not see the valve."""
-    band = found.S / swing(part.op)
+    band = found.S / peak_to_peak(part.op)
     why = (
         f"By simulation alone S takes {100.0 * band:.0f} % of the OP's swing; the PV simulated from OP is explained to "
         f"{found.fit:.1f} % with a sticky valve, to {found.fit_linear:.1f} % with a good one."
@@ -268,11 +271,12 @@ def _own_row(found: Identification, part: LoopRecord, unseen: str) -> Evidence:
 def _cannot_tell(seen: Findings) -> Diagnosis:
     """A record that no search can judge: nothing is known of its valve but how often valves stick."""
     quality = seen.quality
-    first = ("length",) if quality.rows < LEAST_SAMPLES else PLAIN_REASONS
-    refusals = sorted(quality.refusals, key=lambda gate: first.index(gate.name) if gate.name in first else len(first))
+    first = ("length",) if quality.rows < MIN_SAMPLES else PLAIN_REASONS
+    rank = {name: place for place, name in enumerate(first)}
+    rejections = sorted(quality.rejections, key=lambda check: rank.get(check.name, len(first)))
     why = (
         (SWAPPED_SAID if seen.swapped else "")
-        or " ".join(gate.why for gate in refusals[:2])
+        or " ".join(describe_check(check) for check in rejections[:2])
         or "OP or PV does not vary enough for a search; record while it does."
     )
     saturated = only_saturated(quality)

@@ -25,10 +25,10 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from stiction.diagnosis.verdict.objection import Objection
-from stiction.records.digits import chance
+from stiction.display.number_format import format_probability
 
 if TYPE_CHECKING:
-    from stiction.records.quality import Quality
+    from stiction.records.assess import Quality
 
 __all__ = [
     "BEYOND",
@@ -54,12 +54,12 @@ UNKNOWN = 0.25, 0.5
 FIRST, FURTHER = 0.9, 0.8
 """What the log odds keep for the first doubt, and for each further one [-]."""
 HIDES = (
-    *("exception", "averaging", "clock", "length", "manual", "one rate", "outages", "outliers"),
-    *("resampled", "saturation", "replay"),
+    *("exception reporting", "moving average", "clock jumps", "length", "manual", "storage rate", "historian outages"),
+    *("outliers", "resampled", "saturation", "copied data"),
 )
 """Gates that lower the confidence in a record that may have lost what shows the valve. Where the clock jumped rows may
 be lost, and a stem that rests after every sample goes on from elsewhere."""
-BEYOND = {"missing": 10.0, "held": 5.0, "compression": 2.0}
+BEYOND = {"missing values": 10.0, "held values": 5.0, "compression": 2.0}
 """Those that may hide or feign a slip beyond a value, whether or not they lower: missing and held samples [%], OP on
 exactly straight lines [%]."""
 STEPS = 100.0
@@ -89,12 +89,12 @@ BOTH = 0.01
 sample, a sticky loop may look like a good one or like one with play. Of 2 000 loops (seed 17) five are told between
 this and `SURELY` for few of a cycle, of 700 (seed 9801) one for less than half, and none of them sticks; and three of
 18 000 trials of `tests/diagnosis/verdict/fault_injection.py` (seeds 936, 938, 939), which were surely sticky before."""
-PLAINLY, ROWS = 0.005, (Objection.MUCH_LEFT_OUT, "clock", "missing", "outages", "replay")
+PLAINLY, ROWS = 0.005, (Objection.MUCH_LEFT_OUT, "clock jumps", "missing values", "historian outages", "copied data")
 """Probability below which rows that are lost, left out or repeated are no bound by themselves [-]: the others are what
 the controller saw, and what smears these (means, lines, steps) bounds as ever. Of 2 000 loops (`simulation.population`,
 1 000 each of seeds 17 and 18) some 50 are told less in spite of them, none of which sticks, and no sticky loop that was
 sure is told so by the effects of `tests/diagnosis/verdict/fault_injection.py` (seed 935)."""
-HARMLESS = ("op scale", "op turns")
+HARMLESS = ("op scale", "op reversals")
 """Gates that draw nothing: one says how to read S and J, the other that friction was hardly seen, not that it was seen
 badly."""
 FOLLOWS = ("length", "cycles")
@@ -128,7 +128,7 @@ def held_back(
     probability : float
         Probability from what was found in the record [-].
     quality : Quality
-        The gates of the record.
+        The data checks of the record.
     saturation : float
         Probability that saturation is what is wrong with the loop [-].
     sensor : float
@@ -156,10 +156,10 @@ def held_back(
     Examples
     --------
     >>> import numpy as np
-    >>> from stiction.records import LoopRecord, assess
+    >>> from stiction.records import LoopRecord, assess_quality
     >>> k, rng = np.arange(150.0), np.random.default_rng(1)
     >>> record = LoopRecord("FIC-101", 1.0, op=50 + np.sin(k / 3) + 0.1 * rng.normal(size=150), pv=np.cos(k / 3))
-    >>> round(held_back(0.999, assess(record)).probability, 3), held_back(0.999, assess(record)).why
+    >>> round(held_back(0.999, assess_quality(record)).probability, 3), held_back(0.999, assess_quality(record)).why
     (0.9, 'The data allow no more than 0.90 (length).')
     """
     doubts = _doubts(quality, saturation, sensor)
@@ -184,29 +184,33 @@ def held_back(
         return HeldBack(min(max(drawn, LEAST), MOST), f"The data allow {bound} ({', '.join(hiding)}).")
     if not doubts:
         return HeldBack(probability, "")
-    why, before, after = f"The data are in doubt ({', '.join(doubts)})", chance(probability), chance(drawn)
+    why, before, after = (
+        f"The data are in doubt ({', '.join(doubts)})",
+        format_probability(probability),
+        format_probability(drawn),
+    )
     told = abs(probability - drawn) > TOLD and before != after
     return HeldBack(drawn, f"{why}, which makes {before} a {after}." if told else f"{why}.")
 
 
 def _doubts(quality: Quality, saturation: float, sensor: float) -> list[str]:
-    """Names of the gates that lower, but for those that do not matter here or are the finding themselves."""
+    """Names of the checks that warn, but for those that do not matter here or are the finding themselves."""
     whole = _kept(quality) == 1.0  # at 0 and 100 % the OP is known, and nothing was left out
     harmless = (*HARMLESS, "saturation") if whole or saturation >= FAULT_SEEN else HARMLESS
-    spikes = {gate.name: gate.value for gate in quality.gates}.get("outliers", 0.0)
+    spikes = {check.name: check.value for check in quality.checks}.get("outliers", 0.0)
     harmless = (*harmless, "outliers") if spikes > SPIKES and sensor >= FAULT_SEEN else harmless
-    doubts = [gate.name for gate in quality.reservations if gate.name not in harmless]
+    doubts = [check.name for check in quality.warnings if check.name not in harmless]
     return [*doubts, Objection.MUCH_LEFT_OUT] if _kept(quality) < KEPT else doubts
 
 
 def _hides(doubts: list[str], quality: Quality, *, own_samples: bool) -> list[str]:
-    """What may have hidden a sticky valve: names of gates, and of what the record is short of."""
-    value = {gate.name: gate.value for gate in quality.gates}
+    """What may have hidden a sticky valve: names of checks, and of what the record is short of."""
+    value = {check.name: check.value for check in quality.checks}
     names = [name for name in doubts if name in (*HIDES, Objection.MUCH_LEFT_OUT)]
     names += [name for name, most in BEYOND.items() if value.get(name, 0.0) > most]
     if value.get("op resolution", STEPS) < STEPS:
         names.append("op resolution")
-    names += [gate.name for gate in quality.reservations if gate.name == "op turns"]
+    names += [check.name for check in quality.warnings if check.name == "op reversals"]
     if not own_samples and "sampling" in doubts:
         names.append("sampling")
     if not own_samples and "length" not in names and quality.last - quality.first < FEW:
@@ -225,12 +229,12 @@ def only_saturated(quality: Quality) -> bool:
     Parameters
     ----------
     quality : Quality
-        The gates of the record.
+        The data checks of the record.
 
     Returns
     -------
     bool
         True where saturation refuses and the other refusals, if any, are the shortness of what it leaves.
     """
-    names = {gate.name for gate in quality.refusals}
+    names = {check.name for check in quality.rejections}
     return "saturation" in names and names <= {"saturation", *FOLLOWS}

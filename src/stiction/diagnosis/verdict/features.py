@@ -13,7 +13,7 @@ from stiction.diagnosis.verdict.own_cycle import near, own_cycle, ultimate
 from stiction.diagnosis.verdict.rhythm import rhythm_of
 from stiction.diagnosis.verdict.scales import better, kept, logarithm, squashed
 from stiction.diagnosis.verdict.sensor import sensor_of
-from stiction.records.limits import at_limits, saturated, shut
+from stiction.records.quality.saturation import find_saturation, find_shutdown, find_span_ends
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -258,7 +258,7 @@ def features(
     beside_wave = close.rivals.get("beside_wave", good)
     likelier_than_play = logarithm(close.likelier_than_play)
     rhythm = rhythm_of(part, oscillation)
-    sensor, runs = sensor_of(part), ~shut(whole)
+    sensor, runs = sensor_of(part), ~find_shutdown(whole.op, whole.auto)
     rows = {row.method: row for row in evidence if row.valid and math.isfinite(row.index)}
     votes = [(row.vote == "stiction") - (row.vote == "no_stiction") for row in evidence if row.valid]
     return Features(
@@ -336,8 +336,8 @@ def features(
         skew_op=rhythm.skew_op,
         tails_pv=rhythm.tails_pv,
         tails_op=rhythm.tails_op,
-        at_limit=float(np.mean(at_limits(whole) & runs)),
-        saturated=float(np.mean(saturated(whole) & runs)),
+        at_limit=float(np.mean(find_span_ends(whole.op, whole.auto) & runs)),
+        saturated=float(np.mean(find_saturation(whole.op, whole.pv, whole.auto) & runs)),
         coarse=sensor.coarse,
         still=sensor.still,
         spikes=sensor.spikes,

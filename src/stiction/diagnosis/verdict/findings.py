@@ -14,28 +14,27 @@ from stiction.diagnosis.identification.swapped import are_swapped
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.verdict.features import Features, features
 from stiction.diagnosis.verdict.stem import stem_shown
+from stiction.display.check_text import describe_check
+from stiction.display.duration_format import format_seconds
 from stiction.errors import RecordError
-from stiction.records.durations import in_seconds
-from stiction.records.gate import Gate
-from stiction.records.one_rate import Stored, slower_of, stored_samples
-from stiction.records.outliers import without_outliers
-from stiction.records.quality import assess, usable_part
-from stiction.records.record import missing_pv_hint, require_record
-from stiction.records.rests import missing
+from stiction.records.analysis_window import usable_segment
+from stiction.records.assess import assess_quality
+from stiction.records.check_result import CheckResult
+from stiction.records.quality.storage_rate import StoredMasks, find_slower_signal, find_stored_samples
+from stiction.records.record import mask_outliers, missing_pv_hint, require_record
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.identify import Search
     from stiction.diagnosis.identified import ControllerFit, Identification
     from stiction.diagnosis.result import Evidence, Oscillation
     from stiction.diagnosis.verdict.stem import Shown
-    from stiction.records.quality import Quality
+    from stiction.records.assess import Quality
     from stiction.records.record import LoopRecord
 
 __all__ = ["Findings", "findings"]
 
-THINNED = "{0} is new every {2} only and rests between, {1} does not: both are taken where {0} is new."
-RESTORED = "{0} of the samples; what was between is told by the controller's law."
-"""What is told of records in which one of them is held, and of which what was left out is known."""
+THINNED = "{0} is updated every {2} and {1} more often. Only the samples with a new {0} are used."
+"""What is said of a record in which one of OP and PV is held."""
 ENOUGH = 0.01
 """Share of the samples that may be left untold in a record that is as good as one of all of them [-]."""
 
@@ -74,7 +73,7 @@ class Findings:
     law tells what is held."""
     rates: str = ""
     """What is told of a record that is not stored at one rate, in a sentence."""
-    stored: Stored | None = None
+    stored: StoredMasks | None = None
     """At which samples OP and PV were stored, where what was between is told by the controller's law."""
 
 
@@ -99,54 +98,54 @@ def findings(record: LoopRecord) -> Findings:
     require_record(record)
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV. {missing_pv_hint(record)}")
-    record = without_outliers(record)
+    record = mask_outliers(record)
     assert record.pv is not None
-    kept = stored_samples(record.op, record.pv)
-    whole = restored(record, kept) if kept.seldom else None
+    kept = find_stored_samples(record.op, record.pv)
+    whole = restored(record, kept) if kept.partial else None
     if whole is not None:
-        seen = _findings(without_outliers(whole.record), samples_late=0)
-        told = RESTORED.format(_said(kept.seldom))
-        longest = 1.0 / min(kept.seldom.values())
-        gate = Gate("one rate", "lowers" if whole.untold > ENOUGH else "ok", longest, 1.0, told)
+        seen = _findings(mask_outliers(whole.record), samples_late=0)
+        longest, severity = 1.0 / min(kept.partial.values()), "warn" if whole.untold > ENOUGH else "ok"
+        partial: dict[str, float | str] = {"stored_percent": _partial_text(kept.partial)}
+        rate = CheckResult("storage rate", severity, longest, 1.0, "samples", "reconstructed", partial)
         n = len(seen.record)  # shorter where PV is late, whose first samples are then left out
-        stored = Stored(kept.op[:n], kept.pv[len(record) - n :])
-        quality = _told_of_missing(_with_gate(seen.quality, gate), missing(record).mean())
-        return replace(seen, quality=quality, rates=told, stored=stored)
-    slower = slower_of(record.op, record.pv)
+        stored = StoredMasks(kept.op[:n], kept.pv[len(record) - n :])
+        quality = _add_missing_before(_replace_check(seen.quality, rate), record.missing_percent)
+        return replace(seen, quality=quality, rates=describe_check(rate), stored=stored)
+    slower = find_slower_signal(record.op, record.pv)
     if slower is None or record.mv is not None:  # whose stem needs every sample of OP
         return _findings(record, samples_late=0)
-    thinned = without_outliers(record.window(slower.first, len(record), slower.every))
+    thinned = mask_outliers(record.window(slower.first, len(record), slower.every))
     seen = _findings(thinned, samples_late=0)
-    [gate] = [gate for gate in assess(record).gates if gate.name == "one rate"]
-    every = in_seconds(slower.every * record.dt)
+    [rate] = [check for check in assess_quality(record).checks if check.name == "storage rate"]
+    every = format_seconds(slower.every * record.dt)
     told = THINNED.format(slower.name, "OP" if slower.name == "PV" else "PV", every)
-    return replace(seen, quality=_with_gate(seen.quality, gate), every=slower.every, rates=told)
+    return replace(seen, quality=_replace_check(seen.quality, rate), every=slower.every, rates=told)
 
 
-def _said(seldom: dict[str, float]) -> str:
-    """Which of OP and PV was stored how seldom."""
-    return " and ".join(f"{name} is stored at {100.0 * share:.0f} %" for name, share in seldom.items())
+def _partial_text(shares: dict[str, float]) -> str:
+    """Say which of OP and PV was stored at which share of the samples."""
+    return " and ".join(f"{name} is stored at {100.0 * share:.0f} %" for name, share in shares.items())
 
 
-def _told_of_missing(quality: Quality, before: float) -> Quality:
-    """A quality whose gate of missing values says that more were, a share of `before`, and the law told the others."""
-    [gate] = [gate for gate in quality.gates if gate.name == "missing"]
-    if not 100.0 * before > quality.bad_percent:
+def _add_missing_before(quality: Quality, before_percent: float) -> Quality:
+    """Add to the check of missing values how many were missing before the reconstruction [%]."""
+    [check] = [check for check in quality.checks if check.name == "missing values"]
+    if not before_percent > quality.bad_percent:
         return quality
-    others = f"{100.0 * before:.3g} % were, before the controller's law told the others."
-    return _with_gate(quality, replace(gate, why=f"{gate.why.removesuffix('.')}; {others}"))
+    fields = {**check.fields, "before_percent": before_percent}
+    return _replace_check(quality, replace(check, finding="missing_reconstructed", fields=fields))
 
 
-def _with_gate(quality: Quality, gate: Gate) -> Quality:
-    """A quality with another gate in the place of the one of its name."""
-    return replace(quality, gates=tuple(gate if one.name == gate.name else one for one in quality.gates))
+def _replace_check(quality: Quality, check: CheckResult) -> Quality:
+    """Return a quality with another result of one check."""
+    return replace(quality, checks=tuple(check if one.name == check.name else one for one in quality.checks))
 
 
 def _findings(record: LoopRecord, *, samples_late: int) -> Findings:
     """Look at a record; once more, with each PV as many samples earlier, where it was stored `samples_late`."""
-    part = usable_part(record)
+    part = usable_segment(record)
     oscillation = find_oscillation(part)
-    quality = assess(record, oscillation.period if oscillation.oscillating else None)
+    quality = assess_quality(record, oscillation.period if oscillation.oscillating else None)
     stem = stem_shown(record.window(quality.first, quality.last), record.op_unit_short)
     # Weights were found without a stem position, and what a method makes of one must not shift them.
     votes = detect_all(replace(part, mv=None), oscillation)
@@ -161,7 +160,7 @@ def _findings(record: LoopRecord, *, samples_late: int) -> Findings:
     if controller is not None and samples_late:
         controller = controller._replace(samples_late=samples_late)
     elif controller is not None and controller.samples_late and not swapped:
-        earlier = without_outliers(with_pv_earlier(record, controller.samples_late))
+        earlier = mask_outliers(with_pv_earlier(record, controller.samples_late))
         return _findings(earlier, samples_late=controller.samples_late)
     searches = () if controller is None or swapped else _searched(gappy, oscillation, controller)
     if controller is None or not searches:

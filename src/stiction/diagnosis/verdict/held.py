@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiction.records.digits import digits
+from stiction.display.number_format import format_number
 
 if TYPE_CHECKING:
     from stiction.diagnosis.result import Counted
@@ -73,6 +73,6 @@ def value_of(one: Counted) -> str:
     >>> value_of(Counted("band", 0.7, 0.31, 2.4)), value_of(Counted("band", 0.42, 0.31, 0.4))
     ('0.7 or more', '0.42')
     """
-    text = digits(one.value, significant=2)
+    text = format_number(one.value, significant=2)
     # A mean of values that are held is held itself but for rounding.
     return f"{text} or more" if one.value > HELD.get(one.feature, float("inf")) - 1e-9 else text

@@ -29,7 +29,7 @@ from stiction.diagnosis.identification.prediction import behind_lag
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.result import Window
 from stiction.diagnosis.verdict.doubt import MOST
-from stiction.records.rests import runs
+from stiction.records.runs import runs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from stiction.diagnosis.verdict.held import value_of
-from stiction.records.digits import digits
+from stiction.display.number_format import format_number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -126,6 +126,6 @@ def strongest(counted: Sequence[Counted], *, against: bool = False) -> str:
     if not found:
         return ""
     most = max(found, key=lambda one: sign * one.log_odds)
-    usually = f", usually {digits(most.usual, significant=2)}" if math.isfinite(most.usual) else ""
+    usually = f", usually {format_number(most.usual, significant=2)}" if math.isfinite(most.usual) else ""
     meaning = FEATURES.get(most.feature, most.feature.replace("_", " "))
     return f"{meaning} ({value_of(most)}{usually})"

@@ -8,7 +8,7 @@ import numpy as np
 
 from stiction.diagnosis.oscillation import control_error
 from stiction.diagnosis.verdict.held import held
-from stiction.records.storage import usual_swing
+from stiction.records.quality.quantisation import robust_range
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -55,7 +55,7 @@ def sensor_of(record: LoopRecord) -> Sensor:
     pv = record.pv[np.isfinite(record.pv)]
     if pv.size < FEWEST:
         return Sensor(0.0, 0.0, 0.0, 0.0)
-    swing = usual_swing(pv) or float(np.ptp(pv))
+    swing = robust_range(pv) or float(np.ptp(pv))
     values = np.unique(pv)
     coarse = 0.0
     if 1 < values.size < LEVELS * pv.size and swing > 0.0:

@@ -41,8 +41,9 @@ from stiction.diagnosis.identification.interval import CHI2_1
 from stiction.diagnosis.identification.position import SMALL, longest_seen, noise_of, watch
 from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.result import Counted, Evidence
+from stiction.records.quality.compression import exception_deviation
+from stiction.records.quality.quantisation import quantisation_step, robust_range
 from stiction.records.quantiles import quantiles
-from stiction.records.storage import exception_deviation, lattice, usual_swing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -223,9 +224,9 @@ def stem_shown(part: LoopRecord, unit: str = "") -> Shown | None:
             "record is judged without it.",
         )
     op = hold_gaps(sent)[cut]
-    if not (usual_swing(op[there]) > 0.0 and usual_swing(y) > 1e-9 * float(np.nanmax(np.abs(y)))):
-        return _still(part, usual_swing(op[there]))
-    step = lattice(y)
+    if not (robust_range(op[there]) > 0.0 and robust_range(y) > 1e-9 * float(np.nanmax(np.abs(y)))):
+        return _still(part, robust_range(op[there]))
+    step = quantisation_step(y)
     if _repeats(op, y, step):
         return Shown(
             "echo",
@@ -237,8 +238,8 @@ def stem_shown(part: LoopRecord, unit: str = "") -> Shown | None:
     seen = watch(op, y, max(step, 2.0 * exception_deviation(y, step)), small)
     plain = seen.stiction.turns >= TURNS and seen.share(seen.stiction) > PLAINLY
     if max(seen.explained, _alike(op, y)) < EXPLAINED and not plain:
-        if noise_of(y, step) > WHITE * float(np.nanstd(y)) and usual_swing(y) < WITHIN * usual_swing(op[there]):
-            return _still(part, usual_swing(op[there]))
+        if noise_of(y, step) > WHITE * float(np.nanstd(y)) and robust_range(y) < WITHIN * robust_range(op[there]):
+            return _still(part, robust_range(op[there]))
         return Shown(
             "unrelated",
             "The recorded valve position does not go with OP: it is another valve's, or mostly noise. The record is "
@@ -258,7 +259,7 @@ def stem_shown(part: LoopRecord, unit: str = "") -> Shown | None:
     jump = JUMPS[0] + JUMPS[1] * beats + JUMPS[2] * seen.stiction.J / seen.stiction.S
     band = float(np.clip(band, -MOST, MOST))
     what = "good" if band <= 0.0 else "stiction" if jump > 0.0 else "deadband"
-    shown = Shown(what, "", seen, band, float(jump), usual_swing(op))
+    shown = Shown(what, "", seen, band, float(jump), robust_range(op))
     return shown._replace(why=_said(shown, seen, unit or part.op_unit_short))
 
 
@@ -289,13 +290,13 @@ def _still(part: LoopRecord, swing: float) -> Shown:
 
 def _repeats(op: NDArray[np.float64], y: NDArray[np.float64], step: float) -> bool:
     """Whether a position is a straight line of OP, to within rounding, of this sample or of one before."""
-    room = ROUNDING * step + 1e-6 * usual_swing(y)
+    room = ROUNDING * step + 1e-6 * robust_range(y)
     for late in range(4):
         u, seen = op[: op.size - late], y[late:]
         ok = np.isfinite(seen)
         slope, level = np.polyfit(u[ok] - u.mean(), seen[ok], 1)
         [off] = quantiles(np.abs(seen[ok] - level - slope * (u[ok] - u.mean())), 0.99)
-        if off < room + abs(slope) * lattice(u):
+        if off < room + abs(slope) * quantisation_step(u):
             return True
     return False
 

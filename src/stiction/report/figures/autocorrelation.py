@@ -40,7 +40,7 @@ def autocorrelation(view: View) -> Figure | None:
         "margin": {"t": look.BELOW_BUTTONS},
     }
     if known:
-        regular = words.digits(found.regularity) + (" or more" if found.regularity >= MOST_REGULAR else "")
+        regular = words.format_number(found.regularity) + (" or more" if found.regularity >= MOST_REGULAR else "")
         caption = (
             f"Dotted lines mark multiples of the period, {words.span(found.period)};"
             f" regularity {regular} (above 1 is regular)."

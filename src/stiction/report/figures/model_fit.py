@@ -25,7 +25,9 @@ def model_fit(view: View) -> Figure | None:
     left = record.pv - view.model
     first, last = view.window
     data = [
-        view.trace(record.pv, "PV restored" if "PV" in view.seldom else "PV recorded", look.line(look.PV), yaxis="y"),
+        view.trace(
+            record.pv, "PV restored" if "PV" in view.partly_stored else "PV recorded", look.line(look.PV), yaxis="y"
+        ),
         view.trace(view.model, f"PV simulated from OP with the {view.model_name}", look.line(look.MODEL), yaxis="y"),
         view.trace(left, "residual", {"color": look.MUTED, "width": 1}, yaxis="y2", showlegend=False),
     ]
@@ -45,7 +47,7 @@ def model_fit(view: View) -> Figure | None:
 
 def _explained(view: View, found: Identification) -> str:
     """How much of the PV each valve explains, and which of them is drawn."""
-    sticky, good = words.digits(found.fit), words.digits(found.fit_linear)
+    sticky, good = words.format_number(found.fit), words.format_number(found.fit_linear)
     if view.good_shown:
         return (
             f"Simulated from the OP, a good valve and its best process explain {good} % of the PV's variation; the"
@@ -69,7 +71,7 @@ def _covered(view: View) -> str:
     samples = f"samples {first} to {last - 1} ({view.span_of(first, last)})"
     if len(pieces) > 1:
         share = 100.0 * sum(stop - start for start, stop in pieces) / (view.window[1] - view.window[0])
-        what = f"{len(pieces)} pieces of {samples}, {words.digits(share, '%', 2)} of the analysed stretch"
+        what = f"{len(pieces)} pieces of {samples}, {words.format_number(share, '%', 2)} of the analysed stretch"
     else:
         what = samples
     whys = [f"each piece that is searched is {MOST_PERIODS:.0f} periods long at most"] if view.in_part else []

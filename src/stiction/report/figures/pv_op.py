@@ -28,7 +28,7 @@ def pv_op(view: View) -> Figure | None:
             "mode": "lines+markers",
             "x": record.op[cut],
             "y": record.pv[cut],
-            "name": "recorded, restored between" if view.seldom else "recorded",
+            "name": "recorded, restored between" if view.partly_stored else "recorded",
             "line": {"color": "#C4D3DE", "width": 1},
             "marker": {
                 "color": view.time[cut],

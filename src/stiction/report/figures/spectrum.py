@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.records.gaps import interpolate_gaps
 from stiction.report import look, words
 from stiction.report.blocks import Figure
 from stiction.report.thin import thin
@@ -56,9 +57,7 @@ def spectrum(view: View) -> Figure | None:
 
 def _amplitudes(y: NDArray[np.float64], dt: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Frequency [1/s] and amplitude of each line, trend removed, Hann window; gaps are bridged by straight lines."""
-    k = np.arange(y.size)
-    good = np.isfinite(y)
-    filled = np.interp(k, k[good], y[good])
+    k, filled = np.arange(y.size), interpolate_gaps(y)
     level = filled - np.polyval(np.polyfit(k, filled, 1), k)
     window = np.hanning(y.size)
     amplitude = 2.0 / window.sum() * np.abs(np.fft.rfft(level * window))

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.records.limits import saturated
-from stiction.records.rests import missing, runs
-from stiction.records.stretches import in_manual
+from stiction.records.gaps import missing_mask
+from stiction.records.quality.frozen import find_manual
+from stiction.records.quality.saturation import find_saturation
+from stiction.records.runs import runs
 from stiction.report import look, words
 from stiction.report.blocks import Figure
 from stiction.report.thin import thin
@@ -39,7 +40,11 @@ def trends(view: View) -> Figure:
     data += _as_stored(view)
     if record.mv is not None:
         data.append(view.trace(record.mv, "Valve position, measured", look.line(look.MV), yaxis="y2"))
-    doubtful = {"missing": missing(record), "saturated": saturated(record), "in manual": in_manual(record)}
+    doubtful = {
+        "missing": missing_mask(record.op, record.pv),
+        "saturated": find_saturation(record.op, record.pv, record.auto),
+        "in manual": find_manual(record.op, record.pv, record.auto),
+    }
     shown = "PV, SP" if record.sp is not None else "PV"
     upper = record.pv is not None or record.sp is not None
     for name, mask in doubtful.items():
@@ -56,16 +61,18 @@ def trends(view: View) -> Figure:
         "shapes": [] if view.whole else [_analysed(view)],
         "annotations": [] if view.whole or not upper else [_between_panels(view, "analysed")],
     }
-    found = [f"{words.digits(100.0 * mask.mean(), '%', 2)} {name}" for name, mask in doubtful.items() if mask.any()]
+    found = [
+        f"{words.format_number(100.0 * mask.mean(), '%', 2)} {name}" for name, mask in doubtful.items() if mask.any()
+    ]
     first, last = view.window
-    left_out = " and ".join(view.seldom)
+    left_out = " and ".join(view.partly_stored)
     caption = (
-        f"{words.number_of(len(record), 'sample')} over {words.span(record.duration)}, one every "
+        f"{words.count_noun(len(record), 'sample')} over {words.span(record.duration)}, one every "
         f"{words.span(record.dt)}; "
         + ("the whole record was analysed" if view.whole else f"samples {first} to {last - 1} (shaded) were analysed")
         + (", the valve simulated over the part that Model over data tells" if view.in_part else "")
         + (f"; hatched: {', '.join(found)}" if found else "")
-        + (f"; what was not stored of {left_out} is told by the controller's law" if view.seldom else "")
+        + (f"; what was not stored of {left_out} is told by the controller's law" if view.partly_stored else "")
         + ". Drag over a stretch to look closer; both plots follow."
     )
     return Figure({"data": data, "layout": layout}, "Set point, PV and OP over time", caption, height=440)
@@ -78,7 +85,7 @@ def _as_stored(view: View) -> list[dict[str, Any]]:
         return []
     signals = {"PV": (record.pv, stored.pv, look.PV, "y"), "OP": (record.op, stored.op, look.OP, "y2")}
     rings = []
-    for name in (name for name, share in view.seldom.items() if share <= MOST_RINGS):
+    for name in (name for name, share in view.partly_stored.items() if share <= MOST_RINGS):
         x, mask, color, axis = signals[name]
         assert x is not None
         at = np.flatnonzero(mask)

@@ -39,8 +39,8 @@ def twin_overlay(twin: Twin, pv_unit: str) -> Figure | None:
     a, b = twin.measured, twin.simulated
     caption = (
         f"Three periods of the record and those of the twin, which runs on its own, laid in phase. Period "
-        f"{words.span(a.period)} and {words.span(b.period)}, PV amplitude {words.digits(a.amplitude_pv)} and "
-        f"{words.digits(b.amplitude_pv)}, OP amplitude {words.digits(a.amplitude_op)} % and "
-        f"{words.digits(b.amplitude_op)} %."
+        f"{words.span(a.period)} and {words.span(b.period)}, PV amplitude {words.format_number(a.amplitude_pv)} and "
+        f"{words.format_number(b.amplitude_pv)}, OP amplitude {words.format_number(a.amplitude_op)} % and "
+        f"{words.format_number(b.amplitude_op)} %."
     )
     return Figure({"data": data, "layout": layout}, "The twin over the record", caption, height=380)

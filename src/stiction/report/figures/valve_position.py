@@ -66,8 +66,8 @@ def valve_position(view: View) -> Figure | None:
 def _moved(found: Identification, view: View) -> str:
     """What the estimated valve does where OP turns, as the end of a sentence."""
     unit = view.op_unit_short
-    S = words.interval(found.S, found.S_low, found.S_high)[0]
-    J, J_low, J_high = words.interval(found.J, found.J_low, found.J_high)
+    S = words.format_interval(found.S, found.S_low, found.S_high)[0]
+    J, J_low, J_high = words.format_interval(found.J, found.J_low, found.J_high)
     if not view.believed:
         return f": the likeliest sticky valve, S = {S}\u00a0{unit}, was not believed; a good one follows OP"
     if not view.shown.slips:
@@ -112,14 +112,14 @@ def _dimensions(
     end, height, width = turn + way * S, float(np.nanmax(mv) - np.nanmin(mv)), float(np.nanmax(op) - np.nanmin(op))
     beside = level - way * 0.06 * max(height, least)
     shapes = [_line(turn, beside, end, beside), _tick(turn, level, beside), _tick(end, level, beside)]
-    said = f"S = {words.interval(S, found.S_low, found.S_high)[0]} {unit}"
+    said = f"S = {words.format_interval(S, found.S_low, found.S_high)[0]} {unit}"
     notes = [_note(0.5 * (turn + end), beside, said, yanchor="bottom" if way < 0.0 else "top")]
     if height * 0.04 < J and not found.J_open:
         aside = end + way * 0.04 * max(width, least)
         shapes += [_line(aside, level, aside, level + way * J)]
         shapes += [_rung(aside, end, level), _rung(aside, end, level + way * J)]
         anchor = "right" if way < 0.0 else "left"
-        said = f"J = {words.interval(J, found.J_low, found.J_high)[0]} {unit}"
+        said = f"J = {words.format_interval(J, found.J_low, found.J_high)[0]} {unit}"
         notes.append(_note(aside, level + 0.5 * way * J, said, xanchor=anchor))
     return shapes, notes
 

@@ -41,8 +41,8 @@ def windows(view: View) -> Figure | None:
             "name": name,
             "marker": {**marker, "line": {"color": look.INK, "width": 1}},
             "hovertext": [
-                f"{name}: S {words.digits(window.S, view.op_unit_short)}, explained {words.digits(window.fit, '%', 2)}"
-                f", by a good valve {words.digits(window.fit_linear, '%', 2)}"
+                f"{name}: S {words.format_number(window.S, view.op_unit_short)}, explained {words.format_number(window.fit, '%', 2)}"
+                f", by a good valve {words.format_number(window.fit_linear, '%', 2)}"
                 for window in own
             ],
             "hoverinfo": "text",
@@ -55,7 +55,7 @@ def windows(view: View) -> Figure | None:
         "barmode": "overlay",
         "showlegend": True,
     }
-    caption = f"The valve sticks in {sticky} of {words.number_of(len(found), 'window')} judged each by itself" + (
+    caption = f"The valve sticks in {sticky} of {words.count_noun(len(found), 'window')} judged each by itself" + (
         "." if sticky == len(found) else "; in the others S is what fits best and means little."
     )
     return Figure({"data": data, "layout": layout}, "Where the valve sticks", caption, height=190)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError, require_seed
+from stiction.records.quality.quantisation import robust_range
 from stiction.records.record import require_record
-from stiction.records.storage import usual_swing
 from stiction.simulation.historian.spoiled import (
     clipped,
     clock_jumps,
@@ -49,7 +49,7 @@ def _rounded(record: LoopRecord, strength: float, seed: int) -> LoopRecord:
     del seed
     assert record.pv is not None
     part = 0.01 + 0.29 * strength
-    return quantised(record, op=part * usual_swing(record.op), pv=part * usual_swing(record.pv))
+    return quantised(record, op=part * robust_range(record.op), pv=part * robust_range(record.pv))
 
 
 def _units(record: LoopRecord, strength: float, seed: int) -> LoopRecord:

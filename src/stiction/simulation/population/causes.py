@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.models import Kano, PhysicalValve
-from stiction.records.storage import usual_swing
+from stiction.records.quality.quantisation import robust_range
 from stiction.simulation.population.loads import SHAPES, lagged, steps, wave
 from stiction.simulation.population.plan import Plan, settled, with_series
 from stiction.simulation.population.processes import draw_loop, margin, scaled
@@ -80,7 +80,7 @@ def _moved(rng: np.random.Generator, loop: Loop, valve: Valve, S: float, J: floa
         slow = lagged(rng, plan.n, float(rng.uniform(20.0, 100.0)) * plan.every)
         gain = abs(complex(loop.process.at(2j * np.pi / (100.0 * loop.dt))))
         plan = replace(plan, load=0.1 * plan.load, random_load=0.1 * plan.random_load, sp=10.0 * gain * slow)
-    asked = usual_swing(plan.run().op)
+    asked = robust_range(plan.run().op)
     size = S / float(rng.uniform(0.3, 0.95)) / asked
     loads = {name: size * getattr(plan, name) for name in ("load", "sp")}
     return replace(
@@ -174,7 +174,7 @@ def measured(
     """
     pv = plan.run().pv
     assert pv is not None
-    swing = usual_swing(pv)
+    swing = robust_range(pv)
     if fault == "spikes":
         there = rng.random(plan.n) < rng.uniform(*hit)
         size = swing * rng.uniform(*high) * rng.uniform(0.5, 1.0, plan.n) * rng.choice([-1.0, 1.0])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError
-from stiction.records.storage import usual_swing
+from stiction.records.quality.quantisation import robust_range
 from stiction.simulation.historian import EFFECTS, SLOWER, sampled, spoil
 from stiction.simulation.historian.effects import SLOWEST
 from stiction.simulation.population.case import CAUSES, Case
@@ -164,7 +164,7 @@ def recorded(plan: Plan, cause: str, rng: np.random.Generator, noise: float, tag
     if not _sound(clean, cause):
         return None
     assert clean.pv is not None
-    swing, op_swing = usual_swing(clean.pv), usual_swing(clean.op)
+    swing, op_swing = robust_range(clean.pv), robust_range(clean.op)
     controller = plan.loop.controller
     amplified = abs(controller.Kc) * (1.0 + (controller.N if controller.Td else 0.0))
     level = min(noise * swing * float(rng.random()) ** 2, SHAKEN * op_swing / amplified)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.models import FOPDT, PID, SOPDT, Ideal, Integrating, Kano, Loop, TransferFunction
-from stiction.records.storage import usual_swing
+from stiction.records.quality.quantisation import robust_range
 from stiction.simulation.historian import averaged, quantised, sampled
 from stiction.simulation.population.case import Case
 from stiction.simulation.population.loads import SHAPES, lagged, steps, wave
@@ -269,4 +269,4 @@ def _gain(loop: Loop, lag: float) -> float:
 
 def _swing(x: NDArray[np.float64] | None) -> float:
     assert x is not None
-    return usual_swing(x) if np.isfinite(x).all() else 0.0
+    return robust_range(x) if np.isfinite(x).all() else 0.0

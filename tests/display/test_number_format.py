@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from stiction.records.digits import chance, interval
+from stiction.display.number_format import format_interval, format_probability
 
 
 @pytest.mark.parametrize(
@@ -25,12 +25,12 @@ from stiction.records.digits import chance, interval
     ],
 )
 def test_an_interval_by_hand(told, numbers):
-    assert " ".join(interval(*numbers)) == told
+    assert " ".join(format_interval(*numbers)) == told
 
 
 @given(low=some.floats(0.0, 1.0), value=some.floats(1e-4, 1e3), wide=some.floats(1.0, 900.0))
 def test_what_is_something_is_never_shown_as_nothing(low, value, wide):
-    ends = interval(value, low * value, wide * value)
+    ends = format_interval(value, low * value, wide * value)
     assert float(ends[0]) == pytest.approx(value, rel=0.5)
     assert len({len(text.partition(".")[2]) for text in ends}) == 1
 
@@ -43,4 +43,4 @@ def test_what_is_something_is_never_shown_as_nothing(low, value, wide):
     ],
 )  # fmt: skip
 def test_no_probability_is_told_as_certain(told, probability):
-    assert chance(probability) == told
+    assert format_probability(probability) == told

@@ -1,9 +1,9 @@
 """Durations as text."""
 
-__all__ = ["in_seconds"]
+__all__ = ["format_seconds"]
 
 
-def in_seconds(duration: float) -> str:
+def format_seconds(duration: float) -> str:
     """Return a duration as text, never with a power of ten.
 
     Parameters
@@ -14,11 +14,11 @@ def in_seconds(duration: float) -> str:
     Returns
     -------
     str
-        Whole seconds from a thousand on, else four significant digits.
+        Whole seconds from 1000 s on, otherwise four significant digits.
 
     Examples
     --------
-    >>> in_seconds(95.25), in_seconds(0.123456), in_seconds(43200.0)
+    >>> format_seconds(95.25), format_seconds(0.123456), format_seconds(43200.0)
     ('95.25 s', '0.1235 s', '43200 s')
     """
     return f"{duration:.0f} s" if duration >= 1000.0 else f"{duration:.4g} s"

@@ -1,0 +1,133 @@
+"""The longest segment of a record that can be analysed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.records.gaps import MAX_FILLED_GAP, fill_short_gaps, forward_fill, missing_mask
+from stiction.records.quality.clock_jumps import find_discontinuities
+from stiction.records.quality.frozen import find_frozen, find_manual
+from stiction.records.quality.saturation import find_clipping, find_shutdown
+from stiction.records.runs import runs
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.records.record import LoopRecord
+
+__all__ = ["analysis_window", "forward_fill_sp", "usable_segment"]
+
+
+def analysis_window(record: LoopRecord) -> tuple[int, int]:
+    """Find the longest segment in automatic, OP not clipped or shut down, PV not frozen, no clock jump or long gap.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        A record of one loop.
+
+    Returns
+    -------
+    first, last : int
+        The samples ``first <= k < last``; equal when there is none.
+
+    Examples
+    --------
+    >>> from stiction.records import LoopRecord, analysis_window
+    >>> op = [50.0, 51.0, float("nan"), 52.0] + 9 * [float("nan")] + [50.0, 51.0]
+    >>> analysis_window(LoopRecord("FIC-101", 1.0, op=op, pv=op))
+    (0, 4)
+    """
+    op, pv, auto = record.op, record.pv, record.auto
+    missing = missing_mask(op, pv)
+    blocked = find_clipping(op, pv, auto) | find_shutdown(op, auto) | find_manual(op, pv, auto)
+    if pv is not None:
+        jumps = min(record.provenance.clock_jumps, 20)
+        blocked |= find_frozen(pv) | find_discontinuities(op, pv, max_count=jumps)
+    good = ~(missing | blocked)
+    for first, last in runs(missing):
+        inside = first > 0 and last < len(missing) and good[first - 1] and good[last]
+        if inside and last - first <= MAX_FILLED_GAP and not blocked[first:last].any():
+            good[first:last] = True
+    return max(runs(good), key=lambda run: run[1] - run[0], default=(0, 0))
+
+
+def usable_segment(record: LoopRecord) -> LoopRecord:
+    """Cut the analysis window as a record of its own, with short gaps filled.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        A record of one loop.
+
+    Returns
+    -------
+    LoopRecord
+        The samples of `analysis_window`; empty when there is none. OP, PV, valve position and valve signal keep the
+        last value over at most five missing samples, the set point over any gap (see `forward_fill_sp`). In its
+        provenance `missing_samples` counts the filled samples, and the assumptions say what was filled.
+
+    Examples
+    --------
+    >>> from stiction.records import LoopRecord, usable_segment
+    >>> op = 7 * [float("nan")] + [50.0, 51.0, float("nan"), 52.0]
+    >>> part = usable_segment(LoopRecord("FIC-101", 1.0, op=op, pv=op))
+    >>> part.op.tolist(), part.provenance.missing_samples, part.provenance.assumptions
+    ([50.0, 51.0, 51.0, 52.0], 1, ('1 missing samples were filled with the last value.',))
+    """
+    first, last = analysis_window(record)
+    part = record.window(first, last)
+    if not len(part):
+        return part
+    sp, about_sp = forward_fill_sp(record, first, last)
+    signals = {name: getattr(part, name) for name in ("op", "pv", "mv", "valve_signal")}
+    filled = {name: fill_short_gaps(x) for name, x in signals.items() if x is not None}
+    count = int(missing_mask(part.op, part.pv).sum())
+    about_gaps = f"{count} missing samples were filled with the last value." if count else ""
+    added = tuple(text for text in (about_gaps, about_sp) if text)
+    origin = replace(part.provenance, assumptions=(*part.provenance.assumptions, *added))
+    return replace(part, **filled, sp=sp, provenance=origin)
+
+
+def forward_fill_sp(
+    record: LoopRecord, first: int = 0, last: int | None = None
+) -> tuple[NDArray[np.float64] | None, str]:
+    """Fill the gaps of a set point with its last value: a set point stored on change did not change.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        A record of one loop.
+    first, last : int, optional
+        The samples ``first <= k < last`` to return; all by default.
+
+    Returns
+    -------
+    sp : ndarray, shape (last - first,), or None
+        The set point without gaps [engineering units]; before the first stored value it has that value. None when it
+        is unknown in their first half.
+    assumption : str
+        What was assumed, in a sentence; empty when nothing was.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.records import LoopRecord
+    >>> op, sp = np.arange(4.0), np.array([np.nan, 3.0, np.nan, 4.0])
+    >>> filled, assumption = forward_fill_sp(LoopRecord("FIC-101", 1.0, op=op, sp=sp))
+    >>> filled.tolist(), assumption
+    ([3.0, 3.0, 3.0, 4.0], 'The set point of the first 1 of 4 samples is assumed to be the first stored one.')
+    """
+    if record.sp is None:
+        return None, ""
+    sp = forward_fill(record.sp)[first:last]
+    unknown = int(np.count_nonzero(~np.isfinite(sp)))
+    which = f"The set point of the first {unknown} of {sp.size} samples"
+    if 2 * unknown > sp.size:
+        return None, f"{which} is unknown, so the set point is not used."
+    if not unknown:
+        return sp, ""
+    return forward_fill(sp, fill_start=True), f"{which} is assumed to be the first stored one."

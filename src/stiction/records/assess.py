@@ -1,0 +1,110 @@
+"""Data quality: all data checks of a record, and whether it can be diagnosed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from stiction.display.check_text import describe_check
+from stiction.errors import require_positive
+from stiction.records.analysis_window import analysis_window
+from stiction.records.check_result import CheckInput, CheckResult
+from stiction.records.loop_checks import LOOP_CHECKS
+from stiction.records.record import mask_outliers
+from stiction.records.storage_checks import STORAGE_CHECKS
+
+if TYPE_CHECKING:
+    from stiction.records.record import LoopRecord
+
+__all__ = ["Quality", "assess_quality"]
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """The data checks of a record."""
+
+    checks: tuple[CheckResult, ...]
+    """Every check that applies."""
+    usable: bool
+    """Whether no check rejects the record."""
+    rows: int
+    """Samples of the record."""
+    duration: float
+    """Length of the record [s]."""
+    bad_percent: float
+    """Samples in which OP or PV is missing [%]."""
+    first: int
+    """First sample of the segment to analyse."""
+    last: int
+    """One past the last sample of that segment."""
+
+    @property
+    def rejections(self) -> tuple[CheckResult, ...]:
+        """Checks that reject the record."""
+        return tuple(check for check in self.checks if check.severity == "reject")
+
+    @property
+    def warnings(self) -> tuple[CheckResult, ...]:
+        """Checks that make the result less certain."""
+        return tuple(check for check in self.checks if check.severity == "warn")
+
+    def summary(self) -> str:
+        """Return the findings as text, the worst first."""
+        analysed = f"samples {self.first} to {self.last - 1}" if self.last > self.first else "no samples"
+        head = (
+            f"{'usable' if self.usable else 'not usable'}: {self.rows} samples, {self.duration:.6g} s, "
+            f"{self.bad_percent:.3g} % without OP or PV, {analysed} analysed"
+        )
+        found = (f"{check.severity}: {describe_check(check)}" for check in (*self.rejections, *self.warnings))
+        return "\n".join([head, *found])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the quality, ready for JSON."""
+        return {
+            "usable": self.usable,
+            "rows": self.rows,
+            "duration_s": self.duration,
+            "bad_percent": self.bad_percent,
+            "first": self.first,
+            "last": self.last,
+            "checks": [check.to_dict() for check in self.checks],
+        }
+
+
+def assess_quality(record: LoopRecord, period: float | None = None) -> Quality:
+    """Apply every data check to a record.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        A record of one loop.
+    period : float, optional
+        Period of the oscillation [s]; cycles and samples per cycle are checked when it is given.
+
+    Returns
+    -------
+    Quality
+        Each check with its value, limit and remedy, and the segment to analyse.
+
+    Raises
+    ------
+    ParameterError
+        When `period` is not positive.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.records import LoopRecord, assess_quality
+    >>> t = np.arange(400.0)
+    >>> record = LoopRecord("FIC-101", 1.0, op=50 + np.sin(t / 6.1), pv=3 + np.cos(t / 6.1))
+    >>> assess_quality(record, period=38.3).usable, assess_quality(record, period=200.0).rejections[0].name
+    (True, 'cycles')
+    """
+    if period is not None:
+        period = require_positive("period", period, "s")
+    record = mask_outliers(record)
+    first, last = analysis_window(record)
+    data = CheckInput(record, record.window(first, last), period)
+    checks = tuple(result for check in (*LOOP_CHECKS, *STORAGE_CHECKS) if (result := check(data)) is not None)
+    usable = not any(check.severity == "reject" for check in checks)
+    return Quality(checks, usable, len(record), record.duration, record.missing_percent, first, last)

@@ -1,0 +1,113 @@
+"""Gaps in signals: where values are missing, and three ways to fill them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.records.runs import runs
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["MAX_FILLED_GAP", "fill_short_gaps", "forward_fill", "interpolate_gaps", "missing_mask", "unchanged_mask"]
+
+MAX_FILLED_GAP = 5
+"""Missing samples in a row that the last value may replace [samples]."""
+
+
+def missing_mask(op: NDArray[np.float64], pv: NDArray[np.float64] | None = None) -> NDArray[np.bool_]:
+    """Mark the samples in which OP or PV is missing, shape (n_samples,).
+
+    Examples
+    --------
+    >>> missing_mask(np.array([1.0, np.nan, 2.0]), np.array([1.0, 2.0, np.inf])).tolist()
+    [False, True, True]
+    """
+    return ~np.isfinite(op) if pv is None else ~(np.isfinite(op) & np.isfinite(pv))
+
+
+def forward_fill(x: NDArray[np.float64], *, fill_start: bool = False) -> NDArray[np.float64]:
+    """Replace each missing value by the last value before it.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        A signal [any unit]; NaN is missing.
+    fill_start : bool
+        Whether missing values before the first value get that first value; by default they stay NaN.
+
+    Returns
+    -------
+    ndarray, shape (n_samples,)
+        The filled signal [unit of `x`].
+
+    Examples
+    --------
+    >>> x = np.array([np.nan, 1.0, np.nan, 2.0])
+    >>> forward_fill(x).tolist(), forward_fill(x, fill_start=True).tolist()
+    ([nan, 1.0, 1.0, 2.0], [1.0, 1.0, 1.0, 2.0])
+    """
+    known = np.isfinite(x)
+    if known.all():
+        return x
+    first = int(np.argmax(known)) if fill_start else 0
+    return x[np.maximum.accumulate(np.where(known, np.arange(x.size), first))]
+
+
+def interpolate_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Replace missing values by straight lines between their neighbours, and by the nearest value at the ends.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        A signal [any unit]; NaN is missing.
+
+    Returns
+    -------
+    ndarray, shape (n_samples,)
+        The filled signal [unit of `x`]; unchanged when all values are missing.
+
+    Examples
+    --------
+    >>> interpolate_gaps(np.array([1.0, np.nan, 2.0, np.nan])).tolist()
+    [1.0, 1.5, 2.0, 2.0]
+    """
+    known = np.flatnonzero(np.isfinite(x))
+    return x if known.size in (0, x.size) else np.interp(np.arange(x.size), known, x[known])
+
+
+def fill_short_gaps(x: NDArray[np.float64], max_gap: int = MAX_FILLED_GAP) -> NDArray[np.float64]:
+    """Replace missing values by the last value before them in gaps of at most `max_gap` samples.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        A signal [any unit]; NaN is missing.
+    max_gap : int
+        Longest gap that is filled [samples].
+
+    Returns
+    -------
+    ndarray, shape (n_samples,)
+        The signal [unit of `x`]; longer gaps stay NaN.
+
+    Examples
+    --------
+    >>> fill_short_gaps(np.array([1.0, np.nan, 2.0, np.nan, np.nan]), max_gap=1).tolist()
+    [1.0, 1.0, 2.0, nan, nan]
+    """
+    missing = ~np.isfinite(x)
+    if not missing.any():
+        return x
+    filled = forward_fill(x)
+    for first, last in runs(missing):
+        if last - first > max_gap:
+            filled[first:last] = np.nan
+    return filled
+
+
+def unchanged_mask(x: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Mark the samples in which a signal repeats its last value, short gaps filled, shape (n_samples,)."""
+    return np.concatenate([[False], np.diff(fill_short_gaps(x)) == 0.0])

@@ -1,0 +1,163 @@
+"""Signals that stop: a frozen PV, manual control without a recorded mode, and lost connections to the historian."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.records.gaps import fill_short_gaps, unchanged_mask
+from stiction.records.quality.manual_steps import find_manual_steps
+from stiction.records.quality.saturation import find_saturation
+from stiction.records.runs import is_rarely_constant, run_lengths, runs, varies_within
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["find_frozen", "find_manual", "find_outages"]
+
+
+def find_manual(
+    op: NDArray[np.float64],
+    pv: NDArray[np.float64] | None = None,
+    auto: NDArray[np.bool_] | None = None,
+    *,
+    min_samples: int = 60,
+    min_share: float = 0.05,
+    min_samples_if_moving: int = 12,
+) -> NDArray[np.bool_]:
+    """Mark where the loop is in manual: by its mode, or because OP is constant or moves in steps while PV varies.
+
+    Parameters
+    ----------
+    op, pv : ndarray, shape (n_samples,)
+        Controller output [% of span] and process variable [engineering units]; NaN is missing.
+    auto : ndarray of bool, shape (n_samples,), optional
+        True where the controller is in automatic.
+    min_samples : int
+        Shortest constant OP [samples].
+    min_share : float
+        The same as a share of the record; the larger of both counts [-].
+    min_samples_if_moving : int
+        Shortest constant OP when it is almost never constant elsewhere [samples].
+
+    Returns
+    -------
+    ndarray of bool, shape (n_samples,)
+        True in manual. OP at a limit is not meant (see `find_saturation`).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.records.quality import find_manual
+    >>> op, pv = 50.0 + np.sin(np.arange(200.0)), np.cos(np.arange(200.0))
+    >>> op[100:130] = 50.0
+    >>> int(find_manual(op, pv).sum())
+    30
+    """
+    mask = np.zeros(op.size, dtype=bool) if auto is None else ~auto
+    at_limit, steps = find_saturation(op, pv, auto), find_manual_steps(op)
+    for first, last in runs(steps):
+        mask[first:last] |= varies_within(pv, first, last) & ~at_limit[first:last]
+    known = at_limit | steps
+    constant = [(start - 1, last) for start, last in runs(unchanged_mask(op)) if not known[start - 1 : last].all()]
+    moving = is_rarely_constant(run_lengths(constant), op.size, min_long_run=min_samples_if_moving)
+    needed = min_samples_if_moving if moving else max(min_samples, int(min_share * op.size))
+    for first, last in constant:
+        if last - first >= needed and varies_within(pv, first, last):
+            mask[first:last] = True
+    return mask
+
+
+def find_frozen(
+    pv: NDArray[np.float64], *, min_samples: int = 60, min_share: float = 0.05, min_samples_if_moving: int = 12
+) -> NDArray[np.bool_]:
+    """Mark where PV is constant for long, as it is only a few times in the record.
+
+    Parameters
+    ----------
+    pv : ndarray, shape (n_samples,)
+        Process variable [engineering units]; NaN is missing.
+    min_samples : int
+        Shortest frozen run [samples].
+    min_share : float
+        The same as a share of the record; the larger of both counts [-].
+    min_samples_if_moving : int
+        Shortest frozen run when PV almost never repeats a value elsewhere [samples].
+
+    Returns
+    -------
+    ndarray of bool, shape (n_samples,)
+        True where PV is frozen.
+
+    Notes
+    -----
+    A sticking valve without noise, or a coarse transmitter, holds PV again and again. Such runs are not marked.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.records.quality import find_frozen
+    >>> pv = np.sin(np.arange(200.0))
+    >>> pv[100:120] = 0.3
+    >>> int(find_frozen(pv).sum())
+    20
+    """
+    unchanged = unchanged_mask(pv)
+    return _long_runs(unchanged, runs(unchanged), min_samples_if_moving, max(min_samples, int(min_share * pv.size)))
+
+
+def find_outages(
+    op: NDArray[np.float64], pv: NDArray[np.float64], *, min_samples: int = 6, min_jump: float = 3.0
+) -> NDArray[np.bool_]:
+    """Mark where OP and PV are constant together and one of them jumps after: the historian had no connection.
+
+    Parameters
+    ----------
+    op, pv : ndarray, shape (n_samples,)
+        Controller output [% of span] and process variable [engineering units]; NaN is missing.
+    min_samples : int
+        Shortest outage when OP and PV almost never repeat a value elsewhere [samples]; else 60 samples and 5 %.
+    min_jump : float
+        Smallest jump at its end [median moves from sample to sample].
+
+    Returns
+    -------
+    ndarray of bool, shape (n_samples,)
+        True during an outage. A record below 60 samples has none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.records.quality import find_outages
+    >>> k = np.arange(200.0)
+    >>> k[100:110] = 100.0
+    >>> int(find_outages(50.0 + np.sin(k / 9.0), np.cos(k / 9.0)).sum())
+    10
+    """
+    if op.size < 60:
+        return np.zeros(op.size, dtype=bool)
+    op_unchanged, pv_unchanged = unchanged_mask(op), unchanged_mask(pv)
+    moves = [np.abs(np.diff(fill_short_gaps(x), append=x[-1])) for x in (op, pv)]
+    jumps = np.any([move > min_jump * np.nanmedian(move) for move in moves], axis=0)
+    together = [(first, last) for first, last in runs(op_unchanged & pv_unchanged) if first > 1 and jumps[last - 1]]
+    return _long_runs(op_unchanged | pv_unchanged, together, min_samples, max(60, op.size // 20))
+
+
+def _long_runs(
+    unchanged: NDArray[np.bool_], found: list[tuple[int, int]], if_moving: int, usual: int
+) -> NDArray[np.bool_]:
+    """Mark the long ones of constant runs, when they are at most five and all others at most a quarter as long.
+
+    `if_moving` samples are long when almost no other sample is `unchanged`, else `usual` ones.
+    """
+    mask = np.zeros(unchanged.size, dtype=bool)
+    lengths = run_lengths(found)
+    others_unchanged = np.count_nonzero(unchanged) - lengths[lengths >= if_moving].sum()
+    long = lengths >= (if_moving if others_unchanged < 0.02 * unchanged.size else usual)
+    short = lengths[~long]
+    if not 1 <= long.sum() <= 5 or (short.size and 4 * short.max() > lengths[long].min()):
+        return mask
+    for (first, last), is_long in zip(found, long, strict=True):
+        mask[first - 1 : last] |= is_long
+    return mask

@@ -1,0 +1,109 @@
+"""Movement of the signals: reversals of OP, resemblance of neighbouring samples, and the unit of OP."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.records.quality.quantisation import robust_range
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["count_reversals", "detect_op_scale", "last_value_correlation"]
+
+
+def count_reversals(x: NDArray[np.float64], *, min_share: float = 0.15) -> int:
+    """Count how often a signal reverses its direction.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        A signal without NaN [any unit].
+    min_share : float
+        Smallest move that counts, before and after a reversal [share of the robust range].
+
+    Returns
+    -------
+    int
+        Reversals [-].
+
+    Notes
+    -----
+    Friction shows only where the valve reverses.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.records.quality import count_reversals
+    >>> count_reversals(np.array([0.0, 5.0, 10.0, 9.9, 10.0, 4.0, 0.0, 8.0]))
+    2
+    """
+    min_move = min_share * robust_range(x)
+    directions = np.sign(np.diff(x))
+    directions = directions[moving := directions != 0.0]
+    turning = x[:-1][moving][np.append(True, directions[1:] != directions[:-1])]
+    count, direction, farthest = 0, 0.0, float(turning[0]) if turning.size else 0.0
+    low = high = farthest
+    for value in [*turning.tolist(), float(x[-1])]:
+        if direction == 0.0:
+            low, high = min(low, value), max(high, value)
+            direction = 1.0 if value - low > min_move else -1.0 if high - value > min_move else 0.0
+            farthest = value
+        elif direction * (value - farthest) > 0.0:
+            farthest = value
+        elif direction * (farthest - value) > min_move:
+            count, direction, farthest = count + 1, -direction, value
+    return count
+
+
+def last_value_correlation(x: NDArray[np.float64]) -> float:
+    """Correlation of a signal with its last value.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        A signal without NaN [any unit].
+
+    Returns
+    -------
+    float
+        The correlation, by von Neumann's ratio [-]: 0 for white noise, 1 for a constant, cos(2 pi / n) for a sine of
+        n samples per cycle.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.records.quality import last_value_correlation
+    >>> round(last_value_correlation(np.sin(np.arange(6000) * np.pi / 3)), 2)
+    0.5
+    """
+    variance = float(np.var(x))
+    return 1.0 - float(np.mean(np.diff(x) ** 2)) / (2.0 * variance) if variance > 0.0 else 1.0
+
+
+def detect_op_scale(low: float, high: float) -> str:
+    """Say which unit an OP between two values may have.
+
+    Parameters
+    ----------
+    low, high : float
+        Smallest and largest OP [its unit].
+
+    Returns
+    -------
+    str
+        "percent", "fraction" (of span), "normalised" (mean removed), or "other".
+
+    Examples
+    --------
+    >>> from stiction.records.quality import detect_op_scale
+    >>> [detect_op_scale(*ends) for ends in ((20.0, 70.0), (0.2, 0.7), (-1.9, 2.2), (-52.0, -45.0))]
+    ['percent', 'fraction', 'normalised', 'other']
+    """
+    if low >= 0.0 and high <= 1.0:
+        return "fraction"
+    if low < -10.0 or high > 110.0:
+        return "other"
+    return "normalised" if low < -0.5 and high <= 5.0 else "percent"

@@ -1,0 +1,139 @@
+"""Quantisation: the step to which a signal was rounded, and how many steps it covers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.records.quantiles import quantiles
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["count_levels", "is_coarse", "peak_to_peak", "quantisation_step", "robust_range"]
+
+ROUNDING = 1e-9
+"""Share of a signal's range below which a difference is rounding of the arithmetic [-]."""
+
+
+def peak_to_peak(x: NDArray[np.float64]) -> float:
+    """Largest minus smallest value [unit of `x`]; 0 when there is none."""
+    x = x[np.isfinite(x)]
+    return float(x.max() - x.min()) if x.size else 0.0
+
+
+def robust_range(x: NDArray[np.float64]) -> float:
+    """Range between the 1 % and the 99 % quantile [unit of `x`], which a few spikes do not widen.
+
+    Examples
+    --------
+    >>> round(robust_range(np.array([*np.linspace(0.0, 100.0, 101), 900.0])), 2)
+    98.98
+    """
+    low, high = quantiles(x, 0.01, 0.99)
+    return high - low
+
+
+def quantisation_step(x: NDArray[np.float64], *, tolerance: float = 0.02, min_share: float = 0.98) -> float:
+    """Find the step of which all differences of a signal are multiples.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        A signal [any unit]; NaN is missing.
+    tolerance : float
+        Largest distance of a difference from a multiple [steps].
+    min_share : float
+        Share of the differences that must be multiples [-].
+
+    Returns
+    -------
+    float
+        The step [unit of `x`]; 0 when there is none. A straight line has none: it visits each level once.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.records.quality import quantisation_step
+    >>> quantisation_step(np.array([57.0, 57.3, 58.8, 57.6, 60.0]))
+    0.3
+    >>> quantisation_step(np.array([0.0, 1.0, 2.617, 3.141]))
+    0.0
+    """
+    x = x[np.isfinite(x)]
+    gaps = np.diff(np.unique(x))
+    gaps = gaps[gaps > ROUNDING * gaps.sum()] if gaps.size else gaps
+    if gaps.size == 0:
+        return 0.0
+    smallest = float(gaps.min())
+    for divisor in (1, 2, 3):
+        multiples = gaps * (divisor / smallest)
+        whole = np.round(multiples)
+        if np.mean(np.abs(multiples - whole) < tolerance) >= min_share:
+            is_line = gaps.size > 0.95 * x.size > 9.0 and np.mean(whole == 1.0) > 0.95
+            return 0.0 if is_line else float(f"{gaps.sum() / whole.sum():.9g}")
+    return 0.0
+
+
+def count_levels(x: NDArray[np.float64], step: float | None = None) -> float:
+    """Count the quantisation levels that a signal covers.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        A signal without NaN [any unit].
+    step : float, optional
+        Its quantisation step [unit of `x`], when it is known.
+
+    Returns
+    -------
+    float
+        Levels within the robust range [-]; the number of values when most samples have one of their own, NaN when
+        there is only one value.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.records.quality import count_levels
+    >>> count_levels(np.tile([0.0, 0.5, 1.0, 1.5, 2.0], 40))
+    5.0
+    """
+    values = np.unique(x)
+    if len(values) < 2:
+        return float("nan")
+    if len(values) > 0.5 * len(x):
+        return float(len(values))
+    width = robust_range(x) or peak_to_peak(x)
+    step = quantisation_step(x) if step is None else step
+    if not step:
+        gaps = np.diff(values)
+        step = float(np.percentile(gaps[gaps > ROUNDING * width], 5))
+    return round(width / step + 1.0, 6)  # a conversion of units must not decide at a limit
+
+
+def is_coarse(x: NDArray[np.float64], *, max_values: int = 50) -> bool:
+    """Whether a signal returns to the same few values again and again.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        A signal without NaN [any unit].
+    max_values : int
+        Most values of a coarse signal [-]; it changes more than twice as often.
+
+    Returns
+    -------
+    bool
+        True for a coarse signal, False for one that is only held.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiction.records.quality import is_coarse
+    >>> x = np.random.default_rng(1).normal(size=400)
+    >>> is_coarse(np.round(x)), is_coarse(x), is_coarse(np.repeat(x[::20], 20))
+    (True, False, False)
+    """
+    values = np.unique(x).size
+    return values <= max_values and 2 * values < int(np.count_nonzero(np.diff(x)))

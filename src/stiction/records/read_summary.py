@@ -1,0 +1,140 @@
+"""The summary of what was read: loops, rows, step, units, gaps, bad values and assumptions."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.display.duration_format import format_seconds
+from stiction.display.number_format import count_noun
+from stiction.records.gaps import missing_mask
+from stiction.records.runs import run_lengths, runs
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from stiction.records.record import LoopRecord
+
+__all__ = ["LoopSummary", "ReadSummary", "summarise"]
+
+
+@dataclass(frozen=True, slots=True)
+class LoopSummary:
+    """What was read of one loop."""
+
+    tag: str
+    """Name of the loop."""
+    source: str
+    """Where it was read from."""
+    loop_type: str
+    """One of `LOOP_TYPES`."""
+    rows: int
+    """Rows in the source."""
+    samples: int
+    """Samples of the record, gaps included."""
+    dt: float
+    """Sampling period [s]."""
+    bad_percent: float
+    """Samples in which OP or PV is missing [%]."""
+    gaps: int
+    """Gaps of OP or PV [-]."""
+    longest_gap_s: float
+    """Longest of them [s]."""
+    auto_percent: float | None
+    """Samples in automatic [%]; None when the mode was not recorded."""
+    pv_unit: str
+    """Unit of PV; empty when unknown."""
+    op_unit: str
+    """Unit of OP."""
+    columns: dict[str, str]
+    """Signal -> column of the source."""
+    unused_columns: tuple[str, ...]
+    """Columns that stand beside a signal of the loop and were not used."""
+    bad_values: dict[str, int]
+    """Kind of bad value -> how often."""
+
+    def summary(self) -> str:
+        """Return the loop as text."""
+        columns = ", ".join(f"{signal.upper()} = {column}" for signal, column in self.columns.items())
+        gaps = (
+            f" ({count_noun(self.gaps, 'gap')}, the longest {format_seconds(self.longest_gap_s)})" if self.gaps else ""
+        )
+        auto = "" if self.auto_percent is None else f", {self.auto_percent:.3g} % in automatic"
+        lines = [
+            f"{self.tag} ({self.loop_type}) from {self.source}: {self.rows} rows, {self.samples} samples every "
+            f"{self.dt:.6g} s, {self.bad_percent:.3g} % without OP or PV{gaps}{auto}; {columns}"
+        ]
+        if self.bad_values:
+            lines.append("  bad values: " + ", ".join(f"{n} x {kind}" for kind, n in self.bad_values.items()))
+        if self.unused_columns:
+            lines.append("  not used: " + ", ".join(self.unused_columns))
+        return "\n".join(lines)
+
+
+@dataclass(frozen=True, slots=True)
+class ReadSummary:
+    """What was read from one or more sources; print `summary()`."""
+
+    loops: tuple[LoopSummary, ...]
+    """One for each loop."""
+    assumptions: tuple[str, ...]
+    """What the reader assumed, each sentence once."""
+
+    def summary(self) -> str:
+        """Return the summary as text."""
+        head = f"{count_noun(len(self.loops), 'loop')} read"
+        return "\n".join(
+            [head, *(loop.summary() for loop in self.loops), *(f"assumed: {text}" for text in self.assumptions)]
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the summary, ready for JSON."""
+        return asdict(self)
+
+
+def summarise(records: Iterable[LoopRecord]) -> ReadSummary:
+    """Summarise records as they were read.
+
+    Parameters
+    ----------
+    records : iterable of LoopRecord
+        What `read` returned.
+
+    Returns
+    -------
+    ReadSummary
+        One entry for each record, and the assumptions of all.
+
+    Examples
+    --------
+    >>> from stiction.records import LoopRecord, summarise
+    >>> summarise([LoopRecord("FIC-101", 1.0, op=[50.0, 51.0], pv=[3.0, 3.1])]).loops[0].samples
+    2
+    """
+    records = list(records)
+    assumptions = dict.fromkeys(text for record in records for text in record.provenance.assumptions)
+    return ReadSummary(tuple(_loop_summary(record) for record in records), tuple(assumptions))
+
+
+def _loop_summary(record: LoopRecord) -> LoopSummary:
+    origin = record.provenance
+    gaps = runs(missing_mask(record.op, record.pv))
+    return LoopSummary(
+        tag=record.tag,
+        source=origin.source,
+        loop_type=record.loop_type,
+        rows=origin.rows,
+        samples=len(record),
+        dt=record.dt,
+        bad_percent=record.missing_percent,
+        gaps=len(gaps),
+        longest_gap_s=int(run_lengths(gaps).max(initial=0)) * record.dt,
+        auto_percent=None if record.auto is None or not len(record) else 100.0 * float(np.mean(record.auto)),
+        pv_unit=origin.pv_unit,
+        op_unit=origin.op_unit or record.op_unit,
+        columns=dict(origin.columns),
+        unused_columns=origin.unused_columns,
+        bad_values=dict(origin.bad_values),
+    )

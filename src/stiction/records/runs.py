@@ -1,0 +1,54 @@
+"""Runs of samples: where a mask is true, and where a signal is constant."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["is_rarely_constant", "run_lengths", "runs", "varies_within"]
+
+
+def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First sample, and one past the last sample, of every run of True.
+
+    Examples
+    --------
+    >>> runs(np.array([True, False, True, True]))
+    [(0, 1), (2, 4)]
+    """
+    padded = np.zeros(mask.size + 2, dtype=bool)
+    padded[1:-1] = mask
+    edges = np.flatnonzero(padded[1:] != padded[:-1]).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
+
+
+def run_lengths(found: list[tuple[int, int]]) -> NDArray[np.int64]:
+    """Samples in each run [-]."""
+    return np.array([last - first for first, last in found], dtype=np.int64)
+
+
+def is_rarely_constant(
+    lengths: NDArray[np.int64], samples: int, *, min_long_run: int = 12, max_share: float = 0.02, max_long_runs: int = 5
+) -> bool:
+    """Whether a signal almost never repeats a value, apart from a few long runs.
+
+    `lengths` are its constant runs, of which those below `min_long_run` [samples] take less than `max_share` [-] of
+    all `samples`, and at most `max_long_runs` are longer.
+    """
+    short = lengths[lengths < min_long_run].sum()
+    return bool(short < max_share * samples and np.count_nonzero(lengths >= min_long_run) <= max_long_runs)
+
+
+def varies_within(x: NDArray[np.float64] | None, first: int, last: int) -> bool:
+    """Whether a signal takes more than two values in a segment and covers over 5 % of its whole range there."""
+    if x is None:
+        return False
+    part = x[first:last]
+    part = part[np.isfinite(part)]
+    if not part.size or len(np.unique(part)) <= 2:
+        return False
+    return float(part.max() - part.min()) > 0.05 * float(np.nanmax(x) - np.nanmin(x))
