@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
-from stiction.records.digits import number_of
-from stiction.records.durations import in_seconds
 from stiction.sources.time.grid import regular_grid
 from stiction.sources.time.rounded_stamps import repair_stamps
 from stiction.sources.time.stamps import Stamps
@@ -36,8 +35,8 @@ class TagSeries:
     """Name of the tag, for messages."""
     stamps: Stamps
     """Time of each value, in the order of the source."""
-    values: NDArray[np.float64] | None = None
-    """The values [any unit], shape (n,); None for a tag of text, of which only the rows are wanted."""
+    values: NDArray[np.float64]
+    """The values [any unit], NaN where one is no number, shape (n,)."""
     method: str = "last"
     """"last" holds a value for some time, "hold" until the next one (set point, mode), "interpolate" draws a line."""
 
@@ -49,19 +48,27 @@ class AlignedTags:
     dt: float
     """Sampling period [s]."""
     start: datetime | None
-    """Time of the first sample."""
-    rows: list[NDArray[np.int64]]
-    """For each tag the row whose value stands at each sample, -1 where none does, shape (n_samples,)."""
-    values: list[NDArray[np.float64] | None]
-    """For each tag its values, NaN where none stands, shape (n_samples,); None for a tag of text."""
-    held_samples: list[int]
-    """For each tag the samples at which a value stands, or lies on a line, that was not stored for them."""
-    clock_jumps: int = 0
+    """Time of the first sample; see `Grid`."""
+    clock_jumps: int
     """Largest number of jumps that was corrected in the clock of any tag."""
-    dst_changes: int = 0
+    dst_changes: int
     """How many of `clock_jumps` were changes to or from summer time."""
+    rows: list[NDArray[np.int64]] = field(default_factory=list)
+    """For each tag the row whose value stands at each sample, -1 where none does, shape (n_samples,)."""
+    values: list[NDArray[np.float64]] = field(default_factory=list)
+    """For each tag its values, NaN where none stands, shape (n_samples,)."""
+    held_samples: list[int] = field(default_factory=list)
+    """For each tag the samples at which the value is that of an earlier one, or lies on a line from it."""
     notes: list[str] = field(default_factory=list)
     """Assumptions, a sentence each."""
+
+
+class _StoredValues(NamedTuple):
+    """Rows of a tag in the order of time, one for each moment."""
+
+    seconds: NDArray[np.float64]
+    rows: NDArray[np.int64]
+    stamps: Stamps
 
 
 def align_tags(
@@ -107,82 +114,73 @@ def align_tags(
     >>> align_tags([pv, sp]).values[1].tolist()
     [7.0, 7.0, 7.0, 8.0, 8.0, 8.0]
     """
-    stored = _stored_values(tags, name, first_line)
-    seconds = np.unique(np.concatenate([one.seconds for one in stored]))
+    stored = _sort_stored_values(tags, name, first_line)
+    seconds = np.unique(np.concatenate(list({id(one.seconds): one.seconds for one in stored}.values())))
     steps = [np.diff(one.seconds) for one in stored]
+    if dt is None:
+        dt = min((_scan_time(own) for own in steps if own.size > 1), default=None)
     usual = float(np.percentile(np.diff(seconds), 90.0)) if seconds.size > 1 else 0.0
-    dt = dt or min((_scan_time(own) for own in steps if own.size > 1), default=None)
-    kind = tags[0].stamps.kind
     hold = _MAX_HOLD_STEPS * usual if max_gap is None else max_gap
-    grid = regular_grid(Stamps(seconds, kind), dt=dt, name=name, first_line=first_line, max_hold=hold)
+    grid = regular_grid(Stamps(seconds, tags[0].stamps.kind), dt=dt, name=name, first_line=first_line, max_hold=hold)
+    worst = max((one.stamps for one in stored), key=lambda stamps: (stamps.clock_jumps, -stamps.dst_changes))
+    aligned = AlignedTags(grid.dt, grid.start, worst.clock_jumps, worst.dst_changes)
     moments = seconds[np.maximum(grid.source_row, 0)]
-    aligned = AlignedTags(grid.dt, grid.start, [], [], [])
     for tag, one, own in zip(tags, stored, steps, strict=True):
-        limit = max_gap
-        if limit is None:
-            own_usual = float(np.percentile(own, 90.0)) if own.size > 1 else np.inf
-            limit = max(hold, _MAX_HOLD_STEPS * own_usual)
+        limit = hold
+        if max_gap is None:
+            limit = max(hold, _MAX_HOLD_STEPS * float(np.percentile(own, 90.0))) if own.size > 1 else np.inf
         last = np.searchsorted(one.seconds, moments, side="right") - 1
         age = moments - one.seconds[np.maximum(last, 0)]
         stands = (last >= 0) & (grid.source_row >= 0) & (age <= (np.inf if tag.method == "hold" else limit))
         rows = np.where(stands, one.rows[np.maximum(last, 0)], -1)
-        values = None if tag.values is None else np.where(stands, tag.values[np.maximum(rows, 0)], np.nan)
-        if tag.method == "interpolate" and tag.values is not None and values is not None:
+        values = np.where(stands, tag.values[np.maximum(rows, 0)], np.nan)
+        if tag.method == "interpolate":
             values = _interpolate(one, tag.values, moments, limit, values)
         aligned.rows.append(rows)
         aligned.values.append(values)
         aligned.held_samples.append(int(np.sum((np.diff(rows) == 0) & (rows[1:] >= 0))))
-    worst = max(stored, key=lambda one: (one.clock_jumps, -one.dst_changes))
-    aligned.clock_jumps, aligned.dst_changes = worst.clock_jumps, worst.dst_changes
-    notes = [note for one in stored for note in one.notes]
-    aligned.notes = [*dict.fromkeys(notes), _describe(tags, stored, max_gap), *grid.notes]
+        aligned.notes += _repeated_stamps(tag, one)
+    drawn = [tag.name for tag in tags if tag.method == "interpolate"]
+    how = f"; {', '.join(drawn)}: interpolated between values" if drawn else ""
+    count = f"{sum(one.rows.size for one in stored)} values of {count_noun(len(tags), 'tag')}"
+    aligned.notes += dict.fromkeys(note for one in stored for note in one.stamps.notes)
+    aligned.notes += [f"{count}, each on its own time stamps: a value stands until the next{how}.", *grid.notes]
     return aligned
 
 
-@dataclass
-class _Stored:
-    """Values of a tag as stored, in the order of time, one for each moment."""
-
-    seconds: NDArray[np.float64]
-    rows: NDArray[np.int64]
-    clock_jumps: int
-    dst_changes: int
-    notes: list[str]
-
-
-def _stored_values(tags: Sequence[TagSeries], name: str, first_line: int) -> list[_Stored]:
-    """Repair the stamps of each tag; of several values at one moment keep the last."""
+def _sort_stored_values(tags: Sequence[TagSeries], name: str, first_line: int) -> list[_StoredValues]:
+    """Repair the stamps of each tag and sort its rows; of several values at one moment the last stays."""
     if len(kinds := {tag.stamps.kind for tag in tags}) > 1:
         raise RecordError(
             f"{name}: the tags have time stamps of different kinds ({', '.join(sorted(kinds))}); export all with a "
             "zone, or give the zone of the others with timezone= (--timezone)."
         )
-    repaired: dict[int, tuple[Stamps, NDArray[np.int64], NDArray[np.float64]]] = {}
+    sorted_values: dict[int, _StoredValues] = {}
     for tag in tags:
-        if id(tag.stamps) not in repaired:
+        if id(tag.stamps) not in sorted_values:
             stamps = repair_stamps(tag.stamps)
-            order = np.argsort(stamps.seconds, kind="stable")  # NaN last
-            order = order[: int(np.isfinite(stamps.seconds).sum())]
-            repaired[id(tag.stamps)] = stamps, order, stamps.seconds[order]
-    if sum(order.size for _, order, _ in repaired.values()) < 2:
+            order = np.argsort(stamps.seconds, kind="stable")[: int(np.isfinite(stamps.seconds).sum())]  # NaN is last
+            seconds = stamps.seconds[order]
+            is_last = np.diff(seconds, append=np.inf) > 0.0
+            sorted_values[id(tag.stamps)] = _StoredValues(seconds[is_last], order[is_last], stamps)
+    if sum(one.rows.size for one in sorted_values.values()) < 2:
         row, cell = tags[0].stamps.first_unread or (0, "")
         raise RecordError(
             f"{name}, line {first_line + row}: {cell!r} is no time stamp known here; "
             "give time_format='...' (--time-format)."
         )
-    stored = []
-    for tag in tags:
-        stamps, order, seconds = repaired[id(tag.stamps)]
-        is_last = np.append(np.diff(seconds) > 0.0, True)[: seconds.size]
-        notes = list(stamps.notes)
-        if tag.values is not None and not is_last.all():
-            twice = np.flatnonzero(~is_last)
-            first, second = tag.values[order[twice]], tag.values[order[twice + 1]]
-            if n_lost := int((~((first == second) | (np.isnan(first) & np.isnan(second)))).sum()):
-                values = number_of(n_lost, "value")
-                notes.append(f"Left out: {values} of {tag.name} with the time stamp of the next, which is another.")
-        stored.append(_Stored(seconds[is_last], order[is_last], stamps.clock_jumps, stamps.dst_changes, notes))
-    return stored
+    return [sorted_values[id(tag.stamps)] for tag in tags]
+
+
+def _repeated_stamps(tag: TagSeries, one: _StoredValues) -> list[str]:
+    """Say how many values were dropped because another one has their time stamp."""
+    known = np.isfinite(one.stamps.seconds)
+    if known.sum() == one.rows.size:
+        return []
+    standing = tag.values[one.rows[np.searchsorted(one.seconds, one.stamps.seconds[known])]]
+    other = (tag.values[known] != standing) & ~(np.isnan(tag.values[known]) & np.isnan(standing))
+    values = count_noun(int(other.sum()), "value")
+    return [f"Left out: {values} of {tag.name} with the time stamp of the next, which is another."] if other.any() else []
 
 
 def _scan_time(steps: NDArray[np.float64]) -> float:
@@ -194,7 +192,7 @@ def _scan_time(steps: NDArray[np.float64]) -> float:
     return next((short for short in shorter if abs(short - dt) <= near), dt)
 
 
-def _interpolate(one: _Stored, values: NDArray, moments: NDArray, limit: float, standing: NDArray) -> NDArray:
+def _interpolate(one: _StoredValues, values: NDArray, moments: NDArray, limit: float, standing: NDArray) -> NDArray:
     """Draw a line between neighbouring values no further apart than `limit`; elsewhere keep the value that stands."""
     if one.seconds.size < 2:
         return standing
@@ -205,13 +203,3 @@ def _interpolate(one: _Stored, values: NDArray, moments: NDArray, limit: float, 
         share <= 0.0, y[after - 1], np.where(share >= 1.0, y[after], (1 - share) * y[after - 1] + share * y[after])
     )
     return np.where((share >= 0.0) & (share <= 1.0) & (step <= limit), line, standing)
-
-
-def _describe(tags: Sequence[TagSeries], stored: Sequence[_Stored], max_gap: float | None) -> str:
-    """Say how tags were aligned."""
-    count = sum(one.rows.size for one in stored)
-    drawn = [tag.name for tag in tags if tag.method == "interpolate"]
-    gap = "" if max_gap is None else f", for at most {in_seconds(max_gap)}"
-    held = f"a value stands until the next{gap}" if len(drawn) < len(tags) else f"values are interpolated{gap}"
-    other = f"; {', '.join(drawn)}: interpolated" if drawn and len(drawn) < len(tags) else ""
-    return f"{count} values of {number_of(len(tags), 'tag')}, each on its own time stamps: {held}{other}."

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["is_elapsed_time", "parse_elapsed_time", "unwrap_clock"]
 
 _SPAN = r"^(?:(\d+) days?,? *)?(\d{1,5}):(\d{2}):(\d{2}(?:[.,]\d+)?)$"
+_BEYOND_A_DAY = r"^(?:\d+ day|2[5-9]:|[3-9]\d:|\d{3,}:)"
 _MINUTES = r"^()()(\d{1,3}):(\d{2}[.,]\d+)$"
 _WEIGHTS = (86400.0, 3600.0, 60.0, 1.0)
 
@@ -37,7 +38,7 @@ def parse_elapsed_time(cells: pl.Series, sample: Sequence[str]) -> tuple[NDArray
     form = next(
         (form for form in (_SPAN, _MINUTES) if 2 * sum(bool(re.match(form, c)) for c in sample) > len(sample)), ""
     )
-    if not form:
+    if not form or (form == _SPAN and not cells.str.contains(_BEYOND_A_DAY).any()):
         return None
     parts = cells.str.extract_groups(form).struct.unnest().get_columns()
     columns = [part.str.replace(",", ".", literal=True).cast(float, strict=False).to_numpy() for part in parts]
@@ -45,8 +46,6 @@ def parse_elapsed_time(cells: pl.Series, sample: Sequence[str]) -> tuple[NDArray
         np.isfinite(columns[3]), sum(w * np.nan_to_num(c) for w, c in zip(_WEIGHTS, columns, strict=True)), np.nan
     )
     if form == _SPAN:
-        if not (np.isfinite(columns[0]).any() or (np.nan_to_num(columns[1]) > 24).any()):
-            return None
         return seconds, "The time column is taken as time elapsed, in days or in hours beyond a day."
     note = f"Times such as {sample[0]} are taken as minutes and seconds, and each fall as the next hour."
     return unwrap_clock(seconds, 3600.0), note

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.duration_format import format_seconds
+from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
-from stiction.records.digits import number_of
-from stiction.records.durations import in_seconds
 from stiction.sources.time.rounded_stamps import spread_rounded_stamps
 from stiction.sources.time.time_order import MAX_SHARED_STAMPS, is_newest_first, sort_by_time, to_datetime
 
@@ -111,7 +111,7 @@ def regular_grid(
     )
     if n_lost:
         first = first_line + int(np.flatnonzero(~np.isfinite(stamps.seconds))[0])
-        rows = number_of(n_lost, "row")
+        rows = count_noun(n_lost, "row")
         grid.notes.append(f"Left out: {rows} without a readable time stamp (first near line {first}).")
     grid.notes += result.notes
     t, rows = result.seconds, result.rows
@@ -144,7 +144,7 @@ def _grid_of_rows(stamps: Stamps, t: NDArray, dt: float) -> Grid:
     rows, reverse = np.arange(len(stamps.seconds)), is_newest_first(stamps.seconds[np.isfinite(stamps.seconds)])
     steps = np.diff(t)
     order = ", the last one first," if reverse else ""
-    apart = " to ".join(dict.fromkeys(in_seconds(float(step)) for step in (steps.min(), steps.max())))
+    apart = " to ".join(dict.fromkeys(format_seconds(float(step)) for step in (steps.min(), steps.max())))
     note = (
         f"The rows are taken as {dt:g} s apart{order} in the order they come, as dt is given: the time stamps ({apart} "
         "apart) do not fit it and are not used."
@@ -173,8 +173,8 @@ def _drop_repeated_stamps(
                 f"{shared} one elsewhere in the file {limit}, as where two exports stand one below the other; give "
                 "each as a file of its own."
             )
-        values = f", {number_of(n_other, 'row')} of them with other values" if n_other else ""
-        grid.notes.append(f"Left out: {number_of(n_repeated, 'row')} with the time stamp of the next{values}.")
+        values = f", {count_noun(n_other, 'row')} of them with other values" if n_other else ""
+        grid.notes.append(f"Left out: {count_noun(n_repeated, 'row')} with the time stamp of the next{values}.")
     return t[is_last], rows[is_last]
 
 
@@ -203,7 +203,7 @@ def _place_rows(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: s
             last = np.searchsorted(place, samples, side="right") - 1
             grid.source_row = np.where((samples - place[last]) * grid.dt <= max_hold, rows[last], grid.source_row)
         if n_missing := int((grid.source_row < 0).sum()):
-            samples, gaps = number_of(n_missing, "sample"), number_of(int((whole > 1).sum()), "gap")
+            samples, gaps = count_noun(n_missing, "sample"), count_noun(int((whole > 1).sum()), "gap")
             grid.notes.append(f"Missing: {samples} in {gaps} of the time stamps (left as NaN).")
         return
     grid.dt = float(dt) if dt else _short_number(float(np.median(steps)))
@@ -212,8 +212,8 @@ def _place_rows(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: s
     longest = max(HOLD_LIMIT_SAMPLES * grid.dt, max_hold or 0.0)
     grid.source_row = np.where(moments - t[last] <= longest, rows[last], -1)
     grid.notes.append(
-        f"The stamps are uneven ({in_seconds(steps.min())} to {in_seconds(steps.max())}): each value is held until the "
-        f"next, every {grid.dt:.6g} s, for at most {in_seconds(longest)}."
+        f"The stamps are uneven ({format_seconds(steps.min())} to {format_seconds(steps.max())}): each value is held until the "
+        f"next, every {grid.dt:.6g} s, for at most {format_seconds(longest)}."
     )
 
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.digits import number_of
-from stiction.records.durations import in_seconds
+from stiction.display.duration_format import format_seconds
+from stiction.display.number_format import count_noun
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -79,7 +79,7 @@ def sort_by_time(
         result.clock_jumps += n_back
         result.notes.append(
             "The rows are not in the order of time, which runs backwards "
-            f"{number_of(n_back, 'time')}: they were sorted."
+            f"{count_noun(n_back, 'time')}: they were sorted."
         )
         order = np.argsort(result.seconds, kind="stable")
         result.seconds, result.rows = result.seconds[order], result.rows[order]
@@ -159,7 +159,7 @@ def _undo_set_back(result: SortedRows, usual: float, rows_differ: RowsDiffer) ->
             shift[at:] += by
             result.clock_jumps += 1
             result.notes.append(
-                f"The clock was set back by {in_seconds(by)} at row {rows[at] + 1} of the data: the rows from there on "
+                f"The clock was set back by {format_seconds(by)} at row {rows[at] + 1} of the data: the rows from there on "
                 "are taken to follow the last."
             )
     result.seconds = t + shift

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.digits import number_of
+from stiction.display.number_format import count_noun
 from stiction.sources.time.time_order import is_newest_first, to_datetime
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def localise(stamps: Stamps, timezone: str) -> Stamps:
         )
     if n_skipped := int(skipped.sum()):
         notes.append(
-            f"{number_of(n_skipped, 'stamp')} in an hour that the clock of {timezone} skips: taken as winter time."
+            f"{count_noun(n_skipped, 'stamp')} in an hour that the clock of {timezone} skips: taken as winter time."
         )
     seconds[rows] = np.where(is_second, second, first) / 1e6
     jumps, changes = stamps.clock_jumps + n_changes, stamps.dst_changes + n_changes
