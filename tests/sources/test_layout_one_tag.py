@@ -63,6 +63,23 @@ def test_the_file_name_is_the_tag(name, header, tmp_path):
     check(read_layout(tables, ReadOptions()), [f"FIC4101.{word}" for word in SIGNALS])
 
 
+@pytest.mark.parametrize("heading", ["Value", "{}"])
+def test_the_folder_is_the_loop_of_files_named_by_their_signals(heading, tmp_path):
+    folder = tmp_path / "FIC4101"
+    folder.mkdir()
+    tables = [
+        table_of(f"Time,{heading.format(word)}\n" + rows(x), folder / f"{word}.csv") for word, x in SIGNALS.items()
+    ]
+    check(read_layout(tables, ReadOptions()), [f"FIC4101.{word}" for word in SIGNALS])
+
+
+def test_a_bare_signal_is_named_by_the_file_when_that_says_the_same(tmp_path):
+    tables = [table_of(f"Time,{word}\n" + rows(x), tmp_path / f"FIC4101_{word}.csv") for word, x in SIGNALS.items()]
+    check(read_layout(tables, ReadOptions()), [f"FIC4101_{word}" for word in SIGNALS])
+    [column] = read_layout([table_of("Time,PV\n" + rows(SIGNALS["PV"]), tmp_path / "june.csv")], ReadOptions())
+    assert column.name == "PV"
+
+
 ABOVE = [
     "Tag: FIC4101.{}\nTimestamp,Value\n",
     "Tag,FIC4101.{}\n\nTimestamp,Value\n",

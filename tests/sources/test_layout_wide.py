@@ -136,3 +136,20 @@ def test_an_analyser_stored_now_and_then_changes_nothing_for_the_loops():
     lab = [x if k % 12 == 0 else "" for k, x in enumerate(PV)]
     columns = columns_of("Time,FIC1.PV,FIC1.OP,LAB.PV\n" + lines([stamp(k) for k in K], PV, OP, lab))
     assert columns["FIC1.PV"].clock is columns["FIC1.OP"].clock is columns["LAB.PV"].clock
+
+
+@pytest.mark.parametrize(
+    "header", ["Time,FIC1.PV,Quality,FIC1.OP,Quality", "Time,FIC1.PV,FIC1.PV.Quality,FIC1.OP,FIC1.OP.Quality"]
+)
+def test_the_quality_of_values_with_rows_of_their_own(header):
+    text = "".join(f"{stamp(k)}.000,{PV[k]},Bad,,\n{stamp(k)}.400,,,{OP[k]},Good\n" for k in K)
+    pv, op = columns_of(f"{header}\n{text}").values()
+    assert (values(pv), values(op)) == (PV.tolist(), OP.tolist())
+    assert (set(pv.quality()), set(op.quality())) == ({"Bad"}, {"Good"})
+
+
+def test_one_quality_of_all_values_with_rows_of_their_own():
+    text = "".join(f"{stamp(k)}.000,{PV[k]},,{192 * (k % 2)}\n{stamp(k)}.400,,{OP[k]},192\n" for k in K)
+    pv, op = columns_of(f"Time,FIC1.PV,FIC1.OP,Quality\n{text}").values()
+    assert pv.quality().to_list() == ["0", "192"] * (N // 2)
+    assert set(op.quality()) == {"192"}

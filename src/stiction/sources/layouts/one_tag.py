@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiction.sources.layouts.headings import (
@@ -20,7 +21,7 @@ from stiction.sources.time.parse import is_time_heading
 
 if TYPE_CHECKING:
     from stiction.sources.options import ReadOptions
-    from stiction.sources.table import RawTable
+    from stiction.sources.table import Origin, RawTable
 
 __all__ = ["find_tag_above", "read", "recognises"]
 
@@ -68,10 +69,10 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
         name = named[1]
     tag, unit_above = find_tag_above(table)
     unit = unit or unit_above
-    if parse_role(name) is None:
-        if tag:
-            forget_note_on_lines_above(table)
-        name = tag or _EXPORT_DATE.sub("", table.origin.stem) or table.origin.stem
+    if parse_role(name) is None and tag:
+        forget_note_on_lines_above(table)
+        name = tag
+    name = _name_by_file(name, table.origin)
     return [
         TagColumn(
             name=name,
@@ -85,6 +86,22 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
             own_clock=True,
         )
     ]
+
+
+def _name_by_file(name: str, origin: Origin) -> str:
+    """Complete a name without a tag by the file or sheet, or by its folder or workbook when that is only ``PV``."""
+    role = parse_role(name)
+    if role and role[0]:
+        return name
+    stem = _EXPORT_DATE.sub("", origin.stem) or origin.stem
+    by_stem = parse_role(stem)
+    if role and (by_stem is None or by_stem[1] != role[1]):
+        return name
+    if by_stem is None or by_stem[0]:
+        return stem
+    path = Path(origin.name.partition(", sheet ")[0])
+    owner = path.stem if ", sheet " in origin.name else path.parent.stem
+    return f"{owner}.{stem}" if owner else stem
 
 
 def find_tag_above(table: RawTable) -> tuple[str, str]:

@@ -53,7 +53,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     tag_position = _tag_column(names, options)
     assert tag_position is not None
     clock, no_signals = find_clock(table, options, taken=[tag_position])
-    table.load({tag_position, *no_signals})
+    table.load({tag_position, *no_signals, *(i for i, name in enumerate(names) if parse_role(name))})
     times = [table.column(i).alias(f"time {i}") for i in sorted(no_signals)]
     tags = table.column(tag_position).cast(pl.String).str.strip_chars().fill_null("").alias("tag")
     groups = tags.to_frame().with_row_index("row").filter(pl.col("tag") != "")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,8 @@ import numpy as np
 
 from stiction.errors import RecordError
 from stiction.sources.layouts.headings import find_clock, parse_role, table_headings
+from stiction.sources.layouts.row_groups import select_stamps
+from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import MISSING_WORDS
 from stiction.sources.tag_column import Clock, TagColumn
 
@@ -20,7 +23,6 @@ if TYPE_CHECKING:
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
-    from stiction.sources.time.stamps import Stamps
 
 __all__ = ["read", "recognises"]
 
@@ -91,8 +93,22 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
         if i not in no_signals
     ]
     if clock is not None and (sparse := _find_sparse(table, columns)):
+        qualities = [column for column in columns if (role := parse_role(column.name)) and role[1] == "quality"]
+        for column in columns:
+            column.quality = next((one.load for one in qualities if _is_quality_of(one, column, qualities)), None)
         columns = [_stored_rows_only(column) if column.position in sparse else column for column in columns]
+        columns = [column for column in columns if column.name not in {one.name for one in qualities}]
     return columns
+
+
+def _is_quality_of(quality: TagColumn, column: TagColumn, qualities: Sequence[TagColumn]) -> bool:
+    """Whether a column tells the quality of another one: by its name, by its place, or as the only one of its loop."""
+    tag, own = (parse_role(quality.name) or ("", ""))[0], parse_role(column.name)
+    if tag.upper() == normalise_name(column.name):
+        return True
+    if sum(one.name == quality.name for one in qualities) > 1:
+        return quality.position == (column.position or 0) + 1
+    return not tag or (own is not None and tag.upper() == own[0].upper())
 
 
 def _find_sparse(table: RawTable, columns: Sequence[TagColumn]) -> set[int]:
@@ -124,9 +140,7 @@ def _is_sparse(one: np.ndarray, other: np.ndarray) -> bool:
 
 def _stored_rows_only(column: TagColumn) -> TagColumn:
     """Give a column with the rows at which it was stored, on a clock of its own."""
-    from stiction.sources.layouts.row_groups import select_stamps
-
-    clock, whole = column.clock, column.load
+    clock, whole, quality = column.clock, column.load, column.quality
     assert clock is not None
 
     def stored() -> pl.Series:
@@ -137,16 +151,10 @@ def _stored_rows_only(column: TagColumn) -> TagColumn:
             return cells.is_not_null()
         return cells.is_not_null() & ~cells.str.strip_chars().str.to_uppercase().is_in(list(MISSING_WORDS))
 
-    def parse() -> Stamps:
-        return select_stamps(clock.stamps, stored().arg_true().to_numpy())
-
-    return TagColumn(
-        name=column.name,
-        table=column.table,
-        clock=Clock(parse),
+    return replace(
+        column,
+        clock=Clock(lambda: select_stamps(clock.stamps, stored().arg_true().to_numpy())),
         load=lambda: whole().filter(stored()),
-        unit=column.unit,
-        description=column.description,
-        position=column.position,
+        quality=None if quality is None else lambda: quality().filter(stored()),
         own_clock=True,
     )
