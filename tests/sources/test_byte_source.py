@@ -123,8 +123,8 @@ REFUSED = {
     "empty": (b"", "is empty; export"),
     "blank": (b" \n\t\r\n", "is empty; export"),
     "empty gz": (gzip.compress(b"\n"), "is empty; export"),
-    "empty zip": (make_zip(), "zip archive without files"),
-    "zip of a folder": (make_zip(**{"a/": b""}), "zip archive without files"),
+    "empty zip": (make_zip(), "zip archive of 0 files"),
+    "zip of a folder": (make_zip(**{"a/": b""}), "zip archive of 0 files"),
     "zip in a zip": (make_zip(a=make_zip(b=TEXT)), "archive within an archive"),
     "encrypted": (encrypted_zip(), "is encrypted; unpack it with its password"),
     "cut gz": (gzip.compress(TEXT)[:-20], "is damaged or cut off"),
@@ -139,7 +139,10 @@ REFUSED = {
     "gz of zeros": (gzip.compress(ZEROS), "decompresses to more than 200 times its size"),
     "zst of zeros": (zstd(ZEROS), "decompresses to more than 200 times its size"),
     "zip of zeros": (make_zip(a=ZEROS), "decompresses to more than 200 times its size"),
-    "workbook of zeros": (make_zip(**{"xl/a": ZEROS}), "decompresses to more than 200 times its size"),
+    "workbook of zeros": (
+        make_zip(**{"[Content_Types].xml": b"<x/>", "xl/a": ZEROS}),
+        "decompresses to more than 200 times its size",
+    ),
     "zeros": (bytes(100_000), "begins with zeros only"),
 }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from shutil import rmtree
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, BinaryIO
 from weakref import finalize
 
 from stiction.errors import RecordError
-from stiction.sources.compression import ByteLimit, inflate, require_small_zip
+from stiction.sources.compression import ByteLimit, inflate
 from stiction.sources.table import Origin
 
 if TYPE_CHECKING:
@@ -27,46 +28,23 @@ HEAD_BYTES = 65_536
 """Bytes by which a format is recognised."""
 CHUNK_BYTES = 1 << 20
 
-_REFUSED = (
-    (b"%PDF", "a PDF document", "export the trend as CSV"),
-    (b"\x7fELF", "a program", "name the data file"),
-    (b"MZ\x90\x00", "a program", "name the data file"),
-    (b"\xcf\xfa\xed\xfe", "a program", "name the data file"),
-    (b"\x89PNG", "a picture", "export the numbers of the trend as CSV"),
-    (b"\xff\xd8\xff", "a picture", "export the numbers of the trend as CSV"),
-    (b"GIF8", "a picture", "export the numbers of the trend as CSV"),
-    (b"II*\x00", "a picture", "export the numbers of the trend as CSV"),
-    (b"MM\x00*", "a picture", "export the numbers of the trend as CSV"),
-    (b"\x93NUMPY", "a NumPy array", "save it with column names as CSV or Parquet"),
-    (b"SQLite format 3\x00", "an SQLite database", "give its URL, sqlite:///FILE, and a table or query"),
-    (b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive", "unpack it first"),
-    (b"Rar!", "a RAR archive", "unpack it first"),
-    (b"BZh91AY&SY", "a bzip2 file", "unpack it first"),
-    (b"\xfd7zXZ", "an xz file", "unpack it first"),
-)
+_REFUSED = {
+    b"%PDF": ("a PDF document", "export the trend as CSV"),
+    **dict.fromkeys((b"\x7fELF", b"MZ\x90\x00", b"\xcf\xfa\xed\xfe"), ("a program", "name the data file")),
+    **dict.fromkeys(
+        (b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\x00", b"MM\x00*"),
+        ("a picture", "export the numbers of the trend as CSV"),
+    ),
+    b"\x93NUMPY": ("a NumPy array", "save it with column names as CSV or Parquet"),
+    b"SQLite format 3\x00": ("an SQLite database", "give its URL, sqlite:///FILE, and a table or a query"),
+    **dict.fromkeys(
+        (b"7z\xbc\xaf\x27\x1c", b"Rar!", b"BZh91AY&SY", b"\xfd7zXZ"),
+        ("an archive of a kind that is not read", "unpack it first"),
+    ),
+}
+"""First bytes -> what holds no records, and the remedy."""
 _HTML = (b"<!doctype html", b"<html")
 _BLANK = b" \t\r\n\0\xef\xbb\xbf\xff\xfe"
-
-
-@dataclass(eq=False)
-class ByteSource:
-    """A file to parse, after decompression."""
-
-    origin: Origin
-    path: Path
-    """The file itself, or a temporary one; that is deleted with this object."""
-    head: bytes
-    """The first `HEAD_BYTES` bytes."""
-    size: int
-    """Size after decompression [bytes]."""
-    max_bytes: int
-    """Largest size that may be read [bytes]."""
-    scratch: ScratchFolder = field(default_factory=lambda: ScratchFolder(), repr=False)
-    """Where temporary files go; the files of an archive share it."""
-
-    def close(self) -> None:
-        """Delete the temporary files, of an archive those of all its files."""
-        self.scratch.delete()
 
 
 class ScratchFolder:
@@ -89,13 +67,29 @@ class ScratchFolder:
             self._delete()
 
 
-def open_source(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -> ByteSource:
-    """Open a source of one file; see `open_sources`.
+@dataclass(eq=False)
+class ByteSource:
+    """A file to parse, after decompression."""
 
-    Raises
-    ------
-    RecordError
-        As `open_sources` does, and when an archive holds several files.
+    origin: Origin
+    path: Path
+    """The file itself, or a temporary one."""
+    head: bytes
+    """The first `HEAD_BYTES` bytes."""
+    size: int
+    """Size after decompression [bytes]."""
+    max_bytes: int
+    """Largest size that may be read [bytes]."""
+    scratch: ScratchFolder = field(default_factory=ScratchFolder, repr=False)
+    """Where temporary files go; the files of an archive share it."""
+
+    def close(self) -> None:
+        """Delete the temporary files, of an archive those of all its files."""
+        self.scratch.delete()
+
+
+def open_source(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -> ByteSource:
+    """Open a source that is one file; see `open_sources`.
 
     Examples
     --------
@@ -104,11 +98,10 @@ def open_source(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -
     >>> open_source(io.BytesIO(gzip.compress(b"time,PV,OP")), ReadOptions()).head
     b'time,PV,OP'
     """
-    sources = open_sources(path, options)
-    if len(sources) > 1:
-        names = ", ".join(source.origin.name for source in sources[:5])
-        raise RecordError(f"{sources[0].origin.name}: is one of {len(sources)} files ({names}); unpack the archive.")
-    return sources[0]
+    source, *others = open_sources(path, options)
+    if others:
+        raise RecordError(f"{source.origin.name}: is one of {1 + len(others)} files in an archive; unpack it first.")
+    return source
 
 
 def open_sources(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -> list[ByteSource]:
@@ -153,14 +146,16 @@ def open_sources(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) 
 def _store(path: str | os.PathLike[str] | BinaryIO, max_bytes: int, scratch: ScratchFolder) -> ByteSource:
     """Measure a file where it is, or copy a stream into the scratch folder."""
     file, name = _open_file(path)
-    if isinstance(path, (str, os.PathLike)) and Path(path).is_file() and file is not sys.stdin.buffer:
-        found, stem = Path(path), Path(name).stem
-        with file:
-            size, digest = _measure(file, name, max_bytes)
-    else:
-        found, stem = scratch.path() / "source", "stream" if name == "stream" else Path(name).stem
-        with open(found, "wb") as copy:
-            size, digest = _measure(file, name, max_bytes, copy)
+    stem = "stream" if name == "stream" else Path(name).stem
+    is_path = isinstance(path, (str, os.PathLike)) and os.fspath(path) != "-"
+    with ExitStack() as stack:
+        found, copy = Path(name), None
+        if is_path:
+            stack.enter_context(file)
+        if not (is_path and found.is_file()):
+            found = scratch.path() / "source"
+            copy = stack.enter_context(open(found, "wb"))
+        size, digest = _measure(file, name, max_bytes, copy)
     return ByteSource(Origin(name, stem, digest), found, _read_head(found), size, max_bytes, scratch)
 
 
@@ -187,16 +182,10 @@ def _open_file(path: str | os.PathLike[str] | BinaryIO) -> tuple[BinaryIO, str]:
         raise RecordError(f"{text!r}: cannot be read ({reason}); check the name and the rights.") from None
 
 
-def _measure(file: BinaryIO, name: str, max_bytes: int, copy: BinaryIO | None = None) -> tuple[int, str]:
+def _measure(file: BinaryIO, name: str, max_bytes: int, copy: BinaryIO | None) -> tuple[int, str]:
     """Count and digest the bytes of a file, and copy them where asked."""
     digest, limit, has_content = hashlib.sha256(), ByteLimit(name, max_bytes), False
-    while True:
-        try:
-            chunk = file.read(CHUNK_BYTES)
-        except OSError as error:
-            raise RecordError(f"{name}: cannot be read ({error.strerror or error}); copy it again.") from None
-        if not chunk:
-            break
+    while chunk := file.read(CHUNK_BYTES):
         if not isinstance(chunk, bytes):
             raise RecordError(f"{name}: was opened as text; open it with mode 'rb'.")
         if limit.size == 0:
@@ -213,21 +202,21 @@ def _measure(file: BinaryIO, name: str, max_bytes: int, copy: BinaryIO | None = 
 
 def _decompress(source: ByteSource, *, is_member: bool = False) -> Iterator[ByteSource]:
     """Give the source itself, or the files that it holds when it is compressed."""
-    require_small_zip(source.path, source.head, source.origin.name, source.max_bytes)
-    members = inflate(source.path, source.head, source.origin.name, source.max_bytes, source.scratch.path)
+    name = source.origin.name
+    limit = ByteLimit(name, source.max_bytes, source.path.stat().st_size)
+    members = inflate(source.path, source.head, limit, source.scratch.path)
     if members is None:
         yield source
         return
-    if is_member and (len(members) != 1 or members[0][0]):
-        raise RecordError(f"{source.origin.name}: is an archive within an archive; unpack the outer one first.")
     for member, path in members:
-        inner = Path(member).name
-        name = f"{source.origin.name}/{member}" if member else source.origin.name
-        stem = Path(inner).stem if member else Path(source.origin.stem).stem
-        origin = Origin(name, stem, source.origin.sha256)
-        one = ByteSource(origin, path, _read_head(path), path.stat().st_size, source.max_bytes, source.scratch)
-        if not one.head.strip(_BLANK):
-            raise RecordError(f"{name}: is empty; export the loop again with a header and rows of numbers.")
+        if is_member and member:
+            raise RecordError(f"{name}: is an archive within an archive; unpack the outer one first.")
+        stem = Path(member or source.origin.stem).stem
+        origin = Origin(f"{name}/{member}" if member else name, stem, source.origin.sha256)
+        head, size = _read_head(path), path.stat().st_size
+        if not head.strip(_BLANK):
+            raise RecordError(f"{origin.name}: is empty; export the loop again with a header and rows of numbers.")
+        one = ByteSource(origin, path, head, size, source.max_bytes, source.scratch)
         yield from _decompress(one, is_member=True) if member else (one,)
 
 
@@ -238,14 +227,14 @@ def _read_head(path: Path) -> bytes:
 
 def _refuse_kind(name: str, head: bytes) -> None:
     """Refuse by its first bytes what holds no records, before the rest of a long stream is read."""
-    kind = next(((what, remedy) for start, what, remedy in _REFUSED if head.startswith(start)), None)
-    if len(head) > 1 and head[0] == 0x80 and 2 <= head[1] <= 5:
+    kind = next((kind for start, kind in _REFUSED.items() if head.startswith(start)), None)
+    if head[:2] in (b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"):
         kind = "a Python pickle, which may run code when it is read", "save the frame as CSV or Parquet"
-    if head[257:262] == b"ustar":
+    elif head[257:262] == b"ustar":
         kind = "a tar archive", "unpack it first"
-    if head[:64].lstrip().lower().startswith(_HTML):
+    elif head[:64].lstrip().lower().startswith(_HTML):
         kind = "an HTML page", "open it in a spreadsheet program and save it as CSV or xlsx"
-    if len(head) >= HEAD_BYTES and not head.strip(b"\0"):
+    elif len(head) >= HEAD_BYTES and not head.strip(b"\0"):
         kind = "binary and begins with zeros only", "export the loop as CSV"
     if kind:
         raise RecordError(f"{name}: is {kind[0]}; {kind[1]}.")

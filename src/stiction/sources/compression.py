@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import gzip
 import zipfile
-import zlib
 from contextlib import contextmanager
-from pathlib import Path, PurePosixPath
-from typing import IO, TYPE_CHECKING
+from pathlib import PurePosixPath
+from typing import TYPE_CHECKING, Any
 
 from stiction.errors import RecordError
 from stiction.sources.options import MAX_RATIO
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+    from pathlib import Path
 
-__all__ = ["ByteLimit", "inflate", "require_small_zip"]
+__all__ = ["ByteLimit", "inflate"]
 
 CHUNK_BYTES = 1 << 20
 MIN_RATIO_BYTES = 10_000_000
@@ -47,17 +47,8 @@ class ByteLimit:
             )
 
 
-def require_small_zip(path: Path, head: bytes, name: str, max_bytes: int) -> None:
-    """Refuse a zip file, a workbook for example, whose files are too large by its table of contents."""
-    if not head.startswith(_ZIP):
-        return
-    limit = ByteLimit(name, max_bytes, path.stat().st_size)
-    for member in _list_members(path, name):
-        limit.add(member.file_size)
-
-
 def inflate(
-    path: Path, head: bytes, name: str, max_bytes: int, make_folder: Callable[[], Path]
+    path: Path, head: bytes, limit: ByteLimit, make_folder: Callable[[], Path]
 ) -> list[tuple[str, Path]] | None:
     """Decompress a file.
 
@@ -67,12 +58,10 @@ def inflate(
         The file.
     head : bytes
         Its first bytes.
-    name : str
-        Its name for messages.
-    max_bytes : int
-        Largest size after decompression [bytes].
+    limit : ByteLimit
+        Counts the bytes after decompression.
     make_folder : callable
-        Gives the folder for the files, when one is needed.
+        Gives the folder for the decompressed files.
 
     Returns
     -------
@@ -84,44 +73,44 @@ def inflate(
     RecordError
         When the file is damaged, encrypted, holds no file or grows too large.
     """
-    limit = ByteLimit(name, max_bytes, path.stat().st_size)
     if head.startswith(_GZIP):
         with gzip.open(path) as stream:
             return [("", _write(_chunks(stream), make_folder() / f"{path.name}.inflated", limit))]
     if head.startswith(_ZSTD):
         return [("", _write(_zstd_chunks(path), make_folder() / f"{path.name}.inflated", limit))]
-    if head.startswith(_EMPTY_ZIP):
-        raise RecordError(f"{name}: is a zip archive without files; pack the exported files again.")
-    if not head.startswith(_ZIP) or _is_document(members := _list_members(path, name)):
+    if not head.startswith((_ZIP, _EMPTY_ZIP)):
         return None
-    files = [member for member in members if _is_data_file(member.filename) and not member.is_dir()]
-    if not files:
-        raise RecordError(f"{name}: is a zip archive without files; pack the exported files again.")
-    if any(member.flag_bits & 1 for member in files):
-        raise RecordError(f"{name}: is encrypted; unpack it with its password first.")
-    found: list[tuple[str, Path]] = []
-    with zipfile.ZipFile(path) as archive:
-        for number, member in enumerate(files):
-            with _reads(name), archive.open(member) as stream:
-                out = make_folder() / f"{path.name}.{number}"
-                found.append((member.filename, _write(_chunks(stream), out, limit)))
+    with _damage_refused(limit.name), zipfile.ZipFile(path) as archive:
+        members = [member for member in archive.infolist() if _is_data_file(member)]
+        declared = ByteLimit(limit.name, limit.max_bytes, limit.compressed)
+        for member in members:
+            declared.add(member.file_size)
+        if any(member.filename in ("[Content_Types].xml", "mimetype") for member in members):
+            return None  # a workbook or another document
+        if not 0 < len(members) <= MAX_MEMBERS:
+            raise RecordError(
+                f"{limit.name}: is a zip archive of {len(members)} files; pack 1 to {MAX_MEMBERS} exported files."
+            )
+        if any(member.flag_bits & 1 for member in members):
+            raise RecordError(f"{limit.name}: is encrypted; unpack it with its password first.")
+        found = []
+        for number, member in enumerate(members):
+            with archive.open(member) as stream:
+                out = _write(_chunks(stream), make_folder() / f"{path.name}.{number}", limit)
+            found.append((member.filename, out))
     return found
 
 
 def _write(chunks: Iterator[bytes], path: Path, limit: ByteLimit) -> Path:
-    """Write decompressed bytes into a file, counted; a damaged stream is refused and its file deleted."""
-    try:
-        with _reads(limit.name), open(path, "wb") as file:
-            for chunk in chunks:
-                limit.add(len(chunk))
-                file.write(chunk)
-    except RecordError:
-        path.unlink(missing_ok=True)
-        raise
+    """Write decompressed bytes into a file, counted."""
+    with _damage_refused(limit.name), open(path, "wb") as file:
+        for chunk in chunks:
+            limit.add(len(chunk))
+            file.write(chunk)
     return path
 
 
-def _chunks(stream: IO[bytes]) -> Iterator[bytes]:
+def _chunks(stream: Any) -> Iterator[bytes]:
     while chunk := stream.read(CHUNK_BYTES):
         yield chunk
 
@@ -143,43 +132,20 @@ def _zstd_chunks(path: Path) -> Iterator[bytes]:
 
 
 @contextmanager
-def _reads(name: str) -> Iterator[None]:
-    """Say that a compressed file is damaged, instead of the error of its library."""
+def _damage_refused(name: str) -> Iterator[None]:
+    """Say that a compressed file is damaged, instead of any error of its library."""
     try:
         yield
-    except (OSError, EOFError, zlib.error, zipfile.BadZipFile, RuntimeError, NotImplementedError, ValueError) as error:
-        if isinstance(error, RecordError):
-            raise
-        raise _damaged(name, error) from None
+    except RecordError:
+        raise
     except Exception as error:
-        if type(error).__name__ not in ("ZstdError", "LZMAError"):
-            raise
-        raise _damaged(name, error) from None
+        reason = str(error).rstrip(".") or type(error).__name__
+        raise RecordError(f"{name}: is damaged or cut off ({reason}); copy or export it again.") from None
 
 
-def _damaged(name: str, error: Exception) -> RecordError:
-    reason = str(error).rstrip(".") or type(error).__name__
-    return RecordError(f"{name}: is damaged or cut off ({reason}); copy or export it again.")
-
-
-def _list_members(path: Path, name: str) -> list[zipfile.ZipInfo]:
-    """Read the table of contents of a zip file."""
-    with _reads(name), zipfile.ZipFile(path) as archive:
-        members = archive.infolist()
-    if len(members) > MAX_MEMBERS:
-        raise RecordError(f"{name}: holds {len(members)} files, more than {MAX_MEMBERS}; pack fewer into one archive.")
-    return members
-
-
-def _is_document(members: list[zipfile.ZipInfo]) -> bool:
-    """Whether a zip file is a workbook or another document, which its own format reads."""
-    names = {member.filename for member in members}
-    return "[Content_Types].xml" in names or "mimetype" in names or any(name.startswith("xl/") for name in names)
-
-
-def _is_data_file(name: str) -> bool:
-    path = PurePosixPath(name)
-    return not name.startswith("__MACOSX/") and not path.name.startswith(".")
+def _is_data_file(member: zipfile.ZipInfo) -> bool:
+    name = PurePosixPath(member.filename).name
+    return not member.is_dir() and not member.filename.startswith("__MACOSX/") and not name.startswith(".")
 
 
 def _megabytes(n: int) -> str:

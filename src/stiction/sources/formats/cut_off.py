@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from stiction.sources.formats.text_dialect import Dialect
 
 __all__ = ["find_cut_off", "is_cut_off"]
 
@@ -21,34 +20,26 @@ MAX_SHOWN = 24
 """Characters of the incomplete row in the message."""
 
 
-def find_cut_off(path: Path, dialect: Dialect) -> tuple[int, str]:
-    """Find where the whole rows of a UTF-8 file end [bytes], and the end of the incomplete row after them.
-
-    The text is empty when the last row is whole.
-    """
-    size = path.stat().st_size
+def find_cut_off(path: Path, delimiter: str, skip_lines: int) -> tuple[int, str]:
+    """Find where the whole rows of a UTF-8 file end [bytes], and the end of the incomplete row after them, if any."""
+    size, n_bytes = path.stat().st_size, 65_536
     with open(path, "rb") as file:
-        file.seek(max(size - 1, 0))
-        if file.read(1) in (b"\n", b""):
+        file.seek(size - 1)
+        if file.read() == b"\n":
             return size, ""
-        n_bytes = 65_536
         while True:
             file.seek(max(size - n_bytes, 0))
-            tail = file.read().decode(errors="replace")
-            if n_bytes >= size or tail.count("\n") > ROWS_BEFORE + 1:
+            lines = file.read().split(b"\n")
+            if n_bytes >= size or len(lines) > ROWS_BEFORE + 1:
                 break
             n_bytes *= 4
-        file.seek(0)
-        data_start = sum(len(file.readline()) for _ in range(dialect.first_row))
-    lines = tail.split("\n")
-    n_lines_above = dialect.first_row if n_bytes >= size else 1
-    rows = [row for line in lines[n_lines_above:-1] for row in split_lines([line], dialect.delimiter)[0]]
-    written = [row for row in rows if any(cell.strip() for cell in row)][-ROWS_BEFORE:]
-    last = lines[-1]
-    [row] = split_lines([last], dialect.delimiter)[0] or [[]]
-    if not row or not is_cut_off(row, written):
-        return size, ""
-    return max(size - len(last.encode()), data_start), last[-MAX_SHOWN:]
+    skipped = skip_lines if n_bytes >= size else 1
+    *before, last = [line.decode(errors="replace") for line in lines[skipped:]] or [""]
+    rows = [row for line in before for row in split_lines([line], delimiter)[0] if any(map(str.strip, row))]
+    for row in split_lines([last], delimiter)[0]:
+        if is_cut_off(row, rows[-ROWS_BEFORE:]):
+            return size - len(lines[-1]), last[-MAX_SHOWN:]
+    return size, ""
 
 
 def is_cut_off(row: Sequence[str], before: Sequence[Sequence[str]], *, min_rows: int = 20) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import csv
+import re
 from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
@@ -10,7 +10,7 @@ from stiction.sources.formats.cut_off import find_cut_off
 from stiction.sources.formats.table_rows import make_table, ragged_note
 from stiction.sources.formats.text_dialect import sniff_text, split_lines
 from stiction.sources.formats.text_encoding import find_encoding, to_utf8
-from stiction.sources.formats.text_lines import MAX_LINE_LENGTH, check_lines, line_too_long
+from stiction.sources.formats.text_lines import MAX_LINE_LENGTH, RowRepair, line_too_long
 from stiction.sources.table import SNIFF_ROWS
 
 if TYPE_CHECKING:
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     import polars as pl
 
     from stiction.sources.byte_source import ByteSource
-    from stiction.sources.formats.text_dialect import Dialect
-    from stiction.sources.formats.text_lines import LineCheck
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
 
@@ -61,8 +59,7 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     Raises
     ------
     RecordError
-        When the file is no text, holds no row of numbers, a line cannot be split into columns, or a comma between
-        thousands splits numbers.
+        When the file is no text, holds no row of numbers, a line cannot be split into columns, or commas split numbers.
 
     Examples
     --------
@@ -80,77 +77,54 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     path, encoding = to_utf8(source, encoding)
     head = _read_head(path, name)
     dialect = sniff_text(name, head[:SNIFF_ROWS], options.delimiter, options.decimal)
-    end, last_line = find_cut_off(path, dialect)
-    copy = source.scratch.path() / f"{source.path.name}.rows"
-    found = check_lines(
-        path, copy, name, delimiter=dialect.delimiter, width=dialect.width, skip_lines=dialect.first_row, end=end
-    )
-    _refuse_torn_numbers(name, dialect, found)
-    table = make_table(
-        source.origin,
-        dialect,
-        _sample(head[dialect.first_row :], dialect.delimiter),
-        _ColumnReader(source, found, dialect),
-        options,
-        first_line=dialect.first_row + 1,
-    )
-    notes = []
-    if encoding not in ("utf-8", "utf-8-sig"):
-        notes.append(f"The text encoding is taken as {encoding}.")
-    if options.delimiter is None and dialect.delimiter != ",":
-        mark = _DELIMITER_NAMES.get(dialect.delimiter, repr(dialect.delimiter))
-        notes.append(f"Columns are separated by {mark}.")
-    table.notes[:0] = notes
-    if last_line:
-        table.notes.append(
-            f"The file ends within line {found.n_lines + 1} ({last_line!r}), so it was cut off: that row is left out; "
-            "export or copy it again."
+    mark, width, skip_lines = dialect.delimiter, dialect.width, dialect.first_row
+    end, last_line = find_cut_off(path, mark, skip_lines)
+    rows = RowRepair(name, mark, width)
+    path = rows.run(path, source.scratch.path() / f"{source.path.name}.rows", skip_lines=skip_lines, end=end)
+    if mark == "," and len(rows.torn_numbers) > MAX_TORN_SHARE * rows.n_rows:
+        raise RecordError(
+            f"{name}: has commas between columns and within numbers, such as {rows.torn_numbers[0]}; export it with "
+            "semicolons between columns, or with such numbers in quotes."
         )
-    if found.ragged_rows:
-        table.notes.append(ragged_note(found.ragged_rows, dialect.width, found.first_ragged_line))
-    return [table]
+    has_padding = re.search(rf'[ \t](["\r\n]|{re.escape(mark)})|(["\n]|{re.escape(mark)})[ \t]|="', "".join(head))
 
-
-class _ColumnReader:
-    """Reads columns of the checked file; it keeps the temporary files of the source."""
-
-    def __init__(self, source: ByteSource, found: LineCheck, dialect: Dialect) -> None:
-        self._source, self._found, self._dialect = source, found, dialect
-
-    def __call__(self, positions: Sequence[int]) -> pl.DataFrame:
+    def read_columns(positions: Sequence[int]) -> pl.DataFrame:
         import polars as pl
 
-        name, found, dialect = self._source.origin.name, self._found, self._dialect
-        columns = [f"c{i}" for i in range(dialect.width)]
+        name = source.origin.name  # the source keeps the temporary file
         try:
-            frame = (
-                pl.scan_csv(
-                    found.path,
-                    has_header=False,
-                    separator=dialect.delimiter,
-                    schema=dict.fromkeys(columns, pl.String),
-                    skip_lines=found.skip_lines,
-                    glob=False,
-                )
-                .select(self._cell(columns[i]) for i in positions)
-                .collect()
+            lazy = pl.scan_csv(
+                path,
+                has_header=False,
+                separator=mark,
+                schema={f"c{i}": pl.String for i in range(width)},
+                skip_lines=skip_lines,
+                glob=False,
             )
+            frame = lazy.select(f"c{i}" for i in positions).collect()
         except (pl.exceptions.PolarsError, OSError) as error:
             reason = str(error).strip().partition("\n")[0]
             raise RecordError(f"{name}: cannot be split into columns ({reason}); export it as plain CSV.") from None
-        if frame.height != found.n_rows:
+        if frame.height != rows.n_rows:
             raise RecordError(
-                f"{name}: has {found.n_rows} rows of data, of which {frame.height} were read; export it as plain CSV."
+                f"{name}: has {rows.n_rows} rows of data, of which {frame.height} were read; export it as plain CSV."
             )
-        return frame
+        return frame.select(pl.all().str.strip_chars().str.replace(r'^="(.*)"$', "$1")) if has_padding else frame
 
-    def _cell(self, column: str) -> pl.Expr:
-        import polars as pl
-
-        cell = pl.col(column)
-        if self._found.has_padding:
-            cell = cell.str.strip_chars()
-        return cell.str.replace(r'^="(.*)"$', "$1") if self._found.has_formulas else cell
+    sample = [row for line in head[skip_lines:] for row in split_lines([line], mark)[0] if any(map(str.strip, row))]
+    table = make_table(source.origin, dialect, sample[:SNIFF_ROWS], read_columns, options, first_line=skip_lines + 1)
+    if options.delimiter is None and mark != ",":
+        table.notes.insert(0, f"Columns are separated by {_DELIMITER_NAMES.get(mark, repr(mark))}.")
+    if encoding not in ("utf-8", "utf-8-sig"):
+        table.notes.insert(0, f"The text encoding is taken as {encoding}.")
+    if last_line:
+        table.notes.append(
+            f"The file ends within line {rows.n_lines + 1} ({last_line!r}), so it was cut off: that row is left out; "
+            "export or copy it again."
+        )
+    if rows.ragged_rows:
+        table.notes.append(ragged_note(rows.ragged_rows, width, rows.first_ragged_line))
+    return [table]
 
 
 def _read_head(path: Path, name: str) -> list[str]:
@@ -162,21 +136,3 @@ def _read_head(path: Path, name: str) -> list[str]:
                 raise line_too_long(name, len(lines) + 1)
             lines.append(line)
     return lines
-
-
-def _sample(lines: list[str], delimiter: str) -> list[list[str]]:
-    """Split the first written lines of data into cells."""
-    try:
-        rows, _ = split_lines(lines, delimiter)
-    except csv.Error:
-        rows = [row for line in lines for row in split_lines([line], delimiter)[0]]
-    return [row for row in rows if any(cell and not cell.isspace() for cell in row)][:SNIFF_ROWS]
-
-
-def _refuse_torn_numbers(name: str, dialect: Dialect, found: LineCheck) -> None:
-    torn = found.torn_numbers
-    if dialect.delimiter == "," and len(torn) > MAX_TORN_SHARE * found.n_rows:
-        raise RecordError(
-            f"{name}: has commas between columns and within numbers, such as {torn[0]}; export it with semicolons "
-            "between columns, or with such numbers in quotes."
-        )

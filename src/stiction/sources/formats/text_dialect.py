@@ -9,7 +9,7 @@ import csv
 import itertools
 import re
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
@@ -74,35 +74,40 @@ def sniff_text(name: str, lines: list[str], delimiter: str | None, decimal: str 
     Raises
     ------
     RecordError
-        When there is no row of numbers, or a decimal comma between commas.
+        When there is no row of numbers, or one name less than there are columns, or commas split numbers.
     """
     if lines and (found := re.fullmatch(r'"?sep=(.)"?\s*', lines[0], re.IGNORECASE)):
         delimiter = delimiter or found.group(1)
         lines = ["\n", *lines[1:]]
     best: tuple[Dialect, list[list[str]], int] | None = None
-    open_quote = ""
+    problem = ""
     tried = [mark for mark in DELIMITERS if mark == "," or any(mark in line for line in lines)]
     for mark in (delimiter,) if delimiter else tried:
         try:
             rows, lines_above = split_lines(lines, mark)
         except csv.Error as error:
-            open_quote = f"a quote that never closes ({error})"
+            problem = f"a quote that never closes ({error})"
             continue
         dialect = find_table(rows, decimal, delimiter=mark)
         if dialect is not None and (best is None or dialect.score > best[0].score + 1e-9):
             best = dialect, rows, lines_above[dialect.first_row]
-    if best is None and open_quote:
-        raise RecordError(f"{name}: holds {open_quote}; export it with semicolons between columns, or without quotes.")
-    if best is None:
+    if best is None and not problem:
         first_line = lines[0].strip()[:60] if lines else ""
         raise RecordError(
             f"{name}, line 1: no row of numbers was found (the file begins {first_line!r}); "
             "export a table with a header and one row of numbers per sample."
         )
+    if best is not None:
+        problem = _find_split_numbers(best[0], best[1])
+    if best is None or problem:
+        raise RecordError(f"{name}: holds {problem}; export it with semicolons between columns, or without quotes.")
     dialect, rows, first_line = best
-    _refuse_split_numbers(name, dialect, rows)
-    _refuse_missing_name(name, dialect, rows)
-    return Dialect(**{**vars(dialect), "first_row": first_line})
+    if _lacks_name(dialect, rows):
+        raise RecordError(
+            f"{name}: has {dialect.width - 1} names over {dialect.width} columns; write one name over each column, so "
+            "that it is clear which is which."
+        )
+    return replace(dialect, first_row=first_line)
 
 
 def find_table(rows: list[list[str]], decimal: str | None, *, delimiter: str = "") -> Dialect | None:
@@ -141,37 +146,30 @@ def find_table(rows: list[list[str]], decimal: str | None, *, delimiter: str = "
     return best
 
 
-def _refuse_split_numbers(name: str, dialect: Dialect, rows: list[list[str]]) -> None:
-    """Refuse commas within numbers of a table with commas between columns."""
+def _find_split_numbers(dialect: Dialect, rows: list[list[str]]) -> str:
+    """Say how commas within numbers split the cells of a table with commas between columns; empty when none do."""
     first, width = dialect.first_row, dialect.width
     header_width = len(rows[first - 1]) if first else 0
-    problem = ""
-    if dialect.delimiter == "," and header_width > 1:
-        torn = [find_torn_number(row) for row in rows[first:] if len(row) == width]
-        if not dialect.header and width in (2 * header_width - 1, 2 * header_width):
-            problem = "a decimal comma between commas"
-        elif header_width < width and 2 * sum(map(bool, torn)) > len(torn):
-            problem = f"commas between columns and within numbers, such as {next(filter(None, torn))}"
-    if problem:
-        raise RecordError(
-            f"{name}: holds rows of {width} cells under a header of {header_width}: {problem}; export it with "
-            "semicolons between columns, or without quotes."
-        )
+    if dialect.delimiter != "," or header_width < 2:
+        return ""
+    what = f"rows of {width} cells under a header of {header_width}: "
+    if not dialect.header and width in (2 * header_width - 1, 2 * header_width):
+        return what + "a decimal comma between commas"
+    torn = [find_torn_number(row) for row in rows[first:] if len(row) == width]
+    if header_width < width and 2 * sum(map(bool, torn)) > len(torn):
+        return what + f"commas between columns and within numbers, such as {next(filter(None, torn))}"
+    return ""
 
 
-def _refuse_missing_name(name: str, dialect: Dialect, rows: list[list[str]]) -> None:
-    """Refuse a header with one name less than there are columns, unless the last column is empty."""
+def _lacks_name(dialect: Dialect, rows: list[list[str]]) -> bool:
+    """Whether the header has one name less than there are columns, and the last column is not an empty one."""
     first, width, header = dialect.first_row, dialect.width, dialect.header
     if not header or width < 3 or max(map(len, rows[:first])) >= width:
-        return
-    if header[-1][0] == "Date" != [*rows[first - 1], ""][0]:  # `_split_header` named the second of date and clock
-        return
+        return False
+    if header[-1][0] == "Date" != [*rows[first - 1], ""][0]:  # `_split_header` gave the clock after a date its name
+        return False
     data = [row for row in rows[first:] if len(row) == width]
-    if 2 * sum(bool(row[-1].strip()) for row in data) > len(data):
-        raise RecordError(
-            f"{name}: has {width - 1} names over {width} columns; write one name over each column, so that it is "
-            "clear which is which."
-        )
+    return 2 * sum(bool(row[-1].strip()) for row in data) > len(data)
 
 
 def _is_written(row: Sequence[str]) -> bool:
