@@ -180,7 +180,9 @@ def _repeated_stamps(tag: TagSeries, one: _StoredValues) -> list[str]:
     standing = tag.values[one.rows[np.searchsorted(one.seconds, one.stamps.seconds[known])]]
     other = (tag.values[known] != standing) & ~(np.isnan(tag.values[known]) & np.isnan(standing))
     values = count_noun(int(other.sum()), "value")
-    return [f"Left out: {values} of {tag.name} with the time stamp of the next, which is another."] if other.any() else []
+    return (
+        [f"Left out: {values} of {tag.name} with the time stamp of the next, which is another."] if other.any() else []
+    )
 
 
 def _scan_time(steps: NDArray[np.float64]) -> float:
