@@ -65,9 +65,7 @@ def assign_roles(
         raise RecordError(f"{source}: has no columns beside the time; export PV and OP of a loop.")
     if map_rows is not None:
         return _choose_loop(apply_map(columns, map_rows), options, source)
-    chosen = {
-        role: choose_column(role, name, columns) for role, name in options.columns.items() if role not in _TIME_ROLES
-    }
+    chosen = {role: choose_column(role, name, columns) for role, name in options.columns.items() if role != "time"}
     groups, bare = group_columns([column for column in columns if column not in chosen.values()])
     wanted = _put_chosen(chosen, groups)
     for group in groups:
@@ -85,29 +83,24 @@ def assign_roles(
     return _loops(columns, groups, wanted, options, source)
 
 
-_TIME_ROLES = ("time", "date", "clock")
-
-
 def choose_column(role: str, name: str | int, columns: Sequence[TagColumn]) -> TagColumn:
     """Find the column that the user names for a role, by its name or by its number (from 0)."""
     source = columns[0].table.origin.name
     if role not in ROLES:
         raise ParameterError(f"{role!r} is no signal; name columns for time, {', '.join(ROLES)}.")
-    if isinstance(name, str):
-        wanted = name.strip().upper()
-        for column in columns:
-            if column.name.strip().upper() == wanted:
-                return column
-        if not name.strip().isdigit():
-            names = [column.name for column in columns if column.name][:MAX_LISTED]
-            shown = ", ".join(names) if names else "none, as the file has no header: give a number from 0"
-            raise RecordError(f"{source}: has no column {name!r} for {role.upper()}; its columns are {shown}.")
-    number = int(name)
-    found = [column for column in columns if column.position == number]
-    if not found:
+    text = str(name).strip()
+    for column in columns if isinstance(name, str) else ():
+        if column.name.strip().upper() == text.upper():
+            return column
+    for column in columns:
+        if text == str(column.position):
+            return column
+    if text.lstrip("-").isdigit():
         last = columns[0].table.width - 1
-        raise RecordError(f"{source}: has no column {number} for {role.upper()}; they are numbered 0 to {last}.")
-    return found[0]
+        raise RecordError(f"{source}: has no column {text} for {role.upper()}; they are numbered 0 to {last}.")
+    names = ", ".join(column.name for column in columns[:MAX_LISTED] if column.name)
+    shown = names or "none, as the file has no header: give a number from 0"
+    raise RecordError(f"{source}: has no column {name!r} for {role.upper()}; its columns are {shown}.")
 
 
 def _put_chosen(chosen: dict[str, TagColumn], groups: list[TagGroup]) -> TagGroup | None:
@@ -133,20 +126,16 @@ def _put_chosen(chosen: dict[str, TagColumn], groups: list[TagGroup]) -> TagGrou
 
 def _add_by_data(groups: list[TagGroup], bare: list[TagColumn]) -> None:
     """Complete the only group, or make one, by what the data say of the columns without a role."""
-    partial = [group for group in groups if group.columns.keys() & set(NUMERIC_ROLES)]
-    if len(partial) > 1:
-        return
-    group = partial[0] if partial else TagGroup("")
-    known = {role: columns[0] for role, columns in group.columns.items()}
-    roles, note = find_roles_by_data([c for c in bare if normalise_name(c.name) not in INDEX_WORDS[1:]], known)
-    if not roles:
-        return
+    partial = [group for group in groups if group.columns.keys() & set(NUMERIC_ROLES)] or [TagGroup("")]
+    known = {role: columns[0] for role, columns in partial[0].columns.items()}
+    free = [column for column in bare if normalise_name(column.name) not in INDEX_WORDS[1:]]
+    roles, note = find_roles_by_data(free, known) if len(partial) == 1 else ({}, "")
     for role, column in roles.items():
-        group.add(role, column)
+        partial[0].add(role, column)
         bare.remove(column)
-    group.notes.append(note)
-    if not partial:
-        groups.append(group)
+    if roles:
+        partial[0].notes.append(note)
+        groups[:] = [group for group in groups if group is not partial[0]] + partial
 
 
 def _loops(
@@ -163,23 +152,10 @@ def _loops(
             raise RecordError(f"{source}: {doubled[id(group)]}")
     notes = [] if wanted is not None else _notes_on_others(groups, usable)
     notes += [f"Left out: {text}" for text in doubled.values()]
-    if not any(group.tag == "" for group in usable):
-        shared = {
-            role: found[0]
-            for group in groups
-            if group.tag == ""
-            for role, found in group.columns.items()
-            if role in (*FLAG_ROLES, "mode")
-        }
-    else:
-        shared = {}
+    without_tag = next((group for group in groups if not group.tag and group not in usable), TagGroup(""))
+    shared = {role: column for role, column in _flat(without_tag).items() if role in (*FLAG_ROLES, "mode")}
     loops = [
-        LoopRoles(
-            tag=group.tag,
-            roles=shared | _numbered_flags(group),
-            loop_type=loop_type_of(group.tag),
-            notes=[*group.notes, *notes],
-        )
+        LoopRoles(group.tag, shared | _flat(group), loop_type_of(group.tag), notes=[*group.notes, *notes])
         for group in single
     ]
     _name_unused(columns, loops)
@@ -191,23 +167,19 @@ def _role_with_two(group: TagGroup) -> str:
     for role, found in group.columns.items():
         if len(found) > 1 and role.split()[-1] not in FLAG_ROLES:
             one, other = (column_label(column) for column in found[:2])
-            return (
-                f"columns {one!r} and {other!r} are both the {role.upper()} of one loop; "
-                f"say which with columns={{'{role}': ...}} (--columns)."
-            )
+            both = f"columns {one!r} and {other!r} are both the {role.upper()} of one loop"
+            return f"{both}; say which with columns={{'{role}': ...}} (--columns)."
     return ""
 
 
-def _numbered_flags(group: TagGroup) -> dict[str, TagColumn]:
+def _flat(group: TagGroup) -> dict[str, TagColumn]:
     """Role -> column; the second flag of a kind gets a number."""
-    return {
-        role if k == 0 else f"{role} {k + 1}": column
-        for role, found in group.columns.items()
-        for k, column in enumerate(found)
-    }
+    pairs = ((role, k, column) for role, found in group.columns.items() for k, column in enumerate(found, 1))
+    return {role if k == 1 else f"{role} {k}": column for role, k, column in pairs}
 
 
 def _notes_on_others(groups: list[TagGroup], usable: list[TagGroup]) -> list[str]:
+    """Name the tags with a signal that make no loop."""
     left = [g.tag for g in groups if g.tag and g not in usable and g.columns.keys() & set(NUMERIC_ROLES)]
     more = " ..." if left[10:] else ""
     return [f"Left out, as PV or OP is missing: {', '.join(left[:10])}{more}."] if left else []
@@ -242,10 +214,11 @@ def _name_unused(columns: Sequence[TagColumn], loops: list[LoopRoles]) -> None:
     owner = {id(column): loop for loop in loops for column in loop.roles.values()}
     by_tag = {loop.tag.upper(): loop for loop in loops if loop.tag}
     by_number = {tag[:2] + tag[3:4]: loop for loop in loops if (tag := parse_instrument_tag(loop.tag))}
-    left: LoopRoles | None = None
+    left, table = None, None
     for column in columns:
+        left = owner.get(id(column)) or (left if column.table is table else None)
+        table = column.table
         if id(column) in owner:
-            left = owner[id(column)]
             continue
         pair = parse_column_name(column.name)
         tag = pair[0] if pair else column.name

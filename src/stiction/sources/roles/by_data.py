@@ -27,20 +27,10 @@ MIN_ROWS = 50
 
 
 def unexplained_by_pi(op: NDArray[np.float64], pv: NDArray[np.float64], sp: NDArray[np.float64] | None = None) -> float:
-    """Give the share of the variance of OP's moves that a PI controller of PV leaves unexplained.
+    """Give the share of the variance of OP's moves that a PI controller of PV leaves unexplained [-].
 
-    Parameters
-    ----------
-    op, pv : ndarray, shape (n_samples,)
-        The two signals [any unit]; NaN is missing.
-    sp : ndarray, shape (n_samples,), optional
-        Set point [unit of the PV]; a constant one when left out.
-
-    Returns
-    -------
-    float
-        One minus the coefficient of determination of ``dOP = a de + b e + c``, with the error e of the same or of the
-        sample before, whichever explains more [-]; 1 when OP does not move.
+    It is one minus the coefficient of determination of ``dOP = a de + b e + c``, with the error e of the same sample or
+    of the one before, whichever explains more; 1 when OP does not move. A set point that is left out is constant.
 
     Examples
     --------
@@ -76,14 +66,12 @@ def find_roles_by_data(
     max_unexplained : float
         Largest share of the moves of OP that a PI controller of the PV may leave unexplained [-].
     min_ratio : float
-        How much more any other choice of PV and OP must leave unexplained [-].
+        How many times more any other choice of PV and OP must leave unexplained [-].
 
     Returns
     -------
-    roles : dict
-        Role -> column of those found; empty when no choice is clearly better than all others.
-    note : str
-        What was guessed and how to overrule it.
+    tuple of (dict, str)
+        Role -> column of those found, and a note; empty when no choice is clearly better than all others.
     """
     if not columns or len(columns) > MAX_COLUMNS or {"pv", "op"} <= known.keys():
         return {}, ""

@@ -41,15 +41,10 @@ MAX_PAIRS = 40_000
 
 
 def pair_by_description(groups: list[TagGroup]) -> None:
-    """Join a group with a PV and one with an OP whose tags or descriptions name the same place.
+    """Join a group with a PV and one with an OP whose tags or descriptions name the same place, in place.
 
     A group that has only a set point or a valve position joins the loop of the same place. The one PV and the one OP
     of a source are joined as well, unless the numbers of their tags say that they belong to different loops.
-
-    Parameters
-    ----------
-    groups : list of TagGroup
-        Groups by tag; changed in place.
     """
     measured = [group for group in groups if "pv" in group.columns and "op" not in group.columns]
     moved = [group for group in groups if "op" in group.columns and not {"pv", "mv"} & group.columns.keys()]

@@ -87,7 +87,7 @@ def find_secondary_tags(
 
 def _is_scaled_copy(sp: NDArray[np.float64], op: NDArray[np.float64], max_rounding: float, min_known: float) -> bool:
     """Whether a set point is an OP, but for its scale and the rounding of both."""
-    from stiction.records.storage import lattice, swing
+    from stiction.records.quality.quantisation import peak_to_peak, quantisation_step
 
     probe = slice(None, None, max(1, op.size // PROBE_SAMPLES))
     if not _is_near_line(sp[probe], op[probe], max_rounding):
@@ -97,7 +97,7 @@ def _is_scaled_copy(sp: NDArray[np.float64], op: NDArray[np.float64], max_roundi
         return False
     sp, op = sp[known], op[known]
     distance, slope = _distance_from_line(sp, op)
-    return distance <= lattice(sp) + abs(slope) * lattice(op) + 1e-6 * swing(sp)
+    return distance <= quantisation_step(sp) + abs(slope) * quantisation_step(op) + 1e-6 * peak_to_peak(sp)
 
 
 def _is_near_line(sp: NDArray[np.float64], op: NDArray[np.float64], max_rounding: float) -> bool:

@@ -108,18 +108,9 @@ def normalise_name(name: str) -> str:
 
 @lru_cache(maxsize=4096)
 def parse_column_name(name: str) -> tuple[str, str] | None:
-    r"""Split a column name into tag and signal word.
+    """Split a column name into tag and signal word; None when it holds no word of a signal.
 
-    Parameters
-    ----------
-    name : str
-        Heading of a column, with or without a unit.
-
-    Returns
-    -------
-    tuple of (str, str) or None
-        Tag as written ("" when the name is only a signal) and the word of the vocabulary in capitals, for `role_of`;
-        None when no word of a signal is in the name.
+    The tag is as written ("" when the name is only a signal), the word in capitals, for `role_of`.
 
     Examples
     --------
@@ -146,16 +137,8 @@ def parse_column_name(name: str) -> tuple[str, str] | None:
 def header_names(header: Sequence[Sequence[str]]) -> HeaderNames:
     """Choose names, units and descriptions out of the header rows of a table.
 
-    Parameters
-    ----------
-    header : sequence of sequence of str
-        Header rows of equal length: names, units and descriptions in any order, or the tag in one row and the signal
-        in the next.
-
-    Returns
-    -------
-    HeaderNames
-        Names, units and descriptions, each of the length of a row; empty lists when there is no header.
+    The rows, of equal length, are names, units and descriptions in any order, or the tag in one row and the signal in
+    the next.
 
     Examples
     --------

@@ -23,19 +23,9 @@ _LABELS = {"sp": "set point (SP)", "op": "controller output (OP)", "pv": "proces
 
 
 def group_columns(columns: Sequence[TagColumn]) -> tuple[list[TagGroup], list[TagColumn]]:
-    """Group columns by tag, and give each its role.
+    """Group columns by tag, and give each its role; also give the columns whose names hold no word of a signal.
 
-    Parameters
-    ----------
-    columns : sequence of TagColumn
-        Columns of the source.
-
-    Returns
-    -------
-    groups : list of TagGroup
-        One for each tag; the one without a tag has the tag "".
-    bare : list of TagColumn
-        Columns whose name and description hold no word of a signal.
+    The group without a tag has the tag "", or the stem of its file when the source has several tables.
     """
     groups: dict[str, TagGroup] = {}
     bare: list[TagColumn] = []

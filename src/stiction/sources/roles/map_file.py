@@ -112,8 +112,8 @@ def _row(cells: dict[str, str], place: str, delimiter: str) -> MapRow:
         raise RecordError(f"{place}: gives only one of low and high; give both, or none.")
     if low is not None and high is not None and not low < high:
         raise RecordError(f"{place}: low = {low:g} is not below high = {high:g}; give the values at 0 % and at 100 %.")
-    texts = {name: cells.get(name, "") for name in COLUMNS}
-    return MapRow(**texts | {"role": role, "low": low, "high": high}, place=place)
+    unit, area, master, importance = (cells.get(name, "") for name in ("unit", "area", "master", "importance"))
+    return MapRow(cells["tag"], cells["loop"], role, unit, low, high, area, master, importance, place)
 
 
 def _span_end(cells: dict[str, str], name: str, place: str, delimiter: str) -> float | None:
@@ -149,19 +149,7 @@ def _check(rows: list[MapRow], path: str) -> None:
 
 
 def apply_map(columns: Sequence[TagColumn], rows: Sequence[MapRow]) -> list[LoopRoles]:
-    """Give the columns the roles of a mapping file.
-
-    Parameters
-    ----------
-    columns : sequence of TagColumn
-        Columns of the source.
-    rows : sequence of MapRow
-        The map, from `read_map`.
-
-    Returns
-    -------
-    list of LoopRoles
-        One for each loop, in the order of the map.
+    """Give the columns the roles of a mapping file: one `LoopRoles` for each loop, in the order of the map.
 
     Raises
     ------
@@ -189,15 +177,7 @@ def apply_map(columns: Sequence[TagColumn], rows: Sequence[MapRow]) -> list[Loop
 
 
 def write_map(loops: Sequence[LoopRoles], path: str | PathLike[str]) -> None:
-    """Write the roles of loops as a mapping file to edit.
-
-    Parameters
-    ----------
-    loops : sequence of LoopRoles
-        Loops of a source, as guessed or mapped.
-    path : path
-        The file; it is replaced in one step when it exists.
-    """
+    """Write the roles of loops as a mapping file to edit; an existing file is replaced in one step."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)

@@ -40,17 +40,7 @@ class InstrumentTag(NamedTuple):
 
 
 def parse_instrument_tag(tag: str) -> InstrumentTag | None:
-    """Read area, letters and number of an ISA-5.1 tag.
-
-    Parameters
-    ----------
-    tag : str
-        Tag of an instrument, with or without an area before it.
-
-    Returns
-    -------
-    InstrumentTag or None
-        None when the text is no such tag.
+    """Read area, letters and number of an ISA-5.1 tag; None when the text is no such tag.
 
     Examples
     --------
@@ -75,15 +65,7 @@ def parse_instrument_tag(tag: str) -> InstrumentTag | None:
 
 
 def pair_by_letters(groups: list[TagGroup], bare: list[TagColumn]) -> None:
-    """Join the groups of one loop number, and the columns that are named by a tag alone.
-
-    Parameters
-    ----------
-    groups : list of TagGroup
-        Groups by tag; changed in place.
-    bare : list of TagColumn
-        Columns whose name holds no word of a signal; those that are used are taken out.
-    """
+    """Join the groups of one loop number, in place, and take the columns named by a tag alone out of `bare`."""
     members: dict[tuple[str, str, str, str], list[tuple[InstrumentTag, TagGroup]]] = defaultdict(list)
     own = {id(group) for group in groups}
     named = [(parse_instrument_tag(group.tag), group) for group in groups]

@@ -148,21 +148,16 @@ def _is_apart(values: NDArray[np.float64], others: NDArray[np.float64], min_dist
 def find_sentinels(
     x: NDArray[np.float64], *, numbers: tuple[float, ...] = SENTINEL_NUMBERS, min_distance: float = 0.5
 ) -> NDArray[np.bool_]:
-    """Mark the numbers that stand for "no value".
+    """Mark the numbers that stand for "no value", shape (n_rows,).
 
     Parameters
     ----------
     x : ndarray, shape (n_rows,)
         A signal [any unit]; NaN is missing.
     numbers : tuple of float
-        Numbers to look for.
+        Numbers to look for; one that is too large to be measured is bad anyway.
     min_distance : float
         Distance from all other values, in widths of their range, from which such a number is no measurement [-].
-
-    Returns
-    -------
-    ndarray of bool, shape (n_rows,)
-        True where the value is one of `numbers` and lies apart from all others, or is too large to be measured.
 
     Examples
     --------
@@ -189,6 +184,8 @@ def find_common_states(
 ) -> dict[str, NDArray[np.bool_]]:
     """Mark rows in which all signals of a loop have the same number: a digital state, stored as a number.
 
+    A number that is a state in all signals at once is marked as well where it stands apart in one signal alone.
+
     Parameters
     ----------
     signals : mapping
@@ -200,12 +197,6 @@ def find_common_states(
         Share of the rows above which equal signals are copies of one another [-].
     max_run : int
         Longest run of rows in which a common 0, 1 or 100 is a state and no shutdown [rows].
-
-    Returns
-    -------
-    dict
-        Role -> mask, shape (n_rows,). A number that is a state in all signals at once is marked as well where it
-        stands apart in one signal alone.
 
     Examples
     --------

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stiction.records.quality.movement import detect_op_scale
 from stiction.sources.roles.vocabulary import FRACTION_UNITS, OTHER_OUTPUT_UNITS, PERCENT_UNITS
 
 if TYPE_CHECKING:
@@ -15,7 +16,6 @@ __all__ = [
     "STANDARD_SIGNALS",
     "UNKNOWN_UNIT",
     "Percent",
-    "looks_unlike_percent",
     "op_to_percent",
     "position_to_percent",
 ]
@@ -38,6 +38,7 @@ MIN_RESTS = 3
 """Samples at 4 and at 20 from which an OP without a unit is a current [-]."""
 UNKNOWN_UNIT = "an unknown unit"
 """Unit of an OP that may or may not be in %."""
+_LOOKS = {"fraction": "like a fraction of span", "normalised": "normalised", "other": "like no percentage"}
 
 
 class Percent(NamedTuple):
@@ -49,31 +50,6 @@ class Percent(NamedTuple):
     """Empty when the values are in % of span; else their unit, or `UNKNOWN_UNIT`."""
     notes: list[str]
     """What was converted or is in doubt, a sentence each."""
-
-
-def looks_unlike_percent(low: float, high: float) -> str:
-    """Say what an OP between `low` and `high` looks like when it does not look like % of span.
-
-    Parameters
-    ----------
-    low, high : float
-        Smallest and largest value [as recorded].
-
-    Returns
-    -------
-    str
-        Empty when the values can be % of span.
-
-    Examples
-    --------
-    >>> looks_unlike_percent(0.2, 0.7), looks_unlike_percent(-1.9, 2.2), looks_unlike_percent(-52.0, -45.0)
-    ('like a fraction of span', 'normalised', 'like no percentage')
-    """
-    if low >= 0.0 and high <= 1.0:
-        return "like a fraction of span"
-    if low < -10.0 or high > 110.0:
-        return "like no percentage"
-    return "normalised" if low < -0.5 and high <= 5.0 else ""
 
 
 def op_to_percent(
@@ -125,17 +101,17 @@ def op_to_percent(
         return Percent(op, unit, [f"{lies} and looks like no signal of {span} {unit}: {left}{hint}"])
     if written in OTHER_OUTPUT_UNITS:
         return Percent(op, unit, [f"{lies} and is given in {unit}: {left}(low, high) to convert."])
-    looks = looks_unlike_percent(low, high)
+    scale = detect_op_scale(low, high)
     may_be_current = not written and low >= CURRENT_RANGE[0] and high <= CURRENT_RANGE[1]
     span = None if written else _span_by_position(op, position, position_unit)
-    if span and (may_be_current or looks == "like a fraction of span"):
+    if span and (may_be_current or scale == "fraction"):
         ends = f"{span[0]:g} is taken as 0 % and {span[1]:g} as 100 %"
         note = f"OP goes with the valve position when {ends}; give op_range if that is wrong."
         return Percent(_scale(op, span), "", [note] if span != (0.0, 100.0) else [])
-    if looks:
-        hint = "(0, 1)" if looks == "like a fraction of span" else "(low, high)"
+    if scale in _LOOKS:
+        hint = "(0, 1)" if scale == "fraction" else "(low, high)"
         doubt = "" if written in PERCENT_UNITS else UNKNOWN_UNIT
-        return Percent(op, doubt, [f"{lies} and looks {looks}: {left}{hint} to convert."])
+        return Percent(op, doubt, [f"{lies} and looks {_LOOKS[scale]}: {left}{hint} to convert."])
     if not may_be_current:
         return Percent(op, "", [])
     if all(np.count_nonzero(np.abs(op - end) < 0.01) >= MIN_RESTS for end in (4.0, 20.0)):
@@ -190,7 +166,7 @@ def position_to_percent(
     low, high = _limits(mv)
     spans = [span for span in dict.fromkeys((op_range, (4.0, 20.0), (0.0, 1.0))) if span]
     near = [span for span in spans if _distance(_scale(mv, span), op) < MAX_DISTANCE_RATIO * _distance(mv, op)]
-    is_off = not looks_unlike_percent(*_limits(op)) and (low < -10.0 or high > 110.0)
+    is_off = detect_op_scale(*_limits(op)) == "percent" and (low < -10.0 or high > 110.0)
     if not near and not is_off and unit.upper() not in OTHER_OUTPUT_UNITS:
         return Percent(mv, "", [])
     ends = "{:g}, {:g}".format(*near[0]) if near else "low, high"
@@ -236,9 +212,9 @@ def _distance(x: NDArray[np.float64], other: NDArray[np.float64]) -> float:
 
 def _limits(values: NDArray[np.float64]) -> tuple[float, float]:
     """Smallest and largest value without those that stand alone far from all others."""
-    from stiction.records.outliers import OP_OFF, far_off
+    from stiction.records.quality.outliers import find_outliers
 
-    usual = values[np.isfinite(values) & ~far_off(values, OP_OFF)]
+    usual = values[np.isfinite(values) & ~find_outliers(values)]
     return float(usual.min()), float(usual.max())
 
 

@@ -102,23 +102,7 @@ def _code_number(code: str) -> int | None:
 
 
 def bad_status_mask(cells: pl.Series, name: str = "", **thresholds: float) -> tuple[NDArray[np.bool_], str]:
-    """Mark the rows whose quality is bad.
-
-    Parameters
-    ----------
-    cells : polars.Series, shape (n_rows,)
-        Quality column, of texts or numbers.
-    name : str
-        Its heading.
-    **thresholds
-        As for `bad_codes`.
-
-    Returns
-    -------
-    mask : ndarray of bool, shape (n_rows,)
-        True where the value is bad.
-    note : str
-        What was assumed.
+    """Mark the rows whose quality is bad, shape (n_rows,), and say what was assumed; thresholds as for `bad_codes`.
 
     Examples
     --------
