@@ -14,6 +14,7 @@ import sqlalchemy as sa
 
 from sources.postgres import PASSWORD, postgres_server
 from stiction.errors import MissingExtraError, ParameterError, RecordError
+from stiction.sources import sql
 from stiction.sources.database_url import hide_password, show_url
 from stiction.sources.sql import read_database
 
@@ -218,3 +219,15 @@ def test_text_among_numbers_of_sqlite_is_kept(tmp_path: Path) -> None:
     [table] = read_database(f"sqlite:///{tmp_path}/a.db", table="t", time="at")
     assert table.column(0).to_list() == ["02.03.2026 06:00", "02.03.2026 06:01"]
     assert table.column(1).to_list() == ["1.5", "Bad"]
+
+
+def test_chunks_of_different_types_are_joined(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sql, "CHUNK_ROWS", 7)
+    numbers = [k if k % 14 < 7 else k + 0.5 for k in range(100)]
+    with sqlite3.connect(tmp_path / "a.db") as database:
+        database.execute("CREATE TABLE t (at REAL, pv NUMERIC, op)")
+        rows = [(k, number, None if k < 20 else number) for k, number in enumerate(numbers)]
+        database.executemany("INSERT INTO t VALUES (?, ?, ?)", rows)
+    [table] = read_database(f"sqlite:///{tmp_path}/a.db", table="t", time="at")
+    assert table.column(1).to_list() == numbers
+    assert table.column(2).to_list() == [None] * 20 + numbers[20:]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiction.errors import RecordError
 from stiction.sources.table import Origin, RawTable
-from stiction.sources.typed_table import join_levels, table_from_series, typed_table
+from stiction.sources.typed_table import join_levels, make_series, typed_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -37,7 +37,7 @@ def is_frame(source: object) -> bool:
 
 
 def frame_to_table(frame: Any, name: str = "") -> RawTable:
-    """Make a table of a data frame; columns are converted when they are asked for.
+    """Make a table of a data frame.
 
     Parameters
     ----------
@@ -66,6 +66,7 @@ def frame_to_table(frame: Any, name: str = "") -> RawTable:
     ([['time_s', 'FIC-101.PV']], [3.0, 3.1])
     """
     import narwhals as nw
+    import polars as pl
 
     if not is_frame(frame):
         raise RecordError(f"{type(frame).__name__} is no data frame; give one of pandas, polars or pyarrow.")
@@ -77,8 +78,6 @@ def frame_to_table(frame: Any, name: str = "") -> RawTable:
     if nw.dependencies.is_pandas_dataframe(frame):
         frame = _with_index_as_column(frame, units, notes)
     elif nw.dependencies.is_pyarrow_table(frame):
-        import polars as pl
-
         frame, units, metadata = (
             pl.DataFrame(pl.from_arrow(frame)),
             _arrow_units(frame),
@@ -86,16 +85,15 @@ def frame_to_table(frame: Any, name: str = "") -> RawTable:
         )
     try:
         data = nw.from_native(frame)
-        native = nw.to_native(data)
         if isinstance(data, nw.LazyFrame) and not data.implementation.is_polars():
-            native = nw.to_native(data.collect("polars"))
+            data = data.collect("polars")
     except nw.exceptions.DuplicateError as error:
         text = " ".join(str(error).split())
         raise RecordError(f"frame: {text}; give each column a name of its own.") from None
-    if nw.dependencies.is_polars_dataframe(native) or nw.dependencies.is_polars_lazyframe(native):
-        return typed_table(origin, native, units=units, metadata=metadata, notes=notes)
-    eager = nw.from_native(native, eager_only=True)
-    return table_from_series(origin, eager.columns, lambda column: _to_polars(eager[column]), units, metadata, notes)
+    native = nw.to_native(data)
+    if isinstance(data, nw.DataFrame) and not data.implementation.is_polars():
+        native = pl.DataFrame([_to_polars(data[name]).alias(name) for name in data.columns])
+    return typed_table(origin, native, units=units, metadata=metadata, notes=notes)
 
 
 def _to_polars(series: Series) -> pl.Series:
@@ -111,10 +109,7 @@ def _to_polars(series: Series) -> pl.Series:
         return pl.Series(utc).dt.replace_time_zone("UTC").dt.convert_time_zone(dtype.time_zone)
     if isinstance(dtype, (nw.Datetime, nw.Duration)):
         return pl.Series(series.to_numpy())
-    cells = [None if cell is None or cell != cell else cell for cell in series.to_list()]
-    if isinstance(dtype, (nw.Boolean, nw.Date)):
-        return pl.Series(cells)
-    return pl.Series([None if cell is None else str(cell) for cell in cells], dtype=pl.String)
+    return make_series([None if cell is None or cell != cell else cell for cell in series.to_list()])
 
 
 def _with_index_as_column(frame: Any, units: dict[str, str], notes: list[str]) -> Any:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from datetime import UTC, date, datetime, timedelta
-from decimal import Decimal
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,7 @@ from stiction.errors import MissingExtraError, ParameterError, RecordError
 from stiction.sources.database_url import hide_password, show_url
 from stiction.sources.options import MAX_BYTES
 from stiction.sources.table import Origin
-from stiction.sources.typed_table import typed_table
+from stiction.sources.typed_table import make_series, typed_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -94,10 +93,14 @@ def read_database(
     >>> table.header, table.sample
     ([['Time', 'pv', 'op']], [['0.0', '3.1', '50.0']])
     """
+    import polars as pl
+
     if (query is None) == (table is None):
         raise ParameterError("give either query, a SELECT, or table, the name of a table.")
     if tag is not None and (time is None or value is None):
         raise ParameterError(f"tag = {tag!r} says that the table is long; give its columns time and value too.")
+    if query is not None and (since is not None or until is not None):
+        raise ParameterError("since and until go with table; write them into the query.")
     engine = _make_engine(url)
     roles = {"Time": time, "Tag": tag, "Value": value, "Quality": quality}
     wanted = list(columns.values()) if hasattr(columns, "values") else list(columns or ())  # pyright: ignore
@@ -110,7 +113,12 @@ def read_database(
                 frame = _fetch(connection, select, url, max_bytes)
             else:
                 frame = _fetch(connection, query, url, max_bytes)
-                frame = _choose(frame, roles, wanted, tags or (), since, until, url)
+                frame = frame.select(
+                    _choose_columns(frame.columns, roles, wanted, tags or (), f"{show_url(url)}: the query")
+                )
+                if tags and tag:
+                    starts = (pl.col(tag).cast(pl.String).str.starts_with(one) for one in tags)
+                    frame = frame.filter(pl.any_horizontal(starts))
     finally:
         engine.dispose()
     where = show_url(url) + (f", table {table}" if table else ", query")
@@ -206,7 +214,8 @@ def _reflect(connection: Connection, name: str, url: str) -> Table:
         except exc.NoSuchTableError:
             inspector = inspect(connection)
             names = [*inspector.get_table_names(), *inspector.get_view_names()]
-    raise RecordError(f"{show_url(url)}: has no table {name!r}; give {_one_of(names)}.")
+    known = f"give one of {_list(names)}" if names else "this user may see none"
+    raise RecordError(f"{show_url(url)}: has no table {name!r}; {known}.")
 
 
 def _select(
@@ -222,19 +231,11 @@ def _select(
     from sqlalchemy import or_, select, types
     from sqlalchemy.sql.expression import type_coerce
 
-    named = [name for name in roles.values() if name is not None]
-    for name in [*named, *wanted]:
-        if name not in table.c:
-            raise RecordError(
-                f"{show_url(url)}: table {table.name} has no column {name!r}; it has {_names(table.c.keys())}."
-            )
-    names = [*named, *wanted] if wanted or roles["Tag"] else list(table.c.keys())
-    if tags and roles["Time"] and not roles["Tag"] and not wanted:
-        names = _columns_of_tags(names, tags, named)
+    names = _choose_columns(table.c.keys(), roles, wanted, tags, f"{show_url(url)}: table {table.name}")
     kinds = (types.DateTime, types.Date, types.Numeric, types.Integer)
     time: Column[Any] | None = table.c[roles["Time"]] if roles["Time"] else None
     # the type of SQLite's times is only a word: its cells may hold anything, and are given as they are
-    chosen = [type_coerce(table.c[name], types.NullType()).label(name) for name in dict.fromkeys(names)]
+    chosen = [type_coerce(table.c[name], types.NullType()).label(name) for name in names]
     statement = select(*chosen)
     if tags and roles["Tag"]:
         column = table.c[roles["Tag"]]
@@ -280,47 +281,16 @@ def _fetch(connection: Connection, statement: Any, url: str, max_bytes: int) -> 
         names = list(result.keys())
         if len(set(names)) < len(names):
             raise RecordError(f"{show_url(url)}: two columns of the query have one name; name each with AS.")
-        chunks: list[list[pl.Series]] = []
-        cells = 0
-        for rows in result.partitions():
-            cells += len(rows) * len(names)
-            if 8 * cells > max_bytes:
+        chunks, n_cells = [], 0
+        for rows in result.partitions(CHUNK_ROWS):
+            n_cells += len(rows) * len(names)
+            if 8 * n_cells > max_bytes:
                 raise RecordError(
                     f"{show_url(url)}: the rows are larger than {max_bytes:,} bytes; read fewer by tags, since, until."
                 )
-            chunks.append([_series(cells) for cells in zip(*rows, strict=True)])
-    if not chunks:
-        return pl.DataFrame(schema=dict.fromkeys(names, pl.String))
-    return pl.DataFrame(
-        [_join(parts).alias(name) for name, parts in zip(names, zip(*chunks, strict=True), strict=True)]
-    )
-
-
-def _series(cells: tuple[Any, ...]) -> pl.Series:
-    """Make a column of the values that a driver gives."""
-    import polars as pl
-
-    kinds = {type(cell) for cell in cells} - {type(None)}
-    if not kinds:
-        return pl.Series(cells, dtype=pl.Null)
-    if kinds == {bool}:
-        return pl.Series(cells, dtype=pl.Boolean)
-    if kinds <= {int, float, Decimal}:
-        return pl.Series([None if cell is None else float(cell) for cell in cells], dtype=pl.Float64)
-    if all(issubclass(kind, datetime) for kind in kinds):
-        zones = {cell.tzinfo for cell in cells if cell is not None}
-        if None not in zones:
-            cells = tuple(cell and cell.astimezone(UTC) for cell in cells)
-            return pl.Series(cells, dtype=pl.Datetime("us", "UTC"))
-        if zones == {None}:
-            return pl.Series(cells, dtype=pl.Datetime("us"))
-    if kinds == {date} or kinds == {timedelta}:
-        return pl.Series(cells)
-    return pl.Series([None if cell is None else _as_text(cell) for cell in cells], dtype=pl.String)
-
-
-def _as_text(cell: Any) -> str:
-    return cell.decode("utf-8", "replace") if isinstance(cell, bytes) else str(cell)
+            chunks.append([make_series(cells) for cells in zip(*rows, strict=True)])
+    columns = zip(*chunks, strict=True) if chunks else [[pl.Series(dtype=pl.String)] for _ in names]
+    return pl.DataFrame([_join(parts).alias(name) for name, parts in zip(names, columns, strict=True)])
 
 
 def _join(parts: Sequence[pl.Series]) -> pl.Series:
@@ -328,48 +298,24 @@ def _join(parts: Sequence[pl.Series]) -> pl.Series:
     import polars as pl
 
     types = {part.dtype for part in parts} - {pl.Null}
-    target = types.pop() if len(types) == 1 else pl.String
-    return pl.concat([part.cast(target) for part in parts])
+    both = pl.Float64 if all(dtype.is_numeric() for dtype in types) else pl.String
+    return pl.concat([part.cast(next(iter(types)) if len(types) == 1 else both) for part in parts])
 
 
-def _choose(
-    frame: pl.DataFrame,
-    roles: Mapping[str, str | None],
-    wanted: Sequence[str],
-    tags: Sequence[str],
-    since: Any,
-    until: Any,
-    url: str,
-) -> pl.DataFrame:
-    """Choose columns and tags of the result of a query."""
-    import polars as pl
-
-    if since is not None or until is not None:
-        raise ParameterError("since and until go with table; write them into the query.")
+def _choose_columns(
+    stored: Sequence[str], roles: Mapping[str, str | None], wanted: Sequence[str], tags: Sequence[str], place: str
+) -> list[str]:
+    """Choose the columns to read: those that have a role, and of a wide table those asked for or of the tags."""
     named = [name for name in roles.values() if name is not None]
     for name in [*named, *wanted]:
-        if name not in frame.columns:
-            raise RecordError(f"{show_url(url)}: the query has no column {name!r}; it has {_names(frame.columns)}.")
-    if tags and roles["Tag"]:
-        column = pl.col(roles["Tag"]).cast(pl.String)
-        frame = frame.filter(pl.any_horizontal(column.str.starts_with(one) for one in tags))
-    names = [*named, *wanted] if wanted or roles["Tag"] else frame.columns
-    if tags and roles["Time"] and not roles["Tag"] and not wanted:
-        names = _columns_of_tags(names, tags, named)
-    return frame.select(list(dict.fromkeys(names)))
+        if name not in stored:
+            raise RecordError(f"{place} has no column {name!r}; it has {_list(stored)}.")
+    if roles["Tag"] or wanted:
+        return list(dict.fromkeys([*named, *wanted]))
+    of_tags = [name for name in stored if name.casefold().startswith(tuple(one.casefold() for one in tags))]
+    return list(dict.fromkeys([*named, *of_tags])) if tags and roles["Time"] and of_tags else list(stored)
 
 
-def _columns_of_tags(names: Sequence[str], tags: Sequence[str], named: Sequence[str]) -> list[str]:
-    """Give the columns of some loops of a wide table; all when none begins with their tags."""
-    starts = tuple(one.casefold() for one in tags)
-    found = [name for name in names if name.casefold().startswith(starts)]
-    return [*named, *found] if found else list(names)
-
-
-def _names(names: Sequence[str]) -> str:
+def _list(names: Sequence[str]) -> str:
     more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
     return ", ".join(names[:MAX_NAMES]) + more
-
-
-def _one_of(names: Sequence[str]) -> str:
-    return f"one of {_names(names)}" if names else "the name of one; there is none that you may see"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from ast import literal_eval
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -9,16 +11,16 @@ from stiction.errors import RecordError
 from stiction.sources.table import SNIFF_ROWS, Origin, RawTable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     import polars as pl
 
-__all__ = ["damage_refused", "join_levels", "parse_json", "table_from_series", "typed_table"]
+__all__ = ["damage_refused", "join_levels", "make_series", "typed_table"]
 
-SAMPLED_NUMBER_COLUMNS = 12
-"""Columns of numbers whose first rows stand in the sample of a table; those of the others stay empty, for speed."""
 MAX_SAMPLED_CELLS = 4000
 """Cells in the sample of a wide table [-]."""
+MAX_SAMPLED_FLOAT_COLUMNS = 12
+"""Columns of floats of which the sample holds cells; those of the others are empty, as reading all takes long."""
 
 
 def typed_table(
@@ -29,6 +31,7 @@ def typed_table(
     metadata: dict[str, str] | None = None,
     notes: Sequence[str] = (),
     max_bytes: int | None = None,
+    keep: object = None,
 ) -> RawTable:
     """Make a table of a polars frame; of a lazy one only the columns asked for are read.
 
@@ -41,12 +44,14 @@ def typed_table(
     units : mapping, optional
         Heading -> unit; a second header row.
     metadata : dict, optional
-        Key and value pairs stored with the frame; those that pandas stores give the index, the levels of column names
-        and ``attrs["units"]``.
+        Key and value pairs stored with the frame. Those of pandas give the index, the levels of column names and
+        ``attrs["units"]``.
     notes : sequence of str, optional
         Assumptions made so far.
     max_bytes : int, optional
         Size in memory up to which columns are read at once, at 8 bytes a cell [bytes].
+    keep : object, optional
+        What must live as long as the table, such as a temporary file.
 
     Returns
     -------
@@ -73,33 +78,31 @@ def typed_table(
     with damage_refused(origin.name):
         schema = lazy.collect_schema()
     names, headings, stored_units = _read_pandas_names(schema.names(), metadata or {})
+    units = stored_units | dict(units or {})
 
-    def read(positions: Sequence[int]) -> pl.DataFrame:
-        columns = [_plain(names[k], schema[names[k]]) for k in positions]
+    def read(positions: Sequence[int], _keep: object = keep) -> pl.DataFrame:
         with damage_refused(origin.name):
             n_rows = lazy.select(pl.len()).collect().item()
-            if max_bytes is not None and 8 * n_rows * len(columns) > max_bytes:
+            if max_bytes is not None and 8 * n_rows * len(positions) > max_bytes:
                 raise RecordError(
-                    f"{origin.name}: {n_rows:,} rows of {len(columns)} columns are more than {max_bytes:,} bytes; "
+                    f"{origin.name}: {n_rows:,} rows of {len(positions)} columns are more than {max_bytes:,} bytes; "
                     "read one loop with tag, or allow more with max_bytes."
                 )
-            return lazy.select(columns).collect()
+            return lazy.select(_to_plain_type(names[k], schema[names[k]]) for k in positions).collect()
 
+    floats = [name for name in names if schema[name].is_float()]
+    columns = [
+        pl.lit("").alias(name)
+        if name in set(floats[MAX_SAMPLED_FLOAT_COLUMNS:])
+        else _to_plain_type(name, schema[name])
+        for name in names
+    ]
     n_rows = max(8, min(SNIFF_ROWS, MAX_SAMPLED_CELLS // max(1, len(names))))
-    floats = [k for k, name in enumerate(names) if schema[name].is_float()]
-    left_out = set(floats[SAMPLED_NUMBER_COLUMNS:])
-    sampled = [_plain(name, schema[name]) for k, name in enumerate(names) if k not in left_out]
     with damage_refused(origin.name):
-        texts = lazy.head(n_rows).select(sampled).collect().with_columns(_as_text(pl)) if sampled else pl.DataFrame()
-    sample = _fill_sample(texts.rows(), len(names), left_out)
+        sample = lazy.head(n_rows).select(columns).collect().with_columns(_to_text()).rows() if names else []
+    header = [headings, *([[units.get(one, "") for one in headings]] if units.keys() & set(headings) else [])]
     return RawTable(
-        origin,
-        _header(headings, stored_units | dict(units or {})),
-        sample,
-        len(names),
-        read,
-        notes=list(notes),
-        metadata=metadata or {},
+        origin, header, [list(row) for row in sample], len(names), read, notes=list(notes), metadata=metadata or {}
     )
 
 
@@ -119,63 +122,42 @@ def damage_refused(name: str) -> Iterator[None]:
 
     try:
         yield
+    except RecordError:
+        raise
     except (PolarsError, PanicException, OSError, ValueError, OverflowError) as error:
-        if isinstance(error, RecordError):
-            raise
         text = " ".join(str(error).split())[:200].rstrip(".")
-    else:
-        return
-    raise RecordError(f"{name}: is damaged ({text}); copy or export it again.")
+        raise RecordError(f"{name}: is damaged ({text}); copy or export it again.") from None
 
 
-def table_from_series(
-    origin: Origin,
-    names: Sequence[str],
-    load: Callable[[str], pl.Series],
-    units: Mapping[str, str],
-    metadata: dict[str, str],
-    notes: list[str],
-) -> RawTable:
-    """Make a table of columns that are converted one by one."""
+def make_series(cells: Sequence[Any]) -> pl.Series:
+    """Make a column of Python values; of several types it is text.
+
+    Examples
+    --------
+    >>> make_series([1.5, "Bad", None]).to_list()
+    ['1.5', 'Bad', None]
+    """
     import polars as pl
 
-    loaded: dict[str, pl.Series] = {}
-
-    def read(positions: Sequence[int]) -> pl.DataFrame:
-        for k in positions:
-            if names[k] not in loaded:
-                loaded[names[k]] = load(names[k])
-        frame = pl.DataFrame([loaded[names[k]].alias(names[k]) for k in positions])
-        return frame.select(_plain(name, dtype) for name, dtype in frame.schema.items())
-
-    n_rows = max(8, min(SNIFF_ROWS, MAX_SAMPLED_CELLS // max(1, len(names))))
-    texts = read(range(len(names))).head(n_rows).with_columns(_as_text(pl)) if names else pl.DataFrame()
-    sample = _fill_sample(texts.rows(), len(names), set())
-    return RawTable(origin, _header(names, units), sample, len(names), read, notes=notes, metadata=metadata)
+    try:
+        return pl.Series(cells, strict=False)
+    except (pl.exceptions.PolarsError, TypeError, ValueError, OverflowError):
+        return pl.Series([None if cell is None else str(cell) for cell in cells], dtype=pl.String)
 
 
-def _header(headings: Sequence[str], units: Mapping[str, str]) -> list[list[str]]:
-    rows = [list(headings)]
-    if any(heading in units for heading in headings):
-        rows.append([units.get(heading, "") for heading in headings])
-    return rows
+def join_levels(name: Any) -> str:
+    """Join a column name of several levels by dots.
+
+    Examples
+    --------
+    >>> join_levels(("FIC-101", "PV")), join_levels("FIC-101.PV")
+    ('FIC-101.PV', 'FIC-101.PV')
+    """
+    levels = name if isinstance(name, tuple) else (name,)
+    return ".".join(text for level in levels if (text := str(level).strip()))
 
 
-def _fill_sample(rows: list[tuple[str, ...]], width: int, left_out: set[int]) -> list[list[str]]:
-    """Put the cells read into rows of full width."""
-    if not left_out:
-        return [list(row) for row in rows]
-    places = [k for k in range(width) if k not in left_out]
-    sample = []
-    for row in rows:
-        cells = [""] * width
-        for place, cell in zip(places, row, strict=True):
-            cells[place] = cell
-        sample.append(cells)
-    return sample
-
-
-def _plain(name: str, dtype: pl.DataType) -> pl.Expr:
+def _to_plain_type(name: str, dtype: pl.DataType) -> pl.Expr:
     """Give a column as numbers, text, bool, times or durations; lists and structures are missing."""
     import polars as pl
 
@@ -189,65 +171,42 @@ def _plain(name: str, dtype: pl.DataType) -> pl.Expr:
     return pl.when(column.is_null()).then(None).otherwise(None).cast(pl.String).alias(name)
 
 
-def _as_text(pl: Any) -> list[pl.Expr]:
-    """Give plain columns as text: ISO 8601 stamps, durations in seconds, empty for missing ones."""
+def _to_text() -> list[pl.Expr]:
+    """Give columns as text: ISO 8601 stamps, durations in seconds, empty for missing ones."""
+    import polars as pl
     import polars.selectors as cs
 
-    stamps = cs.datetime()
     zoned = cs.datetime(time_zone="*")
     forms = [
-        (stamps - zoned).dt.strftime("%Y-%m-%dT%H:%M:%S%.f"),
+        (cs.datetime() - zoned).dt.strftime("%Y-%m-%dT%H:%M:%S%.f"),
         zoned.dt.strftime("%Y-%m-%dT%H:%M:%S%.f%:z"),
         cs.duration().dt.total_microseconds() / 1e6,
-        cs.exclude(stamps, cs.duration()),
+        cs.exclude(cs.datetime(), cs.duration()),
     ]
     return [form.cast(pl.String).fill_null("") for form in forms]
 
 
 def _read_pandas_names(names: list[str], metadata: Mapping[str, str]) -> tuple[list[str], list[str], dict[str, str]]:
     """Give the names with the index first, their headings, and units by heading, from what pandas stored."""
-    stored = parse_json(metadata.get("pandas", ""))
+    stored, attrs = (_parse_json(metadata.get(key, "")) for key in ("pandas", "PANDAS_ATTRS"))
     index = [name for name in stored.get("index_columns") or [] if isinstance(name, str) and name in names]
     names = index + [name for name in names if name not in index]
-    headings = []
-    for name in names:
-        levels = _parse_tuple(name)
-        headings.append(
-            "Time" if name.startswith("__index_level_") else join_levels(name if levels is None else levels)
-        )
-    units = parse_json(metadata.get("PANDAS_ATTRS", "")).get("units")
-    return names, headings, {join_levels(k): str(v) for k, v in units.items()} if isinstance(units, dict) else {}
+    headings = ["Time" if name.startswith("__index_level_") else _parse_levels(name) for name in names]
+    units = attrs.get("units")
+    return names, headings, {str(k): str(v) for k, v in units.items()} if isinstance(units, dict) else {}
 
 
-def _parse_tuple(name: str) -> tuple[Any, ...] | None:
+def _parse_levels(name: str) -> str:
     """Read a column name of several levels as pandas stores it: ``('FIC101', 'PV')``."""
-    from ast import literal_eval
-
     try:
-        levels = literal_eval(name) if name.startswith("(") else None
+        return join_levels(literal_eval(name) if name.startswith("('") else name)
     except (ValueError, SyntaxError, MemoryError, RecursionError):
-        return None
-    return levels if isinstance(levels, tuple) else None
+        return name
 
 
-def parse_json(text: str) -> dict[str, Any]:
-    """Read a JSON object; what is none gives an empty one.
-
-    Examples
-    --------
-    >>> parse_json('{"units": {}}'), parse_json("none")
-    ({'units': {}}, {})
-    """
-    import json
-
+def _parse_json(text: str) -> dict[str, Any]:
     try:
         value = json.loads(text)
     except ValueError:
         return {}
     return value if isinstance(value, dict) else {}
-
-
-def join_levels(name: Any) -> str:
-    """Join a column name of several levels by dots."""
-    levels = name if isinstance(name, tuple) else (name,)
-    return ".".join(text for level in levels if (text := str(level).strip()))

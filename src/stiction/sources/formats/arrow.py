@@ -57,7 +57,4 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     with damage_refused(name):
         stream = source.head.startswith(STREAM_START)
         frame = pl.read_ipc_stream(source.path) if stream else pl.scan_ipc(source.path, glob=False)
-    table = typed_table(source.origin, frame, max_bytes=options.max_bytes)
-    read_columns = table.reader
-    table.reader = lambda positions, _file=source: read_columns(positions)  # keeps a temporary file alive
-    return [table]
+    return [typed_table(source.origin, frame, max_bytes=options.max_bytes, keep=source)]

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.errors import RecordError
+from stiction.errors import MissingExtraError, RecordError
 from stiction.sources.formats.matlab_structures import TIME_NAMES, find_loops
 from stiction.sources.table import Origin
-from stiction.sources.typed_table import table_from_series
+from stiction.sources.typed_table import make_series, typed_table
 
 if TYPE_CHECKING:
     import polars as pl
@@ -41,7 +41,7 @@ def recognises(head: bytes, name: str) -> bool:
 
 
 def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
-    """Read the variables of a MATLAB file, one table per structure or matrix that holds signals.
+    """Read a MATLAB file, one table per structure or matrix that holds signals.
 
     Parameters
     ----------
@@ -53,56 +53,67 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     Returns
     -------
     list of RawTable
-        Named by the path of the structure without the name of the outermost variable, when that is the only one. Time
-        is computed from a single number `Ts` where there is no vector of times.
+        Each named by the path of its structure, without the outermost variable when there is only one. Time is
+        computed from a single number `Ts` where there is no vector of times.
 
     Raises
     ------
     RecordError
         When the file is damaged, or holds no vectors of one length.
     MissingExtraError
-        When h5py is needed for a file of version 7.3 and not installed.
+        When the file is of version 7.3 and h5py is not installed.
     """
-    variables = _load(source)
-    found = list(find_loops("", variables))
-    roots = {path.split(".")[0] for path, _ in found}
-    if len(roots) == 1 and all("." in path for path, _ in found):
-        found = [(path.split(".", 1)[1], loop) for path, loop in found]
-    if not found:
-        objects = ", ".join(sorted(name for name, value in variables.items() if _is_object(value))[:5])
-        remedy = (
-            f"{objects} can only be read by MATLAB; write it with writetimetable(x, 'loop.csv')"
-            if objects
-            else "save time, pv, op and sp as vectors of one length"
-        )
+    is_hdf5 = source.head.startswith(HDF5_START) or source.head[512:520] == HDF5_START
+    variables = _load_hdf5(source) if is_hdf5 else _load(source)
+    loops = list(find_loops("", variables))
+    if len({path.split(".")[0] for path, _ in loops}) == 1 and all("." in path for path, _ in loops):
+        loops = [(path.split(".", 1)[1], columns) for path, columns in loops]
+    if not loops:
+        objects = sorted(name for name, value in variables.items() if type(value).__name__.startswith("Matlab"))
+        remedy = "save time, pv, op and sp as vectors of one length"
+        if objects:
+            remedy = f"{', '.join(objects[:5])} can only be read by MATLAB; write it with writetimetable(x, 'loop.csv')"
         raise RecordError(f"{source.origin.name}: holds no vectors of numbers; {remedy}.")
-    asked = (options.tag or "").casefold()
-    named = [(path, loop) for path, loop in found if asked and path.casefold() == asked]
-    return [_table(source, path, loop) for path, loop in named or found]
+    named = [(path, columns) for path, columns in loops if path.casefold() == (options.tag or "").casefold()]
+    return [_make_table(source.origin, path, columns) for path, columns in named or loops]
 
 
 def _load(source: ByteSource) -> dict[str, Any]:
-    """Read the variables of a file; of version 7.3 vectors are read later."""
-    name = source.origin.name
-    if source.head.startswith(HDF5_START) or source.head[512:520] == HDF5_START:
-        from stiction.sources.formats.matlab_hdf5 import load_hdf5
-
-        return load_hdf5(source)
+    """Read the variables of a file of version 5."""
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
 
     _require_size(source)
     try:
         stored = loadmat(source.path, simplify_cells=True)
-    except (MatReadError, OSError, ValueError, TypeError, KeyError, IndexError, EOFError, OverflowError, MemoryError,
-            NotImplementedError, AttributeError, UnicodeError) as error:  # fmt: skip
-        text = " ".join(str(error).split()).rstrip(".") or type(error).__name__
-        raise RecordError(f"{name}: is damaged ({text[:200]}); save it again in MATLAB.") from None
+    except (MatReadError, OSError, ValueError, TypeError, LookupError, EOFError, OverflowError, MemoryError,
+            NotImplementedError, AttributeError) as error:  # fmt: skip
+        raise _damaged(source, error) from None
     return {key: value for key, value in stored.items() if not key.startswith("__")}
 
 
+def _load_hdf5(source: ByteSource) -> dict[str, Any]:
+    """Read the variables of a file of version 7.3."""
+    try:
+        import h5py
+    except ImportError:
+        raise MissingExtraError(
+            f"{source.origin.name}: is a MATLAB 7.3 file, which needs h5py; pip install 'stiction[matlab]', or save it "
+            "with save(..., '-v7')."
+        ) from None
+    from stiction.sources.formats.matlab_hdf5 import read_group
+
+    try:
+        with h5py.File(source.path, "r") as file:
+            return read_group(file, source.origin.name, source.max_bytes)
+    except RecordError:
+        raise
+    except (OSError, LookupError, ValueError, RuntimeError, TypeError, OverflowError) as error:
+        raise _damaged(source, error) from None
+
+
 def _require_size(source: ByteSource) -> None:
-    """Inflate the compressed variables of a v5 file piece by piece, and refuse those that grow too large."""
+    """Decompress the variables of a v5 file piece by piece, and refuse those that grow too large."""
     import zlib
 
     from stiction.sources.compression import ByteLimit
@@ -112,11 +123,11 @@ def _require_size(source: ByteSource) -> None:
     with source.path.open("rb") as file:
         file.seek(128)
         while len(tag := file.read(8)) == 8:
-            kind, size = int.from_bytes(tag[:4], order), int.from_bytes(tag[4:], order)
+            kind, rest = int.from_bytes(tag[:4], order), int.from_bytes(tag[4:], order)
             if kind != 15:  # not compressed
-                file.seek(size, 1)
+                file.seek(rest, 1)
                 continue
-            inflater, rest = zlib.decompressobj(), size
+            inflater = zlib.decompressobj()
             while rest > 0 and (piece := file.read(min(rest, 1 << 16))):
                 rest -= len(piece)
                 try:
@@ -124,46 +135,42 @@ def _require_size(source: ByteSource) -> None:
                         limit.add(len(inflater.decompress(piece, 1 << 20)))
                         piece = inflater.unconsumed_tail
                 except zlib.error as error:
-                    raise RecordError(f"{source.origin.name}: is damaged ({error}); save it again in MATLAB.") from None
+                    raise _damaged(source, error) from None
 
 
-def _table(source: ByteSource, path: str, loop: dict[str, Any]) -> RawTable:
+def _damaged(source: ByteSource, error: Exception) -> RecordError:
+    text = " ".join(str(error).split())[:200].rstrip(".") or type(error).__name__
+    return RecordError(f"{source.origin.name}: is damaged ({text}); save it again in MATLAB.")
+
+
+def _make_table(origin: Origin, path: str, columns: dict[str, np.ndarray]) -> RawTable:
     """Make the table of one loop."""
-    notes: list[str] = []
+    import polars as pl
 
-    def load(name: str) -> pl.Series:
-        import polars as pl
-
-        values = np.asarray(loop[name])
-        if _is_day_number(name, values):
-            milliseconds = pl.Series((values - MATLAB_DAY_OF_1970) * 86_400e3).round()
-            return milliseconds.fill_nan(None).cast(pl.Int64).cast(pl.Datetime("ms"))
-        return _column(values)
-
-    first = next(iter(loop))
-    if _is_day_number(first, np.asarray(loop[first])):
-        notes.append(f"{first} was taken as MATLAB day numbers.")
-    origin = source.origin if not path else Origin(f"{source.origin.name}, {path}", path, source.origin.sha256)
-    table = table_from_series(origin, list(loop), load, {}, {}, notes)
-    read_columns = table.reader
-    table.reader = lambda positions, _file=source: read_columns(positions)  # keeps a temporary file alive
-    return table
+    series = {}
+    notes = []
+    for name, values in columns.items():
+        if _has_day_numbers(name, values):
+            milliseconds = pl.Series((values - MATLAB_DAY_OF_1970) * 86_400e3).round().fill_nan(None)
+            series[name] = milliseconds.cast(pl.Int64).cast(pl.Datetime("ms"))
+            notes.append(f"{name} was taken as MATLAB day numbers.")
+        else:
+            series[name] = _make_column(values)
+    named = origin if not path else Origin(f"{origin.name}, {path}", path, origin.sha256)
+    return typed_table(named, pl.DataFrame(series), notes=notes)
 
 
-def _column(values: np.ndarray) -> pl.Series:
+def _make_column(values: np.ndarray) -> pl.Series:
     import polars as pl
 
     if values.dtype.kind in "fiub":
-        return pl.Series(np.ascontiguousarray(values.astype(values.dtype.newbyteorder("="))))
-    return pl.Series([str(cell).strip() for cell in values], dtype=pl.String)
+        return pl.Series(np.ascontiguousarray(values, values.dtype.newbyteorder("=")))
+    return make_series([str(cell).strip() for cell in values])
 
 
-def _is_day_number(name: str, values: np.ndarray) -> bool:
+def _has_day_numbers(name: str, values: np.ndarray) -> bool:
+    """Whether these are times as MATLAB's ``datenum`` counts them."""
     if name.lower() not in TIME_NAMES or values.dtype.kind != "f":
         return False
     finite = values[np.isfinite(values)]
     return finite.size > 0 and bool(MATLAB_DAYS[0] <= finite.min() <= finite.max() <= MATLAB_DAYS[1])
-
-
-def _is_object(value: Any) -> bool:
-    return type(value).__name__ in ("MatlabOpaque", "MatlabFunction", "MatlabObject")

@@ -101,10 +101,9 @@ def _table(sources: Sequence[ByteSource], options: ReadOptions) -> RawTable:
     first = sources[0]
     with damage_refused(first.origin.name):
         metadata = {key: value for key, value in pl.read_parquet_metadata(first.path).items() if key != "ARROW:schema"}
-    table = typed_table(first.origin, _scan(sources), metadata=metadata, max_bytes=options.max_bytes)
-    read_columns = table.reader
-    table.reader = lambda positions, _files=tuple(sources): read_columns(positions)  # keeps temporary files alive
-    return table
+    return typed_table(
+        first.origin, _scan(sources), metadata=metadata, max_bytes=options.max_bytes, keep=tuple(sources)
+    )
 
 
 def _order_parts(sources: Sequence[ByteSource], schema: dict[str, pl.DataType]) -> list[ByteSource]:
