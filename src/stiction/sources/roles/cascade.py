@@ -29,7 +29,7 @@ def find_secondary_tags(
     max_rounding: float = 0.05,
     min_known: float = 0.9,
 ) -> list[str]:
-    """Find for each loop the loop whose set point is its OP.
+    """Find for each loop of a source the loop whose set point is its OP, by its tag; "" where there is none.
 
     Parameters
     ----------
@@ -43,11 +43,6 @@ def find_secondary_tags(
         Rounding, as a share of the range of the set point, above which likeness says nothing [-].
     min_known : float
         Share of the samples that must be known of both [-].
-
-    Returns
-    -------
-    list of str
-        Tag of the secondary loop of each record; empty when there is none.
 
     Raises
     ------

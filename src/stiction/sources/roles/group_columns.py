@@ -62,44 +62,36 @@ def _instrument_numbers(columns: Sequence[TagColumn]) -> set[tuple[str, str]]:
 
 def _move_flags(groups: dict[str, TagGroup]) -> None:
     """Give a flag of one signal to that signal: ``FIC-1.PV.Quality``, or one after each of several signals."""
-    place = {
-        (id(column.table), column.position): (group, role)
-        for group in groups.values()
-        for role in NUMERIC_ROLES
-        for column in group.columns.get(role, ())
-        if column.position is not None
-    }
-    flags = {
-        (id(column.table), column.position)
-        for group in groups.values()
-        for flag in FLAG_ROLES
-        for column in group.columns.get(flag, ())
-    }
+    signals: dict[tuple[int, int | None], tuple[TagGroup, str]] = {}
+    flags: dict[tuple[int, int | None], TagColumn] = {}
+    for group in groups.values():
+        for role in (*NUMERIC_ROLES, *FLAG_ROLES):
+            for column in group.columns.get(role, ()):
+                if role in FLAG_ROLES:
+                    flags[id(column.table), column.position] = column
+                elif column.position is not None:
+                    signals[id(column.table), column.position] = group, role
 
     def signal_left_of(column: TagColumn) -> tuple[TagGroup, str] | None:
-        position = column.position
-        while position is not None:
+        table, position = id(column.table), column.position
+        while position is not None and (table, position) in flags:
             position -= 1
-            if (id(column.table), position) not in flags:
-                return place.get((id(column.table), position))
-        return None
+        return signals.get((table, position))
 
     for key, group in list(groups.items()):
         owner = parse_column_name(group.tag) if group.columns.keys() <= set(FLAG_ROLES) else None
-        role = role_of(owner[1]) if owner else ""
         target = groups.get(owner[0].upper()) if owner else None
-        if target is not None and role in target.columns:
+        if owner and target is not None and role_of(owner[1]) in target.columns:
             del groups[key]
-            for flag, columns in group.columns.items():
-                target.columns[f"{role} {flag}"] = columns
+            target.columns |= {f"{role_of(owner[1])} {flag}": columns for flag, columns in group.columns.items()}
             continue
-        own = [(flag, column) for flag in FLAG_ROLES for column in group.columns.get(flag, ())]
-        if len({id(found[0]) + hash(found[1]) for _, c in own if (found := signal_left_of(c))}) < 2:
-            continue
-        for flag, column in own:
-            if found := signal_left_of(column):
+        own = [
+            (flag, c, left) for flag in FLAG_ROLES for c in group.columns.get(flag, ()) if (left := signal_left_of(c))
+        ]
+        if len({(id(left[0]), left[1]) for *_, left in own}) > 1:
+            for flag, column, (target, role) in own:
                 group.columns[flag].remove(column)
-                found[0].add(f"{found[1]} {flag}", column)
+                target.add(f"{role} {flag}", column)
         group.columns = {role: columns for role, columns in group.columns.items() if columns}
 
 
@@ -125,27 +117,20 @@ def use_fallback_words(group: TagGroup) -> None:
 
 def use_mv_as_output(group: TagGroup) -> None:
     """Take a column MV as the controller output where the loop has no other, also beside a valve position."""
-    outputs = [
-        column
-        for column in group.columns.get("mv", ())
-        if (pair := parse_column_name(column.name)) and pair[1] in OUTPUT_IF_NO_OTHER
-    ]
+    pairs = [(column, parse_column_name(column.name)) for column in group.columns.get("mv", ())]
+    outputs = [column for column, pair in pairs if pair and pair[1] in OUTPUT_IF_NO_OTHER]
+    taken = f"Column {column_label(outputs[0])} is taken as the" if outputs else ""
     if outputs and {"op", "sp"} <= group.columns.keys() and "pv" not in group.columns:
-        label = column_label(outputs[0])
-        group.notes.append(
-            f"Column {label} is taken as the valve position (MV); if it is the measured value (ABB), name "
-            f"it with columns={{'pv': {label!r}}} (--columns)."
-        )
+        named = f"columns={{'pv': {column_label(outputs[0])!r}}} (--columns)"
+        group.notes.append(f"{taken} valve position (MV); if it is the measured value (ABB), name it with {named}.")
     if "op" in group.columns or len(outputs) != 1:
         return
     group.columns["op"] = outputs
-    group.columns["mv"] = [column for column in group.columns["mv"] if column not in outputs]
+    group.columns["mv"].remove(outputs[0])
     if not group.columns["mv"]:
         del group.columns["mv"]
-    group.notes.append(
-        f"Column {column_label(outputs[0])} is taken as the controller output (OP), as there is no other; "
-        "if it is the valve position, name the OP column."
-    )
+    position = "if it is the valve position, name the OP column"
+    group.notes.append(f"{taken} controller output (OP), as there is no other; {position}.")
 
 
 def add_bare_tags(groups: list[TagGroup], bare: list[TagColumn]) -> None:

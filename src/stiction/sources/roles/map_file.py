@@ -29,26 +29,19 @@ MAP_ROLES = (*ROLES, *(f"{role} {flag}" for role in ("pv", "sp", "op", "mv") for
 
 @dataclass(frozen=True, slots=True)
 class MapRow:
-    """One row of a mapping file: a column of the source and its role."""
+    """One row of a mapping file: a column of the source and its role. An empty unit keeps the unit of the source."""
 
     tag: str
-    """Column of the source, as its heading or as the tag of a long table."""
     loop: str
-    """Tag of the loop."""
     role: str
-    """Role, such as "pv"."""
     unit: str = ""
-    """Unit of the values; empty keeps the unit of the source."""
     low: float | None = None
-    """Value at 0 % of span [unit]."""
+    """Value at 0 % of span [unit]; `high` is the one at 100 %."""
     high: float | None = None
-    """Value at 100 % of span [unit]."""
     area: str = ""
-    """Plant area of the loop."""
     master: str = ""
     """Tag of the loop whose OP is the set point of this one."""
     importance: str = ""
-    """Importance of the loop."""
     place: str = ""
     """File and line, for messages."""
 
@@ -60,16 +53,8 @@ COLUMNS = tuple(field.name for field in fields(MapRow) if field.name != "place")
 def read_map(path: str | PathLike[str]) -> list[MapRow]:
     """Read and check a mapping file.
 
-    Parameters
-    ----------
-    path : path
-        CSV with a header of `tag`, `loop`, `role` and, as needed, `unit`, `low`, `high`, `area`, `master` and
-        `importance`; comma, semicolon or tab between the cells. Lines that begin with # are comments.
-
-    Returns
-    -------
-    list of MapRow
-        The rows, in the order of the file.
+    It is CSV with a header of `tag`, `loop`, `role` and, as needed, `unit`, `low`, `high`, `area`, `master` and
+    `importance`; comma, semicolon or tab between the cells. Lines that begin with # are comments.
 
     Raises
     ------

@@ -6,7 +6,7 @@ import re
 from collections import defaultdict
 from typing import TYPE_CHECKING, NamedTuple
 
-from stiction.sources.roles.loop_roles import FLAG_ROLES, HOW_TO_OVERRULE, TagGroup, column_label
+from stiction.sources.roles.loop_roles import FLAG_ROLES, HOW_TO_OVERRULE, NUMERIC_ROLES, TagGroup, column_label
 
 if TYPE_CHECKING:
     from stiction.sources.tag_column import TagColumn
@@ -25,18 +25,17 @@ _ORDER = ("controller", "position", "measurement", "valve", "alone")
 
 
 class InstrumentTag(NamedTuple):
-    """A tag by ISA-5.1."""
+    """A tag by ISA-5.1: area before the letters, measured variable, kind of instrument, loop number and its letter.
+
+    The variable is the first letter with the modifier D, F or Q after it, so that PD is a pressure difference. A kind
+    is "controller", "measurement", "valve" (also the converter in front of it) or "position".
+    """
 
     area: str
-    """What stands before the letters, without separators."""
     variable: str
-    """First letter, with the modifier D, F or Q after it: F is flow, PD a pressure difference, Z a position."""
     kind: str
-    """"controller", "measurement", "valve" (also the converter in front of it) or "position"."""
     number: str
-    """Loop number."""
     suffix: str
-    """Letter after the number."""
 
 
 def parse_instrument_tag(tag: str) -> InstrumentTag | None:
@@ -66,68 +65,52 @@ def parse_instrument_tag(tag: str) -> InstrumentTag | None:
 
 def pair_by_letters(groups: list[TagGroup], bare: list[TagColumn]) -> None:
     """Join the groups of one loop number, in place, and take the columns named by a tag alone out of `bare`."""
-    members: dict[tuple[str, str, str, str], list[tuple[InstrumentTag, TagGroup]]] = defaultdict(list)
-    own = {id(group) for group in groups}
-    named = [(parse_instrument_tag(group.tag), group) for group in groups]
-    alone = [(parse_instrument_tag(c.name), TagGroup(c.name, {"": [c]})) for c in bare]
-    for tag, group in named + alone:
-        if tag is not None:
-            members[tag.area, tag.variable, tag.number, tag.suffix].append((tag, group))
-    _add_positions(members)
-    for (area, variable, number, suffix), parts in list(members.items()):
-        if not suffix:  # a single valve with a letter after its number belongs to the loop of that number
-            lettered = [key for key in members if key[:3] == (area, variable, number) and key[3]]
-            if len(lettered) == 1 and not any(tag.kind == "controller" for tag, _ in members[lettered[0]]):
-                parts = [*parts, *members[lettered[0]]]
-        _join(parts, groups, bare, own)
-
-
-def _add_positions(members: dict[tuple[str, str, str, str], list[tuple[InstrumentTag, TagGroup]]]) -> None:
-    """Add a position tag (ZT 4101) to the loop of its number, where only one loop has that number."""
-    for key in [key for key in members if key[1].startswith("Z")]:
-        loops = [other for other in members if other[::2] == key[::2] and other[3] == key[3] and other[1] != key[1]]
-        if len(loops) == 1:
+    members: dict[tuple[str, ...], list[tuple[str, TagGroup]]] = defaultdict(list)
+    for group in (*groups, *(TagGroup(column.name, {"": [column]}) for column in bare)):
+        if tag := parse_instrument_tag(group.tag):
+            # The tag of a controller alone may be any of its signals, so it comes last.
+            kind = "alone" if tag.kind == "controller" and "" in group.columns else tag.kind
+            members[tag.area, tag.number, tag.suffix, tag.variable].append((kind, group))
+    for key in [key for key in members if key[3].startswith("Z")]:
+        loops = [other for other in members if other[:3] == key[:3] and other[3] != key[3]]
+        if len(loops) == 1:  # the position ZT 4101 belongs to the only loop of its number
             members[loops[0]] += members.pop(key)
+    for (area, number, suffix, variable), parts in list(members.items()):
+        if not suffix:  # a single valve with a letter after its number belongs to the loop of that number
+            lettered = [key for key in members if (*key[:2], key[3]) == (area, number, variable) and key[2]]
+            if len(lettered) == 1 and all(kind != "controller" for kind, _ in members[lettered[0]]):
+                parts = [*parts, *members[lettered[0]]]
+        _join(sorted(parts, key=lambda part: _ORDER.index(part[0])), groups, bare)
 
 
-def _join(
-    parts: list[tuple[InstrumentTag, TagGroup]], groups: list[TagGroup], bare: list[TagColumn], own: set[int]
-) -> None:
+def _join(parts: list[tuple[str, TagGroup]], groups: list[TagGroup], bare: list[TagColumn]) -> None:
     """Join the parts of one loop number into one group, where they make a loop."""
-    # A controller's tag alone may be any of its signals, so it comes last.
-    parts = sorted(
-        parts,
-        key=lambda part: _ORDER.index(
-            "alone" if part[0].kind == "controller" and "" in part[1].columns else part[0].kind
-        ),
-    )
-    controllers = [group for tag, group in parts if tag.kind == "controller" and id(group) in own]
-    if len(parts) < 2 or len(controllers) > 1 or {tag.kind for tag, _ in parts} <= {"valve", "position"}:
+    tags = {kind: group.tag for kind, group in reversed(parts)}
+    controllers = [group for kind, group in parts if kind == "controller"]
+    if len(parts) < 2 or len(controllers) > 1 or tags.keys() <= {"valve", "position"}:
         return
-    named = {tag.kind: group.tag for tag, group in reversed(parts)}
-    target = controllers[0] if controllers else TagGroup(named.get("controller") or named["measurement"])
+    target = controllers[0] if controllers else TagGroup(tags.get("alone") or tags["measurement"])
     extra: dict[str, list[TagColumn]] = {}
-    taken: list[TagColumn] = []
-    for tag, group in parts:
+    for kind, group in parts:
         for role, columns in group.columns.items() if group is not target else ():
-            wanted = _ROLE_BY_KIND.get(tag.kind, {"": "pv"}).get(role, role)
-            is_free = wanted not in target.columns and wanted not in extra and len(columns) == 1
-            if wanted in ("pv", "sp", "op", "mv") and is_free and (wanted == "mv" or not target.is_loop):
-                flags = {flag: group.columns.get(f"{role} {flag}", []) for flag in FLAG_ROLES}
-                extra |= {wanted: columns} | {f"{wanted} {flag}": found for flag, found in flags.items() if found}
-                taken += columns + [column for found in flags.values() for column in found]
-    joined = TagGroup(target.tag, {**target.columns, **extra}, target.notes)
-    if not extra or not joined.is_loop:
+            wanted = _ROLE_BY_KIND.get(kind, {"": "pv"}).get(role, role)
+            is_open = wanted == "mv" or not {"pv", "op"} <= target.columns.keys()
+            if (
+                wanted in ("pv", "sp", "op", "mv")
+                and is_open
+                and len(columns) == 1
+                and wanted not in target.columns | extra
+            ):
+                extra[wanted] = columns
+                extra |= {f"{wanted} {flag}": group.columns.get(f"{role} {flag}", []) for flag in FLAG_ROLES}
+    if not extra or not TagGroup(target.tag, target.columns | extra).is_loop:
         return
-    target.columns = joined.columns
+    taken = [column for columns in extra.values() for column in columns]
     for _, group in parts:
-        if group is not target:
-            group.columns = {
-                role: left
-                for role, columns in group.columns.items()
-                if (left := [column for column in columns if column not in taken])
-            }
+        left = {role: [c for c in columns if c not in taken] for role, columns in group.columns.items()}
+        group.columns = {role: columns for role, columns in left.items() if columns}
+    target.columns |= {role: columns for role, columns in extra.items() if columns}
     groups[:] = [group for group in groups if group.columns and group is not target] + [target]
     bare[:] = [column for column in bare if column not in taken]
-    listed = ", ".join(f"{column_label(columns[0])} = {role.upper()}" for role, columns in extra.items())
+    listed = ", ".join(f"{column_label(extra[role][0])} = {role.upper()}" for role in extra if role in NUMERIC_ROLES)
     target.notes.append(f"{listed} of the loop {target.tag}, by the number of the tags; {HOW_TO_OVERRULE}")

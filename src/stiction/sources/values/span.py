@@ -62,6 +62,8 @@ def op_to_percent(
 ) -> Percent:
     """Convert the controller output to % of span.
 
+    The result has a unit when the range of OP is not known, or in doubt: S and J must then not be given in % of span.
+
     Parameters
     ----------
     op : ndarray, shape (n_samples,)
@@ -70,16 +72,8 @@ def op_to_percent(
         Its unit as written; empty when the source names none.
     op_range : pair of float, optional
         OP at 0 and at 100 % of span, by the user or the map [unit].
-    position : ndarray, shape (n_samples,), optional
-        Valve position [position_unit]. One in % shows which signal an OP without a unit is.
-    position_unit : str
-        Its unit as written.
-
-    Returns
-    -------
-    Percent
-        The unit is not empty when the range of OP is not known, or in doubt: S and J must then not be given in % of
-        span.
+    position, position_unit : ndarray of shape (n_samples,) and str, optional
+        Valve position and its unit; one in % shows which signal an OP without a unit is.
 
     Examples
     --------
@@ -129,7 +123,7 @@ def position_to_percent(
     mv_range: tuple[float, float] | None = None,
     op_range: tuple[float, float] | None = None,
 ) -> Percent:
-    """Convert the valve position to % of span.
+    """Convert the valve position to % of span; without a unit or a range it stays, with a note when OP disagrees.
 
     Parameters
     ----------
@@ -143,11 +137,6 @@ def position_to_percent(
         Position at 0 and at 100 % of span [unit].
     op_range : pair of float, optional
         OP at 0 and at 100 % of span as recorded; the position may have the same range.
-
-    Returns
-    -------
-    Percent
-        Without a range or a unit that tells it, the values as recorded, with a note where they do not agree with OP.
 
     Examples
     --------

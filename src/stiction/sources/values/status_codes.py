@@ -31,7 +31,7 @@ _NUMBER = re.compile(r"(?:0X|16#)([0-9A-F]{1,8})|([0-9]{1,10})(?:\.0+)?")
 def bad_codes(
     counts: Counter[str], name: str = "", *, min_good_share: float = 0.9, min_confidence: float = 50.0
 ) -> tuple[set[str], str]:
-    """Find which codes of a quality column mean that the value is bad.
+    """Find which codes of a quality column mean that the value is bad, and say what was assumed.
 
     Parameters
     ----------
@@ -45,19 +45,12 @@ def bad_codes(
     min_confidence : float
         Confidence below which a value is bad [%].
 
-    Returns
-    -------
-    codes : set of str
-        Those that mean bad.
-    note : str
-        What was assumed; empty when all codes are known.
-
     Notes
     -----
     Known as good: texts that begin with Good, OK, Valid, Normal; OPC Data Access codes whose two quality bits are 11
-    (192 to 255); OPC UA codes below 0x40000000, when the column has codes from there on (their two
-    highest bits are the severity: 01 uncertain, 10 bad). A number that nearly all rows have is taken as good (0 of
-    OPC UA, IP.21 and Wonderware, 128 of WinCC, 100 of PHD).
+    (192 to 255); OPC UA codes below 0x40000000, when the column has codes from there on (their two highest bits are
+    the severity: 01 uncertain, 10 bad). A number that nearly all rows have is taken as good (0 of OPC UA, IP.21 and
+    Wonderware, 128 of WinCC, 100 of PHD).
 
     Sources: OPC Foundation, Data Access 3.00, section 6.8; OPC UA Part 4, section 7.39.
 
