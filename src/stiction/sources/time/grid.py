@@ -211,9 +211,10 @@ def _place_rows(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: s
     last = np.searchsorted(t, moments + 1e-6 * grid.dt, side="right") - 1
     longest = max(HOLD_LIMIT_SAMPLES * grid.dt, max_hold or 0.0)
     grid.source_row = np.where(moments - t[last] <= longest, rows[last], -1)
+    shortest, widest = format_seconds(steps.min()), format_seconds(steps.max())
     grid.notes.append(
-        f"The stamps are uneven ({format_seconds(steps.min())} to {format_seconds(steps.max())}): each value is held until the "
-        f"next, every {grid.dt:.6g} s, for at most {format_seconds(longest)}."
+        f"The stamps are uneven ({shortest} to {widest}): each value is held until the next, every {grid.dt:.6g} s, "
+        f"for at most {format_seconds(longest)}."
     )
 
 

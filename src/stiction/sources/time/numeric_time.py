@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.sources.time.compact_clock import numbers_as_clock
+from stiction.sources.time.elapsed_time import unwrap_clock
 from stiction.sources.time.stamps import Stamps
 from stiction.sources.time.text_column import parse_text_stamps
 
@@ -103,9 +104,7 @@ def parse_numeric_time(values: NDArray[np.float64], unit: float | None) -> Stamp
     if unit is not None:
         return Stamps(values * unit, "relative")
     if clock := numbers_as_clock(values):
-        stamps = parse_text_stamps(clock[0])
-        stamps.notes.append(clock[1])
-        return stamps
+        return Stamps(unwrap_clock(clock[0], DAY_SECONDS), "relative", [clock[1]])
     step = float(np.median(np.abs(np.diff(finite))))
     if step >= _MIN_STEP_MILLISECONDS and step % 300.0:
         note = f"The time column steps by {step:.6g} and is taken as milliseconds; if these are seconds name it time_s."

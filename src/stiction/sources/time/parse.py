@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.sources.time.compact_clock import insert_colons, is_compact_clock
+from stiction.sources.table import SNIFF_ROWS
+from stiction.sources.time.compact_clock import compact_clock_seconds, is_compact_clock
 from stiction.sources.time.elapsed_time import unwrap_clock
 from stiction.sources.time.numeric_time import parse_numeric_time
 from stiction.sources.time.stamps import Stamps
@@ -121,13 +122,20 @@ def _parse_temporal(cells: pl.Series) -> Stamps:
 
 def _parse_date_and_clock(dates: pl.Series, clocks: pl.Series, options: ReadOptions) -> Stamps:
     """Parse a date and a time of day that stand in two columns."""
-    days, times, note = _as_text(dates), _as_text(clocks), ""
-    if options.time_format is None:
-        sample = [cell for cell in times.head(200).to_list() if cell]
-        if is_compact_clock(sample):
-            times, note = insert_colons(times)
-        if any(re.search(_MIDNIGHT, cell) for cell in days.head(1).to_list() if cell):
-            days = days.str.replace(_MIDNIGHT, "")
-    stamps = parse_text_stamps(days + " " + times, day_first=options.day_first, time_format=options.time_format)
-    stamps.notes += [note] if note else []
+    days, times = _as_text(dates), _as_text(clocks)
+    if options.time_format is not None:
+        return parse_text_stamps(days + " " + times, time_format=options.time_format)
+    days = days.str.replace(_MIDNIGHT, "")
+    sample = [cell for cell in times.head(SNIFF_ROWS).to_list() if cell]
+    if not is_compact_clock(sample):
+        return parse_text_stamps(days + " " + times, day_first=options.day_first)
+    stamps = parse_text_stamps(days, day_first=options.day_first)
+    numbers = times.str.replace(",", ".", literal=True).cast(float, strict=False).to_numpy()
+    seconds, has_seconds = compact_clock_seconds(numbers)
+    stamps.seconds = stamps.seconds + seconds
+    width = 6 if has_seconds else 4
+    if cut := next((cell for cell in sample if len(re.split("[.,]", cell)[0]) < width), ""):
+        note = f"Times such as {cut} are read as hours and minutes{', and seconds' if has_seconds else ''}"
+        remedy = "" if has_seconds else "; if seconds are among them give the sampling period with dt= (--dt)"
+        stamps.notes.append(f"{note}{remedy}.")
     return stamps

@@ -159,7 +159,7 @@ def _undo_set_back(result: SortedRows, usual: float, rows_differ: RowsDiffer) ->
             shift[at:] += by
             result.clock_jumps += 1
             result.notes.append(
-                f"The clock was set back by {format_seconds(by)} at row {rows[at] + 1} of the data: the rows from there on "
-                "are taken to follow the last."
+                f"The clock was set back by {format_seconds(by)} at row {rows[at] + 1} of the data: the rows from "
+                "there on are taken to follow the last."
             )
     result.seconds = t + shift
