@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pwd
 import shutil
+import signal
 import socket
 import subprocess
 import tempfile
@@ -53,8 +54,12 @@ def postgres_server() -> Iterator[str]:
             wait_until_open(server, port)
             yield f"postgresql+psycopg://plant:{quote(PASSWORD, safe='')}@127.0.0.1:{port}/postgres"
         finally:
-            server.terminate()
-            server.communicate(timeout=20)
+            server.send_signal(signal.SIGINT)  # "fast": does not wait for open connections
+            try:
+                server.communicate(timeout=20)
+            except subprocess.TimeoutExpired:
+                server.kill()
+                server.communicate()
 
 
 def wait_until_open(server: subprocess.Popen[bytes], port: int) -> None:
