@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
-from stiction.sources.formats.text_dialect import find_table, unwrap
+from stiction.sources.formats.table_shape import find_table
 from stiction.sources.roles.column_names import header_names, unit_in_name
 from stiction.sources.table import SNIFF_ROWS, RawTable
 from stiction.sources.values.numeric_cells import usual_unit
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     import polars as pl
 
-    from stiction.sources.formats.text_dialect import Dialect
+    from stiction.sources.formats.table_shape import Dialect
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import Origin
 
@@ -61,7 +61,7 @@ def table_from_rows(
     first, width = dialect.first_row, dialect.width
     written = [(k, row) for k, row in enumerate(rows[first:]) if any(cell.strip() for cell in row)]
     ragged = [k for k, row in written if len(row) != width]
-    data = [[unwrap(cell).strip() or None for cell in [*row, *[""] * width][:width]] for _, row in written]
+    data = [[cell.strip() or None for cell in [*row, *[""] * width][:width]] for _, row in written]
 
     def read_columns(positions: Sequence[int]) -> pl.DataFrame:
         return pl.DataFrame({f"c{i}": pl.Series([row[i] for row in data], dtype=pl.String) for i in positions})
@@ -109,13 +109,7 @@ def make_table(
 
 
 def ragged_note(n_rows: int, width: int, first_line: int) -> str:
-    """Say that rows had another number of cells than the table has columns.
-
-    Examples
-    --------
-    >>> ragged_note(1, 3, 62)
-    '1 row does not have 3 cells (near line 62): missing cells are empty, extra cells are left out.'
-    """
+    """Say that rows had another number of cells than the table has columns."""
     what = "1 row does not" if n_rows == 1 else f"{n_rows} rows do not"
     near = "near" if n_rows == 1 else "first near"
     return f"{what} have {width} cells ({near} line {first_line}): missing cells are empty, extra cells are left out."

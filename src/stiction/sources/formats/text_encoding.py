@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 from typing import TYPE_CHECKING
 
-from stiction.sources.byte_source import CHUNK_BYTES
+from stiction.sources.byte_source import CHUNK_BYTES, HEAD_BYTES
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -72,24 +72,19 @@ def to_utf8(source: ByteSource, encoding: str) -> tuple[Path, str]:
 def _check_utf8(path: Path) -> tuple[str, bool]:
     """Check the whole file: its encoding, and whether all its lines end with a line feed."""
     decoder = codecs.getincrementaldecoder("utf-8")()
-    n_returns = n_pairs = 0
-    last = b""
+    n_lone_returns, last = 0, b""
     with open(path, "rb") as file:
         while part := file.read(CHUNK_BYTES):
             try:
                 if not part.isascii() or decoder.getstate()[0]:
                     decoder.decode(part)
             except UnicodeDecodeError as error:
-                around = part[max(error.start - 20_000, 0) : error.start + 20_000]
-                return ("gb18030" if _is_chinese(around) else "latin-1"), False
-            if b"\r" in part:
-                n_returns += part.count(b"\r")
-                n_pairs += part.count(b"\r\n")
-            n_pairs += last == b"\r" and part[:1] == b"\n"
+                start = part.rfind(b"\n", 0, error.start) + 1
+                return find_encoding(part[start : start + HEAD_BYTES]) or "latin-1", False
+            n_lone_returns -= last == b"\r" and part[:1] == b"\n"
+            n_lone_returns += part.count(b"\r") - part.count(b"\r\n") if b"\r" in part else 0
             last = part[-1:]
-    if decoder.getstate()[0]:
-        return "latin-1", False
-    return "utf-8", n_returns == n_pairs
+    return ("latin-1", False) if decoder.getstate()[0] else ("utf-8", n_lone_returns == 0)
 
 
 def _decodes(data: bytes, encoding: str) -> bool:

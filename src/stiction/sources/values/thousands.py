@@ -32,12 +32,8 @@ def find_ambiguous_cell(
     """Find a cell whose mark may be the other one.
 
     Beside a decimal point "1,234" is read as 1234. Between delimiters other than a comma "1.234" is read as 1.234,
-    which is in doubt when no cell settles it and another signal is written without decimals.
-
-    Returns
-    -------
-    tuple or None
-        The cell, its number, and the decimal mark that gives the other reading.
+    which is in doubt when no cell settles it and another signal is written without decimals. Gives the cell, its number
+    and the decimal mark that gives the other reading.
 
     Examples
     --------
@@ -90,33 +86,7 @@ def may_hold_thousands(values: NDArray[np.float64], *, min_share: float = 0.02, 
 
 
 def refuse_ambiguous_thousands(cells: pl.Series, values: NDArray[np.float64], decimal: str, where: str) -> None:
-    """Refuse a column in which the decimal mark may separate thousands.
-
-    Parameters
-    ----------
-    cells : polars.Series of str, shape (n_rows,)
-        The cells.
-    values : ndarray, shape (n_rows,)
-        Their numbers as read [any unit].
-    decimal : str
-        "." or ",".
-    where : str
-        File and column, for the message.
-
-    Raises
-    ------
-    RecordError
-        When every number with the mark has three digits behind it and larger whole numbers stand beside them.
-
-    Examples
-    --------
-    >>> import polars as pl
-    >>> cells = pl.Series(["998", "999", "1.000", "1.001", "1.002"])
-    >>> refuse_ambiguous_thousands(cells, cells.cast(pl.Float64).to_numpy(), ".", "x.csv, column PV")
-    Traceback (most recent call last):
-        ...
-    stiction.errors.RecordError: x.csv, column PV: '999' beside '1.000' may be thousands separated by '.'; ...
-    """
+    """Refuse text cells whose mark may separate thousands: all have three digits after it, beside larger whole ones."""
     if not may_hold_thousands(values):
         return
     is_value = np.isfinite(values)
