@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import datetime as dt
 import re
+from dataclasses import replace
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError, RecordError
 from stiction.sources.compression import ByteLimit
 from stiction.sources.formats.table_rows import table_from_rows
-from stiction.sources.table import SNIFF_ROWS, Origin
+from stiction.sources.table import SNIFF_ROWS
+from stiction.sources.typed_table import make_series
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.byte_source import ByteSource
     from stiction.sources.options import ReadOptions
-    from stiction.sources.table import RawTable
+    from stiction.sources.table import Origin, RawTable
 
 __all__ = ["read", "recognises"]
 
@@ -89,32 +91,32 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
         if b"E\0n\0c\0r\0y\0p\0t\0e\0d\0P\0a\0c\0k\0a\0g\0e" in source.path.read_bytes():
             raise RecordError(f"{name}: is encrypted; save it without a password.") from None
         raise _damaged(name, error) from None
-    return _tables(source, [sheet for sheet in sheets if sheet[1]], options)
-
-
-def _tables(
-    source: ByteSource, sheets: list[tuple[str, list[list[Any]], list[int]]], options: ReadOptions
-) -> list[RawTable]:
-    """Find where the table of each sheet begins."""
-    tables: list[tuple[str, RawTable]] = []
-    for sheet, rows, lines in sheets:
-        head = [_head_row(row) for row in rows[: 2 * SNIFF_ROWS]]
-        origin = Origin(f"{source.origin.name}, sheet {sheet}", sheet, source.origin.sha256)
-        table = table_from_rows(origin, head, options)
-        if table is None:
-            continue
-        first = min(table.first_line, len(rows) + 1) - 1
-        table.reader = _reader(rows, first)
-        table.first_line = lines[first] if first < len(lines) else table.first_line
-        tables.append((sheet, table))
+    tables = [table for sheet in sheets if (table := _make_table(source.origin, *sheet, options)) is not None]
     if not tables:
-        raise RecordError(
-            f"{source.origin.name}: no sheet holds a table of numbers; write one row per time, with a header."
-        )
+        raise RecordError(f"{name}: no sheet holds a table of numbers; write one row per time, with a header.")
     if len(tables) == 1 and (options.sheet is None or DEFAULT_SHEET_NAME.fullmatch(options.sheet)):
-        table = tables[0][1]
-        table.origin = Origin(table.origin.name, source.origin.stem, source.origin.sha256)
-    return [table for _, table in tables]
+        tables[0].origin = replace(tables[0].origin, stem=source.origin.stem)
+    return tables
+
+
+def _make_table(
+    origin: Origin, sheet: str, rows: list[list[Any]], lines: list[int], options: ReadOptions
+) -> RawTable | None:
+    """Find where the table of a sheet begins; None where there is none."""
+    head = [_head_row(row) for row in rows[:SNIFF_ROWS]]
+    table = table_from_rows(replace(origin, name=f"{origin.name}, sheet {sheet}", stem=sheet), head, options)
+    if table is None:
+        return None
+    first = table.first_line - 1
+    table.first_line = lines[first]
+
+    def read_columns(positions: Sequence[int]) -> pl.DataFrame:
+        import polars as pl
+
+        return pl.DataFrame({str(k): _make_column([row[k] for row in rows[first:]]) for k in positions})
+
+    table.reader = read_columns
+    return table
 
 
 def _sheet_named(asked: str, names: Sequence[str], file: str) -> str:
@@ -132,29 +134,15 @@ def _rows_of(sheet: Any) -> tuple[list[list[Any]], list[int]]:
     return [rows[k] for k in written], [k + offset for k in written]
 
 
-def _reader(rows: list[list[Any]], first: int) -> Any:
-    """Make the function that gives columns of a sheet with their types."""
-
-    def read_columns(positions: Sequence[int]) -> pl.DataFrame:
-        import polars as pl
-
-        columns = {str(k): _column([row[k] if k < len(row) else "" for row in rows[first:]]) for k in positions}
-        return pl.DataFrame(columns)
-
-    return read_columns
-
-
-def _column(cells: list[Any]) -> pl.Series:
-    """Make a column of the cells of a sheet: numbers, times or text."""
+def _make_column(cells: list[Any]) -> pl.Series:
+    """Make a column of the cells of a sheet: numbers, times, durations or text."""
     import polars as pl
 
     kinds = {type(cell) for cell in cells if cell != ""}
-    if kinds <= {int, float}:
-        return pl.Series([None if cell == "" else float(cell) for cell in cells], dtype=pl.Float64)
     if kinds <= {dt.datetime, dt.date}:  # midnight comes as a date
         return pl.Series([_as_datetime(cell) for cell in cells], dtype=pl.Datetime("us"))
-    if kinds == {dt.timedelta}:
-        return pl.Series([None if cell == "" else cell for cell in cells], dtype=pl.Duration("us"))
+    if kinds <= {int, float, dt.timedelta}:
+        return make_series([None if cell == "" else cell for cell in cells])
     return pl.Series([_as_text(cell) for cell in cells], dtype=pl.String)
 
 
