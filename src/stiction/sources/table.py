@@ -57,7 +57,7 @@ class RawTable:
 
     def load(self, positions: Iterable[int]) -> None:
         """Read some columns in one pass, if they were not read before."""
-        wanted = sorted(set(positions) - self._columns.keys())
+        wanted = sorted({position for position in positions if position not in self._columns})
         if wanted:
             frame = self.reader(wanted)
             self._columns.update(zip(wanted, frame.get_columns(), strict=True))

@@ -38,6 +38,7 @@ DESCRIPTION_WORDS = ("DESCRIPTION", "DESC", "DESCRIPTOR")
 """A column of the description of each tag."""
 NO_MEASUREMENTS = ("mode", "bad", "quality")
 MAX_TAGS = 20_000
+MAX_COLUMNS = 40
 
 
 def find_long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = (), decimal: str = ".") -> dict[str, int]:
@@ -122,7 +123,7 @@ def recognises(table: RawTable, options: ReadOptions) -> bool:
 
 def _find(table: RawTable, options: ReadOptions) -> dict[str, int]:
     names = table_headings(table).names
-    if has_loop(names):
+    if table.width > MAX_COLUMNS or has_loop(names):
         return {}
     headings = {name.strip().upper() for name in names}
     named = [column for signal, column in options.columns.items() if signal != "time"]

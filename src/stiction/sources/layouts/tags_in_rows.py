@@ -68,7 +68,8 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     assert tag_position is not None
     forget_note_on_lines_above(table)
     table.load(range(table.width))
-    frame = pl.DataFrame([table.column(i).cast(pl.String).fill_null("").alias(f"{i}") for i in range(table.width)])
+    frame = pl.DataFrame([table.column(i).alias(f"{i}") for i in range(table.width)])
+    frame = frame.select(pl.all().cast(pl.String).fill_null(""))
     frame = frame.filter(pl.Series([cell not in times[first:] for cell in frame[f"{first}"]]))
     used = [i for i in range(first, min(len(times), table.width)) if times[i].strip()]
     stamps = pl.Series("time", [times[i] for i in used])

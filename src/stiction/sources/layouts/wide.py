@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -96,8 +95,9 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
         qualities = [column for column in columns if (role := parse_role(column.name)) and role[1] == "quality"]
         for column in columns:
             column.quality = next((one.load for one in qualities if _is_quality_of(one, column, qualities)), None)
+        columns = [column for column in columns if column not in qualities]
         columns = [_stored_rows_only(column) if column.position in sparse else column for column in columns]
-        columns = [column for column in columns if column.name not in {one.name for one in qualities}]
+        columns = [column for column in columns if _has_cells(column)]
     return columns
 
 
@@ -114,11 +114,11 @@ def _is_quality_of(quality: TagColumn, column: TagColumn, qualities: Sequence[Ta
 def _find_sparse(table: RawTable, columns: Sequence[TagColumn]) -> set[int]:
     """Find the columns that were stored at times of their own; none where OP and PV of each loop share most rows."""
     roles = {i: parse_role(column.name) for column in columns if (i := column.position) is not None}
-    pairs = [
-        (i, k)
-        for (i, one), (k, other) in itertools.combinations(((i, r) for i, r in roles.items() if r), 2)
-        if one[0] == other[0] and {one[1], other[1]} == {"pv", "op"}
-    ]
+    loops: dict[str, dict[str, int]] = {}
+    for i, role in roles.items():
+        if role and role[1] in ("pv", "op"):
+            loops.setdefault(role[0], {})[role[1]] = i
+    pairs = [(loop["pv"], loop["op"]) for loop in loops.values() if len(loop) == 2]
     if not any(_is_sparse(_stored_mask(table, i), _stored_mask(table, k)) for i, k in pairs):
         return set()
     return {i for i in roles if _stored_mask(table, i).mean() < MIN_FULL_SHARE}
@@ -128,6 +128,12 @@ def _stored_mask(table: RawTable, position: int) -> np.ndarray:
     """Mark the first rows in which a column holds something."""
     cells = (row[position].strip().upper() if position < len(row) else "" for row in table.sample)
     return np.array([cell not in MISSING_WORDS for cell in cells])
+
+
+def _has_cells(column: TagColumn) -> bool:
+    """Whether a column holds anything; only a column that is blank in the first rows is read for that."""
+    i = column.position or 0
+    return not column.own_clock or _stored_mask(column.table, i).any() or len(column.cells) > 0
 
 
 def _is_sparse(one: np.ndarray, other: np.ndarray) -> bool:
