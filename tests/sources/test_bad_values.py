@@ -145,6 +145,7 @@ def test_texts_flags_and_numbers_count_once_each():
         ("Quality", "0", ("1", "16")),
         ("Confidence", "100", ("0", "20")),  # PHD
         ("Confidence", "1", ("0",)),
+        ("Confidence", "99.5", ("0.0", "-1")),
         ("IP_TREND_QSTATUS", "Good", ("Bad", "Suspect", "No Status")),
         ("Status", "Good, Raw", ("Bad, No Data", "Uncertain")),
         ("Good", "True", ("False",)),

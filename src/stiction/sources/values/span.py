@@ -92,9 +92,9 @@ def op_to_percent(
     if written in STANDARD_SIGNALS:
         span = "{:g} to {:g}".format(*STANDARD_SIGNALS[written])
         hint = f"({span.replace(' to ', ', ')}) to convert."
-        return Percent(op, unit, [f"{lies} and looks like no signal of {span} {unit}: {left}{hint}"])
+        return Percent(op, unit, [f"{lies}, unlike a signal of {span} {unit}: {left}{hint}"])
     if written in OTHER_OUTPUT_UNITS:
-        return Percent(op, unit, [f"{lies} and is given in {unit}: {left}(low, high) to convert."])
+        return Percent(op, unit, [f"OP is given in {unit}: {left}(low, high) to convert."])
     scale = detect_op_scale(low, high)
     may_be_current = not written and low >= CURRENT_RANGE[0] and high <= CURRENT_RANGE[1]
     span = None if written else _span_by_position(op, position, position_unit)

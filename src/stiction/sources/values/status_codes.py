@@ -25,6 +25,7 @@ CONFIDENCE_NAMES = ("CONFIDENCE",)
 OPC_UA_UNCERTAIN = 0x40000000
 """First status code of OPC UA that is not good."""
 TRUE_CODES, FALSE_CODES = ("TRUE", "1", "1.0"), ("FALSE", "0", "0.0")
+_PERCENT = re.compile(r"-?[0-9]{1,3}(\.[0-9]*)?")
 _NUMBER = re.compile(r"(?:0X|16#)([0-9A-F]{1,8})|([0-9]{1,10})(?:\.0+)?")
 
 
@@ -65,10 +66,9 @@ def bad_codes(
     heading = name.upper().replace(".", " ").split()
     words = {code: rows for code, rows in counts.items() if code not in MISSING_WORDS}
     numbers = {code: number for code in words if (number := _code_number(code)) is not None}
-    if heading and heading[-1] in CONFIDENCE_NAMES and len(numbers) == len(words) and words:
-        full = 100.0 if max(numbers.values()) > 1 else 1.0
-        bad = {code for code, number in numbers.items() if number < full * min_confidence / 100.0}
-        return bad, f"A confidence below {full * min_confidence / 100.0:g} of {full:g} is taken as bad."
+    if heading and heading[-1] in CONFIDENCE_NAMES and words and all(_PERCENT.fullmatch(code) for code in words):
+        limit = min_confidence if max(map(float, words)) > 1.0 else min_confidence / 100.0
+        return {code for code in words if float(code) < limit}, f"A confidence below {limit:g} is taken as bad."
     if heading and heading[-1] in ("GOOD", "ISGOOD") and words.keys() <= {*TRUE_CODES, *FALSE_CODES}:
         return set(words) & set(FALSE_CODES), ""
     bad = {code for code in words if code.startswith(BAD_STATUS_WORDS)}
