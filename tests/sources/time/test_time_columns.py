@@ -171,6 +171,16 @@ def test_stored_dates_beside_stored_times_of_day(stamps_of, since_1970):
     np.testing.assert_array_equal(found.seconds, since_1970(START) + np.arange(60.0))
 
 
+@pytest.mark.parametrize("form", ["0001-01-01 00:00:00", "9999-12-31 23:59:59", "01.01.0001 00:00", "1.1.2999 0:00"])
+def test_a_date_that_stands_for_none_is_no_stamp(form, stamps_of):
+    found = stamps_of(["Time", "PV"], [*cells(str)[:-2], form, form], VALUES)
+    assert np.flatnonzero(np.isnan(found.seconds)).tolist() == [N - 2, N - 1]
+    assert found.first_unread == (N - 2, form)
+    stored = [START + timedelta(seconds=k) for k in range(N - 1)]
+    found = stamps_of(["Time", "PV"], pl.Series([datetime(1, 1, 1), *stored]), VALUES)
+    assert np.flatnonzero(np.isnan(found.seconds)).tolist() == [0]
+
+
 def test_only_the_rows_asked_for(table, since_1970):
     from stiction.sources.time.parse import parse_time
 

@@ -44,6 +44,8 @@ __all__ = [
     "seconds_per_unit",
 ]
 
+MIN_SECONDS, MAX_SECONDS = -2208988800.0, 7258118400.0
+"""Years 1900 and 2200 [s since 1970]; stamps outside stand for no date, as 0001-01-01 does in some databases."""
 _MIDNIGHT = r"[T ]00:00(?::00(?:\.0+)?)?$"
 
 
@@ -85,6 +87,8 @@ def parse_time(
         fraction = parse_numbers(_column(table, time_columns.fraction, rows), table.decimal).values
         if not (np.nan_to_num(stamps.seconds) % 1.0).any():
             stamps.seconds = stamps.seconds + np.nan_to_num(fraction) * time_columns.fraction_unit
+    if stamps.kind != "relative":
+        _drop_unlikely_years(stamps, first)
     stamps.notes[:0] = time_columns.notes
     if options.timezone is None:
         return stamps
@@ -93,6 +97,17 @@ def parse_time(
         return stamps
     stamps.notes = [note for note in stamps.notes if "is not looked up" not in note]
     return localise(stamps, options.timezone)
+
+
+def _drop_unlikely_years(stamps: Stamps, cells: pl.Series) -> None:
+    with np.errstate(invalid="ignore"):
+        unlikely = np.flatnonzero((stamps.seconds < MIN_SECONDS) | (stamps.seconds >= MAX_SECONDS))
+    if unlikely.size:
+        stamps.seconds = stamps.seconds.copy()
+        stamps.seconds[unlikely] = np.nan
+        row = int(unlikely[0])
+        if stamps.first_unread is None or stamps.first_unread[0] > row:
+            stamps.first_unread = row, str(cells[row])
 
 
 def _column(table: RawTable, position: int, rows: NDArray[np.int64] | None) -> pl.Series:

@@ -126,22 +126,24 @@ def _days_since_1970(text: str, order: tuple[int, int, int]) -> float | None:
             clock = (3600 * int(found.group(4)) + 60 * int(found.group(5)) + int(found.group(6))) / 86400.0
     elif found := NUMBERED_DATE.fullmatch(text):
         numbers = found.group(1, 3, 4)
-        year, month, day = (int(numbers[place]) for place in order)
+        year, month, day = _full_year(numbers[order[0]]), int(numbers[order[1]]), int(numbers[order[2]])
     elif found := _DAY_OF_YEAR.fullmatch(text):
         year, number = map(int, found.groups())
         return date(year, 1, 1).toordinal() + number - 1.0 - _EPOCH_DAY if year and 1 <= number <= 366 else None
     elif found := (_DAY_MONTH.fullmatch(text) or _MONTH_DAY.fullmatch(text)):
         first, second, last = found.groups()
         name, number = (second, first) if first.isdigit() else (first, second)
-        year, month, day = int(last), month_number(name), int(number)
+        year, month, day = _full_year(last), month_number(name), int(number)
     else:
         return None
-    if year < 100:
-        year += 2000 if year < 70 else 1900
     try:
         return date(year, month, day).toordinal() - _EPOCH_DAY + clock
     except ValueError:
         return None
+
+
+def _full_year(text: str) -> int:
+    return int(text) + (0 if len(text) > 2 else 2000 if int(text) < 70 else 1900)
 
 
 def clock_seconds(text: str) -> float:

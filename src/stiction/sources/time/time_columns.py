@@ -164,8 +164,9 @@ def missing_time_error(
     """
     for i in sorted({*range(table.width)} - {index, *used}):
         cells = table.sample_column(i)
-        steps = np.diff([parse_number(cell, table.decimal) for cell in cells])
-        if (steps.size > 0 and ((steps > 0).all() or (steps < 0).all())) or _mostly_stamps(cells):
+        values = np.array([parse_number(cell, table.decimal) for cell in cells])
+        earlier, later = values[:-1], values[1:]
+        if (later.size > 0 and ((later > earlier).all() or (later < earlier).all())) or _mostly_stamps(cells):
             column = headings[i] if i < len(headings) and headings[i] else i
             return RecordError(
                 f"{table.origin.name}: no column is known as time; if {column!r} is, say so with "
