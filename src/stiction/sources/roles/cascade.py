@@ -67,14 +67,16 @@ def find_secondary_tags(
     def secondary_of(primary: LoopRecord) -> str:
         if tag := by_map.get(primary.tag.lower()):
             return tag
-        if not free or np.unique(primary.op[np.isfinite(primary.op)]).size < min_values:
-            return ""
         clock = (primary.dt, primary.start, len(primary))
-        for other in free:
-            if other is primary or other.sp is None or (other.dt, other.start, len(other)) != clock:
-                continue
-            if _is_scaled_copy(other.sp, primary.op, max_rounding, min_known):
-                return other.tag
+        others = [one for one in free if one is not primary and (one.dt, one.start, len(one)) == clock]
+        if not others or np.unique(primary.op[np.isfinite(primary.op)]).size < min_values:
+            return ""
+        probe = slice(None, None, max(1, len(primary) // PROBE_SAMPLES))
+        probes = np.array([one.sp[probe] for one in others if one.sp is not None])
+        for k in np.flatnonzero(_near_line_mask(probes, primary.op[probe], max_rounding)):
+            sp = others[k].sp
+            if sp is not None and _is_scaled_copy(sp, primary.op, max_rounding, min_known):
+                return others[k].tag
         return ""
 
     return [secondary_of(record) for record in records]
@@ -84,29 +86,27 @@ def _is_scaled_copy(sp: NDArray[np.float64], op: NDArray[np.float64], max_roundi
     """Whether a set point is an OP, but for its scale and the rounding of both."""
     from stiction.records.quality.quantisation import peak_to_peak, quantisation_step
 
-    probe = slice(None, None, max(1, op.size // PROBE_SAMPLES))
-    if not _is_near_line(sp[probe], op[probe], max_rounding):
-        return False
     known = np.isfinite(sp) & np.isfinite(op)
-    if known.sum() < min_known * op.size or not _is_near_line(sp, op, max_rounding):
+    if known.sum() < min_known * op.size or not _near_line_mask(sp[None], op, max_rounding)[0]:
         return False
     sp, op = sp[known], op[known]
-    distance, slope = _distance_from_line(sp, op)
+    distance, slope = (float(x[0]) for x in _fit_lines(sp[None], op))
     return distance <= quantisation_step(sp) + abs(slope) * quantisation_step(op) + 1e-6 * peak_to_peak(sp)
 
 
-def _is_near_line(sp: NDArray[np.float64], op: NDArray[np.float64], max_rounding: float) -> bool:
-    """Whether a set point lies near a straight line of OP, where both are known."""
-    known = np.isfinite(sp) & np.isfinite(op)
-    sp, op = sp[known], op[known]
-    return sp.size > 2 and _distance_from_line(sp, op)[0] <= max_rounding * float(np.ptp(sp)) > 0.0
+def _near_line_mask(sps: NDArray[np.float64], op: NDArray[np.float64], max_rounding: float) -> NDArray[np.bool_]:
+    """Mark the set points, a row each, that lie near a straight line of OP, where both are known."""
+    known = np.isfinite(sps) & np.isfinite(op)
+    swing = np.where(known, sps, -np.inf).max(axis=1) - np.where(known, sps, np.inf).min(axis=1)
+    return (known.sum(axis=1) > 2) & (swing > 0.0) & (_fit_lines(sps, op)[0] <= max_rounding * swing)
 
 
-def _distance_from_line(y: NDArray[np.float64], x: NDArray[np.float64]) -> tuple[float, float]:
-    """The largest distance from a straight line, and its slope."""
-    centred = x - x.mean()
-    power = float(centred @ centred)
-    if not power > 0.0:
-        return np.inf, 0.0
-    slope = float(centred @ y) / power
-    return float(np.abs(y - y.mean() - slope * centred).max()), slope
+def _fit_lines(sps: NDArray[np.float64], op: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Largest distance of each set point from its straight line of OP, and the slopes."""
+    known = np.isfinite(sps) & np.isfinite(op)
+    count = np.maximum(known.sum(axis=1, keepdims=True), 1)
+    x, y = (np.where(known, z, 0.0) for z in (op, sps))
+    x, y = (np.where(known, z - z.sum(axis=1, keepdims=True) / count, 0.0) for z in (x, y))
+    power = (x * x).sum(axis=1)
+    slope = np.divide((x * y).sum(axis=1), power, out=np.zeros(len(sps)), where=power > 0.0)
+    return np.where(power > 0.0, np.abs(y - slope[:, None] * x).max(axis=1), np.inf), slope
