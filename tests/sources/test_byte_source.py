@@ -204,7 +204,7 @@ def test_bad_paths(tmp_path):
         (io.StringIO("time_s,PV,OP\n"), "opened as text; open it with mode 'rb'"),
     ):
         with pytest.raises(RecordError, match=message):
-            open_sources(path, ReadOptions())
+            open_sources(path, ReadOptions())  # type: ignore[arg-type]
 
 
 def test_standard_input():

@@ -113,8 +113,9 @@ def parse_numbers(cells: pl.Series, decimal: str, *, where: str = "", decimal_is
     Examples
     --------
     >>> import polars as pl
-    >>> parse_numbers(pl.Series(["1,5 bar", "Bad Input", None, "2 bar"]), ",")
-    NumericColumn(values=array([1.5, nan, nan, 2. ]), texts=Counter({'Bad Input': 1, '': 1}), unit='bar')
+    >>> column = parse_numbers(pl.Series(["1,5 bar", "Bad Input", "Bad Input", "2 bar", None]), ",")
+    >>> column.values, column.texts, column.unit
+    (array([1.5, nan, nan, 2. , nan]), Counter({'Bad Input': 2, '': 1}), 'bar')
     """
     import polars as pl
 
@@ -159,7 +160,7 @@ def _parse_texts(cells: pl.Series, decimal: str, where: str) -> tuple[NDArray[np
     if not left.size:
         return values, Counter(), ""
     rest = cells.gather(left) if left.size < len(cells) else cells
-    distinct = rest.rename("text").value_counts(name="cells")
+    distinct = rest.rename("text").value_counts(name="cells").sort("text")
     words, counts = distinct["text"], distinct["cells"]
     numbers, units = _parse_distinct(words, decimal)
     is_text = np.isnan(numbers)
