@@ -103,6 +103,13 @@ def test_what_belongs_to_no_loop_is_refused_with_the_remedy(names):
         assigned(names)
 
 
+def test_a_refusal_of_ten_thousand_columns_is_short():
+    names = [f"Pump {k} {'PV' if k % 2 else 'SP'}" for k in range(10_000)]
+    with pytest.raises(RecordError) as caught:
+        assign_roles(make_columns(names), ReadOptions())
+    assert len(str(caught.value)) < 1500
+
+
 def test_a_position_that_two_loops_could_have_is_named_and_not_used():
     loops = assign_roles(make_columns(["FIC7.PV", "FIC7.OP", "LIC7.PV", "LIC7.OP", "ZT7.PV"]), ReadOptions())
     assert all("mv" not in loop.roles for loop in loops)

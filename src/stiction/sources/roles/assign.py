@@ -186,9 +186,8 @@ def _notes_on_others(groups: list[TagGroup], usable: list[TagGroup]) -> list[str
 
 
 def _no_loop(columns: Sequence[TagColumn], groups: list[TagGroup], source: str) -> RecordError:
-    known = ", ".join(
-        f"{column_label(found[0])} = {role.split()[-1].upper()}" for g in groups for role, found in g.columns.items()
-    )
+    pairs = [(found[0], role.split()[-1].upper()) for g in groups for role, found in g.columns.items()]
+    known = ", ".join(f"{column_label(column)} = {role}" for column, role in pairs[:MAX_LISTED])
     names = ", ".join(column.name for column in columns[:MAX_LISTED] if column.name) or "(no header)"
     return RecordError(
         f"{source}, line {max(1, columns[0].table.first_line - 1)}: no loop with PV and OP was found among the columns "
