@@ -131,10 +131,11 @@ def test_the_error_names_a_column_that_may_be_the_time(table):
     for column in ([str(k) for k in range(N)], [str(-k) for k in range(N)], cells(str)):
         made = table(["PV", "Tick"], VALUES, column)
         with pytest.raises(RecordError, match=text):
-            raise missing_time_error(made, ["PV", "Tick"], [0], None)
+            raise missing_time_error(made, ["PV", "Tick"], [0])
     made = table(["PV", "Level"], VALUES, VALUES[::-1])
-    assert "has no time column; give the sampling period" in str(missing_time_error(made, ["PV", "Level"], [0], None))
-    assert "has only a sample index; give" in str(missing_time_error(made, ["PV", "Level"], [1], 0))
+    assert "has no time column; give the sampling period" in str(missing_time_error(made, ["PV", "Level"], [0]))
+    made = table(["Sample", "PV"], [str(k) for k in range(N)], VALUES)
+    assert "has only a sample index; give" in str(missing_time_error(made, ["Sample", "PV"], [1]))
 
 
 NATIVE = {

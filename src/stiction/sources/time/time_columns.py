@@ -141,9 +141,7 @@ def find_time_columns(
     return TimeColumns(tuple(positions), fraction, scale, unit, index, tuple(candidates), tuple(notes))
 
 
-def missing_time_error(
-    table: RawTable, headings: Sequence[str], used: Collection[int], index: int | None
-) -> RecordError:
+def missing_time_error(table: RawTable, headings: Sequence[str], used: Collection[int]) -> RecordError:
     """Make the error for a table without a time column when no sampling period is given.
 
     Parameters
@@ -154,15 +152,14 @@ def missing_time_error(
         Name of each column, empty when there is no header.
     used : collection of int
         Columns that hold signals.
-    index : int or None
-        A column that only counts the samples.
 
     Returns
     -------
     RecordError
         With the name of a column that may be the time, where there is one.
     """
-    for i in sorted({*range(table.width)} - {index, *used}):
+    has_index = bool(table.header) and 0 not in used and _heading_word(next(iter(headings), "")) in INDEX_WORDS
+    for i in sorted({*range(int(has_index), table.width)} - {*used}):
         cells = table.sample_column(i)
         values = np.array([parse_number(cell, table.decimal) for cell in cells])
         earlier, later = values[:-1], values[1:]
@@ -172,7 +169,7 @@ def missing_time_error(
                 f"{table.origin.name}: no column is known as time; if {column!r} is, say so with "
                 f"columns={{'time': {column!r}}}, or give the sampling period with dt= (--dt) in seconds."
             )
-    counted = "only a sample index" if index is not None else "no time column"
+    counted = "only a sample index" if has_index else "no time column"
     return RecordError(f"{table.origin.name}: has {counted}; give the sampling period with dt= (--dt) in seconds.")
 
 
