@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 from stiction.sources.roles.column_names import HeaderNames, header_names, parse_column_name, role_of
-from stiction.sources.tag_column import Clock
+from stiction.sources.tag_column import Clock, TagColumn
 from stiction.sources.time.parse import find_time_columns, is_time_heading, is_timestamp, parse_time
 
 if TYPE_CHECKING:
@@ -18,10 +18,23 @@ if TYPE_CHECKING:
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
 
-__all__ = ["find_clock", "forget_note_on_lines_above", "has_loop", "is_stamp_column", "parse_role", "table_headings"]
+__all__ = [
+    "UNIT_HEADINGS",
+    "find_clock",
+    "forget_note_on_lines_above",
+    "has_loop",
+    "heading_column",
+    "is_stamp_column",
+    "parse_role",
+    "table_headings",
+]
+
+UNIT_HEADINGS = ("UNIT", "UNITS", "UOM", "EU", "ENGUNITS", "ENG UNITS", "ENG. UNITS", "ENGINEERING UNITS")
+"""Words before a unit, or above a column of units."""
 
 TYPE_WORDS = {"DOUBLE", "FLOAT", "FLOAT32", "FLOAT64", "SINGLE", "REAL", "INT", "INTEGER", "LONG", "NUMBER", "NUMERIC"}
 TYPE_WORDS |= {"STRING", "STR", "TEXT", "DATE", "DATETIME", "TIMESTAMP", "BOOL", "BOOLEAN"}
+"""Types of columns, which some exporters write in a row of the header."""
 _TYPE_CODE = re.compile(r"[IDSBRF](?:[48]|16|32|64)|[IDSB]")
 _HEADINGS: WeakKeyDictionary[RawTable, HeaderNames] = WeakKeyDictionary()
 
@@ -61,6 +74,13 @@ def parse_role(name: str) -> tuple[str, str] | None:
     """Give tag and role of a column name; None where it names no signal."""
     pair = parse_column_name(name)
     return (pair[0], role_of(pair[1]).split()[-1]) if pair else None
+
+
+def heading_column(table: RawTable, position: int, clock: Clock | None) -> TagColumn:
+    """Give a whole column under its heading."""
+    names, units, descriptions = table_headings(table)
+    load = partial(table.column, position)
+    return TagColumn(names[position], table, clock, load, units[position], descriptions[position], position)
 
 
 def has_loop(names: Iterable[str]) -> bool:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
 from stiction.sources.layouts.headings import (
+    UNIT_HEADINGS,
     find_clock,
     has_loop,
     is_stamp_column,
@@ -32,33 +33,22 @@ __all__ = ["find_long_columns", "read", "recognises"]
 
 ATTRIBUTE_WORDS = ("ATTRIBUTE", "PARAMETER", "PROPERTY", "SIGNAL", "FIELD", "ITEM", "ELEMENT", "_FIELD")
 """A column that names the signal of the loop in another column."""
-UNIT_WORDS = ("UNIT", "UNITS", "EU", "UOM", "ENGUNITS", "ENG UNITS", "ENGINEERING UNITS")
-"""A column of the unit of each value."""
 DESCRIPTION_WORDS = ("DESCRIPTION", "DESC", "DESCRIPTOR")
 """A column of the description of each tag."""
 NO_MEASUREMENTS = ("mode", "bad", "quality")
+"""Roles of texts, which other columns may hold too."""
 MAX_TAGS = 20_000
+"""Tags that are read at once [-]."""
 MAX_COLUMNS = 40
+"""Columns of a long table [-]."""
 
 
 def find_long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = (), decimal: str = ".") -> dict[str, int]:
     """Find the columns of a long table: tag, value, and where there are some owner, quality, unit and description.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Column names.
-    sample : sequence of sequence of str
-        The first rows. Where no name tells, the tag stands in a column of names of signals, and the value in the
-        first column of numbers.
-    decimal : str
-        Decimal mark of the numbers.
-
-    Returns
-    -------
-    dict
-        What a column holds -> its position; `owner` is the loop of which the tag names only a signal. Empty when the
-        table is not a long one.
+    Where no heading tells, the tag stands in a column of names of signals in `sample`, the first rows, and the value in
+    the first column of numbers. The owner is the loop of which the tag names only a signal. The result, from what a
+    column holds to its position, is empty when the table is not a long one.
 
     Examples
     --------
@@ -71,7 +61,7 @@ def find_long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = ()
     """
     words = [normalise_name(name) for name in names]
     roles = [parse_role(name) for name in names]
-    wanted = {"tag": TAG_WORDS, "value": VALUE_WORDS, "unit": UNIT_WORDS, "description": DESCRIPTION_WORDS}
+    wanted = {"tag": TAG_WORDS, "value": VALUE_WORDS, "unit": UNIT_HEADINGS, "description": DESCRIPTION_WORDS}
     places = {key: [i for i, word in enumerate(words) if word in known] for key, known in wanted.items()}
     places["quality"] = [i for i, role in enumerate(roles) if role == ("", "quality")]
     found = {key: positions[0] for key, positions in places.items() if positions}
@@ -132,9 +122,7 @@ def _find(table: RawTable, options: ReadOptions) -> dict[str, int]:
 
 
 def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
-    """Give the tags of a long table, each with its rows.
-
-    One for each tag, in the order in which they first appear; tags with the same time stamps share a clock.
+    """Give the tags of a long table, each with its rows, in the order in which they first appear.
 
     Raises
     ------

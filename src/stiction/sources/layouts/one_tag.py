@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,28 +11,27 @@ from typing import TYPE_CHECKING
 from stiction.sources.layouts.headings import (
     find_clock,
     forget_note_on_lines_above,
+    heading_column,
     is_stamp_column,
     parse_role,
     table_headings,
 )
-from stiction.sources.roles.column_names import is_unit, normalise_name
+from stiction.sources.layouts.tag_lines import first_unit, last_tag, tag_in_line
+from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import INDEX_WORDS, TAG_WORDS, VALUE_WORDS
-from stiction.sources.tag_column import TagColumn
 from stiction.sources.time.parse import is_time_heading
 
 if TYPE_CHECKING:
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import Origin, RawTable
+    from stiction.sources.tag_column import TagColumn
 
-__all__ = ["find_tag_above", "read", "recognises"]
+__all__ = ["read", "recognises"]
 
 MAX_COLUMNS = 5
 """Columns of a table of one tag: date, clock, value, quality and unit [columns]."""
 FLAG_ROLES = ("quality", "bad")
-UNIT_HEADINGS = ("UNIT", "UNITS", "UOM", "EU", "ENG UNITS", "ENGINEERING UNITS")
-_TAG = "|".join(sorted(map(re.escape, TAG_WORDS), key=len, reverse=True))
-_TAG_LINE = re.compile(rf"[# ]*(?:{_TAG})\s*[:=, ]\s*(.+)", re.IGNORECASE)
-_UNIT_LINE = re.compile(r"(?:eng\w*\.?\s*)?(?:units?|uom|eu)\s*[:=,]?\s*(\S{1,12})", re.IGNORECASE)
+"""Roles of columns that stand beside the value."""
 _EXPORT_DATE = re.compile(r"[-_. ]*\d{4}-?\d{2}-?\d{2}.*$")
 
 
@@ -59,33 +59,21 @@ def _value_column(table: RawTable) -> int | None:
 
 def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     """Give the one tag of a table, named by its heading, else by a line above the header, else by the file."""
-    names, units, descriptions = table_headings(table)
+    names = table_headings(table).names
     value = _value_column(table)
     assert value is not None
     clock, no_signals = find_clock(table, options, taken=[value])
-    quality = [i for i, name in enumerate(names) if (role := parse_role(name)) and role[1] in FLAG_ROLES]
-    name, unit = names[value], units[value]
-    if named := _TAG_LINE.fullmatch(name):  # a line above the header was joined with the heading
-        name = named[1]
-    tag, unit_above = find_tag_above(table)
-    unit = unit or unit_above
-    if parse_role(name) is None and tag:
+    qualities = [i for i, name in enumerate(names) if (role := parse_role(name)) and role[1] in FLAG_ROLES]
+    column = replace(heading_column(table, value, clock), own_clock=True)
+    column.name = tag_in_line([column.name]) or column.name  # a line above the header was joined with the heading
+    column.unit = column.unit or first_unit(table)
+    if parse_role(column.name) is None and (tag := last_tag(table)):
+        column.name = tag
         forget_note_on_lines_above(table)
-        name = tag
-    name = _name_by_file(name, table.origin)
-    return [
-        TagColumn(
-            name=name,
-            table=table,
-            clock=clock,
-            load=partial(table.column, value),
-            unit=unit,
-            description=descriptions[value],
-            position=value,
-            quality=partial(table.column, quality[0]) if quality and quality[0] not in no_signals else None,
-            own_clock=True,
-        )
-    ]
+    column.name = _name_by_file(column.name, table.origin)
+    if qualities and qualities[0] not in no_signals:
+        column.quality = partial(table.column, qualities[0])
+    return [column]
 
 
 def _name_by_file(name: str, origin: Origin) -> str:
@@ -102,30 +90,3 @@ def _name_by_file(name: str, origin: Origin) -> str:
     path = Path(origin.name.partition(", sheet ")[0])
     owner = path.stem if ", sheet " in origin.name else path.parent.stem
     return f"{owner}.{stem}" if owner else stem
-
-
-def find_tag_above(table: RawTable) -> tuple[str, str]:
-    """Find a tag and its unit in the rows above the data and in the metadata; empty where there is none.
-
-    Examples
-    --------
-    >>> from stiction.sources.table import Origin, RawTable
-    >>> above = [["# Point: FIC-1.PV"], ["Units", "t/h"]]
-    >>> find_tag_above(RawTable(Origin("a.csv", "a"), [["Time", "Value"]], [], 2, lambda _: None, above=above))
-    ('FIC-1.PV', 't/h')
-    """
-    tag = unit = ""
-    rows = [*table.above, *table.header, *([key, value] for key, value in table.metadata.items())]
-    for row in rows:
-        cells = [cell.strip("#\"'[] ") for cell in row if cell.strip()]
-        if len(cells) > 1 + (normalise_name(cells[0].rstrip(":= ")) in (*TAG_WORDS, *UNIT_HEADINGS)):
-            continue
-        text = " ".join(cells)
-        if (found := _UNIT_LINE.fullmatch(text)) and is_unit(found[1]):
-            unit = unit or found[1]
-            continue
-        named = _TAG_LINE.fullmatch(text)
-        pair = parse_role(named[1] if named else text)
-        if pair and pair[0] and len(text) <= 100:
-            tag = tag or (named[1] if named else text)
-    return tag, unit

@@ -19,18 +19,7 @@ __all__ = ["join_pieces"]
 
 
 def join_pieces(tables: Sequence[RawTable]) -> list[RawTable]:
-    """Join tables with the same headings, when these name tags or the tables are long ones.
-
-    Parameters
-    ----------
-    tables : sequence of RawTable
-        Tables of a source.
-
-    Returns
-    -------
-    list of RawTable
-        Joined tables, in the order of their first pieces; other tables as they are.
-    """
+    """Join tables with the same headings, when these name tags or the tables are long ones; others stay as they are."""
     groups: dict[tuple[str, ...], list[RawTable]] = {}
     for k, table in enumerate(tables):
         key = _headings_of_tags(table)

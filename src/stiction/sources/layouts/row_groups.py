@@ -83,30 +83,9 @@ def shared_clocks(stamps: Sequence[Stamps]) -> list[Clock]:
 
 
 def columns_of_rows(
-    table: RawTable,
-    stamps: Stamps,
-    tags: Iterable[TagRows],
-    value: int,
-    quality: int | None = None,
+    table: RawTable, stamps: Stamps, tags: Iterable[TagRows], value: int, quality: int | None = None
 ) -> list[TagColumn]:
-    """Make a column of each tag from one column of values.
-
-    Parameters
-    ----------
-    table : RawTable
-        The table.
-    stamps : Stamps
-        Time of each row of the table.
-    tags : iterable of TagRows
-        The tags and their rows.
-    value, quality : int
-        Columns of the values and of the quality of each, if there is one.
-
-    Returns
-    -------
-    list of TagColumn
-        Tags with the same time stamps share a clock.
-    """
+    """Make a column of each tag from one column of values; tags with the same time stamps share a clock."""
     tags = list(tags)
     clocks = shared_clocks([select_stamps(stamps, tag.rows) for tag in tags])
     return [

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 from stiction.sources.layouts import wide
-from stiction.sources.layouts.headings import find_clock, has_loop, parse_role, table_headings
+from stiction.sources.layouts.headings import find_clock, has_loop, heading_column, parse_role, table_headings
 from stiction.sources.layouts.row_groups import gather_rows, select_stamps
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import TAG_WORDS, loop_type_of
-from stiction.sources.tag_column import Clock, TagColumn
+from stiction.sources.tag_column import Clock
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
+    from stiction.sources.tag_column import TagColumn
     from stiction.sources.time.stamps import Stamps
 
 __all__ = ["read", "recognises"]
@@ -43,13 +45,10 @@ def _tag_column(names: list[str], options: ReadOptions) -> int | None:
 
 
 def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
-    """Give the columns of each loop; those of the whole table where the names are not tags.
-
-    Named by loop and heading, such as ``FIC-1.PV``.
-    """
+    """Give the columns of each loop, named like ``FIC-1.PV``; those of the whole table where the names are no tags."""
     import polars as pl
 
-    names, units, descriptions = table_headings(table)
+    names = table_headings(table).names
     tag_position = _tag_column(names, options)
     assert tag_position is not None
     clock, no_signals = find_clock(table, options, taken=[tag_position])
@@ -71,13 +70,11 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
         rows = picked.to_numpy()
         own = None if clock is None else Clock(partial(_select, clock, rows))
         columns += [
-            TagColumn(
+            replace(
+                heading_column(table, i, own),
                 name=f"{tag}.{names[i]}",
-                table=table,
-                clock=own,
                 load=partial(gather_rows, table, i, rows),
-                unit=units[i],
-                description=descriptions[i],
+                position=None,
             )
             for i in range(table.width)
             if i not in no_signals and i != tag_position

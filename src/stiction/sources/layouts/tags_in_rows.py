@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiction.sources.layouts import wide
-from stiction.sources.layouts.headings import forget_note_on_lines_above, parse_role
-from stiction.sources.layouts.long_table import DESCRIPTION_WORDS, UNIT_WORDS
+from stiction.sources.layouts.headings import UNIT_HEADINGS, forget_note_on_lines_above, parse_role
+from stiction.sources.layouts.long_table import DESCRIPTION_WORDS
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.table import SNIFF_ROWS, RawTable
 from stiction.sources.time.parse import is_timestamp
@@ -55,10 +55,7 @@ def _tag_column(table: RawTable, first_time: int) -> int | None:
 
 
 def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
-    """Turn the table round and give its columns.
-
-    One for each row that names a signal.
-    """
+    """Turn the table round and give its columns, one for each row."""
     import polars as pl
 
     found = _row_of_times(table)
@@ -76,7 +73,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     turned = frame.select(f"{i}" for i in used).transpose()
     columns = [stamps, *turned.get_columns()]
     header = [["Time", *frame[f"{tag_position}"].to_list()]]
-    for known in (UNIT_WORDS, DESCRIPTION_WORDS):
+    for known in (UNIT_HEADINGS, DESCRIPTION_WORDS):
         header += [["", *frame[f"{i}"].to_list()] for i in range(first) if normalise_name(times[i]) in known]
     note = "The table is turned: its tags stand in rows and its times in columns."
     rows = list(zip(*(column.head(SNIFF_ROWS).to_list() for column in columns), strict=True))

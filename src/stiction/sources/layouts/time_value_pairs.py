@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from stiction.sources.layouts.headings import find_clock, is_stamp_column, parse_role, table_headings
+from stiction.sources.layouts.headings import find_clock, heading_column, is_stamp_column, parse_role, table_headings
 from stiction.sources.layouts.row_groups import gather_rows, select_stamps, shared_clocks
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import VALUE_WORDS
-from stiction.sources.tag_column import TagColumn
 from stiction.sources.time.parse import is_time_heading
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
+    from stiction.sources.tag_column import TagColumn
     from stiction.sources.time.stamps import Stamps
 
 __all__ = ["read", "recognises"]
@@ -70,7 +71,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
 
     Signals with the same time stamps share a clock.
     """
-    names, units, descriptions = table_headings(table)
+    names, units, _ = table_headings(table)
     times = _time_positions(table)
     table.load(times)
     rows = {time: _written_rows(table.column(time)) for time in times}
@@ -91,15 +92,13 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
             continue
         above_time = parse_role(names[time]) is not None
         blank = not names[i].strip() or normalise_name(names[i]) in VALUE_WORDS
+        column = heading_column(table, i, clocks[time])
         columns.append(
-            TagColumn(
+            replace(
+                column,
                 name=names[time] if above_time and blank else names[i],
-                table=table,
-                clock=clocks[time],
                 load=partial(gather_rows, table, i, rows[time]),
-                unit=units[i] or (units[time] if above_time else ""),
-                description=descriptions[i],
-                position=i,
+                unit=column.unit or (units[time] if above_time else ""),
                 own_clock=not is_one_clock,
             )
         )

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiction.errors import RecordError
-from stiction.sources.layouts.headings import find_clock, parse_role, table_headings
+from stiction.sources.layouts.headings import find_clock, heading_column, parse_role, table_headings
 from stiction.sources.layouts.row_groups import select_stamps
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import MISSING_WORDS
-from stiction.sources.tag_column import Clock, TagColumn
+from stiction.sources.tag_column import Clock
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
+    from stiction.sources.tag_column import TagColumn
 
 __all__ = ["read", "recognises"]
 
@@ -41,19 +41,7 @@ def recognises(table: RawTable, options: ReadOptions) -> bool:  # noqa: ARG001
 
 
 def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
-    """Give the columns of a wide table.
-
-    Parameters
-    ----------
-    table : RawTable
-        The table.
-    options : ReadOptions
-        What the user said about the source.
-
-    Returns
-    -------
-    list of TagColumn
-        One for each column that is not time. In a sparse table, each with the rows at which it was stored.
+    """Give the columns of a wide table; in a sparse one, each with the rows at which it was stored.
 
     Raises
     ------
@@ -71,26 +59,13 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     >>> [column.name for column in read(table, ReadOptions())]
     ['FIC-1.PV', 'FIC-1.OP']
     """
-    names, units, descriptions = table_headings(table)
-    if not any(names) and not options.columns and options.map is None:
+    if not any(table_headings(table).names) and not options.columns and options.map is None:
         raise RecordError(
             f"{table.origin.name}, line {table.first_line}: there is no header above the {table.width} columns; "
             "say what they are, for example columns={'time': 0, 'pv': 1, 'op': 2}."
         )
     clock, no_signals = find_clock(table, options)
-    columns = [
-        TagColumn(
-            name=names[i],
-            table=table,
-            clock=clock,
-            load=partial(table.column, i),
-            unit=units[i],
-            description=descriptions[i],
-            position=i,
-        )
-        for i in range(table.width)
-        if i not in no_signals
-    ]
+    columns = [heading_column(table, i, clock) for i in range(table.width) if i not in no_signals]
     if clock is not None and (sparse := _find_sparse(table, columns)):
         qualities = [column for column in columns if (role := parse_role(column.name)) and role[1] == "quality"]
         for column in columns:
@@ -133,7 +108,7 @@ def _stored_mask(table: RawTable, position: int) -> np.ndarray:
 def _has_cells(column: TagColumn) -> bool:
     """Whether a column holds anything; only a column that is blank in the first rows is read for that."""
     i = column.position or 0
-    return not column.own_clock or _stored_mask(column.table, i).any() or len(column.cells) > 0
+    return not column.own_clock or bool(_stored_mask(column.table, i).any()) or len(column.cells) > 0
 
 
 def _is_sparse(one: np.ndarray, other: np.ndarray) -> bool:
