@@ -1,0 +1,271 @@
+"""From the columns of one loop to a `LoopRecord`: numbers, bad values, one clock, % of span."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.errors import RecordError
+from stiction.records.record import LoopRecord, Provenance
+from stiction.sources.roles.loop_roles import NUMERIC_ROLES, column_label
+from stiction.sources.roles.vocabulary import loop_type_of
+from stiction.sources.time.align import TagSeries, align_tags
+from stiction.sources.time.grid import Grid, regular_grid
+from stiction.sources.values.bad_values import find_bad_values
+from stiction.sources.values.mode import automatic_mask
+from stiction.sources.values.numeric_cells import parse_numbers
+from stiction.sources.values.span import op_to_percent, position_to_percent
+
+if TYPE_CHECKING:
+    from datetime import datetime
+
+    import polars as pl
+    from numpy.typing import NDArray
+
+    from stiction.sources.options import ReadOptions
+    from stiction.sources.roles.loop_roles import LoopRoles
+    from stiction.sources.tag_column import Clock, TagColumn
+    from stiction.sources.values.bad_values import BadValues
+
+__all__ = ["MIN_ROWS", "RecordBuilder"]
+
+MIN_ROWS = 10
+"""Rows that a loop must have [-]."""
+
+
+@dataclass(eq=False)
+class RecordBuilder:
+    """Builds the records of one source; the grid of a clock that loops share is laid once."""
+
+    options: ReadOptions
+    grids: dict[int, Grid] = field(default_factory=dict)
+
+    def build(self, loop: LoopRoles) -> LoopRecord:
+        """Build the record of one loop.
+
+        Raises
+        ------
+        RecordError
+            When OP or PV holds no number, all values are bad, or the time stamps cannot be used.
+        """
+        columns = {role: loop.roles[role] for role in NUMERIC_ROLES if role in loop.roles}
+        origin = columns["op"].table.origin
+        notes = [*dict.fromkeys(note for column in columns.values() for note in column.table.notes), *loop.notes]
+        values, units, bad = _numbers(loop, columns)
+        notes += bad.notes
+        sampled = self._sample(loop, columns, values)
+        notes += sampled.notes
+        signals = sampled.signals
+        for role in ("op", "pv"):
+            if role in signals and not np.isfinite(signals[role]).any():
+                _no_numbers(loop, role, bad)
+        position = signals.get("mv")
+        op = op_to_percent(
+            signals["op"], units["op"],
+            op_range=self.options.op_range or loop.spans.get("op"), position=position,
+            position_unit=units.get("mv", ""),
+        )  # fmt: skip
+        notes += op.notes
+        if position is not None:
+            op_range = self.options.op_range or loop.spans.get("op")
+            same_unit = op_range if units["mv"] and units["mv"].upper() == units["op"].upper() else None
+            mv_range = self.options.mv_range or loop.spans.get("mv") or same_unit
+            mv = position_to_percent(position, units["mv"], op.values, mv_range=mv_range, op_range=op_range)
+            signals["mv"], notes = mv.values, [*notes, *mv.notes]
+        missing = ~np.isfinite(op.values)
+        if "pv" in signals:
+            missing |= ~np.isfinite(signals["pv"])
+        name = self.options.tag if self.options.tag is not None and loop.tag in ("", self.options.tag) else loop.tag
+        loop_type = self.options.loop_type or loop.loop_type
+        if loop_type == "other":
+            loop_type = loop_type_of(name or origin.stem, numbered=not name)
+            if not name and loop_type != "other":
+                notes.append(f"The file name says that this is a loop of type {loop_type}; give loop_type if it is not.")
+        return LoopRecord(
+            name or origin.stem,
+            sampled.dt,
+            op=op.values,
+            pv=signals.get("pv"),
+            sp=signals.get("sp"),
+            mv=signals.get("mv"),
+            valve_signal=signals.get("valve_signal"),
+            auto=sampled.auto,
+            loop_type=loop_type,
+            start=sampled.start,
+            provenance=Provenance(
+                source=origin.name,
+                sha256=origin.sha256,
+                columns={role: column_label(column) for role, column in loop.roles.items()},
+                assumptions=tuple(dict.fromkeys(notes)),
+                rows=max(len(x) for x in values.values()),
+                missing_samples=int(missing.sum()),
+                bad_values=bad.counts,
+                clock_jumps=sampled.clock_jumps,
+                summer_time=sampled.dst_changes,
+                held_samples=sampled.held,
+                pv_unit=units.get("pv", ""),
+                op_unit=op.unit,
+                unused_columns=tuple(loop.unused),
+            ),
+        )
+
+    def _sample(self, loop: LoopRoles, columns: dict[str, TagColumn], values: dict[str, NDArray]) -> _Sampled:
+        """Put the signals on one even grid."""
+        clocks = {id(column.clock) for column in columns.values()}
+        if len(clocks) > 1 or any(column.own_clock for column in columns.values()):
+            return self._align(loop, columns, values)
+        column = columns["op"]
+        grid = self._grid(column, [*loop.roles.values()])
+        rows = grid.source_row
+        signals = {role: np.where(rows >= 0, x[rows], np.nan) for role, x in values.items()}
+        auto, notes = None, list(grid.notes)
+        if "mode" in loop.roles and len(loop.roles["mode"].cells) > rows.max():
+            mask, mode_notes = automatic_mask(loop.roles["mode"].cells)
+            notes += mode_notes
+            auto = None if mask is None else mask[rows[_last_written(rows)]]
+        held = int(np.sum((np.diff(rows) == 0) & (rows[1:] >= 0)))
+        return _Sampled(signals, auto, grid.dt, grid.start, notes, held, grid.clock_jumps, grid.dst_changes)
+
+    def _grid(self, column: TagColumn, shared: list[TagColumn]) -> Grid:
+        """The even grid of a clock; it is laid once."""
+        key = id(column.clock)
+        if key not in self.grids:
+            self.grids[key] = self._lay_grid(column, shared)
+        return self.grids[key]
+
+    def _lay_grid(self, column: TagColumn, shared: list[TagColumn]) -> Grid:
+        table = column.table
+        if column.clock is None:
+            if self.options.dt is None:
+                raise RecordError(
+                    f"{table.origin.name}: has no time column; give the sampling period with dt= (--dt) in seconds."
+                )
+            return Grid(np.arange(len(column.cells)), self.options.dt, notes=["There is no time column: dt is as given."])
+        stamps = column.clock.stamps
+        if stamps.seconds.size < MIN_ROWS:
+            raise RecordError(
+                f"{table.origin.name}: has {stamps.seconds.size} rows of data; {MIN_ROWS} or more are needed, hundreds "
+                "are useful."
+            )
+        cells = [one.cells for one in shared if one.clock is column.clock]
+
+        def rows_differ(one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.bool_]:
+            unlike = np.zeros(len(one), dtype=bool)
+            for series in cells:
+                unlike |= series.gather(one).ne_missing(series.gather(other)).to_numpy()
+            return unlike
+
+        grid = regular_grid(
+            stamps, dt=self.options.dt, name=table.origin.name, first_line=table.first_line,
+            max_hold=self.options.max_gap, rows_differ=rows_differ,
+        )  # fmt: skip
+        grid.notes[:0] = stamps.notes
+        return grid
+
+    def _align(self, loop: LoopRoles, columns: dict[str, TagColumn], values: dict[str, NDArray]) -> _Sampled:
+        """Put signals with time stamps of their own on one grid."""
+        tags = {**columns, **({"mode": loop.roles["mode"]} if "mode" in loop.roles else {})}
+        method = {"sp": "hold", "mode": "hold"}
+        series = []
+        for role, column in tags.items():
+            if column.clock is None:
+                raise RecordError(f"{column.table.origin.name}: column {column_label(column)} has no time stamps.")
+            default = method.get(role, "last" if role == "op" else self.options.align or "last")
+            series.append(TagSeries(column_label(column), column.clock.stamps, values.get(role), default))
+        table = columns["op"].table
+        found = align_tags(
+            series, dt=self.options.dt, max_gap=self.options.max_gap, name=table.origin.name, first_line=table.first_line
+        )
+        signals = {role: x for role, x in zip(tags, found.values, strict=True) if x is not None}
+        states = find_bad_values(signals)
+        signals = {role: np.where(states.masks[role], np.nan, x) for role, x in signals.items()}
+        auto, notes = None, [*found.notes, *states.notes]
+        if "mode" in tags:
+            rows = found.rows[list(tags).index("mode")]
+            mask, mode_notes = automatic_mask(loop.roles["mode"].cells)
+            notes += mode_notes
+            auto = None if mask is None else mask[rows[_last_written(rows)]]
+        held = max(n for role, n in zip(tags, found.held_samples, strict=True) if role in ("op", "pv"))
+        return _Sampled(signals, auto, found.dt, found.start, notes, held, found.clock_jumps, found.dst_changes)
+
+
+@dataclass(eq=False)
+class _Sampled:
+    """The signals of a loop on an even grid."""
+
+    signals: dict[str, NDArray[np.float64]]
+    auto: NDArray[np.bool_] | None
+    dt: float
+    start: datetime | None
+    notes: list[str]
+    held: int
+    clock_jumps: int
+    dst_changes: int
+
+
+def _last_written(rows: NDArray[np.int64]) -> NDArray[np.int64]:
+    """For each sample the last sample up to it that has a row; the first that has one before that."""
+    written = np.where(rows >= 0, np.arange(rows.size), -1)
+    last = np.maximum.accumulate(written)
+    return np.where(last < 0, int(np.argmax(rows >= 0)), last)
+
+
+def _numbers(
+    loop: LoopRoles, columns: dict[str, TagColumn]
+) -> tuple[dict[str, NDArray[np.float64]], dict[str, str], BadValues]:
+    """Values of each role, NaN where they are bad, and their units."""
+    values: dict[str, NDArray[np.float64]] = {}
+    units: dict[str, str] = {}
+    texts: dict[str, Counter[str]] = {}
+    flags: dict[str, tuple[str, pl.Series]] = {}
+    for role, column in columns.items():
+        found = parse_numbers(
+            column.cells, column.table.decimal, where=f"{column.table.origin.name}, column {column_label(column)}"
+        )
+        values[role], texts[role] = found.values, found.texts
+        units[role] = _one_unit(loop, role, found.unit)
+        if column.quality is not None:
+            flags[f"{role} quality"] = (f"quality of {column_label(column)}", column.quality())
+    for role, column in loop.roles.items():
+        if role not in columns and role != "mode":
+            flags.setdefault(role, (column_label(column), column.cells))
+    labels = {role: column_label(column) for role, column in columns.items()}
+    bad = find_bad_values(values, texts=texts, flags=flags, labels=labels)
+    for role, mask in bad.masks.items():
+        if mask.any():
+            values[role] = np.where(mask, np.nan, values[role])
+    return values, units, bad
+
+
+def _one_unit(loop: LoopRoles, role: str, in_cells: str) -> str:
+    """Unit of a signal by its header or map, or by its cells; they must not disagree."""
+    written, column = loop.unit_of(role), loop.roles[role]
+    if written and in_cells and written.upper() != in_cells.upper():
+        raise RecordError(
+            f"{column.table.origin.name}, column {column_label(column)}: is in {written} by its header and in {in_cells} "
+            "by its numbers; correct the one that is wrong."
+        )
+    if in_cells and in_cells != "%" and not column.table.header and not written:
+        raise RecordError(
+            f"{column.table.origin.name}: has numbers in {in_cells} without a header; write one, to say what they are."
+        )
+    return written or in_cells
+
+
+def _no_numbers(loop: LoopRoles, role: str, bad: BadValues) -> None:
+    """Raise the error of a signal without a number."""
+    column = loop.roles[role]
+    table, label = column.table, column_label(column)
+    if role in bad.masks and bad.masks[role].all():
+        raise RecordError(
+            f"{table.origin.name}: all values of {label} are flagged as bad; export good values, or leave out the column "
+            "of the flags if it is wrong."
+        )
+    cells = column.cells.drop_nulls().head(1).to_list() or [""]
+    raise RecordError(
+        f"{table.origin.name}, line {table.first_line}, column {label}: holds no number for {role.upper()} (it begins "
+        f"with {str(cells[0])!r}); check the column or name another one with columns= (--column)."
+    )
