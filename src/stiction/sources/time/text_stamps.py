@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from datetime import date
+from functools import lru_cache
 from typing import NamedTuple
 
 from stiction.sources.time.elapsed_time import is_elapsed_time
@@ -54,7 +55,7 @@ _DAY_OF_YEAR = re.compile(r"(\d{4})[-/. ]([0-3]\d{2})")
 _DAY_MONTH = re.compile(r"(?:[^\W\d]{2,12}\.?,? +)?(\d{1,2})[-/. ]*([^\W\d]{3,11})\.?[-/. ,]*(\d{4}|\d{2})")
 _MONTH_DAY = re.compile(r"(?:[^\W\d]{2,12}\.?,? +)?([^\W\d]{3,11})\.?[-/. ]*(\d{1,2})[-/. ,]+(\d{4}|\d{2})")
 _FILLER = re.compile(r"\b(?:de|den|um|at|klo?|uhr|a las|alle|om)\b\.?", re.IGNORECASE)
-_ZONE = re.compile(r"@ ?(?:(Z)|([+-])(\d{2}):(\d{2})|([A-Z]{3,5})\b)?")
+_ZONE = re.compile(r"@ ?(?:([+-])(\d{2}):(\d{2})|(Z|[A-Z]{3,5})\b)?")
 _MIN_LENGTH, _MAX_LENGTH = len("1:00"), 60
 _EPOCH_DAY = date(1970, 1, 1).toordinal()
 
@@ -94,26 +95,22 @@ def parse_day(text: str, order: tuple[int, int, int]) -> DayText:
     """
     offset, zone, day = None, "", text
     if found := _ZONE.search(text):
-        utc, sign, hours, minutes, name = found.groups()
-        if name and month_number(name):
-            name, end = None, found.start() + 1
-        else:
-            end = found.end()
-        if utc:
-            offset = 0.0
-        elif sign:
+        sign, hours, minutes, name = found.groups()
+        is_month = bool(name) and month_number(name) > 0
+        if sign:
             offset = float(f"{sign}1") * (3600.0 * int(hours) + 60.0 * int(minutes))
-        elif name in ("UTC", "GMT"):
+        elif name in ("Z", "UTC", "GMT"):
             offset = 0.0
-        zone = name or ""
-        day = f"{text[: found.start()].rstrip()} {text[end:].lstrip()}"
+        elif name and not is_month:
+            zone = name
+        day = f"{text[: found.start()].rstrip()} {text[found.start() + 1 if is_month else found.end() :].lstrip()}"
     if day[:1].isalpha() or " " in day:
         day = " ".join(_FILLER.sub(" ", day).split())
     day = re.sub(r"(?<=\d)T$", "", day.strip(" ,"))
     value = _days_since_1970(day, order)
     if offset is None and value is not None and day.endswith("Z"):
         offset = 0.0
-    return DayText(float("nan") if value is None else value, offset, "" if zone in ("UTC", "GMT") else zone)
+    return DayText(float("nan") if value is None else value, offset, zone)
 
 
 def _days_since_1970(text: str, order: tuple[int, int, int]) -> float | None:
@@ -183,7 +180,7 @@ def is_date(cell: str) -> bool:
     >>> is_date("1. helmikuuta 2026"), is_date("31/12/26"), is_date("2026.325"), is_date("3.5")
     (True, True, True, False)
     """
-    return _is_day(rewrite(cell))
+    return len(cell) <= _MAX_LENGTH and any(map(str.isdigit, cell)) and _is_day(rewrite(cell))
 
 
 def _is_day(text: str) -> bool:
@@ -199,10 +196,17 @@ def is_timestamp(cell: str) -> bool:
     (True, True, False, False)
     """
     text = cell.strip()
-    if not _MIN_LENGTH <= len(text) <= _MAX_LENGTH or not any(map(str.isdigit, text)):
+    if not _MIN_LENGTH <= len(text) <= _MAX_LENGTH:
         return False
-    if text.lstrip("+-").replace(".", "", 1).isdigit():
-        return _COMPACT.fullmatch(text) is not None
+    try:
+        float(text)
+    except ValueError:
+        return any(map(str.isdigit, text)) and _is_stamp_text(text)
+    return len(text) >= len("20260201") and _COMPACT.fullmatch(text) is not None
+
+
+@lru_cache(maxsize=4096)
+def _is_stamp_text(text: str) -> bool:
     text = rewrite(text)
     found = _CLOCK.search(text)
     if found is None:
