@@ -196,3 +196,31 @@ def test_what_cannot_be_read_is_refused_in_words():
     rows = [(f"FIC.{word}", "Tuesday evening", PV[k]) for k in range(N) for word in ("PV", "OP")]
     with pytest.raises(RecordError, match="line 2: 'Tuesday evening' is no time stamp known here; give time_format="):
         columns_of(write("Tag,Time,Value", rows))
+
+
+def test_a_long_table_without_a_header():
+    rows = [(f"FIC-1.{word}", stamp(k), x[k]) for k in range(N) for word, x in (("PV", PV), ("OP", OP))]
+    for order in ((0, 1, 2), (1, 0, 2), (2, 0, 1)):
+        columns = columns_of("\n".join(",".join(str(row[i]) for i in order) for row in rows) + "\n")
+        assert (numbers(columns["FIC-1.PV"]), numbers(columns["FIC-1.OP"])) == (PV.tolist(), OP.tolist())
+        assert seconds(columns["FIC-1.OP"]) == list(map(float, range(N)))
+
+
+@pytest.mark.parametrize("prefix", ["\\\\SERVER\\", "Area4/", "plant:unit."])
+def test_tags_with_a_path(prefix):
+    rows = [(f"{prefix}FIC-1.{word}", stamp(k), PV[k]) for k in range(N) for word in ("PV", "OP")]
+    assert list(columns_of(write("Tag,Time,Value", rows))) == [f"{prefix}FIC-1.PV", f"{prefix}FIC-1.OP"]
+
+
+def test_influx_blocks_each_under_a_header_of_its_own():
+    lines = []
+    for k, (field, x) in enumerate((("PV", PV), ("OP", OP))):
+        lines += ["#datatype,string,long,dateTime:RFC3339,double,string,string", "#default,_result,,,,,"]
+        lines += [",result,table,_time,_value,_field,_measurement"]
+        lines += [
+            f",,{k},{(START + timedelta(seconds=j)).isoformat()}Z,{value},{field},FIC-1" for j, value in enumerate(x)
+        ]
+        lines += [""]
+    columns = columns_of("\r\n".join(lines))
+    assert (numbers(columns["FIC-1.PV"]), numbers(columns["FIC-1.OP"])) == (PV.tolist(), OP.tolist())
+    assert columns["FIC-1.PV"].clock.stamps.kind == "utc"

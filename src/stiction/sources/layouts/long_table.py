@@ -139,9 +139,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     table.load({*time, *found.values()})
     stamps = clock.stamps
     table.drop(time - set(found.values()))
-    tags = list(_group_rows(table, found, readable_rows(table, stamps)))
-    n_values = sum(tag.rows.size for tag in tags)
-    table.notes.append(f"The table is long: {n_values} values of {len(tags)} tags stand below each other.")
+    tags = _group_rows(table, found, readable_rows(table, stamps))
     return columns_of_rows(table, stamps, tags, found["value"], found.get("quality"))
 
 
