@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 __all__ = ["read", "recognises"]
 
+MIN_HEAD_LINES, MAX_HEAD_LENGTH = 60, 250_000
+"""Lines that are always looked at, and characters from which no more are [-]."""
 MAX_TORN_SHARE = 0.01
 """Share of the rows in which a comma may have split a number into two cells [-]."""
 _DELIMITER_NAMES = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "pipes", " ": "spaces"}
@@ -128,11 +130,16 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
 
 
 def _read_head(path: Path, name: str) -> list[str]:
-    """Read the first lines."""
+    """Read the first lines; fewer of a table with many columns."""
     lines: list[str] = []
+    length = 0
     with open(path, encoding="utf-8-sig", newline="\n") as file:
-        while len(lines) < 2 * SNIFF_ROWS and (line := file.readline(MAX_LINE_LENGTH)):
+        while len(lines) < (2 * SNIFF_ROWS if length < MAX_HEAD_LENGTH else MIN_HEAD_LINES):
+            line = file.readline(MAX_LINE_LENGTH)
+            if not line:
+                break
             if len(line) >= MAX_LINE_LENGTH:
                 raise line_too_long(name, len(lines) + 1)
             lines.append(line)
+            length += len(line)
     return lines

@@ -160,8 +160,12 @@ def _parse_texts(cells: pl.Series, decimal: str, where: str) -> tuple[NDArray[np
     if not left.size:
         return values, Counter(), ""
     rest = cells.gather(left) if left.size < len(cells) else cells
-    distinct = rest.rename("text").value_counts(name="cells").sort("text")
-    words, counts = distinct["text"], distinct["cells"]
+    if left.size <= _MAX_PYTHON_CELLS:
+        found = Counter(rest.to_list())
+        words, counts = pl.Series(list(found), dtype=pl.String), pl.Series(list(found.values()))
+    else:
+        distinct = rest.rename("text").value_counts(name="cells").sort("text")
+        words, counts = distinct["text"], distinct["cells"]
     numbers, units = _parse_distinct(words, decimal)
     is_text = np.isnan(numbers)
     texts: Counter[str] = Counter()
@@ -170,8 +174,8 @@ def _parse_texts(cells: pl.Series, decimal: str, where: str) -> tuple[NDArray[np
         texts["" if text.upper() in MISSING_WORDS else text[:MAX_TEXT]] += count
     per_unit = Counter({"": len(values) - int(left.size)} if left.size < len(values) else {})
     if not is_text.all():
-        found = pl.DataFrame({"unit": units, "cells": counts}).filter(~is_text).group_by("unit").sum()
-        per_unit.update(dict(found.iter_rows()))
+        with_unit = pl.DataFrame({"unit": units, "cells": counts}).filter(~is_text).group_by("unit").sum()
+        per_unit.update(dict(with_unit.iter_rows()))
         values[left] = rest.replace_strict(words, pl.Series(numbers), return_dtype=pl.Float64).to_numpy()
     return values, texts, _single_unit(per_unit, where)
 
