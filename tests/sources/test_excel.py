@@ -7,6 +7,7 @@ from datetime import datetime, timedelta
 from typing import TYPE_CHECKING
 
 import openpyxl
+import openpyxl.styles
 import pandas as pd
 import polars as pl
 import pytest
@@ -151,3 +152,20 @@ def test_workbook_that_states_wrong_sizes_is_refused(tmp_path: Path) -> None:
     (tmp_path / "b.xlsx").write_bytes(data.replace((30_000_000).to_bytes(4, "little"), (30_000).to_bytes(4, "little")))
     with pytest.raises(RecordError, match=r"b.xlsx: is damaged"):
         read(tmp_path / "b.xlsx")
+
+
+def test_cell_far_from_the_table_is_refused(tmp_path: Path) -> None:
+    book = openpyxl.Workbook()
+    page = book.active
+    assert page is not None
+    for row in [HEADER, *zip(TIMES, PV, OP, strict=True)]:
+        page.append(list(row))
+    page["XFD1048576"] = 1.0
+    book.save(tmp_path / "a.xlsx")
+    with pytest.raises(RecordError, match=r"reaches to row 1,048,576 and column 16,384.*delete cells"):
+        read(tmp_path / "a.xlsx")
+    page["XFD1048576"].value = None
+    page["XFD1048576"].font = openpyxl.styles.Font(bold=True)  # an empty cell with a format is no cell
+    book.save(tmp_path / "a.xlsx")
+    [table] = read(tmp_path / "a.xlsx")
+    assert table.column(1).to_list() == PV

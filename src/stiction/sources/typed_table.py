@@ -90,7 +90,8 @@ def typed_table(
                 )
             return lazy.select(_to_plain_type(names[k], schema[names[k]]) for k in positions).collect()
 
-    floats = [name for name in names if schema[name].is_float()]
+    types = dict(schema)
+    unsampled = set([name for name in names if types[name].is_float()][MAX_SAMPLED_FLOAT_COLUMNS:])
     columns = [
         pl.lit("").alias(name)
         if name in set(floats[MAX_SAMPLED_FLOAT_COLUMNS:])

@@ -81,13 +81,11 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
 def _load(source: ByteSource) -> dict[str, Any]:
     """Read the variables of a file of version 5."""
     from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
 
     _require_size(source)
     try:
         stored = loadmat(source.path, simplify_cells=True)
-    except (MatReadError, OSError, ValueError, TypeError, LookupError, EOFError, OverflowError, MemoryError,
-            NotImplementedError, AttributeError) as error:  # fmt: skip
+    except Exception as error:  # scipy raises many kinds on damaged files, even UnboundLocalError
         raise _damaged(source, error) from None
     return {key: value for key, value in stored.items() if not key.startswith("__")}
 
