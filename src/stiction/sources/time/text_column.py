@@ -73,7 +73,7 @@ def parse_text_stamps(cells: pl.Series, *, day_first: bool | None = None, time_f
     if left.size:
         rest = plain if left.size == len(plain) else plain.gather(left)
         if not (rest.is_null() | (rest == "")).all():
-            seconds[left], has_zone[left], clock_only = _parse_parts(rest, order, given, notes)
+            seconds[left], has_zone[left], clock_only = _parse_parts(rest, order, notes)
             if clock_only and left.size == len(plain):
                 note = "The time column holds a time of day without a date."
                 return Stamps(unwrap_clock(seconds, 86400.0), "relative", [note], _first_unread(cells, seconds))
@@ -94,33 +94,35 @@ def _rewrite_column(cells: pl.Series, sample: list[str]) -> pl.Series:
 
 
 def _parse_usual(
-    cells: pl.Series, first: str, given: Order | None, notes: list[str]
+    cells: pl.Series, first: str, order: Order | None, notes: list[str]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_], Order | None]:
-    """Parse the cells that have the form of the first one; NaN for the others."""
-    order = given
-    if found := _COMPACT.fullmatch(first):
-        text, zone = f"%Y%m%d{found['between']}%H%M%S{found['zone']}", found["zone"]
-    elif found := _USUAL.fullmatch(first):
-        if found["numbered"]:
-            if order is None:
-                # The day is within the first ten characters, and these take few values.
-                heads = cells.str.slice(0, 10).unique(maintain_order=True).str.extract(_NUMBERED).drop_nulls()
-                order = choose_date_order(heads.unique(maintain_order=True).to_list(), bool(found["half"]), notes)
-            codes = found["b"].join(_ORDER_CODES[order])
-            day = codes if found["year"] and len(found["year"]) == 4 else codes.replace("%Y", "%y")
-        elif found["named"]:
-            day = found["c"].join(("%d", "%b", "%Y" if len(found["short"]) == 4 else "%y"))
-        else:
-            day = found["a"].join(("%Y", "%m", "%d"))
-        hour = "%I" if found["half"] else "%H"
-        clock = f"{hour}:%M:%S%.f" if found["second"] else f"{hour}:%M"
-        half = f"{' ' if (found['half'] or '').startswith(' ') else ''}%p" if found["half"] else ""
-        zone = found["zone"] or ""
-        text = f"{day}{found['between']}{clock}{half}{'Z' if zone == 'Z' else '%:z' if zone else ''}"
+    """Parse the cells that have the form of the first one: seconds, which have a zone, and the order of the date."""
+    found = _USUAL.fullmatch(first)
+    if found and found["numbered"] and order is None:
+        # The day is within the first ten characters, and these take few values.
+        days = cells.str.slice(0, 10).unique(maintain_order=True).str.extract(_NUMBERED).drop_nulls()
+        order = choose_date_order(days.unique(maintain_order=True).to_list(), bool(found["half"]), notes)
+    if compact := _COMPACT.fullmatch(first):
+        form = f"%Y%m%d{compact['between']}%H%M%S{compact['zone']}"
+    elif found:
+        form = _format_of(found, order or DAY_MONTH_YEAR)
     else:
         return np.full(len(cells), np.nan), np.zeros(len(cells), dtype=bool), order
-    seconds = _to_seconds(cells, text)
-    return seconds, np.isfinite(seconds) & bool(zone), order
+    seconds = _to_seconds(cells, form)
+    return seconds, np.isfinite(seconds) & form.endswith(("Z", "z")), order
+
+
+def _format_of(found: re.Match[str], order: Order) -> str:
+    """Give the format of polars for a stamp in the usual form."""
+    mark = found["a"] or found["b"] or found["c"]
+    codes = _ORDER_CODES[order] if found["numbered"] else ("%d", "%b", "%Y") if found["named"] else ("%Y", "%m", "%d")
+    day = mark.join(codes)
+    if len(found["year"] or found["short"] or "2026") == 2:
+        day = day.replace("%Y", "%y")
+    half = found["half"] or ""
+    clock = ("%I" if half else "%H") + ":%M" + (":%S%.f" if found["second"] else "")
+    zone = {"": "", "Z": "Z"}.get(found["zone"] or "", "%:z")
+    return day + found["between"] + clock + half[:-2] + ("%p" if half else "") + zone
 
 
 def _to_seconds(cells: pl.Series, text: str) -> NDArray[np.float64]:
@@ -130,16 +132,15 @@ def _to_seconds(cells: pl.Series, text: str) -> NDArray[np.float64]:
 
 
 def _parse_parts(
-    cells: pl.Series, order: Order | None, given: Order | None, notes: list[str]
+    cells: pl.Series, order: Order | None, notes: list[str]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_], bool]:
     """Take the time of day out of each cell and parse each distinct rest; tell whether no cell has a date."""
     clocks = cells.str.extract(f"({CLOCK})")
     days, day_codes = _distinct(cells.str.replace(CLOCK, "@").str.strip_chars())
     if order is None:
-        numbered = cells.filter(cells.is_first_distinct()) if len(days) < len(cells) else cells
-        texts = numbered.str.extract(_NUMBERED).drop_nulls().unique(maintain_order=True).to_list()
-        halves = clocks.head(SNIFF_ROWS).str.contains("(?i)m$").any()
-        order = given or choose_date_order(texts, bool(halves), notes)
+        texts = cells.str.extract(_NUMBERED).drop_nulls().unique(maintain_order=True).to_list()
+        has_am_pm = bool(clocks.head(SNIFF_ROWS).str.contains("(?i)m$").any())
+        order = choose_date_order(texts, has_am_pm, notes)
     parts = [parse_day(day, order) for day in days]
     if all(day == "@" for day in days if day):
         return _parse_clocks(clocks), np.zeros(len(cells), dtype=bool), True
