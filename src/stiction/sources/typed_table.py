@@ -80,6 +80,9 @@ def typed_table(
     names, headings, stored_units = _read_pandas_names(schema.names(), metadata or {})
     units = stored_units | dict(units or {})
 
+    types = dict(schema)
+    unsampled = set([name for name in names if types[name].is_float()][MAX_SAMPLED_FLOAT_COLUMNS:])
+
     def read(positions: Sequence[int], _keep: object = keep) -> pl.DataFrame:
         with damage_refused(origin.name):
             n_rows = lazy.select(pl.len()).collect().item()
@@ -88,16 +91,9 @@ def typed_table(
                     f"{origin.name}: {n_rows:,} rows of {len(positions)} columns are more than {max_bytes:,} bytes; "
                     "read one loop with tag, or allow more with max_bytes."
                 )
-            return lazy.select(_to_plain_type(names[k], schema[names[k]]) for k in positions).collect()
+            return lazy.select(_to_plain_type(names[k], types[names[k]]) for k in positions).collect()
 
-    types = dict(schema)
-    unsampled = set([name for name in names if types[name].is_float()][MAX_SAMPLED_FLOAT_COLUMNS:])
-    columns = [
-        pl.lit("").alias(name)
-        if name in set(floats[MAX_SAMPLED_FLOAT_COLUMNS:])
-        else _to_plain_type(name, schema[name])
-        for name in names
-    ]
+    columns = [pl.lit("").alias(name) if name in unsampled else _to_plain_type(name, types[name]) for name in names]
     n_rows = max(8, min(SNIFF_ROWS, MAX_SAMPLED_CELLS // max(1, len(names))))
     with damage_refused(origin.name):
         sample = lazy.head(n_rows).select(columns).collect().with_columns(_to_text()).rows() if names else []
