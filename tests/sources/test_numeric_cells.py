@@ -94,8 +94,8 @@ def test_columns_of_other_types(series, values, texts):
 @pytest.mark.parametrize("other", [" mbar", ""])
 def test_two_units_are_refused(n, other):
     cells = [*(f"{k / 7:.3f} bar" for k in range(n)), f"5{other}"]
-    told = "1 in mbar" if other else "1 without a unit"
-    with pytest.raises(RecordError, match=rf"x.csv, column PV: mixes units \({n} in bar, {told}\); export"):
+    other_values = "1 in mbar" if other else "1 without a unit"
+    with pytest.raises(RecordError, match=rf"x.csv, column PV: mixes units \({n} in bar, {other_values}\); export"):
         parse_numbers(pl.Series(cells), ".", where="x.csv, column PV")
 
 

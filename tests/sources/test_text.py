@@ -72,8 +72,8 @@ def test_delimiters_and_decimal_marks(mark, decimal):
     name = {";": "semicolons", "\t": "tabs", "|": "pipes", ",": ""}.get(mark, "spaces")
     assert ([f"Columns are separated by {name}."] if name else []) == [n for n in table.notes if "separated" in n]
     assert ("Numbers have a decimal comma." in table.notes) == (decimal == ",")
-    told = read_table(lines(rows, mark=mark), decimal=decimal, delimiter=mark[0])
-    assert (cells(told), told.notes) == (rows, [])
+    given = read_table(lines(rows, mark=mark), decimal=decimal, delimiter=mark[0])
+    assert (cells(given), given.notes) == (rows, [])
 
 
 @pytest.mark.parametrize("first", ["sep=;", '"sep=;"', "SEP=;"])

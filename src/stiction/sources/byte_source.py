@@ -149,14 +149,14 @@ def _store(path: str | os.PathLike[str] | BinaryIO, max_bytes: int, scratch: Scr
     stem = "stream" if name == "stream" else Path(name).stem
     is_path = isinstance(path, (str, os.PathLike)) and os.fspath(path) != "-"
     with ExitStack() as stack:
-        found, copy = Path(name), None
+        stored, copy = Path(name), None
         if is_path:
             stack.enter_context(file)
-        if not (is_path and found.is_file()):
-            found = scratch.path() / "source"
-            copy = stack.enter_context(open(found, "wb"))
+        if not (is_path and stored.is_file()):
+            stored = scratch.path() / "source"
+            copy = stack.enter_context(open(stored, "wb"))
         size, digest = _measure(file, name, max_bytes, copy)
-    return ByteSource(Origin(name, stem, digest), found, _read_head(found), size, max_bytes, scratch)
+    return ByteSource(Origin(name, stem, digest), stored, _read_head(stored), size, max_bytes, scratch)
 
 
 def _open_file(path: str | os.PathLike[str] | BinaryIO) -> tuple[BinaryIO, str]:

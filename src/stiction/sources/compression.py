@@ -93,12 +93,12 @@ def inflate(
             )
         if any(member.flag_bits & 1 for member in members):
             raise RecordError(f"{limit.name}: is encrypted; unpack it with its password first.")
-        found = []
+        files = []
         for number, member in enumerate(members):
             with archive.open(member) as stream:
                 out = _write(_chunks(stream), make_folder() / f"{path.name}.{number}", limit)
-            found.append((member.filename, out))
-    return found
+            files.append((member.filename, out))
+    return files
 
 
 def _write(chunks: Iterator[bytes], path: Path, limit: ByteLimit) -> Path:

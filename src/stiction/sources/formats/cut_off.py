@@ -73,6 +73,6 @@ def is_cut_off(row: Sequence[str], before: Sequence[Sequence[str]], *, min_rows:
     decimals = [re.search(r"\d[.,](\d+)$", end) for end in ends]
     if not all(decimals):
         return all(end != last and end.startswith(last) for end in ends) and not last[-1].isdigit()
-    places = {len(found[1]) for found in decimals if found}
-    found = re.search(r"\d[.,](\d+)$", last)
-    return len(ends) >= min_rows and len(places) == 1 and (len(found[1]) if found else 0) < places.pop()
+    places = {len(match[1]) for match in decimals if match}
+    match = re.search(r"\d[.,](\d+)$", last)
+    return len(ends) >= min_rows and len(places) == 1 and (len(match[1]) if match else 0) < places.pop()

@@ -99,9 +99,9 @@ def make_table(
     if options.decimal is None:
         if decimal == ",":
             table.notes.append("Numbers have a decimal comma.")
-        found = find_ambiguous_cell(sample, decimal, delimiter=dialect.delimiter, width=dialect.width)
-        if found:
-            cell, value, other = found
+        ambiguous = find_ambiguous_cell(sample, decimal, delimiter=dialect.delimiter, width=dialect.width)
+        if ambiguous:
+            cell, value, other = ambiguous
             table.notes.append(f"{cell!r} is read as {value:.10g}; if that is wrong give decimal={other!r}.")
     if n := len(dialect.above):
         table.notes.append(f"{n} line{'s' * (n > 1)} above the header {'are' if n > 1 else 'is'} not used.")

@@ -1,4 +1,4 @@
-"""How a text table is written: its delimiter, found by trial."""
+"""How a text table is written: each delimiter is tried, and the one that gives the best table is taken."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ _FORMULA_TEXT = re.compile(r'="(.*)"')
 
 def unwrap(cell: str) -> str:
     """Give the text of a cell that a spreadsheet program wrote as the formula ``="text"``."""
-    return found[1] if cell.startswith('="') and (found := _FORMULA_TEXT.fullmatch(cell.strip())) else cell
+    match = _FORMULA_TEXT.fullmatch(cell.strip()) if cell.startswith('="') else None
+    return match[1] if match else cell
 
 
 def split_lines(lines: Sequence[str], delimiter: str) -> tuple[list[list[str]], list[int]]:
@@ -48,13 +49,13 @@ def sniff_text(name: str, lines: list[str], delimiter: str | None, decimal: str 
     RecordError
         When there is no row of numbers, or one name less than there are columns, or commas split numbers.
     """
-    if lines and (found := re.fullmatch(r'"?sep=(.)"?\s*', lines[0], re.IGNORECASE)):
-        delimiter = delimiter or found.group(1)
+    if lines and (match := re.fullmatch(r'"?sep=(.)"?\s*', lines[0], re.IGNORECASE)):
+        delimiter = delimiter or match[1]
         lines = ["\n", *lines[1:]]
     best: tuple[Dialect, list[list[str]], int] | None = None
     problem = ""
-    tried = [mark for mark in DELIMITERS if mark == "," or any(mark in line for line in lines)]
-    for mark in (delimiter,) if delimiter else tried:
+    candidates = [mark for mark in DELIMITERS if mark == "," or any(mark in line for line in lines)]
+    for mark in (delimiter,) if delimiter else candidates:
         try:
             rows, lines_above = split_lines(lines, mark)
         except csv.Error as error:

@@ -20,7 +20,7 @@ __all__ = ["LARGEST_VALUE", "NumericColumn", "is_number", "parse_number", "parse
 LARGEST_VALUE = 1e100
 """Size above which a number is no measurement [any unit]."""
 MAX_TEXT = 40
-"""Characters of a text that are kept for the count."""
+"""Characters of a text by which it is counted."""
 
 _PLAIN = {".": r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", ",": r"[+-]?(?:\d+,?\d*|,\d+)(?:[eE][+-]?\d+)?"}
 _GROUPED = {".": r"[+-]?[1-9]\d{0,2}(?:[,' ]\d{3})+(?:\.\d*)?", ",": r"[+-]?[1-9]\d{0,2}(?:[.' ]\d{3})+(?:,\d*)?"}
@@ -161,8 +161,8 @@ def _parse_texts(cells: pl.Series, decimal: str, where: str) -> tuple[NDArray[np
         return values, Counter(), ""
     rest = cells.gather(left) if left.size < len(cells) else cells
     if left.size <= _MAX_PYTHON_CELLS:
-        found = Counter(rest.to_list())
-        words, counts = pl.Series(list(found), dtype=pl.String), pl.Series(list(found.values()))
+        per_word = Counter(rest.to_list())
+        words, counts = pl.Series(list(per_word), dtype=pl.String), pl.Series(list(per_word.values()))
     else:
         distinct = rest.rename("text").value_counts(name="cells").sort("text")
         words, counts = distinct["text"], distinct["cells"]
@@ -215,8 +215,8 @@ def _split_unit(cell: str) -> tuple[str, str]:
     text = cell.strip() if cell.isascii() else cell.translate(_SPACES).strip()
     if not text or text[-1].isdigit():
         return text, ""
-    found = _WITH_UNIT.fullmatch(text)
-    return (found[1], found[2]) if found else (text, "")
+    match = _WITH_UNIT.fullmatch(text)
+    return (match[1], match[2]) if match else (text, "")
 
 
 def _parse_with_unit(cell: str, decimal: str) -> tuple[float, str]:

@@ -1,4 +1,4 @@
-"""Points and commas that may separate thousands: told in a note, or refused."""
+"""Points and commas that may separate thousands: a note says so, or the column is refused."""
 
 from __future__ import annotations
 
