@@ -121,6 +121,23 @@ def test_date_and_clock_beside_one_value(tmp_path):
     assert (column.name, values(column)) == ("F.PV", SIGNALS["PV"].tolist())
 
 
+@pytest.mark.parametrize("header", ["when,Value,Units", "Time,Value,", "No,Time,Value"])
+def test_other_columns_beside_the_value(header, tmp_path):
+    cells = {"when": stamp, "Time": stamp, "Units": lambda _: "t/h", "": lambda _: "", "No": str}
+    lines = [
+        ",".join(str(SIGNALS["PV"][k]) if h == "Value" else cells[h](k) for h in header.split(",")) for k in range(N)
+    ]
+    [column] = read_layout([table_of("\n".join([header, *lines]) + "\n", tmp_path / "F.PV.csv")], ReadOptions())
+    assert (column.name, values(column)) == ("F.PV", SIGNALS["PV"].tolist())
+    assert (column.clock.stamps.seconds - ZERO).tolist() == K.tolist()
+
+
+@pytest.mark.parametrize("header", ["Time,Value,Steam", "Time,PV,Steam", "Time,Value,OP"])
+def test_a_second_column_of_values_is_no_one_tag(header):
+    text = header + "\n" + "".join(f"{stamp(k)},{SIGNALS['PV'][k]},{SIGNALS['OP'][k]}\n" for k in K)
+    assert [column.name for column in read_layout([table_of(text)], ReadOptions())] == header.split(",")[1:]
+
+
 @pytest.mark.parametrize("header", ["Tag,Time,Value", "Time,FIC-1.PV,FIC-1.OP"])
 def test_tables_with_the_same_tags_are_pieces_of_one(header, tmp_path):
     def piece(part):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiction.sources.layouts.headings import (
+    UNIT_HEADINGS,
     find_clock,
     forget_note_on_lines_above,
     heading_column,
@@ -18,7 +19,7 @@ from stiction.sources.layouts.headings import (
 )
 from stiction.sources.layouts.tag_lines import first_unit, last_tag, tag_in_line
 from stiction.sources.roles.column_names import normalise_name
-from stiction.sources.roles.vocabulary import INDEX_WORDS, TAG_WORDS, VALUE_WORDS
+from stiction.sources.roles.vocabulary import INDEX_WORDS, VALUE_WORDS
 from stiction.sources.time.parse import is_time_heading
 
 if TYPE_CHECKING:
@@ -45,16 +46,13 @@ def _value_column(table: RawTable) -> int | None:
     names = table_headings(table).names
     words = [normalise_name(name) for name in names]
     roles = [parse_role(name) for name in names]
-    values = [i for i, word in enumerate(words) if word in VALUE_WORDS]
-    signals = [i for i, role in enumerate(roles) if role and role[1] not in FLAG_ROLES]
-    if len(values) == 1 and not signals and not any(word in TAG_WORDS for word in words):
-        return values[0]
-    if table.width == 2 and not signals and not words[1] and is_stamp_column(table, 0):
+    if table.width == 2 and not any(roles) and not words[1] and is_stamp_column(table, 0):
         return 1
-    flags = [i for i, role in enumerate(roles) if role and role[1] in FLAG_ROLES]
-    times = [i for i, word in enumerate(words) if is_time_heading(names[i]) or word in INDEX_WORDS]
-    is_alone = len(signals) == 1 and len(signals + flags + times) == len(names)
-    return signals[0] if times and is_alone else None
+    values = [i for i, role in enumerate(roles) if (role and role[1] not in FLAG_ROLES) or words[i] in VALUE_WORDS]
+    beside = [i for i, role in enumerate(roles) if (role and role[1] in FLAG_ROLES) or words[i] in UNIT_HEADINGS]
+    times = [i for i in range(table.width) if is_time_heading(names[i]) or words[i] in INDEX_WORDS]
+    times = times or [i for i in range(table.width) if i not in values + beside and is_stamp_column(table, i)]
+    return values[0] if times and len(values) == 1 and {*values, *beside, *times} == set(range(table.width)) else None
 
 
 def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
