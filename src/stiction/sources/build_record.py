@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
 from stiction.records.record import LoopRecord, Provenance
 from stiction.sources.roles.loop_roles import NUMERIC_ROLES, column_label
@@ -20,6 +20,7 @@ from stiction.sources.values.numeric_cells import parse_numbers
 from stiction.sources.values.span import op_to_percent, position_to_percent
 
 if TYPE_CHECKING:
+    from collections import Counter
     from datetime import datetime
 
     import polars as pl
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.roles.loop_roles import LoopRoles
-    from stiction.sources.tag_column import Clock, TagColumn
+    from stiction.sources.tag_column import TagColumn
     from stiction.sources.values.bad_values import BadValues
 
 __all__ = ["MIN_ROWS", "RecordBuilder"]
@@ -54,7 +55,7 @@ class RecordBuilder:
         columns = {role: loop.roles[role] for role in NUMERIC_ROLES if role in loop.roles}
         origin = columns["op"].table.origin
         notes = [*dict.fromkeys(note for column in columns.values() for note in column.table.notes), *loop.notes]
-        values, units, bad = _numbers(loop, columns)
+        values, units, bad = _numbers(loop, columns, decimal_is_given=self.options.decimal is not None)
         notes += bad.notes
         sampled = self._sample(loop, columns, values)
         notes += sampled.notes
@@ -83,7 +84,7 @@ class RecordBuilder:
         if loop_type == "other":
             loop_type = loop_type_of(name or origin.stem, numbered=not name)
             if not name and loop_type != "other":
-                notes.append(f"The file name says that this is a loop of type {loop_type}; give loop_type if it is not.")
+                notes.append(f"The file's name says that the loop is of type {loop_type}; give loop_type if it is not.")
         return LoopRecord(
             name or origin.stem,
             sampled.dt,
@@ -143,12 +144,13 @@ class RecordBuilder:
                 raise RecordError(
                     f"{table.origin.name}: has no time column; give the sampling period with dt= (--dt) in seconds."
                 )
-            return Grid(np.arange(len(column.cells)), self.options.dt, notes=["There is no time column: dt is as given."])
+            note = "There is no time column: dt is as given."
+            return Grid(np.arange(len(column.cells)), self.options.dt, notes=[note])
         stamps = column.clock.stamps
         if stamps.seconds.size < MIN_ROWS:
             raise RecordError(
-                f"{table.origin.name}: has {stamps.seconds.size} rows of data; {MIN_ROWS} or more are needed, hundreds "
-                "are useful."
+                f"{table.origin.name}: has {count_noun(stamps.seconds.size, 'row')} of data; {MIN_ROWS} or more are needed, "
+                "hundreds are useful."
             )
         cells = [one.cells for one in shared if one.clock is column.clock]
 
@@ -177,7 +179,11 @@ class RecordBuilder:
             series.append(TagSeries(column_label(column), column.clock.stamps, values.get(role), default))
         table = columns["op"].table
         found = align_tags(
-            series, dt=self.options.dt, max_gap=self.options.max_gap, name=table.origin.name, first_line=table.first_line
+            series,
+            dt=self.options.dt,
+            max_gap=self.options.max_gap,
+            name=table.origin.name,
+            first_line=table.first_line,
         )
         signals = {role: x for role, x in zip(tags, found.values, strict=True) if x is not None}
         states = find_bad_values(signals)
@@ -214,7 +220,7 @@ def _last_written(rows: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _numbers(
-    loop: LoopRoles, columns: dict[str, TagColumn]
+    loop: LoopRoles, columns: dict[str, TagColumn], *, decimal_is_given: bool
 ) -> tuple[dict[str, NDArray[np.float64]], dict[str, str], BadValues]:
     """Values of each role, NaN where they are bad, and their units."""
     values: dict[str, NDArray[np.float64]] = {}
@@ -223,7 +229,10 @@ def _numbers(
     flags: dict[str, tuple[str, pl.Series]] = {}
     for role, column in columns.items():
         found = parse_numbers(
-            column.cells, column.table.decimal, where=f"{column.table.origin.name}, column {column_label(column)}"
+            column.cells,
+            column.table.decimal,
+            where=f"{column.table.origin.name}, column {column_label(column)}",
+            decimal_is_given=decimal_is_given,
         )
         values[role], texts[role] = found.values, found.texts
         units[role] = _one_unit(loop, role, found.unit)
@@ -245,8 +254,8 @@ def _one_unit(loop: LoopRoles, role: str, in_cells: str) -> str:
     written, column = loop.unit_of(role), loop.roles[role]
     if written and in_cells and written.upper() != in_cells.upper():
         raise RecordError(
-            f"{column.table.origin.name}, column {column_label(column)}: is in {written} by its header and in {in_cells} "
-            "by its numbers; correct the one that is wrong."
+            f"{column.table.origin.name}, column {column_label(column)}: is in {written} by its header and in "
+            f"{in_cells} by its numbers; correct the one that is wrong."
         )
     if in_cells and in_cells != "%" and not column.table.header and not written:
         raise RecordError(
@@ -261,8 +270,8 @@ def _no_numbers(loop: LoopRoles, role: str, bad: BadValues) -> None:
     table, label = column.table, column_label(column)
     if role in bad.masks and bad.masks[role].all():
         raise RecordError(
-            f"{table.origin.name}: all values of {label} are flagged as bad; export good values, or leave out the column "
-            "of the flags if it is wrong."
+            f"{table.origin.name}: all values of {label} are flagged as bad; export good values, or leave out the "
+            "column of the flags if it is wrong."
         )
     cells = column.cells.drop_nulls().head(1).to_list() or [""]
     raise RecordError(

@@ -30,7 +30,7 @@ def read(
     tag: str | None = None,
     columns: Mapping[str, str | int] | Sequence[str] | None = None,
     loop_type: str | None = None,
-    map: str | os.PathLike[str] | None = None,
+    map: str | os.PathLike[str] | None = None,  # noqa: A002 (the option of the command line has this name)
     sheet: str | None = None,
     delimiter: str | None = None,
     decimal: str | None = None,
