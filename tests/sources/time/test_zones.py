@@ -65,6 +65,17 @@ def test_changes_of_the_clock(zone, lost, which, reverse):
     assert any("twice" in note for note in found.notes) == (which == 0)
 
 
+@pytest.mark.parametrize("by_tag", [True, False])
+def test_rows_of_several_tags_repeat_the_hour_once(by_tag):
+    change = ENDS["Europe/Berlin"][0].replace(tzinfo=UTC).timestamp()
+    own = change - 1800.0 + 60.0 * np.arange(240)
+    tags = [own, own + 7.0, own + 3.0]  # rows of one minute are not in the order of time
+    utc = np.concatenate(tags) if by_tag else np.column_stack(tags).ravel()
+    found = localise(wall_clock(utc, "Europe/Berlin"), "Europe/Berlin")
+    np.testing.assert_array_equal(found.seconds, utc)
+    assert (found.clock_jumps, found.dst_changes, len(found.notes)) == (1, 1, 1)
+
+
 @pytest.mark.parametrize("begins", [True, False])
 def test_a_record_that_begins_or_ends_in_a_repeated_hour(begins):
     change = ENDS["Europe/Berlin"][0].replace(tzinfo=UTC).timestamp()

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 __all__ = ["localise"]
 
-_HOUR_US = 3_600_000_000
+_MIN_STEP_BACK_US = 600_000_000
+"""Step back with which the second pass of an hour begins, where there are several: smaller ones are rows out of order
+[us]."""
 
 
 def localise(stamps: Stamps, timezone: str) -> Stamps:
@@ -45,30 +47,34 @@ def localise(stamps: Stamps, timezone: str) -> Stamps:
     first, skipped = _to_utc(local, timezone, "earliest")
     second, _ = _to_utc(local, timezone, "latest")
     seconds = np.full(len(stamps.seconds), np.nan)
-    notes, n_changes = list(stamps.notes), 0
+    changes: list[str] = []
     is_second = np.zeros(len(rows), dtype=bool)
     edges = np.flatnonzero(np.diff((first != second).astype(np.int8), prepend=0, append=0)).tolist()
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        back = np.flatnonzero(np.diff(first[begin:end]) < 0)
+        steps = np.diff(first[begin:end])
+        back = np.flatnonzero(steps <= -_MIN_STEP_BACK_US) if (steps < 0).sum() > 1 else np.flatnonzero(steps < 0)
         if back.size:
             is_second[begin + back[0] + 1 : end] = True
         else:
             before = first[begin] - first[begin - 1] if begin else np.inf
             after = second[end] - second[end - 1] if end < len(rows) else np.inf
             is_second[begin:end] = abs(after) < abs(before)
-        n_changes += 1
         moment = to_datetime(float(stamps.seconds[rows[begin]]), "local")
-        notes.append(
-            f"The clock of {timezone} shows the hour from {moment:%Y-%m-%d %H:%M} twice: its rows are kept in the "
+        changes.append(
+            f"The clock of {timezone} shows the hour of {moment:%Y-%m-%d %H}:00 twice: its rows are kept in the "
             "order of the file."
         )
+    changes = list(dict.fromkeys(changes))  # the tags of a long table repeat the same hour
+    n_changes, notes = len(changes), [*stamps.notes, *changes]
     if n_skipped := int(skipped.sum()):
         notes.append(
             f"{count_noun(n_skipped, 'stamp')} in an hour that the clock of {timezone} skips: taken as winter time."
         )
     seconds[rows] = np.where(is_second, second, first) / 1e6
-    jumps, changes = stamps.clock_jumps + n_changes, stamps.dst_changes + n_changes
-    return replace(stamps, seconds=seconds, kind="utc", notes=notes, clock_jumps=jumps, dst_changes=changes)
+    return replace(
+        stamps, seconds=seconds, kind="utc", notes=notes,
+        clock_jumps=stamps.clock_jumps + n_changes, dst_changes=stamps.dst_changes + n_changes,
+    )  # fmt: skip
 
 
 def _to_utc(local: pl.Series, timezone: str, ambiguous: str) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
