@@ -192,7 +192,7 @@ def _place_rows(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: s
         )
     if dt is None:  # the slope over all rows, so that a period of 9.999 s does not drift
         centred = place - place.mean()
-        grid.dt = _short_number(float(centred @ (t - t[0]) / (centred @ centred)))
+        grid.dt = _short_number(float(np.sum(centred * (t - t[0])) / np.sum(centred * centred)))
     off = t - t[0] - place * grid.dt
     off -= (off.max() + off.min()) / 2
     if (dt is not None and max_hold is None) or np.abs(off).max() <= 0.3 * grid.dt:
