@@ -10,10 +10,12 @@ import numpy as np
 from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
 from stiction.records.record import LoopRecord, Provenance
+from stiction.sources.layouts.headings import table_headings
 from stiction.sources.roles.loop_roles import NUMERIC_ROLES, column_label
 from stiction.sources.roles.vocabulary import loop_type_of
 from stiction.sources.time.align import TagSeries, align_tags
 from stiction.sources.time.grid import Grid, regular_grid
+from stiction.sources.time.parse import missing_time_error
 from stiction.sources.values.bad_values import find_bad_values
 from stiction.sources.values.mode import automatic_mask
 from stiction.sources.values.numeric_cells import parse_numbers
@@ -27,7 +29,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
-    from stiction.sources.roles.loop_roles import LoopRoles
+    from stiction.sources.layouts.headings import table_headings
+from stiction.sources.roles.loop_roles import LoopRoles
     from stiction.sources.tag_column import TagColumn
     from stiction.sources.values.bad_values import BadValues
 
@@ -141,16 +144,15 @@ class RecordBuilder:
         table = column.table
         if column.clock is None:
             if self.options.dt is None:
-                raise RecordError(
-                    f"{table.origin.name}: has no time column; give the sampling period with dt= (--dt) in seconds."
-                )
+                used = {one.position for one in shared if one.position is not None}
+                raise missing_time_error(table, table_headings(table).names, used)
             note = "There is no time column: dt is as given."
             return Grid(np.arange(len(column.cells)), self.options.dt, notes=[note])
         stamps = column.clock.stamps
         if stamps.seconds.size < MIN_ROWS:
             raise RecordError(
-                f"{table.origin.name}: has {count_noun(stamps.seconds.size, 'row')} of data; {MIN_ROWS} or more are needed, "
-                "hundreds are useful."
+                f"{table.origin.name}: has {count_noun(stamps.seconds.size, 'row')} of data; {MIN_ROWS} or more are "
+                "needed, hundreds are useful."
             )
         cells = [one.cells for one in shared if one.clock is column.clock]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -82,7 +82,7 @@ def _load(source: ByteSource) -> dict[str, Any]:
     """Read the variables of a file of version 5."""
     from scipy.io import loadmat
 
-    _require_size(source)
+    _require_sound(source)
     try:
         stored = loadmat(source.path, simplify_cells=True)
     except Exception as error:  # scipy raises many kinds on damaged files, even UnboundLocalError
@@ -110,20 +110,23 @@ def _load_hdf5(source: ByteSource) -> dict[str, Any]:
         raise _damaged(source, error) from None
 
 
-def _require_size(source: ByteSource) -> None:
-    """Decompress the variables of a v5 file piece by piece, and refuse those that grow too large."""
+def _require_sound(source: ByteSource) -> None:
+    """Walk over the variables of a v5 file: refuse damaged ones, on which scipy may crash, and too large ones."""
     import zlib
 
     from stiction.sources.compression import ByteLimit
 
     limit = ByteLimit(source.origin.name, source.max_bytes, source.path.stat().st_size)
-    order = "little" if source.head[126:128] == b"IM" else "big"
+    order: Literal["little", "big"] = "little" if source.head[126:128] == b"IM" else "big"
     with source.path.open("rb") as file:
         file.seek(128)
         while len(tag := file.read(8)) == 8:
             kind, rest = int.from_bytes(tag[:4], order), int.from_bytes(tag[4:], order)
-            if kind != 15:  # not compressed
-                file.seek(rest, 1)
+            if kind not in (14, 15) or rest > source.size - file.tell():
+                raise _damaged(source, ValueError(f"no variable at byte {file.tell() - 8}"))
+            if kind == 14:  # not compressed
+                if not _has_valid_tags(memoryview(file.read(rest)), order):
+                    raise _damaged(source, ValueError("a variable holds data of unknown type or size"))
                 continue
             inflater = zlib.decompressobj()
             while rest > 0 and (piece := file.read(min(rest, 1 << 16))):
@@ -134,6 +137,26 @@ def _require_size(source: ByteSource) -> None:
                         piece = inflater.unconsumed_tail
                 except zlib.error as error:
                     raise _damaged(source, error) from None
+
+
+def _has_valid_tags(data: memoryview, order: Literal["little", "big"]) -> bool:
+    """Whether the elements of an uncompressed variable have known types, fit into it, and are as many as it says."""
+    place, elements = 0, []
+    while place + 8 <= len(data):
+        word, size = (int.from_bytes(data[place + k : place + k + 4], order) for k in (0, 4))
+        kind, begin = word, place + 8
+        if word >> 16:  # up to 4 bytes stand in the tag itself
+            kind, size, begin = word & 0xFFFF, word >> 16, place + 4
+        inner = data[begin : begin + size]
+        if kind not in range(1, 19) or len(inner) < size or (kind == 14 and not _has_valid_tags(inner, order)):
+            return False
+        elements.append((kind, inner))
+        place = max(place + 8, begin + size + -(begin + size) % 8)
+    if not elements or elements[0][0] != 6:
+        return not elements
+    flags = int.from_bytes(elements[0][1][:4], order)
+    is_array, is_complex = flags & 0xFF in (4, *range(6, 16)), flags >> 11 & 1
+    return not is_array or len(elements) == 4 + is_complex  # flags, size, name, values
 
 
 def _damaged(source: ByteSource, error: Exception) -> RecordError:
