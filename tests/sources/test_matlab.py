@@ -196,3 +196,14 @@ def test_damaged_files(tmp_path: Path, version: str) -> None:
         else:
             assert all(len(table.column(0)) > 1 for table in tables)
     assert refused > 5
+
+
+@pytest.mark.parametrize(("place", "value"), [(128, 0x780000), (176, 0x55), (144, 0x0906), (132, 10**7)])
+def test_damage_on_which_scipy_crashes_is_refused(tmp_path: Path, place: int, value: int) -> None:
+    """Type of the first variable, type of its values, the mark of complex numbers, and its size."""
+    savemat(tmp_path / "a.mat", {"Time": np.arange(float(N)), "pv": np.arange(float(N)), "op": np.arange(float(N))})
+    data = bytearray((tmp_path / "a.mat").read_bytes())
+    data[place : place + 4] = value.to_bytes(4, "little")
+    (tmp_path / "a.mat").write_bytes(data)
+    with pytest.raises(RecordError, match=r"a.mat: is damaged .*save it again in MATLAB"):
+        read(tmp_path / "a.mat")
