@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
-    from stiction.sources.layouts.headings import table_headings
-from stiction.sources.roles.loop_roles import LoopRoles
+    from stiction.sources.roles.loop_roles import LoopRoles
     from stiction.sources.tag_column import TagColumn
     from stiction.sources.values.bad_values import BadValues
 
