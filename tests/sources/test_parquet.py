@@ -78,8 +78,10 @@ def test_arrow_file_and_stream(tmp_path: Path, form: str) -> None:
 
 
 def test_one_loop_of_300_columns_is_quick(tmp_path: Path) -> None:
-    frame = pl.concat([loop_frame(17_280, f"FIC{k}").drop("Time") for k in range(150)], how="horizontal")
-    frame.insert_column(0, loop_frame(17_280)["Time"]).write_parquet(tmp_path / "a.parquet")
+    values = np.random.default_rng(0).normal(size=(17_280, 300)).round(3)
+    names = [f"FIC{k // 2}.{'PV' if k % 2 == 0 else 'OP'}" for k in range(300)]
+    frame = pl.DataFrame(values, schema=names).insert_column(0, loop_frame(17_280)["Time"])
+    frame.write_parquet(tmp_path / "a.parquet")
     source = open_source(tmp_path / "a.parquet", ReadOptions())
     seconds = []
     for _ in range(5):

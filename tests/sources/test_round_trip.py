@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING
 
@@ -14,10 +15,13 @@ import pytest
 import sqlalchemy as sa
 from scipy.io import savemat
 
+from stiction.errors import RecordError
+from stiction.records.frames import to_frame
 from stiction.sources.byte_source import open_source
 from stiction.sources.formats import arrow, excel, matlab, parquet, text
-from stiction.sources.frame import frame_to_table
+from stiction.sources.frame import frame_to_table, record_from_frame
 from stiction.sources.options import ReadOptions
+from stiction.sources.read import read
 from stiction.sources.sql import read_database
 
 if TYPE_CHECKING:
@@ -117,3 +121,25 @@ def test_database(tmp_path: Path) -> None:
     url = f"sqlite:///{tmp_path}/plant.db"
     pd.DataFrame(DATA).to_sql("trend", sa.create_engine(url), index=False)
     assert_same(read_database(url, table="trend", time="Time")[0])
+
+
+@pytest.mark.parametrize("native", ["pandas", "polars", "pyarrow"])
+def test_record_to_frame_and_back(native: str) -> None:
+    record = record_from_frame(pd.DataFrame(DATA), loop_type="flow")
+    again = record_from_frame(to_frame(record, native=native), tag="FIC101", loop_type="flow")
+    assert replace(again, provenance=record.provenance) == record
+
+
+def test_frame_of_several_loops_is_refused() -> None:
+    frame = pd.DataFrame(DATA | {"FIC102.PV": DATA["FIC101.PV"], "FIC102.OP": DATA["FIC101.OP"]})
+    with pytest.raises(RecordError, match=r"holds 2 loops \(FIC101, FIC102\); choose one with tag"):
+        record_from_frame(frame)
+    assert record_from_frame(frame, tag="FIC102").tag == "FIC102"
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_all_formats_give_equal_records(tmp_path: Path, name: str) -> None:
+    WRITERS[name](tmp_path / name)
+    [record] = read(tmp_path / name)
+    expected = record_from_frame(pl.DataFrame(DATA))
+    assert replace(record, tag="FIC101", provenance=expected.provenance) == expected
