@@ -175,7 +175,7 @@ def test_receipt_tells_rows_loops_period_bad_share_and_guesses():
         f"{5 * k};{'Bad' if k < 6 else k % 7};4,5;AUTO\n" for k in range(60)
     )
     report = summarise(read(io.BytesIO(text.encode())))
-    [line] = report.lines
+    [line] = report.loops
     assert (line.tag, line.rows, line.samples, line.dt, line.bad_percent, line.auto_percent) == (
         "FIC-1",
         60,

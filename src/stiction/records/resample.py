@@ -302,7 +302,8 @@ def _lay(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: str, hol
         if missing := int((grid.pick < 0).sum()):
             gaps = int((whole > 1).sum())
             grid.guesses.append(
-                f"Missing: {count_noun(missing, 'sample')} in {count_noun(gaps, 'gap')} of the time stamps (left as NaN)."
+                f"Missing: {count_noun(missing, 'sample')} in {count_noun(gaps, 'gap')} of the time stamps "
+                "(left as NaN)."
             )
         return
     grid.dt = float(dt) if dt else _plain(float(np.median(steps)))

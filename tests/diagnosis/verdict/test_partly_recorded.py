@@ -113,7 +113,7 @@ def test_a_set_point_that_is_stored_on_change_is_the_whole_set_point():
     held, told = forward_fill_sp(stored)
     np.testing.assert_array_equal(held[100:], run.sp[100:])
     assert set(held[:100]) == {run.sp[100]}
-    assert told == "The set point of the first 100 of 2000 samples is taken to be the first stored."
+    assert told == "The set point of the first 100 of 2000 samples is assumed to be the first stored one."
     assert usable_segment(stored).provenance.assumptions[-1] == told
 
 

@@ -229,7 +229,8 @@ def stuck_or_not(causes: Mapping[str, float]) -> Cause:
     what = "no fault" if likely == "none" else likely
     return Cause(
         "unknown",
-        f"PV speaks for {what} ({format_probability(causes[likely])}), and would move so with a stem that is stuck fast as well.",
+        f"PV speaks for {what} ({format_probability(causes[likely])}), and would move so with a stem that is "
+        "stuck fast as well.",
         "Watch the stem while OP moves, or step OP in manual: if the stem follows, mend its transmitter; if not, the "
         "valve sticks.",
     )
@@ -273,7 +274,8 @@ def _stiction(
 def _undecided(other: str, causes: Mapping[str, float], found: Identification, counted: Sequence[Counted]) -> str:
     what = "no fault" if other == "none" else other
     if causes["stiction"] < UNDECIDED[0]:
-        return f"A sticky valve {fits(found)}, yet the rest of what was found speaks for {what} ({format_probability(causes[other])})."
+        cause = f"{what} ({format_probability(causes[other])})"
+        return f"A sticky valve {fits(found)}, yet the rest of what was found speaks for {cause}."
     return (
         f"The data do not decide between stiction ({format_probability(causes['stiction'])}) and {what} ({format_probability(causes[other])}): "
         f"a sticky valve {_for(found, counted)}."
