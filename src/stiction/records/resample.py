@@ -312,8 +312,8 @@ def _lay(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: str, hol
     longest = max(HOLD_LIMIT * grid.dt, hold or 0.0)
     grid.pick = np.where(moments - t[last] <= longest, rows[last], -1)
     grid.guesses.append(
-        f"The stamps are uneven ({format_seconds(steps.min())} to {format_seconds(steps.max())}): each value is held until the "
-        f"next, every {grid.dt:.6g} s, for at most {format_seconds(longest)}."
+        f"The stamps are uneven ({format_seconds(steps.min())} to {format_seconds(steps.max())}): each value is held "
+        f"until the next, every {grid.dt:.6g} s, for at most {format_seconds(longest)}."
     )
 
 

@@ -276,10 +276,8 @@ def _undecided(other: str, causes: Mapping[str, float], found: Identification, c
     if causes["stiction"] < UNDECIDED[0]:
         cause = f"{what} ({format_probability(causes[other])})"
         return f"A sticky valve {fits(found)}, yet the rest of what was found speaks for {cause}."
-    return (
-        f"The data do not decide between stiction ({format_probability(causes['stiction'])}) and {what} ({format_probability(causes[other])}): "
-        f"a sticky valve {_for(found, counted)}."
-    )
+    sticks, rest = format_probability(causes["stiction"]), format_probability(causes[other])
+    return f"The data do not decide between stiction ({sticks}) and {what} ({rest}): a sticky valve {_for(found, counted)}."
 
 
 def _deciding(rhythm: Oscillation, dt: float, kind_known: bool) -> str:
@@ -319,8 +317,8 @@ def _deadband(seen: Seen) -> tuple[str, str]:
 
 def _tight_tuning(seen: Seen) -> tuple[str, str]:
     return (
-        f"The loop rings every {format_seconds(seen.rhythm.period)} as a loop does that is close to its limit of stability"
-        f"; a sticky valve {_against(seen.found, seen.counted)}.",
+        f"The loop rings every {format_seconds(seen.rhythm.period)} as a loop does that is close to its limit of "
+        f"stability; a sticky valve {_against(seen.found, seen.counted)}.",
         f"Lower the controller gain or raise the integral time, then look again.{_not_shown(seen)}",
     )
 

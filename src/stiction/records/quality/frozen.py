@@ -79,11 +79,11 @@ def find_frozen(
     pv : ndarray, shape (n_samples,)
         Process variable [engineering units]; NaN is missing.
     min_samples : int
-        Shortest frozen run [samples].
+        Fewest repeats of a value [samples].
     min_share : float
         The same as a share of the record; the larger of both counts [-].
     min_samples_if_moving : int
-        Shortest frozen run when PV almost never repeats a value elsewhere [samples].
+        Fewest repeats when PV almost never repeats a value elsewhere [samples].
 
     Returns
     -------
@@ -117,7 +117,7 @@ def find_outages(
     op, pv : ndarray, shape (n_samples,)
         Controller output [% of span] and process variable [engineering units]; NaN is missing.
     min_samples : int
-        Shortest outage when OP and PV almost never repeat a value elsewhere [samples]; else 60 samples and 5 %.
+        Fewest repeats when OP and PV almost never repeat a value elsewhere [samples]; else 60 samples and 5 %.
     min_jump : float
         Smallest jump at its end [median moves from sample to sample].
 
