@@ -277,7 +277,8 @@ def _undecided(other: str, causes: Mapping[str, float], found: Identification, c
         cause = f"{what} ({format_probability(causes[other])})"
         return f"A sticky valve {fits(found)}, yet the rest of what was found speaks for {cause}."
     sticks, rest = format_probability(causes["stiction"]), format_probability(causes[other])
-    return f"The data do not decide between stiction ({sticks}) and {what} ({rest}): a sticky valve {_for(found, counted)}."
+    fit = f"a sticky valve {_for(found, counted)}"
+    return f"The data do not decide between stiction ({sticks}) and {what} ({rest}): {fit}."
 
 
 def _deciding(rhythm: Oscillation, dt: float, kind_known: bool) -> str:

@@ -48,8 +48,6 @@ def find_manual(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_manual
     >>> op, pv = 50.0 + np.sin(np.arange(200.0)), np.cos(np.arange(200.0))
     >>> op[100:130] = 50.0
     >>> int(find_manual(op, pv).sum())
@@ -96,8 +94,6 @@ def find_frozen(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_frozen
     >>> pv = np.sin(np.arange(200.0))
     >>> pv[100:120] = 0.3
     >>> int(find_frozen(pv).sum())
@@ -128,8 +124,6 @@ def find_outages(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_outages
     >>> k = np.arange(200.0)
     >>> k[100:110] = 100.0
     >>> int(find_outages(50.0 + np.sin(k / 9.0), np.cos(k / 9.0)).sum())

@@ -60,8 +60,6 @@ def detect_averaging_window(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import detect_averaging_window
     >>> noise = np.random.default_rng(1).normal(size=(2, 900))
     >>> [detect_averaging_window(*(np.convolve(x, np.ones(W) / W, "valid") for x in noise)) for W in (3, 12, 50)]
     [3, 12, 50]
