@@ -1,4 +1,4 @@
-"""Gates: each fault is planted in a good record, and the gate must find it, its size, and nothing else."""
+"""Data checks: each fault is put into a good record, and its check must find it, its size, and nothing else."""
 
 from __future__ import annotations
 
@@ -33,12 +33,10 @@ def gate(record, name, period=None):
 
 
 def faults(record, period=None):
-    """Name -> severity of the gates that are not passed; each that refuses must ask for something."""
+    """Name -> severity of the checks that are not passed; each that rejects must name a remedy."""
     quality = assess_quality(record, period)
-    for refusal in quality.rejections:
-        assert re.search("[.:] (Put|[Rr]ecord|Repair|[Ee]xport|Check|Set|Name|What) ", describe_check(refusal)), (
-            describe_check(refusal)
-        )
+    for one in quality.rejections:
+        assert re.search("[.:] (Put|[Rr]ecord|Repair|[Ee]xport|Check|Set|Name|What) ", describe_check(one)), one
     return {g.name: g.severity for g in quality.checks if g.severity != "ok"}
 
 

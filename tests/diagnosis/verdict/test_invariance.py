@@ -130,6 +130,6 @@ def test_a_measurement_at_a_limit_is_judged_alike_in_every_unit(name):
     severities = set()
     for scale, offset in ((1.0, 0.0), (-0.37, 300.0), (1e-3, 7.0), (1.8, 32.0), (-31.7, 0.1)):
         other = replace(coarse, pv=scale * coarse.pv + offset, sp=scale * coarse.sp + offset)
-        gates = st.records.assess(other).checks
+        gates = st.records.assess_quality(other).checks
         severities.add(next(gate.severity for gate in gates if gate.name == "pv resolution"))
     assert len(severities) == 1
