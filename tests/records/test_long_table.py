@@ -60,7 +60,7 @@ def test_what_was_made_up_is_counted_and_exception_storage_is_found(events, read
     found = {gate.name: gate for gate in assess_quality(record, 60.0).checks}
     assert found["resampled"].severity == "warn"
     assert "repeat an earlier value" in describe_check(found["resampled"])
-    assert 12 / 0.4 > found["exception"].value > 12 / 0.7  # OP swings by 12 and a little, PV by 18
+    assert 12 / 0.4 > found["exception reporting"].value > 12 / 0.7  # OP swings by 12 and a little, PV by 18
 
 
 def test_an_even_long_table_is_as_good_as_a_wide_one(signals, table, read_text):
