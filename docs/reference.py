@@ -32,6 +32,8 @@ def page() -> str:
     for room, names in st._ROOMS.items():
         parts.append(f"\n## {ROOMS[room]}\n\n| `st.` | |\n|---|---|\n")
         parts += [f"| `{name}` | {_first_line(getattr(st, name))} |\n" for name in sorted(names, key=str.lower)]
+    parts.append("\n## Data checks\n\n| `st.quality.` | |\n|---|---|\n")
+    parts += [f"| `{name}` | {_first_line(getattr(st.quality, name))} |\n" for name in st.quality.__all__]
     return "".join(parts)
 
 

@@ -152,7 +152,7 @@ def test_a_constant_op_is_not_judged(run, folder):
     assert done.code == 0
     assert found["verdict"] == "undecided"
     assert "OP is constant" in found["reason"]
-    assert "put the controller in automatic and record again" in found["reason"]
+    assert "Put the controller in automatic and record again" in found["reason"]
     assert found["action"] == "Record the loop again as the reason asks."
 
 

@@ -128,7 +128,9 @@ def test_diagnosed_loop_gets_advice(diagnosis):
 
 
 def gate(name: str) -> CheckResult:
-    return CheckResult(name, "refuses", 1.0, 0.0, f"{name} spoils the record.")
+    return CheckResult(
+        name, "reject", 1.0, 0.0, "%", "manual_mode" if name == "manual" else name, {"segment_count": 1, "excluded": ""}
+    )
 
 
 @pytest.mark.parametrize(
@@ -147,7 +149,7 @@ def test_no_advice_where_there_is_no_ground_for_it(diagnosis, change, reason):
     controller, spoilt = change.pop("controller", None), change.pop("gate", None)
     source = replace(diagnosis, **change)
     if spoilt:
-        source = replace(source, quality=replace(source.quality, gates=(*source.quality.gates, gate(spoilt))))
+        source = replace(source, quality=replace(source.quality, checks=(*source.quality.checks, gate(spoilt))))
     said = st.compensate(source, controller=controller, seeds=1)
     assert said.refused
     assert said.recommended is None

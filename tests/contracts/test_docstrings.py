@@ -27,7 +27,8 @@ WITH_DOC = (ast.Module, ast.ClassDef, ast.FunctionDef)
 MODULES = [importlib.import_module(m.name) for m in pkgutil.walk_packages(st.__path__, "stiction.")]
 FACE = {name: getattr(st, name) for name in st.__all__ if name != "__version__" and hasattr(st, name)}
 RECORDS = {name: getattr(records, name) for name in records.__all__ if callable(getattr(records, name))}
-FACE |= RECORDS
+FACE |= RECORDS | {name: getattr(st.quality, name) for name in st.quality.__all__}
+FACE = {name: thing for name, thing in FACE.items() if not inspect.ismodule(thing)}
 FACE = {name: thing for name, thing in FACE.items() if not (isinstance(thing, type) and issubclass(thing, Exception))}
 RESULTS = {
     name: getattr(module, name)

@@ -40,8 +40,8 @@ def test_a_clock_set_back_runs_on_and_counts_as_a_jump(by, turned, reading):
     np.testing.assert_array_equal(record.op, OP)
     row = N - 250 if turned else 251
     assert any(f"set back by {by} s at row {row} of the data" in guess for guess in record.provenance.assumptions)
-    found = next(gate for gate in assess_quality(record).gates if gate.name == "clock")
-    assert (found.value, found.severity) == (1, "lowers")
+    found = next(gate for gate in assess_quality(record).checks if gate.name == "clock jumps")
+    assert (found.value, found.severity) == (1, "warn")
 
 
 def test_a_clock_set_back_where_rows_are_lost_is_cut_there(reading):

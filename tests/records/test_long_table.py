@@ -7,6 +7,7 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 
+from stiction.display import describe_check
 from stiction.records import assess_quality
 
 START = datetime(2026, 2, 1, 13)
@@ -56,10 +57,10 @@ def test_what_was_made_up_is_counted_and_exception_storage_is_found(events, read
     fresh = min(len(on) for on in seconds.values())
     made_up = record.provenance.held_samples + int(np.isnan(record.op).sum())
     assert made_up == pytest.approx(len(record) - fresh, abs=0.03 * len(record))
-    found = {gate.name: gate for gate in assess_quality(record, 60.0).gates}
-    assert found["resampled"].severity == "lowers"
-    assert "held from earlier time stamps" in found["resampled"].why
-    assert 12 / 0.4 > found["exception"].value > 12 / 0.7  # OP swings by 12 and a little, PV by 18
+    found = {gate.name: gate for gate in assess_quality(record, 60.0).checks}
+    assert found["resampled"].severity == "warn"
+    assert "repeat an earlier value" in describe_check(found["resampled"])
+    assert 12 / 0.4 > found["exception reporting"].value > 12 / 0.7  # OP swings by 12 and a little, PV by 18
 
 
 def test_an_even_long_table_is_as_good_as_a_wide_one(signals, table, read_text):

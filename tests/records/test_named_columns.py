@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stiction.display import describe_check
 from stiction.errors import RecordError
 from stiction.records import assess_quality
 
@@ -124,8 +125,11 @@ def test_an_op_in_another_unit_than_percent_is_told(unit, signals, table, read_t
     [record] = read_text(text)
     assert any(f"OP is given in {unit}: left as it is" in guess for guess in record.provenance.assumptions)
     assert (record.op_unit, record.provenance.op_unit) == ("OP units", unit)
-    [gate] = [gate for gate in assess_quality(record).gates if gate.name == "op scale"]
-    assert (gate.severity, f"in {unit}: S and J are in its unit, not in % of span" in gate.why) == ("lowers", True)
+    [gate] = [gate for gate in assess_quality(record).checks if gate.name == "op scale"]
+    assert (
+        gate.severity,
+        f"in {unit} (by its header): S and J are in its unit, not in % of span" in describe_check(gate),
+    ) == ("warn", True)
     [record] = read_text(text, op_range=(3.0, 15.0))
     assert record.op_unit == "% of span"
     assert not any("OP is given in" in guess for guess in record.provenance.assumptions)

@@ -170,27 +170,22 @@ def test_ragged_rows_are_counted():
     assert any("3 rows of other than 3 cells" in guess for guess in record.provenance.assumptions)
 
 
-def test_receipt_tells_rows_loops_period_bad_share_and_guesses():
+def test_summary_tells_rows_loops_period_gaps_bad_values_and_assumptions():
     text = "Zeit;FIC-1.PV;FIC-1.OP;FIC-1.MODE\n" + "".join(
         f"{5 * k};{'Bad' if k < 6 else k % 7};4,5;AUTO\n" for k in range(60)
     )
     report = summarise(read(io.BytesIO(text.encode())))
-    [line] = report.lines
-    assert (line.tag, line.rows, line.samples, line.dt, line.bad_percent, line.auto_percent) == (
-        "FIC-1",
-        60,
-        60,
-        5,
-        10,
-        100,
-    )
+    [line] = report.loops
+    assert (line.tag, line.rows, line.samples, line.dt) == ("FIC-1", 60, 60, 5)
+    assert (line.bad_percent, line.gaps, line.longest_gap_s, line.auto_percent) == (10, 1, 30, 100)
+    assert (line.bad_values, line.op_unit, line.unused_columns) == ({"Bad": 6}, "% of span", ())
     shown = report.summary()
     for part in (
         "1 loop read",
         "FIC-1 (flow)",
         "60 rows",
         "every 5 s",
-        "10 % without OP or PV",
+        "10 % without OP or PV (1 gap, the longest 30 s)",
         "PV = FIC-1.PV",
         "6 x 'Bad'",
         "decimal comma",
@@ -198,7 +193,7 @@ def test_receipt_tells_rows_loops_period_bad_share_and_guesses():
         assert part in shown
     import json
 
-    assert json.loads(json.dumps(report.to_dict()))["lines"][0]["columns"]["op"] == "FIC-1.OP"
+    assert json.loads(json.dumps(report.to_dict()))["loops"][0]["columns"]["op"] == "FIC-1.OP"
 
 
 def test_a_thousand_rows_read_at_once_and_without_heavy_imports():

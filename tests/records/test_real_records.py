@@ -32,7 +32,7 @@ def test_labelled_record_is_read_and_usable(row):
     quality = assess_quality(record)
     assert quality.usable, quality.summary()
     assert (quality.first, quality.last) == (0, len(raw))
-    assert ("op scale" in {gate.name for gate in quality.reservations}) == (row["loop"] in NORMALISED)
+    assert ("op scale" in {gate.name for gate in quality.warnings}) == (row["loop"] in NORMALISED)
 
 
 def test_actuator_with_measured_travel():
@@ -43,7 +43,7 @@ def test_actuator_with_measured_travel():
     raw = np.genfromtxt(files[0], delimiter=",", names=True)
     assert (len(record), record.dt) == (3600, 1.0)
     np.testing.assert_array_equal(record.mv, raw["MV"])
-    assert assess_quality(record).reservations == ()
+    assert assess_quality(record).warnings == ()
 
 
 def test_records_held_by_the_historian_are_told_apart():
@@ -51,7 +51,7 @@ def test_records_held_by_the_historian_are_told_apart():
     held = {}
     for row in ROWS:
         [record] = read(FOLDER / row["file"])
-        gate = next(g for g in assess_quality(record).gates if g.name == "held")
+        gate = next(g for g in assess_quality(record).checks if g.name == "held values")
         held[Path(row["file"]).stem] = gate
-    lowered = {name for name, gate in held.items() if gate.severity == "lowers"}
+    lowered = {name for name, gate in held.items() if gate.severity == "warn"}
     assert lowered == {"2111FIC46005_20240613T2155", "2111LIC42502_20240619T2155", "2411FIC20102_20240609T0750"}

@@ -56,7 +56,7 @@ def test_a_cut_counts_its_own_missing_samples():
     whole = replace(whole, op=op, pv=pv, provenance=Provenance(missing_samples=20, rows=N))
     parts = [whole.window(*span) for span in ((0, 100), (0, 115), (108, 1000), (120, N))]
     assert [part.provenance.missing_samples for part in parts] == [0, 15, 12, 0]
-    assert [line.bad_percent for line in summarise(parts).lines] == pytest.approx([0, 1500 / 115, 1200 / 892, 0])
+    assert [line.bad_percent for line in summarise(parts).loops] == pytest.approx([0, 1500 / 115, 1200 / 892, 0])
     assert replace(whole, pv=None).window(108, 1000).provenance.missing_samples == 2
     assert usable_segment(replace(whole, auto=None)).provenance.missing_samples == 0
 
@@ -65,7 +65,7 @@ def test_a_cut_takes_its_part_of_what_was_made_up():
     """400 of 2000 samples are a fifth of any part, not eight in nine of 450."""
     whole = loop(provenance=Provenance(held_samples=400, rows=N, clock_jumps=3))
     for part in (whole, whole.window(0, 450), whole.window(450, 900).window(0, 100)):
-        [gate] = [gate for gate in assess_quality(part).gates if gate.name == "resampled"]
+        [gate] = [gate for gate in assess_quality(part).checks if gate.name == "resampled"]
         assert (gate.severity, gate.value) == ("ok", pytest.approx(20.0))
         assert part.provenance.clock_jumps == 3
     assert whole.window(5, 5).provenance.held_samples == 0

@@ -117,7 +117,7 @@ def test_a_table_of_loops_names_the_unit_that_is_not_that_of_its_heading(found):
 )
 def test_the_unit_is_what_the_gate_says(op):
     run = LoopRecord("FIC-101", 1.0, op=op, pv=np.arange(len(op)))
-    gates = {gate.name: gate.severity for gate in assess_quality(run).gates}
+    gates = {gate.name: gate.severity for gate in assess_quality(run).checks}
     assert run.op_in_percent == (gates.get("op scale", "ok") == "ok")
 
 

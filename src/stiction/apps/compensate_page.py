@@ -159,7 +159,8 @@ def _twin(trial: CompensationTrial) -> Table:
         ],
         [
             "Controller",
-            f"Kc = {words.format_number(pid.Kc)}, Ti = {words.format_number(pid.Ti)} s, Td = {words.format_number(pid.Td)} s",
+            f"Kc = {words.format_number(pid.Kc)}, Ti = {words.format_number(pid.Ti)} s, Td = "
+            f"{words.format_number(pid.Td)} s",
         ],
         ["Process", _process(twin.to_dict()["process"])],
         ["Sampling", f"every {words.span(loop.dt)}"],

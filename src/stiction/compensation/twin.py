@@ -88,7 +88,8 @@ class Twin:
         """The comparison in a sentence or two."""
         a, b = self.measured, self.simulated
         return (
-            f"{self.reason} Record: period {format_seconds(a.period)}, OP amplitude {a.amplitude_op:.3g} %, PV amplitude "
+            f"{self.reason} Record: period {format_seconds(a.period)}, OP amplitude {a.amplitude_op:.3g} %, PV "
+            "amplitude "
             f"{a.amplitude_pv:.3g}; twin: {format_seconds(b.period)}, {b.amplitude_op:.3g} %, {b.amplitude_pv:.3g}."
         )
 

@@ -142,7 +142,8 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
     verdict, found, percent = diagnosis.verdict, _sized(diagnosis), diagnosis.record.op_in_percent
     if verdict == "no_stiction" and diagnosis.cause != "deadband":
         raise ParameterError(
-            f"{diagnosis.record.tag}: the verdict is no stiction (probability {format_probability(diagnosis.probability)}, cause: "
+            f"{diagnosis.record.tag}: the verdict is no stiction (probability "
+            f"{format_probability(diagnosis.probability)}, cause: "
             f"{diagnosis.cause}), so there is nothing for the valve shop; see to the cause named."
         )
     op = _usual_op(diagnosis)

@@ -218,7 +218,8 @@ class Diagnosis:
 
     def summary(self) -> str:
         """The verdict in a sentence or two."""
-        return f"{self.record.tag}: {self.verdict} (probability {format_probability(self.probability)}). {self.reason} {self.action}"
+        head = f"{self.record.tag}: {self.verdict} (probability {format_probability(self.probability)})."
+        return f"{head} {self.reason} {self.action}"
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form, as `stiction diagnose --json` prints it."""

@@ -153,8 +153,8 @@ def describe_check(check: Check) -> str:
     Examples
     --------
     >>> from stiction.records import LoopRecord, assess_quality
-    >>> op = [50.0, 51.0] * 20
-    >>> describe_check(assess_quality(LoopRecord("FIC-101", 1.0, op=op)).rejections[-1])
+    >>> quality = assess_quality(LoopRecord("FIC-101", 1.0, op=[50.0, 51.0] * 20))
+    >>> describe_check(next(check for check in quality.rejections if check.name == "pv movement"))
     'PV was not recorded. Record PV together with OP.'
     """
     words = {name: _word(name, value) for name, value in check.fields.items()}

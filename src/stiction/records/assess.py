@@ -67,7 +67,7 @@ class Quality:
             "bad_percent": self.bad_percent,
             "first": self.first,
             "last": self.last,
-            "checks": [check.to_dict() for check in self.checks],
+            "gates": [check.to_dict() for check in self.checks],
         }
 
 

@@ -164,7 +164,8 @@ def _undo_set_back(ordered: Ordered, usual: float, differ: Callable[..., NDArray
             shift[at:] += by
             ordered.clock_jumps += 1
             ordered.guesses.append(
-                f"The clock was set back by {format_seconds(by)} at row {rows[at] + 1} of the data: the rows from there on "
+                f"The clock was set back by {format_seconds(by)} at row {rows[at] + 1} of the data: the rows "
+                "from there on "
                 "are taken to follow the last."
             )
     ordered.t = t + shift

@@ -95,7 +95,9 @@ def _op_reversals(data: CheckInput) -> CheckResult | None:
     if not peak_to_peak(data.op) > 0.0:
         return None
     count = count_reversals(data.op)
-    return check_minimum("op reversals", count, "-", warn=2 * MIN_CYCLES, remedy="record_movement", fields={"time_count": count})
+    return check_minimum(
+        "op reversals", count, "-", warn=2 * MIN_CYCLES, remedy="record_movement", fields={"time_count": count}
+    )
 
 
 def _saturation(data: CheckInput) -> CheckResult:
@@ -127,7 +129,12 @@ def _excluded(
 ) -> CheckResult:
     """Warn above 5 % of excluded samples; reject above a share [%], or when the rest is too short."""
     result = check_maximum(
-        name, 100.0 * _mean(mask), "%", warn=5, reject=reject, finding=finding,
+        name,
+        100.0 * _mean(mask),
+        "%",
+        warn=5,
+        reject=reject,
+        finding=finding,
         fields={"segment_count": len(runs(mask)), **fields},
     )
     if result.severity == "warn" and data.is_cut_too_short:

@@ -1,4 +1,4 @@
-"""Quantiles of what is known of a signal, at a fraction of the time that numpy takes to prepare for any array."""
+"""Quantiles of a signal with gaps, several times faster than numpy.nanquantile."""
 
 from __future__ import annotations
 
@@ -14,19 +14,7 @@ __all__ = ["quantiles"]
 
 
 def quantiles(x: NDArray[np.float64], *shares: float) -> tuple[float, ...]:
-    """Values that given shares of a signal's values stay below, on a straight line between neighbours.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n_samples,)
-        A signal [any unit]; NaN are passed over.
-    *shares : float
-        Shares, 0 to 1 [-].
-
-    Returns
-    -------
-    tuple of float
-        The quantile of each share, `numpy.nanquantile` to the last bit [unit of `x`]; NaN where nothing is known.
+    """Quantiles of a signal, NaN left out; equal to `numpy.nanquantile` [unit of `x`], NaN when all values are missing.
 
     Examples
     --------
@@ -48,6 +36,6 @@ def quantiles(x: NDArray[np.float64], *shares: float) -> tuple[float, ...]:
 
 
 def _between(low: float, high: float, share: float) -> float:
-    """The value so far on the way, reckoned from the nearer end."""
+    """Value on the line from `low` to `high`, computed from the nearer end as numpy does."""
     step = high - low
     return high - step * (1.0 - share) if share >= 0.5 else low + step * share

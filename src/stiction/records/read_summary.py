@@ -67,7 +67,7 @@ class LoopSummary:
             f"{self.dt:.6g} s, {self.bad_percent:.3g} % without OP or PV{gaps}{auto}; {columns}"
         ]
         if self.bad_values:
-            lines.append("  bad values: " + ", ".join(f"{n} x {kind}" for kind, n in self.bad_values.items()))
+            lines.append("  bad values: " + ", ".join(f"{n} x {kind!r}" for kind, n in self.bad_values.items()))
         if self.unused_columns:
             lines.append("  not used: " + ", ".join(self.unused_columns))
         return "\n".join(lines)

@@ -35,13 +35,13 @@ LOOP_TYPES = ("flow", "level", "pressure", "temperature", "analyser", "other")
 LOOP_TYPE_SYNONYMS = {"concentration": "analyser"}
 """Other words for a loop type -> the word that a record stores."""
 LARGEST = 1e100
-"""Size above which a value is no measurement but a sign for a bad one, as is the largest float [any unit]."""
+"""Size above which a value counts as missing [any unit]."""
 _SIGNALS = ("op", "pv", "sp", "mv", "valve_signal", "auto")
 
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """Where a record comes from, so that a report can be reproduced."""
+    """Where a record comes from and what the reader changed."""
 
     source: str = "memory"
     """File name, or what made the record."""
@@ -58,17 +58,17 @@ class Provenance:
     bad_values: dict[str, int] = field(default_factory=dict)
     """Kind of bad value, such as the text "Bad Input" in place of a number -> how often."""
     clock_jumps: int = 0
-    """Times that the clock ran backwards or changed to or from summer time."""
+    """How often the clock ran backwards or changed to or from summer time."""
     summer_time: int = 0
-    """How many of `clock_jumps` were changes to or from summer time, undone, with no row missing beside them."""
+    """How many of `clock_jumps` were changes of summer time that were undone without a missing row."""
     held_samples: int = 0
     """Samples for which the reader repeated an earlier value, because the time stamps were uneven."""
     outliers: int = 0
     """Values far from all others that count as missing (see `quality.find_outliers`)."""
     pv_unit: str = ""
-    """Unit of the PV, where the source names it."""
+    """Unit of PV, when the source names it."""
     op_unit: str = ""
-    """Unit of OP, where the source names one that is not % of span and could not be converted."""
+    """Unit of OP, when the source names one that is not % of span and could not be converted."""
     secondary_tag: str = ""
     """Tag of the secondary loop of a cascade: OP is its set point, and the valve belongs to it."""
     unused_columns: tuple[str, ...] = ()
@@ -79,9 +79,8 @@ class Provenance:
 class LoopRecord:
     """Evenly sampled signals of one control loop; NaN marks a missing value.
 
-    Signals given as arrays of floats are kept as they are and not copied, lest a long run be held twice. An infinite
-    value, one beyond 1e100, and one that a mask hides are missing too.
-    Records are equal when all their fields are, NaN to NaN; equal ones have the same hash.
+    Float arrays are stored without a copy. Infinite values, values beyond 1e100 and masked values are missing too.
+    Records are equal when all their fields are; NaN equals NaN.
 
     Parameters
     ----------
@@ -90,22 +89,21 @@ class LoopRecord:
     dt : float
         Sampling period [s].
     op : array_like, shape (n_samples,)
-        Controller output [% of span]; `op_unit` says where it looks like another unit.
+        Controller output [% of span]; `op_unit` tells when it looks like another unit.
     pv : array_like, shape (n_samples,), optional
-        Process variable [engineering units]; left out when only a valve was stroked.
+        Process variable [engineering units].
     sp : array_like, shape (n_samples,), optional
         Set point [engineering units of the PV]; None when all of it is missing, as `mv` and `valve_signal` are then.
     mv : array_like, shape (n_samples,), optional
         Valve position really reached [% of span].
     valve_signal : array_like, shape (n_samples,), optional
-        What a compensator between controller and valve sent [% of span]; None where the valve was given the OP.
+        Output of a compensator between controller and valve [% of span]; None when the valve received OP.
     auto : array_like of bool, shape (n_samples,), optional
         True where the controller was in automatic; None when not recorded.
     loop_type : str
         One of `LOOP_TYPES`; "concentration" is stored as "analyser".
     integrating : bool, optional
-        Whether the process integrates. By default a level does, a loop of type "other" is unknown (None)
-        and every other type does not.
+        Whether the process integrates. By default a level does, type "other" is unknown (None), others do not.
     start : datetime, optional
         Time of the first sample.
     provenance : Provenance
@@ -218,13 +216,13 @@ class LoopRecord:
     def window(self, first: int, last: int, every: int = 1) -> LoopRecord:
         """Cut the samples `first` <= k < `last`, or every n-th of them, as a record of their own.
 
-        The provenance describes the cut: `missing_samples` is counted again, `held_samples` is scaled with the length,
-        and `clock_jumps` stays as an upper bound, because their places are not stored.
+        In its provenance `missing_samples` is counted again, `held_samples` is scaled with the length, and
+        `clock_jumps` stays as an upper bound.
 
         Parameters
         ----------
         first, last : int
-            First sample and one past the last; a negative one counts from the end, as in a slice.
+            First sample and one past the last; a negative one counts from the end.
         every : int, default 1
             Samples from one that is taken to the next.
 
@@ -289,17 +287,7 @@ def mask_outliers(record: LoopRecord) -> LoopRecord:
 
 
 def require_record(record: object) -> None:
-    """Refuse what is no record of one loop.
-
-    Parameters
-    ----------
-    record : object
-        What was given in place of one.
-
-    Raises
-    ------
-    RecordError
-        When it is a path, the list that `read` gives, or anything else.
+    """Raise a RecordError unless `record` is a LoopRecord.
 
     Examples
     --------
@@ -320,7 +308,7 @@ def require_record(record: object) -> None:
 
 
 def missing_pv_hint(record: LoopRecord) -> str:
-    """Say in a sentence how to read a record with its PV: MV is a measured value too (ABB), and taken for the position.
+    """Say how to read a record with its PV: MV is also a measured value (ABB), which is read as the valve position.
 
     Examples
     --------

@@ -302,7 +302,8 @@ def _lay(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: str, hol
         if missing := int((grid.pick < 0).sum()):
             gaps = int((whole > 1).sum())
             grid.guesses.append(
-                f"Missing: {count_noun(missing, 'sample')} in {count_noun(gaps, 'gap')} of the time stamps (left as NaN)."
+                f"Missing: {count_noun(missing, 'sample')} in {count_noun(gaps, 'gap')} of the time stamps "
+                "(left as NaN)."
             )
         return
     grid.dt = float(dt) if dt else _plain(float(np.median(steps)))
@@ -311,8 +312,8 @@ def _lay(t: NDArray, rows: NDArray, dt: float | None, grid: Grid, name: str, hol
     longest = max(HOLD_LIMIT * grid.dt, hold or 0.0)
     grid.pick = np.where(moments - t[last] <= longest, rows[last], -1)
     grid.guesses.append(
-        f"The stamps are uneven ({format_seconds(steps.min())} to {format_seconds(steps.max())}): each value is held until the "
-        f"next, every {grid.dt:.6g} s, for at most {format_seconds(longest)}."
+        f"The stamps are uneven ({format_seconds(steps.min())} to {format_seconds(steps.max())}): each value is held "
+        f"until the next, every {grid.dt:.6g} s, for at most {format_seconds(longest)}."
     )
 
 

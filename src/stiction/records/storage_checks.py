@@ -152,7 +152,9 @@ def _clock_jumps(data: CheckInput) -> CheckResult:
     undone = 0 if breaks else origin.summer_time
     jumps = origin.clock_jumps - undone
     finding = "clock_jumps" if jumps else "summer_time" if undone else "clock_even"
-    return check_maximum("clock jumps", jumps, "-", warn=0, finding=finding, remedy="cut_record", fields={"time_count": jumps})
+    return check_maximum(
+        "clock jumps", jumps, "-", warn=0, finding=finding, remedy="cut_record", fields={"time_count": jumps}
+    )
 
 
 def _outliers(data: CheckInput) -> CheckResult | None:
@@ -163,7 +165,11 @@ def _outliers(data: CheckInput) -> CheckResult | None:
     if not excluded + spikes:
         return None
     return check_maximum(
-        "outliers", excluded + spikes, "-", warn=0, remedy="check_bad_values",
+        "outliers",
+        excluded + spikes,
+        "-",
+        warn=0,
+        remedy="check_bad_values",
         fields={"value_count": excluded, "spike_count": spikes},
     )
 

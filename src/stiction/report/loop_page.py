@@ -167,7 +167,7 @@ def _provenance(diagnosis: Diagnosis, settings: Mapping[str, Any]) -> Html:
         ("Source", [origin.source]),
         ("SHA-256", [origin.sha256 or "no file"]),
         ("Columns", [f"{name}: {column}" for name, column in origin.columns.items()]),
-        ("Guessed", list(origin.assumptions)),
+        ("Assumed", list(origin.assumptions)),
         ("Rows", [f"{origin.rows} read, {origin.missing_samples} without a good OP or PV"] if origin.rows else []),
         ("Record", [f"{len(record)} samples, one every {words.span(record.dt)}, {words.span(record.duration)} in all"]),
         ("Start", [f"{record.start:%Y-%m-%d %H:%M:%S %Z}".strip()] if record.start else []),

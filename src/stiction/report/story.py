@@ -188,7 +188,8 @@ def counted_step(diagnosis: Diagnosis) -> Step | None:
     found = words.count_noun(sum(one.feature != PRIOR for one in counted), "finding")
     line = (
         f"{found}, and what is known of any loop, add up in log odds of stiction against all but play (deadband); with "
-        f"play beside it the probability of stiction is {words.format_probability(diagnosis.probability_before_doubts)}."
+        f"play beside it the probability of stiction is "
+        f"{words.format_probability(diagnosis.probability_before_doubts)}."
     )
     table = Tabled(["Finding", "Here", "Usually", "Log odds", "Speaks"], rows, ["Here", "Usually", "Log odds"])
     return Step("What counted?", [line], table)

@@ -19,29 +19,38 @@ import numpy as np
 from population import each  # a page beside this script
 
 import stiction as st
+from stiction.display import describe_check
 from stiction.simulation.historian import spoil
 from stiction.simulation.population import CAUSES, population
 
 SURE = 0.9
 """Probability beyond which a verdict is confident [-]."""
-SEEN_AS_HELD = {"exception", "held", "compression", "manual", "frozen", "op moves", "pv moves"}
+SEEN_AS_HELD = {
+    "exception reporting",
+    "held values",
+    "compression",
+    "manual",
+    "frozen pv",
+    "op movement",
+    "pv movement",
+}
 """Gates that a signal at rest falls to: which of them depends on how long it rests, and whether the other does."""
 GATES = {
     "sampling": {"sampling", "resampled", "cycles", "length"},
-    "averaging": {"averaging", "sampling", "resampled", "cycles", "length"},
+    "averaging": {"moving average", "sampling", "resampled", "cycles", "length"},
     "interpolation": {"compression", "sampling"},
     "exception": SEEN_AS_HELD | {"resampled", "op resolution", "pv resolution"},
-    "swinging door": {"compression", "op moves", "pv moves"},
-    "quantisation": {"op resolution", "pv resolution", "op moves", "pv moves"},
-    "gaps": {"missing", "resampled", "length", "cycles"},
-    "missing": {"missing", "resampled", "length", "cycles"},
+    "swinging door": {"compression", "op movement", "pv movement"},
+    "quantisation": {"op resolution", "pv resolution", "op movement", "pv movement"},
+    "gaps": {"missing values", "resampled", "length", "cycles"},
+    "missing": {"missing values", "resampled", "length", "cycles"},
     "held": SEEN_AS_HELD | {"length", "cycles"},
-    "clock": {"clock", "resampled", "length", "cycles"},
-    "replay": {"replay"},
+    "clock": {"clock jumps", "resampled", "length", "cycles"},
+    "replay": {"copied data"},
     "manual": {"manual", "length", "cycles"},
     "saturation": {"saturation", "length", "cycles"},
     "units": {"op scale"},
-    "bad values": {"outliers", "missing"},
+    "bad values": {"outliers", "missing values"},
 }  # fmt: skip
 """Effect -> gates that may refuse for it. A stretch that is lost or left out leaves a shorter one: too few samples or
 cycles are its reason too."""
@@ -95,7 +104,7 @@ class Trial:
 
     @property
     def right_reason(self) -> bool:
-        return any(set(self.gates) & GATES[effect] for effect in self.effects)
+        return any(set(self.checks) & GATES[effect] for effect in self.effects)
 
 
 def spoiled(record, effects, strengths, seed):
@@ -126,8 +135,12 @@ def trials(task) -> list[Trial]:
     for effects, strengths, again in drawn(seed, pairs):
         found = st.diagnose(spoiled(case.record, effects, strengths, again))
         refused = found.verdict == "undecided" and not found.quality.usable
-        gates = tuple(gate.name for gate in found.quality.refusals if gate.why in found.reason) if refused else ()
-        doubts = tuple(gate.name for gate in found.quality.reservations)
+        gates = (
+            tuple(gate.name for gate in found.quality.rejections if describe_check(gate) in found.reason)
+            if refused
+            else ()
+        )
+        doubts = tuple(gate.name for gate in found.quality.warnings)
         out.append(
             Trial(
                 case.record.tag, case.cause, effects, strengths, again, plain.probability, found.probability,
@@ -162,7 +175,7 @@ def table(rows) -> str:
             by = {name: [row for row in own if name in row.effects] for name in NAMES}
             for name, some in {f"{head}, all": own, **by}.items():
                 out.append(f"{name:16}" + "".join(f"{n:>18}" for n in counted(some).values()))
-    wrong = Counter((row.effects, row.gates) for row in rows if row.refused and not row.right_reason)
+    wrong = Counter((row.effects, row.checks) for row in rows if row.refused and not row.right_reason)
     out += [f"refused for another reason: {' + '.join(e)} by {', '.join(g)} {n}" for (e, g), n in wrong.most_common(20)]
     for row in rows:
         if row.flipped:

@@ -42,7 +42,7 @@ MOST_OF_IT, SMALL_BAND = Objection.MOST_OF_IT, Objection.SMALL_BAND
 def test_no_objection_is_told_as_a_gate_is_named():
     """`doubt` looks up both in one row of names."""
     wave = np.sin(np.arange(600.0) / 5.0)
-    gates = assess_quality(st.LoopRecord("FIC-1", 1.0, op=50.0 + wave, pv=40.0 + wave)).gates
+    gates = assess_quality(st.LoopRecord("FIC-1", 1.0, op=50.0 + wave, pv=40.0 + wave)).checks
     assert not {*Objection} & {gate.name for gate in gates}
 
 
@@ -137,7 +137,7 @@ def test_few_turns_of_a_short_record_are_no_stiction(samples, turns, told):
     k = np.arange(float(samples))
     wave = 5.0 * np.cos(np.pi * (turns + 0.5) * k / samples)
     quality = assess_quality(st.LoopRecord("FIC-1", 1.0, op=50.0 + wave, pv=40.0 + wave))
-    assert {gate.name: gate.value for gate in quality.gates}["op turns"] == turns
+    assert {gate.name: gate.value for gate in quality.checks}["op reversals"] == turns
     assert against_short(quality) == ((Objection.FEW_TURNS,) if told else ())
 
 
@@ -149,7 +149,7 @@ def test_a_load_that_wanders_for_a_short_time_is_no_stiction(seed):
     loop = st.Loop(st.PID(0.35 / K, tau), st.Ideal(), st.FOPDT(K, tau, 4.0), dt=1.0, noise=0.1)
     record = st.simulate(loop, 100.0, 300.0, load, seed, pv_start=100.0, op_start=50.0, loop_type="flow")
     found = st.diagnose(record.window(180, 300))
-    few = any(gate.name == "op turns" for gate in found.quality.reservations)
+    few = any(gate.name == "op reversals" for gate in found.quality.warnings)
     assert found.verdict != "stiction" or not few
     assert found.probability <= 0.9
 

@@ -142,7 +142,10 @@ def diagnosed(name):
 def test_an_op_on_lines_is_told_by_the_pv_and_the_controller():
     found, truth = diagnosed("op interpolated"), diagnosed("sticky")
     assert found.verdict == "stiction"
-    assert "OP is stored at 6 % of the samples; what was between is told by the controller's law." in found.reason
+    assert (
+        "OP is stored at 6 % of the samples; the others were reconstructed with the controller equation."
+        in found.reason
+    )
     assert pytest.approx(truth.identification.S, rel=0.02) == found.identification.S
 
 

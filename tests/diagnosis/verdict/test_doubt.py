@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as some
-from TODO.gates import GATES
 
 from stiction.diagnosis.verdict.doubt import (
     BEYOND,
@@ -26,9 +25,20 @@ from stiction.diagnosis.verdict.doubt import (
 from stiction.diagnosis.verdict.objection import Objection
 from stiction.records.assess import Quality
 from stiction.records.check_result import CheckInput, CheckResult
+from stiction.records.loop_checks import LOOP_CHECKS
 from stiction.records.record import LoopRecord
+from stiction.records.storage_checks import STORAGE_CHECKS
 
-LOWERING = ("cycles", "sampling", "pv resolution", "missing", "op resolution", "saturation", "frozen", "length")
+LOWERING = (
+    "cycles",
+    "sampling",
+    "pv resolution",
+    "missing values",
+    "op resolution",
+    "saturation",
+    "frozen pv",
+    "length",
+)
 
 
 def odds(p):
@@ -36,8 +46,8 @@ def odds(p):
 
 
 def quality(lowers=(), refuses=(), first=5, rows=1000, value=1.0):
-    gates = tuple(CheckResult(name, "lowers", value, 0.0, "Why.") for name in lowers)
-    gates += tuple(CheckResult(name, "refuses", 1.0, 0.0, "Why.") for name in refuses)
+    gates = tuple(CheckResult(name, "warn", value, 0.0, "-", "clock_even") for name in lowers)
+    gates += tuple(CheckResult(name, "reject", 1.0, 0.0, "-", "clock_even") for name in refuses)
     return Quality(gates, not refuses, rows, float(rows), 0.0, first, rows)
 
 
@@ -48,7 +58,12 @@ def spikes(number):
 
 def hides(name):
     """Whether a value of a gate that itself finds nothing keeps a probability from being sure."""
-    return lambda x: bounded(Quality((CheckResult(name, "ok", x, 0.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000))
+    return lambda x: bounded(one_check(name, "ok", x, 0.0))
+
+
+def one_check(*result):
+    """Quality of a record with one data check."""
+    return Quality((CheckResult(*result, "-", "clock_even"),), True, 1000, 1000.0, 0.0, 0, 1000)
 
 
 def bounded(quality, *, own_samples=False):
@@ -62,13 +77,13 @@ def kept(share):
 
 def copied(p, also=(), **found):
     """A probability from a record of which a stretch is a copy."""
-    return held_back(p, quality(("replay", *also)), **found)
+    return held_back(p, quality(("copied data", *also)), **found)
 
 
 LIMITS = [
     ("steps of OP", hides("op resolution"), 100.0, 99.0),
-    ("missing samples [%]", hides("missing"), 10.0, 10.1),
-    ("held samples [%]", hides("held"), 5.0, 5.1),
+    ("missing samples [%]", hides("missing values"), 10.0, 10.1),
+    ("held samples [%]", hides("held values"), 5.0, 5.1),
     ("straight lines [%]", hides("compression"), 2.0, 2.1),
     ("samples", lambda n: held_back(0.06, quality(first=0, rows=n)).probability == 0.1, 880, 879),
     ("surely, of few samples", lambda p: held_back(p, quality(first=0, rows=700)).probability == 0.1, 0.0499, 0.05),
@@ -78,8 +93,8 @@ LIMITS = [
     ("half as many", lambda n: held_back(0.02, quality(first=0, rows=n)).probability == 0.1, 440, 439),
     ("plainly, of other rows", lambda p: copied(p).probability == 0.1, 0.00314, 0.00315),
     ("share kept", kept, 0.75, 0.749),
-    ("one loop in four", lambda p: held_back(p, quality(("replay",))).probability != pytest.approx(p), 0.25, 0.24),
-    ("even odds", lambda p: held_back(p, quality(("replay",))).probability != pytest.approx(p), 0.5, 0.51),
+    ("one loop in four", lambda p: held_back(p, quality(("copied data",))).probability != pytest.approx(p), 0.25, 0.24),
+    ("even odds", lambda p: held_back(p, quality(("copied data",))).probability != pytest.approx(p), 0.5, 0.51),
     ("saturation that is the finding", lambda p: bool(held_back(0.4, quality(("saturation",)), p).why), 0.5, 0.49),
     ("spikes that are the finding", lambda p: not held_back(0.4, spikes(6.0), sensor=p).why, 0.49, 0.5),
     ("their number", lambda n: not held_back(0.4, spikes(n), sensor=0.9).why, 5.0, 6.0),
@@ -104,15 +119,24 @@ def test_rows_that_are_missing_bind_with_what_was_found(found):
 
 @pytest.mark.parametrize("name", sorted({*HIDES} - {*ROWS}))
 def test_rows_that_are_missing_bind_with_what_smears_the_others(name):
-    assert copied(1e-7, ("clock", "missing")).probability < 0.001
+    assert copied(1e-7, ("clock jumps", "missing values")).probability < 0.001
     assert copied(1e-7, (name,)).probability == 0.1
 
 
 def test_the_limits_are_all_in_the_table():
-    assert set(BEYOND) == {"missing", "held", "compression"}
+    assert set(BEYOND) == {"missing values", "held values", "compression"}
     assert set(HIDES) == {
-        *("exception", "averaging", "clock", "length", "manual", "one rate", "outages", "outliers"),
-        *("resampled", "saturation", "replay"),
+        *(
+            "exception reporting",
+            "moving average",
+            "clock jumps",
+            "length",
+            "manual",
+            "storage rate",
+            "historian outages",
+            "outliers",
+        ),
+        *("resampled", "saturation", "copied data"),
     }
 
 
@@ -134,7 +158,7 @@ def test_doubts_draw_towards_what_is_not_known_and_bound(p, names):
     assert (found.probability - nearest) * (p - nearest) >= -1e-15  # never to the other side
     hiding = {*HIDES, "sampling", "op resolution"} & {*names}
     assert all(name in found.why for name in (hiding if "allow" in found.why else names))
-    more = held_back(p, quality([*names, "held"]))
+    more = held_back(p, quality([*names, "held values"]))
     assert abs(more.probability - nearest) <= abs(found.probability - nearest) + 1e-12
 
 
@@ -155,18 +179,18 @@ def test_a_little_of_what_can_hide_a_valve_hides_none(name):
 
 @given(p=some.floats(0.0, 1.0))
 def test_an_op_of_few_steps_hides_slips_whether_or_not_its_gate_lowers(p):
-    coarse = Quality((CheckResult("op resolution", "ok", STEPS - 1.0, 20.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
+    coarse = one_check("op resolution", "ok", STEPS - 1.0, 20.0)
     assert held_back(p, coarse).probability == min(max(p, LEAST), MOST)
-    fine = Quality((CheckResult("op resolution", "ok", STEPS, 20.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
+    fine = one_check("op resolution", "ok", STEPS, 20.0)
     assert held_back(p, fine) == (p, "")
 
 
 @given(p=some.floats(0.0, 1.0), name=some.sampled_from(sorted(BEYOND)))
 def test_what_can_hide_a_slip_does_so_beyond_a_value_whether_or_not_its_gate_lowers(p, name):
-    more = Quality((CheckResult(name, "ok", BEYOND[name] + 1.0, 50.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
+    more = one_check(name, "ok", BEYOND[name] + 1.0, 50.0)
     least = 0.0 if name in ROWS and p < PLAINLY else LEAST
     assert held_back(p, more).probability == min(max(p, least), MOST)
-    few = Quality((CheckResult(name, "ok", BEYOND[name], 50.0, "Why."),), True, 1000, 1000.0, 0.0, 0, 1000)
+    few = one_check(name, "ok", BEYOND[name], 50.0)
     assert held_back(p, few) == (p, "")
 
 
@@ -177,7 +201,7 @@ def test_few_samples_for_a_cycle_hide_nothing_in_the_controllers_own_samples():
 
 @pytest.mark.parametrize("own_samples", [True, False])
 def test_a_jump_of_the_clock_hides_a_slip_in_any_samples(own_samples):
-    assert bounded(quality(("clock",)), own_samples=own_samples)
+    assert bounded(quality(("clock jumps",)), own_samples=own_samples)
 
 
 @given(p=some.floats(0.0, 1.0))
@@ -188,7 +212,7 @@ def test_a_short_record_of_other_samples_than_the_controllers_is_never_sure(p):
     assert ("few samples" in held_back(p, short).why) is not (least <= p <= MOST)
     assert held_back(p, short, own_samples=True) == (p, "")
     assert held_back(p, quality(("cycles",), first=0, rows=FEW - 1)).probability <= MOST
-    assert held_back(p, quality(("clock",), first=0, rows=FEW - 1)).probability >= LEAST
+    assert held_back(p, quality(("clock jumps",), first=0, rows=FEW - 1)).probability >= LEAST
 
 
 @given(p=some.floats(0.0, 1.0))
@@ -224,7 +248,7 @@ def test_saturation_that_is_the_finding_is_no_doubt(p):
 @given(p=some.floats(0.0, 1.0), q=some.floats(0.0, 1.0))
 def test_the_order_of_two_probabilities_stays(p, q):
     low, high = sorted((p, q))
-    doubts = quality(("cycles", "clock"))
+    doubts = quality(("cycles", "clock jumps"))
     assert held_back(low, doubts).probability <= held_back(high, doubts).probability
 
 
@@ -232,8 +256,8 @@ def test_the_reason_says_how_much():
     told = held_back(0.8, quality(("cycles",))).why
     assert told == "The data are in doubt (cycles), which makes 0.80 a 0.78."
     assert held_back(0.5, quality(("cycles",))).why == "The data are in doubt (cycles)."
-    assert held_back(0.004, quality(("replay",))).why == "The data allow no less than 0.10 (replay)."
-    assert held_back(0.004, quality(("replay", "cycles"))).why == "The data allow no less than 0.10 (replay)."
+    assert held_back(0.004, quality(("copied data",))).why == "The data allow no less than 0.10 (copied data)."
+    assert held_back(0.004, quality(("copied data", "cycles"))).why == "The data allow no less than 0.10 (copied data)."
     # Of the logarithms of the odds nine tenths are kept of the way from even, and from one to three; then four fifths.
     assert odds(held_back(0.8, quality(("sampling",))).probability) == pytest.approx(4.0**0.9)
     assert odds(held_back(1 / 13, quality(("op scale", "pv resolution"))).probability) == pytest.approx(4.0**-0.9 / 3.0)
@@ -245,8 +269,8 @@ def test_every_name_is_that_of_a_gate():
     k, rng = np.arange(900.0), np.random.default_rng(1)
     record = LoopRecord("FC1", 1.0, op=50 + np.sin(k / 9) + 0.1 * rng.normal(size=900), pv=np.cos(k / 9))
     view = CheckInput(record, record, 56.5)
-    names = {gate.name for check in GATES if (gate := check(view)) is not None}
-    names |= {"averaging", "outliers", "resampled"}  # say nothing where there is nothing to say
+    names = {gate.name for check in (*LOOP_CHECKS, *STORAGE_CHECKS) if (gate := check(view)) is not None}
+    names |= {"moving average", "outliers", "resampled"}  # say nothing where there is nothing to say
     assert {*HIDES, *BEYOND, "op resolution", "sampling"} <= names
 
 
@@ -255,7 +279,7 @@ def test_every_name_is_that_of_a_gate():
     [
         (("saturation",), True),
         (("saturation", "length", "cycles"), True),
-        (("saturation", "missing"), False),
+        (("saturation", "missing values"), False),
         (("length",), False),
         ((), False),
     ],

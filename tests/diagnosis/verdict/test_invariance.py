@@ -70,7 +70,7 @@ def same(found, truth):
     assert (found.verdict, found.cause) == (truth.verdict, truth.cause)
     assert found.probability == pytest.approx(truth.probability, abs=1e-6)
     assert found.probability_before_doubts == pytest.approx(truth.probability_before_doubts, abs=1e-6)
-    assert [(g.name, g.severity) for g in found.quality.gates] == [(g.name, g.severity) for g in truth.quality.gates]
+    assert [(g.name, g.severity) for g in found.quality.checks] == [(g.name, g.severity) for g in truth.quality.checks]
     if truth.identification is None:
         assert found.identification is None
         return
@@ -130,6 +130,6 @@ def test_a_measurement_at_a_limit_is_judged_alike_in_every_unit(name):
     severities = set()
     for scale, offset in ((1.0, 0.0), (-0.37, 300.0), (1e-3, 7.0), (1.8, 32.0), (-31.7, 0.1)):
         other = replace(coarse, pv=scale * coarse.pv + offset, sp=scale * coarse.sp + offset)
-        gates = st.records.assess(other).gates
+        gates = st.records.assess_quality(other).checks
         severities.add(next(gate.severity for gate in gates if gate.name == "pv resolution"))
     assert len(severities) == 1

@@ -90,7 +90,7 @@ def test_a_good_position_gives_no_S():
 def test_a_set_point_that_is_stored_late_did_not_change_before(late):
     plain = st.diagnose(replace(healthy(), mv=None)).to_dict()
     told = st.diagnose(replace(healthy(), mv=None, sp=blank(healthy().sp, late > K))).to_dict()
-    what = "taken to be the first stored" if late <= N // 2 else "not known, and it is left out"
+    what = "assumed to be the first stored one" if late <= N // 2 else "unknown, so the set point is not used"
     assert f"The set point of the first {late} of {N} samples is {what}." in told["reason"]
     for key in ("verdict", "cause", "probability", "stiction"):
         assert told[key] == plain[key], key
@@ -113,7 +113,7 @@ def test_a_set_point_that_is_stored_on_change_is_the_whole_set_point():
     held, told = forward_fill_sp(stored)
     np.testing.assert_array_equal(held[100:], run.sp[100:])
     assert set(held[:100]) == {run.sp[100]}
-    assert told == "The set point of the first 100 of 2000 samples is taken to be the first stored."
+    assert told == "The set point of the first 100 of 2000 samples is assumed to be the first stored one."
     assert usable_segment(stored).provenance.assumptions[-1] == told
 
 

@@ -63,5 +63,5 @@ def test_a_flip_is_from_one_confident_verdict_to_the_other(before, after, flippe
 
 
 def test_a_refusal_is_right_where_a_gate_of_its_effect_is_told():
-    for gates, right in ((("missing",), True), (("compression",), False), ((), False)):
+    for gates, right in ((("missing values",), True), (("compression",), False), ((), False)):
         assert Trial("x", "none", ("gaps",), (0.5,), 1, 0.1, 0.5, 0.5, True, gates, ()).right_reason == right

@@ -107,7 +107,7 @@ def test_doubts_about_the_data_hold_back_a_position_too():
     record = loop(5.0, 3.0)
     held = replace(record, op=np.repeat(record.op[::6], 6), pv=np.repeat(record.pv[::6], 6))
     found = st.diagnose(held)
-    assert found.quality.reservations or found.quality.refusals
+    assert found.quality.warnings or found.quality.rejections
     assert found.probability <= 0.9
 
 

@@ -143,7 +143,7 @@ def with_position(record: LoopRecord) -> tuple[LoopRecord, list[str]]:
     Returns
     -------
     record : LoopRecord
-        The stretch, with no gap of the position above `records.stretches.BRIDGE` samples; the record itself where it
+        The stretch, with no gap of the position above `records.gaps.MAX_FILLED_GAP` samples; the record itself where it
         has no position.
     lack : list of str
         Why that is not enough, a clause; empty where the stretch is half of the record or more.

@@ -74,7 +74,7 @@ def restored(record: LoopRecord, stored: StoredMasks) -> Restored | None:
     record : LoopRecord
         A record with PV; without SP, a constant one is assumed.
     stored : StoredMasks
-        At which samples OP and PV were stored, as `records.one_rate.stored_samples` finds them.
+        At which samples OP and PV were stored, as `records.quality.find_stored_samples` finds them.
 
     Returns
     -------

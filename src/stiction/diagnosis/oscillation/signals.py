@@ -19,7 +19,7 @@ __all__ = ["about_drift", "control_error", "error_name", "filled", "half_cycles"
 
 
 def control_error(record: LoopRecord) -> NDArray[np.float64] | None:
-    """SP - PV, or -PV where no set point is known (see `records.stretches.held_set_point`).
+    """SP - PV, or -PV where no set point is known (see `records.analysis_window.forward_fill_sp`).
 
     Parameters
     ----------

@@ -229,7 +229,8 @@ def stuck_or_not(causes: Mapping[str, float]) -> Cause:
     what = "no fault" if likely == "none" else likely
     return Cause(
         "unknown",
-        f"PV speaks for {what} ({format_probability(causes[likely])}), and would move so with a stem that is stuck fast as well.",
+        f"PV speaks for {what} ({format_probability(causes[likely])}), and would move so with a stem that is "
+        "stuck fast as well.",
         "Watch the stem while OP moves, or step OP in manual: if the stem follows, mend its transmitter; if not, the "
         "valve sticks.",
     )
@@ -273,11 +274,11 @@ def _stiction(
 def _undecided(other: str, causes: Mapping[str, float], found: Identification, counted: Sequence[Counted]) -> str:
     what = "no fault" if other == "none" else other
     if causes["stiction"] < UNDECIDED[0]:
-        return f"A sticky valve {fits(found)}, yet the rest of what was found speaks for {what} ({format_probability(causes[other])})."
-    return (
-        f"The data do not decide between stiction ({format_probability(causes['stiction'])}) and {what} ({format_probability(causes[other])}): "
-        f"a sticky valve {_for(found, counted)}."
-    )
+        cause = f"{what} ({format_probability(causes[other])})"
+        return f"A sticky valve {fits(found)}, yet the rest of what was found speaks for {cause}."
+    sticks, rest = format_probability(causes["stiction"]), format_probability(causes[other])
+    fit = f"a sticky valve {_for(found, counted)}"
+    return f"The data do not decide between stiction ({sticks}) and {what} ({rest}): {fit}."
 
 
 def _deciding(rhythm: Oscillation, dt: float, kind_known: bool) -> str:
@@ -317,8 +318,8 @@ def _deadband(seen: Seen) -> tuple[str, str]:
 
 def _tight_tuning(seen: Seen) -> tuple[str, str]:
     return (
-        f"The loop rings every {format_seconds(seen.rhythm.period)} as a loop does that is close to its limit of stability"
-        f"; a sticky valve {_against(seen.found, seen.counted)}.",
+        f"The loop rings every {format_seconds(seen.rhythm.period)} as a loop does that is close to its limit of "
+        f"stability; a sticky valve {_against(seen.found, seen.counted)}.",
         f"Lower the controller gain or raise the integral time, then look again.{_not_shown(seen)}",
     )
 

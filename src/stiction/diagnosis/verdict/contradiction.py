@@ -109,11 +109,11 @@ PLAY = 0.5
 seeds 10 and 17) 144 are told below `doubt.LEAST` but for a J that may be all of S, six of which stick, and of seeds 10
 and 12 67 more whose J is said to be less, one of which does."""
 SHORT = 500
-"""Samples of the shortest record that the tables were found on [-]: in a shorter one a valve is not told to stick by an
-OP of which the check "op reversals" warns. Of 240 records of 80 to 400 samples that a wandering load moves, and 330 cut out of
-`simulation.population` (seeds 44 and 45), 142 were told to stick, 90 of which do; of the 59 whose OP turns round fewer
-than six times 15 do. From 500 samples on 6 of 13 do (`simulation.upset_population` and others, seeds 4402 to 4405), and
-all of three recorded ones."""
+"""Samples of the shortest record that the tables were found on [-]: in a shorter one a valve is not told to stick by
+an OP of which the check "op reversals" warns. Of 240 records of 80 to 400 samples that a wandering load moves, and 330
+cut out of `simulation.population` (seeds 44 and 45), 142 were told to stick, 90 of which do; of the 59 whose OP turns
+round fewer than six times 15 do. From 500 samples on 6 of 13 do (`simulation.upset_population` and others, seeds 4402
+to 4405), and all of three recorded ones."""
 STILL = 1.0
 """OP's swing above which a position that stands still is more than one too coarse to show the stem move [% of span]."""
 BESIDE_THE_VALVE = ("external disturbance", "none")

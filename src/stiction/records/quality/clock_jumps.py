@@ -37,11 +37,9 @@ def find_discontinuities(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_discontinuities
     >>> k = np.delete(np.arange(200), range(100, 130)) / 9.0
     >>> np.flatnonzero(find_discontinuities(np.sin(k), np.cos(k), max_count=1)).tolist()
-    [101]
+    [100]
     """
     mask = np.zeros(op.size, dtype=bool)
     if op.size < 60:

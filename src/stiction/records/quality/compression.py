@@ -55,8 +55,6 @@ def count_interpolated(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import count_interpolated
     >>> k, noise = np.arange(400), np.random.default_rng(1).normal(size=400)
     >>> count_interpolated(np.interp(k, k[::10], noise[::10]), noise)
     351
@@ -119,8 +117,6 @@ def exception_deviation(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import exception_deviation
     >>> x, stored = np.random.default_rng(1).normal(size=400).cumsum(), [0.0]
     >>> for value in x:
     ...     stored.append(value if abs(value - stored[-1]) > 2.0 else stored[-1])
@@ -166,8 +162,6 @@ def controller_saw_hold(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import controller_saw_hold
     >>> pv = np.where(np.arange(400) // 40 % 2, 1.0, -1.0)
     >>> controller_saw_hold(50.0 - 0.1 * np.cumsum(pv), pv)
     True

@@ -49,8 +49,6 @@ def find_copied_data(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_copied_data
     >>> x = np.random.default_rng(1).normal(size=200)
     >>> mask, is_periodic = find_copied_data(*2 * [np.concatenate([x, x[20:120]])])
     >>> int(mask.sum()), is_periodic, find_copied_data(np.tile(x, 4), np.tile(x, 4))[1]

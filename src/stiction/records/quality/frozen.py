@@ -48,8 +48,6 @@ def find_manual(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_manual
     >>> op, pv = 50.0 + np.sin(np.arange(200.0)), np.cos(np.arange(200.0))
     >>> op[100:130] = 50.0
     >>> int(find_manual(op, pv).sum())
@@ -79,11 +77,11 @@ def find_frozen(
     pv : ndarray, shape (n_samples,)
         Process variable [engineering units]; NaN is missing.
     min_samples : int
-        Shortest frozen run [samples].
+        Fewest repeats of a value [samples].
     min_share : float
         The same as a share of the record; the larger of both counts [-].
     min_samples_if_moving : int
-        Shortest frozen run when PV almost never repeats a value elsewhere [samples].
+        Fewest repeats when PV almost never repeats a value elsewhere [samples].
 
     Returns
     -------
@@ -96,8 +94,6 @@ def find_frozen(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_frozen
     >>> pv = np.sin(np.arange(200.0))
     >>> pv[100:120] = 0.3
     >>> int(find_frozen(pv).sum())
@@ -117,7 +113,7 @@ def find_outages(
     op, pv : ndarray, shape (n_samples,)
         Controller output [% of span] and process variable [engineering units]; NaN is missing.
     min_samples : int
-        Shortest outage when OP and PV almost never repeat a value elsewhere [samples]; else 60 samples and 5 %.
+        Fewest repeats when OP and PV almost never repeat a value elsewhere [samples]; else 60 samples and 5 %.
     min_jump : float
         Smallest jump at its end [median moves from sample to sample].
 
@@ -128,8 +124,6 @@ def find_outages(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_outages
     >>> k = np.arange(200.0)
     >>> k[100:110] = 100.0
     >>> int(find_outages(50.0 + np.sin(k / 9.0), np.cos(k / 9.0)).sum())

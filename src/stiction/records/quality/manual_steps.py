@@ -53,8 +53,6 @@ def find_manual_steps(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_manual_steps
     >>> op = np.concatenate([50.0 + np.arange(40.0) % 3, np.repeat([51.0, 53.0, 47.0], 20)])
     >>> np.flatnonzero(find_manual_steps(op))[[0, -1]].tolist()
     [40, 99]

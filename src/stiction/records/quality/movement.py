@@ -35,8 +35,6 @@ def count_reversals(x: NDArray[np.float64], *, min_share: float = 0.15) -> int:
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import count_reversals
     >>> count_reversals(np.array([0.0, 5.0, 10.0, 9.9, 10.0, 4.0, 0.0, 8.0]))
     2
     """
@@ -74,8 +72,6 @@ def last_value_correlation(x: NDArray[np.float64]) -> float:
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import last_value_correlation
     >>> round(last_value_correlation(np.sin(np.arange(6000) * np.pi / 3)), 2)
     0.5
     """
@@ -98,7 +94,6 @@ def detect_op_scale(low: float, high: float) -> str:
 
     Examples
     --------
-    >>> from stiction.records.quality import detect_op_scale
     >>> [detect_op_scale(*ends) for ends in ((20.0, 70.0), (0.2, 0.7), (-1.9, 2.2), (-52.0, -45.0))]
     ['percent', 'fraction', 'normalised', 'other']
     """

@@ -19,7 +19,7 @@ __all__ = ["detect_averaging_window"]
 MIDDLE, BESIDE, REACH = 0.05, 0.15, 0.4
 """Half width of a notch, and distances from its middle between which its surroundings lie [1 / window]."""
 MIN_FLATNESS = 0.8
-"""Power ratio of half to quarter sampling rate above which a window of 2 is an average and no first-order filter [-]."""
+"""Power at half over a quarter of the sampling rate, above which a window of 2 is an average and no filter [-]."""
 
 
 def detect_averaging_window(
@@ -60,8 +60,6 @@ def detect_averaging_window(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import detect_averaging_window
     >>> noise = np.random.default_rng(1).normal(size=(2, 900))
     >>> [detect_averaging_window(*(np.convolve(x, np.ones(W) / W, "valid") for x in noise)) for W in (3, 12, 50)]
     [3, 12, 50]

@@ -65,8 +65,6 @@ def find_outliers(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_outliers
     >>> x = np.sin(np.arange(900.0))
     >>> x[[40, 200, 201, 202]] = 9.0
     >>> np.flatnonzero(find_outliers(x)).tolist()

@@ -54,8 +54,6 @@ def quantisation_step(x: NDArray[np.float64], *, tolerance: float = 0.02, min_sh
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import quantisation_step
     >>> quantisation_step(np.array([57.0, 57.3, 58.8, 57.6, 60.0]))
     0.3
     >>> quantisation_step(np.array([0.0, 1.0, 2.617, 3.141]))
@@ -94,8 +92,6 @@ def count_levels(x: NDArray[np.float64], step: float | None = None) -> float:
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import count_levels
     >>> count_levels(np.tile([0.0, 0.5, 1.0, 1.5, 2.0], 40))
     5.0
     """
@@ -129,8 +125,6 @@ def is_coarse(x: NDArray[np.float64], *, max_values: int = 50) -> bool:
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import is_coarse
     >>> x = np.random.default_rng(1).normal(size=400)
     >>> is_coarse(np.round(x)), is_coarse(x), is_coarse(np.repeat(x[::20], 20))
     (True, False, False)

@@ -58,8 +58,6 @@ def find_saturation(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_saturation
     >>> op = np.concatenate([np.linspace(80.0, 100.0, 20), np.full(11, 100.0), [90.0, 80.0]])
     >>> int(find_saturation(op).sum())
     12
@@ -101,8 +99,6 @@ def find_clipping(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_clipping
     >>> wave = 10.0 * np.sin(np.arange(200) / 9.0)
     >>> clipped = find_clipping(np.minimum(50.0 + wave, 57.0), wave)
     >>> bool(np.array_equal(clipped, wave >= 7.0))
@@ -126,11 +122,7 @@ def find_clipping(
 
 
 def find_span_ends(
-    op: NDArray[np.float64],
-    auto: NDArray[np.bool_] | None = None,
-    *,
-    min_samples: int = 2,
-    tolerance: float = 0.001,
+    op: NDArray[np.float64], auto: NDArray[np.bool_] | None = None, *, min_samples: int = 2, tolerance: float = 0.001
 ) -> NDArray[np.bool_]:
     """Mark where OP is at an end of its span: 0 or 100 %, 0 or 1, 4 or 20 mA.
 
@@ -152,8 +144,6 @@ def find_span_ends(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_span_ends
     >>> find_span_ends(np.array([40.0, 100.0, 100.0, 70.0, 100.0])).tolist()
     [False, True, True, False, False]
     """
@@ -193,8 +183,6 @@ def find_shutdown(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_shutdown
     >>> int(find_shutdown(np.concatenate([40.0 + np.arange(80.0) % 7, np.zeros(20)])).sum())
     20
     """

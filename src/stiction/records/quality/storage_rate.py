@@ -56,8 +56,6 @@ def find_repeated(op: NDArray[np.float64], pv: NDArray[np.float64]) -> NDArray[n
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_repeated
     >>> find_repeated(np.array([1.0, 1.0, 2.0, 2.0]), np.array([5.0, 5.0, 5.0, 6.0])).tolist()
     [False, True, False, False]
     """
@@ -92,8 +90,6 @@ def find_slower_signal(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_slower_signal
     >>> k = np.arange(200)
     >>> find_slower_signal(np.sin(k / 9.0), np.cos((k - k % 4) / 9.0))
     SlowerSignal(name='PV', every=4, first=0)
@@ -145,8 +141,6 @@ def find_stored_samples(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records.quality import find_stored_samples
     >>> k = np.arange(200)
     >>> stored = find_stored_samples(np.sin(k / 9.0), np.interp(k, [0, 90, 96, 150, 199], [0.0, 5.0, 3.0, 3.5, 1.0]))
     >>> stored.op.all(), np.flatnonzero(stored.pv).tolist()

@@ -41,7 +41,8 @@ def windows(view: View) -> Figure | None:
             "name": name,
             "marker": {**marker, "line": {"color": look.INK, "width": 1}},
             "hovertext": [
-                f"{name}: S {words.format_number(window.S, view.op_unit_short)}, explained {words.format_number(window.fit, '%', 2)}"
+                f"{name}: S {words.format_number(window.S, view.op_unit_short)}, explained "
+                f"{words.format_number(window.fit, '%', 2)}"
                 f", by a good valve {words.format_number(window.fit_linear, '%', 2)}"
                 for window in own
             ],

@@ -83,7 +83,7 @@ def judged(record):
 
 
 def test_good_loops_with_noise_are_not_even_lowered(noisy):
-    assert [judged(record).reservations for record in noisy] == [()] * len(noisy)
+    assert [judged(record).warnings for record in noisy] == [()] * len(noisy)
     assert all(judged(record).usable for record in noisy)
 
 
@@ -92,16 +92,23 @@ def test_loops_without_noise_are_never_refused_for_their_history(silent, decimal
     for name, record in silent.items():
         if decimals is not None:
             record = replace(record, op=np.round(record.op, decimals), pv=np.round(record.pv, decimals))
-        at_fault = {g.name for g in judged(record).gates if g.severity != "ok"}
-        assert not at_fault & {"compression", "exception", "averaging", "replay", "frozen", "manual"}, name
+        at_fault = {g.name for g in judged(record).checks if g.severity != "ok"}
+        assert not at_fault & {
+            "compression",
+            "exception reporting",
+            "moving average",
+            "copied data",
+            "frozen pv",
+            "manual",
+        }, name
 
 
 DESTROYED = {
     "sampling": (lambda r, p: sampled(r, float(round(p / 2.3))), {"sampling", "length"}),
     "averaging": (lambda r, p: averaged(r, float(round(p / 2.5))), {"sampling", "length"}),
     "interpolation": (lambda r, p: interpolated(r, p / 4.0), {"compression"}),
-    "exception": (lambda r, _: exception_reported(r, 1.0), {"exception"}),
-    "exception 2": (lambda r, _: exception_reported(r, 2.0), {"exception", "held", "op moves"}),
+    "exception": (lambda r, _: exception_reported(r, 1.0), {"exception reporting"}),
+    "exception 2": (lambda r, _: exception_reported(r, 2.0), {"exception reporting", "held values", "op movement"}),
     "swinging door": (lambda r, _: swinging_door(r, 1.0), {"compression"}),
     "swinging door 2": (lambda r, _: swinging_door(r, 2.0), {"compression"}),
     "saturation": (lambda r, _: clipped(r, 0.3), {"saturation"}),
@@ -112,19 +119,19 @@ DESTROYED = {
 def test_what_destroys_the_record_is_refused_for_that_reason(noisy, effect):
     spoil, reasons = DESTROYED[effect]
     right = [
-        bool(reasons & {g.name for g in judged(spoil(record, find_oscillation(record).period)).refusals})
+        bool(reasons & {g.name for g in judged(spoil(record, find_oscillation(record).period)).rejections})
         for record in noisy
     ]
     assert np.mean(right) >= 0.9
 
 
 LOWERED = {
-    "exception": (lambda r, _: exception_reported(r, 0.2), "exception"),
+    "exception": (lambda r, _: exception_reported(r, 0.2), "exception reporting"),
     "swinging door": (lambda r, _: swinging_door(r, 0.15), "compression"),
     "sampled": (lambda r, _: sampled(r, 15.0), "sampling"),
-    "gaps": (lambda r, seed: gaps(r, 0.3, seed), "missing"),
-    "frozen": (lambda r, seed: frozen(r, 0.2, seed), "frozen"),
-    "replayed": (lambda r, seed: replayed(r, 0.1, seed), "replay"),
+    "gaps": (lambda r, seed: gaps(r, 0.3, seed), "missing values"),
+    "frozen": (lambda r, seed: frozen(r, 0.2, seed), "frozen pv"),
+    "replayed": (lambda r, seed: replayed(r, 0.1, seed), "copied data"),
     "saturated": (lambda r, _: clipped(r, 0.4), "saturation"),
 }
 
@@ -133,7 +140,7 @@ LOWERED = {
 def test_milder_effects_are_named(noisy, effect):
     spoil, name = LOWERED[effect]
     named = [
-        name in {g.name for g in judged(spoil(record, seed)).gates if g.severity != "ok"}
+        name in {g.name for g in judged(spoil(record, seed)).checks if g.severity != "ok"}
         for seed, record in enumerate(noisy)
     ]
     assert np.mean(named) >= 0.9
@@ -158,16 +165,16 @@ def sticking_transmitter(seed, n=1600):
 def test_a_sticking_transmitter_is_no_exception_storage_though_samples_are_lost_or_op_is_clipped(seed):
     record = sticking_transmitter(seed)
     for other in (record, missing(record, 0.15, seed), clipped(record, 0.2)):
-        assert next(g for g in judged(other).gates if g.name == "exception").severity == "ok"
+        assert next(g for g in judged(other).checks if g.name == "exception reporting").severity == "ok"
     stored = exception_reported(record, 1.0)  # of both: this is storage
-    assert next(g for g in judged(stored).gates if g.name == "exception").severity != "ok"
+    assert next(g for g in judged(stored).checks if g.name == "exception reporting").severity != "ok"
 
 
 def test_rounding_is_called_by_its_name(noisy):
     for record in noisy:
-        coarse = {g.name: g.severity for g in judged(quantised(record, op=3.0, pv=2.0)).gates}
-        assert coarse["exception"] == "ok"
-        assert coarse["held"] != "refuses"
+        coarse = {g.name: g.severity for g in judged(quantised(record, op=3.0, pv=2.0)).checks}
+        assert coarse["exception reporting"] == "ok"
+        assert coarse["held values"] != "reject"
         assert coarse["pv resolution"] != "ok"
 
 
@@ -175,7 +182,7 @@ def test_rounding_is_called_by_its_name(noisy):
 def test_op_at_its_own_limit_is_seen_in_short_cycles_and_though_samples_are_lost(noisy, lost):
     for seed, record in enumerate(noisy):
         fast = sampled(record, max(find_oscillation(record).period / 15.0, 1.0))
-        gates = {g.name: g for g in judged(missing(clipped(fast, 0.35), lost, seed)).gates}
+        gates = {g.name: g for g in judged(missing(clipped(fast, 0.35), lost, seed)).checks}
         assert gates["saturation"].value > 15.0
 
 
@@ -183,22 +190,22 @@ def test_op_at_its_own_limit_is_seen_in_short_cycles_and_though_samples_are_lost
 def test_op_at_its_own_limit_is_seen_beside_held_values(noisy, share):
     for seed, record in enumerate(noisy):
         fast = sampled(record, max(find_oscillation(record).period / 15.0, 1.0))
-        gates = {g.name: g for g in judged(clipped(frozen(fast, share, seed), 0.35)).gates}
+        gates = {g.name: g for g in judged(clipped(frozen(fast, share, seed), 0.35)).checks}
         assert gates["saturation"].value > 15.0
-        unclipped = {g.name: g for g in judged(frozen(fast, share, seed)).gates}
+        unclipped = {g.name: g for g in judged(frozen(fast, share, seed)).checks}
         assert unclipped["saturation"].value < 5.0
 
 
 @pytest.mark.parametrize("every", [2, 3, 4])
 def test_lines_between_few_samples_are_seen_where_both_signals_lie_on_them(noisy, every):
     for record in noisy:
-        gate = next(g for g in judged(interpolated(record, float(every))).gates if g.name == "compression")
+        gate = next(g for g in judged(interpolated(record, float(every))).checks if g.name == "compression")
         assert gate.severity != "ok"
-        assert gate.severity == "refuses" or gate.value == pytest.approx(100.0 * (1.0 - 1.0 / every), abs=2.0)
+        assert gate.severity == "reject" or gate.value == pytest.approx(100.0 * (1.0 - 1.0 / every), abs=2.0)
 
 
 def severities(record, period):
-    return {g.name: g.severity for g in assess_quality(record, period).gates if g.name != "op scale"}
+    return {g.name: g.severity for g in assess_quality(record, period).checks if g.name != "op scale"}
 
 
 SPOILED = (
@@ -260,22 +267,22 @@ def test_the_longest_window_that_a_record_can_show(n):
     assert detect_averaging_window(*(np.convolve(x, np.ones(71) / 71, "valid") for x in noise)) in (0, 71)
 
 
-@pytest.mark.parametrize(("drawn", "severity"), [(100, "ok"), (101, "lowers")])
+@pytest.mark.parametrize(("drawn", "severity"), [(100, "ok"), (101, "warn")])
 def test_a_tenth_of_the_samples_may_lie_on_straight_lines(drawn, severity):
     """One line between two samples of noise, with so many of 1 000 samples strictly inside."""
     op, pv = np.random.default_rng(5).normal(size=(2, 1000))
     op[300 : 302 + drawn] = np.linspace(op[300], op[301 + drawn], drawn + 2)
     gate = next(
-        g for g in assess_quality(LoopRecord("FIC-1", 1.0, op=op, pv=pv), 100.0).gates if g.name == "compression"
+        g for g in assess_quality(LoopRecord("FIC-1", 1.0, op=op, pv=pv), 100.0).checks if g.name == "compression"
     )
     assert (gate.value, gate.severity) == (pytest.approx(drawn / 10.0), severity)
 
 
-@pytest.mark.parametrize(("repeated", "severity"), [(200, "ok"), (201, "lowers")])
+@pytest.mark.parametrize(("repeated", "severity"), [(200, "ok"), (201, "warn")])
 def test_a_fifth_of_the_samples_may_repeat_op_and_pv(repeated, severity):
     """Of 1 001 samples of noise so many are those before, two fresh ones at least between them."""
     signals = np.random.default_rng(6).normal(size=(2, 1001))
     for k in range(4, 4 + 4 * repeated, 4):
         signals[:, k] = signals[:, k - 1]
-    gate = next(g for g in assess_quality(LoopRecord("FIC-1", 1.0, *signals)).gates if g.name == "held")
+    gate = next(g for g in assess_quality(LoopRecord("FIC-1", 1.0, *signals)).checks if g.name == "held values")
     assert (gate.value, gate.severity) == (pytest.approx(repeated / 10.0), severity)

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from TODO.hand import by_hand
 
+from stiction.display import describe_check
 from stiction.records import LoopRecord, analysis_window, assess_quality
+from stiction.records.quality import find_manual_steps
 from stiction.records.quality.saturation import find_clipping, find_saturation, find_span_ends
 
 N, FIRST, LAST = 2000, 400, 1200
@@ -26,7 +27,7 @@ def bumps():
 
 
 def gates(record):
-    return {gate.name: gate for gate in assess_quality(record).gates}
+    return {gate.name: gate for gate in assess_quality(record).checks}
 
 
 @pytest.mark.parametrize("told", [True, False])
@@ -35,18 +36,18 @@ def test_bumps_in_manual_are_no_limit(bumps, told):
     auto[FIRST:LAST] = False
     record = replace(bumps, auto=auto) if told else bumps
     assert not find_saturation(record.op, record.pv, record.auto).any()
-    assert np.array_equal(by_hand(record), ~auto)
+    assert np.array_equal(find_manual_steps(record.op), ~auto)
     found = gates(record)
-    assert (found["saturation"].severity, found["manual"].severity) == ("ok", "lowers")
+    assert (found["saturation"].severity, found["manual"].severity) == ("ok", "warn")
     assert found["manual"].value == pytest.approx(100.0 * (LAST - FIRST) / N)
-    assert ("by the mode" if told else "as if moved by hand") in found["manual"].why
+    assert ("mode is not automatic" if told else "OP moves in steps") in describe_check(found["manual"])
     assert analysis_window(record) == (LAST, N)
 
 
 def test_a_line_that_the_historian_drew_between_two_levels_parts_no_steps(bumps):
     op = bumps.op.copy()
     op[FIRST + 100] = 53.0
-    assert stepped(replace(bumps, op=op))[FIRST:LAST].all()
+    assert find_manual_steps(op)[FIRST:LAST].all()
 
 
 def test_an_op_clipped_in_automatic_is_seen_beside_bumps_that_go_farther(bumps):
@@ -61,19 +62,19 @@ def test_an_op_clipped_in_automatic_is_seen_beside_bumps_that_go_farther(bumps):
 def test_what_no_hand_did_is_no_step_test(bumps):
     k = np.arange(N)
     # A controller slower than the record goes from rest to rest all the time.
-    assert not stepped(replace(bumps, op=np.repeat(bumps.op[::20], 20))).any()
+    assert not find_manual_steps(np.repeat(bumps.op[::20], 20)).any()
     # So does one of few levels, and one that is rounded where it moves slowly.
-    assert not stepped(replace(bumps, op=np.where(k % 60 < 30, 20.0, 80.0) + (k % 120 < 60))).any()
-    assert not stepped(replace(bumps, op=np.round(50.0 + 5.0 * np.sin(2 * np.pi * k / 400.0)))).any()
+    assert not find_manual_steps(np.where(k % 60 < 30, 20.0, 80.0) + (k % 120 < 60)).any()
+    assert not find_manual_steps(np.round(50.0 + 5.0 * np.sin(2 * np.pi * k / 400.0))).any()
     # From one limit to the other an OP may leap where the set point does.
     op = bumps.op.copy()
     op[FIRST:LAST] = np.repeat([20.0, 80.0], 400)
-    assert not stepped(replace(bumps, op=op)).any()
-    assert saturated(replace(bumps, op=op))[FIRST:LAST].all()
+    assert not find_manual_steps(op).any()
+    assert find_saturation(op, bumps.pv)[FIRST:LAST].all()
     # A single rest is told by the rule of rests.
     op[FIRST:LAST] = bumps.op[LAST:]
     op[FIRST : FIRST + 100] = 50.0
-    assert not stepped(replace(bumps, op=op)).any()
+    assert not find_manual_steps(op).any()
 
 
 def test_what_the_operator_sets_to_0_or_100_is_no_limit_of_the_loop(bumps):

@@ -11,6 +11,7 @@ from hypothesis import strategies as some
 
 from stiction.diagnosis.identification import fit_controller
 from stiction.diagnosis.identification.own_samples import are_own_samples, shows_own_samples
+from stiction.display import describe_check
 from stiction.models import FOPDT, PID, Ideal, Kano, Loop
 from stiction.records import LoopRecord, assess_quality
 from stiction.records.quality.moving_average import _has_notches, detect_averaging_window
@@ -110,16 +111,16 @@ def test_an_averaged_loop_has_its_gate_and_does_not_show_the_controllers_own_sam
     for raw in loops:
         record = smoothed(raw, window)
         assert are_own_samples(raw, fit_controller(raw))
-        assert not next((gate for gate in assess_quality(raw).gates if gate.name == "averaging"), None)
+        assert not next((gate for gate in assess_quality(raw).checks if gate.name == "moving average"), None)
         found = fit_controller(record)
         assert found.left < 1e-9  # the controller's law holds as before
         assert not found.own_samples
         assert not shows_own_samples(record)
         assert not are_own_samples(record, found)
         for period in (None, 60.0, 1000.0):
-            gate = next(gate for gate in assess_quality(record, period).gates if gate.name == "averaging")
-            assert gate.severity == "lowers"
-            assert f"OP and PV are moving averages over {window} s" in gate.why
+            gate = next(gate for gate in assess_quality(record, period).checks if gate.name == "moving average")
+            assert gate.severity == "warn"
+            assert f"OP and PV are moving averages over {window} s" in describe_check(gate)
 
 
 def test_a_first_order_lag_of_both_cannot_be_told(loops):
@@ -154,11 +155,11 @@ def test_a_notch_is_a_fifth_of_what_is_about_it(share, found):
     missing = share * power[about].mean() - power[middle].mean()
     power += rim * missing / (rim[middle].mean() - share * rim[about].mean())
     assert power[middle].mean() == pytest.approx(share * power[about].mean())
-    assert bool(_has_notches([power, power], 600, 3)) is found
+    assert bool(_has_notches([power, power], 600, 3, 0.2)) is found
 
 
 def test_few_samples_look_averaged_and_no_more_is_said():
     record = LoopRecord("FC1", 1.0, *(averaged(noisy(seed), 3) for seed in (8, 9)))
     for n, seem in ((120, "look like"), (400, "are")):
-        gate = next(gate for gate in assess_quality(record.window(0, n)).gates if gate.name == "averaging")
-        assert gate.why.startswith(f"OP and PV {seem} moving averages over 3 s")
+        gate = next(gate for gate in assess_quality(record.window(0, n)).checks if gate.name == "moving average")
+        assert describe_check(gate).startswith(f"OP and PV {seem} moving averages over 3 s")
