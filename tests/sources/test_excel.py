@@ -169,3 +169,16 @@ def test_cell_far_from_the_table_is_refused(tmp_path: Path) -> None:
     book.save(tmp_path / "a.xlsx")
     [table] = read(tmp_path / "a.xlsx")
     assert table.column(1).to_list() == PV
+
+
+def test_damaged_xls_that_would_fill_the_memory_is_refused(tmp_path: Path) -> None:
+    write(tmp_path / "a.xls")
+    data = bytearray((tmp_path / "a.xls").read_bytes())
+    number_record = b"\x03\x02\x0e\x00"
+    first = data.index(number_record)
+    second = data.index(number_record, first + 18)
+    data[first + 4 : first + 6] = b"\xff\xff"  # row
+    data[second + 6 : second + 8] = b"\xff\xff"  # column
+    (tmp_path / "a.xls").write_bytes(data)
+    with pytest.raises(RecordError, match=r"a.xls: is damaged .*more memory"):
+        read(tmp_path / "a.xls")

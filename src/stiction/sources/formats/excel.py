@@ -9,8 +9,14 @@ from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError, RecordError
-from stiction.sources.compression import ByteLimit
 from stiction.sources.formats.table_rows import table_from_rows
+from stiction.sources.formats.workbook_checks import (
+    OLE_START,
+    damaged_workbook,
+    require_area,
+    require_size,
+    require_survivable,
+)
 from stiction.sources.table import SNIFF_ROWS
 from stiction.sources.typed_table import make_series
 
@@ -25,15 +31,8 @@ if TYPE_CHECKING:
 
 __all__ = ["read", "recognises"]
 
-OLE_START = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
-"""First bytes of an xls workbook, and of an encrypted one of any kind."""
 ZIP_MEMBERS = re.compile(rb"\[Content_Types\]\.xml|xl/workbook|xl/_rels|opendocument\.spreadsheet")
 """What the first members of a zipped workbook are called; an OpenDocument one begins with its type."""
-CELL_WITH_VALUE = re.compile(rb'<c r="([A-Z]{1,3})(\d{1,7})"[^>/]*>')
-MAX_COLUMNS = 16_384
-MAX_COLUMNS_XLS = 256
-CELL_BYTES = 100
-"""Memory that a cell takes [bytes]."""
 DEFAULT_SHEET_NAME = re.compile(r"(sheet|tabelle|feuil|hoja|foglio|blad|planilha|ark|taul)\s*\d*", re.IGNORECASE)
 """Sheet names that say nothing about the loop."""
 
@@ -78,7 +77,9 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     from python_calamine import CalamineError, CalamineWorkbook, PasswordError, SheetTypeEnum, SheetVisibleEnum
 
     name = source.origin.name
-    _require_size(source)
+    require_size(source)
+    if not source.head.startswith(b"PK") or b"opendocument" in source.head[:128] or name.lower().endswith(".xlsb"):
+        require_survivable(source)
     try:
         book = CalamineWorkbook.from_filelike(BytesIO(source.path.read_bytes()))  # by content, not by name
         visible = [
@@ -97,7 +98,7 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
             raise
         if b"E\0n\0c\0r\0y\0p\0t\0e\0d\0P\0a\0c\0k\0a\0g\0e" in source.path.read_bytes():
             raise RecordError(f"{name}: is encrypted; save it without a password.") from None
-        raise _damaged(name, error) from None
+        raise damaged_workbook(name, error) from None
     tables = [table for sheet in sheets if (table := _make_table(source.origin, *sheet, options)) is not None]
     if not tables:
         raise RecordError(f"{name}: no sheet holds a table of numbers; write one row per time, with a header.")
@@ -135,7 +136,7 @@ def _sheet_named(asked: str, names: Sequence[str], file: str) -> str:
 
 def _rows_of(sheet: Any, source: ByteSource) -> tuple[list[list[Any]], list[int]]:
     """Give the rows of a sheet that hold anything, and their numbers (from 1)."""
-    _require_area(source, sheet.height, sheet.width)
+    require_area(source, sheet.height, sheet.width)
     rows = sheet.to_python()
     offset = (sheet.start or (0, 0))[0] + 1
     written = [k for k, row in enumerate(rows) if any(cell != "" for cell in row)]
@@ -184,57 +185,6 @@ def _as_text(cell: Any) -> str:
     return str(cell)
 
 
-def _require_size(source: ByteSource) -> None:
-    """Inflate the members of a zipped workbook piece by piece, as the sizes that it states may be wrong."""
-    import zipfile
-    import zlib
-
-    if not source.head.startswith(b"PK"):
-        return
-    limit = ByteLimit(source.origin.name, source.max_bytes, source.path.stat().st_size)
-    try:
-        with zipfile.ZipFile(source.path) as archive:
-            for member in archive.infolist():
-                rest, n_rows, n_columns = b"", 0, 0
-                with archive.open(member) as stream:
-                    while piece := stream.read(1 << 20):
-                        limit.add(len(piece))
-                        if not member.filename.startswith("xl/worksheets/"):
-                            continue
-                        cells = CELL_WITH_VALUE.findall(rest + piece)
-                        n_rows = max([n_rows, *(int(row) for _, row in cells[:1] + cells[-1:])])
-                        n_columns = max([n_columns, *map(_column_number, {letters for letters, _ in cells})])
-                        rest = piece[-64:]
-                _require_area(source, n_rows, n_columns)
-    except RecordError:
-        raise
-    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, NotImplementedError, OSError, ValueError) as error:
-        raise _damaged(source.origin.name, error) from None
-
-
-def _require_area(source: ByteSource, n_rows: int, n_columns: int) -> None:
-    """Refuse a sheet with a cell far from the others: the area between them would fill the memory."""
-    max_columns = MAX_COLUMNS_XLS if source.head.startswith(OLE_START) else MAX_COLUMNS
-    if n_columns > max_columns or n_rows * n_columns * CELL_BYTES > source.max_bytes:
-        raise RecordError(
-            f"{source.origin.name}: a sheet reaches to row {n_rows:,} and column {n_columns:,}, more cells than "
-            f"{source.max_bytes:,} bytes hold; delete cells that stand far from the table, or save it as CSV."
-        )
-
-
-def _column_number(letters: bytes) -> int:
-    """Number of a column (from 1) by its letters."""
-    number = 0
-    for letter in letters:
-        number = 26 * number + letter - 64
-    return number
-
-
 def _is_panic(error: BaseException) -> bool:
     """Whether calamine, which is written in Rust, gave up on a damaged file."""
     return type(error).__name__ == "PanicException"
-
-
-def _damaged(name: str, error: BaseException) -> RecordError:
-    text = " ".join(str(error).split()).rstrip(".") or type(error).__name__
-    return RecordError(f"{name}: is damaged ({text}); open it in Excel and save it again.")
