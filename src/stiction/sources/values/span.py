@@ -7,18 +7,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.records.quality.movement import detect_op_scale
+from stiction.records.quality.outliers import find_outliers
 from stiction.sources.roles.vocabulary import FRACTION_UNITS, OTHER_OUTPUT_UNITS, PERCENT_UNITS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = [
-    "STANDARD_SIGNALS",
-    "UNKNOWN_UNIT",
-    "Percent",
-    "op_to_percent",
-    "position_to_percent",
-]
+    Span = tuple[float, float]
+
+__all__ = ["UNKNOWN_UNIT", "Percent", "op_to_percent", "position_to_percent"]
 
 STANDARD_SIGNALS = {
     "MA": (4.0, 20.0),
@@ -28,14 +25,10 @@ STANDARD_SIGNALS = {
     **dict.fromkeys(FRACTION_UNITS, (0.0, 1.0)),
 }
 """Unit of a standard signal to a valve -> its value at 0 and at 100 % (IEC 60381-1 and -2) [unit]."""
-OVERRANGE = 0.1
-"""How far a standard signal runs over its ends, as a share of its span [-]; NAMUR NE 43 allows 3.6 to 21 mA."""
 CURRENT_RANGE = 3.8, 20.5
 """Range of a current that is no fault signal, by NAMUR NE 43 [mA]."""
 MAX_DISTANCE_RATIO = 0.25
 """How much nearer OP and position must come in one span than in any other, before the data show the span [-]."""
-MIN_RESTS = 3
-"""Samples at 4 and at 20 from which an OP without a unit is a current [-]."""
 UNKNOWN_UNIT = "an unknown unit"
 """Unit of an OP that may or may not be in %."""
 _LOOKS = {"fraction": "like a fraction of span", "normalised": "normalised", "other": "like no percentage"}
@@ -56,31 +49,14 @@ def op_to_percent(
     op: NDArray[np.float64],
     unit: str = "",
     *,
-    op_range: tuple[float, float] | None = None,
+    op_range: Span | None = None,
     position: NDArray[np.float64] | None = None,
     position_unit: str = "",
 ) -> Percent:
-    """Convert the controller output to % of span.
+    """Convert the controller output [unit] to % of span.
 
-    The result has a unit when the range of OP is not known, or in doubt: S and J must then not be given in % of span.
-
-    Parameters
-    ----------
-    op : ndarray, shape (n_samples,)
-        Controller output [unit]; NaN is missing.
-    unit : str
-        Its unit as written; empty when the source names none.
-    op_range : pair of float, optional
-        OP at 0 and at 100 % of span, by the user or the map [unit].
-    position, position_unit : ndarray of shape (n_samples,) and str, optional
-        Valve position and its unit; one in % shows which signal an OP without a unit is.
-
-    Examples
-    --------
-    >>> op_to_percent(np.array([8.0, 12.0]), "mA").values.tolist()
-    [25.0, 50.0]
-    >>> op_to_percent(np.array([12.0, 12.4])).unit
-    'an unknown unit'
+    `op_range` is OP at 0 and at 100 % [unit]. A valve position in % shows which signal an OP without a unit is. The
+    result has a unit when the range of OP is not known, or in doubt: S and J must then not be given in % of span.
     """
     if op_range is not None or not np.isfinite(op).any():
         return Percent(_scale(op, op_range or (0.0, 100.0)), "", [])
@@ -90,9 +66,9 @@ def op_to_percent(
     lies, written = f"OP lies in {low:.4g} to {high:.4g}", unit.upper()
     left = "left as it is, S and J are then in its unit; give op_range="
     if written in STANDARD_SIGNALS:
-        span = "{:g} to {:g}".format(*STANDARD_SIGNALS[written])
-        hint = f"({span.replace(' to ', ', ')}) to convert."
-        return Percent(op, unit, [f"{lies}, unlike a signal of {span} {unit}: {left}{hint}"])
+        zero, full = STANDARD_SIGNALS[written]
+        unlike = f"unlike a signal of {zero:g} to {full:g} {unit}"
+        return Percent(op, unit, [f"{lies}, {unlike}: {left}({zero:g}, {full:g}) to convert."])
     if written in OTHER_OUTPUT_UNITS:
         return Percent(op, unit, [f"OP is given in {unit}: {left}(low, high) to convert."])
     scale = detect_op_scale(low, high)
@@ -108,7 +84,7 @@ def op_to_percent(
         return Percent(op, doubt, [f"{lies} and looks {_LOOKS[scale]}: {left}{hint} to convert."])
     if not may_be_current:
         return Percent(op, "", [])
-    if all(np.count_nonzero(np.abs(op - end) < 0.01) >= MIN_RESTS for end in (4.0, 20.0)):
+    if all(np.count_nonzero(np.abs(op - end) < 0.01) >= 3 for end in (4.0, 20.0)):
         note = f"{lies} and rests at 4 and at 20: it is taken as mA; give op_range=(0, 100) if it is in %."
         return Percent(_scale(op, (4.0, 20.0)), "", [note])
     hint = "(0, 100) if it is in %, op_range=(4, 20) if it is in mA."
@@ -120,31 +96,12 @@ def position_to_percent(
     unit: str,
     op: NDArray[np.float64],
     *,
-    mv_range: tuple[float, float] | None = None,
-    op_range: tuple[float, float] | None = None,
+    mv_range: Span | None = None,
+    op_range: Span | None = None,
 ) -> Percent:
-    """Convert the valve position to % of span; without a unit or a range it stays, with a note when OP disagrees.
+    """Convert the valve position [unit] to % of span; without a unit or a range it stays, with a note if OP disagrees.
 
-    Parameters
-    ----------
-    mv : ndarray, shape (n_samples,)
-        Valve position [unit].
-    unit : str
-        Its unit as written; empty when the source names none.
-    op : ndarray, shape (n_samples,)
-        Controller output [% of span], as far as that is known.
-    mv_range : pair of float, optional
-        Position at 0 and at 100 % of span [unit].
-    op_range : pair of float, optional
-        OP at 0 and at 100 % of span as recorded; the position may have the same range.
-
-    Examples
-    --------
-    >>> op = np.array([25.0, 50.0])
-    >>> position_to_percent(np.array([8.0, 12.0]), "mA", op).values.tolist()
-    [25.0, 50.0]
-    >>> position_to_percent(np.array([0.25, 0.5]), "", op).notes[0][-27:]
-    'mv_range=(0, 1) to convert.'
+    The ranges are the signals at 0 and at 100 %; that of OP may be the one of the position too.
     """
     if mv_range is not None:
         return Percent(_scale(mv, mv_range), "", [])
@@ -153,36 +110,38 @@ def position_to_percent(
     if known := _by_unit(mv, unit, "The valve position", "mv_range"):
         return known
     low, high = _limits(mv)
-    spans = [span for span in dict.fromkeys((op_range, (4.0, 20.0), (0.0, 1.0))) if span]
+    spans = [span for span in (op_range, (4.0, 20.0), (0.0, 1.0)) if span]
     near = [span for span in spans if _distance(_scale(mv, span), op) < MAX_DISTANCE_RATIO * _distance(mv, op)]
     is_off = detect_op_scale(*_limits(op)) == "percent" and (low < -10.0 or high > 110.0)
     if not near and not is_off and unit.upper() not in OTHER_OUTPUT_UNITS:
         return Percent(mv, "", [])
-    ends = "{:g}, {:g}".format(*near[0]) if near else "low, high"
-    looks = f" and goes with OP as a signal of {ends.replace(', ', ' to ')} would" if near else ""
+    looks, ends = "", "low, high"
+    if near:
+        looks = " and goes with OP as a signal of {:g} to {:g} would".format(*near[0])
+        ends = "{:g}, {:g}".format(*near[0])
     note = f"The valve position lies in {low:.4g} to {high:.4g}{looks}: it is taken as % of span as it stands; "
     return Percent(mv, "", [f"{note}give mv_range=({ends}) to convert."])
 
 
-def _by_unit(values: NDArray[np.float64], unit: str, name: str, option: str) -> Percent | None:
-    """Values in % of span by the unit of a standard signal; None when there is none, or they cannot be in it."""
+def _by_unit(
+    values: NDArray[np.float64], unit: str, name: str, option: str, *, overrange: float = 0.1
+) -> Percent | None:
+    """Values in % of span by the unit of a standard signal; None when there is none, or they run over it too far."""
     span = STANDARD_SIGNALS.get(unit.upper())
     if span is None:
         return None
-    low, high = _limits(values)
-    margin = OVERRANGE * (span[1] - span[0])
-    if low < span[0] - margin or high > span[1] + margin:
+    percent = _scale(values, span)
+    low, high = _limits(percent)
+    if low < -100.0 * overrange or high > 100.0 * (1.0 + overrange):
         return None
     note = f"{name} is given in {unit}: {span[0]:g} {unit} are taken as 0 % and {span[1]:g} {unit} as 100 %; "
     note += f"give {option} if that is wrong."
     if unit.upper() in FRACTION_UNITS:
         note = f"{name} is given in {unit.lower()} and was multiplied by 100."
-    return Percent(_scale(values, span), "", [note])
+    return Percent(percent, "", [note])
 
 
-def _span_by_position(
-    op: NDArray[np.float64], position: NDArray[np.float64] | None, position_unit: str
-) -> tuple[float, float] | None:
+def _span_by_position(op: NDArray[np.float64], position: NDArray[np.float64] | None, position_unit: str) -> Span | None:
     """Span of OP by a position in %; None when the position does not show it."""
     if position is None or not (np.isfinite(position) & np.isfinite(op)).any():
         return None
@@ -195,17 +154,14 @@ def _span_by_position(
 
 def _distance(x: NDArray[np.float64], other: NDArray[np.float64]) -> float:
     """Median distance of two signals."""
-    both = np.isfinite(x) & np.isfinite(other)
-    return float(np.median(np.abs(x[both] - other[both])))
+    return float(np.nanmedian(np.abs(x - other)))
 
 
-def _limits(values: NDArray[np.float64]) -> tuple[float, float]:
+def _limits(values: NDArray[np.float64]) -> Span:
     """Smallest and largest value without those that stand alone far from all others."""
-    from stiction.records.quality.outliers import find_outliers
-
     usual = values[np.isfinite(values) & ~find_outliers(values)]
     return float(usual.min()), float(usual.max())
 
 
-def _scale(values: NDArray[np.float64], span: tuple[float, float]) -> NDArray[np.float64]:
+def _scale(values: NDArray[np.float64], span: Span) -> NDArray[np.float64]:
     return values if span == (0.0, 100.0) else (values - span[0]) * (100.0 / (span[1] - span[0]))
