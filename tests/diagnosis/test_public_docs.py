@@ -10,7 +10,7 @@ import inspect
 
 import pytest
 
-ROOMS = ("", ".detection", ".identification", ".oscillation", ".valvetests", ".verdict")
+ROOMS = ("diagnosis", *(f"diagnosis.{part}" for part in PARTS), "valvetests")
 EXPORTED = {
     f"{room[1:]}.{name}".lstrip("."): getattr(module, name)
     for room in ROOMS

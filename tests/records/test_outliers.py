@@ -9,7 +9,8 @@ import pytest
 
 import stiction as st
 from stiction.records import LoopRecord, assess
-from stiction.records.outliers import far_off, without_outliers
+from stiction.records.missing_values import without_outliers
+from stiction.records.outliers import far_off
 
 
 @pytest.fixture(scope="module")

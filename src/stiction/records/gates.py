@@ -28,7 +28,8 @@ from stiction.records.historian_gates import (
     resampled,
 )
 from stiction.records.limits import clipped
-from stiction.records.rests import missing, runs
+from stiction.records.missing_values import missing
+from stiction.records.rests import runs
 from stiction.records.signals import not_a_percentage
 from stiction.records.storage import swing, usual_swing
 from stiction.records.stretches import frozen, in_manual

@@ -8,7 +8,7 @@ from stiction.records.digits import number_of
 from stiction.records.durations import in_seconds
 from stiction.records.gate import LEAST_SAMPLES, Gate, View, at_least, at_most
 from stiction.records.one_rate import slower_of
-from stiction.records.outliers import OP_OFF, far_off, held_for
+from stiction.records.outliers import OP_OFF, far_off
 from stiction.records.replay import replayed
 from stiction.records.rests import runs
 from stiction.records.smoothed import averaging_window
@@ -190,7 +190,7 @@ def clock(view: View) -> Gate:
 def outliers(view: View) -> Gate | None:
     """Count values that stand alone far off all others, and spikes of PV beside them."""
     left_out, record = view.record.provenance.outliers, view.record
-    spikes = 0 if record.pv is None else int(far_off(record.pv, OP_OFF, held_for(record)).sum())
+    spikes = 0 if record.pv is None else int(far_off(record.pv, OP_OFF, record.samples_per_value).sum())
     if not left_out + spikes:
         return None
     alone, beside = number_of(left_out, "value"), number_of(spikes, "spike")

@@ -7,21 +7,17 @@ sticks, or show a limit where there is none. It is taken for missing, and said s
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.digits import number_of
 from stiction.records.quantiles import quantiles
 from stiction.records.rests import runs
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.records.record import LoopRecord
-
-__all__ = ["OP_OFF", "far_off", "held_for", "without_outliers"]
+__all__ = ["OP_OFF", "far_off", "outlier_masks"]
 
 REST = 0.025, 0.975
 """Shares of the values between which the others lie [-]."""
@@ -122,54 +118,30 @@ def _alone(
     return mask
 
 
-def held_for(record: LoopRecord) -> int:
-    """Samples for which a stored value of a record stands [-], on average and rounded up.
+def outlier_masks(signals: dict[str, NDArray[np.float64] | None], held: int = 1) -> dict[str, NDArray[np.bool_]]:
+    """Mark what stands alone far off in OP, PV and the valve's position.
 
     Parameters
     ----------
-    record : LoopRecord
-        What was recorded.
+    signals : dict
+        "op", "pv", "sp" and "mv" -> the signal, shape (n_samples,), or None where it was not recorded.
+    held : int
+        Samples for which a stored value stands [-].
 
     Returns
     -------
-    int
-        1 where the reader made nothing up.
+    dict
+        "op", "pv" and "mv", as far as recorded -> the mask, shape (n_samples,). An OP that kicks with a spike of the PV
+        or a step of the set point is no outlier.
     """
-    return -(-len(record) // max(1, len(record) - record.provenance.made_up))
-
-
-def without_outliers(record: LoopRecord) -> LoopRecord:
-    """The record with what stands alone far off in OP, PV or the valve's position missing, and counted.
-
-    Parameters
-    ----------
-    record : LoopRecord
-        What was recorded.
-
-    Returns
-    -------
-    LoopRecord
-        The same one where there is none, or where they were taken out before: what is left would show others.
-    """
-    if record.provenance.outliers:
-        return record
-    signals = {name: x for name in ("op", "pv", "mv") if (x := getattr(record, name)) is not None}
-    held = held_for(record)
-    marks = {name: far_off(x, OP_OFF if name == "op" else OTHERS_OFF, held) for name, x in signals.items()}
+    recorded = {name: x for name in ("op", "pv", "mv") if (x := signals[name]) is not None}
+    marks = {name: far_off(x, OP_OFF if name == "op" else OTHERS_OFF, held) for name, x in recorded.items()}
     if marks["op"].any():
-        kicks = np.zeros(len(record), dtype=bool)
-        if record.sp is not None:
-            moved = np.abs(np.diff(record.sp)) > 0.0
+        kicks = np.zeros(marks["op"].size, dtype=bool)
+        if (sp := signals["sp"]) is not None:
+            moved = np.abs(np.diff(sp)) > 0.0
             kicks[1:] = moved & (moved.mean() <= SHARE)  # a set point that moves all the time explains no kick
-        if record.pv is not None:
-            kicks |= far_off(record.pv, OP_OFF, held) & ~marks["pv"]
+        if "pv" in recorded:
+            kicks |= far_off(recorded["pv"], OP_OFF, held) & ~marks["pv"]
         marks["op"] &= ~(np.convolve(kicks, np.ones(2 * NEAR + 1), "same") > 0.0)
-    count = int(sum(mark.sum() for mark in marks.values()))
-    if not count:
-        return record
-    kept = {name: np.where(marks[name], np.nan, x) for name, x in signals.items()}
-    told = ", ".join(f"{name.upper()} {signals[name][mark][0]:.4g}" for name, mark in marks.items() if mark.any())
-    guess = f"Missing: {number_of(count, 'value')} far off all others (such as {told})."
-    origin = record.provenance
-    origin = replace(origin, guesses=(*origin.guesses, guess), outliers=origin.outliers + count)
-    return replace(record, **kept, provenance=origin)
+    return marks

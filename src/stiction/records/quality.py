@@ -9,8 +9,7 @@ import numpy as np
 
 from stiction.errors import require_positive
 from stiction.records.gates import GATES, Gate, View
-from stiction.records.outliers import without_outliers
-from stiction.records.rests import missing
+from stiction.records.missing_values import missing, without_outliers
 from stiction.records.stretches import analysis_window, usable_part
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.records.digits import number_of
-from stiction.records.rests import missing
+from stiction.records.missing_values import missing
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.errors import ParameterError, RecordError, as_floats, require_positive
-from stiction.records.outliers import without_outliers
+from stiction.records.outliers import outlier_masks
 from stiction.records.signals import not_a_percentage
 
 if TYPE_CHECKING:
@@ -164,14 +164,22 @@ class LoopRecord:
         """Length of the record [s]."""
         return len(self) * self.dt
 
+    @property
+    def samples_per_value(self) -> int:
+        """Samples for which a stored value stands, on average and rounded up [-]; 1 where the reader held none."""
+        return -(-len(self) // max(1, len(self) - self.provenance.made_up))
+
     @cached_property
     def op_in_percent(self) -> bool:
         """Whether OP is in % of span, as far as is known: by the rule, and of the samples, of the gate "op scale"."""
         if self.provenance.op_unit:
             return False
-        op = without_outliers(self).op
-        seen = op[np.isfinite(op)]
-        return seen.size == 0 or not not_a_percentage(float(seen.min()), float(seen.max()))
+        seen = np.isfinite(self.op)
+        if not self.provenance.outliers:
+            signals = {"op": self.op, "pv": self.pv, "sp": self.sp, "mv": self.mv}
+            seen &= ~outlier_masks(signals, self.samples_per_value)["op"]
+        op = self.op[seen]
+        return op.size == 0 or not not_a_percentage(float(op.min()), float(op.max()))
 
     @property
     def op_unit(self) -> str:

@@ -1,4 +1,4 @@
-"""What is missing of a signal, and where it rests: runs of samples, gaps that are held over."""
+"""Where a signal rests: runs of samples, gaps that are held over."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.records.record import LoopRecord
-
 __all__ = [
     "BRIDGE",
     "FROZEN",
@@ -20,7 +18,6 @@ __all__ = [
     "filled",
     "hardly_rests",
     "lengths_of",
-    "missing",
     "moves_in",
     "repeats",
     "runs",
@@ -48,12 +45,6 @@ def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     within[1:-1] = mask
     edges = np.flatnonzero(within[1:] != within[:-1]).tolist()
     return list(zip(edges[::2], edges[1::2], strict=True))
-
-
-def missing(record: LoopRecord) -> NDArray[np.bool_]:
-    """Mark where OP or PV is missing, shape (n_samples,)."""
-    gone = ~np.isfinite(record.op)
-    return gone if record.pv is None else gone | ~np.isfinite(record.pv)
 
 
 def repeats(x: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from stiction.records.hand import stepped
 from stiction.records.limits import clipped, saturated, shut
+from stiction.records.missing_values import missing
 from stiction.records.rests import (
     BRIDGE,
     FROZEN,
@@ -18,7 +19,6 @@ from stiction.records.rests import (
     filled,
     hardly_rests,
     lengths_of,
-    missing,
     moves_in,
     repeats,
     runs,

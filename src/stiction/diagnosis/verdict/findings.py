@@ -6,8 +6,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from stiction.diagnosis.detection import detect_all, with_stem
+from stiction.diagnosis.identification.closer import closely
 from stiction.diagnosis.identification.controller import fit_controller
-from stiction.diagnosis.identification.identify import periods_of, search, speaking
+from stiction.diagnosis.identification.dense_search import search
+from stiction.diagnosis.identification.identify import periods_of, speaking
 from stiction.diagnosis.identification.in_step import with_pv_earlier
 from stiction.diagnosis.identification.restored import restored
 from stiction.diagnosis.identification.swapped import are_swapped
@@ -17,14 +19,13 @@ from stiction.diagnosis.verdict.stem import stem_shown
 from stiction.errors import RecordError
 from stiction.records.durations import in_seconds
 from stiction.records.gate import Gate
+from stiction.records.missing_values import missing, without_outliers
 from stiction.records.one_rate import Stored, slower_of, stored_samples
-from stiction.records.outliers import without_outliers
 from stiction.records.quality import assess, usable_part
 from stiction.records.record import how_to_name_pv, require_record
-from stiction.records.rests import missing
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.identification.identify import Search
+    from stiction.diagnosis.identification.dense_search import Search
     from stiction.diagnosis.identified import ControllerFit, Identification
     from stiction.diagnosis.result import Evidence, Oscillation
     from stiction.diagnosis.verdict.stem import Shown
@@ -167,7 +168,7 @@ def _findings(record: LoopRecord, *, samples_late: int) -> Findings:
     if controller is None or not searches:
         return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, None, stem, swapped)
     speaks = speaking(searches, oscillation)
-    closer = searches[speaks].closer()
+    closer = closely(searches[speaks])
     found = tuple(closer.recorded if i == speaks else one.rough for i, one in enumerate(searches))
     row = features(record, part, found, speaks, controller, oscillation, votes)
     return Findings(record, part, oscillation, quality, evidence, found, speaks, closer.told, controller, row, stem)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.records.limits import saturated
-from stiction.records.rests import missing, runs
+from stiction.records.missing_values import missing
+from stiction.records.rests import runs
 from stiction.records.stretches import in_manual
 from stiction.report import look, words
 from stiction.report.blocks import Figure

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.valvetests.result import Estimate
+from stiction.valvetests.result import Estimate
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

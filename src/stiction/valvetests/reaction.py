@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.valvetests.piecewise import resolution
+from stiction.valvetests.piecewise import resolution
 
 if TYPE_CHECKING:
     from stiction.records import LoopRecord

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.valvetests.following import followed
-from stiction.diagnosis.valvetests.friction_fit import FrictionFit, fit_friction
-from stiction.diagnosis.valvetests.piecewise import noise, resolution
-from stiction.diagnosis.valvetests.ramp_rate import bracket, classify
-from stiction.diagnosis.valvetests.ramp_result import RampTest
-from stiction.diagnosis.valvetests.ramp_split import OpRamp, find_ramps
-from stiction.diagnosis.valvetests.ramp_tables import events, over_travel, rows_for_fit
-from stiction.diagnosis.valvetests.ramp_words import judge, not_known
-from stiction.diagnosis.valvetests.reading import COARSE, Reading, read_stem
-from stiction.diagnosis.valvetests.result import Estimate
-from stiction.diagnosis.valvetests.stem_moves import Moves, moves
 from stiction.errors import RecordError, require_count, require_positive
 from stiction.records.record import require_record
+from stiction.valvetests.following import followed
+from stiction.valvetests.friction_fit import FrictionFit, fit_friction
+from stiction.valvetests.piecewise import noise, resolution
+from stiction.valvetests.ramp_rate import bracket, classify
+from stiction.valvetests.ramp_result import RampTest
+from stiction.valvetests.ramp_split import OpRamp, find_ramps
+from stiction.valvetests.ramp_tables import events, over_travel, rows_for_fit
+from stiction.valvetests.ramp_words import judge, not_known
+from stiction.valvetests.reading import COARSE, Reading, read_stem
+from stiction.valvetests.result import Estimate
+from stiction.valvetests.stem_moves import Moves, moves
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from stiction.diagnosis.valvetests.result import Estimate, Ramp, StemEvent, TravelBin, ValveTest, json_ready
+from stiction.valvetests.result import Estimate, Ramp, StemEvent, TravelBin, ValveTest, json_ready
 
 if TYPE_CHECKING:
     import numpy as np

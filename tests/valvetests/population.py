@@ -2,7 +2,7 @@
 
 Truth comes from the forces, not from the code under test: sb = 100 Fs / (A dP), sj = 100 (Fs - Fc) / (A dP) for an
 overdamped stem, and r from the stability of sliding, b > (Fs - Fc)(2 v / vs^2) exp(-(v / vs)^2) (science 1.4).
-Run as a script for a larger population: python tests/diagnosis/valvetests/population.py 20
+Run as a script for a larger population: python tests/valvetests/population.py 20
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 import stiction as st
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.valvetests import RampTest
+    from stiction.valvetests import RampTest
 
 SPRING, STROKE = 207e3, 0.029
 RATES = (2.0, 1.3, 0.75, 0.5)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from stiction.diagnosis.valvetests.reading import no_answer
+from stiction.valvetests.reading import no_answer
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.valvetests.friction_fit import FrictionFit
-    from stiction.diagnosis.valvetests.ramp_intervals import Doubt
-    from stiction.diagnosis.valvetests.reading import Reading
-    from stiction.diagnosis.valvetests.result import Estimate, Ramp, Verdict
+    from stiction.valvetests.friction_fit import FrictionFit
+    from stiction.valvetests.ramp_intervals import Doubt
+    from stiction.valvetests.reading import Reading
+    from stiction.valvetests.result import Estimate, Ramp, Verdict
 
 __all__ = ["judge", "not_known"]
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.valvetests.plan import TestPlan, within_span
 from stiction.errors import ParameterError, require_count, require_not_negative, require_positive, require_samples
+from stiction.valvetests.plan import TestPlan, within_span
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from stiction.diagnosis.valvetests.result import Estimate, ValveTest, json_ready, unit_of
 from stiction.errors import ParameterError, require_kind
+from stiction.valvetests.result import Estimate, ValveTest, json_ready, unit_of
 
 __all__ = ["Change", "TestComparison", "compare_tests"]
 

@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.valvetests.result import Estimate
+from stiction.valvetests.result import Estimate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stiction.diagnosis.valvetests.ramp_split import OpRamp
-    from stiction.diagnosis.valvetests.stem_moves import Moves
+    from stiction.valvetests.ramp_split import OpRamp
+    from stiction.valvetests.stem_moves import Moves
 
 __all__ = ["followed"]
 

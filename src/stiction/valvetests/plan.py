@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.diagnosis.valvetests.result import json_ready
 from stiction.errors import ParameterError, require_finite
+from stiction.valvetests.result import json_ready
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.valvetests.result import Estimate
-from stiction.diagnosis.valvetests.step_result import BandReading, Step
+from stiction.valvetests.result import Estimate
+from stiction.valvetests.step_result import BandReading, Step
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.diagnosis.valvetests.ramp_intervals import covariance
+from stiction.valvetests.ramp_intervals import covariance
 
 from .population import _valve, seen_by_flow, seen_by_position, truth, valves
 

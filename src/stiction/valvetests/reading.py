@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.valvetests.piecewise import noise, resolution
-from stiction.diagnosis.valvetests.reaction import REACTS, reaction
 from stiction.errors import ParameterError, RecordError, require_not_negative
+from stiction.valvetests.piecewise import noise, resolution
+from stiction.valvetests.reaction import REACTS, reaction
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.valvetests.hidden_stairs import HiddenStairs, hidden_stairs
-from stiction.diagnosis.valvetests.piecewise import Piece, cut, piece_price
+from stiction.valvetests.hidden_stairs import HiddenStairs, hidden_stairs
+from stiction.valvetests.piecewise import Piece, cut, piece_price
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.diagnosis.valvetests.ramp_split import OpRamp
+    from stiction.valvetests.ramp_split import OpRamp
 
 __all__ = ["Follow", "Moves", "Slip", "moves"]
 

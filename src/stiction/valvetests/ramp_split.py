@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.valvetests.piecewise import Piece, cut
-from stiction.diagnosis.valvetests.reading import refuse_reaction
 from stiction.errors import RecordError
+from stiction.valvetests.piecewise import Piece, cut
+from stiction.valvetests.reading import refuse_reaction
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.valvetests.reading import Reading
+    from stiction.valvetests.reading import Reading
 
 __all__ = ["OpRamp", "find_ramps"]
 

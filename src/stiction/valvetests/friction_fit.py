@@ -21,8 +21,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.valvetests.ramp_intervals import Doubt, covariance, estimate
-from stiction.diagnosis.valvetests.result import Estimate
+from stiction.valvetests.ramp_intervals import Doubt, covariance, estimate
+from stiction.valvetests.result import Estimate
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

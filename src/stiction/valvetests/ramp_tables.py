@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.valvetests.friction_fit import FrictionFit, Rows
-from stiction.diagnosis.valvetests.result import StemEvent, TravelBin
+from stiction.valvetests.friction_fit import FrictionFit, Rows
+from stiction.valvetests.result import StemEvent, TravelBin
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.valvetests.ramp_split import OpRamp
-    from stiction.diagnosis.valvetests.stem_moves import Moves
+    from stiction.valvetests.ramp_split import OpRamp
+    from stiction.valvetests.stem_moves import Moves
 
 __all__ = ["events", "over_travel", "rows_for_fit"]
 

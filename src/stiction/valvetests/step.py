@@ -7,22 +7,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.valvetests.piecewise import Piece, cut, resolution
-from stiction.diagnosis.valvetests.reading import COARSE, read_stem, refuse_reaction
-from stiction.diagnosis.valvetests.step_readings import band_readings, deadband_alone, middle, rounded, unanswered
-from stiction.diagnosis.valvetests.step_response import response
-from stiction.diagnosis.valvetests.step_result import Step, StepTest
-from stiction.diagnosis.valvetests.step_words import judge_steps, steps_not_known
 from stiction.errors import RecordError, require_positive
 from stiction.records.record import require_record
+from stiction.valvetests.piecewise import Piece, cut, resolution
+from stiction.valvetests.reading import COARSE, read_stem, refuse_reaction
+from stiction.valvetests.step_readings import band_readings, deadband_alone, middle, rounded, unanswered
+from stiction.valvetests.step_response import response
+from stiction.valvetests.step_result import Step, StepTest
+from stiction.valvetests.step_words import judge_steps, steps_not_known
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from stiction.diagnosis.valvetests.reading import Reading
     from stiction.records import LoopRecord
+    from stiction.valvetests.reading import Reading
 
 __all__ = ["analyse_steps"]
 

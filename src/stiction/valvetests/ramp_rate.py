@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.valvetests.result import Behaviour, Ramp
 from stiction.records.digits import number_of
+from stiction.valvetests.result import Behaviour, Ramp
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.valvetests.friction_fit import FrictionFit
-    from stiction.diagnosis.valvetests.ramp_split import OpRamp
-    from stiction.diagnosis.valvetests.stem_moves import Moves
+    from stiction.valvetests.friction_fit import FrictionFit
+    from stiction.valvetests.ramp_split import OpRamp
+    from stiction.valvetests.stem_moves import Moves
 
 __all__ = ["bracket", "classify"]
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.diagnosis.valvetests.ramp_words import judge
-from stiction.diagnosis.valvetests.reaction import REACTS, reaction
-from stiction.diagnosis.valvetests.result import Estimate
+from stiction.valvetests.ramp_words import judge
+from stiction.valvetests.reaction import REACTS, reaction
+from stiction.valvetests.result import Estimate
 
 STICKY, GOOD = st.Kano(S=6.0, J=2.0), st.Kano(S=0.3, J=0.1)
 

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.valvetests.reading import no_answer
+from stiction.valvetests.reading import no_answer
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stiction.diagnosis.valvetests.result import Estimate, Verdict
-    from stiction.diagnosis.valvetests.step_readings import Unanswered
-    from stiction.diagnosis.valvetests.step_result import BandReading, Step
+    from stiction.valvetests.result import Estimate, Verdict
+    from stiction.valvetests.step_readings import Unanswered
+    from stiction.valvetests.step_result import BandReading, Step
 
 __all__ = ["judge_steps", "steps_not_known"]
 

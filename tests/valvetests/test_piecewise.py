@@ -7,9 +7,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as strategy
 
-from stiction.diagnosis.valvetests.hidden_stairs import hidden_stairs
-from stiction.diagnosis.valvetests.piecewise import Piece, cut, noise, piece_price, resolution
-from stiction.diagnosis.valvetests.ramp_split import OpRamp
+from stiction.valvetests.hidden_stairs import hidden_stairs
+from stiction.valvetests.piecewise import Piece, cut, noise, piece_price, resolution
+from stiction.valvetests.ramp_split import OpRamp
 
 
 def price_of(time, signal, sigma, pieces) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from stiction.diagnosis.valvetests.result import Estimate, ValveTest
+from stiction.valvetests.result import Estimate, ValveTest
 
 __all__ = ["BandReading", "Step", "StepTest"]
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.diagnosis.valvetests.step_readings import unanswered
+from stiction.valvetests.step_readings import unanswered
 
 
 def staircase(turn: float, hold: int = 5) -> np.ndarray:

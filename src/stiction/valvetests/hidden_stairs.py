@@ -16,7 +16,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.diagnosis.valvetests.ramp_split import OpRamp
+    from stiction.valvetests.ramp_split import OpRamp
 
 __all__ = ["HiddenStairs", "hidden_stairs"]
 
