@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.valvetests.ramp_words import judge
-from stiction.valvetests.reaction import REACTS, reaction
+from stiction.valvetests.feedback_check import FEEDBACK_CORRELATION, noise_correlation
+from stiction.valvetests.ramp_verdict import ramp_verdict
 from stiction.valvetests.result import Estimate
 
 STICKY, GOOD = st.Kano(S=6.0, J=2.0), st.Kano(S=0.3, J=0.1)
@@ -29,7 +29,7 @@ def closed_loop(valve, noise: float, gain: float = 3.0) -> st.LoopRecord:
 def test_a_controller_passes_the_noise_on(valve, noise, gain):
     # The proportional part turns the noise of PV into noise of OP, -Kc times as large: a correlation of -1.
     record = closed_loop(valve, noise, gain)
-    assert math.copysign(1.0, gain) * reaction(record) < -0.9
+    assert math.copysign(1.0, gain) * noise_correlation(record) < -0.9
     for analyse, remedy in ((st.analyse_ramp, "plan_ramp_test"), (st.analyse_steps, "plan_step_test")):
         with pytest.raises(st.RecordError, match=rf"reacts to PV .*correlation .*automatic.*{remedy}.*diagnose"):
             analyse(record)
@@ -44,17 +44,17 @@ def test_a_test_in_manual_does_not_react(plan, digits, op_noise):
         record = st.stroke(valve, plan.op, plan.dt)
         op = np.round(plan.op + op_noise * chance.standard_normal(len(record)), digits)
         pv = 50.0 + 2.0 * (record.mv + 0.05 * chance.standard_normal(len(record)))
-        found = reaction(replace(record, op=op, pv=pv))
-        assert math.isnan(found) or abs(found) < REACTS
+        found = noise_correlation(replace(record, op=op, pv=pv))
+        assert math.isnan(found) or abs(found) < FEEDBACK_CORRELATION
 
 
 def test_what_cannot_show_a_reaction_shows_none():
     record = closed_loop(STICKY, 0.2)
-    assert math.isnan(reaction(replace(record, pv=None, mv=record.op)))
-    assert math.isnan(reaction(replace(record, pv=np.full(len(record), 150.0))))
+    assert math.isnan(noise_correlation(replace(record, pv=None, mv=record.op)))
+    assert math.isnan(noise_correlation(replace(record, pv=np.full(len(record), 150.0))))
     lost = record.pv.copy()
     lost[::2] = np.nan
-    assert math.isnan(reaction(replace(record, pv=lost)))
+    assert math.isnan(noise_correlation(replace(record, pv=lost)))
 
 
 @pytest.mark.parametrize(("S", "J", "seed"), [(6.0, 2.0, 1), (6.0, 2.0, 2), (1.5, 0.2, 1)])
@@ -80,17 +80,17 @@ def test_a_reading_below_zero_is_no_verdict(S, J, seed):
     ],
 )
 def test_no_valve_has_a_band_below_zero(sb, sj, S, named):
-    verdict, reason = judge(Estimate(*sb), Estimate(*sj), Estimate(*S), 0.0, 1.0, "pv")
+    verdict, reason = ramp_verdict(Estimate(*sb), Estimate(*sj), Estimate(*S), 0.0, 1.0, "pv")
     assert verdict == "undecided"
     assert reason.startswith(named)
 
 
 def test_noise_may_take_a_small_band_just_below_zero():
     jump = Estimate(-0.03, -0.13, 0.15)
-    assert judge(Estimate(0.15), jump, Estimate(0.33, 0.19, 0.48), 0.0, 1.0, "mv")[0] == "within limit"
+    assert ramp_verdict(Estimate(0.15), jump, Estimate(0.33, 0.19, 0.48), 0.0, 1.0, "mv")[0] == "within limit"
     # A valve with play alone has a jump of 0, known the worse the larger its band is.
     jump = Estimate(0.3, -0.6, 0.75)
-    assert judge(Estimate(3.25, 3.05, 3.55), jump, Estimate(6.2, 5.3, 7.0), 0.0, 1.0, "mv")[0] == "beyond limit"
+    assert ramp_verdict(Estimate(3.25, 3.05, 3.55), jump, Estimate(6.2, 5.3, 7.0), 0.0, 1.0, "mv")[0] == "beyond limit"
 
 
 def test_a_flow_that_goes_against_the_steps_is_no_verdict():

@@ -8,8 +8,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as strategy
 
 from stiction.valvetests.hidden_stairs import hidden_stairs
-from stiction.valvetests.piecewise import Piece, cut, noise, piece_price, resolution
 from stiction.valvetests.ramp_split import OpRamp
+from stiction.valvetests.segmentation import Segment, noise_std, quantisation_step, segment_penalty, segment_signal
 
 
 def price_of(time, signal, sigma, pieces) -> float:
@@ -17,14 +17,14 @@ def price_of(time, signal, sigma, pieces) -> float:
     for piece in pieces:
         here = slice(piece.first, piece.last)
         miss = signal[here] - np.array([piece.at(t) for t in time[here]])
-        price = piece_price(signal.size) * (4.0 / 3.0 if piece.slope else 1.0)
+        price = segment_penalty(signal.size) * (4.0 / 3.0 if piece.slope else 1.0)
         total += float(miss @ miss) / sigma**2 + price
     return total
 
 
 def best_price(time, signal, sigma) -> float:
     """Slow twin: every cut by dynamic programming, each piece fitted by numpy's polyfit, no pruning."""
-    n, price = signal.size, piece_price(signal.size)
+    n, price = signal.size, segment_penalty(signal.size)
     best = [0.0] + [math.inf] * n
     for j in range(1, n + 1):
         for i in range(j):
@@ -44,7 +44,7 @@ def test_the_cut_is_the_best_of_all(seed, n, sigma):
     chance = np.random.default_rng(seed)
     time = np.cumsum(chance.uniform(1.0, 1.0 + 0.0, n))
     signal = np.cumsum(chance.standard_normal(n) * (chance.uniform(size=n) < 0.3)) + sigma * chance.standard_normal(n)
-    pieces = cut(time, signal, sigma)
+    pieces = segment_signal(time, signal, sigma)
     assert [p.first for p in pieces[1:]] == [p.last for p in pieces[:-1]]
     assert price_of(time, signal, sigma, pieces) == pytest.approx(best_price(time, signal, sigma), rel=1e-6)
 
@@ -54,22 +54,22 @@ def test_noise_sees_neither_ramps_nor_stairs():
     t = np.arange(4000.0)
     white = 0.3 * chance.standard_normal(4000)
     for signal in (white, white + 0.05 * t, white + 2.0 * np.floor(t / 100)):
-        assert noise(signal) == pytest.approx(0.3, rel=0.08)
+        assert noise_std(signal) == pytest.approx(0.3, rel=0.08)
 
 
 def test_resolution():
     chance = np.random.default_rng(0)
     signal = 50.0 + chance.standard_normal(2000)
-    assert resolution(np.round(signal, 1), 0.3) == pytest.approx(0.1)
-    assert resolution(signal, 0.3) < 1e-3
-    assert resolution(np.round(signal), 0.3) == 0.0
+    assert quantisation_step(np.round(signal, 1), 0.3) == pytest.approx(0.1)
+    assert quantisation_step(signal, 0.3) < 1e-3
+    assert quantisation_step(np.round(signal), 0.3) == 0.0
 
 
 def test_hidden_stairs_are_found_and_following_is_not_taken_for_stairs():
     chance = np.random.default_rng(1)
     t = np.arange(600.0)
     op = 10.0 + 0.04 * t
-    ramp = OpRamp(Piece(0, 600, 0.0, 599.0, float(op.mean()), 0.04))
+    ramp = OpRamp(Segment(0, 600, 0.0, 599.0, float(op.mean()), 0.04))
     stairs = np.floor(op / 1.0) * 1.0
     found, seen = hidden_stairs(ramp, t, stairs + 0.5 * chance.standard_normal(600), 0.5, 1.0)
     assert found is not None

@@ -44,7 +44,7 @@ def without_outliers(record: LoopRecord) -> LoopRecord:
     count = int(sum(mark.sum() for mark in marks.values()))
     if not count:
         return record
-    kept = {name: np.where(marks[name], np.nan, x) for name, x in signals.items()}
+    kept = {name: np.where(mark, np.nan, signals[name]) for name, mark in marks.items()}
     told = ", ".join(f"{name.upper()} {signals[name][mark][0]:.4g}" for name, mark in marks.items() if mark.any())
     guess = f"Missing: {number_of(count, 'value')} far off all others (such as {told})."
     origin = record.provenance

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.valvetests.ramp_intervals import Doubt, covariance, estimate
+from stiction.valvetests.ramp_intervals import SystematicError, covariance, estimate
 from stiction.valvetests.result import Estimate
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ class FrictionFit:
     """Lag of the following stem [s]; 0 when fewer than two rates were followed."""
     late: float
     """Time by which a flow shows a slip late [s]; 0 for a position, NaN for a flow that slipped at one rate only."""
-    doubt: Doubt
+    doubt: SystematicError
     """What may be wrong in every slip alike."""
     stick_bands: NDArray[np.float64]
     """Stick band of each slip [% of span], shape (n_slips,)."""
@@ -186,7 +186,7 @@ def fit_friction(rows: Rows, is_position: bool, *, dt: float, op_step: float, ro
     grain = (0.5 if is_position else 1.0) * pace * dt + 0.5 * (op_step + abs(slope) * rounding)
     # What a stem lags while following may lie before the friction, and then holds a slip back as well.
     late_by = pace * max(delay, 0.0) if is_position else 0.0 if free_late else slide
-    doubt = Doubt(grain, slide, late_by, 0.0 if is_position or free_lag else slide, not is_position)
+    doubt = SystematicError(grain, slide, late_by, 0.0 if is_position or free_lag else slide, not is_position)
 
     def told(name: str, weights: tuple[float, ...], readings: NDArray[np.float64], times: float = 1.0) -> Estimate:
         contrast = np.zeros(best.size)

@@ -9,17 +9,17 @@ import numpy as np
 
 from stiction.errors import RecordError, require_count, require_positive
 from stiction.records.record import require_record
-from stiction.valvetests.following import followed
+from stiction.valvetests.fit_following import fit_following
 from stiction.valvetests.friction_fit import FrictionFit, fit_friction
-from stiction.valvetests.piecewise import noise, resolution
-from stiction.valvetests.ramp_rate import bracket, classify
+from stiction.valvetests.ramp_rate import bracket_rate, classify
 from stiction.valvetests.ramp_result import RampTest
 from stiction.valvetests.ramp_split import OpRamp, find_ramps
-from stiction.valvetests.ramp_tables import events, over_travel, rows_for_fit
-from stiction.valvetests.ramp_words import judge, not_known
-from stiction.valvetests.reading import COARSE, Reading, read_stem
+from stiction.valvetests.ramp_tables import ramp_events, ramps_by_travel, rows_for_fit
+from stiction.valvetests.ramp_verdict import open_questions, ramp_verdict
 from stiction.valvetests.result import Estimate
-from stiction.valvetests.stem_moves import Moves, moves
+from stiction.valvetests.segmentation import noise_std, quantisation_step
+from stiction.valvetests.stem_moves import Moves, classify_segments
+from stiction.valvetests.stem_signal import COARSE, StemSignal, read_stem
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -98,27 +98,27 @@ def analyse_ramp(
         grain = {"dt": record.dt, "op_step": reading.op_step, "rounding": rounding}
         fit = fit_friction(rows, reading.signal == "mv", **grain)
     ramps = classify(op_ramps, found, fit)
-    r_low, r_high, contradiction = bracket(ramps)
+    r_low, r_high, contradiction = bracket_rate(ramps)
     sb = sj = deadband = S = Estimate()
     if fit is not None:
         sb, sj, deadband, S = fit.sb, fit.sj, fit.deadband, fit.S
     elif reading.signal == "mv":
-        deadband, S = followed(op_ramps, found)
+        deadband, S = fit_following(op_ramps, found)
     op_line = np.concatenate([[p.at(t) for t in reading.time[p.first : p.last]] for p in pieces])
     valve, position, model, residual = _against_record(record, reading, op_line, fit, r_low, r_high)
     stuck = max(moved.lead for moved in found)
-    unknown = not_known(reading, ramps, fit, stuck, r_low, r_high, contradiction)
-    verdict, reason = judge(sb, sj, S, stuck, limit, reading.signal, fit.doubt if fit else None)
+    unknown = open_questions(reading, ramps, fit, stuck, r_low, r_high, contradiction)
+    verdict, reason = ramp_verdict(sb, sj, S, stuck, limit, reading.signal, fit.doubt if fit else None)
     return RampTest(
         record, reading.signal, verdict, reason, limit, unknown, settings,
         sb, sj, r_low, r_high, deadband, S,
         fit.offset if fit else math.nan, fit.slope if fit else math.nan, fit.delay if fit else math.nan,
-        ramps, events(op_ramps, found, fit), over_travel(rows, fit, bins),
+        ramps, ramp_events(op_ramps, found, fit), ramps_by_travel(rows, fit, bins),
         valve, residual, position, model,
     )  # fmt: skip
 
 
-def _moves(reading: Reading, ramps: tuple[OpRamp, ...], tag: str) -> tuple[tuple[Moves, ...], float]:
+def _moves(reading: StemSignal, ramps: tuple[OpRamp, ...], tag: str) -> tuple[tuple[Moves, ...], float]:
     """Moves in every ramp, and the step to which the stem is rounded [its unit]."""
     inside = [slice(ramp.line.first, ramp.line.last) for ramp in ramps]
     tested = np.concatenate([reading.stem[part] for part in inside])
@@ -132,10 +132,10 @@ def _moves(reading: Reading, ramps: tuple[OpRamp, ...], tag: str) -> tuple[tuple
                 "opening that the OP asks for."
             )
         gain = 1.0
-    rounding = resolution(tested, COARSE * abs(gain))
-    sigma = max(noise(reading.stem), 0.5 * rounding, 0.002 * abs(gain))
+    rounding = quantisation_step(tested, COARSE * abs(gain))
+    sigma = max(noise_std(reading.stem), 0.5 * rounding, 0.002 * abs(gain))
     found = tuple(
-        moves(ramp, reading.time[part], reading.stem[part], sigma, rounding, gain)
+        classify_segments(ramp, reading.time[part], reading.stem[part], sigma, rounding, gain)
         for ramp, part in zip(ramps, inside, strict=True)
     )
     return found, rounding
@@ -143,7 +143,7 @@ def _moves(reading: Reading, ramps: tuple[OpRamp, ...], tag: str) -> tuple[tuple
 
 def _against_record(
     record: LoopRecord,
-    reading: Reading,
+    reading: StemSignal,
     op_line: NDArray[np.float64],
     fit: FrictionFit | None,
     r_low: float,

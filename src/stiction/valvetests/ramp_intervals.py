@@ -25,14 +25,14 @@ from stiction.valvetests.result import Estimate
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Doubt", "covariance", "estimate"]
+__all__ = ["SystematicError", "covariance", "estimate"]
 
 INSIDE = 0.975
 """Chance below the upper end of an interval of 95 % [-]."""
 
 
 @dataclass(frozen=True, slots=True)
-class Doubt:
+class SystematicError:
     """What may be wrong in every slip alike."""
 
     grain: float

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from stiction.valvetests.ramp_split import OpRamp
     from stiction.valvetests.stem_moves import Moves
 
-__all__ = ["bracket", "classify"]
+__all__ = ["bracket_rate", "classify"]
 
 MOSTLY = 0.65
 """Share of the OP travel after the first slip that decides [-]."""
@@ -68,7 +68,7 @@ def _behaviour(moved: Moves, slope: float, jump: float) -> tuple[Behaviour, str]
     return "mixed", f"it followed over {share:.0%} of the travel after its first slip and rested over the remainder"
 
 
-def bracket(ramps: tuple[Ramp, ...]) -> tuple[float, float, bool]:
+def bracket_rate(ramps: tuple[Ramp, ...]) -> tuple[float, float, bool]:
     """(fastest staircase rate, slowest followed rate, whether they contradict each other) [% of span / s]."""
     stairs = [abs(ramp.rate) for ramp in ramps if ramp.behaviour == "staircase"]
     follows = [abs(ramp.rate) for ramp in ramps if ramp.behaviour == "follow"]

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import RecordError
-from stiction.valvetests.piecewise import Piece, cut
-from stiction.valvetests.reading import refuse_reaction
+from stiction.valvetests.segmentation import Segment, segment_signal
+from stiction.valvetests.stem_signal import reject_feedback
 
 if TYPE_CHECKING:
-    from stiction.valvetests.reading import Reading
+    from stiction.valvetests.stem_signal import StemSignal
 
 __all__ = ["OpRamp", "find_ramps"]
 
@@ -31,7 +31,7 @@ NEEDS = "a ramp test needs the loop in manual and a straight OP: see plan_ramp_t
 class OpRamp:
     """One straight rise or fall of the OP."""
 
-    line: Piece
+    line: Segment
     """The OP as a straight line [% of span]."""
 
     @property
@@ -55,7 +55,7 @@ class OpRamp:
         return self.line.at(self.line.end)
 
 
-def find_ramps(reading: Reading, tag: str) -> tuple[tuple[OpRamp, ...], list[Piece]]:
+def find_ramps(reading: StemSignal, tag: str) -> tuple[tuple[OpRamp, ...], list[Segment]]:
     """Ramps of the OP, and the whole OP as pieces.
 
     Raises
@@ -68,8 +68,8 @@ def find_ramps(reading: Reading, tag: str) -> tuple[tuple[OpRamp, ...], list[Pie
             f"The OP of {tag} moves by {reading.op_sigma:.2g} % from sample to sample with no ramp in it (a loop in "
             f"automatic?); {NEEDS} For a record of normal operation use diagnose or identify."
         )
-    refuse_reaction(reading, tag, NEEDS)
-    pieces = _joined(cut(reading.time, reading.op, reading.op_sigma))
+    reject_feedback(reading, tag, NEEDS)
+    pieces = _joined(segment_signal(reading.time, reading.op, reading.op_sigma))
     ramps = tuple(OpRamp(piece) for piece in pieces if _is_ramp(piece, reading.op_sigma))
     if not ramps:
         rests = sum(piece.slope == 0.0 for piece in pieces)
@@ -86,14 +86,14 @@ def find_ramps(reading: Reading, tag: str) -> tuple[tuple[OpRamp, ...], list[Pie
     return ramps, pieces
 
 
-def _is_ramp(piece: Piece, sigma: float) -> bool:
+def _is_ramp(piece: Segment, sigma: float) -> bool:
     travel = abs(piece.slope) * (piece.end - piece.start)
     return piece.n >= LEAST_SAMPLES and travel >= max(LEAST_TRAVEL, 5.0 * sigma)
 
 
-def _joined(pieces: list[Piece]) -> list[Piece]:
+def _joined(pieces: list[Segment]) -> list[Segment]:
     """Join neighbouring lines of about the same rate that meet."""
-    joined: list[Piece] = []
+    joined: list[Segment] = []
     for piece in pieces:
         before = joined[-1] if joined else None
         if before is not None and before.slope * piece.slope > 0.0 and _alike(before.slope, piece.slope):

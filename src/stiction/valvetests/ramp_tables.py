@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from stiction.valvetests.ramp_split import OpRamp
     from stiction.valvetests.stem_moves import Moves
 
-__all__ = ["events", "over_travel", "rows_for_fit"]
+__all__ = ["ramp_events", "ramps_by_travel", "rows_for_fit"]
 
 
 def rows_for_fit(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...]) -> Rows:
@@ -53,7 +53,7 @@ def rows_for_fit(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...]) -> Rows:
     )
 
 
-def events(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...], fit: FrictionFit | None) -> tuple[StemEvent, ...]:
+def ramp_events(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...], fit: FrictionFit | None) -> tuple[StemEvent, ...]:
     """Every stick and slip, in order of time."""
     if fit is None:
         return ()
@@ -78,7 +78,7 @@ def events(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...], fit: FrictionFit
     return tuple(sorted(table, key=lambda event: event.time))
 
 
-def over_travel(rows: Rows, fit: FrictionFit | None, bins: int) -> tuple[TravelBin, ...]:
+def ramps_by_travel(rows: Rows, fit: FrictionFit | None, bins: int) -> tuple[TravelBin, ...]:
     """Stick band and jump in `bins` stretches of the travel, by direction."""
     if fit is None:
         return ()

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.valvetests.hidden_stairs import HiddenStairs, hidden_stairs
-from stiction.valvetests.piecewise import Piece, cut, piece_price
+from stiction.valvetests.segmentation import Segment, segment_penalty, segment_signal
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.valvetests.ramp_split import OpRamp
 
-__all__ = ["Follow", "Moves", "Slip", "moves"]
+__all__ = ["Following", "Moves", "Slip", "classify_segments"]
 
 REST = 0.25
 """A line below this share of the expected slope is a rest [-]."""
@@ -49,7 +49,7 @@ class Slip:
 
 
 @dataclass(frozen=True, slots=True)
-class Follow:
+class Following:
     """The stem moved with its input."""
 
     start: float
@@ -74,7 +74,7 @@ class Moves:
 
     slips: tuple[Slip, ...]
     """Every slip, in order."""
-    follows: tuple[Follow, ...]
+    follows: tuple[Following, ...]
     """Every stretch of following, in order."""
     rest_travel: float
     """OP travel while the stem rested after its first slip [% of span]."""
@@ -89,10 +89,10 @@ class Moves:
 @dataclass(slots=True)
 class _Run:
     rest: bool
-    piece: Piece
+    piece: Segment
 
 
-def moves(
+def classify_segments(
     ramp: OpRamp, time: NDArray[np.float64], stem: NDArray[np.float64], sigma: float, rounding: float, gain: float
 ) -> Moves:
     """Slips and following of the stem in one ramp.
@@ -117,10 +117,10 @@ def moves(
     expected = gain * ramp.rate
     least = max(1.6 * rounding, 0.02 * abs(gain))
     dt = float(np.median(np.diff(time)))
-    runs = _settled(_runs(cut(time, stem, sigma), expected, least, sigma), abs(expected), dt)
+    runs = _settled(_runs(segment_signal(time, stem, sigma), expected, least, sigma), abs(expected), dt)
     heading = math.copysign(1.0, expected)
     slips: list[Slip] = []
-    follows: list[Follow] = []
+    follows: list[Following] = []
     rest_travel = 0.0
     for k, run in enumerate(runs):
         start, end = run.piece.start, run.piece.end
@@ -137,8 +137,8 @@ def moves(
         if not run.rest:
             stops = k + 1 < len(runs)
             op = ramp.line.at(start), ramp.line.at(end)
-            follows.append(Follow(start, end, *op, run.piece.at(start), run.piece.at(end), stops))
-    seen = (12.0 * piece_price(time.size) * sigma * sigma * abs(expected) * dt) ** (1.0 / 3.0)
+            follows.append(Following(start, end, *op, run.piece.at(start), run.piece.at(end), stops))
+    seen = (12.0 * segment_penalty(time.size) * sigma * sigma * abs(expected) * dt) ** (1.0 / 3.0)
     lead = abs(ramp.rate) * (runs[0].piece.end - runs[0].piece.start) if runs and runs[0].rest else 0.0
     followed = sum(abs(follow.op_end - follow.op_start) for follow in follows)
     typical = float(np.median([abs(slip.after - slip.before) for slip in slips])) if slips else 0.0
@@ -154,7 +154,7 @@ def moves(
     return Moves(tuple(slips), tuple(follows), rest_travel, max(seen, least), lead, None)
 
 
-def _rise(time: NDArray[np.float64], stem: NDArray[np.float64], left: Piece, reached: Piece) -> float:
+def _rise(time: NDArray[np.float64], stem: NDArray[np.float64], left: Segment, reached: Segment) -> float:
     """Time [s] from the rest `left` until the stem has made `PASSED` of its way to the piece it `reached`."""
     later = slice(left.last, reached.last)
     goal = reached.level + reached.slope * (time[later] - 0.5 * (reached.start + reached.end)) - left.level
@@ -163,7 +163,7 @@ def _rise(time: NDArray[np.float64], stem: NDArray[np.float64], left: Piece, rea
     return when - left.end
 
 
-def _runs(pieces: list[Piece], expected: float, least: float, sigma: float) -> list[_Run]:
+def _runs(pieces: list[Segment], expected: float, least: float, sigma: float) -> list[_Run]:
     """Rests and stretches of following; slips in progress fall out, and what does not differ is joined."""
     runs: list[_Run] = []
     for k, piece in enumerate(pieces):
@@ -200,9 +200,9 @@ def _settled(runs: list[_Run], speed: float, dt: float) -> list[_Run]:
     return settled
 
 
-def _join(a: Piece, b: Piece, rest: bool) -> Piece:
+def _join(a: Segment, b: Segment, rest: bool) -> Segment:
     if rest:
         level = (a.level * a.n + b.level * b.n) / (a.n + b.n)
-        return Piece(a.first, b.last, a.start, b.end, level, 0.0)
+        return Segment(a.first, b.last, a.start, b.end, level, 0.0)
     slope = (b.at(b.end) - a.at(a.start)) / (b.end - a.start)
-    return Piece(a.first, b.last, a.start, b.end, 0.5 * (a.at(a.start) + b.at(b.end)), slope)
+    return Segment(a.first, b.last, a.start, b.end, 0.5 * (a.at(a.start) + b.at(b.end)), slope)

@@ -9,12 +9,18 @@ import numpy as np
 
 from stiction.errors import RecordError, require_positive
 from stiction.records.record import require_record
-from stiction.valvetests.piecewise import Piece, cut, resolution
-from stiction.valvetests.reading import COARSE, read_stem, refuse_reaction
-from stiction.valvetests.step_readings import band_readings, deadband_alone, middle, rounded, unanswered
-from stiction.valvetests.step_response import response
+from stiction.valvetests.segmentation import Segment, quantisation_step, segment_signal
+from stiction.valvetests.stem_signal import COARSE, read_stem, reject_feedback
+from stiction.valvetests.step_readings import (
+    band_readings,
+    deadband_only,
+    find_no_response,
+    median_estimate,
+    step_rounded_estimate,
+)
+from stiction.valvetests.step_response import measure_response
 from stiction.valvetests.step_result import Step, StepTest
-from stiction.valvetests.step_words import judge_steps, steps_not_known
+from stiction.valvetests.step_verdict import open_questions, step_verdict
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.records import LoopRecord
-    from stiction.valvetests.reading import Reading
+    from stiction.valvetests.stem_signal import StemSignal
 
 __all__ = ["analyse_steps"]
 
@@ -88,23 +94,26 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
     readings = band_readings(steps)
     turned = [r for r in readings if r.kind == "reversal"]
     onwards = [r for r in readings if r.kind == "resolution"]
-    reversal, fine = rounded([r.reading for r in turned], turned), rounded([r.reading for r in onwards], onwards)
-    S = rounded([r.from_last_move for r in turned], turned)
-    unknown = steps_not_known(reading.signal, steps, turned, onwards)
-    still = unanswered(steps, smallest, reading.signal == "mv")
-    verdict, reason = judge_steps(steps, readings, S, still, limit, reading.signal)
+    reversal, fine = (
+        step_rounded_estimate([r.reading for r in turned], turned),
+        step_rounded_estimate([r.reading for r in onwards], onwards),
+    )
+    S = step_rounded_estimate([r.from_last_move for r in turned], turned)
+    unknown = open_questions(reading.signal, steps, turned, onwards)
+    still = find_no_response(steps, smallest, reading.signal == "mv")
+    verdict, reason = step_verdict(steps, readings, S, still, limit, reading.signal)
     dead_time, t63, t86, t98, overshoot = (
-        middle([getattr(s, name) for s in steps]) for name in ("dead_time", "t63", "t86", "t98", "overshoot")
+        median_estimate([getattr(s, name) for s in steps]) for name in ("dead_time", "t63", "t86", "t98", "overshoot")
     )
     return StepTest(
         record, reading.signal, verdict, reason, limit, unknown, settings,
-        deadband_alone(steps, reading.signal == "mv", S, fine), fine, S, reversal, (S.low, S.high + fine.high),
+        deadband_only(steps, reading.signal == "mv", S, fine), fine, S, reversal, (S.low, S.high + fine.high),
         dead_time, t63, t86, t98, overshoot,
         smallest, steps, readings,
     )  # fmt: skip
 
 
-def _holds(reading: Reading, tag: str) -> list[Piece]:
+def _holds(reading: StemSignal, tag: str) -> list[Segment]:
     op = reading.op
     change = np.diff(op)
     sigma = 1.4826 * float(np.median(np.abs(change - np.median(change)))) / math.sqrt(2.0)
@@ -113,8 +122,8 @@ def _holds(reading: Reading, tag: str) -> list[Piece]:
             f"The OP of {tag} moves by {sigma:.2g} % from sample to sample and holds no step (a loop in automatic?); "
             f"{NEEDS} For a record of normal operation use diagnose or identify."
         )
-    refuse_reaction(reading, tag, NEEDS)
-    pieces = cut(reading.time, op, max(sigma, 1e-3))
+    reject_feedback(reading, tag, NEEDS)
+    pieces = segment_signal(reading.time, op, max(sigma, 1e-3))
     holds = [piece for piece in pieces if piece.slope == 0.0]
     if sum(piece.n for piece in holds) < 0.5 * op.size:
         raise RecordError(f"The OP of {tag} is not held between moves; use analyse_ramp for ramps, or hold each step.")
@@ -123,7 +132,7 @@ def _holds(reading: Reading, tag: str) -> list[Piece]:
     return holds
 
 
-def _noise(reading: Reading, holds: Sequence[Piece]) -> tuple[float, float]:
+def _noise(reading: StemSignal, holds: Sequence[Segment]) -> tuple[float, float]:
     """Noise of the stem within the second halves of the holds, and its rounding [unit of the stem]."""
     left: list[NDArray[np.float64]] = []
     freedom = 0
@@ -136,10 +145,12 @@ def _noise(reading: Reading, holds: Sequence[Piece]) -> tuple[float, float]:
     # Few samples per hold and a rounded signal leave a median of 0 where there is noise.
     spread = max(spread, 0.7 * math.sqrt(float(rest @ rest) / max(freedom, 1)))
     scale = 1.0 if reading.signal == "mv" else float(np.ptp(reading.stem) / max(np.ptp(reading.op), 1e-9))
-    return spread, resolution(reading.stem, COARSE * scale)
+    return spread, quantisation_step(reading.stem, COARSE * scale)
 
 
-def _steps(reading: Reading, holds: Sequence[Piece], sigma: float, rounding: float) -> tuple[tuple[Step, ...], float]:
+def _steps(
+    reading: StemSignal, holds: Sequence[Segment], sigma: float, rounding: float
+) -> tuple[tuple[Step, ...], float]:
     """Every step with its response, and the smallest response that can be seen [unit of the stem]."""
     stem = reading.stem
     scale = 1.0 if reading.signal == "mv" else float(np.ptp(stem) / max(np.ptp(reading.op), 1e-9))
@@ -162,7 +173,7 @@ def _steps(reading: Reading, holds: Sequence[Piece], sigma: float, rounding: flo
         if responded:
             part = slice(max(hold.first - 1, 0), hold.last)
             noise = max(sigma, 0.3 * rounding)
-            numbers = response(reading.time[part], stem[part], hold.start, rest, final, noise)
+            numbers = measure_response(reading.time[part], stem[part], hold.start, rest, final, noise)
         table.append(Step(hold.start, before.level, hold.level, rest, final, responded, reversal, *numbers))
         if responded:
             rest, weight, heading = final, level.size, math.copysign(1.0, size)

@@ -14,10 +14,17 @@ from stiction.valvetests.step_result import BandReading, Step
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Unanswered", "band_readings", "deadband_alone", "middle", "rounded", "unanswered"]
+__all__ = [
+    "NoResponse",
+    "band_readings",
+    "deadband_only",
+    "find_no_response",
+    "median_estimate",
+    "step_rounded_estimate",
+]
 
 
-class Unanswered(NamedTuple):
+class NoResponse(NamedTuple):
     """OP travel without a response."""
 
     travel: float
@@ -53,7 +60,7 @@ def band_readings(steps: Sequence[Step]) -> tuple[BandReading, ...]:
     return tuple(table)
 
 
-def rounded(values: Sequence[float], readings: Sequence[BandReading]) -> Estimate:
+def step_rounded_estimate(values: Sequence[float], readings: Sequence[BandReading]) -> Estimate:
     """Average the readings made with the finest steps; the interval is the rounding up to a step."""
     if not readings:
         return Estimate()
@@ -64,7 +71,7 @@ def rounded(values: Sequence[float], readings: Sequence[BandReading]) -> Estimat
     return Estimate(float(chosen.mean()), low, float(chosen.max()), spread, int(chosen.size))
 
 
-def middle(values: Sequence[float]) -> Estimate:
+def median_estimate(values: Sequence[float]) -> Estimate:
     """Median of the finite values, and the range that holds 95 % of them."""
     seen = np.array([value for value in values if math.isfinite(value)])
     if seen.size == 0:
@@ -74,7 +81,7 @@ def middle(values: Sequence[float]) -> Estimate:
     return Estimate(float(np.median(seen)), float(low), float(high), spread, int(seen.size))
 
 
-def deadband_alone(steps: Sequence[Step], is_position: bool, S: Estimate, resolution: Estimate) -> Estimate:
+def deadband_only(steps: Sequence[Step], is_position: bool, S: Estimate, resolution: Estimate) -> Estimate:
     """Deadband without stickband, S - J [% of span].
 
     OP that a reversing step loses, against steps onwards that each moved the stem; where no step tells, the difference
@@ -96,10 +103,10 @@ def _lost_motion(steps: Sequence[Step], is_position: bool) -> Estimate:
     gain = float(np.median(gains)) if gains else 1.0
     turned = [b for _, b in moved if b.reversal]
     lost = [abs(b.op_after - b.op_before) - abs(b.stem_after - b.stem_before) / abs(gain) for b in turned]
-    return middle(lost)
+    return median_estimate(lost)
 
 
-def unanswered(steps: Sequence[Step], smallest: float, is_position: bool) -> Unanswered:
+def find_no_response(steps: Sequence[Step], smallest: float, is_position: bool) -> NoResponse:
     """Find the OP travel without an answer that needs the largest S.
 
     A stem that answered rests until OP has gone S back or J, which is no more, onwards. Before any answer it is not
@@ -110,7 +117,7 @@ def unanswered(steps: Sequence[Step], smallest: float, is_position: bool) -> Una
     seen = float(np.ptp([steps[0].stem_before, *(step.stem_after for step in steps)]))
     per_stem = 1.0 if is_position else given / (seen or 1.0)
     hidden = per_stem * smallest
-    longest = Unanswered(0.0, 0.0, hidden)
+    longest = NoResponse(0.0, 0.0, hidden)
     op, stem, answered = [steps[0].op_before], [steps[0].stem_before], False
     for step in steps:
         if step.responded:
@@ -120,5 +127,5 @@ def unanswered(steps: Sequence[Step], smallest: float, is_position: bool) -> Una
         travel = float(np.abs(np.subtract(op, op[0])).max() if answered else np.ptp(op))
         sure = (1.0 if answered else 0.5) * (travel - per_stem * float(np.ptp(stem)) - hidden)
         if sure > longest.sure:
-            longest = Unanswered(travel, sure, hidden)
+            longest = NoResponse(travel, sure, hidden)
     return longest

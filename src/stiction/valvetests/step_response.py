@@ -10,14 +10,14 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["response"]
+__all__ = ["measure_response"]
 
 T86 = 1.0 - math.exp(-2.0)
 """T86 is the time to two time constants of a first-order response, 86.5 % [-]."""
 T63 = 1.0 - math.exp(-1.0)
 
 
-def response(
+def measure_response(
     time: NDArray[np.float64], stem: NDArray[np.float64], begin: float, before: float, after: float, sigma: float
 ) -> tuple[float, float, float, float, float]:
     """Return (dead time, T63, T86, T98, overshoot) of one step, NaN where the noise hides them.

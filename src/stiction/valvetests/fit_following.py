@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from stiction.valvetests.ramp_split import OpRamp
     from stiction.valvetests.stem_moves import Moves
 
-__all__ = ["followed"]
+__all__ = ["fit_following"]
 
 
-def followed(ramps: Sequence[OpRamp], found: Sequence[Moves]) -> tuple[Estimate, Estimate]:
+def fit_following(ramps: Sequence[OpRamp], found: Sequence[Moves]) -> tuple[Estimate, Estimate]:
     """Deadband and S of a stem that followed every ramp, from its position.
 
     Parameters

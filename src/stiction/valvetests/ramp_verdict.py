@@ -5,22 +5,28 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from stiction.valvetests.reading import no_answer
+from stiction.valvetests.stem_signal import no_response_text
 
 if TYPE_CHECKING:
     from stiction.valvetests.friction_fit import FrictionFit
-    from stiction.valvetests.ramp_intervals import Doubt
-    from stiction.valvetests.reading import Reading
+    from stiction.valvetests.ramp_intervals import SystematicError
     from stiction.valvetests.result import Estimate, Ramp, Verdict
+    from stiction.valvetests.stem_signal import StemSignal
 
-__all__ = ["judge", "not_known"]
+__all__ = ["open_questions", "ramp_verdict"]
 
 BELOW_ZERO = 0.25
 """What noise may take a quantity below 0 in a good test [% of span], and as a share of S."""
 
 
-def judge(
-    sb: Estimate, sj: Estimate, S: Estimate, stuck: float, limit: float, signal: str, doubt: Doubt | None = None
+def ramp_verdict(
+    sb: Estimate,
+    sj: Estimate,
+    S: Estimate,
+    stuck: float,
+    limit: float,
+    signal: str,
+    doubt: SystematicError | None = None,
 ) -> tuple[Verdict, str]:
     """Verdict on deadband plus stickband S [% of span], read from `signal`; `doubt` is in the intervals.
 
@@ -39,7 +45,7 @@ def judge(
             )
     if not S.known:
         if stuck > limit and signal == "pv":
-            return "undecided", no_answer(stuck)
+            return "undecided", no_response_text(stuck)
         if 0.5 * stuck > limit:
             return (
                 "beyond limit",
@@ -53,8 +59,8 @@ def judge(
     return ("within limit" if S.value <= limit else "beyond limit"), text
 
 
-def not_known(
-    reading: Reading,
+def open_questions(
+    reading: StemSignal,
     ramps: tuple[Ramp, ...],
     fit: FrictionFit | None,
     stuck: float,

@@ -7,27 +7,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.valvetests.reading import no_answer
+from stiction.valvetests.stem_signal import no_response_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiction.valvetests.result import Estimate, Verdict
-    from stiction.valvetests.step_readings import Unanswered
+    from stiction.valvetests.step_readings import NoResponse
     from stiction.valvetests.step_result import BandReading, Step
 
-__all__ = ["judge_steps", "steps_not_known"]
+__all__ = ["open_questions", "step_verdict"]
 
 
 MOST_AGAINST = 0.25
 """Share of the responses that may go against the others, by noise [-]."""
 
 
-def judge_steps(
+def step_verdict(
     steps: Sequence[Step],
     readings: Sequence[BandReading],
     S: Estimate,
-    still: Unanswered,
+    still: NoResponse,
     limit: float,
     signal: str,
 ) -> tuple[Verdict, str]:
@@ -40,7 +40,7 @@ def judge_steps(
     ways = [(step.stem_after - step.stem_before) * (step.op_after - step.op_before) for step in steps if step.responded]
     given = float(np.ptp([steps[0].op_before, *(step.op_after for step in steps)]))
     if not ways and given > limit and signal == "pv":
-        return "undecided", no_answer(given)
+        return "undecided", no_response_text(given)
     against = min(sum(way < 0.0 for way in ways), sum(way > 0.0 for way in ways))
     if against > MOST_AGAINST * len(ways):
         return "undecided", (
@@ -75,11 +75,11 @@ def judge_steps(
     return "undecided", f"{text} {_finer(steps, finest)}"
 
 
-def steps_not_known(
+def open_questions(
     signal: str, steps: Sequence[Step], turned: Sequence[BandReading], onwards: Sequence[BandReading]
 ) -> tuple[str, ...]:
     """Say what the test cannot tell and what would."""
-    lines = ["r: held steps look the same at every r; use a ramp test."]
+    lines = ["A step test cannot measure r. Use a ramp test."]
     if not any(step.responded for step in steps):
         what = "stem" if signal == "mv" else "flow"
         return (*lines, f"S, deadband and resolution: the {what} never responded. Step further.")

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError, RecordError, require_not_negative
-from stiction.valvetests.piecewise import noise, resolution
-from stiction.valvetests.reaction import REACTS, reaction
+from stiction.valvetests.feedback_check import FEEDBACK_CORRELATION, noise_correlation
+from stiction.valvetests.segmentation import noise_std, quantisation_step
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.records import LoopRecord
 
-__all__ = ["Reading", "no_answer", "read_stem", "refuse_reaction"]
+__all__ = ["StemSignal", "no_response_text", "read_stem", "reject_feedback"]
 
 MOST_MISSING = 0.2
 """Largest share of missing samples a test may have [-]."""
@@ -25,7 +25,7 @@ COARSE = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class StemSignal:
     """OP and the signal that shows the stem, without missing samples."""
 
     signal: str
@@ -44,7 +44,7 @@ class Reading:
     """Correlation of the noise of OP with that of PV [-]; NaN where there is none."""
 
 
-def read_stem(record: LoopRecord, signal: str | None, lag: float) -> Reading:
+def read_stem(record: LoopRecord, signal: str | None, lag: float) -> StemSignal:
     """Choose `mv`, else `pv`; drop missing samples; pass the OP through the known `lag` [s].
 
     Raises
@@ -81,15 +81,15 @@ def read_stem(record: LoopRecord, signal: str | None, lag: float) -> Reading:
             )
     valid = np.isfinite(op) & np.isfinite(stem)
     time = record.time[valid]
-    rounding = resolution(op[valid], COARSE)
+    rounding = quantisation_step(op[valid], COARSE)
     if lag > 0.0:
         op = np.interp(record.time, time, op[valid])
         op = _behind(op, lag, record.dt)
-    op_sigma = max(noise(op[valid]), rounding, 1e-3)
-    return Reading(name, time, op[valid], stem[valid], op_sigma, rounding, reaction(record))
+    op_sigma = max(noise_std(op[valid]), rounding, 1e-3)
+    return StemSignal(name, time, op[valid], stem[valid], op_sigma, rounding, noise_correlation(record))
 
 
-def refuse_reaction(reading: Reading, tag: str, needs: str) -> None:
+def reject_feedback(reading: StemSignal, tag: str, needs: str) -> None:
     """Refuse an OP that reacts to PV, and say what the test `needs`.
 
     Raises
@@ -97,15 +97,15 @@ def refuse_reaction(reading: Reading, tag: str, needs: str) -> None:
     RecordError
         When the noise of PV is in the OP.
     """
-    if abs(reading.reaction) > REACTS:
+    if abs(reading.reaction) > FEEDBACK_CORRELATION:
         raise RecordError(
             f"The OP of {tag} reacts to PV (their noise goes together, correlation {reading.reaction:.2f}, limit "
-            f"{REACTS:g} either way): the loop is in automatic; {needs} For a record of normal operation use diagnose "
-            "or identify."
+            f"{FEEDBACK_CORRELATION:g} either way): the loop is in automatic; {needs} For a record of normal operation "
+            "use diagnose or identify."
         )
 
 
-def no_answer(travel: float) -> str:
+def no_response_text(travel: float) -> str:
     """What a flow says that does not answer OP over `travel` [% of span]: nothing of the stem."""
     return (
         f"The flow did not answer {travel:.3g} % of OP travel: the stem is stuck, the valve is isolated, or the "

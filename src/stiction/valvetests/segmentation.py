@@ -22,7 +22,7 @@ from stiction.models.compiled import kernel
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Piece", "cut", "noise", "piece_price", "resolution"]
+__all__ = ["Segment", "noise_std", "quantisation_step", "segment_penalty", "segment_signal"]
 
 
 @kernel
@@ -80,7 +80,7 @@ def _best_cut(sums, variance, rest_price, line_price, best, origin, line, open_s
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class Segment:
     """One rest or one straight line of a signal."""
 
     first: int
@@ -106,12 +106,12 @@ class Piece:
         return self.last - self.first
 
 
-def piece_price(n: int) -> float:
+def segment_penalty(n: int) -> float:
     """Price of a rest among `n` samples [-]: three log n, after the modified Bayesian criterion."""
     return 3.0 * math.log(max(n, 8))
 
 
-def cut(time: NDArray[np.float64], signal: NDArray[np.float64], sigma: float) -> list[Piece]:
+def segment_signal(time: NDArray[np.float64], signal: NDArray[np.float64], sigma: float) -> list[Segment]:
     """Cut a signal into rests and lines.
 
     Parameters
@@ -132,7 +132,7 @@ def cut(time: NDArray[np.float64], signal: NDArray[np.float64], sigma: float) ->
     --------
     >>> import numpy as np
     >>> t = np.arange(40.0)
-    >>> [(p.first, p.last, round(p.slope, 6)) for p in cut(t, np.where(t < 20, 0.0, 5.0), 0.1)]
+    >>> [(p.first, p.last, round(p.slope, 6)) for p in segment_signal(t, np.where(t < 20, 0.0, 5.0), 0.1)]
     [(0, 20, 0.0), (20, 40, 0.0)]
     """
     n = signal.shape[0]
@@ -143,9 +143,9 @@ def cut(time: NDArray[np.float64], signal: NDArray[np.float64], sigma: float) ->
     for row, term in zip(sums, (t, x, t * t, t * x, x * x), strict=True):
         np.cumsum(term, out=row[1:])
     best, origin, line = np.empty(n + 1), np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
-    price = piece_price(n)
+    price = segment_penalty(n)
     _best_cut(sums, sigma * sigma, price, price * 4.0 / 3.0, best, origin, line, *np.empty((2, n + 2), np.int64))
-    pieces: list[Piece] = []
+    pieces: list[Segment] = []
     last = n
     while last > 0:
         first = int(origin[last])
@@ -155,12 +155,12 @@ def cut(time: NDArray[np.float64], signal: NDArray[np.float64], sigma: float) ->
         # A line is read at the middle of its times, which is their mean for even sampling.
         offset = 0.5 * float(time[first] + time[last - 1]) - float(time[here].mean())
         level = float(signal[here].mean()) + slope * offset
-        pieces.append(Piece(first, last, float(time[first]), float(time[last - 1]), level, slope))
+        pieces.append(Segment(first, last, float(time[first]), float(time[last - 1]), level, slope))
         last = first
     return pieces[::-1]
 
 
-def resolution(signal: NDArray[np.float64], largest: float) -> float:
+def quantisation_step(signal: NDArray[np.float64], largest: float) -> float:
     """Step to which a signal is rounded [unit of the signal], 0 when it is not or when the step exceeds `largest`."""
     levels = np.unique(signal[np.isfinite(signal)])
     gaps = np.diff(levels)
@@ -172,7 +172,7 @@ def resolution(signal: NDArray[np.float64], largest: float) -> float:
     return step if whole.mean() >= 0.95 else 0.0
 
 
-def noise(signal: NDArray[np.float64]) -> float:
+def noise_std(signal: NDArray[np.float64]) -> float:
     """Estimate the standard deviation of the noise [unit of the signal], from second differences over 1 and 3 samples.
 
     Second differences do not see a ramp and their median absolute deviation does not see rare jumps; the longer

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.valvetests.piecewise import resolution
+from stiction.valvetests.segmentation import quantisation_step
 
 if TYPE_CHECKING:
     from stiction.records import LoopRecord
 
-__all__ = ["REACTS", "reaction"]
+__all__ = ["FEEDBACK_CORRELATION", "noise_correlation"]
 
-REACTS = 0.5
+FEEDBACK_CORRELATION = 0.5
 """Correlation of the noise above which OP reacts to PV [-]; its chance in 100 samples of unrelated noise is below
 1e-3."""
 FEWEST = 100
@@ -29,7 +29,7 @@ NOISE = math.sqrt(6.0)
 """Standard deviation of the second differences of white noise over its own [-]."""
 
 
-def reaction(record: LoopRecord) -> float:
+def noise_correlation(record: LoopRecord) -> float:
     """Correlation of the noise of OP with that of PV at the same sample [-].
 
     Parameters
@@ -57,4 +57,4 @@ def reaction(record: LoopRecord) -> float:
     op, pv = centred[0][kept], centred[1][kept]
     together = float(op @ pv) / math.sqrt(float(op @ op) * float(pv @ pv))
     # The rounding of a given OP moves a valve that follows at once, and with it PV: up where OP goes up.
-    return together if together < 0.0 or spread[0] > NOISE * resolution(record.op, ROUNDED) else math.nan
+    return together if together < 0.0 or spread[0] > NOISE * quantisation_step(record.op, ROUNDED) else math.nan
