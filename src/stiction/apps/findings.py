@@ -69,6 +69,7 @@ def as_object(failure: Failure) -> dict[str, Any]:
         "stiction": None,
         "controller": None,
         "oscillation": None,
+        "loop_state": None,
         "evidence": [],
         "quality": None,
         "windows": [],

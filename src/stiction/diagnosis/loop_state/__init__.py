@@ -1,8 +1,8 @@
-"""State of the loop: does this controller move this valve, and does the process answer?"""
+"""State of the loop: whether this controller moves this valve, and the process answers."""
 
 from stiction.diagnosis.loop_state.assess import assess_loop_state
 from stiction.diagnosis.loop_state.bad_data import find_bad_data
-from stiction.diagnosis.loop_state.describe import describe_action, describe_state
+from stiction.diagnosis.loop_state.describe import HEADLINES, describe_action, describe_state
 from stiction.diagnosis.loop_state.manual import find_manual
 from stiction.diagnosis.loop_state.not_in_command import find_not_in_command
 from stiction.diagnosis.loop_state.pv_frozen import find_pv_frozen
@@ -15,6 +15,7 @@ from stiction.diagnosis.loop_state.valve_not_responding import find_valve_not_re
 from stiction.diagnosis.loop_state.wind_up import WindUp, find_wind_up
 
 __all__ = [
+    "HEADLINES",
     "LoopState",
     "StateStretch",
     "WindUp",

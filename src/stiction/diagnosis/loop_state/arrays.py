@@ -11,7 +11,15 @@ from stiction.records.rests import runs
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["block_means", "find_rests", "keep_long_runs", "moving_average", "oscillation_period", "runs", "without_gaps"]
+__all__ = [
+    "block_means",
+    "find_rests",
+    "keep_long_runs",
+    "moving_average",
+    "oscillation_period",
+    "runs",
+    "without_gaps",
+]
 
 
 def without_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:

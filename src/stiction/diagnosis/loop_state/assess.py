@@ -1,4 +1,4 @@
-"""The first stage of a diagnosis: is this controller moving this valve, and does the process answer?"""
+"""The first stage of a diagnosis: whether this controller moves this valve, and the process answers."""
 
 from __future__ import annotations
 
@@ -71,17 +71,23 @@ def assess_loop_state(record: LoopRecord, rejects: Sequence[str] = (), *, min_sh
         return LoopState("bad_data", 0.0, record.duration, rejects=tuple(rejects) or ("PV was not recorded.",))
     op, limits = _in_percent(record)
     at_limit = find_saturated(op, limits=limits)
-    sp = _set_point(record, np.where(at_limit, np.nan, op), pv)
+    recorded = held_set_point(record)[0]
+    sp = recorded if recorded is not None else _estimate_set_point(np.where(at_limit, np.nan, op), pv)
     codes = np.zeros(len(record), dtype=np.int8)
     wound_up: dict[StateName, WindUp] = {}
     if record.auto is None:
         _mark(codes, "manual", find_manual(op, pv, limits=limits))
     _mark(codes, "saturated", at_limit)
     if sp is not None and math.isfinite(limits[1]):
-        is_flow = record.loop_type == "flow"
         found = {
             "valve_not_responding": find_valve_not_responding(op, pv, sp),
-            "not_in_command": find_not_in_command(op, pv, sp, at_limit=at_limit, needs_integral=is_flow),
+            "not_in_command": find_not_in_command(
+                op,
+                pv,
+                sp,
+                at_limit=at_limit if recorded is not None else None,
+                needs_integral=recorded is not None and record.loop_type == "flow",
+            ),
         }
         wound_up = {state: one for state in STATES if (one := found.get(state)) is not None}
         for state, one in wound_up.items():
@@ -124,6 +130,7 @@ def _headline(
     state = STATES[code]
     own = [one for one in stretches if one.state == state]
     numbers = dict(max(own, key=lambda one: one.last - one.first).numbers)
+    numbers["by_mode"] = float(record.auto is not None)
     if (one := wound_up.get(state)) is not None:
         numbers |= {"op_start": one.op_start, "op_end": one.op_end, "error": one.mean_error}
         numbers |= {"move_end_s": one.last_move * record.dt, "period_s": one.period * record.dt}
@@ -147,13 +154,10 @@ def _in_percent(record: LoopRecord) -> tuple[NDArray[np.float64], Limits]:
     return op, (-math.inf, math.inf)
 
 
-def _set_point(
-    record: LoopRecord, op: NDArray[np.float64], pv: NDArray[np.float64], max_unexplained: float = 0.1
+def _estimate_set_point(
+    op: NDArray[np.float64], pv: NDArray[np.float64], max_unexplained: float = 0.1
 ) -> NDArray[np.float64] | None:
-    """Recorded SP without gaps or, where none was recorded, the constant one for which a PI equation holds."""
-    sp = held_set_point(record)[0]
-    if sp is not None:
-        return sp
+    """The constant set point for which a PI equation computes OP from PV; None when no such equation holds."""
     fit = fit_pi_equation(op, pv)
     if fit is None or fit.unexplained > max_unexplained or not math.isfinite(fit.set_point):
         return None

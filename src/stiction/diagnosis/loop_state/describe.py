@@ -12,19 +12,34 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.loop_state.state import LoopState, StateName
 
-__all__ = ["ACTIONS", "describe_action", "describe_state"]
+__all__ = ["ACTIONS", "HEADLINES", "describe_action", "describe_state"]
+
+HEADLINES: Mapping[StateName, str] = {
+    "in_control": "The loop is in control",
+    "manual": "The controller is in manual",
+    "saturated": "OP is at its limit",
+    "not_in_command": "The controller is not in command",
+    "shut_in": "The flow is shut in",
+    "valve_not_responding": "The valve does not respond",
+    "pv_frozen": "PV is frozen",
+    "signals_swapped": "OP and PV look swapped",
+    "signals_unrelated": "OP and PV look unrelated",
+    "bad_data": "The data cannot be used",
+}
+"""Each state in a few words."""
 
 ACTIONS: Mapping[StateName, str] = {
     "in_control": "",
     "manual": "Put the controller in automatic and record the loop again.",
-    "saturated": "Check why the controller needs its limit (supply, load, set point, size of the valve), then record the "
-    "loop off its limits.",
+    "saturated": "Record a period in which OP moves between its limits; if there is none, check supply, load and set "
+    "point.",
     "not_in_command": "Check which controller the override or selector has chosen, and diagnose that loop.",
     "shut_in": "Check block valves, pump and line-up, and record the loop again when there is flow.",
-    "valve_not_responding": "Check the block valves and whether an override has the valve, then the actuator and the stem.",
+    "valve_not_responding": "Check the block valves and whether an override has the valve, then the actuator and "
+    "the stem.",
     "pv_frozen": "Check the transmitter and its connection, then record the loop again.",
-    "signals_swapped": "Name the columns the other way round (--column op=NAME --column pv=NAME; columns= of read), then "
-    "diagnose again.",
+    "signals_swapped": "Name the columns the other way round (--column op=NAME --column pv=NAME; columns= of read), "
+    "then diagnose again.",
     "signals_unrelated": "Check that OP and PV are tags of one loop, then read the file again with the right columns.",
     "bad_data": "Record the loop again as the reason asks.",
 }
@@ -64,7 +79,7 @@ def describe_state(state: LoopState, start: datetime | None = None, pv_unit: str
     --------
     >>> from stiction.diagnosis.loop_state import LoopState
     >>> describe_state(LoopState("pv_frozen", 60.0, 600.0, 0.9, {"pv": 148.7, "op_start": 50.0, "op_end": 85.0}))
-    'PV is frozen: it stays at 148.7 from 1 min to 10 min, while OP goes from 50 to 85 %.'
+    'PV is frozen: it stays at 148.7 from 60 s to 600 s, while OP goes from 50 to 85 %.'
     """
     if state.in_control:
         return ""
@@ -86,7 +101,9 @@ def describe_state(state: LoopState, start: datetime | None = None, pv_unit: str
         at = f" between {begin} and {moved}" if went != "OP stayed" else f" at {numbers['op_end']:.3g} %"
         return f"The controller is not in command: {went}{at}, while PV stayed {offset}.{how}"
     return {
-        "manual": f"The controller is in manual in {share}, from {begin} to {end}.",
+        "manual": f"The controller is in manual in {share} by its mode, from {begin} to {end}."
+        if numbers.get("by_mode")
+        else f"OP rests in {share} while PV moves, as in manual: at {numbers['op_end']:.3g} % for longest.",
         "saturated": f"OP rests at a limit ({numbers['op_end']:.3g} %) in {share}; the valve does not move there.",
         "shut_in": f"The flow is shut in: it stays at {numbers['pv']:.3g}{unit} from {begin} to {end}, while OP goes "
         f"{travel}.",
@@ -94,8 +111,8 @@ def describe_state(state: LoopState, start: datetime | None = None, pv_unit: str
         f"between {begin} and {moved}, and PV stayed {offset}.",
         "pv_frozen": f"PV is frozen: it stays at {numbers['pv']:.4g}{unit} from {begin} to {end}, while OP goes "
         f"{travel}.",
-        "signals_swapped": "The OP and PV columns look swapped: a controller equation computes the column named PV from "
-        "the column named OP almost exactly.",
+        "signals_swapped": "The OP and PV columns look swapped: a controller equation computes the column named PV "
+        "from the column named OP almost exactly.",
         "signals_unrelated": "OP and PV look like signals of different loops: their coherence is "
         f"{state.numbers.get('coherence', 0.0):.2f}, no more than by chance.",
     }[state.state]

@@ -24,6 +24,7 @@ def find_manual(
     min_rest_share: float = 0.05,
     min_pv_move: float = 0.05,
     min_length_spread: float = 0.25,
+    min_hidden_steps: float = 3.0,
 ) -> NDArray[np.bool_]:
     """Mark the samples in which a person sets OP.
 
@@ -46,6 +47,9 @@ def find_manual(
     min_length_spread : float
         Standard deviation of the lengths of six or more rests, over their mean, below which OP is updated at a fixed
         interval [-].
+    min_hidden_steps : float
+        Moves of OP that PV would cause in a rest, by the ratio of their ranges in the rest of the record, over the
+        resolution of OP [-]. Below it the rounding of OP explains the rest.
 
     Returns
     -------
@@ -55,8 +59,8 @@ def find_manual(
     Notes
     -----
     A controller with integral action moves its output whenever PV is off SP. OP that keeps one value for many samples
-    while PV moves is therefore not computed by the controller. Rests of equal length are the update interval of a slow
-    controller, such as that of an analyser, and no manual operation.
+    while PV moves by more than the rounding of OP hides is therefore not computed by the controller. Rests of equal
+    length are the update interval of a slow controller, such as that of an analyser, and no manual operation.
 
     Examples
     --------
@@ -75,8 +79,23 @@ def find_manual(
     lengths = np.array([last - first for first, last in long])
     if lengths.size >= 6 and lengths.std() < min_length_spread * lengths.mean():
         return mask
-    swing = np.nanmax(pv) - np.nanmin(pv) if np.isfinite(pv).any() else 0.0
+    elsewhere = np.ones(op.size, dtype=bool)
+    for first, last in long:
+        elsewhere[first:last] = False
+    ratio, step = _range(op[elsewhere]) / max(_range(pv[elsewhere]), 1e-300), _resolution(op)
     for first, last in long:
         inside = pv[first:last][np.isfinite(pv[first:last])]
-        mask[first:last] = np.unique(inside).size > 2 and np.ptp(inside) > min_pv_move * swing
+        moves = np.unique(inside).size > 2 and _range(inside) > min_pv_move * _range(pv)
+        mask[first:last] = moves and (elsewhere.mean() < 0.02 or ratio * _range(inside) > min_hidden_steps * step)
     return mask
+
+
+def _range(x: NDArray[np.float64]) -> float:
+    """Largest less smallest value, 0 when there is none."""
+    return float(np.nanmax(x) - np.nanmin(x)) if np.isfinite(x).any() else 0.0
+
+
+def _resolution(op: NDArray[np.float64]) -> float:
+    """Smallest move of OP between two samples [% of span], 0 when it never moves."""
+    moves = np.abs(np.diff(op[np.isfinite(op)]))
+    return float(moves[moves > 1e-9].min()) if np.any(moves > 1e-9) else 0.0

@@ -60,8 +60,8 @@ def find_not_in_command(
     Notes
     -----
     An override or a selector gives the valve to another controller. Integral action of the one selected out then has
-    no effect on its error: OP runs to a limit and stays, or an anti-windup scheme leaves proportional action only. PV is
-    controlled about another value than SP: it stays on one side of it, or oscillates with the loop that is in command.
+    no effect on its error: OP runs to a limit and stays, or an anti-windup scheme leaves proportional action only. PV
+    is controlled about another value than SP: it stays on one side of it, or oscillates with the loop in command.
     Offset is normal for a controller without integral action, as on many levels; so an offset at an OP between the
     limits counts only where integral action is the rule.
 

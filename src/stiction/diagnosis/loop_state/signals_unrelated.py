@@ -19,11 +19,12 @@ def find_unrelated_signals(
     pv: NDArray[np.float64],
     sp: NDArray[np.float64] | None = None,
     *,
-    segments: int = 8,
+    segments: int = 16,
     min_segment_samples: int = 32,
-    max_coherence: float = 0.35,
+    max_coherence: float = 0.2,
     shifts: int = 40,
-    max_rank: float = 0.8,
+    max_rank: float = 0.95,
+    min_moving: float = 0.2,
 ) -> tuple[float, float] | None:
     """Say whether OP and PV have nothing in common.
 
@@ -45,6 +46,8 @@ def find_unrelated_signals(
         Shifts of OP against PV with which the coherence is compared [-].
     max_rank : float
         Largest share of the shifts with a smaller coherence [-].
+    min_moving : float
+        Share of the samples in which each signal must move [-]; a rounded signal at rest is coherent with nothing.
 
     Returns
     -------
@@ -66,7 +69,11 @@ def find_unrelated_signals(
     """
     signals = [without_gaps(x) for x in (op, pv) if np.isfinite(x).any()]
     length = op.size // ((segments + 1) // 2)
-    if len(signals) < 2 or length < min_segment_samples or any(not np.ptp(x) > 0.0 for x in signals):
+    if (
+        len(signals) < 2
+        or length < min_segment_samples
+        or any(np.mean(np.diff(x) != 0.0) < min_moving for x in signals)
+    ):
         return None
     inputs = [signals[1]]
     if sp is not None and np.isfinite(sp).any() and np.ptp(error := without_gaps(sp) - signals[1]) > 0.0:

@@ -67,6 +67,11 @@ class LoopState:
     stretches: tuple[StateStretch, ...] = ()
     """Stretches in another state than `in_control`, in their order; they are left out of what follows."""
 
+    def to_dict(self) -> dict[str, Any]:
+        """Give the state without its sentences, ready for JSON."""
+        stretches = [one.to_dict() for one in self.stretches]
+        return {"state": self.state, "start_s": self.start_s, "end_s": self.end_s, "stretches": stretches}
+
     @property
     def in_control(self) -> bool:
         """Whether the rest of the diagnosis can judge the valve."""

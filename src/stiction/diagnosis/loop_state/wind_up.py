@@ -140,7 +140,7 @@ def find_wind_up(
     opposite = np.flatnonzero(side * error[:first] <= 0.0)
     first = int(opposite[-1]) + 1 if opposite.size else 0
     period = oscillation_period(pv[first:last])
-    return WindUp(first, last, last_move, float(op[first]), float(op[last_move]), mean, period)
+    return WindUp(first, last, last_move, float(op[first]), float(op[top]), mean, period)
 
 
 def _largest_rise(x: NDArray[np.float64]) -> tuple[float, int, int]:

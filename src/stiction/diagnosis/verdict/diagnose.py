@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from stiction.diagnosis.detection.evidence import judge
 from stiction.diagnosis.identification.in_step import late_said
+from stiction.diagnosis.loop_state import assess_loop_state, describe_action, describe_state
+from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence
 from stiction.diagnosis.verdict.cause import named_cause, not_seen, stuck_or_not
 from stiction.diagnosis.verdict.contradiction import (
@@ -27,12 +30,17 @@ from stiction.diagnosis.verdict.objection import Objection
 from stiction.diagnosis.verdict.own_cycle import near, own_cycle
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
 from stiction.diagnosis.verdict.windows import changes, said, windows
+from stiction.errors import RecordError
 from stiction.records.gate import LEAST_SAMPLES
+from stiction.records.missing_values import without_outliers
+from stiction.records.quality import assess
+from stiction.records.record import how_to_name_pv, require_record
 from stiction.records.storage import swing
-from stiction.records.stretches import held_set_point
+from stiction.records.stretches import held_set_point, usable_part
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.loop_state import LoopState
     from stiction.diagnosis.result import Counted, Verdict
     from stiction.diagnosis.verdict.features import Features
     from stiction.diagnosis.verdict.stem import Shown
@@ -42,16 +50,6 @@ __all__ = ["diagnose"]
 
 PLAIN_REASONS = ("exception", "compression", "missing", "op moves", "pv moves", "manual", "saturation")
 """Refusals that others follow from; that of a record which is too short as a whole comes before them."""
-
-SWAPPED_SAID = (
-    "OP and PV look swapped: what is named PV follows what is named OP by a controller's law all but exactly, and not "
-    "the other way round."
-)
-"""What is told of columns named wrongly."""
-SWAP = (
-    "Name the columns the other way round (--column op=NAME --column pv=NAME; columns= of read), then diagnose again."
-)
-"""What to do then."""
 
 STICKS, FOLLOWS = 0.45, 0.1
 """S over the OP's swing from which the identification by itself votes for stiction, and up to which against [-]: a loop
@@ -96,7 +94,36 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     >>> st.diagnose(st.simulate(loop, sp=10.0, duration=2000.0, loop_type="flow")).verdict
     'stiction'
     """
-    return _diagnosed(record)
+    require_record(record)
+    if record.pv is None:
+        raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV. {how_to_name_pv(record)}")
+    state = assess_loop_state(record)
+    if not state.in_control:
+        return _not_in_control(record, state)
+    found = _diagnosed(record)
+    if found.quality.refusals and found.identification is None:
+        state = assess_loop_state(record, [gate.why for gate in found.quality.refusals])
+    return replace(found, loop_state=state)
+
+
+def _not_in_control(record: LoopRecord, state: LoopState) -> Diagnosis:
+    """A record in which the controller does not move the valve, or the process does not answer."""
+    record = without_outliers(record)
+    oscillation = find_oscillation(usable_part(record))
+    return Diagnosis(
+        record=record,
+        verdict="undecided",
+        probability=UNKNOWN[0],
+        probability_before_doubts=UNKNOWN[0],
+        cause="saturation" if state.state == "saturated" else "unknown",
+        reason=describe_state(state, record.start, record.provenance.pv_unit),
+        action=describe_action(state),
+        oscillation=oscillation,
+        evidence=(),
+        quality=assess(record, oscillation.period if oscillation.oscillating else None),
+        settings={"undecided": list(UNDECIDED)},
+        loop_state=state,
+    )
 
 
 def _diagnosed(record: LoopRecord, start: int | None = None) -> Diagnosis:
@@ -271,12 +298,11 @@ def _cannot_tell(seen: Findings) -> Diagnosis:
     first = ("length",) if quality.rows < LEAST_SAMPLES else PLAIN_REASONS
     refusals = sorted(quality.refusals, key=lambda gate: first.index(gate.name) if gate.name in first else len(first))
     why = (
-        (SWAPPED_SAID if seen.swapped else "")
-        or " ".join(gate.why for gate in refusals[:2])
+        " ".join(gate.why for gate in refusals[:2])
         or "OP or PV does not vary enough for a search; record while it does."
     )
     saturated = only_saturated(quality)
-    action = SWAP if seen.swapped else AT_LIMIT if saturated else "Record the loop again as the reason asks."
+    action = AT_LIMIT if saturated else "Record the loop again as the reason asks."
     return Diagnosis(
         record=seen.record,
         verdict="undecided",
