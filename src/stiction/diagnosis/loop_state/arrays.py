@@ -58,11 +58,14 @@ def block_means(x: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     return np.array([block.mean() for block in np.array_split(x, count)])
 
 
-def oscillation_period(x: NDArray[np.float64], *, min_share: float = 0.7, min_cycles: float = 4.0) -> float:
+def oscillation_period(
+    x: NDArray[np.float64], *, min_share: float = 0.7, min_cycles: float = 4.0, min_correlation: float = 0.5
+) -> float:
     """Period of a regular oscillation [samples], NaN when there is none.
 
     The oscillation is regular when one peak of the spectrum, its two neighbours on either side and its second and third
-    harmonic hold at least `min_share` of the variance about a straight line.
+    harmonic hold at least `min_share` of the variance about a straight line, and the signal correlates with itself
+    three periods later by at least `min_correlation`.
     """
     if x.size < 32 or not np.ptp(x) > 0.0:
         return float("nan")
@@ -75,4 +78,7 @@ def oscillation_period(x: NDArray[np.float64], *, min_share: float = 0.7, min_cy
         return float("nan")
     near = {k for harmonic in (1, 2, 3) for k in range(harmonic * peak - 2, harmonic * peak + 3) if 0 < k < power.size}
     share = power[sorted(near)].sum() / power.sum()
-    return x.size / peak if share >= min_share else float("nan")
+    period = x.size / peak
+    lag = round(min(3.0, peak - 1.0) * period)
+    correlation = float(np.corrcoef(detrended[lag:], detrended[:-lag])[0, 1])
+    return period if share >= min_share and correlation >= min_correlation else float("nan")

@@ -85,7 +85,8 @@ def assess_loop_state(record: LoopRecord, rejects: Sequence[str] = (), *, min_sh
                 op,
                 pv,
                 sp,
-                at_limit=at_limit if recorded is not None else None,
+                # A valve that rests closed is in normal service, as a vent or a bypass.
+                at_limit=at_limit & (op > 0.5 * sum(limits)) if recorded is not None else None,
                 needs_integral=recorded is not None and record.loop_type == "flow",
             ),
         }

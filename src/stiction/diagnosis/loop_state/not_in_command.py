@@ -23,7 +23,7 @@ def find_not_in_command(
     *,
     at_limit: NDArray[np.bool_] | None = None,
     needs_integral: bool = False,
-    min_travel: float = 20.0,
+    min_travel: float = 15.0,
     min_one_sided: float = 0.97,
     min_error_ratio: float = 1.5,
     min_at_limit: float = 0.5,

@@ -15,7 +15,7 @@ __all__ = ["find_valve_not_responding"]
 
 
 def find_valve_not_responding(
-    op: NDArray[np.float64], pv: NDArray[np.float64], sp: NDArray[np.float64], *, min_travel: float = 20.0
+    op: NDArray[np.float64], pv: NDArray[np.float64], sp: NDArray[np.float64], *, min_travel: float = 15.0
 ) -> WindUp | None:
     """Find the travel of OP to which the valve does not respond.
 
@@ -36,7 +36,7 @@ def find_valve_not_responding(
     Notes
     -----
     The deadband plus stickband of a valve in service is a few per cent, rarely above 15 %. A PV that does not answer a
-    travel of 20 % and more means a stem that is stuck fast, a closed block valve, or a valve that another controller
+    travel of 15 % and more means a stem that is stuck fast, a closed block valve, or a valve that another controller
     moves. PV then drifts with the loads only. A regular oscillation of PV speaks for another controller: that is
     `not_in_command`.
 

@@ -52,7 +52,7 @@ def find_wind_up(
     pv: NDArray[np.float64],
     sp: NDArray[np.float64],
     *,
-    min_travel: float = 20.0,
+    min_travel: float = 15.0,
     min_samples: int = 30,
     max_swing_elsewhere: float = 0.5,
     max_return: float = 0.25,
@@ -61,6 +61,7 @@ def find_wind_up(
     min_error_left: float = 0.5,
     max_answer: float = 0.5,
     min_integral_share: float = 0.5,
+    min_travel_left: float = 0.7,
 ) -> WindUp | None:
     """Find the longest travel of OP in one direction that PV did not answer.
 
@@ -89,6 +90,8 @@ def find_wind_up(
         Largest change of PV towards SP during the travel, over the mean error [-].
     min_integral_share : float
         Share of the travel that the integral action makes [-].
+    min_travel_left : float
+        Share of the travel that must be left from where the error takes its sign [-].
 
     Returns
     -------
@@ -111,7 +114,8 @@ def find_wind_up(
     >>> round(found.op_end), found.last
     (88, 600)
     """
-    op, error, pv = without_gaps(op), smooth_error(pv, sp), without_gaps(pv)
+    op, pv, sp = without_gaps(op), without_gaps(pv), without_gaps(sp)
+    error = smooth_error(pv, sp)
     if op.size < 2 * min_samples or not np.isfinite([op, error, pv]).all():
         return None
     direction = 1.0 if _largest_rise(op)[0] >= _largest_rise(-op)[0] else -1.0
@@ -127,14 +131,17 @@ def find_wind_up(
     elsewhere = np.concatenate([x[:first], x[last:]])
     if last_move - first < min_samples or (elsewhere.size and np.ptp(elsewhere) > max_swing_elsewhere * travel):
         return None
+    side = math.copysign(1.0, float(error[first : last_move + 1].mean()))
+    before = np.flatnonzero(side * error[first : (first + last_move) // 2] <= 0.0)
+    if before.size and x[top] - x[first + before[-1] + 1] >= min_travel_left * travel:
+        first += int(before[-1]) + 1
     moving = slice(first, last_move + 1)
-    errors, values = block_means(error[moving], BLOCKS), block_means(pv[moving], BLOCKS)
+    errors, values = block_means(error[moving], BLOCKS), block_means((sp - error)[moving], BLOCKS)
     mean = float(error[moving].mean())
-    side = math.copysign(1.0, mean)
     answered = side * (values[-3:].mean() - values[:3].mean()) > max_answer * abs(mean)
     ended = side * errors[-3:].mean() < min_error_left * abs(mean)
     one_sided = np.mean(side * error[moving] > 0.0) >= min_one_sided and abs(mean) > min_error_ratio * errors.std()
-    integral = 1.0 - _proportional_travel(op[moving], without_gaps(sp)[moving] - pv[moving]) / travel
+    integral = 1.0 - _proportional_travel(op[moving], sp[moving] - pv[moving]) / travel
     if answered or ended or not one_sided or integral < min_integral_share:
         return None
     opposite = np.flatnonzero(side * error[:first] <= 0.0)
