@@ -59,7 +59,9 @@ def find_wind_up(
     min_one_sided: float = 0.97,
     min_error_ratio: float = 1.2,
     min_error_left: float = 0.5,
-    max_answer: float = 0.5,
+    max_answer: float = 0.3,
+    min_error_share: float = 0.01,
+    max_error_growth: float = 2.5,
     min_integral_share: float = 0.5,
     min_travel_left: float = 0.7,
 ) -> WindUp | None:
@@ -88,6 +90,12 @@ def find_wind_up(
         Error at the end of the travel over its mean [-].
     max_answer : float
         Largest change of PV towards SP during the travel, over the mean error [-].
+    min_error_share : float
+        Mean error over the larger of the usual |SP| and the range of PV [-], where PV does not oscillate. A smaller one
+        is what a slow ramp of the load leaves in a loop that is in control.
+    max_error_growth : float
+        Error in the second half of the stay after the travel over the mean during the travel [-]. A larger one is a valve that is too small: the error grows
+        when OP has reached its limit.
     min_integral_share : float
         Share of the travel that the integral action makes [-].
     min_travel_left : float
@@ -138,15 +146,19 @@ def find_wind_up(
     moving = slice(first, last_move + 1)
     errors, values = block_means(error[moving], BLOCKS), block_means((sp - error)[moving], BLOCKS)
     mean = float(error[moving].mean())
+    period = oscillation_period(pv[first:last])
+    scale = max(float(np.median(np.abs(sp))), float(np.ptp(pv)))
+    small = math.isnan(period) and abs(mean) < min_error_share * scale
+    after = side * error[(last_move + last) // 2 : last]
+    grown = last - last_move > 0.1 * (last_move - first) and float(after.mean()) > max_error_growth * abs(mean)
     answered = side * (values[-3:].mean() - values[:3].mean()) > max_answer * abs(mean)
     ended = side * errors[-3:].mean() < min_error_left * abs(mean)
     one_sided = np.mean(side * error[moving] > 0.0) >= min_one_sided and abs(mean) > min_error_ratio * errors.std()
     integral = 1.0 - _proportional_travel(op[moving], sp[moving] - pv[moving]) / travel
-    if answered or ended or not one_sided or integral < min_integral_share:
+    if small or grown or answered or ended or not one_sided or integral < min_integral_share:
         return None
     opposite = np.flatnonzero(side * error[:first] <= 0.0)
     first = int(opposite[-1]) + 1 if opposite.size else 0
-    period = oscillation_period(pv[first:last])
     return WindUp(first, last, last_move, float(op[first]), float(op[top]), mean, period)
 
 
