@@ -1,4 +1,4 @@
-"""Loops in which the controller does not move the valve, as a plant makes them: a PI controller and a first-order process.
+"""Loops in which the controller does not move the valve, with a PI controller and a first-order process.
 
 Each case draws its own units, sizes, action, sampling, noise and rounding from a seed.
 """
@@ -92,7 +92,7 @@ def stuck_from_start(seed):
     loop.loads *= 0.3
     sp = 1.5 * loop.span + loop.rng.choice([-1.0, 1.0]) * loop.rng.uniform(0.02, 0.06) * loop.span
     stuck = loop.rng.uniform(35.0, 65.0)
-    return loop, loop.run(sp, op_start=stuck, process=lambda k, stem: 1.5 * loop.span + loop.loads[k])
+    return loop, loop.run(sp, op_start=stuck, process=lambda k, _: 1.5 * loop.span + loop.loads[k])
 
 
 def selected_out(seed):

@@ -94,8 +94,8 @@ def find_wind_up(
         Mean error over the larger of the usual |SP| and the range of PV [-], where PV does not oscillate. A smaller one
         is what a slow ramp of the load leaves in a loop that is in control.
     max_error_growth : float
-        Error in the second half of the stay after the travel over the mean during the travel [-]. A larger one is a valve that is too small: the error grows
-        when OP has reached its limit.
+        Error in the second half of the stay after the travel, over the mean during the travel [-]. A larger one is a
+        valve that is too small: the error grows when OP has reached its limit.
     min_integral_share : float
         Share of the travel that the integral action makes [-].
     min_travel_left : float
