@@ -67,7 +67,7 @@ def test_manual_by_the_mode():
 def test_a_record_that_the_data_checks_reject_is_bad_data():
     loop, (op, pv, sp) = plant.healthy(2)
     found = st.diagnose(st.LoopRecord("C1", loop.dt, op=op[:25], pv=pv[:25], sp=sp[:25]))
-    assert found.quality.refusals
+    assert found.quality.rejections
     assert found.loop_state.state == "bad_data"
     assert found.to_dict()["loop_state"]["why"]
 
