@@ -14,7 +14,7 @@ ROOMS = {
     "stiction.simulation": "Simulation",
     "stiction.limitcycle": "Limit cycles",
     "stiction.diagnosis": "Diagnosis",
-    "stiction.diagnosis.valvetests": "Valve tests",
+    "stiction.valvetests": "Valve tests",
     "stiction.compensation": "Until the repair",
     "stiction.report": "Reports",
     "stiction.errors": "What can go wrong",

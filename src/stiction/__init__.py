@@ -63,7 +63,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "predict_limit_cycles",
     ),
     "stiction.diagnosis": ("Diagnosis", "compare_models", "diagnose", "identify"),
-    "stiction.diagnosis.valvetests": (
+    "stiction.valvetests": (
         "ValveTest",
         "analyse_ramp",
         "analyse_steps",

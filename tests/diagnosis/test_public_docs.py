@@ -10,11 +10,14 @@ import inspect
 
 import pytest
 
-ROOMS = ("", ".detection", ".identification", ".oscillation", ".valvetests", ".verdict")
+ROOMS = (
+    "diagnosis", "diagnosis.detection", "diagnosis.identification", "diagnosis.oscillation", "diagnosis.verdict",
+    "valvetests",
+)  # fmt: skip
 EXPORTED = {
-    f"{room[1:]}.{name}".lstrip("."): getattr(module, name)
+    f"{room}.{name}": getattr(module, name)
     for room in ROOMS
-    for module in [importlib.import_module(f"stiction.diagnosis{room}")]
+    for module in [importlib.import_module(f"stiction.{room}")]
     for name in module.__all__
     if inspect.isfunction(getattr(module, name))
 }

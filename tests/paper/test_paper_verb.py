@@ -11,7 +11,7 @@ import shutil
 import pytest
 
 from stiction.apps.cli import main
-from stiction.apps.paper import PARTS
+from stiction.apps.paper_text import PARTS
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 

@@ -13,6 +13,7 @@ from stiction.diagnosis.identified import J_ROUGH, J_UNKNOWN
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Window
 from stiction.report import figures
+from stiction.report.last_periods import last_periods
 from stiction.report.view import View
 
 
@@ -127,7 +128,7 @@ def quiet_from(n, at):
 def test_the_latest_periods_that_slip_are_shown_where_the_last_do_not():
     run, valve = quiet_from(3000, 1200)
     found = diagnosis(run=run, identification=valve, oscillation=find_oscillation(record()))
-    cut = View(found).shown.cut
+    cut = last_periods(View(found)).cut
     slips = np.flatnonzero(np.abs(np.diff(valve.mv)) > 0.9)
     assert ((slips > cut.start) & (slips < cut.stop)).sum() > 4
     assert slips[-1] < cut.stop < 1400
@@ -135,9 +136,9 @@ def test_the_latest_periods_that_slip_are_shown_where_the_last_do_not():
     assert "that show S in the estimated valve position" in figure.caption
     assert figure.plot["layout"]["shapes"]
     assert "that show S" in figure_of(figures.pv_op, found).caption
-    usual = View(diagnosis())
-    assert usual.shown.cut.stop == 2000
-    assert usual.shown.said.startswith("The last ")
+    usual = last_periods(View(diagnosis()))
+    assert usual.cut.stop == 2000
+    assert usual.said.startswith("The last ")
 
 
 def test_a_position_that_never_slips_has_no_dimensions():
@@ -178,12 +179,12 @@ def windows(*verdicts, width=500):
 def test_the_last_window_that_sticks_is_shown():
     parts = windows("stiction", "stiction", "no_stiction", "undecided")
     found = diagnosis(windows=parts)
-    cut = View(found).shown.cut
+    cut = last_periods(View(found)).cut
     assert 500 <= cut.start < cut.stop == 1000
     for make in (figures.pv_op, figures.valve_position):
         assert "of the last window in which the valve sticks, " in figure_of(make, found).caption
     for all_alike in (windows(*["stiction"] * 4), windows(*["undecided"] * 4), ()):
-        assert View(diagnosis(windows=all_alike)).shown.cut.stop == 2000
+        assert last_periods(View(diagnosis(windows=all_alike))).cut.stop == 2000
 
 
 def test_what_is_shown_of_a_window_was_simulated():
@@ -191,7 +192,7 @@ def test_what_is_shown_of_a_window_was_simulated():
     pv = valve.pv.copy()
     pv[900:1600] = np.nan
     found = diagnosis(windows=windows("stiction", "stiction", "no_stiction"), identification=replace(valve, pv=pv))
-    assert View(found).shown.cut.stop == 900
+    assert last_periods(View(found)).cut.stop == 900
     assert "as far as it was simulated" not in figure_of(figures.pv_op, found).caption
 
 

@@ -19,7 +19,8 @@ from stiction.errors import RecordError
 from stiction.records.frames import to_frame
 from stiction.sources.byte_source import open_source
 from stiction.sources.formats import arrow, excel, matlab, parquet, text
-from stiction.sources.frame import frame_to_table, record_from_frame
+from stiction.sources import read
+from stiction.sources.frame import frame_to_table
 from stiction.sources.options import ReadOptions
 from stiction.sources.read import read
 from stiction.sources.sql import read_database
@@ -37,6 +38,11 @@ DATA = {
     "FIC101.OP": [round(40.0 + np.sin(k / 5.0), 6) for k in range(N)],
     "FIC101.SP": [3.0] * N,
 }
+
+
+def one_record(frame, **options):
+    [record] = read(frame, **options)
+    return record
 
 
 def by_openpyxl(path: Path) -> None:
@@ -125,21 +131,21 @@ def test_database(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("native", ["pandas", "polars", "pyarrow"])
 def test_record_to_frame_and_back(native: str) -> None:
-    record = record_from_frame(pd.DataFrame(DATA), loop_type="flow")
-    again = record_from_frame(to_frame(record, native=native), tag="FIC101", loop_type="flow")
+    record = one_record(pd.DataFrame(DATA), loop_type="flow")
+    again = one_record(to_frame(record, native=native), tag="FIC101", loop_type="flow")
     assert replace(again, provenance=record.provenance) == record
 
 
 def test_frame_of_several_loops_is_refused() -> None:
     frame = pd.DataFrame(DATA | {"FIC102.PV": DATA["FIC101.PV"], "FIC102.OP": DATA["FIC101.OP"]})
     with pytest.raises(RecordError, match=r"holds 2 loops \(FIC101, FIC102\); choose one with tag"):
-        record_from_frame(frame)
-    assert record_from_frame(frame, tag="FIC102").tag == "FIC102"
+        one_record(frame)
+    assert one_record(frame, tag="FIC102").tag == "FIC102"
 
 
 @pytest.mark.parametrize("name", WRITERS)
 def test_all_formats_give_equal_records(tmp_path: Path, name: str) -> None:
     WRITERS[name](tmp_path / name)
     [record] = read(tmp_path / name)
-    expected = record_from_frame(pl.DataFrame(DATA))
+    expected = one_record(pl.DataFrame(DATA))
     assert replace(record, tag="FIC101", provenance=expected.provenance) == expected

@@ -10,7 +10,7 @@ from stiction.report import words
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stiction.apps.diagnose import Failure
+    from stiction.apps.failure import Failure
     from stiction.diagnosis import Diagnosis
 
 __all__ = ["as_object", "size", "tell"]
@@ -69,6 +69,7 @@ def as_object(failure: Failure) -> dict[str, Any]:
         "stiction": None,
         "controller": None,
         "oscillation": None,
+        "loop_state": None,
         "evidence": [],
         "quality": None,
         "windows": [],

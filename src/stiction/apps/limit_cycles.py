@@ -1,24 +1,8 @@
 """``stiction limit-cycles``: every limit cycle a sticky loop can fall into."""
 
-from typing import TYPE_CHECKING, Any
-
 from stiction.apps.options import Json, Report, Text
 
-if TYPE_CHECKING:
-    from stiction.limitcycle import LimitCycle
-
-__all__ = ["COLUMNS", "limit_cycles", "row"]
-
-COLUMNS = (
-    "Kind", "Family", "Stable", "Period [s]", "OP amplitude [%]", "PV amplitude", "Exact period [s]", "Exact OP [%]",
-    "Exact PV", "Trust",
-)  # fmt: skip
-
-FAMILIES = (
-    "A stem that only rests and jumps keeps its rest levels: half and integer lie symmetric about the point of rest. "
-    "Another set point or load lets them lie in between, with a period and amplitude of their own, and in a simulation "
-    "they drift from one place to the next, the faster the longer dt."
-)
+__all__ = ["limit_cycles"]
 
 
 def limit_cycles(
@@ -64,6 +48,7 @@ def limit_cycles(
         Print the list of cycles as JSON.
     """
     from stiction import predict_limit_cycles
+    from stiction.apps.cycle_table import COLUMNS, FAMILIES, row
     from stiction.apps.files import check_report
     from stiction.apps.loop_text import make_loop, settings_of
     from stiction.apps.output import note, print_json, print_table, say
@@ -96,22 +81,3 @@ def limit_cycles(
         if target is not None:
             say(f"Report: {target}")
     return int(any(cycle.kind == "cycle" and cycle.stable for cycle in found))
-
-
-def row(cycle: "LimitCycle") -> list[Any]:
-    """Return what the tables say of one cycle."""
-    from stiction.report.words import format_number
-
-    exact = cycle.exact or (cycle if cycle.method == "continuous" else None)
-    return [
-        cycle.kind,
-        cycle.family or "-",
-        {True: "stable", False: "unstable", None: "unknown"}[cycle.stable],
-        format_number(cycle.period, significant=4),
-        format_number(cycle.amplitude, significant=4),
-        format_number(cycle.amplitude_pv, significant=4),
-        "" if exact is None else format_number(exact.period, significant=5),
-        "" if exact is None else format_number(exact.amplitude, significant=4),
-        "" if exact is None else format_number(exact.amplitude_pv, significant=4),
-        cycle.trust,
-    ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiction.apps import cycle_figures as figures
-from stiction.apps.limit_cycles import COLUMNS, FAMILIES, row
+from stiction.apps.cycle_table import COLUMNS, FAMILIES, row
 from stiction.limitcycle.predict import why_none
 from stiction.report import Block, Columns, Heading, Table, Text, write_page
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from stiction.apps import paper_figures as figures
-from stiction.apps.paper import PARTS, SOURCE, TITLE
+from stiction.apps.paper_text import PARTS, SOURCE, TITLE
 from stiction.report import Block, Cell, Columns, Heading, Table, Text, words, write_page
 
 if TYPE_CHECKING:

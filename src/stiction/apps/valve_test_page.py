@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.apps.stroke_page import line_trace
-from stiction.diagnosis.valvetests import RampTest, StepTest
-from stiction.diagnosis.valvetests.result import unit_of
 from stiction.report import Block, Columns, Figure, Heading, Table, Text, look, words, write_page
+from stiction.valvetests import RampTest, StepTest
+from stiction.valvetests.result import unit_of
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from stiction.diagnosis.valvetests import TestComparison, ValveTest
+    from stiction.valvetests import TestComparison, ValveTest
 
 __all__ = ["write_valve_test_page"]
 

@@ -13,11 +13,11 @@ import math
 from typing import TYPE_CHECKING
 
 from stiction.compensation.repair import kept
-from stiction.diagnosis.valvetests import plan_ramp_test, plan_step_test
 from stiction.errors import require_finite, require_positive
+from stiction.valvetests import plan_ramp_test, plan_step_test
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.valvetests.plan import TestPlan
+    from stiction.valvetests.plan import TestPlan
 
 __all__ = ["acceptance", "plan_acceptance", "plan_before"]
 

@@ -19,7 +19,7 @@ from stiction.records.analysis_window import usable_segment
 if TYPE_CHECKING:
     from stiction.compensation.result import CompensationTrial
     from stiction.diagnosis.identified import Identification
-    from stiction.diagnosis.valvetests.plan import TestPlan
+    from stiction.valvetests.plan import TestPlan
 
 __all__ = ["WorkOrder", "work_order"]
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from stiction.diagnosis.identified import plain
+from stiction.diagnosis.loop_state import LoopState, describe_action, describe_state
 from stiction.display.number_format import format_probability
 
 if TYPE_CHECKING:
@@ -213,6 +214,8 @@ class Diagnosis:
     """What each feature did to the probability of stiction before any doubt about the data, the strongest first."""
     controller: ControllerFit | None = None
     """The controller found from OP and error; None when the record did not allow a search."""
+    loop_state: LoopState = field(default_factory=lambda: LoopState("in_control", 0.0, 0.0))
+    """Whether the controller moves the valve and the process answers; what follows is only judged where it does."""
     stored: StoredMasks | None = field(default=None, repr=False, compare=False)
     """At which samples OP and PV were stored, where what was between is told by the controller's law; else None."""
 
@@ -239,6 +242,11 @@ class Diagnosis:
             "stiction": found.to_dict() if found is not None else None,
             "controller": self.controller.to_dict() if self.controller is not None else None,
             "oscillation": self.oscillation.to_dict(),
+            "loop_state": self.loop_state.to_dict()
+            | {
+                "why": describe_state(self.loop_state, self.record.start, self.record.provenance.pv_unit),
+                "action": describe_action(self.loop_state),
+            },
             "evidence": [row.to_dict() for row in self.evidence],
             "quality": self.quality.to_dict(),
             "windows": [window.to_dict() for window in self.windows],

@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.diagnosis.valvetests import RampTest
+    from stiction.valvetests import RampTest
 
 __all__ = ["Figure5", "figure5"]
 
@@ -72,10 +72,10 @@ def figure5(seed: int = 0) -> Figure5:
     >>> {ramp.behaviour for ramp in figure5().test.ramps}
     {'staircase'}
     """
-    from stiction.diagnosis.valvetests import analyse_ramp
     from stiction.models import Srinivasan, Table
     from stiction.records import LoopRecord
     from stiction.simulation import stroke
+    from stiction.valvetests import analyse_ramp
 
     rest = np.full(60, POSITION[0])
     rise = np.arange(POSITION[0], POSITION[-1], RATE * DT)

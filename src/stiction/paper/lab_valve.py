@@ -64,8 +64,8 @@ def lab_models() -> dict[str, Valve]:
 
 def lab_ramp(rate: float, paper: str, dt: float = 1.0) -> LabRamp:
     """Ramp the laboratory valve from 5 to 15 % at `rate` [% of span / s], sampled every `dt` [s]."""
-    from stiction.diagnosis.valvetests import analyse_ramp
     from stiction.simulation import stroke
+    from stiction.valvetests import analyse_ramp
 
     time = np.arange(0.0, (HIGH - LOW) / rate + dt, dt)
     op = np.minimum(LOW + rate * time, HIGH)

@@ -95,7 +95,7 @@ class CsvTable:
             self.guesses.append(f"Columns are parted by {_NAMES.get(layout.delimiter, repr(layout.delimiter))}.")
         if decimal is None and layout.decimal == ",":
             self.guesses.append("Numbers have a decimal comma.")
-        if decimal is None and (seen := grouped_cell(self.sample, layout)):
+        if decimal is None and (seen := grouped_cell(self.sample, layout.delimiter, layout.decimal, layout.width)):
             cell, value, other = seen
             self.guesses.append(f"{cell!r} is read as {value:.10g}; if that is wrong give decimal={other!r}.")
         if layout.passed_over:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.errors import MissingExtraError, ParameterError
+from stiction.errors import MissingExtraError, ParameterError, RecordError
 from stiction.records.record import LoopRecord, require_record
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     import polars as pl
 
-__all__ = ["SIGNALS", "as_records", "stack_records", "to_frame"]
+__all__ = ["SIGNALS", "as_records", "from_frame", "stack_records", "to_frame"]
 
 FRAME_LIBRARIES = ("pandas", "polars", "pyarrow")
 SIGNALS = ("pv", "op", "sp", "mv", "valve_signal", "auto")
@@ -75,6 +75,93 @@ def to_frame(records: LoopRecord | Sequence[LoopRecord], native: str = "pandas")
     if one:
         result.attrs["tag"] = loops[0].tag
     return result
+
+
+def from_frame(
+    frame: Any,
+    *,
+    tag: str = "frame",
+    op: str = "op",
+    pv: str = "pv",
+    sp: str | None = "sp",
+    mv: str | None = "mv",
+    auto: str | None = "auto",
+    time: str = "time",
+    dt: float | None = None,
+    loop_type: str = "other",
+) -> LoopRecord:
+    """Make a record of named columns of a data frame with even time steps; `stiction.read` guesses and repairs more.
+
+    Parameters
+    ----------
+    frame : data frame
+        Of pandas, polars or pyarrow.
+    tag : str
+        Name of the loop.
+    op, pv : str
+        Columns of the controller output [% of span] and the process variable [engineering units].
+    sp, mv, auto : str, optional
+        Columns of set point, valve position [% of span] and automatic mode; left out when the frame has none.
+    time : str
+        Column of the time, in seconds or as time stamps; not needed with `dt`.
+    dt : float, optional
+        Sampling period [s]; the step of the time column when not given.
+    loop_type : str
+        As in `LoopRecord`.
+
+    Returns
+    -------
+    LoopRecord
+        The record.
+
+    Raises
+    ------
+    RecordError
+        When OP, PV or the time is missing, or the time steps differ by more than 1 %.
+    ParameterError
+        When what is given is no data frame.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> frame = pl.DataFrame({"time": [0.0, 2.0, 4.0], "op": [50.0, 51.0, 50.0], "pv": [3.0, 3.1, 3.2]})
+    >>> record = from_frame(frame, tag="FIC-101")
+    >>> record.dt, record.pv.tolist()
+    (2.0, [3.0, 3.1, 3.2])
+    """
+    import narwhals as nw
+
+    try:
+        table = nw.from_native(frame, eager_only=True)
+    except TypeError:
+        raise ParameterError(
+            f"frame is of type {type(frame).__name__}; give a data frame of pandas, polars or pyarrow."
+        ) from None
+    names = {name: column for name, column in zip(("op", "pv", "sp", "mv", "auto"), (op, pv, sp, mv, auto), strict=True)}
+    found = {name: column for name, column in names.items() if column is not None and column in table.columns}
+    lost = [names[name] for name in ("op", "pv") if name not in found]
+    if lost or (dt is None and time not in table.columns):
+        wanted = lost[0] if lost else time
+        raise RecordError(
+            f"{tag}: the frame has no column {wanted!r}; its columns are {', '.join(map(str, table.columns[:20]))}. Name "
+            "the columns with op=, pv=, time= or give dt=."
+        )
+    start = None
+    if dt is None:
+        column = table[time]
+        if column.dtype.is_temporal():
+            start = column[0]
+            column = (column - column[0]).dt.total_microseconds() / 1e6
+        steps = np.diff(column.to_numpy().astype(np.float64))
+        dt = float(np.median(steps)) if steps.size else 1.0
+        if steps.size and not float(np.abs(steps - dt).max()) <= 0.01 * abs(dt):
+            raise RecordError(
+                f"{tag}: the time steps of column {time!r} differ ({steps.min():g} to {steps.max():g} s); read the frame "
+                "with stiction.read, which lays an even grid."
+            )
+    signals = {name: table[column].to_numpy() for name, column in found.items()}
+    start = start.to_pydatetime() if hasattr(start, "to_pydatetime") else start
+    return LoopRecord(tag, dt, loop_type=loop_type, start=start, **signals)
 
 
 def as_records(records: LoopRecord | Sequence[LoopRecord]) -> list[LoopRecord]:

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stiction.records.csv_sniff import Layout
 
 __all__ = ["GROUPS", "grouped_cell", "may_be_parted", "parted_cells", "torn_number"]
 
@@ -28,7 +27,9 @@ SEVERAL, FAR = 0.02, 100.0
 1.003 was written as 999 and 1003."""
 
 
-def grouped_cell(rows: Sequence[Sequence[str]], layout: Layout) -> tuple[str, float, str] | None:
+def grouped_cell(
+    rows: Sequence[Sequence[str]], delimiter: str, decimal: str, width: int
+) -> tuple[str, float, str] | None:
     """Find a cell whose mark may be the other one after all, how it is read, and the decimal mark that says otherwise.
 
     Beside a decimal point "1,234" is taken as thousands, and told. Between other delimiters "1.234" is taken as little
@@ -36,18 +37,16 @@ def grouped_cell(rows: Sequence[Sequence[str]], layout: Layout) -> tuple[str, fl
 
     Examples
     --------
-    >>> from stiction.records.csv_sniff import Layout
-    >>> semicolons = Layout(";", ".", [], 0, 3, 0)
-    >>> grouped_cell([["0.5", "49,612", "50,125"]], semicolons)
+    >>> grouped_cell([["0.5", "49,612", "50,125"]], ";", ".", 3)
     ('49,612', 49612.0, ',')
-    >>> grouped_cell([["0", "1.234", "50"]], semicolons), grouped_cell([["0", "1.234", "50.5"]], semicolons)
-    (('1.234', 1.234, ','), None)
+    >>> [grouped_cell([["0", "1.234", op]], ";", ".", 3) for op in ("50", "50.5")]
+    [('1.234', 1.234, ','), None]
     """
-    mark = layout.decimal
+    mark = decimal
     seen = next((cell.strip() for row in rows for cell in row if GROUPS.fullmatch(cell.strip())), None)
-    if mark == "." and (seen or layout.delimiter == ","):
+    if mark == "." and (seen or delimiter == ","):
         return (seen, as_number(seen, mark), ",") if seen else None
-    columns = list(zip(*([cell.strip() for cell in row] for row in rows if len(row) == layout.width), strict=True))[1:]
+    columns = list(zip(*([cell.strip() for cell in row] for row in rows if len(row) == width), strict=True))[1:]
     signals = [column for column in columns if all(is_number(cell, mark) for cell in column if cell)]
     marked = [cell for column in signals for cell in column if mark in cell]
     whole = any(not any(mark in cell for cell in column) for column in signals if any(column))

@@ -10,7 +10,6 @@ import numpy as np
 
 from stiction.records.runs import runs
 from stiction.report import look, words
-from stiction.report.last_periods import LastPeriods, last_periods
 from stiction.report.thin import thin
 
 if TYPE_CHECKING:
@@ -123,11 +122,6 @@ class View:
         """From when to when samples `first` to one before `last` were recorded, on the time axis."""
         start, end = float(self.time[first]), float(self.time[last - 1])
         return f"{words.format_number(start)} to {words.format_number(end, self.unit[0])}"
-
-    @cached_property
-    def shown(self) -> LastPeriods:
-        """The periods that plots of one signal against another show."""
-        return last_periods(self)
 
     @cached_property
     def partly_stored(self) -> dict[str, float]:

@@ -9,6 +9,7 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from stiction.diagnosis.identified import J_UNKNOWN
+from stiction.diagnosis.loop_state import HEADLINES
 from stiction.diagnosis.verdict.cause import UNSURE
 from stiction.diagnosis.verdict.doubt import MOST
 from stiction.display.number_format import count_noun, format_interval, format_number, format_probability
@@ -147,6 +148,8 @@ def headline(diagnosis: Diagnosis) -> str:
     found, cause = diagnosis.identification, diagnosis.cause.strip()
     if diagnosis.verdict == "stiction":
         return "Valve stiction" if found is None else f"Valve stiction: {stiction_size(found, diagnosis.record)}"
+    if not diagnosis.loop_state.in_control:
+        return f"{HEADLINES[diagnosis.loop_state.state]}: cannot tell whether the valve sticks"
     says = "No valve stiction found" if diagnosis.verdict == "no_stiction" else "Cannot tell whether the valve sticks"
     return says if cause in ("", "none", "unknown") else f"{says}; likely cause: {cause}"
 

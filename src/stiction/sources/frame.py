@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["frame_to_table", "is_frame", "record_from_frame"]
+__all__ = ["frame_to_table", "is_frame"]
 
 
 def is_frame(source: object) -> bool:
@@ -96,46 +96,6 @@ def frame_to_table(frame: Any, name: str = "") -> RawTable:
     if isinstance(data, nw.DataFrame) and not data.implementation.is_polars():
         native = pl.DataFrame([_to_polars(data[name]).alias(name) for name in data.columns])
     return typed_table(origin, native, units=units, metadata=metadata, notes=notes)
-
-
-def record_from_frame(frame: Any, **options: Any) -> LoopRecord:
-    """Make the record of the one loop that a data frame holds.
-
-    Parameters
-    ----------
-    frame : data frame
-        As in `frame_to_table`.
-    **options
-        Those of `stiction.read`; `tag` chooses one of several loops, or names the loop whose columns name none.
-
-    Returns
-    -------
-    LoopRecord
-        The loop.
-
-    Raises
-    ------
-    RecordError
-        When the frame holds no loop, or several.
-
-    Examples
-    --------
-    >>> import polars as pl
-    >>> time = [float(k) for k in range(60)]
-    >>> frame = pl.DataFrame({"time_s": time, "pv": [3.0 + k % 5 for k in time], "op": [40.0 + k % 7 for k in time]})
-    >>> record = record_from_frame(frame, tag="FIC-101")
-    >>> record.tag, record.dt, len(record)
-    ('FIC-101', 1.0, 60)
-    """
-    from stiction.sources.read import read
-
-    if not is_frame(frame):
-        raise RecordError(f"{type(frame).__name__} is no data frame; give one of pandas, polars or pyarrow.")
-    records = read(frame, **options)
-    if len(records) > 1:
-        tags = ", ".join(record.tag for record in records[:10])
-        raise RecordError(f"frame: holds {len(records)} loops ({tags}); choose one with tag.")
-    return records[0]
 
 
 def _to_polars(series: Series) -> pl.Series:

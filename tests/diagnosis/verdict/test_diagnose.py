@@ -154,7 +154,7 @@ def test_an_op_on_lines_is_told_by_the_pv_and_the_controller():
 def test_every_record_gets_a_verdict_that_json_can_hold(name):
     found = diagnosed(name)
     told = json.loads(json.dumps(found.to_dict(), allow_nan=False))
-    more = {"cause", "causes", "controller", "counted", "dt_s", "op_unit", "probability_before_doubts", "windows"}
+    more = {"cause", "causes", "controller", "counted", "dt_s", "loop_state", "op_unit", "probability_before_doubts", "windows"}
     assert set(told) == REQUIRED[""] | more
     assert set(told["oscillation"]) >= REQUIRED["oscillation"]
     assert all(set(row) >= REQUIRED["evidence"] for row in told["evidence"])

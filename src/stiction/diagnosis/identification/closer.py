@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.diagnosis.identification.contest import Contest, Known
-    from stiction.diagnosis.identification.identify import Search
+    from stiction.diagnosis.identification.dense_search import Search
     from stiction.diagnosis.identification.likelihood import Prediction, Trial, Trials
     from stiction.diagnosis.identification.piece import Piece
     from stiction.diagnosis.identification.signals import Signals

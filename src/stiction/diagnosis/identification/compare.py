@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.identification.closer import closely
 from stiction.diagnosis.identification.comparison import ModelComparison, ModelShare
 from stiction.diagnosis.identification.identify import searched
 from stiction.diagnosis.identification.interval import MODEL_ERROR
@@ -74,7 +75,7 @@ def compare_models(record: LoopRecord, *, period: float | None = None) -> ModelC
     """
     require_record(record)
     dense = searched(record, period)
-    known, record, period = dense.closer().told, dense.record, dense.period
+    known, record, period = closely(dense).told, dense.record, dense.period
     signals = signals_of(record, period)
     stenman, kano = fit_stenman(signals, known), fit_model(signals, KANO, known)
     fits = {

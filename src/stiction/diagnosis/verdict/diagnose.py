@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from stiction.diagnosis.detection.evidence import judge
 from stiction.diagnosis.identification.in_step import late_said
+from stiction.diagnosis.loop_state import assess_loop_state, describe_action, describe_state
+from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence
 from stiction.diagnosis.verdict.cause import named_cause, not_seen, stuck_or_not
 from stiction.diagnosis.verdict.contradiction import (
@@ -28,12 +31,16 @@ from stiction.diagnosis.verdict.own_cycle import near, own_cycle
 from stiction.diagnosis.verdict.probability import UNDECIDED, causes, counted
 from stiction.diagnosis.verdict.windows import changes, said, windows
 from stiction.display.check_text import describe_check
-from stiction.records.analysis_window import forward_fill_sp
+from stiction.errors import RecordError
+from stiction.records.analysis_window import forward_fill_sp, usable_segment
+from stiction.records.assess import assess_quality
 from stiction.records.check_result import MIN_SAMPLES
 from stiction.records.quality.quantisation import peak_to_peak
+from stiction.records.record import mask_outliers, missing_pv_hint, require_record
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.loop_state import LoopState
     from stiction.diagnosis.result import Counted, Verdict
     from stiction.diagnosis.verdict.features import Features
     from stiction.diagnosis.verdict.stem import Shown
@@ -45,16 +52,6 @@ PLAIN_REASONS = (
     *("exception reporting", "compression", "missing values", "op movement", "pv movement", "manual", "saturation"),
 )
 """Refusals that others follow from; that of a record which is too short as a whole comes before them."""
-
-SWAPPED_SAID = (
-    "OP and PV look swapped: what is named PV follows what is named OP by a controller's law all but exactly, and not "
-    "the other way round."
-)
-"""What is told of columns named wrongly."""
-SWAP = (
-    "Name the columns the other way round (--column op=NAME --column pv=NAME; columns= of read), then diagnose again."
-)
-"""What to do then."""
 
 STICKS, FOLLOWS = 0.45, 0.1
 """S over the OP's swing from which the identification by itself votes for stiction, and up to which against [-]: a loop
@@ -99,7 +96,36 @@ def diagnose(record: LoopRecord) -> Diagnosis:
     >>> st.diagnose(st.simulate(loop, sp=10.0, duration=2000.0, loop_type="flow")).verdict
     'stiction'
     """
-    return _diagnosed(record)
+    require_record(record)
+    if record.pv is None:
+        raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV. {missing_pv_hint(record)}")
+    state = assess_loop_state(record)
+    if not state.in_control:
+        return _not_in_control(record, state)
+    found = _diagnosed(record)
+    if found.quality.rejections and found.identification is None:
+        state = assess_loop_state(record, [describe_check(check) for check in found.quality.rejections])
+    return replace(found, loop_state=state)
+
+
+def _not_in_control(record: LoopRecord, state: LoopState) -> Diagnosis:
+    """A record in which the controller does not move the valve, or the process does not answer."""
+    record = mask_outliers(record)
+    oscillation = find_oscillation(usable_segment(record))
+    return Diagnosis(
+        record=record,
+        verdict="undecided",
+        probability=UNKNOWN[0],
+        probability_before_doubts=UNKNOWN[0],
+        cause="saturation" if state.state == "saturated" else "unknown",
+        reason=describe_state(state, record.start, record.provenance.pv_unit),
+        action=describe_action(state),
+        oscillation=oscillation,
+        evidence=(),
+        quality=assess_quality(record, oscillation.period if oscillation.oscillating else None),
+        settings={"undecided": list(UNDECIDED)},
+        loop_state=state,
+    )
 
 
 def _diagnosed(record: LoopRecord, start: int | None = None) -> Diagnosis:
@@ -275,12 +301,11 @@ def _cannot_tell(seen: Findings) -> Diagnosis:
     rank = {name: place for place, name in enumerate(first)}
     rejections = sorted(quality.rejections, key=lambda check: rank.get(check.name, len(first)))
     why = (
-        (SWAPPED_SAID if seen.swapped else "")
-        or " ".join(describe_check(check) for check in rejections[:2])
+        " ".join(describe_check(check) for check in rejections[:2])
         or "OP or PV does not vary enough for a search; record while it does."
     )
     saturated = only_saturated(quality)
-    action = SWAP if seen.swapped else AT_LIMIT if saturated else "Record the loop again as the reason asks."
+    action = AT_LIMIT if saturated else "Record the loop again as the reason asks."
     return Diagnosis(
         record=seen.record,
         verdict="undecided",

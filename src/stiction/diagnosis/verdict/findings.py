@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from stiction.diagnosis.detection import detect_all, with_stem
+from stiction.diagnosis.identification.closer import closely
 from stiction.diagnosis.identification.controller import fit_controller
-from stiction.diagnosis.identification.identify import periods_of, search, speaking
+from stiction.diagnosis.identification.dense_search import search
+from stiction.diagnosis.identification.identify import periods_of, speaking
 from stiction.diagnosis.identification.in_step import with_pv_earlier
 from stiction.diagnosis.identification.restored import restored
-from stiction.diagnosis.identification.swapped import are_swapped
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.verdict.features import Features, features
 from stiction.diagnosis.verdict.stem import stem_shown
@@ -24,7 +25,7 @@ from stiction.records.quality.storage_rate import StoredMasks, find_slower_signa
 from stiction.records.record import mask_outliers, missing_pv_hint, require_record
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.identification.identify import Search
+    from stiction.diagnosis.identification.dense_search import Search
     from stiction.diagnosis.identified import ControllerFit, Identification
     from stiction.diagnosis.result import Evidence, Oscillation
     from stiction.diagnosis.verdict.stem import Shown
@@ -66,8 +67,6 @@ class Findings:
     """All of that in a row of numbers; None without an identification."""
     stem: Shown | None = None
     """What the recorded valve position shows; None where none was recorded."""
-    swapped: bool = False
-    """Whether OP and PV surely stand in each other's columns; nothing is searched then."""
     every: int = 1
     """Samples of the record to one that is looked at: more than one where OP and PV are not stored at one rate, and no
     law tells what is held."""
@@ -156,17 +155,16 @@ def _findings(record: LoopRecord, *, samples_late: int) -> Findings:
     stored = record.window(quality.first, quality.last)
     gappy = replace(part, op=stored.op, pv=stored.pv)
     controller = _controller(gappy) if quality.usable else None
-    swapped = controller is not None and are_swapped(gappy, controller)
     if controller is not None and samples_late:
         controller = controller._replace(samples_late=samples_late)
-    elif controller is not None and controller.samples_late and not swapped:
+    elif controller is not None and controller.samples_late:
         earlier = mask_outliers(with_pv_earlier(record, controller.samples_late))
         return _findings(earlier, samples_late=controller.samples_late)
-    searches = () if controller is None or swapped else _searched(gappy, oscillation, controller)
+    searches = () if controller is None else _searched(gappy, oscillation, controller)
     if controller is None or not searches:
-        return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, None, stem, swapped)
+        return Findings(record, part, oscillation, quality, evidence, (), 0, None, None, None, stem)
     speaks = speaking(searches, oscillation)
-    closer = searches[speaks].closer()
+    closer = closely(searches[speaks])
     found = tuple(closer.recorded if i == speaks else one.rough for i, one in enumerate(searches))
     row = features(record, part, found, speaks, controller, oscillation, votes)
     return Findings(record, part, oscillation, quality, evidence, found, speaks, closer.told, controller, row, stem)

@@ -8,6 +8,7 @@ import numpy as np
 
 from stiction.report import look
 from stiction.report.blocks import Figure
+from stiction.report.last_periods import last_periods
 
 if TYPE_CHECKING:
     from stiction.report.view import View
@@ -19,7 +20,8 @@ FADE = [[0.0, "#D3E2EC"], [1.0, look.PV]]
 
 def pv_op(view: View) -> Figure | None:
     """Return the PV-OP plot of the last few periods; None without a PV."""
-    record, found, cut = view.diagnosis.record, view.diagnosis.identification, view.shown.cut
+    record, found, shown = view.diagnosis.record, view.diagnosis.identification, last_periods(view)
+    cut = shown.cut
     if record.pv is None:
         return None
     data: list[dict[str, Any]] = [
@@ -38,7 +40,7 @@ def pv_op(view: View) -> Figure | None:
             },
         }
     ]
-    caption = f"{view.shown.said}, early samples pale and late ones dark"
+    caption = f"{shown.said}, early samples pale and late ones dark"
     if found is not None:
         data.append(look.trace(record.op[cut], view.model[cut], view.model_name, look.line(look.MODEL, 1.3)))
         caption += f"; the dash-dotted line is what the {view.model_name} and its process make of the same OP"

@@ -9,7 +9,7 @@ import numpy as np
 from stiction.diagnosis.identified import J_UNKNOWN
 from stiction.report import look, words
 from stiction.report.blocks import Figure
-from stiction.report.last_periods import rests_before_slips
+from stiction.report.last_periods import last_periods, rests_before_slips
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,7 +27,8 @@ SMALL = 0.1
 
 def valve_position(view: View) -> Figure | None:
     """Return valve position against OP over the last few periods; None when it is neither measured nor estimated."""
-    record, found, cut = view.diagnosis.record, view.diagnosis.identification, view.shown.cut
+    record, found, shown = view.diagnosis.record, view.diagnosis.identification, last_periods(view)
+    cut = shown.cut
     op, estimated = record.op[cut], view.stem[cut]
     data: list[dict[str, Any]] = []
     shapes: list[dict[str, Any]] = []
@@ -42,7 +43,7 @@ def valve_position(view: View) -> Figure | None:
         if not view.believed and record.mv is None:
             data.append(look.trace(op, op, "good valve", look.line(look.MODEL, 1.5)))
         data.append(look.trace(op, estimated, name, look.line(look.MODEL if record.mv is not None else look.MV, 1.5)))
-        if view.believed and view.shown.slips:
+        if view.believed and shown.slips:
             shapes, notes = _dimensions(op, estimated, found, view)
     if not data:
         return None
@@ -57,20 +58,20 @@ def valve_position(view: View) -> Figure | None:
     }
     how = {(True, False): "measured", (False, True): "estimated", (True, True): "measured and estimated"}
     kind = how[record.mv is not None, found is not None]
-    caption = f"{view.shown.said}{_moved(found, view) if found is not None else ''}"
+    caption = f"{shown.said}{_moved(found, view, slips=shown.slips) if found is not None else ''}"
     if found is not None and record.mv is None and view.believed:
         caption += "; the position was estimated from OP and PV, it was not measured"
     return Figure({"data": data, "layout": layout}, f"Valve position against OP, {kind}", caption + ".", height=400)
 
 
-def _moved(found: Identification, view: View) -> str:
+def _moved(found: Identification, view: View, *, slips: bool) -> str:
     """What the estimated valve does where OP turns, as the end of a sentence."""
     unit = view.op_unit_short
     S = words.format_interval(found.S, found.S_low, found.S_high)[0]
     J, J_low, J_high = words.format_interval(found.J, found.J_low, found.J_high)
     if not view.believed:
         return f": the likeliest sticky valve, S = {S}\u00a0{unit}, was not believed; a good one follows OP"
-    if not view.shown.slips:
+    if not slips:
         return ": nowhere in it does the estimated valve position rest over S and then slip"
     if found.J_told == J_UNKNOWN:
         jump = f"; whether it then jumps is open (by {J_low} to {J_high}\u00a0{unit})"

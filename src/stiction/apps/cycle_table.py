@@ -1,0 +1,40 @@
+"""The table of limit cycles, as the command line prints it and the page shows it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from stiction.limitcycle import LimitCycle
+
+__all__ = ["COLUMNS", "FAMILIES", "row"]
+
+COLUMNS = (
+    "Kind", "Family", "Stable", "Period [s]", "OP amplitude [%]", "PV amplitude", "Exact period [s]", "Exact OP [%]",
+    "Exact PV", "Trust",
+)  # fmt: skip
+
+FAMILIES = (
+    "A stem that only rests and jumps keeps its rest levels: half and integer lie symmetric about the point of rest. "
+    "Another set point or load lets them lie in between, with a period and amplitude of their own, and in a simulation "
+    "they drift from one place to the next, the faster the longer dt."
+)
+
+
+def row(cycle: LimitCycle) -> list[Any]:
+    """Return what the tables say of one cycle."""
+    from stiction.report.words import format_number
+
+    exact = cycle.exact or (cycle if cycle.method == "continuous" else None)
+    return [
+        cycle.kind,
+        cycle.family or "-",
+        {True: "stable", False: "unstable", None: "unknown"}[cycle.stable],
+        format_number(cycle.period, significant=4),
+        format_number(cycle.amplitude, significant=4),
+        format_number(cycle.amplitude_pv, significant=4),
+        "" if exact is None else format_number(exact.period, significant=5),
+        "" if exact is None else format_number(exact.amplitude, significant=4),
+        "" if exact is None else format_number(exact.amplitude_pv, significant=4),
+        cycle.trust,
+    ]

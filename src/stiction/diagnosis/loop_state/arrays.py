@@ -1,0 +1,84 @@
+"""Runs, averages and the regular oscillation of plain arrays, as the checks of the loop state need them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.records.runs import runs
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = [
+    "block_means",
+    "find_rests",
+    "keep_long_runs",
+    "moving_average",
+    "oscillation_period",
+    "runs",
+    "without_gaps",
+]
+
+
+def without_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Draw a straight line over each gap; an array without a value stays as it is."""
+    known = np.isfinite(x)
+    if known.all() or not known.any():
+        return x
+    samples = np.arange(x.size)
+    return np.interp(samples, samples[known], x[known])
+
+
+def keep_long_runs(mask: NDArray[np.bool_], min_samples: int) -> NDArray[np.bool_]:
+    """Keep the runs of True that are at least `min_samples` long."""
+    kept = np.zeros(mask.size, dtype=bool)
+    for first, last in runs(mask):
+        kept[first:last] = last - first >= min_samples
+    return kept
+
+
+def find_rests(x: NDArray[np.float64]) -> list[tuple[int, int]]:
+    """First and one past the last sample of each stretch of two or more equal values; gaps take no part."""
+    return [(first, last + 1) for first, last in runs(np.diff(x) == 0.0)]
+
+
+def moving_average(x: NDArray[np.float64], width: int) -> NDArray[np.float64]:
+    """Centred mean over `width` samples, over fewer at both ends."""
+    width = max(1, min(width, x.size))
+    total = np.concatenate([[0.0], np.cumsum(x)])
+    first = np.maximum(np.arange(x.size) - (width - 1) // 2, 0)
+    last = np.minimum(np.arange(x.size) + width // 2 + 1, x.size)
+    return (total[last] - total[first]) / (last - first)
+
+
+def block_means(x: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Means of `count` successive blocks of nearly equal length."""
+    return np.array([block.mean() for block in np.array_split(x, count)])
+
+
+def oscillation_period(
+    x: NDArray[np.float64], *, min_share: float = 0.7, min_cycles: float = 4.0, min_correlation: float = 0.5
+) -> float:
+    """Period of a regular oscillation [samples], NaN when there is none.
+
+    The oscillation is regular when one peak of the spectrum, its two neighbours on either side and its second and third
+    harmonic hold at least `min_share` of the variance about a straight line, and the signal correlates with itself
+    three periods later by at least `min_correlation`.
+    """
+    if x.size < 32 or not np.ptp(x) > 0.0:
+        return float("nan")
+    samples = np.arange(x.size)
+    detrended = x - np.polyval(np.polyfit(samples, x, 1), samples)
+    power = np.abs(np.fft.rfft(detrended * np.hanning(x.size))) ** 2
+    power[0] = 0.0
+    peak = int(np.argmax(power))
+    if peak < min_cycles or peak > x.size / 5:
+        return float("nan")
+    near = {k for harmonic in (1, 2, 3) for k in range(harmonic * peak - 2, harmonic * peak + 3) if 0 < k < power.size}
+    share = power[sorted(near)].sum() / power.sum()
+    period = x.size / peak
+    lag = round(min(3.0, peak - 1.0) * period)
+    correlation = float(np.corrcoef(detrended[lag:], detrended[:-lag])[0, 1])
+    return period if share >= min_share and correlation >= min_correlation else float("nan")

@@ -1,0 +1,127 @@
+"""Sentences about the state of a loop: what was measured, then what to look at."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+from typing import TYPE_CHECKING
+
+from stiction.display.duration_format import format_seconds
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from stiction.diagnosis.loop_state.state import LoopState, StateName
+
+__all__ = ["ACTIONS", "HEADLINES", "describe_action", "describe_state"]
+
+HEADLINES: Mapping[StateName, str] = {
+    "in_control": "The loop is in control",
+    "manual": "The controller is in manual",
+    "saturated": "OP is at its limit",
+    "not_in_command": "The controller is not in command",
+    "shut_in": "The flow is shut in",
+    "valve_not_responding": "The valve does not respond",
+    "pv_frozen": "PV is frozen",
+    "signals_swapped": "OP and PV look swapped",
+    "signals_unrelated": "OP and PV look unrelated",
+    "bad_data": "The data cannot be used",
+}
+"""Each state in a few words."""
+
+ACTIONS: Mapping[StateName, str] = {
+    "in_control": "",
+    "manual": "Put the controller in automatic and record the loop again.",
+    "saturated": "Record a period in which OP moves between its limits; if there is none, check supply, load and set "
+    "point.",
+    "not_in_command": "Check which controller the override or selector has chosen, and that this one has integral "
+    "action; diagnose the loop in command.",
+    "shut_in": "Check block valves, pump and line-up, and record the loop again when there is flow.",
+    "valve_not_responding": "Check the block valves and whether an override has the valve, then the actuator and "
+    "the stem.",
+    "pv_frozen": "Check the transmitter and its connection, then record the loop again.",
+    "signals_swapped": "Name the columns the other way round (--column op=NAME --column pv=NAME; columns= of read), "
+    "then diagnose again.",
+    "signals_unrelated": "Check that OP and PV are tags of one loop, then read the file again with the right columns.",
+    "bad_data": "Record the loop again as the reason asks.",
+}
+"""What to look at in each state."""
+
+
+def describe_action(state: LoopState) -> str:
+    """Say what to look at, in one imperative sentence; empty in control.
+
+    Examples
+    --------
+    >>> from stiction.diagnosis.loop_state import LoopState
+    >>> describe_action(LoopState("pv_frozen", 0.0, 60.0))
+    'Check the transmitter and its connection, then record the loop again.'
+    """
+    return ACTIONS[state.state]
+
+
+def describe_state(state: LoopState, start: datetime | None = None, pv_unit: str = "") -> str:
+    """Say what was measured, with numbers and times; empty in control.
+
+    Parameters
+    ----------
+    state : LoopState
+        State of the loop.
+    start : datetime, optional
+        Time of the first sample; without it times count from the first sample.
+    pv_unit : str
+        Unit of PV.
+
+    Returns
+    -------
+    str
+        One or two sentences.
+
+    Examples
+    --------
+    >>> from stiction.diagnosis.loop_state import LoopState
+    >>> describe_state(LoopState("pv_frozen", 60.0, 600.0, 0.9, {"pv": 148.7, "op_start": 50.0, "op_end": 85.0}))
+    'PV is frozen: it stays at 148.7 from 60 s to 600 s, while OP goes from 50 to 85 %.'
+    """
+    if state.in_control:
+        return ""
+    if state.state == "bad_data":
+        return " ".join(state.rejects) or f"OP or PV is missing in {100.0 * state.share:.0f} % of the record."
+    numbers = {"op_start": float("nan"), "op_end": float("nan"), "pv": float("nan"), "error": float("nan")}
+    numbers |= state.numbers
+    unit = f" {pv_unit}" if pv_unit else ""
+    begin, end = (_moment(time, start, state.end_s) for time in (state.start_s, state.end_s))
+    moved = _moment(state.numbers.get("move_end_s", state.end_s), start, state.end_s)
+    side = "below" if numbers["error"] > 0.0 else "above"
+    offset = f"{abs(numbers['error']):.3g}{unit} {side} SP on average"
+    travel = f"from {numbers['op_start']:.3g} to {numbers['op_end']:.3g} %"
+    share = f"{100.0 * state.share:.0f} % of the record"
+    if state.state == "not_in_command":
+        cycle = state.numbers.get("period_s", float("nan"))
+        how = f" PV cycles every {format_seconds(cycle)} whatever OP does." if cycle > 0.0 else ""
+        went = f"OP went {travel}" if abs(numbers["op_end"] - numbers["op_start"]) > 1.0 else "OP stayed"
+        at = f" between {begin} and {moved}" if went != "OP stayed" else f" at {numbers['op_end']:.3g} %"
+        return f"The controller is not in command: {went}{at}, while PV stayed {offset}.{how}"
+    return {
+        "manual": f"The controller is in manual in {share} by its mode, from {begin} to {end}."
+        if numbers.get("by_mode")
+        else f"OP rests in {share} while PV moves, as in manual: at {numbers['op_end']:.3g} % for longest.",
+        "saturated": f"OP rests at a limit ({numbers['op_end']:.3g} %) in {share}; the valve does not move there.",
+        "shut_in": f"The flow is shut in: it stays at {numbers['pv']:.3g}{unit} from {begin} to {end}, while OP goes "
+        f"{travel}.",
+        "valve_not_responding": f"The valve does not respond: it is stuck, shut in or not in command. OP went {travel} "
+        f"between {begin} and {moved}, and PV stayed {offset}.",
+        "pv_frozen": f"PV is frozen: it stays at {numbers['pv']:.4g}{unit} from {begin} to {end}, while OP goes "
+        f"{travel}.",
+        "signals_swapped": "The OP and PV columns look swapped: a controller equation computes the column named PV "
+        "from the column named OP almost exactly.",
+        "signals_unrelated": "OP and PV look like signals of different loops: their coherence is "
+        f"{state.numbers.get('coherence', 0.0):.2f}, no more than by chance.",
+    }[state.state]
+
+
+def _moment(seconds: float, start: datetime | None, longest: float) -> str:
+    """A time of day, with its date in a record of more than a day; else the time since the first sample."""
+    if start is None:
+        return format_seconds(seconds)
+    moment = start + timedelta(seconds=seconds)
+    return f"{moment:%H:%M}" if longest < 86_400.0 else f"{moment:%Y-%m-%d %H:%M}"

@@ -1,0 +1,73 @@
+"""Frozen PV: the transmitter or its connection repeats one value while OP moves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.diagnosis.loop_state.arrays import find_rests
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["find_pv_frozen"]
+
+
+def find_pv_frozen(
+    op: NDArray[np.float64],
+    pv: NDArray[np.float64],
+    *,
+    min_samples: int = 60,
+    min_share: float = 0.05,
+    max_rests: int = 5,
+    min_length_ratio: float = 4.0,
+) -> NDArray[np.bool_]:
+    """Mark the samples in which PV repeats one value although OP moves.
+
+    Parameters
+    ----------
+    op : ndarray, shape (n_samples,)
+        Controller output [% of span]; NaN is missing.
+    pv : ndarray, shape (n_samples,)
+        Process variable [its unit]; NaN is missing.
+    min_samples : int
+        Shortest rest of PV that counts [samples].
+    min_share : float
+        Shortest rest that counts, as a share of the record [-]; the longer of the two holds.
+    max_rests : int
+        Largest number of long rests. More of them are a coarse resolution or a compressed record.
+    min_length_ratio : float
+        Length of the shortest long rest over that of the longest other one [-].
+
+    Returns
+    -------
+    ndarray of bool, shape (n_samples,)
+        True where PV is frozen.
+
+    Notes
+    -----
+    A measured process variable carries noise and never repeats one value for long. A coarse transmitter and a historian
+    that stores changes only also make rests, but many of them and of every length. A frozen PV makes one or a few, far
+    longer than all others.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> pv = np.random.default_rng(1).normal(150.0, 1.0, 300)
+    >>> pv[200:] = pv[200]
+    >>> int(find_pv_frozen(np.linspace(40.0, 60.0, 300), pv).sum())
+    100
+    """
+    mask = np.zeros(pv.size, dtype=bool)
+    rests = find_rests(pv)
+    lengths = np.array([last - first for first, last in rests], dtype=int)
+    long = lengths >= max(min_samples, int(min_share * pv.size))
+    if not 1 <= long.sum() <= max_rests:
+        return mask
+    if not long.all() and min_length_ratio * lengths[~long].max() > lengths[long].min():
+        return mask
+    for (first, last), is_long in zip(rests, long, strict=True):
+        inside = op[first:last][np.isfinite(op[first:last])]
+        mask[first:last] |= bool(is_long) and inside.size > 0 and np.ptp(inside) > 0.0
+    return mask

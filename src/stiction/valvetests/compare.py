@@ -1,0 +1,127 @@
+"""Two tests of one valve, before and after a repair."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from stiction.errors import ParameterError, require_kind
+from stiction.valvetests.result import Estimate, ValveTest, json_ready, unit_of
+
+__all__ = ["Change", "TestComparison", "compare_tests"]
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One quantity in two tests."""
+
+    name: str
+    """Name of the quantity."""
+    unit: str
+    """Its unit."""
+    before: Estimate
+    """In the first test."""
+    after: Estimate
+    """In the second test."""
+    change: float
+    """After minus before; NaN when one is unknown."""
+    verdict: Literal["smaller", "larger", "no change seen", "cannot tell"]
+    """`smaller` or `larger` when the intervals do not overlap."""
+
+
+@dataclass(frozen=True)
+class TestComparison:
+    """Two tests of one valve side by side."""
+
+    before: ValveTest
+    """The first test."""
+    after: ValveTest
+    """The second test."""
+    changes: tuple[Change, ...]
+    """Every quantity that both tests name."""
+
+    __test__ = False
+
+    def summary(self) -> str:
+        """Say the changes in a few lines."""
+        head = f"{self.before.record.tag}: {self.before.verdict} before, {self.after.verdict} after."
+        rows = [
+            f"{c.name}: {c.before.value:.3g} -> {c.after.value:.3g} {c.unit}, {c.verdict}"
+            for c in self.changes
+            if c.verdict != "cannot tell"
+        ]
+        lost = [c.name for c in self.changes if c.verdict == "cannot tell"]
+        rows += [f"Cannot tell for: {', '.join(lost)} (unknown in one of the tests)."] if lost else []
+        return "\n".join([head, *rows])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Turn into a JSON-ready form."""
+        return {
+            "before": self.before.to_dict(),
+            "after": self.after.to_dict(),
+            "changes": [json_ready(change) for change in self.changes],
+        }
+
+
+def compare_tests(before: ValveTest, after: ValveTest) -> TestComparison:
+    """Compare two tests of one valve, quantity by quantity.
+
+    Parameters
+    ----------
+    before, after : ValveTest
+        Two ramp tests or two step tests.
+
+    Returns
+    -------
+    TestComparison
+        A quantity has changed when the two intervals do not overlap.
+
+    Raises
+    ------
+    ParameterError
+        When one is no valve test, one is a ramp test and the other a step test, or they were read from different
+        signals.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> plan = st.plan_ramp_test(20.0, 40.0, threshold=0.05)
+    >>> old, new = (st.analyse_ramp(st.stroke(st.Srinivasan(sb, 1.0, 0.05), plan.op, 1.0)) for sb in (4.0, 2.0))
+    >>> {c.name: c.verdict for c in st.compare_tests(old, new).changes}["sb"]
+    'smaller'
+    """
+    for name, test in (("before", before), ("after", after)):
+        require_kind(name, test, ValveTest, "what analyse_ramp or analyse_steps returns")
+    if before.kind != after.kind:
+        raise ParameterError(f"A {before.kind} and a {after.kind} do not compare; give two tests of the same kind.")
+    if before.signal != after.signal:
+        raise ParameterError(
+            f"One test was read from {before.signal}, the other from {after.signal}; give signal= the same in both."
+        )
+    there = after.quantities()
+    return TestComparison(
+        before, after, tuple(_change(name, old, there[name]) for name, old in before.quantities().items())
+    )
+
+
+def _change(name: str, old: Estimate, new: Estimate) -> Change:
+    difference = new.value - old.value
+    if not math.isfinite(difference):
+        return Change(name, unit_of(name), old, new, math.nan, "cannot tell")
+    (old_low, old_high), (new_low, new_high) = _range(old), _range(new)
+    if new_high < old_low:
+        verdict = "smaller"
+    elif new_low > old_high:
+        verdict = "larger"
+    else:
+        verdict = "no change seen"
+    return Change(name, unit_of(name), old, new, difference, verdict)
+
+
+def _range(estimate: Estimate) -> tuple[float, float]:
+    """Interval of an estimate; without one, two spreads or a tenth of the value either way."""
+    if math.isfinite(estimate.low) and math.isfinite(estimate.high):
+        return estimate.low, estimate.high
+    half = 2.0 * estimate.spread if math.isfinite(estimate.spread) else 0.1 * abs(estimate.value)
+    return estimate.value - half, estimate.value + half

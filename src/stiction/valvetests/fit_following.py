@@ -1,0 +1,61 @@
+r"""A stem that followed every ramp: the deadband between its ways, and the S that may hide in it.
+
+Nothing slipped that could be seen, so that there is no slip to fit. What is left is how far the stem of a rising OP
+stays behind that of a falling one,
+
+.. math:: u - x = c + d\,(D / 2 + \tau\,|\dot u|), \qquad d = \pm 1
+
+with u the OP and x the stem in the middle of each ramp, D the deadband and :math:`\tau` the lag behind OP. Slips
+smaller than the smallest stair that could have been seen may be there, so that S lies between D and D with one such
+stair.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.valvetests.result import Estimate
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stiction.valvetests.ramp_split import OpRamp
+    from stiction.valvetests.stem_moves import Moves
+
+__all__ = ["fit_following"]
+
+
+def fit_following(ramps: Sequence[OpRamp], found: Sequence[Moves]) -> tuple[Estimate, Estimate]:
+    """Deadband and S of a stem that followed every ramp, from its position.
+
+    Parameters
+    ----------
+    ramps : sequence of OpRamp
+        Ramps of the OP.
+    found : sequence of Moves
+        What the stem did in each, in % of span.
+
+    Returns
+    -------
+    tuple of Estimate
+        Deadband and S [% of span]; unknown where the stem did not follow in both ways.
+    """
+    if not all(moved.follows for moved in found) or len({ramp.direction for ramp in ramps}) < 2:
+        return Estimate(), Estimate()
+    rows, behind = [], []
+    for ramp, moved in zip(ramps, found, strict=True):
+        for one in moved.follows:
+            rows.append((1.0, 0.5 * ramp.direction, ramp.rate))
+            behind.append(0.5 * (one.op_start + one.op_end - one.stem_start - one.stem_end))
+    several = len({round(abs(ramp.rate), 9) for ramp in ramps}) > 1
+    A, y = np.array(rows)[:, : 3 if several else 2], np.array(behind)
+    weights, *_ = np.linalg.lstsq(A, y, rcond=None)
+    free = max(y.size - A.shape[1], 1)
+    error = math.sqrt(float(np.sum((y - A @ weights) ** 2)) / free * float(np.linalg.pinv(A.T @ A)[1, 1]))
+    D, half = max(float(weights[1]), 0.0), 1.96 * error
+    hidden = min(moved.smallest_stair for moved in found)
+    deadband = Estimate(D, max(D - half, 0.0), D + half, n=y.size)
+    return deadband, Estimate(D, deadband.low, D + half + hidden, n=y.size)

@@ -1,0 +1,87 @@
+r"""Stairs that the noise hides one by one, found together by their regularity.
+
+Stairs of a jump sj in a ramp come every sj of OP. Less its straight line such a stem is a saw-tooth, whose first
+harmonic has the frequency rate / sj and the amplitude sj / pi (less behind a sensor's lag). Where the largest peak of
+the periodogram stands clear of the noise and has an amplitude that fits its frequency, it is a staircase.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.valvetests.ramp_split import OpRamp
+
+__all__ = ["HiddenStairs", "hidden_stairs"]
+
+CHANCE = 1e-3
+"""Chance that noise alone makes such a peak in a ramp [-]."""
+FITTING = (0.3, 1.6)
+"""Amplitude of the peak over that of a saw-tooth of its period, least and most [-]."""
+FEWEST = 3.0
+"""Fewest stairs in a ramp [-]."""
+
+
+@dataclass(frozen=True, slots=True)
+class HiddenStairs:
+    """A staircase seen by its regularity, and its mean line at two points."""
+
+    jump: float
+    """Jump sj [% of span of the OP]."""
+    op: tuple[float, float]
+    """OP at the two points [% of span]."""
+    stem: tuple[float, float]
+    """Mean line of the stem there [unit of the stem signal]."""
+
+
+def hidden_stairs(
+    ramp: OpRamp, time: NDArray[np.float64], stem: NDArray[np.float64], sigma: float, gain: float
+) -> tuple[HiddenStairs | None, float]:
+    """Search the part of a ramp after its first slip.
+
+    Parameters
+    ----------
+    ramp : OpRamp
+        The ramp of the OP.
+    time, stem : ndarray, shape (n_samples,)
+        Times [s] and the stem signal after the first slip.
+    sigma : float
+        Noise of the stem signal [its unit].
+    gain : float
+        Stem travel per OP [unit of the stem signal per % of span].
+
+    Returns
+    -------
+    HiddenStairs or None
+        The staircase, if there is one.
+    float
+        Smallest jump that would have been seen [unit of the stem signal]; infinite for a short ramp.
+    """
+    n = time.size
+    if n < 24:
+        return None, math.inf
+    dt = float(np.median(np.diff(time)))
+    centred = time - time.mean()
+    slope = float(centred @ stem / (centred @ centred))
+    left = stem - stem.mean() - slope * centred
+    size = 1 << (4 * n - 1).bit_length()
+    power = np.abs(np.fft.rfft(left, size)) ** 2 / n
+    frequency = np.fft.rfftfreq(size, dt)
+    band = (frequency * n * dt >= FEWEST) & (frequency <= 0.25 / dt)
+    needed = math.log(max(0.25 * n, 1.0) / CHANCE)
+    seen = math.pi * sigma * math.sqrt(4.0 * needed / n)
+    k = int(np.flatnonzero(band)[np.argmax(power[band])])
+    jump = abs(ramp.rate) / float(frequency[k])
+    amplitude = 2.0 * math.sqrt(float(power[k]) / n)
+    ratio = amplitude * math.pi / (jump * abs(gain))
+    if power[k] < needed * sigma * sigma or not FITTING[0] <= ratio <= FITTING[1]:
+        return None, seen
+    ends = time[n // 8], time[n - 1 - n // 8]
+    line = tuple(float(stem.mean() + slope * (t - time.mean())) for t in ends)
+    return HiddenStairs(jump, (ramp.line.at(ends[0]), ramp.line.at(ends[1])), (line[0], line[1])), seen

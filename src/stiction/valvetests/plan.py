@@ -1,0 +1,114 @@
+"""A planned test: the OP to give, when, and what it asks of the plant."""
+
+from __future__ import annotations
+
+import csv
+import os
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.errors import ParameterError, require_finite
+from stiction.valvetests.result import json_ready
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["TestPlan", "within_span"]
+
+
+@dataclass(frozen=True)
+class TestPlan:
+    """The OP of a valve test, sample by sample."""
+
+    kind: str
+    """`ramp test` or `step test`."""
+    dt: float
+    """Sampling period [s]."""
+    op: NDArray[np.float64] = field(repr=False, compare=False)
+    """OP to give [% of span], shape (n_samples,)."""
+    start: float
+    """OP before and after the test [% of span]."""
+    upset: float
+    """Largest departure of the OP from its start [% of span]."""
+    notes: tuple[str, ...]
+    """What the plan does and what to look out for, a sentence each."""
+    settings: dict[str, Any]
+    """What the plan was made from."""
+
+    __test__ = False
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Time of each sample [s], shape (n_samples,)."""
+        return np.arange(self.op.size, dtype=np.float64) * self.dt
+
+    @property
+    def duration(self) -> float:
+        """Length of the test [s]."""
+        return self.op.size * self.dt
+
+    def summary(self) -> str:
+        """Say the plan in words."""
+        head = (
+            f"{self.kind.capitalize()}: {_clock(self.duration)} in manual, OP from {self.op.min():g} to "
+            f"{self.op.max():g} %, at most {self.upset:g} % from its start at {self.start:g} %."
+        )
+        return "\n".join([head, *self.notes])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Turn into a JSON-ready form, without the series."""
+        return {
+            "kind": self.kind,
+            "dt_s": self.dt,
+            "duration_s": self.duration,
+            "start": self.start,
+            "upset": self.upset,
+            "notes": list(self.notes),
+            "settings": json_ready(self.settings),
+        }
+
+    def to_csv(self, path: str | os.PathLike[str]) -> Path:
+        """Write `time_s,OP` for an operator or a control system; the file appears whole or not at all.
+
+        Raises
+        ------
+        ParameterError
+            When the file cannot be written.
+        """
+        target = Path(path)
+        scratch = None
+        try:
+            handle, scratch = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+            with os.fdopen(handle, "w", newline="", encoding="utf-8") as file:
+                writer = csv.writer(file, lineterminator="\n")
+                writer.writerow(["time_s", "OP"])
+                writer.writerows((f"{t:.9g}", f"{u:.6f}") for t, u in zip(self.time, self.op, strict=True))
+            os.chmod(scratch, 0o644)
+            os.replace(scratch, target)
+        except OSError as problem:
+            if scratch is not None:
+                Path(scratch).unlink(missing_ok=True)
+            raise ParameterError(
+                f"{target} cannot be written ({problem.strerror}); give a path in a folder that exists."
+            ) from None
+        return target
+
+
+def within_span(low: float, high: float, names: tuple[str, str] = ("low", "high")) -> tuple[float, float]:
+    """Return (low, high) as numbers with 0 <= low < high <= 100, or say what is wrong with them."""
+    low, high = require_finite(names[0], low, "% of span"), require_finite(names[1], high, "% of span")
+    if not 0.0 <= low < high <= 100.0:
+        raise ParameterError(
+            f"{names[0]} = {low:g} % and {names[1]} = {high:g} % are no range; "
+            f"give 0 <= {names[0]} < {names[1]} <= 100."
+        )
+    return low, high
+
+
+def _clock(seconds: float) -> str:
+    minutes = round(seconds / 60.0)
+    return f"{minutes // 60} h {minutes % 60:02d} min" if minutes >= 60 else f"{seconds / 60.0:.3g} min"

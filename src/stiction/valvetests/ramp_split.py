@@ -1,0 +1,109 @@
+"""The ramps of a test, found in the OP."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.errors import RecordError
+from stiction.valvetests.segmentation import Segment, segment_signal
+from stiction.valvetests.stem_signal import reject_feedback
+
+if TYPE_CHECKING:
+    from stiction.valvetests.stem_signal import StemSignal
+
+__all__ = ["OpRamp", "find_ramps"]
+
+LEAST_TRAVEL = 0.5
+"""Least OP travel of a ramp [% of span]."""
+LEAST_SAMPLES = 20
+"""Fewest samples of a ramp [-]."""
+MOST_NOISE = 0.5
+"""OP noise above which the OP is not a test signal [% of span]."""
+SAME_RATE = 0.25
+"""Neighbouring lines whose rates differ by less than this share are one ramp [-]."""
+NEEDS = "a ramp test needs the loop in manual and a straight OP: see plan_ramp_test."
+
+
+@dataclass(frozen=True, slots=True)
+class OpRamp:
+    """One straight rise or fall of the OP."""
+
+    line: Segment
+    """The OP as a straight line [% of span]."""
+
+    @property
+    def rate(self) -> float:
+        """Rate [% of span / s]."""
+        return self.line.slope
+
+    @property
+    def direction(self) -> int:
+        """1 rising, -1 falling."""
+        return 1 if self.line.slope > 0.0 else -1
+
+    @property
+    def op_start(self) -> float:
+        """OP at the start [% of span]."""
+        return self.line.at(self.line.start)
+
+    @property
+    def op_end(self) -> float:
+        """OP at the end [% of span]."""
+        return self.line.at(self.line.end)
+
+
+def find_ramps(reading: StemSignal, tag: str) -> tuple[tuple[OpRamp, ...], list[Segment]]:
+    """Ramps of the OP, and the whole OP as pieces.
+
+    Raises
+    ------
+    RecordError
+        When the OP holds no ramp or reacts to PV, with what it holds instead.
+    """
+    if reading.op_sigma > MOST_NOISE and reading.op_step < MOST_NOISE:
+        raise RecordError(
+            f"The OP of {tag} moves by {reading.op_sigma:.2g} % from sample to sample with no ramp in it (a loop in "
+            f"automatic?); {NEEDS} For a record of normal operation use diagnose or identify."
+        )
+    reject_feedback(reading, tag, NEEDS)
+    pieces = _joined(segment_signal(reading.time, reading.op, reading.op_sigma))
+    ramps = tuple(OpRamp(piece) for piece in pieces if _is_ramp(piece, reading.op_sigma))
+    if not ramps:
+        rests = sum(piece.slope == 0.0 for piece in pieces)
+        if rests >= 3:
+            raise RecordError(
+                f"The OP of {tag} moves in steps ({rests} rests), not in ramps; use analyse_steps. Steps cannot "
+                "tell the rate r: see plan_ramp_test."
+            )
+        swing = float(np.ptp(reading.op))
+        raise RecordError(
+            f"The OP of {tag} holds no ramp of {LEAST_TRAVEL} % and {LEAST_SAMPLES} samples (it spans {swing:.3g} %); "
+            "drive it up and down as plan_ramp_test says."
+        )
+    return ramps, pieces
+
+
+def _is_ramp(piece: Segment, sigma: float) -> bool:
+    travel = abs(piece.slope) * (piece.end - piece.start)
+    return piece.n >= LEAST_SAMPLES and travel >= max(LEAST_TRAVEL, 5.0 * sigma)
+
+
+def _joined(pieces: list[Segment]) -> list[Segment]:
+    """Join neighbouring lines of about the same rate that meet."""
+    joined: list[Segment] = []
+    for piece in pieces:
+        before = joined[-1] if joined else None
+        if before is not None and before.slope * piece.slope > 0.0 and _alike(before.slope, piece.slope):
+            slope = (piece.at(piece.end) - before.at(before.start)) / (piece.end - before.start)
+            level = 0.5 * (piece.at(piece.end) + before.at(before.start))
+            joined[-1] = replace(before, last=piece.last, end=piece.end, slope=slope, level=level)
+        else:
+            joined.append(piece)
+    return joined
+
+
+def _alike(a: float, b: float) -> bool:
+    return abs(a - b) <= SAME_RATE * max(abs(a), abs(b))

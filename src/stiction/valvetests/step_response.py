@@ -1,0 +1,60 @@
+"""The response to one step: dead time, T63, T86, T98 and overshoot."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["measure_response"]
+
+T86 = 1.0 - math.exp(-2.0)
+"""T86 is the time to two time constants of a first-order response, 86.5 % [-]."""
+T63 = 1.0 - math.exp(-1.0)
+
+
+def measure_response(
+    time: NDArray[np.float64], stem: NDArray[np.float64], begin: float, before: float, after: float, sigma: float
+) -> tuple[float, float, float, float, float]:
+    """Return (dead time, T63, T86, T98, overshoot) of one step, NaN where the noise hides them.
+
+    Parameters
+    ----------
+    time, stem : ndarray, shape (n_hold + 1,)
+        Times [s] and stem from the last sample before the step to the end of the hold.
+    begin : float
+        Time of the step [s].
+    before, after : float
+        Stem at rest before and at the end [unit of the stem].
+    sigma : float
+        Noise and rounding of the stem [its unit].
+    """
+    travel = after - before
+    done = (stem - before) / travel
+    doubt = 3.0 * sigma / abs(travel)
+    if doubt > 1.0 - T63:
+        return math.nan, math.nan, math.nan, math.nan, math.nan
+    lead = _reach(time, done, max(doubt, 0.01), begin) - begin
+    t63, t86 = _reach(time, done, T63, begin) - begin, _reach(time, done, T86, begin) - begin
+    t98 = _reach(time, done, 0.98, begin) - begin if doubt <= 0.02 else math.nan
+    over = float(done.max()) - 1.0
+    return lead, t63, t86 if doubt <= 1.0 - T86 else math.nan, t98, 100.0 * over if over > doubt else 0.0
+
+
+def _reach(time: NDArray[np.float64], done: NDArray[np.float64], level: float, begin: float) -> float:
+    """Return the first time after the step at which `done` reaches `level`, on the straight line between samples.
+
+    A response within the sample of the step counts from that sample on: 0 s means less than a sample.
+    """
+    above = np.flatnonzero(done >= level)
+    if above.size == 0:
+        return math.nan
+    k = int(above[0])
+    if k == 0:
+        return begin
+    part = (level - done[k - 1]) / (done[k] - done[k - 1])
+    return max(float(time[k - 1] + part * (time[k] - time[k - 1])), begin)

@@ -1,0 +1,117 @@
+"""What a step test says in words: the verdict, and what it leaves unknown."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.valvetests.stem_signal import no_response_text
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stiction.valvetests.result import Estimate, Verdict
+    from stiction.valvetests.step_readings import NoResponse
+    from stiction.valvetests.step_result import BandReading, Step
+
+__all__ = ["open_questions", "step_verdict"]
+
+
+MOST_AGAINST = 0.25
+"""Share of the responses that may go against the others, by noise [-]."""
+
+
+def step_verdict(
+    steps: Sequence[Step],
+    readings: Sequence[BandReading],
+    S: Estimate,
+    still: NoResponse,
+    limit: float,
+    signal: str,
+) -> tuple[Verdict, str]:
+    """Verdict on deadband plus stickband S [% of span], read from `signal`.
+
+    A response is seen late, and a reading too large, by what the noise hides: so much is taken off before a reading
+    counts against the limit. Its lower end is travel without a response, and counts as such.
+    """
+    what = "stem" if signal == "mv" else "flow"
+    ways = [(step.stem_after - step.stem_before) * (step.op_after - step.op_before) for step in steps if step.responded]
+    given = float(np.ptp([steps[0].op_before, *(step.op_after for step in steps)]))
+    if not ways and given > limit and signal == "pv":
+        return "undecided", no_response_text(given)
+    against = min(sum(way < 0.0 for way in ways), sum(way > 0.0 for way in ways))
+    if against > MOST_AGAINST * len(ways):
+        return "undecided", (
+            f"The {what} went against the OP in {against} of {len(ways)} responses, with it in the others: the OP is "
+            "not what moves it. Step in manual, with nothing but OP moving it."
+        )
+    least = S.low - still.hidden
+    text = (
+        f"S, deadband plus stickband, is {S.value:.3g} % "
+        f"(at least {min(max(least, still.sure, 0.0), S.value):.3g} %), limit {limit:g} %."
+    )
+    if least > limit:
+        return "beyond limit", text
+    if still.sure > limit:
+        return "beyond limit", (
+            f"The {what} did not respond to {still.travel:.3g} % of OP travel, so S, deadband plus stickband, is at "
+            f"least {still.sure:.3g} %; limit {limit:g} %."
+        )
+    if not ways:
+        return (
+            "undecided",
+            f"The {what} did not respond to {given:.3g} % of OP travel; limit {limit:g} %. Step further.",
+        )
+    if not S.known:
+        return "undecided", "The test does not show S, deadband plus stickband (no reversal with a response)."
+    finest = min(r.step for r in readings if r.kind == "reversal")
+    # Where noise hides whole steps the response before the reversal may have been seen late, and S be read too small.
+    if S.value + (still.hidden if still.hidden > finest else 0.0) <= limit * (1.0 + 1e-9):
+        return "within limit", text
+    if still.hidden > finest:
+        return "undecided", f"{text} The noise hides responses below {still.hidden:.3g} %: hold the steps longer."
+    return "undecided", f"{text} {_finer(steps, finest)}"
+
+
+def open_questions(
+    signal: str, steps: Sequence[Step], turned: Sequence[BandReading], onwards: Sequence[BandReading]
+) -> tuple[str, ...]:
+    """Say what the test cannot tell and what would."""
+    lines = ["A step test cannot measure r. Use a ramp test."]
+    if not any(step.responded for step in steps):
+        what = "stem" if signal == "mv" else "flow"
+        return (*lines, f"S, deadband and resolution: the {what} never responded. Step further.")
+    if not turned:
+        lines.append(
+            "S and deadband: no reversal with a response before and after it. Step up and down, further than S."
+        )
+    elif all(r.reading <= r.step * 1.001 for r in turned):
+        finest = min(r.step for r in turned)
+        lines.append(f"S below {finest:.3g} %: every reversal {_at_once(steps, finest)}")
+    if not onwards:
+        lines.append("resolution: no two responses in the same direction. Step further.")
+    elif all(r.reading <= r.step * 1.001 for r in onwards):
+        finest = min(r.step for r in onwards)
+        lines.append(f"resolution below {finest:.3g} %: every move onwards {_at_once(steps, finest)}")
+    if not any(math.isfinite(step.t63) for step in steps):
+        lines.append("response times: no response stands clear of the noise.")
+    if signal == "pv":
+        lines.append("the stem itself: times and overshoot are those of the flow, its sensor included.")
+    return tuple(lines)
+
+
+def _at_once(steps: Sequence[Step], read: float) -> str:
+    """Say that the first step of `read` [% of span] was answered, and what gives a finer reading."""
+    finest = min(abs(step.op_after - step.op_before) for step in steps)
+    among = f" of {read:.3g} %, those of {finest:.3g} % none" if finest < 0.999 * read else ""
+    return f"answered its first step{among}. {_finer(steps, read)}"
+
+
+def _finer(steps: Sequence[Step], read: float) -> str:
+    """Say what gives a finer reading than steps of `read` [% of span]."""
+    finest = min(abs(step.op_after - step.op_before) for step in steps)
+    if finest < 0.999 * read:
+        return f"The steps of {finest:.3g} % did not go far enough: widen the fine range (--fine-range)."
+    return "Use finer steps."
