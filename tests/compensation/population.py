@@ -24,24 +24,24 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from calibration.populations import population
+from calibration.populations.causes import PLANS
+from calibration.populations.draw import _draw
+from calibration.populations.plan import PV_START
 from stiction.compensation import compensate
 from stiction.compensation.remedies import NOTHING
 from stiction.diagnosis import diagnose
 from stiction.models import Kano, PhysicalValve
 from stiction.simulation import simulate
-from stiction.simulation.population import population
-from stiction.simulation.population.causes import PLANS
-from stiction.simulation.population.draw import _draw
-from stiction.simulation.population.plan import PV_START
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from calibration.populations import Case
+    from calibration.populations.plan import Plan
     from stiction.compensation.remedies import Remedy
     from stiction.diagnosis import Diagnosis
     from stiction.models import Loop
-    from stiction.simulation.population import Case
-    from stiction.simulation.population.plan import Plan
 
 SEEDS = range(1000, 1010)
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import stiction as st
+from calibration.populations.loads import lagged
 from stiction.compensation import Twin, build_twin
 from stiction.compensation.cycle import Cycle, cycle_of, distance, pace
 from stiction.compensation.locked import locked_to
@@ -19,7 +20,6 @@ from stiction.compensation.refine import refine
 from stiction.compensation.surroundings import Surroundings
 from stiction.compensation.twin import _against, _changes, _judge, analysed, twin_of_loop
 from stiction.models import SOPDT
-from stiction.simulation.population.loads import lagged
 
 PID = st.PID(0.2, 10.0, op_limits=(0.0, 100.0))
 LOOP = st.Loop(PID, st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)

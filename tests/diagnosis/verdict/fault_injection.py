@@ -19,8 +19,8 @@ import numpy as np
 from population import each  # a page beside this script
 
 import stiction as st
+from calibration.populations import CAUSES, population
 from stiction.simulation.historian import spoil
-from stiction.simulation.population import CAUSES, population
 
 SURE = 0.9
 """Probability beyond which a verdict is confident [-]."""

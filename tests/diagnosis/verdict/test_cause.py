@@ -12,11 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 import stiction as st
+from calibration.populations.loads import lagged
 from stiction.diagnosis.identified import J_UNKNOWN, Rival
 from stiction.diagnosis.result import Counted, Oscillation
 from stiction.diagnosis.verdict.cause import fits, named_cause
 from stiction.diagnosis.verdict.meaning import strongest
-from stiction.simulation.population.loads import lagged
 
 from .found import FOUND
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import stiction as st
+from calibration.populations import plant_population
 from stiction.diagnosis.identified import Rival
 from stiction.diagnosis.verdict.contradiction import (
     against_good,
@@ -22,7 +23,6 @@ from stiction.diagnosis.verdict.doubt import LEAST, MOST, held_back
 from stiction.diagnosis.verdict.findings import findings
 from stiction.diagnosis.verdict.objection import Objection
 from stiction.records.quality import Quality, assess
-from stiction.simulation.population import plant_population
 
 from .found import FOUND
 

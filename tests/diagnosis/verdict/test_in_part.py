@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import stiction as st
+from calibration.populations.loads import lagged
 from stiction.diagnosis.identification.glance import glance
 from stiction.diagnosis.verdict.in_part import AFTER, PARTS, PICKED, SHORTEST, suspects, told_of_part
 from stiction.diagnosis.verdict.objection import Objection
 from stiction.diagnosis.verdict.stem import stem_shown
 from stiction.diagnosis.verdict.windows import Window
-from stiction.simulation.population.loads import lagged
 
 S, J = 4.0, 2.0
 GOOD, STICKY = st.Ideal(), st.Kano(S, J)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import stiction as st
+from calibration.populations import CAUSES, population
 from stiction.diagnosis.identification import fit_controller
 from stiction.diagnosis.identification.swapped import are_swapped
-from stiction.simulation.population import CAUSES, population
 
 FOPDT = st.FOPDT(1.2, 8.0, 3.0)
 

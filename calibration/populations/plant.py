@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calibration.populations.case import Case
+from calibration.populations.loads import SHAPES, lagged, steps, wave
+from calibration.populations.plan import Plan
+from calibration.populations.processes import guarded, log_uniform, margin, scaled
+from calibration.populations.valves import LEAST_JUMP, sticky_valve
 from stiction.models import FOPDT, PID, SOPDT, Ideal, Integrating, Kano, Loop, TransferFunction
 from stiction.records.storage import usual_swing
 from stiction.simulation.historian import averaged, quantised, sampled
-from stiction.simulation.population.case import Case
-from stiction.simulation.population.loads import SHAPES, lagged, steps, wave
-from stiction.simulation.population.plan import Plan
-from stiction.simulation.population.processes import guarded, log_uniform, margin, scaled
-from stiction.simulation.population.valves import LEAST_JUMP, sticky_valve
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -75,7 +75,7 @@ def plant_population(n: int, seed: int = 0) -> Iterator[Case]:
 
     Examples
     --------
-    >>> from stiction.simulation.population import plant_population
+    >>> from calibration.populations import plant_population
     >>> [(case.cause, case.record.dt >= case.loop.dt) for case in plant_population(2, seed=2)]
     [('stiction', True), ('tight tuning', True)]
     """

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calibration.populations.loads import SHAPES, lagged, steps, wave
+from calibration.populations.plan import Plan, settled, with_series
+from calibration.populations.processes import draw_loop, margin, scaled
+from calibration.populations.valves import deadband_valve, sticky_valve
 from stiction.models import Kano, PhysicalValve
 from stiction.records.storage import usual_swing
-from stiction.simulation.population.loads import SHAPES, lagged, steps, wave
-from stiction.simulation.population.plan import Plan, settled, with_series
-from stiction.simulation.population.processes import draw_loop, margin, scaled
-from stiction.simulation.population.valves import deadband_valve, sticky_valve
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -13,19 +13,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.simulation.population.asked import NOISE, STICKY, asked_of, drawn_loop
-from stiction.simulation.population.causes import SAMPLES
-from stiction.simulation.population.draw import drawn_apart, recorded
-from stiction.simulation.population.loads import lagged, steps
-from stiction.simulation.population.plan import Plan
-from stiction.simulation.population.processes import log_uniform
+from calibration.populations.asked import NOISE, STICKY, asked_of, drawn_loop
+from calibration.populations.causes import SAMPLES
+from calibration.populations.draw import drawn_apart, recorded
+from calibration.populations.loads import lagged, steps
+from calibration.populations.plan import Plan
+from calibration.populations.processes import log_uniform
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
-    from stiction.simulation.population.case import Case
+    from calibration.populations.case import Case
 
 __all__ = ["upset_population", "upset_series"]
 
@@ -60,7 +60,7 @@ def upset_population(n: int, seed: int = 0) -> Iterator[Case]:
 
     Examples
     --------
-    >>> from stiction.simulation.population import upset_population
+    >>> from calibration.populations import upset_population
     >>> [case.cause for case in upset_population(3, seed=1)]
     ['stiction', 'none', 'none']
     """

@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.errors import ParameterError
-from stiction.simulation.historian import EFFECTS
-from stiction.simulation.population import (
+from calibration.populations import (
     CAUSES,
     plant_population,
     population,
@@ -19,13 +17,15 @@ from stiction.simulation.population import (
     upset_population,
     wandering_population,
 )
-from stiction.simulation.population.loads import SHAPES, lagged, wave
-from stiction.simulation.population.plan import Plan
-from stiction.simulation.population.processes import KINDS, draw_loop, margin, scaled
-from stiction.simulation.population.upsets import upset_series
-from stiction.simulation.population.valves import BODIES, MODELS, physical_valve, sticky_valve
-from stiction.simulation.population.wandering import SHAPES as WANDERING
-from stiction.simulation.population.wandering import wandering_wave
+from calibration.populations.loads import SHAPES, lagged, wave
+from calibration.populations.plan import Plan
+from calibration.populations.processes import KINDS, draw_loop, margin, scaled
+from calibration.populations.upsets import upset_series
+from calibration.populations.valves import BODIES, MODELS, physical_valve, sticky_valve
+from calibration.populations.wandering import SHAPES as WANDERING
+from calibration.populations.wandering import wandering_wave
+from stiction.errors import ParameterError
+from stiction.simulation.historian import EFFECTS
 
 OWN = ("stiction", "deadband", "tight tuning")
 """Causes that make the loop oscillate by itself."""

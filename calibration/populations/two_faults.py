@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calibration.populations.asked import NOISE
+from calibration.populations.causes import PLANS, at_limit, measured, near_limit
+from calibration.populations.draw import drawn_apart, recorded
 from stiction.models import Kano
-from stiction.simulation.population.asked import NOISE
-from stiction.simulation.population.causes import PLANS, at_limit, measured, near_limit
-from stiction.simulation.population.draw import drawn_apart, recorded
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stiction.simulation.population.case import Case
+    from calibration.populations.case import Case
 
 __all__ = ["FAULTS", "two_fault_population"]
 
@@ -58,7 +58,7 @@ def two_fault_population(n: int, seed: int = 0) -> Iterator[Case]:
 
     Examples
     --------
-    >>> from stiction.simulation.population import two_fault_population
+    >>> from calibration.populations import two_fault_population
     >>> [case.cause for case in two_fault_population(2, seed=1)]
     ['stiction', 'stiction']
     """

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.simulation.population.loads import lagged, wave
+from calibration.populations.loads import lagged, wave
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -14,19 +14,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.simulation.population.asked import NOISE, STICKY, asked_of, drawn_loop
-from stiction.simulation.population.causes import SAMPLES, background, recording
-from stiction.simulation.population.draw import drawn_apart, recorded
-from stiction.simulation.population.loads import upstream_cycle
-from stiction.simulation.population.plan import Plan
-from stiction.simulation.population.processes import log_uniform
+from calibration.populations.asked import NOISE, STICKY, asked_of, drawn_loop
+from calibration.populations.causes import SAMPLES, background, recording
+from calibration.populations.draw import drawn_apart, recorded
+from calibration.populations.loads import upstream_cycle
+from calibration.populations.plan import Plan
+from calibration.populations.processes import log_uniform
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
-    from stiction.simulation.population.case import Case
+    from calibration.populations.case import Case
 
 __all__ = ["SHAPES", "wandering_population", "wandering_wave"]
 
@@ -63,7 +63,7 @@ def wandering_population(n: int, seed: int = 0) -> Iterator[Case]:
 
     Examples
     --------
-    >>> from stiction.simulation.population import wandering_population
+    >>> from calibration.populations import wandering_population
     >>> [case.cause for case in wandering_population(3, seed=1)]
     ['stiction', 'external disturbance', 'external disturbance']
     """

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calibration.populations.changing import changing_loop
 from stiction.models import Kano, PhysicalValve
 from stiction.records.record import LoopRecord, Provenance
 from stiction.simulation.closed_loop import simulate
-from stiction.simulation.population.changing import changing_loop
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

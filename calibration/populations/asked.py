@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from calibration.populations.causes import DT, any_loop
+from calibration.populations.valves import sticky_valve
 from stiction.models import PhysicalValve
-from stiction.simulation.population.causes import DT, any_loop
-from stiction.simulation.population.valves import sticky_valve
 
 if TYPE_CHECKING:
+    from calibration.populations.plan import Plan
     from stiction.models import Loop, Valve
-    from stiction.simulation.population.plan import Plan
 
 __all__ = ["NOISE", "STICKY", "Drawn", "asked_of", "drawn_loop"]
 

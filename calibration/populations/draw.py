@@ -7,21 +7,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calibration.populations.case import CAUSES, Case
+from calibration.populations.causes import PER_PERIOD, PLANS
+from calibration.populations.loads import lagged
+from calibration.populations.position import reported
+from calibration.populations.processes import log_uniform
 from stiction.errors import ParameterError
 from stiction.records.storage import usual_swing
 from stiction.simulation.historian import EFFECTS, SLOWER, sampled, spoil
 from stiction.simulation.historian.effects import SLOWEST
-from stiction.simulation.population.case import CAUSES, Case
-from stiction.simulation.population.causes import PER_PERIOD, PLANS
-from stiction.simulation.population.loads import lagged
-from stiction.simulation.population.position import reported
-from stiction.simulation.population.processes import log_uniform
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from calibration.populations.plan import Plan
     from stiction.records.record import LoopRecord
-    from stiction.simulation.population.plan import Plan
 
 __all__ = ["SPOILED", "drawn_apart", "population", "recorded"]
 
@@ -87,7 +87,7 @@ def population(
 
     Examples
     --------
-    >>> from stiction.simulation.population import population
+    >>> from calibration.populations import population
     >>> [case.cause for case in population(2, ("stiction", "none"), seed=1)]
     ['stiction', 'none']
     """
