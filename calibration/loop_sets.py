@@ -114,8 +114,9 @@ def read_recorded_loops(folder: Path) -> Iterator[KnownLoop]:
     with (folder / "labels.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     for row in rows:
-        [record] = st.read(folder / row["file"])
-        record = replace(record, loop_type=row["loop_type"], integrating=row["integrating"] == "true")
+        kind = "analyser" if row["loop_type"] == "concentration" else row["loop_type"]
+        [record] = st.read(folder / row["file"], dt=float(row["dt_s"]), loop_type=kind)
+        record = replace(record, integrating=row["integrating"] == "true")
         yield KnownLoop(record, row["loop"], row["label"] == "stiction", {"cause": row["label"], "storage": "recorded"})
 
 
