@@ -2,7 +2,7 @@
 
 from calibration.populations.case import CAUSES, Case
 from calibration.populations.draw import population
-from calibration.populations.plant import plant_population
+from calibration.populations.plant_historian import plant_population
 from calibration.populations.two_faults import two_fault_population
 from calibration.populations.upsets import upset_population
 from calibration.populations.wandering import wandering_population
