@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import gzip
+import json
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -13,7 +15,7 @@ from calibration.ablation.parts import SEARCH_PARTS, TIMED_ONLY
 from calibration.loop_sets import FIRST_SIMULATOR
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -176,7 +178,7 @@ def read_variants(out: Path) -> dict[str, dict[str, dict[str, str]]]:
     Parameters
     ----------
     out : Path
-        Folder of the results.
+        Folder of the results: the file of each chunk, or files of `run --pack` (`*.json.gz`).
 
     Returns
     -------
@@ -184,16 +186,30 @@ def read_variants(out: Path) -> dict[str, dict[str, dict[str, str]]]:
         Variant -> record -> its row; `set` names where the record comes from.
     """
     tables: dict[str, dict[str, dict[str, str]]] = {}
-    for file in sorted(out.glob("*.csv")):
-        with file.open(newline="") as rows:
-            position: dict[str, int] = {}
-            record = ""
-            for row in csv.DictReader(rows):
-                if row["variant"] == BASE:
-                    position[row["loop"]] = position.get(row["loop"], -1) + 1
-                    record = f"{row['loop']}#{position[row['loop']]}"
-                tables.setdefault(row["variant"], {})[record] = {**row, "set": file.stem.rsplit("-", 1)[0]}
+    for rows in (*map(_chunk_rows, sorted(out.glob("*.csv"))), *map(_packed_rows, sorted(out.glob("*.json.gz")))):
+        records: dict[tuple[str, str], int] = {}
+        record = ""
+        for row in rows:
+            if row["variant"] == BASE:
+                own = row["set"], row["loop"]
+                records[own] = records.get(own, -1) + 1
+                record = f"{row['loop']}#{records[own]}"
+            tables.setdefault(row["variant"], {})[record] = row
     return tables
+
+
+def _chunk_rows(file: Path) -> Iterator[dict[str, str]]:
+    """Rows of the file of one chunk."""
+    with file.open(newline="") as rows:
+        for row in csv.DictReader(rows):
+            yield {**row, "set": file.stem.rsplit("-", 1)[0]}
+
+
+def _packed_rows(file: Path) -> Iterator[dict[str, str]]:
+    """Rows of a file with all chunks."""
+    with gzip.open(file, "rt", encoding="utf-8") as rows:
+        for line in rows:
+            yield json.loads(line)
 
 
 def _sets(tables: Mapping[str, Mapping[str, dict[str, str]]], variant: str) -> Sets:

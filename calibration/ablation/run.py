@@ -142,8 +142,10 @@ def pack(out: Path, file: Path) -> None:
 
 def _compile(seed: int) -> None:
     """Fill the kernel cache before the workers start, so that they do not all compile."""
-    for loop in draw_chunk("population", 10_000, seed):
-        variant_rows(loop, parts=False)
+    for name in SETS:
+        loops = list(draw_chunk(name, 99_999, seed))
+        for loop in loops if name == "population" else loops[:1]:
+            variant_rows(loop)
 
 
 def _run_chunk(chunk: Chunk, out: Path, seed: int, stop: float, *, parts: bool) -> None:
