@@ -24,24 +24,24 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from calibration.populations import population
+from calibration.populations.causes import SCENARIOS
+from calibration.populations.draw import _draw
+from calibration.populations.scenario import PV_START
 from stiction.compensation import compensate
 from stiction.compensation.remedies import NOTHING
 from stiction.diagnosis import diagnose
 from stiction.models import Kano, PhysicalValve
 from stiction.simulation import simulate
-from stiction.simulation.population import population
-from stiction.simulation.population.causes import PLANS
-from stiction.simulation.population.draw import _draw
-from stiction.simulation.population.plan import PV_START
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from calibration.populations import Case
+    from calibration.populations.scenario import Scenario
     from stiction.compensation.remedies import Remedy
     from stiction.diagnosis import Diagnosis
     from stiction.models import Loop
-    from stiction.simulation.population import Case
-    from stiction.simulation.population.plan import Plan
 
 SEEDS = range(1000, 1010)
 
@@ -78,7 +78,7 @@ class Outcome(NamedTuple):
         return self.treated and self.true < -0.05 and not self.warned
 
 
-def true_improvement(case: Case, plan: Plan, remedy: Remedy) -> float:
+def true_improvement(case: Case, plan: Scenario, remedy: Remedy) -> float:
     """Share by which the PV deviation of the true loop falls with the remedy."""
     with_it = remedy.apply(case.loop)
     pairs = [[deviation(loop, case, plan, seed) for loop in (case.loop, with_it)] for seed in SEEDS]
@@ -86,7 +86,7 @@ def true_improvement(case: Case, plan: Plan, remedy: Remedy) -> float:
     return float(1.0 - after / before)
 
 
-def deviation(loop: Loop, case: Case, plan: Plan, seed: int) -> float:
+def deviation(loop: Loop, case: Case, plan: Scenario, seed: int) -> float:
     """Deviation of the PV from the set point in one run [PV units]."""
     rng = np.random.default_rng([seed, 99])
     sign, back = float(rng.choice([-1.0, 1.0])), bool(rng.random() < 0.5)
@@ -107,7 +107,7 @@ def deviation(loop: Loop, case: Case, plan: Plan, seed: int) -> float:
     return float((run.pv - run.sp)[max(plan.burn, plan.n // 6) :].std())
 
 
-def outcome(case: Case, plan: Plan, found: Diagnosis, *, known: bool = False) -> Outcome:
+def outcome(case: Case, plan: Scenario, found: Diagnosis, *, known: bool = False) -> Outcome:
     if known and found.identification is not None:
         found = replace(found, verdict="stiction", cause="stiction")
     trial = compensate(found)
@@ -131,20 +131,20 @@ def report(outcomes: list[Outcome]) -> str:
     return "\n".join(lines)
 
 
-def drawn(n: int, seed: int, *, plain: bool) -> Iterator[tuple[Case, Plan]]:
+def drawn(n: int, seed: int, *, plain: bool) -> Iterator[tuple[Case, Scenario]]:
     """Sticky loops of the population, all of them or the plain ones, with what each was put through."""
     cases = population(100 * n, ("stiction",), seed=seed, historian=not plain)
     every = ((case, plan_of(case, seed, i)) for i, case in enumerate(cases))
     yield from islice((both for both in every if not plain or is_plain(both[0])), n)
 
 
-def plan_of(case: Case, seed: int, i: int) -> Plan:
+def plan_of(case: Case, seed: int, i: int) -> Scenario:
     """What a case was put through: drawn again, as the population drew it."""
     rng = np.random.default_rng([seed, i])
     while True:
         again = copy.deepcopy(rng)
         if _draw("stiction", rng, 0.2, "") is not None:
-            plan = PLANS["stiction"](again)
+            plan = SCENARIOS["stiction"](again)
             assert plan is not None
             assert (plan.S, plan.J, plan.kind) == (case.S, case.J, case.kind)
             return plan

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import stiction as st
+from calibration.populations.loads import lagged_noise
 from stiction.compensation import Twin, build_twin
 from stiction.compensation.cycle import Cycle, cycle_of, distance, pace
 from stiction.compensation.locked import locked_to
@@ -19,7 +20,6 @@ from stiction.compensation.refine import refine
 from stiction.compensation.surroundings import Surroundings
 from stiction.compensation.twin import _against, _changes, _judge, analysed, twin_of_loop
 from stiction.models import SOPDT
-from stiction.simulation.population.loads import lagged
 
 PID = st.PID(0.2, 10.0, op_limits=(0.0, 100.0))
 LOOP = st.Loop(PID, st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
@@ -217,10 +217,10 @@ def test_surroundings_are_played_with_either_sign():
 def test_a_derivative_behind_a_lag_must_leave_much_less(left, taken, monkeypatch):
     """Less than 0.7 of the 0.05 that one without a lag leaves: more parameters always fit a little better."""
     page = importlib.import_module("stiction.compensation.recorded_controller")
-    lagged = st.PID(0.15, 12.0, Td=4.0, N=8.0)
-    monkeypatch.setattr(page, "_with_lag", lambda *_: (lagged, 1.0 - left, 0.95))
+    lagged_noise = st.PID(0.15, 12.0, Td=4.0, N=8.0)
+    monkeypatch.setattr(page, "_with_lag", lambda *_: (lagged_noise, 1.0 - left, 0.95))
     loop = replace(LOOP, controller=st.PID(0.15, 12.0, Td=4.0, op_limits=(0.0, 100.0)))
-    assert (recorded_controller(recorded(loop, 2500))[0] is lagged) is taken
+    assert (recorded_controller(recorded(loop, 2500))[0] is lagged_noise) is taken
 
 
 def test_of_few_cycles_noise_keeps_no_step():
@@ -337,7 +337,7 @@ def test_the_stretch_in_which_the_valve_sticks_is_the_one_that_is_compensated():
     def run(valve, n, seed):
         rng = np.random.default_rng([seed, n])
         loop = st.Loop(st.PID(0.35, 4.0), valve, st.FOPDT(1.2, 2.5, 1.0), dt=1.0, noise=0.15)
-        load = 0.6 * lagged(rng, n, 60.0)
+        load = 0.6 * lagged_noise(rng, n, 60.0)
         return st.simulate(loop, 60.0, float(n), load, seed, pv_start=60.0, op_start=50.0, loop_type="flow")
 
     parts = [run(st.Ideal(), 16_000, 1), run(st.Kano(4.0, 2.0), 4000, 2)]

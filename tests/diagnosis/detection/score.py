@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 import stiction as st
+from calibration.populations import population
 from stiction.diagnosis.detection import FACTS, detect_all
 from stiction.diagnosis.oscillation import find_oscillation
-from stiction.simulation.population import population
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -13,12 +13,12 @@ from hypothesis import strategies as some
 
 import naive
 import stiction as st
+from calibration.populations.valves import physical_valve
 from stiction.diagnosis.identification import closer
 from stiction.diagnosis.identification.contest import UNSEEN, drift
 from stiction.diagnosis.identification.likelihood import Trial, by_cycle, prediction_of, stem_of
 from stiction.diagnosis.identification.signals import prepare
 from stiction.simulation.historian import sampled
-from stiction.simulation.population.valves import physical_valve
 
 from .loops import KNOWN, run_of
 

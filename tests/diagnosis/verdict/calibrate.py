@@ -38,11 +38,7 @@ from weights import (
 )
 
 import stiction as st
-from stiction.apps.labels import read_labels
-from stiction.diagnosis.verdict.findings import findings
-from stiction.diagnosis.verdict.probability import UNDECIDED
-from stiction.diagnosis.verdict.weighing import COLUMNS
-from stiction.simulation.population import (
+from calibration.populations import (
     CAUSES,
     plant_population,
     population,
@@ -50,6 +46,10 @@ from stiction.simulation.population import (
     upset_population,
     wandering_population,
 )
+from stiction.apps.labels import read_labels
+from stiction.diagnosis.verdict.findings import findings
+from stiction.diagnosis.verdict.probability import UNDECIDED
+from stiction.diagnosis.verdict.weighing import COLUMNS
 
 HERE = Path(st.__file__).parent / "diagnosis" / "verdict"
 REAL = 0.6
@@ -307,7 +307,7 @@ def main() -> None:
     if given.write:
         drawn = f", seed {' and '.join(sorted(seeds))}"
         others = "its upset, wandering and two_fault populations"
-        simulated = f"{len(X)} loops of simulation.population, some of them short, {others}{drawn}"
+        simulated = f"{len(X)} loops of calibration.populations, some of them short, {others}{drawn}"
         plants = f"{simulated}; {len(P)} of plant_population{drawn}"
         recorded = f"{simulated}; {whole.sum()} records of {np.unique(group).size} recorded loops"
         causes = (line for k, cause in enumerate(CAUSES) for line in lines.rows(cause, W[:, k], every))

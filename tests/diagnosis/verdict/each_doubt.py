@@ -18,8 +18,8 @@ from importlib import import_module
 from fault_injection import drawn, spoiled, tasks  # a page beside this script, as the next
 from population import each
 
+from calibration.populations import population
 from stiction.diagnosis.verdict import contradiction, doubt
-from stiction.simulation.population import population
 
 page = import_module("stiction.diagnosis.verdict.diagnose")
 """The page, whose name in the package is the function's."""
@@ -116,7 +116,7 @@ def table(loops: Counter, trials: Counter) -> str:
 
 def main() -> None:
     ask = argparse.ArgumentParser(description="Judge loops and trials with each doubt and contradiction left out.")
-    ask.add_argument("--loops", type=int, default=2000, help="loops of simulation.population")
+    ask.add_argument("--loops", type=int, default=2000, help="loops of calibration.populations")
     ask.add_argument("--seed", type=int, default=10)
     ask.add_argument("--trials", type=int, nargs=2, default=(100, 917), help="loops of fault_injection, their seed")
     ask.add_argument("--pairs", type=int, default=105, help="pairs of effects for each of these")

@@ -21,7 +21,7 @@ from population import each  # a page beside this script
 import stiction as st
 from stiction.display import describe_check
 from stiction.simulation.historian import spoil
-from stiction.simulation.population import CAUSES, population
+from calibration.populations import CAUSES, population
 
 SURE = 0.9
 """Probability beyond which a verdict is confident [-]."""

@@ -18,8 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import stiction as st
-from stiction.diagnosis.verdict.cause import HIDING
-from stiction.simulation.population import (
+from calibration.populations import (
     CAUSES,
     plant_population,
     population,
@@ -27,6 +26,7 @@ from stiction.simulation.population import (
     upset_population,
     wandering_population,
 )
+from stiction.diagnosis.verdict.cause import HIDING
 
 OTHERS = ("deadband", "tight tuning", "external disturbance", "sensor", "saturation")
 """Causes other than stiction for which a loop oscillates or moves."""

@@ -9,9 +9,9 @@ from dataclasses import replace
 import pytest
 
 import stiction as st
+from calibration.populations import CAUSES
 from stiction.diagnosis.verdict.findings import findings
 from stiction.diagnosis.verdict.weighing import weighing
-from stiction.simulation.population import CAUSES
 
 from .population import OTHERS, judged, listed, measures, table
 

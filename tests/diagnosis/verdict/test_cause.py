@@ -12,11 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 import stiction as st
+from calibration.populations.loads import lagged_noise
 from stiction.diagnosis.identified import J_UNKNOWN, Rival
 from stiction.diagnosis.result import Counted, Oscillation
 from stiction.diagnosis.verdict.cause import fits, named_cause
 from stiction.diagnosis.verdict.meaning import strongest
-from stiction.simulation.population.loads import lagged
 
 from .found import FOUND
 
@@ -213,7 +213,7 @@ def test_a_band_wider_than_a_small_swing_would_not_show():
 def test_a_pv_that_follows_its_set_point_shows_that_the_stem_moves(moves, said):
     sp = 50.0 + (np.sin(np.arange(2000) / 40.0) if moves else 0.0)
     loop = st.Loop(st.PID(0.4, 6.0), st.Ideal(), st.FOPDT(1.2, 6.0, 2.0), dt=1.0, noise=0.1)
-    load = 0.3 * lagged(np.random.default_rng(1), 2000, 30.0)
+    load = 0.3 * lagged_noise(np.random.default_rng(1), 2000, 30.0)
     found = st.diagnose(st.simulate(loop, sp, 2000.0, load, seed=3, pv_start=50.0, op_start=50.0, loop_type="flow"))
     assert found.verdict == "no_stiction"
     assert ("would not show" in found.action) is said

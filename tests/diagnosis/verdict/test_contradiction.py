@@ -22,7 +22,7 @@ from stiction.diagnosis.verdict.doubt import LEAST, MOST, held_back
 from stiction.diagnosis.verdict.findings import findings
 from stiction.diagnosis.verdict.objection import Objection
 from stiction.records.assess import Quality, assess_quality
-from stiction.simulation.population import plant_population
+from calibration.populations import plant_population
 
 from .found import FOUND
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import stiction as st
+from calibration.populations.loads import lagged_noise
 from stiction.diagnosis.identification.glance import glance
 from stiction.diagnosis.verdict.in_part import AFTER, PARTS, PICKED, SHORTEST, suspects, told_of_part
 from stiction.diagnosis.verdict.objection import Objection
 from stiction.diagnosis.verdict.stem import stem_shown
 from stiction.diagnosis.verdict.windows import Window
-from stiction.simulation.population.loads import lagged
 
 S, J = 4.0, 2.0
 GOOD, STICKY = st.Ideal(), st.Kano(S, J)
@@ -24,7 +24,7 @@ def run(valve, n, seed):
     """A flow loop that a load wanders in, its position with noise."""
     rng = np.random.default_rng([seed, n])
     loop = st.Loop(st.PID(0.35, 4.0), valve, st.FOPDT(1.2, 2.5, 1.0), dt=1.0, noise=0.15)
-    load = 0.6 * lagged(rng, n, 60.0)
+    load = 0.6 * lagged_noise(rng, n, 60.0)
     record = st.simulate(loop, 60.0, float(n), load, seed, pv_start=60.0, op_start=50.0, loop_type="flow")
     return replace(record, mv=record.mv + rng.normal(0.0, 0.05, n))
 

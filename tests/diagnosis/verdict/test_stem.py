@@ -14,11 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 import stiction as st
+from calibration.populations import CAUSES, population
 from stiction.diagnosis.identification.position import watch
 from stiction.diagnosis.verdict.probability import causes
 from stiction.diagnosis.verdict.stem import AGAINST, MOST, Shown, stem_shown
 from stiction.report.story import story
-from stiction.simulation.population import CAUSES, population
 
 page = importlib.import_module("stiction.diagnosis.verdict.diagnose")
 

@@ -10,7 +10,7 @@ import pytest
 
 import stiction as st
 from stiction.diagnosis.loop_state import are_signals_swapped
-from stiction.simulation.population import CAUSES, population
+from calibration.populations import CAUSES, population
 
 FOPDT = st.FOPDT(1.2, 8.0, 3.0)
 

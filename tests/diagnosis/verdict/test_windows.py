@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import stiction as st
+from calibration.populations import population
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Window
 from stiction.diagnosis.verdict.windows import changes, said, windows
 from stiction.report.figures import windows as strip
 from stiction.report.view import View
-from stiction.simulation.population import population
 
 SEED, LOOPS, LONGEST = 5, 14, 2000
 MOSTLY, HARDLY = 0.7, 0.15

@@ -1,6 +1,6 @@
 """Loops as a textbook has them, simulated here by plain recursions with nothing of ours, and what is told of them.
 
-The tables of the verdict were found on `simulation.population`. These loops are another hand's: lambda tuning, valves
+The tables of the verdict were found on `calibration.populations`. These loops are another hand's: lambda tuning, valves
 by their definitions, steps of the set point, loads that wander; few shapes, and less noise.
 
 Run as a script: python tests/diagnosis/verdict/textbook.py --loops 600 --seed 2 --jobs 2

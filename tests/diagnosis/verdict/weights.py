@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import minimize
 
+from calibration.populations import CAUSES
 from stiction.diagnosis.verdict.features import Features
 from stiction.diagnosis.verdict.probability import FLOOR, JUMP, LESS, OTHERS, PLANT, SAFE, SIGNS
 from stiction.diagnosis.verdict.weighing import CONSTANT
-from stiction.simulation.population import CAUSES
 
 NAMES = Features._fields
 STICTION, PLAY = CAUSES.index("stiction"), CAUSES.index("deadband")

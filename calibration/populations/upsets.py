@@ -13,19 +13,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.simulation.population.asked import NOISE, STICKY, asked_of, drawn_loop
-from stiction.simulation.population.causes import SAMPLES
-from stiction.simulation.population.draw import drawn_apart, recorded
-from stiction.simulation.population.loads import lagged, steps
-from stiction.simulation.population.plan import Plan
-from stiction.simulation.population.processes import log_uniform
+from calibration.populations.causes import SAMPLES
+from calibration.populations.demand import MAX_NOISE_SHARE, STICKY_ONE_IN, sample_loop, scale_demand
+from calibration.populations.draw import record_scenario, sample_held_out
+from calibration.populations.loads import lagged_noise, steps
+from calibration.populations.processes import log_uniform
+from calibration.populations.scenario import Scenario
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
-    from stiction.simulation.population.case import Case
+    from calibration.populations.case import Case
 
 __all__ = ["upset_population", "upset_series"]
 
@@ -60,36 +60,36 @@ def upset_population(n: int, seed: int = 0) -> Iterator[Case]:
 
     Examples
     --------
-    >>> from stiction.simulation.population import upset_population
+    >>> from calibration.populations import upset_population
     >>> [case.cause for case in upset_population(3, seed=1)]
     ['stiction', 'none', 'none']
     """
 
     def draw(rng: np.random.Generator, i: int) -> Case | None:
-        cause = "none" if i % STICKY else "stiction"
-        return recorded(_plan(rng, sticky=cause == "stiction"), cause, rng, NOISE, f"upset-{i:04d}")
+        cause = "none" if i % STICKY_ONE_IN else "stiction"
+        return record_scenario(_plan(rng, sticky=cause == "stiction"), cause, rng, MAX_NOISE_SHARE, f"upset-{i:04d}")
 
-    return drawn_apart(n, seed, UPSET, draw)
+    return sample_held_out(n, seed, UPSET, draw)
 
 
-def _plan(rng: np.random.Generator, *, sticky: bool) -> Plan:
+def _plan(rng: np.random.Generator, *, sticky: bool) -> Scenario:
     """A loop and what upsets it."""
-    drawn = drawn_loop(rng, sticky=sticky)
+    drawn = sample_loop(rng, sticky=sticky)
     loop = drawn.loop
     every = int(rng.choice([1, 1, 1, 2, 5]))
     n = every * int(log_uniform(rng, *SAMPLES))
     shape = str(rng.choice(["steps", "pulses", "ramps"]))
     series, still = upset_series(rng, shape, n, every), np.zeros(n)
     between = 0.0 if rng.random() < QUIET else log_uniform(rng, *BETWEEN)
-    wander = between * lagged(rng, n, log_uniform(rng, 2.0, 200.0) * every)
+    wander = between * lagged_noise(rng, n, log_uniform(rng, 2.0, 200.0) * every)
     of_set_point = bool(rng.random() < OF_SET_POINT)
     gain = abs(complex(loop.process.at(2j * np.pi / (100.0 * loop.dt))))
-    plan = Plan(
+    plan = Scenario(
         loop, sp=gain * series if of_set_point else still, load=wander if of_set_point else series + wander,
         pv_load=still, kind=f"{shape} of the {'set point' if of_set_point else 'load'}", every=every,
         random_load=between,
     )  # fmt: skip
-    plan, size = asked_of(rng, plan, drawn, log_uniform(rng, *SIZE))
+    plan, size = scale_demand(rng, plan, drawn, log_uniform(rng, *SIZE))
     return replace(plan, load=size * plan.load, sp=size * plan.sp, random_load=size * between)
 
 

@@ -7,27 +7,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calibration.populations.case import CAUSES, Case
+from calibration.populations.causes import PER_PERIOD, SCENARIOS
+from calibration.populations.loads import lagged_noise
+from calibration.populations.position import report_position
+from calibration.populations.processes import log_uniform
 from stiction.errors import ParameterError
 from stiction.records.quality.quantisation import robust_range
 from stiction.simulation.historian import EFFECTS, SLOWER, sampled, spoil
 from stiction.simulation.historian.effects import SLOWEST
-from stiction.simulation.population.case import CAUSES, Case
-from stiction.simulation.population.causes import PER_PERIOD, PLANS
-from stiction.simulation.population.loads import lagged
-from stiction.simulation.population.position import reported
-from stiction.simulation.population.processes import log_uniform
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from calibration.populations.scenario import Scenario
     from stiction.records.record import LoopRecord
-    from stiction.simulation.population.plan import Plan
 
-__all__ = ["SPOILED", "drawn_apart", "population", "recorded"]
+__all__ = ["EFFECT_SHARE", "population", "record_scenario", "sample_held_out"]
 
 MILD = 0.3
 """Largest strength of what the historian does to a case [-]."""
-SPOILED = 1.0 / 3.0
+EFFECT_SHARE = 1.0 / 3.0
 """Share of the cases that a historian has spoiled [-]."""
 
 OWN = 1
@@ -64,8 +64,8 @@ def population(
     historian : bool
         Whether one case in three went through a historian that did something to it, mildly.
     position : bool or str
-        Whether the valve's position was recorded, as `position.reported` reports it; one of `position.POSITIONS` asks
-        for that kind. Nothing else of the loop depends on it.
+        Whether the valve's position was recorded, as `position.report_position` reports it; one of
+        `position.POSITIONS` asks for that kind. Nothing else of the loop depends on it.
     samples : tuple of int, optional
         Fewest and most samples of which the record is cut out, where the cause shows [-]; by default all are kept.
 
@@ -87,7 +87,7 @@ def population(
 
     Examples
     --------
-    >>> from stiction.simulation.population import population
+    >>> from calibration.populations import population
     >>> [case.cause for case in population(2, ("stiction", "none"), seed=1)]
     ['stiction', 'none']
     """
@@ -102,10 +102,12 @@ def population(
         case = _positioned(case, np.random.default_rng([seed, i, OWN]), position)
         if samples is not None:
             case = _cut(case, np.random.default_rng([seed, i, CUT]), *samples)
-        yield stored(case, rng) if historian and rng.random() < SPOILED else case
+        yield stored(case, rng) if historian and rng.random() < EFFECT_SHARE else case
 
 
-def drawn_apart(n: int, seed: int, lot: int, draw: Callable[[np.random.Generator, int], Case | None]) -> Iterator[Case]:
+def sample_held_out(
+    n: int, seed: int, lot: int, draw: Callable[[np.random.Generator, int], Case | None]
+) -> Iterator[Case]:
     """Draw loops that are none of `population`, each again until it shows what it should, without the position.
 
     Parameters
@@ -130,21 +132,21 @@ def drawn_apart(n: int, seed: int, lot: int, draw: Callable[[np.random.Generator
         while case is None:
             case = draw(rng, i)
         case = replace(case, record=replace(case.record, mv=None))
-        yield stored(case, rng) if rng.random() < SPOILED else case
+        yield stored(case, rng) if rng.random() < EFFECT_SHARE else case
 
 
 def _draw(cause: str, rng: np.random.Generator, noise: float, tag: str) -> Case | None:
     """Draw a case, or None where the loop does not show the cause."""
-    plan = PLANS[cause](rng)
-    return None if plan is None else recorded(plan, cause, rng, noise, tag)
+    plan = SCENARIOS[cause](rng)
+    return None if plan is None else record_scenario(plan, cause, rng, noise, tag)
 
 
-def recorded(plan: Plan, cause: str, rng: np.random.Generator, noise: float, tag: str) -> Case | None:
+def record_scenario(plan: Scenario, cause: str, rng: np.random.Generator, noise: float, tag: str) -> Case | None:
     """Run a plan and record it.
 
     Parameters
     ----------
-    plan : Plan
+    plan : Scenario
         A loop and what moves it.
     cause : str
         Its cause.
@@ -169,7 +171,7 @@ def recorded(plan: Plan, cause: str, rng: np.random.Generator, noise: float, tag
     amplified = abs(controller.Kc) * (1.0 + (controller.N if controller.Td else 0.0))
     level = min(noise * swing * float(rng.random()) ** 2, SHAKEN * op_swing / amplified)
     colour = float(rng.choice([0.0, 0.0, rng.uniform(1.0, 5.0)]))
-    record = plan.run(level * lagged(rng, plan.n, colour))
+    record = plan.run(level * lagged_noise(rng, plan.n, colour))
     if not _sound(record, cause):
         return None
     shown = sampled(record, plan.every * record.dt)
@@ -192,7 +194,7 @@ def _positioned(case: Case, rng: np.random.Generator, position: bool | str) -> C
         return replace(case, record=replace(case.record, mv=None))
     per_period = case.period / case.record.dt
     scale = per_period if np.isfinite(per_period) else len(case.record) / 20.0
-    record, kind = reported(case.record, scale, rng, None if position is True else str(position))
+    record, kind = report_position(case.record, scale, rng, None if position is True else str(position))
     return replace(case, record=record, position=kind)
 
 
@@ -215,7 +217,7 @@ def _sound(record: LoopRecord, cause: str) -> bool:
     return cause == "saturation" or float(np.mean((record.op <= 0.1) | (record.op >= 99.9))) < 0.02
 
 
-def _windows(plan: Plan) -> tuple[tuple[int, int], ...]:
+def _windows(plan: Scenario) -> tuple[tuple[int, int], ...]:
     """Where the valve sticks, in samples of the record."""
     if plan.sticks is None:
         return ()

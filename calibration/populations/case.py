@@ -10,12 +10,10 @@ if TYPE_CHECKING:
     from stiction.models import Loop
     from stiction.records.record import LoopRecord
 
-__all__ = ["CAUSES", "OWN", "Case"]
+__all__ = ["CAUSES", "Case"]
 
 CAUSES = ("stiction", "deadband", "tight tuning", "external disturbance", "sensor", "saturation", "none")
 """What can be wrong with a loop of the population."""
-OWN = ("stiction", "deadband", "tight tuning")
-"""Causes that make the loop oscillate by itself."""
 
 
 @dataclass(frozen=True)

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calibration.populations.time_varying_loop import changing_loop
 from stiction.models import Kano, PhysicalValve
 from stiction.records.record import LoopRecord, Provenance
 from stiction.simulation.closed_loop import simulate
-from stiction.simulation.population.changing import changing_loop
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.models import Loop
 
-__all__ = ["PV_START", "Plan", "settled"]
+__all__ = ["PV_START", "Scenario", "settle_limit_cycle"]
 
 PV_START = 50.0
 """PV and SP at the start [PV units]."""
@@ -27,7 +27,7 @@ SETTLING = 4000
 
 
 @dataclass(frozen=True)
-class Plan:
+class Scenario:
     """A loop and all that moves it; series are deviations, shape (n_samples,)."""
 
     loop: Loop
@@ -87,7 +87,7 @@ class Plan:
         return record.window(self.burn, self.n)
 
 
-def settled(loop: Loop, rng: np.random.Generator, kick: float) -> tuple[float, float] | None:
+def settle_limit_cycle(loop: Loop, rng: np.random.Generator, kick: float) -> tuple[float, float] | None:
     """Period [samples] and PV swing [PV units] of the limit cycle that a load of `kick` [% of span] starts, if any."""
     load = np.zeros(SETTLING)
     load[: int(rng.integers(10, 60))] = kick
@@ -112,6 +112,6 @@ def _rest(loop: Loop, op: float) -> float:
     return valve.gain * (op - valve.offset) if isinstance(valve, PhysicalValve) else op
 
 
-def with_series(plan: Plan, **changes: NDArray[np.float64]) -> Plan:
+def with_series(plan: Scenario, **changes: NDArray[np.float64]) -> Scenario:
     """The plan with series added to those it has."""
     return replace(plan, **{name: getattr(plan, name) + x for name, x in changes.items()})

@@ -14,19 +14,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.simulation.population.asked import NOISE, STICKY, asked_of, drawn_loop
-from stiction.simulation.population.causes import SAMPLES, background, recording
-from stiction.simulation.population.draw import drawn_apart, recorded
-from stiction.simulation.population.loads import upstream_cycle
-from stiction.simulation.population.plan import Plan
-from stiction.simulation.population.processes import log_uniform
+from calibration.populations.causes import SAMPLES, add_background, sample_recording
+from calibration.populations.demand import MAX_NOISE_SHARE, STICKY_ONE_IN, sample_loop, scale_demand
+from calibration.populations.draw import record_scenario, sample_held_out
+from calibration.populations.loads import upstream_cycle
+from calibration.populations.processes import log_uniform
+from calibration.populations.scenario import Scenario
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
-    from stiction.simulation.population.case import Case
+    from calibration.populations.case import Case
 
 __all__ = ["SHAPES", "wandering_population", "wandering_wave"]
 
@@ -63,34 +63,34 @@ def wandering_population(n: int, seed: int = 0) -> Iterator[Case]:
 
     Examples
     --------
-    >>> from stiction.simulation.population import wandering_population
+    >>> from calibration.populations import wandering_population
     >>> [case.cause for case in wandering_population(3, seed=1)]
     ['stiction', 'external disturbance', 'external disturbance']
     """
 
     def draw(rng: np.random.Generator, i: int) -> Case | None:
-        cause = "external disturbance" if i % STICKY else "stiction"
-        return recorded(_plan(rng, sticky=cause == "stiction"), cause, rng, NOISE, f"wander-{i:04d}")
+        cause = "external disturbance" if i % STICKY_ONE_IN else "stiction"
+        return record_scenario(_plan(rng, sticky=cause == "stiction"), cause, rng, MAX_NOISE_SHARE, f"wander-{i:04d}")
 
-    return drawn_apart(n, seed, WANDERS, draw)
+    return sample_held_out(n, seed, WANDERS, draw)
 
 
-def _plan(rng: np.random.Generator, *, sticky: bool) -> Plan:
+def _plan(rng: np.random.Generator, *, sticky: bool) -> Scenario:
     """A loop and the wave that moves it."""
-    drawn = drawn_loop(rng, sticky=sticky)
+    drawn = sample_loop(rng, sticky=sticky)
     loop = drawn.loop
     period = log_uniform(rng, *PERIOD)
-    every, n = recording(rng, period) or (1, SAMPLES[0])
+    every, n = sample_recording(rng, period) or (1, SAMPLES[0])
     shape, still = str(rng.choice(SHAPES)), np.zeros(n)
     series = wandering_wave(rng, shape, n, period, float(rng.uniform(*SPREAD)))
     of_pv = bool(rng.random() < OF_PV)
     gain = abs(complex(loop.process.at(2j * np.pi / (period * loop.dt))))
-    plan = Plan(
+    plan = Scenario(
         loop, sp=still, load=still if of_pv else series, pv_load=gain * series if of_pv else still,
         kind=f"{shape} of the {'PV' if of_pv else 'load'}", every=every, period=period,
     )  # fmt: skip
-    plan, size = asked_of(rng, plan, drawn, float(rng.uniform(*SIZE)))
-    return background(rng, replace(plan, load=size * plan.load, pv_load=size * plan.pv_load))
+    plan, size = scale_demand(rng, plan, drawn, float(rng.uniform(*SIZE)))
+    return add_background(rng, replace(plan, load=size * plan.load, pv_load=size * plan.pv_load))
 
 
 def wandering_wave(rng: np.random.Generator, shape: str, n: int, period: float, spread: float) -> NDArray[np.float64]:

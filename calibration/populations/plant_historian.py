@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calibration.populations.case import Case
+from calibration.populations.loads import SHAPES, lagged_noise, steps, wave
+from calibration.populations.processes import gain_margin, log_uniform, scale_gain, with_gain_margin
+from calibration.populations.scenario import Scenario
+from calibration.populations.valves import LEAST_JUMP, sticky_valve
 from stiction.models import FOPDT, PID, SOPDT, Ideal, Integrating, Kano, Loop, TransferFunction
 from stiction.records.quality.quantisation import robust_range
 from stiction.simulation.historian import averaged, quantised, sampled
-from stiction.simulation.population.case import Case
-from stiction.simulation.population.loads import SHAPES, lagged, steps, wave
-from stiction.simulation.population.plan import Plan
-from stiction.simulation.population.processes import guarded, log_uniform, margin, scaled
-from stiction.simulation.population.valves import LEAST_JUMP, sticky_valve
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -33,7 +33,7 @@ __all__ = ["plant_population"]
 
 PLANT = 5
 """What the seed of a loop is followed by, so that none of these loops is drawn like one of `population`."""
-STICKY = 3
+STICKY_ONE_IN = 3
 """One loop in so many sticks."""
 KINDS = {"flow": 0.5, "pressure": 0.17, "level": 0.2, "temperature": 0.13}
 """What is controlled, and how often it is."""
@@ -75,7 +75,7 @@ def plant_population(n: int, seed: int = 0) -> Iterator[Case]:
 
     Examples
     --------
-    >>> from stiction.simulation.population import plant_population
+    >>> from calibration.populations import plant_population
     >>> [(case.cause, case.record.dt >= case.loop.dt) for case in plant_population(2, seed=2)]
     [('stiction', True), ('tight tuning', True)]
     """
@@ -83,7 +83,7 @@ def plant_population(n: int, seed: int = 0) -> Iterator[Case]:
         rng = np.random.default_rng([seed, i, PLANT])
         case = None
         while case is None:
-            case = _draw(rng, f"plant-{i:04d}", sticky=i % STICKY == 0)
+            case = _draw(rng, f"plant-{i:04d}", sticky=i % STICKY_ONE_IN == 0)
         yield case
 
 
@@ -97,12 +97,12 @@ def _draw(rng: np.random.Generator, tag: str, *, sticky: bool) -> Case | None:
         return None
     loop, kind, ultimate = drawn
     still = np.zeros(n)
-    plan = Plan(loop, sp=still, load=still, pv_load=still, kind=kind, every=int(dt_shown / dt))
+    plan = Scenario(loop, sp=still, load=still, pv_load=still, kind=kind, every=int(dt_shown / dt))
     cause, found = _sticky(rng, plan, ultimate) if sticky else _good(rng, plan, ultimate)
     return None if found is None else _recorded(rng, found, cause, kind, tag)
 
 
-def _recorded(rng: np.random.Generator, plan: Plan, cause: str, kind: str, tag: str) -> Case | None:
+def _recorded(rng: np.random.Generator, plan: Scenario, cause: str, kind: str, tag: str) -> Case | None:
     """The run of a plan with noise, as the historian keeps it."""
     clean = plan.run()
     swing, op_swing = _swing(clean.pv), _swing(clean.op)
@@ -110,7 +110,7 @@ def _recorded(rng: np.random.Generator, plan: Plan, cause: str, kind: str, tag: 
         return None
     level = min(swing * log_uniform(rng, 0.003, 0.5), 0.1 * op_swing / abs(plan.loop.controller.Kc))
     colour = float(rng.choice([0.0, 0.0, rng.uniform(1.0, 5.0)]))
-    run = plan.run(level * lagged(rng, plan.n, colour))
+    run = plan.run(level * lagged_noise(rng, plan.n, colour))
     if not _sound(run):
         return None
     shown, effects = run, []
@@ -161,11 +161,11 @@ def _loop(rng: np.random.Generator, dt: float) -> tuple[Loop, str, float] | None
         Kc = tau / (gain * (closed + dead_time + lag / 2.0))
         Ti = min(tau, 4.0 * (closed + dead_time)) * log_uniform(rng, 0.5, 2.0)
     weight = float(rng.choice([1.0, 0.0], p=[0.8, 0.2]))
-    found = guarded(rng, Loop(PID(Kc, Ti, b=weight, op_limits=(0.0, 100.0)), Ideal(), process, dt))
+    found = with_gain_margin(rng, Loop(PID(Kc, Ti, b=weight, op_limits=(0.0, 100.0)), Ideal(), process, dt))
     return None if found is None else (found[0], kind, found[1])
 
 
-def _sticky(rng: np.random.Generator, plan: Plan, ultimate: float) -> tuple[str, Plan | None]:
+def _sticky(rng: np.random.Generator, plan: Scenario, ultimate: float) -> tuple[str, Scenario | None]:
     """The plan with a sticky valve, OP asked for what makes it slip now and then; None where it comes to rest."""
     S = log_uniform(rng, 0.2, 6.0)
     J = S * float(rng.uniform(LEAST_JUMP, 1.0))
@@ -174,7 +174,9 @@ def _sticky(rng: np.random.Generator, plan: Plan, ultimate: float) -> tuple[str,
     )
     moved = str(rng.choice(list(MOVED), p=list(MOVED.values())))
     if moved == "cycle":
-        load = 0.3 * S * float(rng.random()) ** 2 * lagged(rng, plan.n, log_uniform(rng, 5.0, 1000.0) / plan.loop.dt)
+        load = (
+            0.3 * S * float(rng.random()) ** 2 * lagged_noise(rng, plan.n, log_uniform(rng, 5.0, 1000.0) / plan.loop.dt)
+        )
         load[: max(int(ultimate / plan.loop.dt), 20)] += 0.7 * S
         plan = replace(plan, load=load)
     else:
@@ -193,7 +195,7 @@ def _sticky(rng: np.random.Generator, plan: Plan, ultimate: float) -> tuple[str,
     return "stiction", plan if moves else None
 
 
-def _good(rng: np.random.Generator, plan: Plan, ultimate: float) -> tuple[str, Plan]:
+def _good(rng: np.random.Generator, plan: Scenario, ultimate: float) -> tuple[str, Scenario]:
     """The plan with what moves a loop whose valve is good, and its cause."""
     kind = str(rng.choice(list(GOOD), p=[share for _, share in GOOD.values()]))
     asked, dt = log_uniform(rng, *ASKED), plan.loop.dt
@@ -216,22 +218,22 @@ def _good(rng: np.random.Generator, plan: Plan, ultimate: float) -> tuple[str, P
     else:
         changes["load"] = _load(rng, plan, 0.1 * asked if kind == "quiet" else asked)
     if kind == "tight":
-        limit = margin(plan.loop)
+        limit = gain_margin(plan.loop)
         assert limit is not None
-        plan = replace(plan, loop=scaled(plan.loop, limit[0] * float(rng.uniform(0.85, 0.98))))
+        plan = replace(plan, loop=scale_gain(plan.loop, limit[0] * float(rng.uniform(0.85, 0.98))))
     return GOOD[kind][0], replace(plan, kind=kind, **changes)  # type: ignore[arg-type]
 
 
-def _slave(rng: np.random.Generator, plan: Plan, asked: float, *, fast: bool = False) -> NDArray[np.float64]:
+def _slave(rng: np.random.Generator, plan: Scenario, asked: float, *, fast: bool = False) -> NDArray[np.float64]:
     """Set point that another controller moves, so that OP moves by about `asked` [% of span], shape (n,)."""
     dt = plan.loop.dt
     lag = log_uniform(rng, 10.0, 40.0) if fast else log_uniform(rng, 40.0, 1500.0)
-    series = lagged(rng, plan.n, lag / dt)
+    series = lagged_noise(rng, plan.n, lag / dt)
     if rng.random() < 0.5:
         series = _smoothed(series, log_uniform(rng, 5.0, 100.0) / dt)
     series = series / series.std()
     if rng.random() < 0.5:
-        series = series + log_uniform(rng, 0.005, 0.1) * lagged(rng, plan.n, 0.0)
+        series = series + log_uniform(rng, 0.005, 0.1) * lagged_noise(rng, plan.n, 0.0)
     every = int(rng.choice([1, 1, 2, 10]))
     series = np.repeat(series[::every], every)[: plan.n]
     if rng.random() < 0.5:
@@ -239,9 +241,9 @@ def _slave(rng: np.random.Generator, plan: Plan, asked: float, *, fast: bool = F
     return asked / 4.0 * _gain(plan.loop, lag) * series
 
 
-def _load(rng: np.random.Generator, plan: Plan, asked: float) -> NDArray[np.float64]:
+def _load(rng: np.random.Generator, plan: Scenario, asked: float) -> NDArray[np.float64]:
     """Random load, at times with steps or a ramp, so that OP moves by about `asked` [% of span], shape (n,)."""
-    series = lagged(rng, plan.n, log_uniform(rng, 5.0, 1500.0) / plan.loop.dt)
+    series = lagged_noise(rng, plan.n, log_uniform(rng, 5.0, 1500.0) / plan.loop.dt)
     if rng.random() < 0.3:
         series = series + steps(rng, plan.n, plan.n / 10.0)
     if rng.random() < 0.3:

@@ -12,13 +12,13 @@ from stiction.simulation.closed_loop import simulate
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["SHAPES", "lagged", "steps", "upstream_cycle", "wave"]
+__all__ = ["SHAPES", "lagged_noise", "steps", "upstream_cycle", "wave"]
 
 SHAPES = {"sine": 0.35, "triangle": 0.15, "square": 0.1, "sawtooth": 0.15, "upstream": 0.25}
 """Shapes of an external oscillation and how often they come; upstream is the PV of another, sticky loop."""
 
 
-def lagged(rng: np.random.Generator, n: int, lag: float) -> NDArray[np.float64]:
+def lagged_noise(rng: np.random.Generator, n: int, lag: float) -> NDArray[np.float64]:
     """White noise behind a first-order lag of `lag` samples, standard deviation 1, shape (n,)."""
     from scipy.signal import lfilter
 

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.simulation.population.loads import lagged, wave
+from calibration.populations.loads import lagged_noise, wave
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["POSITIONS", "reported"]
+__all__ = ["POSITIONS", "report_position"]
 
 POSITIONS = {"stem": 0.8, "echo": 0.1, "frozen": 0.05, "another": 0.05}
 """What is recorded as the position, and how often."""
@@ -34,7 +34,7 @@ LATE = 2
 """Latest samples reported [samples of the controller]."""
 
 
-def reported(
+def report_position(
     record: LoopRecord, period: float, rng: np.random.Generator, kind: str | None = None
 ) -> tuple[LoopRecord, str]:
     """Report a stem position as plants do.
@@ -61,7 +61,7 @@ def reported(
     --------
     >>> import numpy as np, stiction as st
     >>> moved = st.stroke(st.Kano(2.0, 1.0), 50.0 + 3.0 * np.sin(np.arange(500.0) / 20.0), dt=1.0)
-    >>> record, kind = reported(moved, 126.0, np.random.default_rng(0), "frozen")
+    >>> record, kind = report_position(moved, 126.0, np.random.default_rng(0), "frozen")
     >>> kind, float(np.ptp(record.mv))
     ('frozen', 0.0)
     """
@@ -94,7 +94,7 @@ def _elsewhere(rng: np.random.Generator, n: int, period: float) -> NDArray[np.fl
     """The valve of another loop, which moves at a pace of its own, shape (n,)."""
     if rng.random() < 0.5:
         return wave(rng, "triangle", n, period * float(rng.choice([rng.uniform(0.3, 0.8), rng.uniform(1.25, 4.0)])))
-    return lagged(rng, n, period * float(rng.uniform(0.1, 1.0)))
+    return lagged_noise(rng, n, period * float(rng.uniform(0.1, 1.0)))
 
 
 def _behind(x: NDArray[np.float64], lag: float) -> NDArray[np.float64]:

@@ -12,7 +12,7 @@ from stiction.models import FOPDT, PID, SOPDT, Ideal, Integrating, Loop, Transfe
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["KINDS", "draw_loop", "guarded", "log_uniform", "margin", "scaled"]
+__all__ = ["KINDS", "draw_loop", "gain_margin", "log_uniform", "scale_gain", "with_gain_margin"]
 
 KINDS = {"flow": 0.25, "first order": 0.25, "second order": 0.2, "integrating": 0.3}
 """Kinds of process and how often they come."""
@@ -72,19 +72,19 @@ def draw_loop(rng: np.random.Generator, dt: float, kind: str | None = None) -> t
         op_limits=(0.0, 100.0),
         integral=str(rng.choice(["backward", "forward"], p=[0.8, 0.2])),
     )
-    found = guarded(rng, Loop(controller, Ideal(), process, dt))
+    found = with_gain_margin(rng, Loop(controller, Ideal(), process, dt))
     return None if found is None else (found[0], kind)
 
 
-def guarded(rng: np.random.Generator, loop: Loop) -> tuple[Loop, float] | None:
+def with_gain_margin(rng: np.random.Generator, loop: Loop) -> tuple[Loop, float] | None:
     """The loop with a gain margin of at least `MARGIN`, three in ten mirrored, and its period at the limit [s].
 
     None where it has no margin at all.
     """
-    found = margin(loop)
+    found = gain_margin(loop)
     if found is None:
         return None
-    loop = scaled(loop, min(1.0, found[0] / MARGIN))
+    loop = scale_gain(loop, min(1.0, found[0] / MARGIN))
     if rng.random() < 0.3:
         process = loop.process
         assert isinstance(process, TransferFunction)
@@ -93,12 +93,12 @@ def guarded(rng: np.random.Generator, loop: Loop) -> tuple[Loop, float] | None:
     return loop, found[1]
 
 
-def scaled(loop: Loop, factor: float) -> Loop:
+def scale_gain(loop: Loop, factor: float) -> Loop:
     """The loop with `factor` times the controller gain."""
     return replace(loop, controller=replace(loop.controller, Kc=factor * loop.controller.Kc))
 
 
-def margin(loop: Loop) -> tuple[float, float] | None:
+def gain_margin(loop: Loop) -> tuple[float, float] | None:
     r"""Gain margin [-] of the sampled loop with a good valve, and the period of its oscillation there [s].
 
     .. math:: L(z) = C(z)\, z^{-n}\, c\,(zI - A)^{-1} (b_{new} + b_{old} z^{-1}), \quad z = e^{j\omega dt}

@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calibration.populations.causes import SCENARIOS, add_sensor_fault, share_at_limit, start_near_limit
+from calibration.populations.demand import MAX_NOISE_SHARE
+from calibration.populations.draw import record_scenario, sample_held_out
 from stiction.models import Kano
-from stiction.simulation.population.asked import NOISE
-from stiction.simulation.population.causes import PLANS, at_limit, measured, near_limit
-from stiction.simulation.population.draw import drawn_apart, recorded
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stiction.simulation.population.case import Case
+    from calibration.populations.case import Case
 
 __all__ = ["FAULTS", "two_fault_population"]
 
@@ -58,7 +58,7 @@ def two_fault_population(n: int, seed: int = 0) -> Iterator[Case]:
 
     Examples
     --------
-    >>> from stiction.simulation.population import two_fault_population
+    >>> from calibration.populations import two_fault_population
     >>> [case.cause for case in two_fault_population(2, seed=1)]
     ['stiction', 'stiction']
     """
@@ -70,25 +70,25 @@ def two_fault_population(n: int, seed: int = 0) -> Iterator[Case]:
             pass
         return case
 
-    return drawn_apart(n, seed, TWO, draw)
+    return sample_held_out(n, seed, TWO, draw)
 
 
 def _drawn(rng: np.random.Generator, fault: str, tag: str) -> Case | None:
     """A loop with that fault, or None where it does not show, or the valve is of a kind that is not run with it."""
-    plan = PLANS["stiction"](rng)
+    plan = SCENARIOS["stiction"](rng)
     assert plan is not None
     kind = f"{plan.kind}, {fault}"
     if fault != "at a limit":
         if fault != "spikes" and not isinstance(plan.loop.valve, Kano):
             return None
-        plan = replace(measured(rng, plan, fault, hit=HIT, high=HIGH, step=STEP), kind=kind)
-        return recorded(plan, "stiction", rng, NOISE, tag)
-    plan = replace(near_limit(rng, plan, AT_LIMIT), kind=kind)
+        plan = replace(add_sensor_fault(rng, plan, fault, hit=HIT, high=HIGH, step=STEP), kind=kind)
+        return record_scenario(plan, "stiction", rng, MAX_NOISE_SHARE, tag)
+    plan = replace(start_near_limit(rng, plan, AT_LIMIT), kind=kind)
     if not 2.0 < plan.op_start < 98.0:
         return None
     # OP may lie at its limit where that is what is wrong, which `recorded` asks the cause.
-    case = recorded(plan, "saturation", rng, NOISE, tag)
-    if case is None or not SEEN_AT_LIMIT[0] < at_limit(case.record.op) < SEEN_AT_LIMIT[1]:
+    case = record_scenario(plan, "saturation", rng, MAX_NOISE_SHARE, tag)
+    if case is None or not SEEN_AT_LIMIT[0] < share_at_limit(case.record.op) < SEEN_AT_LIMIT[1]:
         return None
     mv = case.record.mv
     assert mv is not None

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
     from stiction.models import PhysicalValve, Valve
 
-__all__ = ["BODIES", "MODELS", "deadband_valve", "physical_valve", "sticky_valve"]
+__all__ = ["MODELS", "PUBLISHED_BODIES", "deadband_valve", "physical_valve", "sticky_valve"]
 
 MODELS = {
     "Kano": 0.4, "Choudhury": 0.12, "He": 0.12, "Srinivasan": 0.1, "Stenman": 0.1, "HeWang": 0.08, "physical": 0.08,
 }  # fmt: skip
 """Valve models and how often they come."""
-BODIES = ("nominal", "graphite_karnopp", "table1_reading_a")
+PUBLISHED_BODIES = ("nominal", "graphite_karnopp", "table1_reading_a")
 """Published valves that lend mass, spring and area to the physical ones."""
 LEAST_JUMP = 0.1
 """J over S below which a valve has a deadband and does not stick [-]."""
@@ -50,7 +50,7 @@ def sticky_valve(rng: np.random.Generator, dt: float, model: str | None = None) 
     if model == "HeWang":
         K = float(rng.uniform(1.0, min(2.0, fs / (fs - fd))))
         return HeWang(fs, fd, K), *stick_to_jump(fs, K * (fs - fd))
-    return physical_valve(str(rng.choice(BODIES)), fs, fd)
+    return physical_valve(str(rng.choice(PUBLISHED_BODIES)), fs, fd)
 
 
 def physical_valve(body: str, fs: float, fd: float) -> tuple[PhysicalValve, float, float]:

@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.errors import ParameterError
-from stiction.simulation.historian import EFFECTS
-from stiction.simulation.population import (
+from calibration.populations import (
     CAUSES,
     plant_population,
     population,
@@ -19,13 +17,15 @@ from stiction.simulation.population import (
     upset_population,
     wandering_population,
 )
-from stiction.simulation.population.loads import SHAPES, lagged, wave
-from stiction.simulation.population.plan import Plan
-from stiction.simulation.population.processes import KINDS, draw_loop, margin, scaled
-from stiction.simulation.population.upsets import upset_series
-from stiction.simulation.population.valves import BODIES, MODELS, physical_valve, sticky_valve
-from stiction.simulation.population.wandering import SHAPES as WANDERING
-from stiction.simulation.population.wandering import wandering_wave
+from calibration.populations.loads import SHAPES, lagged_noise, wave
+from calibration.populations.processes import KINDS, draw_loop, gain_margin, scale_gain
+from calibration.populations.scenario import Scenario
+from calibration.populations.upsets import upset_series
+from calibration.populations.valves import MODELS, PUBLISHED_BODIES, physical_valve, sticky_valve
+from calibration.populations.wandering import SHAPES as WANDERING
+from calibration.populations.wandering import wandering_wave
+from stiction.errors import ParameterError
+from stiction.simulation.historian import EFFECTS
 
 OWN = ("stiction", "deadband", "tight tuning")
 """Causes that make the loop oscillate by itself."""
@@ -110,7 +110,7 @@ def test_a_sticky_valve_has_the_band_and_the_jump_that_are_told(model):
         assert freed - pushed == pytest.approx(-J - 0.01 * S, abs=0.02 * S), "the slip on the way back"
 
 
-@pytest.mark.parametrize("body", BODIES)
+@pytest.mark.parametrize("body", PUBLISHED_BODIES)
 def test_a_physical_valve_keeps_its_body(body):
     from stiction.models.parameter_sets import published_valve
 
@@ -143,12 +143,12 @@ def test_loops_have_their_margin(kind):
         if drawn_loop is None:
             continue
         loop = drawn_loop[0]
-        found, period = margin(loop)
+        found, period = gain_margin(loop)
         assert found >= 1.7 * (1.0 - 1e-6)
         load = np.where(np.arange(4000) < 20, 1.0, 0.0)
         open_ended = replace(loop, controller=replace(loop.controller, op_limits=(-np.inf, np.inf)))
         for factor, grows in ((0.98, False), (1.02, True)):
-            pv = st.simulate(scaled(open_ended, found * factor), 0.0, 8000.0, load).pv
+            pv = st.simulate(scale_gain(open_ended, found * factor), 0.0, 8000.0, load).pv
             early, late = np.ptp(pv[500:1500]), np.ptp(pv[3000:])
             assert (late > early) == grows
         turns = np.flatnonzero((pv[3000:-1] < 0.0) & (pv[3001:] >= 0.0))
@@ -190,7 +190,7 @@ def test_an_external_disturbance_leaves_its_period_in_the_pv():
 
 def test_tight_loops_are_stable():
     for case in drawn("tight tuning"):
-        assert 1.0 < margin(case.loop)[0] < 1.15
+        assert 1.0 < gain_margin(case.loop)[0] < 1.15
 
 
 def test_a_coarse_sensor_reports_whole_steps():
@@ -206,9 +206,9 @@ def test_a_coarse_sensor_reports_whole_steps():
 def test_the_driver_for_what_changes_is_the_plain_one_where_nothing_does(sticks):
     valve = st.Kano(4.0, 2.0)
     loop = st.Loop(st.PID(0.4, 12.0, op_limits=(0.0, 100.0)), valve, st.SOPDT(1.5, 9.0, 3.0, 2.5), dt=1.0)
-    load = lagged(np.random.default_rng(1), 600, 20.0)
+    load = lagged_noise(np.random.default_rng(1), 600, 20.0)
     nothing = np.zeros(600)
-    plan = Plan(loop, nothing, load, nothing, "", sticks=np.full(600, sticks))
+    plan = Scenario(loop, nothing, load, nothing, "", sticks=np.full(600, sticks))
     plain = replace(plan, sticks=None, loop=loop if sticks else replace(loop, valve=st.Ideal()))
     np.testing.assert_allclose(plan.run().pv, plain.run().pv, atol=1e-6)
     assert (np.ptp(plan.run().pv) > 1.0) or not sticks
@@ -241,7 +241,7 @@ def test_waves_have_their_period_and_size(shape):
 
 
 def test_lagged_noise_has_its_spread_and_its_correlation():
-    x = lagged(np.random.default_rng(0), 200_000, 10.0)
+    x = lagged_noise(np.random.default_rng(0), 200_000, 10.0)
     assert x.std() == pytest.approx(1.0, rel=0.05)
     assert np.corrcoef(x[:-10], x[10:])[0, 1] == pytest.approx(np.exp(-1.0), abs=0.03)
 

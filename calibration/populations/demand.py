@@ -7,25 +7,25 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from calibration.populations.causes import DT, sample_any_loop
+from calibration.populations.valves import sticky_valve
 from stiction.models import PhysicalValve
-from stiction.simulation.population.causes import DT, any_loop
-from stiction.simulation.population.valves import sticky_valve
 
 if TYPE_CHECKING:
+    from calibration.populations.scenario import Scenario
     from stiction.models import Loop, Valve
-    from stiction.simulation.population.plan import Plan
 
-__all__ = ["NOISE", "STICKY", "Drawn", "asked_of", "drawn_loop"]
+__all__ = ["MAX_NOISE_SHARE", "STICKY_ONE_IN", "SampledLoop", "sample_loop", "scale_demand"]
 
-STICKY = 3
+STICKY_ONE_IN = 3
 """One loop in so many sticks."""
-NOISE = 0.2
+MAX_NOISE_SHARE = 0.2
 """Largest standard deviation of the measurement noise, as a share of the PV's swing [-]."""
 ASKED = (0.2, 0.95)
 """S over what a good valve would be asked for by what moves the loop, of a loop with a sticky one [-]."""
 
 
-class Drawn(NamedTuple):
+class SampledLoop(NamedTuple):
     """A loop, as yet with a good valve, and the sticky one that it is to have."""
 
     loop: Loop
@@ -38,7 +38,7 @@ class Drawn(NamedTuple):
     """Its J [% of span]; 0 of a good one."""
 
 
-def drawn_loop(rng: np.random.Generator, *, sticky: bool) -> Drawn:
+def sample_loop(rng: np.random.Generator, *, sticky: bool) -> SampledLoop:
     """Draw a loop, and a sticky valve for it.
 
     Parameters
@@ -50,31 +50,31 @@ def drawn_loop(rng: np.random.Generator, *, sticky: bool) -> Drawn:
 
     Returns
     -------
-    Drawn
+    SampledLoop
         The loop and the valve.
     """
     dt = float(rng.choice(DT))
     valve, S, J = sticky_valve(rng, dt) if sticky else (None, 0.0, 0.0)
-    return Drawn(any_loop(rng, min(dt, 2.0) if isinstance(valve, PhysicalValve) else dt), valve, S, J)
+    return SampledLoop(sample_any_loop(rng, min(dt, 2.0) if isinstance(valve, PhysicalValve) else dt), valve, S, J)
 
 
-def asked_of(rng: np.random.Generator, plan: Plan, drawn: Drawn, size: float) -> tuple[Plan, float]:
+def scale_demand(rng: np.random.Generator, plan: Scenario, drawn: SampledLoop, size: float) -> tuple[Scenario, float]:
     """Give a plan its valve, and tell how large what moves it is.
 
     Parameters
     ----------
     rng : numpy.random.Generator
         What is drawn from.
-    plan : Plan
+    plan : Scenario
         The loop with a good valve, and what moves it, of size 1.
-    drawn : Drawn
+    drawn : SampledLoop
         The valve that it is to have.
     size : float
         What moves a loop with a good valve is so large [-].
 
     Returns
     -------
-    tuple of Plan and float
+    tuple of Scenario and float
         The plan with the valve, and that size; of a sticky one such as asks OP for S over one of `ASKED`.
     """
     if drawn.valve is None:

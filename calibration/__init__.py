@@ -1,0 +1,1 @@
+"""Calibration of the diagnosis: simulated loops, feature rows, training, ablation. Not part of the wheel."""

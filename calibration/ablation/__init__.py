@@ -1,0 +1,1 @@
+"""What each part of the diagnosis is worth: drop it, refit the model on what is left, compare."""

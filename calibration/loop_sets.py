@@ -1,0 +1,143 @@
+"""Numbered chunks of loops with a known truth, drawn anew from their seeds wherever they are needed."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass, field
+from itertools import islice
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from calibration.populations import Case
+    from stiction.records import LoopRecord
+
+__all__ = ["FIRST_SIMULATOR", "SETS", "KnownLoop", "draw_chunk", "read_recorded_loops"]
+
+CAUSES = (
+    "stiction", "deadband", "tight tuning", "external disturbance",
+    "stiction", "sensor", "saturation", "none",
+)  # fmt: skip
+"""Causes of the eight loops of a chunk of `population`: one in four sticks."""
+STORED_EFFECTS = ("sampling", "averaging", "interpolation", "exception", "swinging door", "quantisation")
+"""What a historian does to a loop of the set `stored`."""
+MAX_EFFECT = 0.3
+"""Largest strength of that effect [-]."""
+FIRST_SIMULATOR = ("population", "stored", "plant", "upset", "plant", "population", "stored", "wandering")
+"""Sets of the first simulator, in the order of their chunks; half of the loops as a historian stores them."""
+SETS = {"population": 8, "stored": 8, "plant": 6, "upset": 6, "wandering": 6, "two_faults": 6, "second": 8}
+"""Sets of simulated loops and the loops in a chunk of each."""
+
+
+@dataclass(frozen=True, slots=True)
+class KnownLoop:
+    """A record and what is known of its loop."""
+
+    record: LoopRecord
+    """The record."""
+    loop: str
+    """Name of the loop; records of one loop share it."""
+    sticky: bool
+    """Whether the valve sticks."""
+    truth: dict[str, str | float] = field(default_factory=dict)
+    """What else is known: cause, S, J, how the record was stored."""
+
+
+def draw_chunk(name: str, number: int, seed: int) -> Iterator[KnownLoop]:
+    """Draw the loops of one chunk.
+
+    Parameters
+    ----------
+    name : str
+        One of `SETS`.
+    number : int
+        Number of the chunk [-].
+    seed : int
+        Seed of the whole set.
+
+    Yields
+    ------
+    KnownLoop
+        One loop after the other.
+
+    Examples
+    --------
+    >>> [loop.sticky for loop in draw_chunk("upset", 0, seed=1)]
+    [True, False, False, True, False, False]
+    """
+    from calibration import populations
+
+    own, count = 100_000 * seed + number, SETS[name]
+    if name == "second":
+        yield from _draw_second(own, count)
+        return
+    if name in ("population", "stored"):
+        cases = populations.population(count, CAUSES, own, historian=False)
+    else:
+        draw = {
+            "plant": populations.plant_population, "upset": populations.upset_population,
+            "wandering": populations.wandering_population, "two_faults": populations.two_fault_population,
+        }[name]  # fmt: skip
+        cases = islice(draw(count, own), count)
+    rng = np.random.default_rng([own, 46])
+    for i, case in enumerate(cases):
+        record, effects = case.record, case.effects
+        if name == "stored":
+            record, effects = _store(case, rng)
+        truth: dict[str, str | float] = {
+            "cause": case.cause, "true_S": case.S, "true_J": case.J, "storage": "+".join(effects) or "raw",
+        }  # fmt: skip
+        yield KnownLoop(record, f"{name}-{own}-{i}", case.sticky, truth)
+
+
+def read_recorded_loops(folder: Path) -> Iterator[KnownLoop]:
+    """Read the recorded loops with a label.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder with `labels.csv` and the records that it names.
+
+    Yields
+    ------
+    KnownLoop
+        One record after the other.
+    """
+    from dataclasses import replace
+
+    import stiction as st
+
+    with (folder / "labels.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        kind = "analyser" if row["loop_type"] == "concentration" else row["loop_type"]
+        [record] = st.read(folder / row["file"], dt=float(row["dt_s"]), loop_type=kind)
+        record = replace(record, integrating=row["integrating"] == "true")
+        yield KnownLoop(record, row["loop"], row["label"] == "stiction", {"cause": row["label"], "storage": "recorded"})
+
+
+def _draw_second(own: int, count: int) -> Iterator[KnownLoop]:
+    """Loops of the second simulator that are in control."""
+    from calibration.second_simulator import sample_loop
+
+    for i in range(count):
+        loop = sample_loop(own * count + i)
+        truth: dict[str, str | float] = {
+            "cause": loop.truth.cause, "true_S": loop.truth.S, "true_J": loop.truth.J, "storage": loop.storage,
+        }  # fmt: skip
+        if loop.truth.in_control:
+            yield KnownLoop(loop.record, loop.record.tag, loop.truth.sticky, truth)
+
+
+def _store(case: Case, rng: np.random.Generator) -> tuple[LoopRecord, tuple[str, ...]]:
+    """The record of a case after one effect of a historian."""
+    from stiction.simulation.historian import spoil
+
+    effect = str(rng.choice(STORED_EFFECTS))
+    strength = MAX_EFFECT * float(rng.uniform(0.1, 1.0))
+    record = spoil(case.record, effect, strength, int(rng.integers(2**31)))
+    return (record, (effect,)) if len(record) >= 300 else (case.record, ())
