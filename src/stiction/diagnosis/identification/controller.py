@@ -17,10 +17,9 @@ from stiction.diagnosis.identification.controller_forms import (
     moves,
     positions,
 )
-from stiction.diagnosis.identification.in_step import samples_late
-from stiction.diagnosis.identification.signals import hold_gaps
-from stiction.diagnosis.identified import ControllerFit
+from stiction.diagnosis.identification.result import ControllerFit
 from stiction.errors import RecordError
+from stiction.records.gaps import forward_fill
 from stiction.records.quality.moving_average import detect_averaging_window
 from stiction.records.quality.quantisation import quantisation_step
 
@@ -93,8 +92,8 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
         raise RecordError(f"{record.tag} has no PV; a controller is fitted from OP and PV.")
     if not len(record):
         raise RecordError(f"{record.tag} has no samples; a controller is fitted from OP and PV.")
-    op, pv = hold_gaps(record.op), hold_gaps(record.pv)
-    sp = np.full_like(pv, pv.mean()) if record.sp is None else hold_gaps(record.sp)
+    op, pv = forward_fill(record.op, fill_start=True), forward_fill(record.pv, fill_start=True)
+    sp = np.full_like(pv, pv.mean()) if record.sp is None else forward_fill(record.sp, fill_start=True)
     valid = np.isfinite(record.op) & np.isfinite(record.pv)
     if record.sp is not None:
         valid &= np.isfinite(record.sp)
@@ -113,7 +112,6 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
         return _none("OP does not move.")
     full = data.unexplained(moving)
     left = energy_of(full) / energy_of(data.y)
-    late = samples_late(op, sp, pv, valid, left)
     own, as_rounded = left <= COMPUTED, False
     if not own and any(steps := (quantisation_step(op), quantisation_step(pv))):
         law = best_form(data, moving, 0.0, record.dt, exact=True).weights
@@ -141,7 +139,7 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
         why += f"; {bumps} bumps left out"
     if not moving:
         why += "; the set point is constant, so that parts on the error and on the PV are the same"
-    named = _named(found, why + ".", exact=exact)._replace(own_samples=own, left=left, samples_late=late)
+    named = _named(found, why + ".")._replace(exact=own, unexplained=left)
     if record.sp is None and not exact and "I" not in found.form:
         # PV that follows a set point which was not recorded moves with OP, as it does under no controller.
         unseen = " The set point was not recorded; if it moves, PV and OP go together because of it."
@@ -149,7 +147,7 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
     return named
 
 
-def _named(found: FormFit, why: str, *, exact: bool) -> ControllerFit:
+def _named(found: FormFit, why: str) -> ControllerFit:
     """Turn weights into gain and times, with errors by linear propagation."""
     uses = list(found.weights)
     integral = uses.index(1) if 1 in uses else -1
@@ -168,7 +166,7 @@ def _named(found: FormFit, why: str, *, exact: bool) -> ControllerFit:
     if found.share <= ENOUGH:
         form, action = "unknown", 0.0
         why += f" It explains {found.share:.2f} of it, {ENOUGH:g} is needed to name a controller."
-    return ControllerFit(Kc, Ti, found.share, action, form, Td, Ki, Kc_error, Ti_error, exact, why)
+    return ControllerFit(Kc, Ti, found.share, action, form, Td, Ki, Kc_error, Ti_error, why=why)
 
 
 def _none(why: str) -> ControllerFit:

@@ -2,196 +2,213 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stiction.diagnosis.identification.closer import closely
-from stiction.diagnosis.identification.dense_search import search
-from stiction.diagnosis.oscillation import find_oscillation
-from stiction.diagnosis.oscillation.rhythm import SHORTEST
-from stiction.errors import ParameterError
-from stiction.records.analysis_window import usable_segment
-from stiction.records.record import mask_outliers, require_record
+import numpy as np
+
+from stiction.diagnosis.identification.alternatives import alternative_costs, good_valve_cost
+from stiction.diagnosis.identification.intervals import interval_features, intervals, segment_estimates, trend
+from stiction.diagnosis.identification.process_fit import compared_part, fit_process, simulate_process
+from stiction.diagnosis.identification.regression import build_regression, one_thread
+from stiction.diagnosis.identification.result import Identification, LikelihoodSurface, ProcessFit, Segment
+from stiction.diagnosis.identification.search import first_grid, search_valve
+from stiction.diagnosis.identification.signals import BlockSignals, block_signals, remove_local_mean
+from stiction.diagnosis.identification.stems import as_valve_arrays, valve_positions
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from numpy.typing import NDArray
 
-    from stiction.diagnosis.identification.dense_search import Search
-    from stiction.diagnosis.identified import Identification
-    from stiction.diagnosis.result import Oscillation
-    from stiction.records.record import LoopRecord
+    from stiction.diagnosis.identification.candidates import Candidates, Valve
+    from stiction.diagnosis.identification.process_fit import FittedProcess
+    from stiction.diagnosis.identification.regression import Regression
+    from stiction.diagnosis.identification.result import ControllerFit
 
-__all__ = ["identify", "periods_of", "searched", "speaking"]
+__all__ = ["ValveSearch", "identify_valve", "search_record"]
 
-MODELS = ("kano", "stenman", "three_parameter")
-"""Valve models that are identified."""
-SHORTEST_PERIOD = 8
-"""Samples per period below which a local mean over one period says nothing about the valve."""
+STICKY_SEGMENT = 12.0
+"""Twice the log likelihood ratio from which a part of the record counts as sticky [-]: twice the 95 % point of
+chi-square with two degrees of freedom, because the best of many valves is taken."""
 
 
-def identify(
-    record: LoopRecord, model: str = "kano", *, period: float | None = None, closer: bool = True
-) -> Identification:
-    """Identify stiction and process together, by simulation error and then by the likelihood of prediction errors.
+@dataclass(frozen=True, eq=False)
+class ValveSearch:
+    """The most likely valve and what it was compared with."""
+
+    signals: BlockSignals
+    """The signals compared."""
+    regression: Regression
+    """The regression of the last search."""
+    candidates: Candidates
+    """All valves compared in it."""
+    likelihood_ratios: dict[str, float]
+    """Twice the log likelihood ratio of the best valve over each other explanation [-]."""
+    surface: LikelihoodSurface
+    """The first search."""
+
+
+def search_record(op: NDArray[np.float64], pv: NDArray[np.float64], period: float | None) -> ValveSearch:
+    """Search the most likely valve of a record and compare it with other explanations.
 
     Parameters
     ----------
-    record : LoopRecord
-        A record with OP and PV.
-    model : str
-        Valve model; "kano" fits (S, J), "stenman" d, "three_parameter" (sb, sj, r) of eq. 5 repaired. The last two
-        go on from (S, J), and compare the stem itself where the record has MV.
-    period : float, optional
-        Period of the oscillation [s]; slow disturbances are then kept out by comparing deviations from the
-        moving average over one period. Without it the period is found as `diagnose` finds it, and where nothing
-        cycles the record is compared about its mean. `inf` asks for the mean, whatever cycles: then a cycle that
-        repeats tells its dead time up to whole periods only, and the gain with it.
-    closer : bool
-        Go on to the fine search; without it S and J are only as exact as the dense one.
+    op : ndarray, shape (n_samples,)
+        Controller output without gaps [% of span].
+    pv : ndarray, shape (n_samples,)
+        Process variable without gaps [engineering units].
+    period : float or None
+        Period of the oscillation [samples]; None where the loop does not oscillate.
+
+    Returns
+    -------
+    ValveSearch
+        The search.
+    """
+    signals = block_signals(op, pv, period)
+    coarse = block_signals(op, pv, period, samples_per_period=16.0, min_blocks=400, max_blocks=1000, max_op_per_block=4)
+    max_S = float(np.ptp(signals.op))
+    with one_thread():
+        fine = _regression(signals)
+        first = fine if coarse.samples == signals.samples else _regression(coarse, max_position_lag=24)
+        found, grid = search_valve(first, fine, max_S)
+        sticky = fine.positions(np.array([found.best]))[0]
+        costs, both = alternative_costs(fine, signals.period, sticky)
+        surface = _surface(first, grid, max_S)
+    best = float(found.cost.min())
+    ratios = {name: cost - best for name, cost in costs.items()}
+    no_jump = found.cost[found.valves[:, 1] < 0.1]
+    if no_jump.size:
+        ratios["deadband"] = float(no_jump.min()) - best
+    if np.isfinite(both):
+        ratios["beside_periodic_load"] = both
+    return ValveSearch(signals, fine, found, ratios, surface)
+
+
+def _regression(signals: BlockSignals, max_position_lag: int = 48) -> Regression:
+    return build_regression(
+        signals.op, signals.pv, signals.per_block, signals.time_scale, max_position_lag=max_position_lag
+    )
+
+
+def _surface(regression: Regression, grid: Candidates, max_S: float) -> LikelihoodSurface:
+    """The first search as a map; the better of both rules of motion counts."""
+    S, ratio = first_grid(max_S)
+    cost = grid.cost.reshape(S.size, ratio.size, 2).min(axis=2)
+    return LikelihoodSurface(S, ratio, good_valve_cost(regression) - cost)
+
+
+def identify_valve(
+    op: NDArray[np.float64],
+    pv: NDArray[np.float64],
+    dt: float,
+    period: float | None,
+    controller: ControllerFit,
+    integrating: bool | None = None,
+) -> Identification:
+    """Identify stiction and process together.
+
+    Parameters
+    ----------
+    op : ndarray, shape (n_samples,)
+        Controller output without gaps [% of span].
+    pv : ndarray, shape (n_samples,)
+        Process variable without gaps [engineering units].
+    dt : float
+        Sampling period [s].
+    period : float or None
+        Period of the oscillation [s]; None where the loop does not oscillate.
+    controller : ControllerFit
+        The controller, which gives the sign of the process gain.
+    integrating : bool or None
+        Whether the process integrates; None tries both.
 
     Returns
     -------
     Identification
-        S and J with intervals, the process, both simulations and the error surface.
-
-    Raises
-    ------
-    RecordError
-        When the record has no PV, no variation, or fewer than 30 samples with both OP and PV.
-    ParameterError
-        When `model` is unknown, or `period` not positive or shorter than four samples.
-
-    Notes
-    -----
-    What is found without a period is what `diagnose` finds, of a record that it analyses whole and in step: here the
-    record is taken as it is, stretches in manual included, and a PV that was stored late as well. Where no
-    oscillation is regular, the comparison about the likeliest period or about the mean speaks whose valve explains
-    more.
-
-    Every (S, J / S) of a 24 x 10 grid up to the OP's swing (a limit cycle needs OP_pp >= S) is tried with 100
-    processes, 10 lags (an integrator among them where the loop's kind is not known, behind one where it integrates) by
-    10 dead times, by the error of the simulation. With a period
-    this is done in stretches of about eight periods, at most eight. It gives the error surface and, without
-    `closer`, S and J: those of the stretch that agrees best with the others, with the profile likelihood's interval.
-
-    The closer search maximises the likelihood of the PV's prediction errors (see `likelihood`), which a disturbance
-    that goes round the closed loop does not pull, over the whole record or, where more than 4 000 samples are left of
-    it after thinning, over the 4 000 in its middle, without the samples that neither a sticky nor a good valve
-    predicts (see `shocks`). The interval holds all valves that Vuong's test does not find worse from half cycle to
-    half cycle (see `contest`). Where the record does not show the controller's own samples OP trips the valve unseen
-    between them: S is then corrected for the noise on OP, and its interval is a factor of 1.3 either way or more. Where
-    the controller's integral tells a sample between each two, S and J come from a search with these (see `between`). An
-    actuator that lags is looked for too, and found where its likelihood stands out: by OP itself its valve would look
-    stickier than it is. Of other than the controller's own samples that only counts in how far a sticky valve beats a
-    good one: a straight one, the likeliest bent one (`characteristic`), one beside a wave from outside, and a good one
-    while both have that wave (`outside_wave`). The process is the best behind that valve's stem, by simulation.
-
-    References
-    ----------
-    srinivasan2005; jelali2008: search over the nonlinear block around a least-squares fit of the linear one.
-    vuong1989.
-
-    Examples
-    --------
-    >>> import stiction as st
-    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
-    >>> found = st.identify(st.simulate(loop, sp=10.0, duration=2000.0, seed=1))
-    >>> abs(found.S - 3.0) < 0.3
-    True
+        S and J with intervals, the process, both simulations and the comparisons with other explanations.
     """
-    require_record(record)
-    if model not in MODELS:
-        raise ParameterError(f"model = {model!r} is not identified; use {', '.join(map(repr, MODELS))}.")
-    known = searched(record, period)
-    found = closely(known).told if closer else known.rough
-    if model == "stenman":
-        from stiction.diagnosis.identification.stenman import identify_stenman
-
-        return identify_stenman(known.record, found, known.period)
-    if model == "three_parameter":
-        from stiction.diagnosis.identification.three_parameter import identify_three_parameter
-
-        return identify_three_parameter(known.record, found, known.period)
-    return found
-
-
-def searched(record: LoopRecord, period: float | None = None) -> Search:
-    """Search a record densely about the period given, or about the one that is found.
-
-    Parameters
-    ----------
-    record : LoopRecord
-        A record with OP and PV.
-    period : float, optional
-        Period of the oscillation [s]; it is found where it is not given. `inf` compares about the mean of the record.
-
-    Returns
-    -------
-    Search
-        What was found in the record without values far off all others; its `period` is the one it was compared about.
-
-    Raises
-    ------
-    RecordError
-        When the record has no PV, no variation, or fewer than 30 samples with both OP and PV.
-    ParameterError
-        When `period` is not positive or shorter than four samples.
-    """
-    if period is not None and not period > 0.0:
-        raise ParameterError(
-            f"period = {period} s is not a period; give the oscillation's, leave it out to have it found, or give inf "
-            "to compare about the mean."
-        )
-    if period is not None and period < SHORTEST * record.dt:
-        raise ParameterError(
-            f"period = {period:g} s is shorter than {SHORTEST:g} samples of {record.dt:g} s, too short to be told from "
-            "noise; give the oscillation's, leave it out to have it found, or record faster."
-        )
-    record = mask_outliers(record)
-    if period is not None:
-        return search(record, period if math.isfinite(period) else None)
-    part = usable_segment(record)
-    oscillation = find_oscillation(part)
-    first, *others = periods_of(part, oscillation)
-    searches = [search(record, first)]
-    if not oscillation.oscillating:
-        searches += [search(record, other, searches[0].controller) for other in others]
-    return searches[speaking(searches, oscillation)]
+    search = search_record(op, pv, None if period is None else period / dt)
+    signals, regression, valve = search.signals, search.regression, search.candidates.best
+    features = interval_features(
+        op, valve, search.likelihood_ratios["good"], regression.half_cycles.size, exact=controller.exact
+    )
+    S, J = intervals(valve, features, float(np.ptp(signals.op)))
+    position = regression.positions(np.array([valve]))[0]
+    good = signals.op.reshape(-1, signals.per_block).mean(axis=1)
+    fits = [fit_process(x, signals.pv, signals.period, controller.action, integrating) for x in (position, good)]
+    simulated = [_on_record(signals, x, fit, op.size) for x, fit in zip((position, good), fits, strict=True)]
+    segments = _segments(search, valve, S[0] / valve.S, op.size)
+    sticky = [segment for segment in segments if segment.likelihood_ratio > STICKY_SEGMENT]
+    hours = np.array([0.5 * (one.first + one.last) * dt / 3600.0 for one in sticky])
+    drift, drift_error = trend(hours, np.array([one.S for one in sticky]))
+    return Identification(
+        model="kano",
+        S=S[0], J=J[0], S_low=S[1], S_high=S[2], J_low=J[1], J_high=J[2],
+        process=in_seconds(fits[0], signals.samples * dt),
+        linear=in_seconds(fits[1], signals.samples * dt),
+        fit=100.0 * (1.0 - fits[0].error),
+        fit_linear=100.0 * (1.0 - fits[1].error),
+        mv=whole_position(op, valve),
+        pv=simulated[0],
+        pv_linear=simulated[1],
+        likelihood_ratios=search.likelihood_ratios,
+        surface=search.surface,
+        segments=segments,
+        drift=drift,
+        drift_error=drift_error,
+        reason="" if controller.exact else NOT_EXACT,
+        S_raw=valve.S,
+        interval_features=tuple(features.tolist()),
+    )  # fmt: skip
 
 
-def periods_of(part: LoopRecord, oscillation: Oscillation) -> tuple[float | None, ...]:
-    """Periods about whose moving average a record is compared.
-
-    Parameters
-    ----------
-    part : LoopRecord
-        The stretch of it that is analysed.
-    oscillation : Oscillation
-        The oscillation found in that.
-
-    Returns
-    -------
-    tuple of float or None
-        That of the oscillation [s], or the likeliest one where none is regular, if it is neither too short nor too
-        long for a moving average; and None, for the mean.
-    """
-    fits = SHORTEST_PERIOD * part.dt < oscillation.period < part.duration / 2.0
-    return (oscillation.period, None) if fits else (None,)
+NOT_EXACT = "The record does not show every move of the controller output, which widens the interval of S."
+"""Remark on a record that is slower than its controller, averaged or compressed."""
 
 
-def speaking(searches: Sequence[Search], oscillation: Oscillation) -> int:
-    """Which of the comparisons about `periods_of` speaks: the first of a loop that oscillates, else the best one.
+def in_seconds(process: FittedProcess, dt: float) -> ProcessFit:
+    """A process in units of blocks of `dt` [s] as one in seconds."""
+    integrating = bool(np.isinf(process.slow))
+    slow = 0.0 if integrating else process.slow
+    return ProcessFit(
+        gain=process.gain / dt if integrating else process.gain,
+        time_constant=(slow + process.fast) * dt,
+        dead_time=process.dead_time * dt,
+        integrating=integrating,
+        lag=0.0 if integrating else process.fast * dt,
+    )
 
-    Parameters
-    ----------
-    searches : sequence of Search
-        The comparisons, in the order of `periods_of`.
-    oscillation : Oscillation
-        The oscillation found.
 
-    Returns
-    -------
-    int
-        Its index [-].
-    """
-    return 0 if oscillation.oscillating else max(range(len(searches)), key=lambda i: searches[i].rough.fit)
+def whole_position(op: NDArray[np.float64], valve: Valve) -> NDArray[np.float64]:
+    """Position of a valve over the whole record, shape of `op` [% of span]."""
+    out = np.empty((1, op.size))
+    valve_positions(np.ascontiguousarray(op), 1, *as_valve_arrays(np.array([valve])), out)
+    return out[0]
+
+
+def _on_record(
+    signals: BlockSignals, position: NDArray[np.float64], process: FittedProcess, n_samples: int
+) -> NDArray[np.float64]:
+    """Simulated PV at the samples of the record [engineering units]; NaN where it was not compared."""
+    drift = signals.pv - remove_local_mean(signals.pv, signals.period)
+    pv = drift + simulate_process(position, process, signals.period)
+    compared = compared_part(pv.size, signals.period)
+    pv[: compared.start] = pv[compared.stop :] = np.nan
+    out = np.full(n_samples, np.nan)
+    used = out[signals.first : signals.first + pv.size * signals.samples]
+    used[:] = np.repeat(pv, signals.samples)
+    return out
+
+
+def _segments(
+    search: ValveSearch, valve: Valve, correction: float, n_samples: int, *, cycles: float = 8.0, most: int = 8
+) -> tuple[Segment, ...]:
+    """S and evidence of parts of about eight cycles, at most eight."""
+    signals = search.signals
+    count = int(np.clip(search.regression.n_predicted / (cycles * signals.time_scale), 1, most))
+    sizes, ratios, ends = segment_estimates(search.regression, valve, count)
+    samples = signals.first + np.minimum(ends * signals.samples, n_samples)
+    return tuple(
+        Segment(int(first), int(last), float(S) * correction, float(S) * correction * valve.ratio, float(ratio))
+        for first, last, S, ratio in zip(samples[:-1], samples[1:], sizes, ratios, strict=True)
+    )

@@ -1,391 +1,213 @@
-"""Regressions of many stems side by side, from sums of products: what each leaves of the PV, in all and block by block.
+"""Likelihood of a valve: how well its position predicts the PV one sample ahead.
 
-Stems stand in lanes, the last axis of every table, so that a step of the algebra is one step of all. What the lags of
-PV and OP, the past, have to do with one another no stem changes: they are factored once.
+An autoregression with exogenous input (ARX) predicts each PV from earlier PVs, earlier OPs and earlier valve
+positions. It models process and disturbance together, so that a load, an outside oscillation or a drift is
+predicted from the PV's past and does not count against a valve. Candidate valves are compared by the residual sum of
+squares that their positions leave.
 """
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
-from stiction.models.compiled import fused, inlined, summing
+import numpy as np
 
-__all__ = ["group_rows", "left_over", "past", "shifted", "solve"]
+from stiction.diagnosis.identification.candidates import Candidates
+from stiction.diagnosis.identification.stems import as_valve_arrays, valve_positions
 
-NUGGET = 1e-9
-"""Added to the diagonal of normal equations whose columns have unit length [-]: far above the rounding of their
-products, far below what a column must add to matter."""
-EXPLAINED = 1e-8
-"""Share of a column's square that those before it must leave for it to get a weight [-]: of one that they explain the
-nugget is left, a tenth of this."""
-EMPTY = 1e-12
-"""Mean square up to which a column is none: that of signals is 1, but that of a stem or an OP that rests."""
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+__all__ = ["Regression", "build_regression", "one_thread", "standardise"]
+
+CHUNK = 32
+"""Candidate valves whose regressors are in memory at the same time [-]."""
 
 
-@summing
-def past(pv, op, order, op_order, begin, shocks, own):
-    """Fill `own` with the factored normal equations of the PV on a constant, its own lags and OP's; what they leave.
+@dataclass(frozen=True, eq=False)
+class Regression:
+    """The part of the ARX model that is the same for every valve, solved once."""
 
-    Columns 0 to `order` + `op_order` of `own`, as many rows and two more columns, hold the triangular root, 1 over it
-    on the diagonal; then come the right side, solved for, and the scale that brings each column to unit length.
+    op: NDArray[np.float64]
+    """OP at the rate at which valve positions are simulated [% of span], shape (n_blocks * per_block,)."""
+    per_block: int
+    """Samples of `op` for each sample of the PV [-]."""
+    pv: NDArray[np.float64]
+    """PV, block means, standardised [-], shape (n_blocks,)."""
+    first: int
+    """First block that is predicted."""
+    edges: tuple[int, ...]
+    """Lags of the valve position at which a group of lags with one weight begins, and the end of the last [blocks]."""
+    basis: NDArray[np.float64]
+    """Orthonormal basis of the regressors that all valves share, shape (n_shared, n_predicted)."""
+    target: NDArray[np.float64]
+    """What the shared regressors leave of the PV [-], shape (n_predicted,)."""
+    op_lags: int
+    """Lags of OP among the shared regressors [-]."""
+    half_cycles: NDArray[np.int64]
+    """Ends of the half cycles among the predicted samples, shape (n_half_cycles,)."""
+
+    @property
+    def n_predicted(self) -> int:
+        """Samples predicted [-]."""
+        return self.target.size
+
+    def positions(self, valves: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Valve positions, block means, of candidate rows (S, J / S, rests, start), shape (n_valves, n_blocks)."""
+        out = np.empty((len(valves), self.pv.size))
+        valve_positions(self.op, self.per_block, *as_valve_arrays(valves), out)
+        return out
+
+    def evaluate(self, valves: NDArray[np.float64]) -> Candidates:
+        """Candidate valves, rows of (S, J / S, rests, start), with their costs."""
+        chunks = [valves[i : i + CHUNK] for i in range(0, len(valves), CHUNK)]
+        return Candidates(valves, np.concatenate([self.cost_of_positions(self.positions(one)) for one in chunks]))
+
+    def cost_of_positions(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Minus twice the log likelihood of valve positions, but for a constant [-], shape (n_valves,)."""
+        return self.cost_of_regressors(self._lag_sums(positions))
+
+    def cost_of_regressors(self, regressors: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The same of given regressors, shape (n_candidates, n_regressors, n_predicted)."""
+        _, error = self._solve(regressors)
+        return self.n_predicted * np.log(error / self.n_predicted)
+
+    def residuals(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Prediction errors with given valve positions [-], shape (n_valves, n_predicted)."""
+        regressors = self._lag_sums(positions)
+        weights, _ = self._solve(regressors)
+        explained = np.einsum("vg,vgk->vk", weights, regressors)
+        return self.target - (explained - (explained @ self.basis.T) @ self.basis)
+
+    def by_half_cycle(self, residuals: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Sum of squared residuals in each half cycle, shape (n_valves, n_half_cycles)."""
+        total = np.concatenate([np.zeros((len(residuals), 1)), np.cumsum(residuals**2, axis=1)], axis=1)
+        return np.diff(total[:, np.concatenate([[0], self.half_cycles])], axis=1)
+
+    def _lag_sums(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Sums of the lags of each group, shape (n_valves, n_groups, n_predicted)."""
+        n, first = self.pv.size, self.first
+        total = np.zeros((len(positions), n + 1))
+        np.cumsum(positions - positions.mean(axis=1, keepdims=True), axis=1, out=total[:, 1:])
+        sums = [
+            total[:, first - low + 1 : n - low + 1] - total[:, first - high + 1 : n - high + 1]
+            for low, high in zip(self.edges[:-1], self.edges[1:], strict=True)
+        ]
+        return np.stack(sums, axis=1)
+
+    def _solve(self, regressors: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Weights of the regressors and the residual sum of squares, by normal equations without the shared part."""
+        shared = regressors @ self.basis.T
+        squares = regressors @ regressors.transpose(0, 2, 1)
+        size = np.sqrt(np.einsum("vgg->vg", squares)) + TINY
+        normal = (squares - shared @ shared.transpose(0, 2, 1)) / size[:, :, None] / size[:, None, :]
+        normal[:, range(normal.shape[1]), range(normal.shape[1])] += RIDGE
+        right = (regressors @ self.target) / size
+        weights = np.linalg.solve(normal, right[..., None])[..., 0]
+        energy = float(self.target @ self.target)
+        error = np.maximum(energy - (weights * right).sum(axis=1), MIN_ERROR * self.n_predicted)
+        return weights / size, error
+
+
+TINY = 1e-150
+"""Size of a regressor that is constant [-]."""
+RIDGE = 1e-10
+"""Added to the diagonal of the scaled normal equations, since lags of a resting valve are collinear [-]."""
+MIN_ERROR = 1e-8
+"""Smallest variance of a prediction error, as a share of the PV's [-]: data without noise are rounded data."""
+
+
+def standardise(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a signal about its mean over its standard deviation [-]; zeros where it is constant."""
+    x = x - x.mean()
+    spread = float(x.std())
+    return x / spread if spread > 0.0 else x
+
+
+def build_regression(
+    op: NDArray[np.float64],
+    pv: NDArray[np.float64],
+    per_block: int,
+    time_scale: float,
+    *,
+    pv_lags: int = 12,
+    op_lags: int = 4,
+    max_position_lag: int = 48,
+    single_lags: int = 8,
+    extra: Sequence[NDArray[np.float64]] = (),
+) -> Regression:
+    """Set up the regression of one record.
+
+    Parameters
+    ----------
+    op : ndarray, shape (n_blocks * per_block,)
+        Controller output [% of span].
+    pv : ndarray, shape (n_blocks,)
+        Block means of the PV [engineering units].
+    per_block : int
+        Samples of `op` for each sample of `pv`.
+    time_scale : float
+        Period of the oscillation, or another time in which the process responds [blocks].
+    pv_lags, op_lags : int
+        Earlier PVs and OPs in the regression.
+    max_position_lag : int
+        Longest lag of the valve position [blocks]; at most 0.35 time scales are used.
+    single_lags : int
+        Lags of the valve position with a weight of their own; longer ones share weights in groups that grow by a
+        quarter from one to the next.
+    extra : sequence of ndarray, shape (n_blocks,) each
+        Other regressors that all valves share.
+
+    Returns
+    -------
+    Regression
+        Ready to compare valves.
+
+    Notes
+    -----
+    Lags begin at 1: a valve position of the same sample would predict the noise that the controller passes from the
+    PV to the OP. The first cycle is not predicted, because where the stem stood before the record is not known.
     """
-    n, last = pv.shape[0], order + op_order + 1
-    samples = n - begin - shocks.shape[0]
-    own[0, 0], own[0, last] = samples, _sum(pv, 0, begin, shocks)
-    for i in range(1, last):
-        x, lag = (pv, i) if i <= order else (op, i - order)
-        own[i, 0], own[i, last] = _sum(x, lag, begin, shocks), _product(x, lag, pv, 0, begin, shocks)
-        for j in range(1, i + 1):
-            y, other = (pv, j) if j <= order else (op, j - order)
-            own[i, j] = _product(x, lag, y, other, begin, shocks)
-    left = _product(pv, 0, pv, 0, begin, shocks)
-    for i in range(last):
-        row = own[i]
-        scale = 1.0 / math.sqrt(row[i]) if row[i] > EMPTY * samples else 0.0
-        rest, right = 1.0 + NUGGET, row[last] * scale
-        for j in range(i):
-            total = row[j] * scale * own[j, last + 1]
-            for p in range(j):
-                total -= row[p] * own[j, p]
-            row[j] = total * own[j, j]
-            rest -= row[j] * row[j]
-            right -= row[j] * own[j, last]
-        row[i] = 1.0 / math.sqrt(rest) if rest > EXPLAINED else 0.0
-        row[last], row[last + 1] = right * row[i], scale
-        left -= row[last] * row[last]
-    return left
+    n = pv.size
+    longest = int(min(max(0.35 * time_scale, 8.0), max_position_lag, n // 8))
+    edges = list(range(1, min(single_lags, longest + 1) + 1))
+    while edges[-1] < longest + 1:
+        edges.append(min(int(np.ceil(1.25 * edges[-1])), longest + 1))
+    pv_lags = min(pv_lags, n // 8)
+    op_lags = min(op_lags, pv_lags)
+    first = max(int(min(time_scale, n // 4)), longest + 1, pv_lags + 1)
+    y, u = standardise(pv), standardise(op.reshape(n, per_block).mean(axis=1))
+    shared = [np.ones(n - first)]
+    shared += [y[first - lag : n - lag] for lag in range(1, pv_lags + 1)]
+    shared += [u[first - lag : n - lag] for lag in range(1, op_lags + 1)]
+    shared += [x[first:] for x in extra]
+    basis = orthonormal_rows(np.array(shared))
+    target = y[first:] - (y[first:] @ basis.T) @ basis
+    count = max(round(2.0 * (n - first) / max(time_scale, 8.0)), 4)
+    half_cycles = np.linspace(0, n - first, count + 1).round().astype(np.int64)[1:]
+    return Regression(
+        np.ascontiguousarray(op), per_block, y, first, tuple(edges), basis, target, op_lags, np.unique(half_cycles)
+    )
 
 
-@summing
-def _sum(x, lag, begin, shocks):
-    """Sum of a signal's lag."""
-    n = x.shape[0]
-    one = x[begin - lag : n - lag]
-    total = 0.0
-    for k in range(n - begin):
-        total += one[k]
-    for k in shocks:
-        total -= x[k - lag]
-    return total
+def orthonormal_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Orthonormal basis of the row space; rows that are nearly combinations of others are left out."""
+    Q, R = np.linalg.qr(rows.T)
+    size = np.abs(np.diag(R))
+    return np.ascontiguousarray(Q[:, size > 1e-9 * size.max()].T)
 
 
-@summing
-def _product(x, lag, y, other, begin, shocks):
-    """Sum of products of two signals' lags."""
-    n = x.shape[0]
-    one, two = x[begin - lag : n - lag], y[begin - other : n - other]
-    total = 0.0
-    for k in range(n - begin):
-        total += one[k] * two[k]
-    for k in shocks:
-        total -= x[k - lag] * y[k - other]
-    return total
+@cache
+def _thread_pools() -> Any:
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
 
 
-@summing
-def left_over(pv, op, lanes, order, op_order, edges, begin, shocks, floor, energy, ends, base, left, blocks, work):
-    """Fill `left` from `base` on with the sum of squares that each of `lanes` stems leaves, `blocks` with its parts.
-
-    The stems are those of `work.mv`, whose means are taken off in place; `work.own` is known, and `energy` what it
-    leaves.
-    """
-    samples = pv.shape[0] - begin - shocks.shape[0]
-    lags, groups = edges[edges.shape[0] - 1] - 1, edges.shape[0] - 1
-    cross, stem, rows, weights = work.cross, work.stem, work.rows, work.weights
-    n = pv.shape[0]
-    for v in range(lanes):
-        mv = work.mv[v, :n]
-        _centre(mv)
-        _products(pv, op, mv, v, order, op_order, lags, begin, cross, stem, work.edge)
-    shifted(pv, op, lanes, order, op_order, lags, begin, work.edge, cross, stem)
-    _without(pv, op, work.mv, lanes, order, op_order, lags, shocks, cross, stem)
-    before = order + op_order
-    group_rows(lanes, before, edges, cross, stem, work.group, rows, weights)
-    solve(lanes, samples, before, groups, work.own, rows, weights, work.left)
-    for v in range(lanes):
-        left[base + v] = max(energy - work.left[v], 0.0) + floor * samples
-    if ends.shape[0] > 0:
-        _weights(lanes, before, groups, work.own, rows, weights)
-        for v in range(lanes):
-            _residual(pv, op, work.mv[v, :n], v, order, op_order, edges, begin, weights, work.share, work.residual)
-            for k in shocks:
-                work.residual[k] = 0.0
-            _by_block(work.residual, begin, floor, ends, blocks[base + v])
-
-
-@summing
-def _centre(mv):
-    """Take the mean off."""
-    n = mv.shape[0]
-    total = 0.0
-    for k in range(n):
-        total += mv[k]
-    for k in range(n):
-        mv[k] -= total / n
-
-
-@summing
-def _products(pv, op, mv, v, order, op_order, lags, begin, cross, stem, edge):
-    """Sums over the window: PV now, stem and OP one ago by stem then, PV and OP then by stem one ago, and the stem.
-
-    Three lags at once, so that what they share is loaded once and the sums stay in registers; past the last lag that
-    one is done again. `edge` gets the stem before the window's first sample and before the one past its last.
-    """
-    n = mv.shape[0]
-    # Without lags of OP their sums go where those of the PV's last lag, which come later, replace them.
-    size, at = n - begin, order + min(op_order, 1)
-    now, one, first = pv[begin:n], mv[begin - 1 : n - 1], op[begin - 1 : n - 1]
-    for lag in range(1, lags + 1, 3):
-        second, third = min(lag + 1, lags), min(lag + 2, lags)
-        m0, m1, m2 = mv[begin - lag : n - lag], mv[begin - second : n - second], mv[begin - third : n - third]
-        a0 = a1 = a2 = 0.0
-        b0 = b1 = b2 = 0.0
-        c0 = c1 = c2 = 0.0
-        for k in range(size):
-            a0 += now[k] * m0[k]
-            a1 += now[k] * m1[k]
-            a2 += now[k] * m2[k]
-            b0 += one[k] * m0[k]
-            b1 += one[k] * m1[k]
-            b2 += one[k] * m2[k]
-            c0 += first[k] * m0[k]
-            c1 += first[k] * m1[k]
-            c2 += first[k] * m2[k]
-        cross[lag, 0, v], cross[second, 0, v], cross[third, 0, v] = a0, a1, a2
-        stem[lag, 1, v], stem[second, 1, v], stem[third, 1, v] = b0, b1, b2
-        cross[lag, at, v], cross[second, at, v], cross[third, at, v] = c0, c1, c2
-    for i in range(2, op_order + 1):
-        then = op[begin - i : n - i]
-        total = 0.0
-        for k in range(size):
-            total += then[k] * one[k]
-        cross[1, order + i, v] = total
-    for i in range(1, order + 1, 4):
-        second, third, fourth = min(i + 1, order), min(i + 2, order), min(i + 3, order)
-        y0, y1 = pv[begin - i : n - i], pv[begin - second : n - second]
-        y2, y3 = pv[begin - third : n - third], pv[begin - fourth : n - fourth]
-        a0 = a1 = a2 = a3 = 0.0
-        for k in range(size):
-            a0 += y0[k] * one[k]
-            a1 += y1[k] * one[k]
-            a2 += y2[k] * one[k]
-            a3 += y3[k] * one[k]
-        cross[1, i, v], cross[1, second, v], cross[1, third, v], cross[1, fourth, v] = a0, a1, a2, a3
-    total = 0.0
-    for k in range(size):
-        total += one[k]
-    stem[1, 0, v] = total
-    for lag in range(1, lags + 1):
-        edge[0, lag, v], edge[1, lag, v] = mv[begin - lag], mv[n - lag]
-
-
-@summing
-def shifted(pv, op, lanes, order, op_order, lags, begin, edge, cross, stem):
-    """Products of all pairs of lags from those of `_products`: shifting both costs only the edges of the window."""
-    n = pv.shape[0]
-    for lag in range(2, lags + 1):
-        enter, leave = edge[0, lag], edge[1, lag]
-        row, before = stem[lag, 0], stem[lag - 1, 0]
-        for v in range(lanes):
-            row[v] = before[v] + enter[v] - leave[v]
-        for other in range(2, lag + 1):
-            row, before = stem[lag, other], stem[lag - 1, other - 1]
-            first, last = edge[0, other], edge[1, other]
-            for v in range(lanes):
-                row[v] = before[v] + enter[v] * first[v] - leave[v] * last[v]
-        for i in range(1, order + 1):
-            row, before = cross[lag, i], cross[lag - 1, i - 1]
-            came, went = pv[begin - i], pv[n - i]
-            for v in range(lanes):
-                row[v] = before[v] + came * enter[v] - went * leave[v]
-        for i in range(2, op_order + 1):
-            row, before = cross[lag, order + i], cross[lag - 1, order + i - 1]
-            came, went = op[begin - i], op[n - i]
-            for v in range(lanes):
-                row[v] = before[v] + came * enter[v] - went * leave[v]
-
-
-@summing
-def _without(pv, op, mv, lanes, order, op_order, lags, shocks, cross, stem):
-    """Take what the samples `shocks` add out of the products."""
-    for k in shocks:
-        for lag in range(1, lags + 1):
-            for v in range(lanes):
-                stem[lag, 0, v] -= mv[v, k - lag]
-            for other in range(1, lag + 1):
-                for v in range(lanes):
-                    stem[lag, other, v] -= mv[v, k - lag] * mv[v, k - other]
-            for i in range(order + 1):
-                for v in range(lanes):
-                    cross[lag, i, v] -= mv[v, k - lag] * pv[k - i]
-            for i in range(1, op_order + 1):
-                for v in range(lanes):
-                    cross[lag, order + i, v] -= mv[v, k - lag] * op[k - i]
-
-
-@summing
-def group_rows(lanes, order, edges, cross, stem, group, rows, weights):
-    """Normal equations of the groups of the stem's lags: with the constant, the past, and the groups up to each.
-
-    The right side goes into `weights`.
-    """
-    for g in range(edges.shape[0] - 1):
-        first, last = edges[g], edges[g + 1]
-        row, right = rows[g], weights[1 + order + g]
-        for v in range(lanes):
-            row[0, v] = stem[first, 0, v]
-            right[v] = cross[first, 0, v]
-        for i in range(1, order + 1):
-            for v in range(lanes):
-                row[i, v] = cross[first, i, v]
-        for then in range(1, last):
-            total, there = group[then], stem[max(first, then), min(first, then)]
-            for v in range(lanes):
-                total[v] = there[v]
-        for lag in range(first + 1, last):
-            for v in range(lanes):
-                row[0, v] += stem[lag, 0, v]
-                right[v] += cross[lag, 0, v]
-            for i in range(1, order + 1):
-                for v in range(lanes):
-                    row[i, v] += cross[lag, i, v]
-            for then in range(1, last):
-                total, there = group[then], stem[max(lag, then), min(lag, then)]
-                for v in range(lanes):
-                    total[v] += there[v]
-        for other in range(g + 1):
-            total = row[1 + order + other]
-            for v in range(lanes):
-                total[v] = group[edges[other], v]
-            for then in range(edges[other] + 1, edges[other + 1]):
-                for v in range(lanes):
-                    total[v] += group[then, v]
-
-
-@summing
-def solve(lanes, samples, order, groups, own, rows, weights, left):
-    """Fill `left` with what the groups take of the energy that the PV's past leaves.
-
-    By Cholesky, in place, the right side along with it; a column that the ones before it explain gets no weight.
-    """
-    last = order + 1
-    for v in range(lanes):
-        left[v] = 0.0
-    for i in range(order + 1):
-        for v in range(lanes):
-            weights[i, v] = own[i, last]
-    for g in range(groups):
-        row, at = rows[g], 1 + order + g
-        scale, root, right = row[at + 1], row[at], weights[at]
-        for v in range(lanes):
-            scale[v] = 1.0 / math.sqrt(root[v]) if root[v] > EMPTY * samples else 0.0
-            root[v] = 1.0 + NUGGET
-            right[v] *= scale[v]
-        for j in range(at):
-            total = row[j]
-            if j <= order:
-                for v in range(lanes):
-                    total[v] *= scale[v] * own[j, last + 1]
-                for p in range(j):
-                    share, to = own[j, p], row[p]
-                    for v in range(lanes):
-                        total[v] -= share * to[v]
-                for v in range(lanes):
-                    total[v] *= own[j, j]
-            else:
-                other = rows[j - last]
-                for v in range(lanes):
-                    total[v] *= scale[v] * other[j + 1, v]
-                for p in range(j):
-                    one, to = other[p], row[p]
-                    for v in range(lanes):
-                        total[v] -= one[v] * to[v]
-                for v in range(lanes):
-                    total[v] *= other[j, v]
-            done = weights[j]
-            for v in range(lanes):
-                root[v] -= total[v] * total[v]
-                right[v] -= total[v] * done[v]
-        for v in range(lanes):
-            root[v] = 1.0 / math.sqrt(root[v]) if root[v] > EXPLAINED else 0.0
-            right[v] *= root[v]
-            left[v] += right[v] * right[v]
-
-
-@summing
-def _weights(lanes, order, groups, own, rows, weights):
-    """Go on from `solve` to the weights, in place of the right side."""
-    last = order + 1
-    for back in range(groups):
-        g = groups - 1 - back
-        row, at = rows[g], last + g
-        done = weights[at]
-        for v in range(lanes):
-            done[v] *= row[at, v]
-        for j in range(at):
-            for v in range(lanes):
-                weights[j, v] -= row[j, v] * done[v]
-        for v in range(lanes):
-            done[v] *= row[at + 1, v]
-    for back in range(last):
-        i = order - back
-        done = weights[i]
-        for v in range(lanes):
-            done[v] *= own[i, i]
-        for j in range(i):
-            for v in range(lanes):
-                weights[j, v] -= own[i, j] * done[v]
-        for v in range(lanes):
-            done[v] *= own[i, last + 1]
-
-
-@fused
-def _residual(pv, op, mv, v, order, op_order, edges, begin, weights, share, out):
-    """Fill `out` (n_samples,) from `begin` on with what the regression of lane `v` leaves of the PV.
-
-    Four lags at once, so that what is left is loaded and stored once for four; `share` (n_lags,) is work space.
-    """
-    n, past = pv.shape[0], order + op_order
-    now, last = out[begin:n], past + edges[edges.shape[0] - 1] - 1
-    for i in range(past + 1):
-        share[i] = weights[i, v]
-    for g in range(edges.shape[0] - 1):
-        for lag in range(edges[g], edges[g + 1]):
-            share[past + lag] = weights[1 + past + g, v]
-    for k in range(n - begin):
-        now[k] = pv[begin + k] - share[0]
-    i = 1
-    while i + 3 <= last:
-        s0, s1, s2, s3 = share[i], share[i + 1], share[i + 2], share[i + 3]
-        x0 = _lagged(pv, op, mv, order, op_order, begin, i)
-        x1 = _lagged(pv, op, mv, order, op_order, begin, i + 1)
-        x2 = _lagged(pv, op, mv, order, op_order, begin, i + 2)
-        x3 = _lagged(pv, op, mv, order, op_order, begin, i + 3)
-        for k in range(n - begin):
-            now[k] = now[k] - s0 * x0[k] - s1 * x1[k] - s2 * x2[k] - s3 * x3[k]
-        i += 4
-    while i <= last:
-        s0, x0 = share[i], _lagged(pv, op, mv, order, op_order, begin, i)
-        for k in range(n - begin):
-            now[k] -= s0 * x0[k]
-        i += 1
-
-
-@inlined
-def _lagged(pv, op, mv, order, op_order, begin, i):
-    """The `i`th lag from `begin` on: first those of the PV, then of OP, then of the stem."""
-    x, lag = (op, i - order) if i > order else (pv, i)
-    x, lag = (mv, lag - op_order) if i > order + op_order else (x, lag)
-    return x[begin - lag : x.shape[0] - lag]
-
-
-@summing
-def _by_block(residual, begin, floor, ends, out):
-    """Fill `out` (n_blocks,) with the sums of squares left up to each of `ends`."""
-    first = begin
-    for b in range(ends.shape[0]):
-        total = 0.0
-        for k in range(first, ends[b]):
-            total += residual[k] * residual[k]
-        out[b] = total + floor * (ends[b] - first)
-        first = ends[b]
+def one_thread() -> Any:
+    """Context in which the linear algebra library uses one thread: its matrices are too small to share."""
+    return _thread_pools().limit(limits=1, user_api="blas")

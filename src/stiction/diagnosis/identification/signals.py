@@ -1,4 +1,4 @@
-"""The signals as the search takes them: gaps held, long records thinned, the scale of slow disturbances chosen."""
+"""Signals as the identification takes them: block means of a record that is longer than it needs to be."""
 
 from __future__ import annotations
 
@@ -6,166 +6,114 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.search import remove_local_mean
-from stiction.errors import RecordError
-from stiction.records.gaps import forward_fill, interpolate_gaps
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.records.record import LoopRecord
-
-__all__ = ["Signals", "bridge_gaps", "hold_gaps", "pieces_of", "prepare", "require_enough"]
-
-SAMPLES_PER_PERIOD = 36
-"""Samples of an oscillation that are kept."""
-PERIODS_PER_PIECE, MOST_PERIODS, MOST_PIECES = 8.0, 12.0, 8
-"""Periods in a stretch searched by itself, the most there are, and the largest number of stretches."""
-FEWEST_SAMPLES, ENOUGH_SAMPLES, FINE_SAMPLES = 30, 400, 1500
-"""Records below the first are refused, up to the second never thinned, up to the third not for the last searches."""
+__all__ = ["BlockSignals", "block_signals", "remove_local_mean"]
 
 
-class Signals(NamedTuple):
-    """What the search compares."""
+class BlockSignals(NamedTuple):
+    """OP and block means of the PV."""
 
     op: NDArray[np.float64]
-    """Controller output without gaps, never thinned [% of span], shape (n_samples * thinned,)."""
+    """Controller output [% of span], shape (n_blocks * per_block,)."""
     pv: NDArray[np.float64]
-    """Process variable without gaps [engineering units], shape (n_samples,)."""
-    target: NDArray[np.float64]
-    """PV without its local mean [engineering units], shape (n_samples,)."""
-    dt: float
-    """Sampling period after thinning [s]."""
-    thinned: int
-    """How many samples of the record each sample of the PV is the mean of."""
-    half: int
-    """Half width of the local mean [samples]; 0 for the mean of the whole record."""
-    scale: float
-    """Time scale on which processes are looked for [samples]."""
-    first: int = 0
-    """Where a stretch begins in the whole."""
+    """Block means of the PV [engineering units], shape (n_blocks,)."""
+    per_block: int
+    """Values of `op` for each block [-]."""
+    samples: int
+    """Samples of the record in each block [-]."""
+    first: int
+    """First sample of the record that is used."""
+    period: float | None
+    """Period of the oscillation [blocks]; None where the loop does not oscillate."""
+
+    @property
+    def time_scale(self) -> float:
+        """Period, or the time scale assumed without one [blocks]."""
+        return 36.0 if self.period is None else self.period
 
 
-def hold_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Fill NaN with the last value before it, leading ones with the first value after them."""
-    good = np.isfinite(x)
-    if good.all():
-        return x
-    if not good.any():
-        raise RecordError("the signal has no valid sample; check the column that was read.")
-    return forward_fill(x, fill_start=True)
-
-
-def bridge_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Fill NaN along the line between the values beside it, lest a held OP trip a valve late; hold the ends."""
-    return interpolate_gaps(x) if np.isfinite(x).any() else hold_gaps(x)
-
-
-def require_enough(record: LoopRecord, name: str, x: NDArray[np.float64]) -> None:
-    """Refuse a record in which OP and another signal were seldom recorded together.
+def block_signals(
+    op: NDArray[np.float64],
+    pv: NDArray[np.float64],
+    period: float | None,
+    *,
+    samples_per_period: float = 30.0,
+    min_blocks: int = 1200,
+    max_blocks: int = 4000,
+    max_op_per_block: int = 8,
+) -> BlockSignals:
+    """Average a long record over blocks.
 
     Parameters
     ----------
-    record : LoopRecord
-        The record.
-    name : str
-        Name of the other signal.
-    x : ndarray, shape (n_samples,)
-        The other signal, in its unit.
+    op : ndarray, shape (n_samples,)
+        Controller output without gaps [% of span].
+    pv : ndarray, shape (n_samples,)
+        Process variable without gaps [engineering units].
+    period : float or None
+        Period of the oscillation [samples].
+    samples_per_period : float
+        Blocks that a period keeps at least.
+    min_blocks, max_blocks : int
+        Records are not averaged to fewer blocks; of more, those in the middle are used.
+    max_op_per_block : int
+        OP keeps this many values per block, since a valve trips between two samples of the PV too.
 
-    Raises
-    ------
-    RecordError
-        When fewer than 30 samples hold both.
+    Returns
+    -------
+    BlockSignals
+        OP and PV.
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from stiction.records import LoopRecord
-    >>> op = np.arange(40.0)
-    >>> require_enough(LoopRecord("FIC-101", 1.0, op=op), "PV", op)
+    >>> x = np.arange(9000.0)
+    >>> blocks = block_signals(x, x, 600.0)
+    >>> blocks.pv.size, blocks.samples, blocks.per_block, blocks.period
+    (1285, 7, 7, 85.71428571428571)
     """
-    both = int(np.count_nonzero(np.isfinite(record.op) & np.isfinite(x)))
-    if both < FEWEST_SAMPLES:
-        raise RecordError(
-            f"{record.tag} has {both} samples with both OP and {name}, of {len(record)}; an identification needs at "
-            f"least {FEWEST_SAMPLES}: record more of the loop, or more of its {name}."
-        )
+    scale = period if period is not None else op.size / 5.0
+    size = max(int(min(scale / samples_per_period, op.size / min_blocks)), 1)
+    count = min(op.size // size, max_blocks)
+    first = (op.size // size - count) // 2 * size
+    used = slice(first, first + count * size)
+    average = -(-size // max_op_per_block)
+    if average > 1:
+        size -= size % average
+        count = min((op.size - first) // size, max_blocks)
+        used = slice(first, first + count * size)
+    fewer = op[used].reshape(-1, average).mean(axis=1) if average > 1 else op[used]
+    return BlockSignals(
+        np.ascontiguousarray(fewer), pv[used].reshape(count, size).mean(axis=1), size // average, size, first,
+        None if period is None else period / size,
+    )  # fmt: skip
 
 
-def prepare(record: LoopRecord, period: float | None, *, fine: bool = False) -> Signals:
-    """Fill gaps, thin where the record is long, and take the local mean off the PV.
+def remove_local_mean(x: NDArray[np.float64], period: float | None) -> NDArray[np.float64]:
+    """Take the moving average over one period off a signal, or its mean where there is no period.
+
+    An oscillation of that period passes unchanged; constants and ramps vanish, so that a slow load does not matter.
 
     Parameters
     ----------
-    record : LoopRecord
-        A record with a PV.
+    x : ndarray, shape (..., n_samples)
+        Signals [any unit].
     period : float or None
-        Period of the oscillation [s]; None compares the whole record about its mean.
-    fine : bool
-        Thin only what is longer than 1500 samples.
+        Period [samples].
 
     Returns
     -------
-    Signals
-        What the search compares.
-
-    Raises
-    ------
-    RecordError
-        When the record has no PV, or fewer than 30 samples with both OP and PV.
+    ndarray, shape of `x`
+        The deviations; at the ends, where no whole period is centred, those from the nearest average.
     """
-    if record.pv is None:
-        raise RecordError(f"{record.tag} has no PV; an identification needs OP and PV.")
-    require_enough(record, "PV", record.pv)
-    op, pv, dt = bridge_gaps(record.op), bridge_gaps(record.pv), record.dt
-    # Rounded, lest the unit of time decide how a tie on the grids of the search falls.
-    span = round(period / dt, 6) if period is not None else op.size / 5.0
-    thinned = 1
-    if op.size > (FINE_SAMPLES if fine else ENOUGH_SAMPLES):
-        shortest = op.size / (FINE_SAMPLES if fine else ENOUGH_SAMPLES)
-        thinned = max(int(min(span / SAMPLES_PER_PERIOD, shortest)), 1)
-        n = op.size // thinned
-        op, pv = op[: n * thinned], pv[: n * thinned].reshape(n, thinned).mean(axis=1)
-    span /= thinned
-    half = 0 if period is None else min(max(round(span / 2.0), 2), max((pv.size - 1) // 4, 1))
-    target = np.empty_like(pv)
-    remove_local_mean(pv, half, target)
-    return Signals(op, pv, target, dt * thinned, thinned, half, span)
-
-
-def pieces_of(signals: Signals) -> list[Signals]:
-    """Cut signals that oscillate into stretches of about eight periods, at most eight, overlapping by one period.
-
-    Of a record of more than some hundred periods the stretches are spread evenly, with gaps between them.
-
-    Parameters
-    ----------
-    signals : Signals
-        The whole record; without a period it stays whole.
-
-    Returns
-    -------
-    list of Signals
-        The stretches, in order.
-    """
-    n = signals.target.size
-    if signals.half == 0:
-        return [signals]
-    periods = n / signals.scale
-    count = max(min(int((periods - 1.0) / (PERIODS_PER_PIECE - 1.0)), MOST_PIECES), 1)
-    overlap = 2 * signals.half + 1 if count > 1 else 0
-    length = (n + (count - 1) * overlap + count - 1) // count
-    firsts = [min(i * (length - overlap), n - length) for i in range(count)]
-    if length > MOST_PERIODS * signals.scale:
-        length = int(MOST_PERIODS * signals.scale)
-        firsts = np.linspace(0, n - length, count).astype(int).tolist()
-    stretches = []
-    for first in firsts:
-        cut = slice(first, first + length)
-        target = np.empty(length)
-        pv = np.ascontiguousarray(signals.pv[cut])
-        remove_local_mean(pv, signals.half, target)
-        op = signals.op[first * signals.thinned : (first + length) * signals.thinned]
-        stretches.append(signals._replace(op=op, pv=pv, target=target, first=first))
-    return stretches
+    n = x.shape[-1]
+    half = 0 if period is None else min(max(round(period / 2.0), 2), max((n - 1) // 4, 1))
+    if half == 0:
+        return x - x.mean(axis=-1, keepdims=True)
+    total = np.cumsum(np.concatenate([np.zeros((*x.shape[:-1], 1)), x], axis=-1), axis=-1)
+    width = 2 * half
+    # Half weight at both ends of the window, so that it is as long as the period.
+    mean = 0.5 * (total[..., width:-1] - total[..., : -width - 1] + total[..., width + 1 :] - total[..., 1:-width])
+    mean = np.concatenate([mean[..., :1].repeat(half, -1), mean, mean[..., -1:].repeat(half, -1)], axis=-1) / width
+    return x - mean

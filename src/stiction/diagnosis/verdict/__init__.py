@@ -1,5 +1,1 @@
-"""All evidence weighed: one verdict with its probability, reason and action."""
-
-from stiction.diagnosis.verdict.diagnose import diagnose
-
-__all__ = ["diagnose"]
+"""From what was found to a verdict."""

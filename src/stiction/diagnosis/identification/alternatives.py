@@ -1,0 +1,188 @@
+"""Other explanations of what a sticky valve seems to do: a good valve with something else that predicts the PV.
+
+Each is compared with the most likely sticky valve by twice the log likelihood ratio of the same regression. A sticky
+valve that is only as good as one of them is no evidence of stiction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.diagnosis.identification.periodic_load import fundamental_period, remove_harmonics
+from stiction.diagnosis.identification.regression import build_regression, orthonormal_rows, standardise
+from stiction.diagnosis.identification.stems import relay_signals, valve_positions
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.diagnosis.identification.regression import Regression
+
+__all__ = ["ALTERNATIVES", "alternative_costs", "good_valve_cost", "valve_characteristics"]
+
+ALTERNATIVES = ("good", "nonlinear", "dead_zone", "relay_load", "noise_gate", "periodic_load")
+"""Explanations without stiction; `periodic_load` only where the loop oscillates."""
+
+
+def good_valve_cost(regression: Regression) -> float:
+    """Cost of a valve that follows OP, with what the lags of OP beside a sticky valve are worth by chance [-]."""
+    return float(regression.cost_of_positions(_op_means(regression))[0]) - regression.op_lags
+
+
+def alternative_costs(
+    regression: Regression, period: float | None, sticky: NDArray[np.float64]
+) -> tuple[dict[str, float], float]:
+    """Compare the explanations without stiction.
+
+    Parameters
+    ----------
+    regression : Regression
+        The record.
+    period : float or None
+        Period of the oscillation [blocks]; None where the loop does not oscillate.
+    sticky : ndarray, shape (n_blocks,)
+        Position of the most likely sticky valve [% of span].
+
+    Returns
+    -------
+    dict of str to float
+        Name in `ALTERNATIVES` -> minus twice its log likelihood [-], on the scale of `Regression.cost`.
+    float
+        Twice the log likelihood ratio of the sticky valve over a good one with the same periodic load added to both
+        [-]; NaN where there is no period.
+    """
+    free = regression.op_lags
+    costs = {"good": good_valve_cost(regression)}
+    costs["nonlinear"] = float(regression.cost_of_positions(_characteristic_positions(regression)).min()) - free
+    costs["dead_zone"] = _best_dead_zone(regression) - free
+    shifted = _with_good_valve(regression)
+    costs["relay_load"] = _best_relay(shifted, regression) - free
+    costs["noise_gate"] = _best_noise_gate(shifted, regression) - free
+    periodic, both = _periodic_load(regression, period, sticky)
+    if np.isfinite(periodic):
+        costs["periodic_load"] = periodic - free
+    return costs, both - free
+
+
+def _op_means(regression: Regression) -> NDArray[np.float64]:
+    """OP as the position of a good valve, shape (1, n_blocks)."""
+    return regression.op.reshape(1, -1, regression.per_block).mean(axis=2)
+
+
+def _with_good_valve(regression: Regression) -> Regression:
+    """The regression with the lags of a good valve's position among the shared regressors, in place of those of OP."""
+    n, first = regression.pv.size, regression.first
+    pv_lags = min(12, n // 8)
+    shared = [np.ones(n - first), *(regression.pv[first - lag : n - lag] for lag in range(1, pv_lags + 1))]
+    lag_sums = regression._lag_sums(standardise(_op_means(regression)[0])[np.newaxis])[0]
+    basis = orthonormal_rows(np.vstack([shared, lag_sums]))
+    y = regression.pv[first:]
+    return replace(regression, basis=basis, target=y - (y @ basis.T) @ basis)
+
+
+def _lagged(regression: Regression, signals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A few lags of each signal as regressors, as many as OP has beside a sticky valve."""
+    n, first = regression.pv.size, regression.first
+    x = signals - signals.mean(axis=1, keepdims=True)
+    return np.stack([x[:, first - lag : n - lag] for lag in range(1, regression.op_lags + 1)], axis=1)
+
+
+def valve_characteristics(place: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Flow through valves with bent characteristics.
+
+    Parameters
+    ----------
+    place : ndarray, shape (n,)
+        OP, 0 and 1 at the ends of its usual range [-].
+
+    Returns
+    -------
+    ndarray, shape (18, n)
+        Seats, wide open ends, a change of slope (split range), equal percentage and quick opening trims [-].
+    """
+    bent = [np.maximum(place, seat) for seat in (0.15, 0.35, 0.55, 0.75)]
+    bent += [np.minimum(place, end) for end in (0.85, 0.65, 0.45, 0.25)]
+    bent += [place + (slope - 1.0) * np.maximum(place - k, 0.0) for k in (0.25, 0.5, 0.75) for slope in (1 / 3, 3.0)]
+    inside = np.clip(place, -0.3, 1.3)
+    bent += [np.sign(exponent) * np.exp(exponent * inside) for exponent in (-3.0, -1.5, 1.5, 3.0)]
+    return np.array(bent)
+
+
+def _characteristic_positions(regression: Regression) -> NDArray[np.float64]:
+    low, high = np.quantile(regression.op, (0.02, 0.98))
+    if not high > low:
+        low, high = regression.op.min(), regression.op.max()
+    place = (regression.op - low) / (high - low if high > low else 1.0)
+    return valve_characteristics(place).reshape(-1, regression.pv.size, regression.per_block).mean(axis=2)
+
+
+def _best_dead_zone(regression: Regression) -> float:
+    """Cost of a valve that does not respond between two fixed values of OP, as between two valves in split range."""
+    low, high = float(regression.op.min()), float(regression.op.max())
+    centres, halves = np.linspace(low, high, 13)[1:-1], (high - low) * np.array([0.05, 0.1, 0.2, 0.3])
+    best, step = np.inf, (high - low) / 12.0
+    for _ in range(4):
+        centre, half = (axis.ravel() for axis in np.meshgrid(centres, halves))
+        off = regression.op - centre[:, np.newaxis]
+        flow = np.sign(off) * np.maximum(np.abs(off) - half[:, np.newaxis], 0.0)
+        cost = regression.cost_of_positions(flow.reshape(centre.size, -1, regression.per_block).mean(axis=2))
+        i = int(np.argmin(np.round(cost, 5)))
+        best, step = min(best, float(cost[i])), 0.5 * step
+        centres = centre[i] + step * np.array([-1.0, 0.0, 1.0])
+        halves = np.maximum(half[i] + 0.5 * step * np.array([-1.0, 0.0, 1.0]), 1e-3 * (high - low))
+    return best
+
+
+def _best_relay(shifted: Regression, regression: Regression) -> float:
+    """Cost of a load that switches where the PV comes to a level, as a pump or a neighbouring sticky loop does."""
+    pv = regression.pv
+    low, high = np.quantile(pv, (0.01, 0.99))
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    levels = half * np.array([-0.4, -0.1, 0.2, 0.5, 0.7, 0.85, 0.95])
+    lows, highs = (axis.ravel() for axis in np.meshgrid(middle - levels, middle + levels))
+    best = np.inf
+    for step in (0.1, 0.04, 0.016, 0.0):
+        ordered = lows <= highs
+        lows, highs = lows[ordered], highs[ordered]
+        out = np.empty((lows.size, pv.size))
+        relay_signals(pv, lows, highs, out)
+        cost = shifted.cost_of_regressors(_lagged(regression, out))
+        i = int(np.argmin(np.round(cost, 5)))
+        best = min(best, float(cost[i]))
+        around = step * half * np.array([-1.0, 0.0, 1.0])
+        lows, highs = (axis.ravel() for axis in np.meshgrid(lows[i] + around, highs[i] + around))
+    return best
+
+
+def _best_noise_gate(shifted: Regression, regression: Regression) -> float:
+    """Cost of a good valve that is told the past PV without its noise, through a deadband of some standard deviations.
+
+    A valve position that moves only when OP leaves a small band is free of noise, and predicts the quiet between two
+    upsets well whether the valve sticks or not. The deadband of the PV gives a good valve the same advantage.
+    """
+    pv = regression.pv
+    moves = np.abs(np.diff(pv))
+    usual = 1.4826 * float(np.median(moves)) or float(np.sqrt(np.mean(moves**2)))
+    width = 2.0 * usual / np.sqrt(2.0) * np.array([2.0, 3.0, 4.5, 7.0])
+    out, zero = np.empty((width.size, pv.size)), np.zeros(width.size)
+    valve_positions(pv, 1, width, zero, np.zeros(width.size, dtype=bool), zero, out)
+    return float(shifted.cost_of_regressors(_lagged(regression, out)).min())
+
+
+def _periodic_load(
+    regression: Regression, period: float | None, sticky: NDArray[np.float64], *, min_periods: float = 5.0
+) -> tuple[float, float]:
+    """Cost of a good valve beside a load that is the same in every period, and the gain of a sticky valve beside it."""
+    n = regression.pv.size
+    harmonics = 0 if period is None else min(24, int(period / 3.0))
+    if period is None or harmonics < 1 or n < min_periods * period:
+        return np.nan, np.nan
+    exact = fundamental_period(regression.pv, period, harmonics)
+    signals = np.stack([regression.pv, _op_means(regression)[0], sticky])
+    pv, op, stem = remove_harmonics(signals, exact, harmonics)
+    scale = float(pv.std())
+    rest = build_regression(op, pv, 1, period)
+    cost = rest.cost_of_positions(np.stack([op, stem])) + 2.0 * rest.n_predicted * np.log(max(scale, 1e-12))
+    return float(cost[0]) + 2.0 * harmonics, float(cost[0] - cost[1])

@@ -1,0 +1,181 @@
+"""The process behind a valve: gain, lags and dead time, by the error of its simulation from the valve position."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stiction.diagnosis.identification.signals import remove_local_mean
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["FittedProcess", "fit_process", "simulate_process"]
+
+
+class FittedProcess(NamedTuple):
+    """A process in units of blocks."""
+
+    gain: float
+    """Steady gain [PV units per % of span]; of an integrating process per % of span and block."""
+    slow: float
+    """Larger time constant [blocks]; infinite of an integrating process."""
+    fast: float
+    """Smaller time constant [blocks]; 0 where one is enough."""
+    dead_time: float
+    """Dead time [blocks]."""
+    error: float
+    """Sum of squared simulation errors over that of the PV, both about their local means [-]."""
+
+
+def simulate_process(
+    position: NDArray[np.float64], process: FittedProcess, period: float | None
+) -> NDArray[np.float64]:
+    """Simulate the PV about its local mean from a valve position.
+
+    Parameters
+    ----------
+    position : ndarray, shape (n_blocks,)
+        Valve position [% of span].
+    process : FittedProcess
+        The process.
+    period : float or None
+        Period over which the local mean is taken [blocks].
+
+    Returns
+    -------
+    ndarray, shape (n_blocks,)
+        PV about its local mean [engineering units].
+    """
+    answer = _lagged(remove_local_mean(position, period), process.slow, process.fast)
+    return process.gain * _delayed(answer - answer.mean(), process.dead_time)
+
+
+def fit_process(
+    position: NDArray[np.float64],
+    pv: NDArray[np.float64],
+    period: float | None,
+    sign: float = 0.0,
+    integrating: bool | None = None,
+) -> FittedProcess:
+    """Fit a process of one or two lags, or an integrator, with dead time.
+
+    Parameters
+    ----------
+    position : ndarray, shape (n_blocks,)
+        Valve position [% of span].
+    pv : ndarray, shape (n_blocks,)
+        Process variable [engineering units].
+    period : float or None
+        Period of the oscillation; deviations from the moving average over it are compared [blocks].
+    sign : float
+        Sign that the gain must have; 0 for any.
+    integrating : bool or None
+        Whether the process integrates; None tries both.
+
+    Returns
+    -------
+    FittedProcess
+        The process with the smallest error; a gain of 0 where none explains anything.
+
+    Notes
+    -----
+    A grid over time constants and all dead times up to a period (a third of the record without one), with the gain by
+    least squares in closed form, then a simplex search (Nelder and Mead) over time constants and dead time.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(0)
+    >>> u = np.repeat(rng.normal(size=60), 10)
+    >>> truth = FittedProcess(2.0, 8.0, 0.0, 3.0, 0.0)
+    >>> found = fit_process(u, simulate_process(u, truth, None), None)
+    >>> round(found.gain, 2), round(found.slow, 1), round(found.dead_time, 1)
+    (2.0, 8.0, 3.0)
+    """
+    from scipy.optimize import minimize
+
+    target = remove_local_mean(pv, period)
+    u = remove_local_mean(position, period)
+    scale = 36.0 if period is None else period
+    max_delay = int(min(scale, target.size // 3))
+    compared = compared_part(target.size, period)
+    energy = float(target[compared] @ target[compared])
+    if not energy > 0.0 or not float(u @ u) > 0.0:
+        return FittedProcess(0.0, scale, 0.0, 0.0, 1.0)
+    slow = [] if integrating else list(scale * np.geomspace(0.03, 2.0, 10))
+    pairs = [(a, b * a) for a in slow for b in (0.0, 0.5)]
+    if integrating is not False:
+        pairs += [(np.inf, b * scale) for b in (0.0, 0.05, 0.2)]
+    answers = np.array([_lagged(u, a, b) for a, b in pairs])
+    answers -= answers.mean(axis=1, keepdims=True)
+    error, delay = _best_delays(answers, target, compared, max_delay, sign)
+    best = int(np.argmin(error))
+
+    def of(x: NDArray[np.float64]) -> FittedProcess:
+        ratio = min(max(float(x[1]), 0.0), 1.0)
+        a = np.inf if np.isinf(pairs[best][0]) else float(np.exp(np.clip(x[0], -3.0, np.log(20.0 * scale))))
+        b = ratio * (scale if np.isinf(a) else a)
+        d = float(np.clip(x[2], 0.0, max_delay))
+        answer = _delayed(_lagged(u, a, b), d)
+        answer = (answer - answer.mean())[compared]
+        power, cross = float(answer @ answer), float(answer @ target[compared])
+        gain = cross / power if power > 0.0 and cross * sign >= 0.0 else 0.0
+        return FittedProcess(gain, a, b, d, 1.0 - gain * (2.0 * cross - gain * power) / energy)
+
+    a, b = pairs[best]
+    start = np.array([0.0 if np.isinf(a) else np.log(a), b / (scale if np.isinf(a) else a), float(delay[best])])
+    steps = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.0, 0.25, 0.0], [0.0, 0.0, 1.5]])
+    found = minimize(
+        lambda x: of(x).error, start, method="Nelder-Mead",
+        options={"initial_simplex": start + steps, "maxfev": 50, "xatol": 1e-3, "fatol": 1e-6},
+    )  # fmt: skip
+    return of(found.x)
+
+
+def _lagged(u: NDArray[np.float64], slow: float, fast: float) -> NDArray[np.float64]:
+    """Answer of one or two lags of unit gain, or of an integrator, to a signal."""
+    from scipy.signal import lfilter
+
+    if np.isinf(slow):
+        y = np.cumsum(u)
+    else:
+        keep = np.exp(-1.0 / max(slow, 1e-3))
+        y = lfilter([1.0 - keep], [1.0, -keep], u)
+    if fast > 0.0:
+        keep = np.exp(-1.0 / max(fast, 1e-3))
+        y = lfilter([1.0 - keep], [1.0, -keep], y)
+    return y
+
+
+def _delayed(y: NDArray[np.float64], delay: float) -> NDArray[np.float64]:
+    """A signal later by a delay that need not be whole [samples]; the first value stands before it."""
+    whole = int(delay)
+    part = delay - whole
+    later = np.concatenate([np.full(whole, y[0]), y[: y.size - whole]])
+    return later if part == 0.0 else (1.0 - part) * later + part * np.concatenate([later[:1], later[:-1]])
+
+
+def compared_part(n: int, period: float | None) -> slice:
+    """Samples whose local mean is that of a whole period, which are compared."""
+    half = 0 if period is None else min(round(period / 2.0), n // 4)
+    return slice(half, n - half)
+
+
+def _best_delays(
+    answers: NDArray[np.float64], target: NDArray[np.float64], compared: slice, max_delay: int, sign: float
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Smallest error of each answer over all dead times, with the gain by least squares, and that dead time."""
+    n = target.size
+    wanted = np.zeros(n)
+    wanted[compared] = target[compared]
+    size = 1 << (2 * n - 1).bit_length()
+    spectrum = np.fft.rfft(answers, size, axis=1).conj() * np.fft.rfft(wanted, size)
+    cross = np.fft.irfft(spectrum, size, axis=1)[:, : max_delay + 1]
+    total = np.cumsum(np.pad(answers**2, ((0, 0), (1, 0))), axis=1)
+    delays = np.arange(max_delay + 1)
+    power = total[:, np.maximum(compared.stop - delays, 0)] - total[:, np.maximum(compared.start - delays, 0)]
+    gain = cross / np.maximum(power, 1e-300)
+    explained = np.where(gain * sign < 0.0, 0.0, cross * gain)
+    delay = np.argmax(explained, axis=1)
+    return 1.0 - explained[np.arange(len(answers)), delay] / float(wanted @ wanted), delay

@@ -1,0 +1,140 @@
+"""What makes a loop oscillate: five causes, each judged by itself from what was identified."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.diagnosis.verdict.features import gain_margin
+
+if TYPE_CHECKING:
+    from stiction.diagnosis.identification.result import ControllerFit, Identification
+    from stiction.diagnosis.oscillation import Oscillation
+
+__all__ = ["CAUSES", "OscillationCause", "assess_causes", "tuning_score"]
+
+CAUSES = ("valve", "tuning", "external", "sensor", "dead_zone")
+"""Causes of an oscillation, in the order of the JSON."""
+
+
+@dataclass(frozen=True, slots=True)
+class OscillationCause:
+    """How much speaks for each cause, 0 to 1, independent of one another; all small means none."""
+
+    valve: float
+    """The valve sticks, and its stick and slip drive the loop."""
+    tuning: float
+    """The controller gain is near the limit of stability."""
+    external: float
+    """A periodic or switching load from outside."""
+    sensor: float
+    """The transmitter: coarse steps, spikes or noise that the controller follows."""
+    dead_zone: float
+    """A range of OP, at fixed values, in which PV does not respond, as in split range."""
+
+    @property
+    def main(self) -> str:
+        """The strongest cause from 0.5 on; "none" where there is none."""
+        name = max(CAUSES, key=lambda one: getattr(self, one))
+        return name if getattr(self, name) >= 0.5 else "none"
+
+    def to_dict(self) -> dict[str, float]:
+        """JSON-ready form."""
+        return {name: round(float(getattr(self, name)), 4) for name in CAUSES}
+
+
+def assess_causes(
+    identification: Identification,
+    controller: ControllerFit,
+    oscillation: Oscillation,
+    probability: float,
+    *,
+    pv_step_share: float,
+    spike_share: float,
+    min_evidence: float = 20.0,
+) -> OscillationCause:
+    """Judge each cause by itself.
+
+    Parameters
+    ----------
+    identification : Identification
+        Stiction and process.
+    controller : ControllerFit
+        The controller.
+    oscillation : Oscillation
+        The oscillation.
+    probability : float
+        Probability that the valve sticks [-].
+    pv_step_share : float
+        Quantisation step of the PV over its range [-].
+    spike_share : float
+        Share of the samples in which the PV jumps away and back [-].
+    min_evidence : float
+        Twice the log likelihood ratio at which a load counts half [-].
+
+    Returns
+    -------
+    OscillationCause
+        Scores from 0 to 1.
+
+    Notes
+    -----
+    Where nothing oscillates all scores are those of a quiet loop: a sticky valve that nothing moves drives no
+    oscillation. The score of a load compares a good valve with the load and without it.
+    """
+    active = 1.0 if oscillating(oscillation) else 0.0
+    ratios = identification.likelihood_ratios
+    good = ratios.get("good", 0.0)
+    load = max(good - ratios.get(name, good) for name in ("periodic_load", "relay_load"))
+    gap = good - ratios.get("dead_zone", good)
+    dead_zone = _logistic((gap - min_evidence) / 8.0) * _logistic((gap - good) / 8.0 + 2.0)
+    tuning = tuning_score(gain_margin(identification, controller))
+    sensor = max(_logistic((pv_step_share - 0.25) / 0.05), _logistic((spike_share - 0.02) / 0.005))
+    others = max(probability * active, tuning, sensor, dead_zone)
+    external = max(_logistic((load - min_evidence - max(good, 0.0) * probability) / 8.0), 1.0 - others)
+    return OscillationCause(
+        valve=probability * active,
+        tuning=tuning * active,
+        external=external * active,
+        sensor=sensor * active,
+        dead_zone=dead_zone * active,
+    )
+
+
+def oscillating(oscillation: Oscillation) -> bool:
+    """Whether the loop oscillates."""
+    return oscillation.oscillating
+
+
+def tuning_score(margin: float, *, critical: float = 1.25, width: float = 0.08) -> float:
+    """How much a gain margin speaks for tight tuning, 0 to 1.
+
+    Parameters
+    ----------
+    margin : float
+        Gain margin [-]; NaN when unknown.
+    critical : float
+        Margin that counts half [-]; loops are tuned for 2 to 4 (Skogestad 2003: 3.14), and ring visibly below 1.5.
+    width : float
+        Width of the transition in 1 / margin [-].
+
+    Returns
+    -------
+    float
+        Score [-]; 0 when the margin is unknown.
+
+    Examples
+    --------
+    >>> round(tuning_score(1.0), 2), round(tuning_score(1.25), 2), round(tuning_score(3.0), 2)
+    (0.92, 0.5, 0.0)
+    """
+    if not margin > 0.0 or math.isnan(margin):
+        return 0.0
+    return _logistic((1.0 / margin - 1.0 / critical) / width)
+
+
+def _logistic(x: float) -> float:
+    return 1.0 / (1.0 + math.exp(-float(np.clip(x, -60.0, 60.0))))

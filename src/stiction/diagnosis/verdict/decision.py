@@ -1,0 +1,60 @@
+"""From the probability of stiction to a verdict: what each call costs when it is wrong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stiction.diagnosis.result import Verdict
+from stiction.errors import require_not_negative
+
+__all__ = ["Costs", "decide"]
+
+
+@dataclass(frozen=True, slots=True)
+class Costs:
+    """What a call costs, in any unit.
+
+    Raises
+    ------
+    ParameterError
+        When a cost is negative or no finite number.
+    """
+
+    false_alarm: float = 1.0
+    """Of `stiction` when the valve is good: a needless overhaul."""
+    missed: float = 1.0
+    """Of `no_stiction` when the valve sticks: the loop keeps oscillating."""
+    ask: float = 0.2
+    """Of `undecided`: a valve test or another record."""
+
+    def __post_init__(self) -> None:
+        for name in ("false_alarm", "missed", "ask"):
+            object.__setattr__(self, name, require_not_negative(name, getattr(self, name)))
+
+
+def decide(probability: float, costs: Costs = Costs()) -> Verdict:
+    """Choose the call with the smallest expected cost.
+
+    Parameters
+    ----------
+    probability : float
+        Probability that the valve sticks [-].
+    costs : Costs
+        What each call costs when it is wrong.
+
+    Returns
+    -------
+    str
+        `stiction`, `no_stiction`, or `undecided` where asking costs less than either call is expected to.
+
+    Examples
+    --------
+    >>> [decide(p) for p in (0.1, 0.5, 0.9)]
+    ['no_stiction', 'undecided', 'stiction']
+    """
+    expected: dict[Verdict, float] = {
+        "stiction": (1.0 - probability) * costs.false_alarm,
+        "no_stiction": probability * costs.missed,
+    }
+    best = min(expected, key=lambda call: expected[call])
+    return best if expected[best] <= costs.ask else "undecided"

@@ -1,0 +1,112 @@
+"""The answer to the main question about one loop."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from stiction.diagnosis.verdict.causes import OscillationCause
+from stiction.diagnosis.verdict.decision import Costs
+from stiction.diagnosis.verdict.explanation import explain_action, explain_reason
+from stiction.display.number_format import format_probability
+
+if TYPE_CHECKING:
+    from stiction.diagnosis.identification.result import ControllerFit, Identification
+    from stiction.diagnosis.loop_state import LoopState
+    from stiction.diagnosis.result import Evidence, Oscillation, Verdict
+    from stiction.diagnosis.verdict.model import Contribution
+    from stiction.records.assess import Quality
+    from stiction.records.record import LoopRecord
+
+__all__ = ["Diagnosis"]
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """Whether the valve of a loop sticks, how much, how sure that is, and what to do."""
+
+    record: LoopRecord = field(repr=False)
+    """The record, outliers masked; `quality.first` and `quality.last` bound the part that was analysed."""
+    verdict: Verdict
+    """`stiction`, `no_stiction` or `undecided`."""
+    probability: float
+    """Probability that the valve sticks [-]; the prior where the record cannot be judged."""
+    loop_state: LoopState
+    """Whether the controller moves the valve and the process answers; else nothing is said about the valve."""
+    oscillation: Oscillation
+    """Whether and how the loop oscillates."""
+    oscillation_cause: OscillationCause
+    """What makes the loop oscillate."""
+    quality: Quality
+    """The data checks."""
+    evidence: tuple[Evidence, ...] = ()
+    """What each published method says."""
+    identification: Identification | None = None
+    """Stiction and process found; None when the record did not allow a search."""
+    controller: ControllerFit | None = None
+    """The controller found; None when the record did not allow a fit."""
+    features: dict[str, float] = field(default_factory=dict)
+    """The features from which the probability was computed; empty where the record cannot be judged."""
+    contributions: tuple[Contribution, ...] = ()
+    """What each feature adds to the log odds of stiction, the strongest first."""
+    prior: float = 0.25
+    """Share of sticky valves assumed before the record is looked at [-]."""
+    costs: Costs = field(default_factory=Costs)
+    """Costs of a wrong call."""
+    settings: dict[str, Any] = field(default_factory=dict)
+    """What a caller adds."""
+
+    @property
+    def reason(self) -> str:
+        """Why, in some sentences."""
+        return explain_reason(self)
+
+    @property
+    def action(self) -> str:
+        """What to do, in a sentence or two."""
+        return explain_action(self)
+
+    @property
+    def cause(self) -> str:
+        """The main cause of the oscillation: one of `OscillationCause`, or "none"."""
+        return self.oscillation_cause.main
+
+    @property
+    def strongest_alternative(self) -> tuple[str, float] | None:
+        """The explanation without stiction that comes closest to the sticky valve, and twice the log likelihood ratio."""
+        ratios = {} if self.identification is None else self.identification.likelihood_ratios
+        found = {
+            name: ratio for name, ratio in ratios.items() if name != "beside_periodic_load" and math.isfinite(ratio)
+        }
+        return min(found.items(), key=lambda item: item[1]) if found else None
+
+    def summary(self) -> str:
+        """The verdict in a sentence or two."""
+        return (
+            f"{self.record.tag}: {self.verdict} (probability {format_probability(self.probability)}). {self.reason} "
+            f"{self.action}"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form, as `stiction diagnose --json` prints it."""
+        judged = self.identification is not None and self.loop_state.in_control
+        return {
+            "file": self.record.provenance.source,
+            "tag": self.record.tag,
+            "verdict": self.verdict,
+            "probability": round(self.probability, 4),
+            "prior": self.prior,
+            "reason": self.reason,
+            "action": self.action,
+            "op_unit": self.record.op_unit,
+            "dt_s": self.record.dt,
+            "loop_state": self.loop_state.to_dict(),
+            "stiction": self.identification.to_dict() if judged and self.identification is not None else None,
+            "controller": self.controller.to_dict() if self.controller is not None else None,
+            "oscillation": self.oscillation.to_dict(),
+            "oscillation_cause": self.oscillation_cause.to_dict(),
+            "features": [one.to_dict() for one in self.contributions],
+            "evidence": [row.to_dict() for row in self.evidence],
+            "quality": self.quality.to_dict(),
+        }

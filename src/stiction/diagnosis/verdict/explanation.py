@@ -1,0 +1,132 @@
+"""Sentences of a diagnosis: why the verdict is what it is, and what to do."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stiction.diagnosis.loop_state import describe_action, describe_state
+from stiction.diagnosis.verdict.features import FEATURES
+from stiction.display.check_text import describe_check
+from stiction.display.duration_format import format_seconds
+from stiction.display.number_format import format_interval, format_number
+
+if TYPE_CHECKING:
+    from stiction.diagnosis.verdict.diagnosis import Diagnosis
+
+__all__ = ["explain_action", "explain_reason", "feature_label"]
+
+CAUSE_TEXT = {
+    "valve": "The valve drives the oscillation.",
+    "tuning": "The controller gain is near the limit of stability.",
+    "external": "A load from outside drives the oscillation.",
+    "sensor": "The PV signal is too coarse or has spikes that the controller follows.",
+    "dead_zone": "PV does not respond in a range of OP at fixed values, as between two valves in split range.",
+}
+"""What each cause means, in a sentence."""
+CAUSE_ACTION = {
+    "tuning": "Lower the controller gain, or lengthen the integral time.",
+    "external": "Look for loops and machines upstream with the same period.",
+    "sensor": "Check the transmitter, its filter and its resolution.",
+    "dead_zone": "Check the split-range calibration and the valve seat at that OP.",
+}
+"""What to do about each cause other than the valve."""
+
+
+def feature_label(name: str) -> str:
+    """Name of a feature on screens."""
+    return next(feature.label for feature in FEATURES if feature.name == name)
+
+
+def explain_reason(found: Diagnosis) -> str:
+    """Say why the verdict is what it is."""
+    if not found.loop_state.in_control:
+        return describe_state(found.loop_state, found.record.start, found.record.provenance.pv_unit)
+    sentences = [_evidence(found), _oscillation(found), _causes(found), _left_out(found), _slave(found)]
+    sentences += [describe_check(check) for check in found.quality.rejections[:2]]
+    return " ".join(sentence for sentence in sentences if sentence)
+
+
+def _evidence(found: Diagnosis) -> str:
+    one, unit = found.identification, found.record.op_unit_short
+    if one is None:
+        return "OP or PV does not vary enough to look for a valve."
+    size = "{} {} (95 % {} to {})".format(
+        format_interval(one.S, one.S_low, one.S_high)[0], unit, *_ends(one.S, one.S_low, one.S_high)
+    )
+    signal = "valve position" if one.by_position else "PV"
+    gain = found.strongest_alternative
+    against = "" if gain is None else f" {_alternative_text(*gain)}"
+    if found.verdict == "stiction":
+        return f"A valve with a stiction band S of {size} predicts the {signal} better than a good valve.{against}"
+    if found.verdict == "no_stiction":
+        return f"A sticky valve does not predict the {signal} clearly better than other explanations.{against}"
+    return f"The evidence does not decide: the most likely sticky valve has S of {size}.{against}"
+
+
+def _ends(value: float, low: float, high: float) -> tuple[str, str]:
+    _, low_text, high_text = format_interval(value, low, high)
+    return low_text, high_text
+
+
+ALTERNATIVE_TEXT = {
+    "good": "a good valve",
+    "deadband": "a valve with deadband alone",
+    "nonlinear": "a good valve with a bent characteristic",
+    "dead_zone": "a good valve with a dead zone",
+    "relay_load": "a good valve with a load that switches",
+    "noise_gate": "a good valve and a PV without noise",
+    "periodic_load": "a good valve with a periodic load",
+}
+"""Explanations without stiction, as sentences name them."""
+
+
+def _alternative_text(name: str, ratio: float) -> str:
+    return (
+        f"Twice the log likelihood ratio against {ALTERNATIVE_TEXT[name]}, the closest other explanation, is "
+        f"{format_number(ratio)}."
+    )
+
+
+def _oscillation(found: Diagnosis) -> str:
+    one = found.oscillation
+    if not one.oscillating:
+        return "The loop does not oscillate regularly."
+    return f"The loop oscillates with a period of {format_seconds(one.period)}."
+
+
+def _causes(found: Diagnosis) -> str:
+    causes = found.oscillation_cause
+    others = [name for name in CAUSE_ACTION if getattr(causes, name) >= 0.5]
+    text = " ".join(CAUSE_TEXT[name] for name in others)
+    if found.verdict == "stiction" and others:
+        return f"The valve sticks, and something else moves the loop too: {text}"
+    return text if found.oscillation.oscillating else ""
+
+
+def _left_out(found: Diagnosis) -> str:
+    stretches = found.loop_state.stretches
+    if not stretches:
+        return ""
+    names = ", ".join(dict.fromkeys(one.state.replace("_", " ") for one in stretches))
+    share = sum(one.last - one.first for one in stretches) / max(len(found.record), 1)
+    return f"Left out: {100.0 * share:.0f} % of the record ({names})."
+
+
+def _slave(found: Diagnosis) -> str:
+    tag = found.record.provenance.secondary_tag
+    return f"OP is the set point of {tag}; the valve belongs to that loop." if tag else ""
+
+
+def explain_action(found: Diagnosis) -> str:
+    """Say what to do, in one or two imperative sentences."""
+    if not found.loop_state.in_control:
+        return describe_action(found.loop_state)
+    others = [CAUSE_ACTION[name] for name in CAUSE_ACTION if getattr(found.oscillation_cause, name) >= 0.5]
+    if found.verdict == "stiction":
+        first = "Check packing, actuator and positioner; confirm with a ramp test before the valve is taken out."
+        return " ".join([first, *others])
+    if found.verdict == "undecided":
+        return " ".join(["Run a ramp test of the valve, or record more oscillation periods.", *others])
+    if others:
+        return " ".join(others)
+    return "No action on the valve."

@@ -1,0 +1,116 @@
+"""A record made ready for analysis, once: outliers masked, the part to analyse chosen, gaps filled, noise and steps known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.records.analysis_window import analysis_window, usable_segment
+from stiction.records.gaps import interpolate_gaps
+from stiction.records.quality.quantisation import peak_to_peak, quantisation_step, robust_range
+from stiction.records.record import mask_outliers
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.typing import NDArray
+
+    from stiction.records.record import LoopRecord
+
+__all__ = ["Conditioned", "condition"]
+
+
+@dataclass(frozen=True, eq=False)
+class Conditioned:
+    """Signals of one record as all later stages take them."""
+
+    record: LoopRecord
+    """The record, outliers missing."""
+    first: int
+    """First sample of the part that is analysed."""
+    last: int
+    """One past its last sample."""
+    part: LoopRecord
+    """That part, short gaps filled with the last value."""
+    op: NDArray[np.float64]
+    """OP of the part, gaps interpolated [% of span]."""
+    pv: NDArray[np.float64]
+    """PV of the part, gaps interpolated [engineering units]; empty when it was not recorded."""
+    op_swing: float
+    """98 % range of OP [% of span]."""
+    pv_swing: float
+    """98 % range of PV [engineering units]."""
+    op_step: float
+    """Quantisation step of OP [% of span]; 0 when there is none."""
+    pv_step: float
+    """Quantisation step of PV [engineering units]; 0 when there is none."""
+
+    @property
+    def moves(self) -> bool:
+        """Whether OP and PV vary, so that a valve can be searched for."""
+        return peak_to_peak(self.op) > 1e-9 * _size(self.op) and peak_to_peak(self.pv) > 1e-9 * _size(self.pv)
+
+    def without(self, stretches: Iterable[tuple[int, int]]) -> Conditioned:
+        """Leave stretches of samples out, and choose the part to analyse again.
+
+        Parameters
+        ----------
+        stretches : iterable of (int, int)
+            First and one past the last sample of each.
+
+        Returns
+        -------
+        Conditioned
+            The same where there are none.
+        """
+        bounds = list(stretches)
+        if not bounds or self.record.pv is None:
+            return self
+        op, pv = self.record.op.copy(), self.record.pv.copy()
+        for first, last in bounds:
+            op[first:last] = pv[first:last] = np.nan
+        return _conditioned(replace(self.record, op=op, pv=pv))
+
+
+def condition(record: LoopRecord) -> Conditioned:
+    """Make a record ready for analysis.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        A record of one loop.
+
+    Returns
+    -------
+    Conditioned
+        Its signals; the part is empty when nothing can be analysed.
+
+    Examples
+    --------
+    >>> from stiction.records import LoopRecord
+    >>> t = np.arange(400.0)
+    >>> found = condition(LoopRecord("FIC-101", 1.0, op=50 + np.sin(t / 6.1), pv=np.round(3 + np.cos(t / 6.1), 2)))
+    >>> found.first, found.last, found.pv_step
+    (0, 400, 0.01)
+    """
+    return _conditioned(mask_outliers(record))
+
+
+def _conditioned(record: LoopRecord) -> Conditioned:
+    first, last = analysis_window(record)
+    part = usable_segment(record)
+    cut = record.window(first, last)
+    op = interpolate_gaps(cut.op)
+    pv = np.empty(0) if cut.pv is None else interpolate_gaps(cut.pv)
+    known = (np.isfinite(op).all() and np.isfinite(pv).all()) and op.size > 0
+    op, pv = (op, pv) if known else (np.empty(0), np.empty(0))
+    return Conditioned(
+        record, first, last, part, op, pv, *(robust_range(x) if x.size else 0.0 for x in (op, pv)),
+        *(quantisation_step(x) for x in (op, pv)),
+    )  # fmt: skip
+
+
+def _size(x: NDArray[np.float64]) -> float:
+    return float(np.abs(x).max()) if x.size else 0.0
