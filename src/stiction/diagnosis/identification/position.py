@@ -21,6 +21,8 @@ MAX_DELAY = 5
 """Samples that the recorded position may come late [-]."""
 LAGS = (0.0, 2.0, 6.0)
 """Time constants of the position signal that are tried [samples]."""
+TRIED_FITS = 4
+"""Pairs of delay and lag that are searched closely [-]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,17 +97,8 @@ def fit_position(
     known = np.isfinite(position)
     if known.sum() < MIN_RECORDED or not float(np.ptp(op)) > 0.0 or not float(np.nanstd(position)) > 0.0:
         return None
-    fit = _Fit.of(op, position, max_samples)
-    swing = float(np.ptp(fit.op))
-    small = min(min_S, 0.1 * swing)
-    S = np.geomspace(small, swing, 28) if swing > small else np.array([swing])
-    zero, rules = np.zeros(1), np.array([0.0, 1.0])
-    with np.errstate(divide="ignore"):
-        good = fit.evaluate(combinations(np.geomspace(1e-3 * small, small, 6), zero, zero, zero))
-        play = _refine(fit, fit.evaluate(combinations(S, zero, zero, np.array([-0.6, 0.0, 0.6]))), swing, jump=False)
-        sticky = fit.evaluate(combinations(S, np.array([0.2, 0.4, 0.6, 0.8, 1.0]), rules, zero))
-        far = fit.evaluate(combinations(S[0.3 * swing < S], np.array([0.5]), rules, np.array([-0.6, 0.6])))
-        sticky = _refine(fit, joined(sticky, far), swing)
+    searches = [_search(fit, min_S) for fit in _Fit.ranked(op, position, max_samples)[:TRIED_FITS]]
+    fit, good, play, sticky = min(searches, key=lambda one: float(one[3].cost.min()))
     samples = fit.independent_share(sticky.best)
     ratios = [samples * (float(a.cost.min()) - float(b.cost.min())) for a, b in ((good, play), (play, sticky))]
     over_good = samples * (float(good.cost.min()) - float(sticky.cost.min()))
@@ -131,6 +124,19 @@ def fit_position(
     )  # fmt: skip
 
 
+def _search(fit: _Fit, min_S: float) -> tuple[_Fit, Candidates, Candidates, Candidates]:
+    """Candidates of a good valve, of one with deadband alone and of a sticky one."""
+    swing = float(np.ptp(fit.op))
+    small = min(min_S, 0.1 * swing)
+    S, zero, rules = np.geomspace(small, swing, 28), np.zeros(1), np.array([0.0, 1.0])
+    starts = np.array([-0.6, 0.6])
+    good = fit.evaluate(combinations(np.geomspace(1e-3 * small, small, 6), zero, zero, zero))
+    play = fit.evaluate(combinations(S, zero, zero, np.array([-0.6, 0.0, 0.6])))
+    sticky = fit.evaluate(combinations(S, np.array([0.2, 0.4, 0.6, 0.8, 1.0]), rules, zero))
+    far = fit.evaluate(combinations(S[0.3 * swing < S], np.array([0.5]), rules, starts))
+    return fit, good, _refine(fit, play, swing, jump=False), _refine(fit, joined(sticky, far), swing)
+
+
 def _refine(fit: _Fit, found: Candidates, swing: float, *, jump: bool = True) -> Candidates:
     """Pattern searches about the best candidates; without a jump J / S stays 0."""
     steps = ((0.05, 0.1, 0.3, 6), (0.02, 0.05, 0.15, 4), (0.008, 0.02, 0.08, 3), (0.003, 0.008, 0.04, 2))
@@ -149,8 +155,8 @@ class _Fit:
     lag: float
 
     @classmethod
-    def of(cls, op: NDArray[np.float64], position: NDArray[np.float64], max_samples: int) -> _Fit:
-        """Choose the part compared, and the delay and lag with which the position follows OP best."""
+    def ranked(cls, op: NDArray[np.float64], position: NDArray[np.float64], max_samples: int) -> list[_Fit]:
+        """The part compared, with every delay and lag of the position, the best by a rough search first."""
         first = max((op.size - max_samples) // 2, 0)
         part = slice(first, first + max_samples)
         weight = np.isfinite(position[part]).astype(np.float64)
@@ -161,7 +167,7 @@ class _Fit:
         rough = combinations(
             np.geomspace(0.02, 0.9, 8) * float(np.ptp(op)), np.array([0.0, 0.6]), np.zeros(1), np.zeros(1)
         )
-        return min(fits, key=lambda fit: float(fit.evaluate(rough).cost.min()))
+        return sorted(fits, key=lambda fit: float(fit.evaluate(rough).cost.min()))
 
     def stems(self, valves: NDArray[np.float64]) -> NDArray[np.float64]:
         """Stems as the position signal shows them, shape (n_valves, n_samples)."""

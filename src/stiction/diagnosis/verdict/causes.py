@@ -99,8 +99,8 @@ def assess_causes(
         valve=probability * active,
         tuning=tuning * active,
         external=external * active,
-        sensor=sensor * active,
-        dead_zone=dead_zone * active,
+        sensor=sensor,
+        dead_zone=dead_zone,
     )
 
 

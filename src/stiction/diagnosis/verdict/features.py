@@ -148,12 +148,12 @@ def compute_features(found: FeatureInput) -> dict[str, float]:
 
 
 def gain_margin(identification: Identification, controller: ControllerFit) -> float:
-    """Gain margin of the identified controller with the process behind a good valve [-].
+    """Gain margin of the identified controller and process [-].
 
     Parameters
     ----------
     identification : Identification
-        Its `linear` process is used.
+        The process behind the valve that explains more of the PV in simulation, sticky or good.
     controller : ControllerFit
         Gains of the controller.
 
@@ -163,7 +163,8 @@ def gain_margin(identification: Identification, controller: ControllerFit) -> fl
         Factor by which the gain may grow until the loop is unstable; NaN when controller or process are not known, or
         the phase never reaches -180 degrees.
     """
-    process = identification.linear
+    sticky = identification.fit > identification.fit_linear
+    process = identification.process if sticky else identification.linear
     if controller.form == "unknown" or not np.isfinite(controller.Ki) or not process.gain:
         return math.nan
     slow = max(process.time_constant - process.lag, 0.0)
