@@ -1,7 +1,7 @@
 """Tables of features: one row for each loop of known truth, computed by the package as it is.
 
-Run as a script: ``python -m calibration.feature_table --sets population stored --chunks 40 --seed 7 --out table.parquet``.
-Chunks that stand in the folder of parts already are not computed again.
+Run as a script: ``python -m calibration.feature_table --sets population stored --chunks 40 --out table.parquet``. Chunks
+that stand in the folder of parts already are not computed again.
 """
 
 from __future__ import annotations

@@ -65,7 +65,9 @@ def fit_model(table: pl.DataFrame) -> dict[str, Any]:
 
 def features_of(table: pl.DataFrame) -> np.ndarray:
     """Features of a table, NaN where one is missing, shape (n_loops, n_features)."""
-    columns = [table[f"x_{name}"] if f"x_{name}" in table.columns else pl.Series([None] * table.height) for name in NAMES]
+    columns = [
+        table[f"x_{name}"] if f"x_{name}" in table.columns else pl.Series([None] * table.height) for name in NAMES
+    ]
     return np.column_stack([column.cast(pl.Float64).fill_null(np.nan).to_numpy() for column in columns])
 
 

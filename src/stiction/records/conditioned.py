@@ -1,4 +1,4 @@
-"""A record made ready for analysis, once: outliers masked, the part to analyse chosen, gaps filled, noise and steps known."""
+"""A record made ready for analysis, once: outliers masked, the part to analyse chosen, gaps filled."""
 
 from __future__ import annotations
 

@@ -137,14 +137,14 @@ def from_frame(
         raise ParameterError(
             f"frame is of type {type(frame).__name__}; give a data frame of pandas, polars or pyarrow."
         ) from None
-    names = {name: column for name, column in zip(("op", "pv", "sp", "mv", "auto"), (op, pv, sp, mv, auto), strict=True)}
+    names = dict(zip(("op", "pv", "sp", "mv", "auto"), (op, pv, sp, mv, auto), strict=True))
     found = {name: column for name, column in names.items() if column is not None and column in table.columns}
     lost = [names[name] for name in ("op", "pv") if name not in found]
     if lost or (dt is None and time not in table.columns):
         wanted = lost[0] if lost else time
         raise RecordError(
-            f"{tag}: the frame has no column {wanted!r}; its columns are {', '.join(map(str, table.columns[:20]))}. Name "
-            "the columns with op=, pv=, time= or give dt=."
+            f"{tag}: the frame has no column {wanted!r}; its columns are {', '.join(map(str, table.columns[:20]))}. "
+            "Name the columns with op=, pv=, time= or give dt=."
         )
     start = None
     if dt is None:
@@ -156,8 +156,8 @@ def from_frame(
         dt = float(np.median(steps)) if steps.size else 1.0
         if steps.size and not float(np.abs(steps - dt).max()) <= 0.01 * abs(dt):
             raise RecordError(
-                f"{tag}: the time steps of column {time!r} differ ({steps.min():g} to {steps.max():g} s); read the frame "
-                "with stiction.read, which lays an even grid."
+                f"{tag}: the time steps of column {time!r} differ ({steps.min():g} to {steps.max():g} s); read the "
+                "frame with stiction.read, which lays an even grid."
             )
     signals = {name: table[column].to_numpy() for name, column in found.items()}
     start = start.to_pydatetime() if hasattr(start, "to_pydatetime") else start

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from stiction.diagnosis.result import Verdict
 from stiction.errors import require_not_negative
+
+if TYPE_CHECKING:
+    from stiction.diagnosis.result import Verdict
 
 __all__ = ["Costs", "decide"]
 

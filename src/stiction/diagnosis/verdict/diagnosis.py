@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from stiction.diagnosis.verdict.causes import OscillationCause
 from stiction.diagnosis.verdict.decision import Costs
 from stiction.diagnosis.verdict.explanation import explain_action, explain_reason
 from stiction.display.number_format import format_probability
@@ -15,6 +14,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.result import ControllerFit, Identification
     from stiction.diagnosis.loop_state import LoopState
     from stiction.diagnosis.result import Evidence, Oscillation, Verdict
+    from stiction.diagnosis.verdict.causes import OscillationCause
     from stiction.diagnosis.verdict.model import Contribution
     from stiction.records.assess import Quality
     from stiction.records.record import LoopRecord
@@ -74,7 +74,7 @@ class Diagnosis:
 
     @property
     def strongest_alternative(self) -> tuple[str, float] | None:
-        """The explanation without stiction that comes closest to the sticky valve, and twice the log likelihood ratio."""
+        """The closest explanation without stiction, and twice the log likelihood ratio of the sticky valve over it."""
         ratios = {} if self.identification is None else self.identification.likelihood_ratios
         found = {
             name: ratio for name, ratio in ratios.items() if name != "beside_periodic_load" and math.isfinite(ratio)

@@ -1,15 +1,16 @@
-"""The features of a record from which the probability of stiction is computed: one table of names, formulas and signs."""
+"""The features from which the probability of stiction is computed: one table of names, formulas and signs."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from stiction.diagnosis.identification.result import ControllerFit, Identification
     from stiction.diagnosis.oscillation import Oscillation
 
@@ -120,8 +121,8 @@ FEATURES: tuple[Feature, ...] = (
     Feature("jump_ratio", "slip jump relative to the band", "J / S", "-", 1,
             lambda found: found.identification.J / found.identification.S),
     Feature("S_interval", "uncertainty of S", "ln(S_high / S_low)", "-", -1, _interval_width),
-    Feature("fit_gain", "simulation with a sticky valve against a good one", "ln(unexplained good / unexplained sticky)",
-            "-", 1, _fit_gain),
+    Feature("fit_gain", "simulation with a sticky valve against a good one",
+            "ln(unexplained good / unexplained sticky)", "-", 1, _fit_gain),
     Feature("tuning", "how close the loop is to instability by tuning", "1 / gain margin", "-", -1, _tuning),
     Feature("pv_resolution", "coarseness of the PV", "quantisation step / 98 % range of PV", "-", -1,
             lambda found: min(found.pv_step_share, 1.0)),

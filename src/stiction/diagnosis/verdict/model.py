@@ -1,8 +1,8 @@
 """From features to the probability of stiction: one additive model, read from `model.json`.
 
 The model is a sum of step functions, one for each feature, each monotone in the direction of the feature's sign. It is
-trained by `calibration/train.py` on simulated loops alone (gradient boosting without interactions, scikit-learn), and its
-file is text: thresholds and values that anyone can read. The sum is the log odds of stiction at the training prior.
+trained by `calibration/train.py` on simulated loops alone (gradient boosting without interactions, scikit-learn). Its
+file is text, thresholds and values that anyone can read. The sum is the log odds of stiction at the training prior.
 """
 
 from __future__ import annotations
