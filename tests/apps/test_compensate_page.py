@@ -8,7 +8,7 @@ import shutil
 import pytest
 
 from stiction.apps.cli import main
-from stiction.report.figures.names import BOX, place_names
+from stiction.report.figures.label_placement import PLOT_SIZE_PX, place_labels
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FIGURES = (
@@ -65,12 +65,12 @@ def test_names_cover_neither_points_nor_each_other():
     """Ten points as trials have them, three of them in one place: each name is written once."""
     at = [(5.0, 40.0), (6.0, 41.0), (4.0, 40.0), (60.0, 80.0), (170.0, 300.0), (150.0, 280.0), (172.0, 315.0)]
     at += [(240.0, 140.0), (238.0, 160.0), (290.0, 60.0)]
-    placed = place_names(REMEDIES, at)
+    placed = place_labels(REMEDIES, at)
     written = [name for text, _ in placed for name in text.split("<br>") if name]
     assert sorted(written) == sorted(REMEDIES)
     assert placed[0][0].count("<br>") == 2
     right = {name: place for (name, place) in placed if name == REMEDIES[9]}
-    assert right[REMEDIES[9]].endswith("left"), f"a name beside the edge of {BOX} must turn inwards"
+    assert right[REMEDIES[9]].endswith("left"), f"a name beside the edge of {PLOT_SIZE_PX} must turn inwards"
 
 
 @pytest.fixture

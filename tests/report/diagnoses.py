@@ -6,9 +6,9 @@ from dataclasses import replace
 from datetime import datetime
 
 import numpy as np
+from stiction.diagnosis.identified import ErrorSurface, Identification, ProcessFit
 
 import stiction as st
-from stiction.diagnosis.identified import ErrorSurface, Identification, ProcessFit
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Diagnosis, Evidence
 from stiction.records.assess import assess_quality

@@ -18,9 +18,9 @@ from stiction.apps.findings import size
 from stiction.compensation.shop_tests import plan_before
 from stiction.records import LoopRecord
 from stiction.records.assess import assess_quality
-from stiction.report import words, write_report
+from stiction.report import labels, write_report
+from stiction.report.explanation import story
 from stiction.report.overview import overview
-from stiction.report.story import story
 
 IN_PERCENT = re.compile(
     r"\b[SJ] ?(?:=|is|from|grows by|falls by)? ?\d[\d.]* ?%|OP (?:amplitude|by|moves) [\d.]+ %"
@@ -49,7 +49,7 @@ def told(found, folder):
     said = {
         "page": page.split("<body", 1)[1],
         "overview": several.split("<body", 1)[1],
-        "headline": words.headline(found),
+        "headline": labels.headline(found),
         "story": " ".join(steps),
         "reason": found.reason,
         "work order": st.work_order(found, st.compensate(found, seeds=1)).to_text(),

@@ -14,13 +14,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 from hypothesis.extra import numpy as some_arrays
-
 from stiction.diagnosis.verdict.meaning import FEATURES
 from stiction.diagnosis.verdict.weighing import weighing
+
 from stiction.errors import ParameterError
-from stiction.report import Cell, Columns, Figure, Fold, Heading, Html, Table, Text, render_page, thin
-from stiction.report.markup import shown
-from stiction.report.payload import to_json
+from stiction.report import (
+    Cell,
+    Collapsible,
+    Figure,
+    Heading,
+    SideBySide,
+    Table,
+    Text,
+    TrustedHtml,
+    downsample,
+    render_page,
+)
+from stiction.report.plot_json import to_json
 
 EVIL = '</script><script>window.hacked=1</script><img src=x onerror="window.hacked=1">'
 FIGURE = Figure({"data": [{"y": [1.0, 2.0], "name": EVIL}], "layout": {}}, f"Title {EVIL}", f"Caption {EVIL}")
@@ -74,9 +84,9 @@ def test_text_is_escaped_everywhere():
             Heading(EVIL, anchor='a" onclick="x'),
             Text(EVIL),
             FIGURE,
-            Columns([FIGURE, FIGURE]),
+            SideBySide([FIGURE, FIGURE]),
             Table([EVIL], [[EVIL], [Cell(EVIL, sort=EVIL, href='#" onclick="x')]], EVIL, sortable=True),
-            Fold(EVIL, [Text(EVIL)], anchor='b" onclick="x'),
+            Collapsible(EVIL, [Text(EVIL)], anchor='b" onclick="x'),
         ],
         subtitle=EVIL,
         footer=EVIL,
@@ -87,13 +97,13 @@ def test_text_is_escaped_everywhere():
 
 
 def test_html_is_the_one_way_for_markup():
-    assert "<b>bold</b>" in render_page("t", [Html("<b>bold</b>")])
+    assert "<b>bold</b>" in render_page("t", [TrustedHtml("<b>bold</b>")])
     assert "<b>bold</b>" not in render_page("t", [Text("<b>bold</b>")])
 
 
 def test_plot_library_comes_once_and_only_when_needed():
     without = render_page("t", [Text("no figure")])
-    folded = render_page("t", [Fold("f", [Columns([FIGURE, FIGURE])])])
+    folded = render_page("t", [Collapsible("f", [SideBySide([FIGURE, FIGURE])])])
     assert len(without) < 30_000
     assert 4_000_000 < len(folded) < 6_000_000
     assert folded.count('id="plot-library"') == 1
@@ -152,8 +162,8 @@ def test_thinning_keeps_peaks_and_gaps():
     y = np.sin(np.arange(200_000) / 500.0)
     y[123_456] = 9.0
     y[50_000:60_000] = np.nan
-    keep = thin.thin(y)
-    assert len(keep) <= thin.MOST_POINTS
+    keep = downsample.downsample(y)
+    assert len(keep) <= downsample.MAX_POINTS
     assert 123_456 in keep
     assert np.isnan(y[keep]).any()
     assert np.all(np.diff(keep) > 0)

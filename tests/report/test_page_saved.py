@@ -9,13 +9,13 @@ import pytest
 
 from stiction.errors import RecordError, StictionError
 from stiction.report import Text, write_page
-from stiction.report.save import save
+from stiction.report.atomic_write import write_atomically
 
 
 def test_written_file_replaces_the_old_one(tmp_path):
     target = tmp_path / "report.html"
     target.write_text("old")
-    assert save("new: 2 ≥ 1\n", target) == target
+    assert write_atomically("new: 2 ≥ 1\n", target) == target
     assert target.read_bytes() == "new: 2 ≥ 1\n".encode()
     assert os.listdir(tmp_path) == ["report.html"]
 
@@ -29,7 +29,7 @@ def test_a_failure_leaves_the_old_file_and_no_draft(tmp_path, monkeypatch):
 
     monkeypatch.setattr(os, "replace", full)
     with pytest.raises(RecordError, match=r"Cannot write .*report\.html: No space left on device"):
-        save("new", target)
+        write_atomically("new", target)
     assert target.read_text() == "old"
     assert os.listdir(tmp_path) == ["report.html"]
 
@@ -40,7 +40,7 @@ def test_an_interrupt_leaves_no_draft(tmp_path, monkeypatch):
 
     monkeypatch.setattr(os, "replace", interrupt)
     with pytest.raises(KeyboardInterrupt):
-        save("new", tmp_path / "report.html")
+        write_atomically("new", tmp_path / "report.html")
     assert os.listdir(tmp_path) == []
 
 
@@ -51,17 +51,17 @@ def test_a_missing_folder_is_named(tmp_path):
 
 def test_a_folder_is_no_file(tmp_path):
     with pytest.raises(RecordError, match="it is a folder"):
-        save("x", tmp_path)
+        write_atomically("x", tmp_path)
 
 
 @pytest.mark.skipif(sys.platform == "win32" or os.geteuid() == 0, reason="the system lets this user write anywhere")
 def test_an_unwritable_folder_is_named(tmp_path):
     tmp_path.chmod(0o500)
     with pytest.raises(RecordError, match="Permission denied"):
-        save("x", tmp_path / "report.html")
+        write_atomically("x", tmp_path / "report.html")
 
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="no /proc on this system")
 def test_a_folder_that_takes_no_files_is_named():
     with pytest.raises(RecordError, match=r"Cannot write /proc/self/report\.html.*choose a folder you may write to"):
-        save("x", "/proc/self/report.html")
+        write_atomically("x", "/proc/self/report.html")

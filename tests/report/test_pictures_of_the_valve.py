@@ -6,19 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stiction.diagnosis.identified import J_ROUGH, J_UNKNOWN
 
 import stiction as st
 from report.diagnoses import diagnosis, identification, record
-from stiction.diagnosis.identified import J_ROUGH, J_UNKNOWN
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Window
 from stiction.report import figures
 from stiction.report.last_periods import last_periods
-from stiction.report.view import View
+from stiction.report.loop_view import LoopView
 
 
 def figure_of(make, found):
-    figure = make(View(found))
+    figure = make(LoopView(found))
     assert figure is not None
     return figure
 
@@ -89,9 +89,9 @@ def test_a_good_valve_is_shown_in_place_of_a_sticky_one_that_was_not_believed(go
     for k in range(1, 1500):
         behind[k] = behind[k - 1] + (3.0 * (late[k - 1] - late[0]) - behind[k - 1]) * (1.0 - np.exp(-0.1))
     seen = slice(100, 1400)
-    assert np.corrcoef(View(good).model[seen], behind[seen])[0, 1] > 0.999
-    assert np.array_equal(View(good).model, good.identification.pv_linear, equal_nan=True)
-    assert not np.array_equal(View(good).model[seen], good.identification.pv[seen])
+    assert np.corrcoef(LoopView(good).model[seen], behind[seen])[0, 1] > 0.999
+    assert np.array_equal(LoopView(good).model, good.identification.pv_linear, equal_nan=True)
+    assert not np.array_equal(LoopView(good).model[seen], good.identification.pv[seen])
     fit = figure_of(figures.model_fit, good)
     assert "PV simulated from OP with the good valve" in named(fit)
     assert "a good valve and its best process explain" in fit.caption
@@ -128,7 +128,7 @@ def quiet_from(n, at):
 def test_the_latest_periods_that_slip_are_shown_where_the_last_do_not():
     run, valve = quiet_from(3000, 1200)
     found = diagnosis(run=run, identification=valve, oscillation=find_oscillation(record()))
-    cut = last_periods(View(found)).cut
+    cut = last_periods(LoopView(found)).cut
     slips = np.flatnonzero(np.abs(np.diff(valve.mv)) > 0.9)
     assert ((slips > cut.start) & (slips < cut.stop)).sum() > 4
     assert slips[-1] < cut.stop < 1400
@@ -136,7 +136,7 @@ def test_the_latest_periods_that_slip_are_shown_where_the_last_do_not():
     assert "that show S in the estimated valve position" in figure.caption
     assert figure.plot["layout"]["shapes"]
     assert "that show S" in figure_of(figures.pv_op, found).caption
-    usual = last_periods(View(diagnosis()))
+    usual = last_periods(LoopView(diagnosis()))
     assert usual.cut.stop == 2000
     assert usual.said.startswith("The last ")
 
@@ -179,12 +179,12 @@ def windows(*verdicts, width=500):
 def test_the_last_window_that_sticks_is_shown():
     parts = windows("stiction", "stiction", "no_stiction", "undecided")
     found = diagnosis(windows=parts)
-    cut = last_periods(View(found)).cut
+    cut = last_periods(LoopView(found)).cut
     assert 500 <= cut.start < cut.stop == 1000
     for make in (figures.pv_op, figures.valve_position):
         assert "of the last window in which the valve sticks, " in figure_of(make, found).caption
     for all_alike in (windows(*["stiction"] * 4), windows(*["undecided"] * 4), ()):
-        assert last_periods(View(diagnosis(windows=all_alike))).cut.stop == 2000
+        assert last_periods(LoopView(diagnosis(windows=all_alike))).cut.stop == 2000
 
 
 def test_what_is_shown_of_a_window_was_simulated():
@@ -192,7 +192,7 @@ def test_what_is_shown_of_a_window_was_simulated():
     pv = valve.pv.copy()
     pv[900:1600] = np.nan
     found = diagnosis(windows=windows("stiction", "stiction", "no_stiction"), identification=replace(valve, pv=pv))
-    assert last_periods(View(found)).cut.stop == 900
+    assert last_periods(LoopView(found)).cut.stop == 900
     assert "as far as it was simulated" not in figure_of(figures.pv_op, found).caption
 
 

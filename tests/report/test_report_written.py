@@ -18,9 +18,9 @@ from stiction.diagnosis.result import Counted, Window
 from stiction.errors import ParameterError
 from stiction.records.quality.storage_rate import StoredMasks
 from stiction.records.record import Provenance
-from stiction.report import figures, words, write_report
-from stiction.report.overview import worst_first
-from stiction.report.view import View
+from stiction.report import figures, labels, write_report
+from stiction.report.loop_view import LoopView
+from stiction.report.overview import sort_worst_first
 
 COUNTED = (Counted("band", 0.7, 0.3, 2.4), Counted("usual", math.nan, math.nan, -1.7), Counted("share", 0.9, 0.5, -1.2))
 """Findings as a diagnosis holds them."""
@@ -91,10 +91,10 @@ def test_every_figure_has_a_label_and_a_caption(tmp_path):
 def test_headline_says_size_interval_and_confidence():
     found = diagnosis()
     assert (
-        words.headline(found).replace("\u00a0", " ")
+        labels.headline(found).replace("\u00a0", " ")
         == "Valve stiction: S = 3.0 % of span (95 %: 2.7 to 3.3), J = 1.0 % (0.7 to 1.4)"
     )
-    assert words.confidence(found) == "High confidence (probability of stiction 0.94)"
+    assert labels.confidence_text(found) == "High confidence (probability of stiction 0.94)"
 
 
 def test_a_small_valve_is_said_the_same_wherever_it_is_said():
@@ -102,7 +102,7 @@ def test_a_small_valve_is_said_the_same_wherever_it_is_said():
     found = diagnosis(200, identification=replace(identification(record(200)), **small))
     assert found.identification is not None
     size = "S = 0.0057 % of span (95 %: 0.0040 to 0.0792), J open (0.0000 to 0.0790 %)"
-    assert words.headline(found).replace("\u00a0", " ") == f"Valve stiction: {size}"
+    assert labels.headline(found).replace("\u00a0", " ") == f"Valve stiction: {size}"
     plain = "S = 0.0057 % (95 % 0.0040 to 0.0792), J open (0.0000 to 0.0790 %); "
     assert found.identification.summary().startswith(plain)
 
@@ -110,7 +110,7 @@ def test_a_small_valve_is_said_the_same_wherever_it_is_said():
 @pytest.mark.parametrize(("p", "said"), [(0.9956, ">0.99"), (0.99, "0.99"), (0.9, "0.90")])
 def test_no_verdict_is_told_as_certain(tmp_path, p, said):
     found = diagnosis(200, probability=p, causes={"stiction": p, "deadband": 0.0}, counted=COUNTED)
-    assert words.confidence(found).endswith(f"(probability of stiction {said})")
+    assert labels.confidence_text(found).endswith(f"(probability of stiction {said})")
     assert f"(probability {said})" in found.summary()
     text = " ".join(written(tmp_path, found, diagnosis(200)).text)
     assert said in text
@@ -130,7 +130,7 @@ def test_no_verdict_is_told_as_certain(tmp_path, p, said):
     ],
 )
 def test_confidence_words(verdict, p, said):
-    assert words.confidence(diagnosis(200, verdict, found=False, probability=p)).startswith(said)
+    assert labels.confidence_text(diagnosis(200, verdict, found=False, probability=p)).startswith(said)
 
 
 def test_text_from_files_is_escaped(tmp_path):
@@ -191,8 +191,8 @@ def test_what_limits_s_is_not_told_of_a_valve_that_was_not_believed(tmp_path):
 
 
 def test_measured_and_estimated_positions_are_told_apart():
-    estimated = figures.valve_position(View(diagnosis()))
-    both = figures.valve_position(View(diagnosis(run=record(measured=True))))
+    estimated = figures.valve_position(LoopView(diagnosis()))
+    both = figures.valve_position(LoopView(diagnosis(run=record(measured=True))))
     assert estimated is not None
     assert both is not None
     assert [trace["name"] for trace in estimated.plot["data"]] == ["estimated"]
@@ -202,7 +202,7 @@ def test_measured_and_estimated_positions_are_told_apart():
 
 
 def test_dimensions_are_as_long_as_s_and_j():
-    figure = figures.valve_position(View(diagnosis()))
+    figure = figures.valve_position(LoopView(diagnosis()))
     assert figure is not None
     across, down = figure.plot["layout"]["shapes"][0], figure.plot["layout"]["shapes"][3]
     assert abs(across["x1"] - across["x0"]) == pytest.approx(3.0)
@@ -216,7 +216,7 @@ def test_spectrum_shows_amplitude_and_frequency_of_a_sine():
     n, period = 2000, 50.0
     k = np.arange(n)
     run = replace(record(n), pv=7.0 + 0.01 * k + 2.5 * np.sin(2.0 * np.pi * k / period), sp=None)
-    figure = figures.spectrum(View(diagnosis(run=run, found=False)))
+    figure = figures.spectrum(LoopView(diagnosis(run=run, found=False)))
     assert figure is not None
     x, y = (np.asarray(figure.plot["data"][0][axis]) for axis in "xy")
     assert y.max() == pytest.approx(2.5, rel=0.01)
@@ -236,7 +236,7 @@ def missing_values():
 def test_what_was_stored_is_ringed_where_the_law_tells_what_was_not(every):
     run = record()
     at = np.arange(len(run)) % every == 0
-    view = View(diagnosis(run=run, stored=StoredMasks(np.ones_like(at), at) if every > 1 else None))
+    view = LoopView(diagnosis(run=run, stored=StoredMasks(np.ones_like(at), at) if every > 1 else None))
     figure = figures.trends(view)
     rings = [trace for trace in figure.plot["data"] if trace["name"] == "PV as stored"]
     told = "what was not stored of PV is told by the controller's law"
@@ -252,14 +252,14 @@ def test_what_was_stored_is_ringed_where_the_law_tells_what_was_not(every):
 def test_a_signal_stored_at_most_samples_is_not_hidden_under_rings():
     run = record()
     at = np.arange(len(run)) % 3 > 0
-    figure = figures.trends(View(diagnosis(run=run, stored=StoredMasks(at, np.ones_like(at)))))
+    figure = figures.trends(LoopView(diagnosis(run=run, stored=StoredMasks(at, np.ones_like(at)))))
     assert [trace["name"] for trace in figure.plot["data"] if trace["mode"] == "markers"] == []
     assert "what was not stored of OP is told" in figure.caption
 
 
 def test_doubtful_stretches_are_hatched_and_the_window_is_shaded():
     run = missing_values()
-    view = View(diagnosis(run=run, found=False))
+    view = LoopView(diagnosis(run=run, found=False))
     figure = figures.trends(view)
     names = {trace["name"] for trace in figure.plot["data"] if "fillpattern" in trace}
     assert names == {"missing", "in manual"}
@@ -270,10 +270,10 @@ def test_doubtful_stretches_are_hatched_and_the_window_is_shaded():
 def test_a_fit_of_the_analysed_stretch_is_laid_at_its_place():
     run = missing_values()
     bare = diagnosis(run=run, found=False)
-    first, last = View(bare).window
+    first, last = LoopView(bare).window
     assert (first, last) == (160, 2800)
     fit = identification(run.window(first, last))
-    laid = View(replace(bare, identification=fit)).laid(fit.pv)
+    laid = LoopView(replace(bare, identification=fit)).on_record_samples(fit.pv)
     assert np.array_equal(laid[first:last], fit.pv, equal_nan=True)
     assert np.isnan(laid[:first]).all()
     assert np.isnan(laid[last:]).all()
@@ -315,7 +315,7 @@ def test_several_loops_come_as_a_table_worst_first(tmp_path):
         diagnosis(400, "undecided", found=False, run=record(400, tag="LIC-3")),
         diagnosis(400, "stiction", probability=0.9, run=record(400, tag="PIC-4")),
     ]
-    assert [loop.record.tag for loop in worst_first(loops)] == ["PIC-4", "FIC-2", "LIC-3", "TIC-1"]
+    assert [loop.record.tag for loop in sort_worst_first(loops)] == ["PIC-4", "FIC-2", "LIC-3", "TIC-1"]
     page = written(tmp_path, *loops)
     assert page.links == ["#loop-1", "#loop-2", "#loop-3", "#loop-4"]
     assert {link[1:] for link in page.links} <= set(page.ids)
@@ -358,10 +358,10 @@ def test_no_bare_mv_on_screen(tmp_path):
 
 
 def test_a_valve_that_was_not_found_to_stick_has_no_dimensions_drawn():
-    good = figures.valve_position(View(replace(diagnosis(), verdict="no_stiction", cause="none")))
+    good = figures.valve_position(LoopView(replace(diagnosis(), verdict="no_stiction", cause="none")))
     assert "was not believed; a good one follows OP" in good.caption
     assert [trace["name"] for trace in good.plot["data"]] == ["good valve", "sticky valve"]
     assert not good.plot["layout"]["shapes"]
-    play = figures.valve_position(View(replace(diagnosis(), verdict="no_stiction", cause="deadband")))
+    play = figures.valve_position(LoopView(replace(diagnosis(), verdict="no_stiction", cause="deadband")))
     assert "after a reversal the OP travels" in play.caption
     assert play.plot["layout"]["shapes"]

@@ -10,15 +10,15 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from stiction.diagnosis.identified import J_UNKNOWN, RIVALS, ProcessFit, Rival
+from stiction.diagnosis.verdict.held import HELD
 
 import stiction as st
 import stiction.diagnosis.verdict.features
 from report.diagnoses import diagnosis, record
-from stiction.diagnosis.identified import J_UNKNOWN, RIVALS, ProcessFit, Rival
 from stiction.diagnosis.result import Counted
-from stiction.diagnosis.verdict.held import HELD
-from stiction.report import words
-from stiction.report.story import COUNTED, counted_step, story
+from stiction.report import labels
+from stiction.report.explanation import COUNTED, counted_step, story
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def test_what_counted_adds_up_to_what_is_told(found):
     before, after = found.probability_before_doubts, found.causes["stiction"]
     play = found.causes["deadband"] * (1.0 - before) / (1.0 - after)
     assert float(total[3]) == pytest.approx(math.log(before / (1.0 - before - play)), abs=0.06)
-    assert words.format_probability(before) in step.lines[0]
+    assert labels.format_probability(before) in step.lines[0]
     assert step.lines[0].startswith(f"{len(found.counted) - 1} findings, ")
 
 
@@ -69,7 +69,7 @@ def test_each_good_valve_to_beat_is_told(found):
         return [line for line in lines if "twice the log likelihood" in line]
 
     valve = found.identification
-    straight, bent, gated, turns, wave, beside = (words.format_number(valve.rivals[name].likelier) for name in RIVALS)
+    straight, bent, gated, turns, wave, beside = (labels.format_number(valve.rivals[name].likelier) for name in RIVALS)
     by = (
         f"In twice the log likelihood a sticky valve predicts the PV better by {straight} than a good one, "
         f"better by {bent} than a good one of a bent characteristic ({valve.bent}), "

@@ -6,8 +6,20 @@ from typing import TYPE_CHECKING
 
 from stiction.apps import remedies_told as told
 from stiction.compensation.remedies import FIX, NOTHING
-from stiction.report import Block, Cell, Columns, Figure, Fold, Heading, Table, Text, figures, words, write_page
-from stiction.report.markup import fragment
+from stiction.report import (
+    Block,
+    Cell,
+    Collapsible,
+    Figure,
+    Heading,
+    SideBySide,
+    Table,
+    Text,
+    figures,
+    labels,
+    write_page,
+)
+from stiction.report.rendering import render_fragment
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,8 +27,7 @@ if TYPE_CHECKING:
 
     from stiction.apps.advice import Advice
     from stiction.compensation import CompensationTrial, RemedyTrial
-    from stiction.report import Html
-    from stiction.report.blocks import Mark
+    from stiction.report.blocks import StatusIcon
 
 __all__ = ["advice_blocks", "write_compensate_page"]
 
@@ -33,7 +44,7 @@ def write_compensate_page(advices: Sequence[Advice], path: Path) -> Path:
         "What each loop's section says.",
     )
     folds = [
-        Fold(f"{advice.trial.tag} · {told.headline(advice.trial)}", advice_blocks(advice), anchor=f"loop-{k}")
+        Collapsible(f"{advice.trial.tag} · {told.headline(advice.trial)}", advice_blocks(advice), anchor=f"loop-{k}")
         for k, advice in enumerate(advices)
     ]
     return write_page("Repair, retune or compensate", [overview, Heading("Loops", anchor="loops"), *folds], path)
@@ -52,7 +63,7 @@ def advice_blocks(advice: Advice) -> list[Block]:
         blocks += [_done(trial)]
     if trial.twin is not None:
         said = told.twin_told(trial)
-        overlay = figures.twin_overlay(trial.twin, words.pv_unit(advice.diagnosis))
+        overlay = figures.twin_overlay(trial.twin, labels.pv_unit(advice.diagnosis))
         blocks += [Heading("The twin"), Text(said) if said else None, overlay, _twin(trial)]
     if trial.retuning is not None:
         blocks += [Heading("Retuning"), Text(told.retuning_told(trial)), figures.retuning(trial.retuning)]
@@ -63,28 +74,28 @@ def advice_blocks(advice: Advice) -> list[Block]:
 
 def _beside(*some: Figure | None) -> Block | None:
     there = [figure for figure in some if figure is not None]
-    return Columns(there) if there else None
+    return SideBySide(there) if there else None
 
 
-def _headline(advice: Advice) -> Html:
+def _headline(advice: Advice) -> TrustedHtml:
     trial, found = advice.trial, advice.diagnosis
     verdict = "stiction" if found is None else found.verdict
-    facts = [("S", words.format_number(trial.S, "% of span")), ("J", words.format_number(trial.J, "% of span"))]
+    facts = [("S", labels.format_number(trial.S, "% of span")), ("J", labels.format_number(trial.J, "% of span"))]
     if found is not None:
         facts = [
-            ("Verdict", f"{words.VERDICTS[verdict]}, probability {words.format_probability(found.probability)}"),
+            ("Verdict", f"{labels.VERDICTS[verdict]}, probability {labels.format_probability(found.probability)}"),
             *facts,
         ]
     if trial.twin is not None and trial.twin.measured.period > 0.0:
-        facts.append(("Period", words.span(trial.twin.measured.period)))
+        facts.append(("Period", labels.format_duration(trial.twin.measured.period)))
     if trial.recommended and trial[trial.recommended].remedy.settings:
         facts.append(("Settings", told.settings_told(trial[trial.recommended])))
     if trial.remedies:
         facts.append(("Runs of each remedy", str(trial.seeds)))
-    return fragment(
+    return render_fragment(
         "headline.html",
         verdict=verdict if not trial.refused or verdict == "no_stiction" else "undecided",
-        sign=words.MARKS[verdict] if trial.refused else "",
+        sign=labels.VERDICT_ICONS[verdict] if trial.refused else "",
         line=told.headline(trial),
         confidence=_expected(trial),
         reason=f"{trial.reason} {trial.risk}".strip(),
@@ -122,7 +133,9 @@ def _remedies(trial: CompensationTrial) -> Table:
 
 def _row(one: RemedyTrial, trial: CompensationTrial) -> list[Cell | str | float | None]:
     b, note = one.behaviour, told.note_on(one, trial)
-    mark: Mark = "good" if one.name == trial.recommended else "alert" if note.startswith(("hurts", "makes")) else ""
+    mark: StatusIcon = (
+        "good" if one.name == trial.recommended else "alert" if note.startswith(("hurts", "makes")) else ""
+    )
     numbers = [
         b.pv_std, 100.0 * (1.0 - one.improvement), b.iae, b.offset, b.sp_step, b.load_step, b.travel,
         b.reversals, b.op_travel, one.cost,
@@ -150,21 +163,21 @@ def _twin(trial: CompensationTrial) -> Table:
     pid = loop.controller
     around = "its own noise alone"
     if twin.around is not None:
-        left, moves = (words.format_number(float(x.std())) for x in (twin.around.left, twin.around.moves))
+        left, moves = (labels.format_number(float(x.std())) for x in (twin.around.left, twin.around.moves))
         around = f"noise and load of std {left}, set point of std {moves}, as recorded"
     rows = [
         [
             "Valve",
-            f"{type(loop.valve).__name__}, S = {words.format_number(trial.S)} %, J = {words.format_number(trial.J)} %",
+            f"{type(loop.valve).__name__}, S = {labels.format_number(trial.S)} %, J = {labels.format_number(trial.J)} %",
         ],
         [
             "Controller",
-            f"Kc = {words.format_number(pid.Kc)}, Ti = {words.format_number(pid.Ti)} s, Td = "
-            f"{words.format_number(pid.Td)} s",
+            f"Kc = {labels.format_number(pid.Kc)}, Ti = {labels.format_number(pid.Ti)} s, Td = "
+            f"{labels.format_number(pid.Td)} s",
         ],
         ["Process", _process(twin.to_dict()["process"])],
-        ["Sampling", f"every {words.span(loop.dt)}"],
-        ["Noise of the PV", f"{words.format_number(loop.noise)} PV units"],
+        ["Sampling", f"every {labels.format_duration(loop.dt)}"],
+        ["Noise of the PV", f"{labels.format_number(loop.noise)} PV units"],
         ["Moved from outside by [PV units]", around],
     ]
     return Table(["Part of the twin", "As simulated"], rows)
@@ -172,7 +185,7 @@ def _twin(trial: CompensationTrial) -> Table:
 
 def _process(parts: dict) -> str:
     num, den = (", ".join(f"{x:.3g}" for x in parts[key]) for key in ("num", "den"))
-    return f"({num}) / ({den}) in falling powers of s, dead time {words.span(parts['dead_time_s'])}"
+    return f"({num}) / ({den}) in falling powers of s, dead time {labels.format_duration(parts['dead_time_s'])}"
 
 
 def _overview(advice: Advice, k: int) -> list[Cell | str | float | None]:
@@ -184,11 +197,11 @@ def _overview(advice: Advice, k: int) -> list[Cell | str | float | None]:
     return [name, str(trial.recommended), *(round(100.0 * (1.0 - share)) for share in shares)]
 
 
-def _sheet(text: str) -> Html:
+def _sheet(text: str) -> TrustedHtml:
     """The work order, which is Markdown of headings, items and paragraphs, as one printed page."""
     kinds = (("## ", "heading"), ("# ", "title"), ("- ", "item"))
     lines = []
     for line in filter(None, text.splitlines()):
         kind, size = next(((kind, len(sign)) for sign, kind in kinds if line.startswith(sign)), ("text", 0))
         lines.append((kind, line[size:]))
-    return fragment("sheet.html", lines=lines, title="Work order")
+    return render_fragment("sheet.html", lines=lines, title="Work order")

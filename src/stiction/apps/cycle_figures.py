@@ -10,7 +10,7 @@ from stiction.limitcycle import basin_map, bifurcation
 from stiction.limitcycle.branches import families_of, family_of
 from stiction.limitcycle.exact.run import machine
 from stiction.limitcycle.linear import linear_part
-from stiction.report import Figure, look, words
+from stiction.report import Figure, labels, style
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["basins", "bifurcations", "exact_of", "in_time", "motion", "nyquist", "phase_portrait"]
 
-COLORS = (look.PV, look.OP, look.MV, look.ALERT, "#7A4FA3", look.SP, "#8A6D00", look.MODEL)
+COLORS = (style.PV, style.OP, style.MV, style.ALERT, "#7A4FA3", style.SP, "#8A6D00", style.MODEL)
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 STARTS = 41
 VALUES = 15
@@ -46,17 +46,17 @@ def nyquist(loop: Loop, found: Sequence[LimitCycle], *, sp: float, disturbance: 
     predicted = [cycle for cycle in found if cycle.method == "describing function"] or list(found)
     rates = [cycle.omega for cycle in predicted]
     omega = np.geomspace(min(rates) / 20.0, max(rates) * 20.0, 1200)
-    data = [_curve(linear.at(1j * omega), "L(jω)", look.line(look.PV, 1.8))]
+    data = [_curve(linear.at(1j * omega), "L(jω)", style.line_style(style.PV, 1.8))]
     for k, name in enumerate(families_of(loop.valve)):
         family = family_of(loop.valve, name)
         inverse = np.concatenate([np.append(_inverse(family, a, rates[0]), np.nan) for a in family.branches(80)[:6]])
-        rated = f" at {words.format_number(rates[0])} rad/s" if family.rated else ""
+        rated = f" at {labels.format_number(rates[0])} rad/s" if family.rated else ""
         line = {"color": COLORS[1 + k], "dash": DASHES[1 + k], "width": 1.4}
         data.append(_curve(inverse, f"-1/N(A){f', family {name}' if name else ''}{rated}", line))
     for kind, symbol in _KINDS:
         here = [cycle for cycle in predicted if _kind(cycle) == kind]
         if here:
-            marker = {"symbol": symbol, "size": 10, "color": look.INK}
+            marker = {"symbol": symbol, "size": 10, "color": style.TEXT_COLOR}
             at = linear.at(1j * np.array([cycle.omega for cycle in here]))
             data.append({**_curve(at, kind, {}), "mode": "markers", "marker": marker})
     shown = linear.at(1j * np.array(rates))
@@ -87,7 +87,7 @@ def in_time(exact: Sequence[LimitCycle], runs: Sequence[tuple[NDArray[Any], NDAr
         color = COLORS[k % len(COLORS)]
         for signal, dash, what in ((1, "solid", "OP"), (0, "dot", "valve position")):
             line = {"color": color, "dash": dash, "width": 1.5}
-            data.append(look.trace(time, signals[signal], f"{_name(cycle)}: {what}", line))
+            data.append(style.trace(time, signals[signal], f"{_name(cycle)}: {what}", line))
     layout = {"xaxis": {"title": {"text": "Time [s]"}}, "yaxis": {"title": {"text": "Deviation [% of span]"}}}
     caption = "Two periods of each exact cycle; the dotted line is the valve position."
     return Figure({"data": data, "layout": layout}, "Cycles over time", caption, height=420)
@@ -102,7 +102,7 @@ def phase_portrait(exact: Sequence[LimitCycle], runs: Sequence[tuple[NDArray[Any
             "dash": DASHES[k % len(DASHES)],
             "width": 2.0 if cycle.stable else 1.0,
         }
-        data.append(look.trace(signals[1], signals[2], _name(cycle), line))
+        data.append(style.trace(signals[1], signals[2], _name(cycle), line))
     layout = {
         "xaxis": {"title": {"text": "OP, deviation [% of span]"}},
         "yaxis": {"title": {"text": "PV, deviation [PV units]"}},
@@ -122,7 +122,7 @@ def basins(loop: Loop, exact: Sequence[LimitCycle], *, disturbance: float) -> Fi
     shown = np.searchsorted(np.array(there), found.label).astype(float)
     steps = len(there)
     scale = [[edge / steps, COLORS[k % len(COLORS)]] for k in range(steps) for edge in (k, k + 1)]
-    bar = {**look.colorbar("Ends in"), "tickvals": list(range(steps)), "ticktext": [names[label] for label in there]}
+    bar = {**style.colorbar("Ends in"), "tickvals": list(range(steps)), "ticktext": [names[label] for label in there]}
     heat = {
         "type": "heatmap", "x": op, "y": pv, "z": shown, "zmin": -0.5, "zmax": steps - 0.5, "colorscale": scale,
         "colorbar": bar, "opacity": 0.75,
@@ -134,7 +134,7 @@ def basins(loop: Loop, exact: Sequence[LimitCycle], *, disturbance: float) -> Fi
     told = {a.label: f"end in {a.name}" for a in found.attractors} | others
     counts = {label: float(np.mean(found.label == label)) for label in told}
     shares = [
-        f"{words.format_number(100.0 * counts[label], '%', 2)} {said}" for label, said in told.items() if counts[label]
+        f"{labels.format_number(100.0 * counts[label], '%', 2)} {said}" for label, said in told.items() if counts[label]
     ]
     caption = f"{found.label.size} starts from rest with the stem at 0: {'; '.join(shares)}."
     return Figure({"data": [heat], "layout": layout}, "Basins", caption, height=420)
@@ -148,14 +148,14 @@ def bifurcations(loop: Loop, over: str, cycles: Sequence[LimitCycle]) -> Figure:
     for k, branch in enumerate(diagram.branches):
         stable = [cycle.stable for cycle in branch.cycles]
         line = {"color": COLORS[k % len(COLORS)], "dash": "solid" if all(stable) else "dot", "width": 1.8}
-        data.append(look.trace(branch.values, branch.amplitude, branch.family or f"cycle {k + 1}", line))
+        data.append(style.trace(branch.values, branch.amplitude, branch.family or f"cycle {k + 1}", line))
     layout = {
         "xaxis": {"title": {"text": f"{over} [{UNITS.get(over, '-')}]"}},
         "yaxis": {"title": {"text": "OP amplitude [% of span]"}},
     }
     ends = sum((b.born is not None) + (b.dies is not None) for b in diagram.branches)
     caption = (
-        f"{words.count_noun(len(diagram.branches), 'branch', 'branches')} over {over}, {ends} of the "
+        f"{labels.count_noun(len(diagram.branches), 'branch', 'branches')} over {over}, {ends} of the "
         "ends are births or deaths; "
         "dotted branches are unstable somewhere."
     )
@@ -199,8 +199,8 @@ def _kind(cycle: LimitCycle) -> str:
 
 def _name(cycle: LimitCycle) -> str:
     family = f"{cycle.family}, " if cycle.family else ""
-    return f"{family}{words.format_number(cycle.period, significant=4)} s, {'stable' if cycle.stable else 'unstable'}"
+    return f"{family}{labels.format_number(cycle.period, significant=4)} s, {'stable' if cycle.stable else 'unstable'}"
 
 
 def _curve(z: NDArray[Any], name: str, line: dict[str, Any]) -> dict[str, Any]:
-    return look.trace(np.real(z), np.imag(z), name, line)
+    return style.trace(np.real(z), np.imag(z), name, line)

@@ -23,7 +23,7 @@ FAMILIES = (
 
 def row(cycle: LimitCycle) -> list[Any]:
     """Return what the tables say of one cycle."""
-    from stiction.report.words import format_number
+    from stiction.report.labels import format_number
 
     exact = cycle.exact or (cycle if cycle.method == "continuous" else None)
     return [

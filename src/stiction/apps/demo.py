@@ -35,7 +35,7 @@ def demo(*, report: Report = None, open: bool | None = None, as_json: Json = Fal
     from stiction.apps.files import check_folder, check_report, plant_csv
     from stiction.apps.output import print_json, say, track
     from stiction.report import write_report
-    from stiction.report.save import save
+    from stiction.report.atomic_write import write_atomically
     from stiction.simulation.demo import demo_plant
 
     target = check_report(report or DEFAULT_REPORT)
@@ -45,7 +45,7 @@ def demo(*, report: Report = None, open: bool | None = None, as_json: Json = Fal
         say(f"A simulated plant of {len(plant)} loops; its records are in {folder}.")
     diagnoses: list[Diagnosis] = []
     for loop in track(plant, "Diagnosing"):
-        file = save(plant_csv(loop.record), folder / f"{loop.record.tag}.csv")
+        file = write_atomically(plant_csv(loop.record), folder / f"{loop.record.tag}.csv")
         found = diagnose(read(file)[0])
         diagnoses.append(replace(found, settings={**found.settings, "truth": loop.story}))
     write_report(diagnoses, target, title="Demo plant", settings={"data": "simulated by stiction demo"})
@@ -74,7 +74,7 @@ def called_right(loop: "DemoLoop", found: "Diagnosis") -> bool:
 def _tell(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"]) -> None:
     from stiction.apps.findings import size
     from stiction.apps.output import print_table, say
-    from stiction.report import words
+    from stiction.report import labels
 
     say("")
     rows = [
@@ -82,9 +82,9 @@ def _tell(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"]) -> None:
             "ok" if called_right(loop, found) else "WRONG",
             loop.record.tag,
             loop.story,
-            words.VERDICTS[found.verdict],
+            labels.VERDICTS[found.verdict],
             found.cause,
-            words.format_probability(found.probability),
+            labels.format_probability(found.probability),
             f"{loop.S:g}" if loop.cause == "stiction" else "",
             size(found),
         ]

@@ -169,6 +169,6 @@ def write_text(text: str, path: Path) -> None:
         except OSError as error:
             raise RecordError(f"Cannot write {path}: {error.strerror or error}; name another file.") from None
         return
-    from stiction.report.save import save
+    from stiction.report.atomic_write import write_atomically
 
-    save(text, path)
+    write_atomically(text, path)

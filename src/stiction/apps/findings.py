@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from stiction.apps.output import print_table, say
-from stiction.report import words
+from stiction.report import labels
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,15 +18,15 @@ __all__ = ["as_object", "size", "tell"]
 
 def tell(diagnoses: Sequence[Diagnosis], failures: Sequence[Failure], *, explain: bool) -> None:
     """Print one loop in a few lines, several as a table with the worst first."""
-    from stiction.report.overview import worst_first
+    from stiction.report.overview import sort_worst_first
 
-    ranked = worst_first(diagnoses)
-    names = words.names([diagnosis.record for diagnosis in ranked])
+    ranked = sort_worst_first(diagnoses)
+    names = labels.unique_loop_names([diagnosis.record for diagnosis in ranked])
     if ranked:
         say("")
     if len(ranked) + len(failures) == 1 and ranked:
         only = ranked[0]
-        say(f"{only.record.tag}: {words.headline(only)}. {words.confidence(only)}.")
+        say(f"{only.record.tag}: {labels.headline(only)}. {labels.confidence_text(only)}.")
         say(only.reason)
         say(only.action)
     elif ranked:
@@ -47,7 +47,7 @@ def size(diagnosis: Diagnosis) -> str:
     found = diagnosis.identification
     if found is None or diagnosis.verdict == "no_stiction":
         return ""
-    S, low, high = words.format_interval(found.S, found.S_low, found.S_high)
+    S, low, high = labels.format_interval(found.S, found.S_low, found.S_high)
     unit = "" if diagnosis.record.op_in_percent else f" {diagnosis.record.op_unit_short}"
     return f"{S} ({low} to {high}){unit}"
 
@@ -81,20 +81,20 @@ def as_object(failure: Failure) -> dict[str, Any]:
 def _row(diagnosis: Diagnosis) -> list[str]:
     rhythm = diagnosis.oscillation
     return [
-        words.VERDICTS[diagnosis.verdict],
+        labels.VERDICTS[diagnosis.verdict],
         diagnosis.cause,
-        words.format_probability(diagnosis.probability),
+        labels.format_probability(diagnosis.probability),
         size(diagnosis),
-        words.span(rhythm.period) if rhythm.oscillating else "",
+        labels.format_duration(rhythm.period) if rhythm.oscillating else "",
         diagnosis.action,
     ]
 
 
 def _explain(name: str, diagnosis: Diagnosis) -> None:
-    from stiction.report.story import story
+    from stiction.report.explanation import explanation_steps
 
     say(f"\n{name}, step by step")
-    for k, step in enumerate(story(diagnosis), 1):
+    for k, step in enumerate(explanation_steps(diagnosis), 1):
         say(f"\n{k}. {step.title}")
         for line in step.lines:
             say(f"   {line}")

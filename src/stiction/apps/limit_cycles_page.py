@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from stiction.apps import cycle_figures as figures
 from stiction.apps.cycle_table import COLUMNS, FAMILIES, row
 from stiction.limitcycle.predict import why_none
-from stiction.report import Block, Columns, Heading, Table, Text, write_page
+from stiction.report import Block, Heading, SideBySide, Table, Text, write_page
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -47,7 +47,7 @@ def write_limit_cycles_page(
         blocks += [Heading("The exact cycles"), figures.in_time(exact, runs), figures.phase_portrait(exact, runs)]
         blocks += [Heading("What moves the loop between them")]
         basins = figures.basins(loop, exact, disturbance=disturbance)
-        blocks.append(Columns([basins, figures.bifurcations(loop, over, exact)]))
+        blocks.append(SideBySide([basins, figures.bifurcations(loop, over, exact)]))
     settings = [*texts.items(), ("sp", f"{sp:g}"), ("disturbance", f"{disturbance:g}")]
     blocks += [Heading("Where this comes from"), Table(["Setting", "Value"], [list(pair) for pair in settings])]
     return write_page("Limit cycles", blocks, path, subtitle=", ".join(texts.values()))

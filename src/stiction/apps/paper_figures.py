@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.report import Figure, look, words
-from stiction.report.thin import thin
+from stiction.report import Figure, labels, style
+from stiction.report.downsample import downsample
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 __all__ = ["fig2", "fig5", "fig6", "fig7", "fig8", "lab_ramp", "part_of_n", "stem_after"]
 
 _MODELS = {
-    "three parameters, corrected (eq. 5)": look.line(look.MV, 3.5, dash="solid"),
-    "two parameters": look.line(look.PV, 1.6, dash="dash"),
-    "one parameter (eq. 4)": look.line(look.ALERT, 1.4, dash="longdash"),
-    "three parameters, printed (eq. 5)": look.line(look.MODEL, 1.2, dash="dot"),
+    "three parameters, corrected (eq. 5)": style.line_style(style.MV, 3.5, dash="solid"),
+    "two parameters": style.line_style(style.PV, 1.6, dash="dash"),
+    "one parameter (eq. 4)": style.line_style(style.ALERT, 1.4, dash="longdash"),
+    "three parameters, printed (eq. 5)": style.line_style(style.MODEL, 1.2, dash="dot"),
 }
 _FORMS = {
-    "printed": look.line(look.ALERT, 1.6, dash="dot"),
-    "roots repaired": look.line(look.OP, 1.6),
-    "corrected": look.line(look.MV, 2.2, dash="solid"),
-    "integer": look.line(look.PV, 1.6, dash="longdash"),
+    "printed": style.line_style(style.ALERT, 1.6, dash="dot"),
+    "roots repaired": style.line_style(style.OP, 1.6),
+    "corrected": style.line_style(style.MV, 2.2, dash="solid"),
+    "integer": style.line_style(style.PV, 1.6, dash="longdash"),
 }
 _NAMES = {
     "printed": "printed",
@@ -47,8 +47,8 @@ def fig2(panel: Panel) -> Figure:
     """Return stem against pressure, one panel in one reading."""
     balance = panel.pressure / 3.0
     data = [
-        _line(panel.pressure, balance, "A P / K", look.line(look.SP, 1.0)),
-        _line(panel.pressure, panel.position, "Stem", look.line(look.MV, 2.0, dash="solid")),
+        _line(panel.pressure, balance, "A P / K", style.line_style(style.SP, 1.0)),
+        _line(panel.pressure, panel.position, "Stem", style.line_style(style.MV, 2.0, dash="solid")),
     ]
     if panel.name == "2a":
         seen = "without friction the stem follows the balance of air and spring"
@@ -65,10 +65,10 @@ def fig2(panel: Panel) -> Figure:
 
 def lab_ramp(name: str, ramp: LabRamp) -> Figure:
     """Return OP and the stem by model on one ramp of the laboratory valve."""
-    unit, seconds = words.time_unit(float(ramp.time[-1]))
+    unit, seconds = labels.time_unit(float(ramp.time[-1]))
     time = ramp.time / seconds
-    data = [_line(time, ramp.op, "OP", look.line(look.OP, 1.2))]
-    data += [_line(time, ramp.position[model], model, style) for model, style in _MODELS.items()]
+    data = [_line(time, ramp.op, "OP", style.line_style(style.OP, 1.2))]
+    data += [_line(time, ramp.position[model], model, form) for model, form in _MODELS.items()]
     told = {"follow": "stick, jump, follow", "staircase": "stairs"}[ramp.paper]
     agree = [model for model, seen in ramp.behaviour.items() if seen == ramp.paper]
     caption = f"Simulated. The paper saw {told}; so do: {', '.join(agree)}."
@@ -80,9 +80,12 @@ def fig5(figure: Figure5) -> tuple[Figure, Figure]:
     """Return flow and OP over time, and stick band and jump over the travel."""
     minutes = figure.time / 60.0
     data = [
-        {**_line(minutes, figure.pv["corrected"], "Flow (PV)", look.line(look.PV, 1.4, dash="solid"))},
-        {**_line(minutes, figure.op, "OP", look.line(look.OP, 1.4)), "yaxis": "y2"},
-        {**_line(minutes, figure.position["corrected"], "Stem (not measured)", look.line(look.MV, 1.4)), "yaxis": "y2"},
+        {**_line(minutes, figure.pv["corrected"], "Flow (PV)", style.line_style(style.PV, 1.4, dash="solid"))},
+        {**_line(minutes, figure.op, "OP", style.line_style(style.OP, 1.4)), "yaxis": "y2"},
+        {
+            **_line(minutes, figure.position["corrected"], "Stem (not measured)", style.line_style(style.MV, 1.4)),
+            "yaxis": "y2",
+        },
     ]
     first = Figure(
         _stacked(data, ["Flow [m³/h]", "OP, stem<br>[% of span]"], "Time [min]"),
@@ -92,9 +95,9 @@ def fig5(figure: Figure5) -> tuple[Figure, Figure]:
     )
     middle = [0.5 * (stretch.low + stretch.high) for stretch in figure.test.travel]
     marks = []
-    for name, color, symbol in (("sb", look.OP, "circle"), ("sj", look.MV, "square")):
+    for name, color, symbol in (("sb", style.OP, "circle"), ("sj", style.MV, "square")):
         truth = getattr(figure, name)
-        marks.append(_line(figure.travel, truth, f"{name}, given", look.line(color, 1.4)))
+        marks.append(_line(figure.travel, truth, f"{name}, given", style.line_style(color, 1.4)))
         read = [getattr(stretch, name) for stretch in figure.test.travel]
         marker = {"symbol": symbol, "size": 8, "color": color}
         marks.append({**_line(middle, read, f"{name}, read from the flow", {}), "mode": "markers", "marker": marker})
@@ -109,12 +112,12 @@ def fig5(figure: Figure5) -> tuple[Figure, Figure]:
 
 def stem_after(response: Response) -> Figure:
     """Return OP and the stem of eq. 5 as printed and repaired."""
-    data = [_line(response.time, response.op, "OP", look.line(look.OP, 1.2))]
+    data = [_line(response.time, response.op, "OP", style.line_style(style.OP, 1.2))]
     data += [_line(response.time, response.position[form], f"Stem, {form}", _FORMS[form]) for form in response.position]
     layout = _plot(data, "Time [s]", "OP and stem [% of span]")
     caption = (
-        f"Printed and repaired differ by up to {words.format_number(response.difference)} % of span; "
-        f"the OP moves by up to {words.format_number(response.increment)} % in a sample."
+        f"Printed and repaired differ by up to {labels.format_number(response.difference)} % of span; "
+        f"the OP moves by up to {labels.format_number(response.increment)} % in a sample."
     )
     return Figure(layout, f"Eq. 5: {response.name}", caption, 320)
 
@@ -124,7 +127,7 @@ def part_of_n(found: Equations6and7, part: str) -> Figure:
     take = np.real if part == "real" else np.imag
     data = [_line(found.ratio, take(n), _NAMES[form], _FORMS[form]) for form, n in found.n.items()]
     for family, symbol in (("half", "circle-open"), ("integer", "diamond-open")):
-        marker = {"symbol": symbol, "size": 8, "color": look.INK}
+        marker = {"symbol": symbol, "size": 8, "color": style.TEXT_COLOR}
         name = f"measured, {'levels ±d/2' if family == 'half' else 'levels 0, ±d'}"
         values = take(found.numeric[family])
         data.append({**_line(found.checked, values, name, {}), "mode": "markers", "marker": marker})
@@ -147,7 +150,7 @@ def fig6(figure: Figure6) -> Figure:
 
 def fig7(figure: Figure7, *, printed: bool) -> Figure:
     """Return the Nyquist plot with -1/N(A), as printed or corrected."""
-    data = [_line(figure.response.real, figure.response.imag, "L(jω)", look.line(look.PV, 1.8, dash="solid"))]
+    data = [_line(figure.response.real, figure.response.imag, "L(jω)", style.line_style(style.PV, 1.8, dash="solid"))]
     for source in ("printed", "roots repaired") if printed else ("corrected",):
         for family in ("half", "integer"):
             mine = [curve for curve in figure.curves if (curve.source, curve.family) == (source, family)]
@@ -156,9 +159,9 @@ def fig7(figure: Figure7, *, printed: bool) -> Figure:
             gap = complex(np.nan, np.nan)
             value = np.concatenate([np.append(curve.value, gap) for curve in mine])
             value = np.where(np.isfinite(value), value, gap)
-            style = _FORMS["integer" if family == "integer" else source]
+            form = _FORMS["integer" if family == "integer" else source]
             told = _NAMES[source] if printed else {"half": "levels ±d/2", "integer": "levels 0, ±d"}[family]
-            data.append(_line(np.real(value), np.imag(value), f"-1/N(A), {told}", style))
+            data.append(_line(np.real(value), np.imag(value), f"-1/N(A), {told}", form))
     for cycle in figure.printed if printed else figure.corrected:
         if cycle.method != "describing function":
             continue
@@ -168,7 +171,7 @@ def fig7(figure: Figure7, *, printed: bool) -> Figure:
         )
         symbol = "circle" if cycle.kind == "cycle" else "x"
         text = f"{cycle.period:.4g} s" if cycle.kind == "cycle" else ""
-        marker = {"symbol": symbol, "size": 9, "color": look.INK}
+        marker = {"symbol": symbol, "size": 9, "color": style.TEXT_COLOR}
         place = {"mode": "markers+text", "text": [text], "textposition": "bottom right", "showlegend": False}
         data.append({**_line([at[0]], [at[1]], cycle.kind, {}), "marker": marker, **place})
     layout = _plot(data, "Real part", "Imaginary part")
@@ -188,7 +191,7 @@ def fig8(figure: Figure8) -> Figure:
     size, begin, length = figure.pulse
     pulse = {
         "type": "rect", "xref": "x", "yref": "paper", "x0": begin / 60.0, "x1": (begin + length) / 60.0, "y0": 0.0,
-        "y1": 1.0, "fillcolor": look.FAINT, "opacity": 0.6, "line": {"width": 0}, "layer": "below",
+        "y1": 1.0, "fillcolor": style.BORDER_COLOR, "opacity": 0.6, "line": {"width": 0}, "layer": "below",
     }  # fmt: skip
     caption = (
         f"Simulated: a pulse of {size:g} % for {length:g} s at {begin:g} s (shaded) moves the loop from cycle A, two "
@@ -200,13 +203,13 @@ def fig8(figure: Figure8) -> Figure:
 def _loop(record: Any, title: str, caption: str, shapes: Sequence[dict[str, Any]] = ()) -> Figure:
     time = record.time / 60.0
     data = [
-        _line(time, record.sp, "Set point", look.line(look.SP, 1.2)),
-        _line(time, record.pv, "Process output (PV)", look.line(look.PV, 1.5, dash="solid")),
+        _line(time, record.sp, "Set point", style.line_style(style.SP, 1.2)),
+        _line(time, record.pv, "Process output (PV)", style.line_style(style.PV, 1.5, dash="solid")),
         {
-            **_line(time, record.op, "Controller output (OP)", look.line(look.OP, 1.5, dash="solid")),
+            **_line(time, record.op, "Controller output (OP)", style.line_style(style.OP, 1.5, dash="solid")),
             "yaxis": "y2",
         },
-        {**_line(time, record.mv, "Stem", look.line(look.MV, 1.5, dash="solid")), "yaxis": "y3"},
+        {**_line(time, record.mv, "Stem", style.line_style(style.MV, 1.5, dash="solid")), "yaxis": "y3"},
     ]
     layout = _stacked(data, ["PV, SP", "OP<br>[% of span]", "Stem<br>[% of span]"], "Time [min]")
     layout["layout"]["shapes"] = list(shapes)
@@ -231,6 +234,6 @@ def _stacked(data: list[dict[str, Any]], names: Sequence[str], x: str) -> dict[s
 
 def _line(x: Any, y: Any, name: str, line: dict[str, Any]) -> dict[str, Any]:
     if len(x) > 2000:
-        keep = thin(y)
+        keep = downsample(y)
         x, y = x[keep], y[keep]
-    return look.trace(x, y, name, {**line, "simplify": False})
+    return style.trace(x, y, name, {**line, "simplify": False})

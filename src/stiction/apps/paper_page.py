@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiction.apps import paper_figures as figures
 from stiction.apps.paper_text import PARTS, SOURCE, TITLE
-from stiction.report import Block, Cell, Columns, Heading, Table, Text, words, write_page
+from stiction.report import Block, Cell, Heading, SideBySide, Table, Text, labels, write_page
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -83,7 +83,7 @@ def _figure2(data: Any) -> list[Block]:
             "reasons in each. About 5 stairs in the printed Fig. 2b would mean A, about 22 would mean B."
         ),
         *(
-            Columns([figures.fig2(panel) for panel in data.panels if panel.name == name])
+            SideBySide([figures.fig2(panel) for panel in data.panels if panel.name == name])
             for name in ("2a", "2b", "2c")
         ),
         Table(columns, rows, "Read off the simulated ramps, 0 to 18 psi."),
@@ -106,7 +106,7 @@ def _lab(number: int, data: Any) -> list[Block]:
     return [
         Heading(f"Section III, Fig. {number}: the laboratory valve"),
         Text(text),
-        Columns([figures.lab_ramp(f"{number}{part}", ramp) for part, ramp in zip("ab", data, strict=True)]),
+        SideBySide([figures.lab_ramp(f"{number}{part}", ramp) for part, ramp in zip("ab", data, strict=True)]),
         Table(["Rate [%/s]", "Seen in the paper", *models], rows, "What each model makes of the ramp."),
     ]
 
@@ -120,7 +120,7 @@ def _figure5(data: Any) -> list[Block]:
             "of sb and sj, the rate, the sensor and its noise are this project's; the way down is added because a flow "
             "alone shows the stick band only when both are seen."
         ),
-        Columns([flow, travel]),
+        SideBySide([flow, travel]),
     ]
 
 
@@ -148,7 +148,9 @@ def _equation5(data: Any) -> list[Block]:
             "step, where Δu is 0 from the next sample on, it stays where it is for ever. Repaired it jumps to sb - sj "
             "behind the OP. Here sb = 2 %, sj = 1 %."
         ),
-        Columns([figures.stem_after(response) for response in data.responses if response.name != "ramp up and down"]),
+        SideBySide(
+            [figures.stem_after(response) for response in data.responses if response.name != "ramp up and down"]
+        ),
         Table(["Model", "Stem after a step from 0 to 10 % [% of span]"], rows, "All models but the printed one agree."),
     ]
 
@@ -174,7 +176,7 @@ def _equations6and7(data: Any) -> list[Block]:
             "Eq. 6 is misprinted twice: its roots, and a factor 2 on the inner root of its second branch. Eq. 7 is "
             "right. Both hold for rest levels ±d/2, ±3d/2, ...; with levels 0, ±d, ... the same valve has another N."
         ),
-        Columns([figures.part_of_n(data, "real"), figures.part_of_n(data, "imaginary")]),
+        SideBySide([figures.part_of_n(data, "real"), figures.part_of_n(data, "imaginary")]),
         Table(["Form", "Largest distance from N measured on the valve [-]"], rows, "Both parts together."),
     ]
 
@@ -194,7 +196,7 @@ def _figure7(data: Any) -> list[Block]:
             "unstable. B is where N jumps: it parts A from C and is no oscillation. The factor that eq. 6 misses puts "
             "C off."
         ),
-        Columns([figures.fig7(data, printed=True), figures.fig7(data, printed=False)]),
+        SideBySide([figures.fig7(data, printed=True), figures.fig7(data, printed=False)]),
         Table(columns, rows, "Every crossing, beside the exact cycle of the loop where it has one."),
     ]
 
@@ -229,7 +231,7 @@ def _cycle(cycle: LimitCycle) -> list[str]:
 
 def _answer(answer: Any) -> Cell:
     told = "yes" if answer.shown else "no"
-    number = f" ({words.format_number(answer.value)})" if answer.value == answer.value else ""
+    number = f" ({labels.format_number(answer.value)})" if answer.value == answer.value else ""
     return Cell(f"{told}{number}", mark="good" if answer.shown else "alert")
 
 
@@ -238,7 +240,7 @@ def _number(value: float | complex | str) -> str:
         return value
     if isinstance(value, complex):
         return f"{value.real:.4f} {'-' if value.imag < 0 else '+'} {abs(value.imag):.4f}j"
-    return f"{value:.3e}" if abs(value) >= 1e5 else words.format_number(float(value), significant=4)
+    return f"{value:.3e}" if abs(value) >= 1e5 else labels.format_number(float(value), significant=4)
 
 
 _SECTIONS: dict[str, Callable[[Any], Sequence[Block]]] = {

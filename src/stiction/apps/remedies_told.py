@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from stiction.apps.output import print_table, say
 from stiction.compensation.predicted import in_words
 from stiction.compensation.remedies import FIX, NOTHING, RETUNE
-from stiction.report import words
+from stiction.report import labels
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -79,9 +79,9 @@ def twin_told(trial: CompensationTrial) -> str:
         told = twin.reason
         if cycle.period > 0.0:
             told += (
-                f" It cycles every {words.span(cycle.period)}, OP by {words.format_number(cycle.amplitude_op)} "
+                f" It cycles every {labels.format_duration(cycle.period)}, OP by {labels.format_number(cycle.amplitude_op)} "
                 "% and PV by "
-                f"{words.format_number(cycle.amplitude_pv)} to either side."
+                f"{labels.format_number(cycle.amplitude_pv)} to either side."
             )
         return told.removeprefix(trial.reason).strip()
     told = twin.summary().removeprefix(trial.reason).strip()
@@ -198,7 +198,7 @@ def _tell(advice: Advice) -> None:
 
 
 def _legend(now: Behaviour) -> str:
-    pv, travel, op = (words.format_number(x) for x in (now.pv_std, now.travel, now.op_travel))
+    pv, travel, op = (labels.format_number(x) for x in (now.pv_std, now.travel, now.op_travel))
     return (
         "PV std, IAE: their change. Offset: mean error in PV units. Travel, OP: movement of stem and OP, times that of "
         "doing nothing. Rev/h: reversals of the stem. \u00b130 %: change of the PV std at worst with S and J off by "
@@ -212,10 +212,10 @@ def _row(one: RemedyTrial, now: Behaviour) -> list[str]:
         one.name,
         change(_over(b.pv_std, now.pv_std)),
         change(_over(b.iae, now.iae)),
-        words.format_number(b.offset, significant=2),
-        words.format_number(_over(b.travel, now.travel), significant=2),
-        words.format_number(b.reversals),
-        words.format_number(_over(b.op_travel, now.op_travel), significant=2),
+        labels.format_number(b.offset, significant=2),
+        labels.format_number(_over(b.travel, now.travel), significant=2),
+        labels.format_number(b.reversals),
+        labels.format_number(_over(b.op_travel, now.op_travel), significant=2),
         change(one.worst),
         f"{one.cost:.2f}",
     ]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stiction.report import Figure, Table, Text, look, words, write_page
-from stiction.report.thin import thin
+from stiction.report import Figure, Table, Text, labels, style, write_page
+from stiction.report.downsample import downsample
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -17,17 +17,17 @@ __all__ = ["line_trace", "signature", "trend", "write_stroke_page"]
 
 def write_stroke_page(record: LoopRecord, path: Path, *, valve: str, op: str) -> Path:
     """Write OP and valve position over time and against each other."""
-    lead = f"The valve {valve}, driven for {words.span(record.duration)} in steps of {words.span(record.dt)}."
+    lead = f"The valve {valve}, driven for {labels.format_duration(record.duration)} in steps of {labels.format_duration(record.dt)}."
     settings = Table(["Setting", "Value"], [["Valve", valve], ["OP", op], ["Source", record.provenance.source]])
     return write_page("Valve stroke", [Text(lead, kind="lead"), trend(record), signature(record), settings], path)
 
 
 def trend(record: LoopRecord) -> Figure:
     """Return OP and valve position over time."""
-    name, unit = words.time_unit(record.duration)
-    data = [line_trace(record.time / unit, record.op, "OP (controller output)", look.line(look.OP))]
+    name, unit = labels.time_unit(record.duration)
+    data = [line_trace(record.time / unit, record.op, "OP (controller output)", style.line_style(style.OP))]
     if record.mv is not None:
-        data.append(line_trace(record.time / unit, record.mv, "Valve position", look.line(look.MV)))
+        data.append(line_trace(record.time / unit, record.mv, "Valve position", style.line_style(style.MV)))
     layout = {"xaxis": {"title": {"text": f"Time [{name}]"}}, "yaxis": {"title": {"text": "% of span"}}}
     caption = "Where the dotted line is flat the stem rests while its input moves; where it steps the stem slips."
     return Figure({"data": data, "layout": layout}, "OP and valve position over time", caption)
@@ -36,9 +36,9 @@ def trend(record: LoopRecord) -> Figure:
 def signature(record: LoopRecord) -> Figure:
     """Return the valve position against the OP."""
     assert record.mv is not None
-    data = [line_trace(record.op, record.mv, "Valve", look.line(look.MV))]
+    data = [line_trace(record.op, record.mv, "Valve", style.line_style(style.MV))]
     low, high = float(record.op.min()), float(record.op.max())
-    data.append(line_trace([low, high], [low, high], "Ideal valve", look.line(look.SP, 1.0)))
+    data.append(line_trace([low, high], [low, high], "Ideal valve", style.line_style(style.SP, 1.0)))
     layout = {
         "xaxis": {"title": {"text": "OP (controller output) [% of span]"}},
         "yaxis": {"title": {"text": "Valve position [% of span]"}},
@@ -50,6 +50,6 @@ def signature(record: LoopRecord) -> Figure:
 def line_trace(x: Any, y: Any, name: str, line: dict[str, Any]) -> dict[str, Any]:
     """Return one series over another as a line, thinned for the eye."""
     if len(x) > 2:
-        keep = thin(y)
+        keep = downsample(y)
         x, y = x[keep], y[keep]
-    return look.trace(x, y, name, line)
+    return style.trace(x, y, name, line)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.apps.stroke_page import line_trace
-from stiction.report import Block, Columns, Figure, Heading, Table, Text, look, words, write_page
+from stiction.report import Block, Figure, Heading, SideBySide, Table, Text, labels, style, write_page
 from stiction.valvetests import RampTest, StepTest
 from stiction.valvetests.result import unit_of
 
@@ -30,7 +30,7 @@ def write_valve_test_page(found: ValveTest, path: Path, changes: TestComparison 
         Heading("The valve"),
     ]
     if isinstance(found, RampTest):
-        blocks += [Columns([_signature(found), _over_travel(found)]), _ramps(found)]
+        blocks += [SideBySide([_signature(found), _over_travel(found)]), _ramps(found)]
     elif isinstance(found, StepTest):
         blocks += [_signature(found), _steps(found)]
     if found.unknown:
@@ -39,7 +39,10 @@ def write_valve_test_page(found: ValveTest, path: Path, changes: TestComparison 
         blocks += [Heading("Against the test before"), Text(changes.summary())]
     blocks += [Heading("Where this comes from"), _origin(found)]
     return write_page(
-        found.record.tag, blocks, path, subtitle=f"{found.kind.capitalize()}, {words.span(found.record.duration)}"
+        found.record.tag,
+        blocks,
+        path,
+        subtitle=f"{found.kind.capitalize()}, {labels.format_duration(found.record.duration)}",
     )
 
 
@@ -55,25 +58,25 @@ def _stem(found: ValveTest) -> tuple[np.ndarray, str]:
 def _trend(found: ValveTest) -> Figure:
     """OP and stem over time, every slip or step marked."""
     record = found.record
-    name, unit = words.time_unit(record.duration)
+    name, unit = labels.time_unit(record.duration)
     stem, title = _stem(found)
     own_axis = {} if found.signal == "mv" or isinstance(found, RampTest) else {"yaxis": "y2"}
     data = [
-        line_trace(record.time / unit, record.op, "OP (controller output)", look.line(look.OP)),
-        {**line_trace(record.time / unit, stem, title.split(" [")[0], look.line(look.MV)), **own_axis},
+        line_trace(record.time / unit, record.op, "OP (controller output)", style.line_style(style.OP)),
+        {**line_trace(record.time / unit, stem, title.split(" [")[0], style.line_style(style.MV)), **own_axis},
     ]
     layout: dict[str, Any] = {"xaxis": {"title": {"text": f"Time [{name}]"}}, "yaxis": {"title": {"text": "% of span"}}}
     if own_axis:
         layout["yaxis2"] = {"overlaying": "y", "side": "right", "title": {"text": title}}
     if isinstance(found, RampTest):
         if np.isfinite(found.model).any():
-            fitted = line_trace(record.time / unit, found.model, "Fitted valve", look.line(look.MODEL, 1.0))
+            fitted = line_trace(record.time / unit, found.model, "Fitted valve", style.line_style(style.MODEL, 1.0))
             data.append(fitted)
         for kind, symbol in (("slip", "triangle-up"), ("stick", "square")):
             here = [event for event in found.events if event.kind == kind]
             data.append(_marks([e.time / unit for e in here], [e.position for e in here], kind, symbol))
         slips = sum(event.kind == "slip" for event in found.events)
-        counted = f"{words.count_noun(len(found.ramps), 'ramp')} and {words.count_noun(slips, 'slip')}"
+        counted = f"{labels.count_noun(len(found.ramps), 'ramp')} and {labels.count_noun(slips, 'slip')}"
         caption = f"{counted}; triangles mark slips."
     else:
         assert isinstance(found, StepTest)
@@ -81,16 +84,16 @@ def _trend(found: ValveTest) -> Figure:
             here = [step for step in found.steps if step.responded is moved]
             data.append(_marks([s.time / unit for s in here], [s.op_after for s in here], called, symbol))
         still = sum(not step.responded for step in found.steps)
-        caption = f"{words.count_noun(len(found.steps), 'step')}, {still} of them without a response (crosses)."
+        caption = f"{labels.count_noun(len(found.steps), 'step')}, {still} of them without a response (crosses)."
     return Figure({"data": data, "layout": layout}, "OP and stem over time", caption, height=420)
 
 
 def _signature(found: ValveTest) -> Figure:
     """The stem against the OP."""
     stem, title = _stem(found)
-    data = [line_trace(found.record.op, stem, "Test", look.line(look.MV))]
+    data = [line_trace(found.record.op, stem, "Test", style.line_style(style.MV))]
     if isinstance(found, RampTest) and np.isfinite(found.model).any():
-        data.append(line_trace(found.record.op, found.model, "Fitted valve", look.line(look.MODEL, 1.0)))
+        data.append(line_trace(found.record.op, found.model, "Fitted valve", style.line_style(style.MODEL, 1.0)))
     layout = {"xaxis": {"title": {"text": "OP (controller output) [% of span]"}}, "yaxis": {"title": {"text": title}}}
     caption = "The width of the loop is the deadband plus stickband; vertical pieces are slip jumps."
     return Figure({"data": data, "layout": layout}, "Valve signature", caption, height=400)
@@ -102,7 +105,7 @@ def _over_travel(found: RampTest) -> Figure:
     for direction, symbol, way in ((1, "triangle-up", "opening"), (-1, "triangle-down", "closing")):
         bins = [b for b in found.travel if b.direction == direction and b.n]
         middle = [0.5 * (b.low + b.high) for b in bins]
-        for name, color in (("sb", look.PV), ("sj", look.OP)):
+        for name, color in (("sb", style.PV), ("sj", style.OP)):
             values = [getattr(b, name) for b in bins]
             spread = [np.nan_to_num(getattr(b, f"{name}_spread")) for b in bins]
             trace = _marks(middle, values, f"{name}, {way}", symbol, color)
@@ -145,6 +148,6 @@ def _origin(found: ValveTest) -> Table:
     )
 
 
-def _marks(x: list[float], y: list[float], name: str, symbol: str, color: str = look.ALERT) -> dict[str, Any]:
+def _marks(x: list[float], y: list[float], name: str, symbol: str, color: str = style.ALERT) -> dict[str, Any]:
     marker = {"symbol": symbol, "size": 7, "color": color}
     return {"type": "scatter", "mode": "markers", "x": x, "y": y, "name": name, "marker": marker}

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.records.runs import runs
-from stiction.report import words
-from stiction.report.thin import MOST_POINTS
+from stiction.report import labels
+from stiction.report.downsample import MAX_POINTS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.report.view import View
+    from stiction.report.loop_view import LoopView
 
 __all__ = ["LastPeriods", "last_periods", "rests_before_slips"]
 
@@ -38,7 +38,7 @@ class LastPeriods(NamedTuple):
     """Whether the estimated valve position is seen in them to rest while OP moves by S, all but, and then to slip."""
 
 
-def last_periods(view: View) -> LastPeriods:
+def last_periods(view: LoopView) -> LastPeriods:
     """Pick the last periods of what was analysed.
 
     Where the valve sticks in some windows only these are the last ones of the last window in which it does, as far as
@@ -46,7 +46,7 @@ def last_periods(view: View) -> LastPeriods:
 
     Parameters
     ----------
-    view : View
+    view : LoopView
         A diagnosis.
 
     Returns
@@ -62,16 +62,20 @@ def last_periods(view: View) -> LastPeriods:
         within = "the last window in which the valve sticks"
         simulated = np.flatnonzero(np.isfinite(view.model[first:last]))
         last = first + int(simulated[-1]) + 1 if simulated.size else last
-    n = PERIODS * period / dt if np.isfinite(period) else MOST_POINTS
-    n = int(min(max(n, FEWEST), MOST_POINTS))
+    n = PERIODS * period / dt if np.isfinite(period) else MAX_POINTS
+    n = int(min(max(n, FEWEST), MAX_POINTS))
     found, rest, op = view.diagnosis.identification, n - n // PERIODS, view.diagnosis.record.op[first:last]
-    slips = [] if found is None or not view.believed else rests_before_slips(view.stem[first:last], op, found.S, rest)
+    slips = (
+        []
+        if found is None or not view.valve_is_accepted
+        else rests_before_slips(view.stem[first:last], op, found.S, rest)
+    )
     latest = first + slips[-1].stop if slips else last
     # A slip in the first period shown would stand without the rest before it.
     earlier = latest <= last - rest
     stop = min(latest + n - rest, last) if earlier else last
     cut = slice(max(first, stop - n), stop)
-    length = words.span((cut.stop - cut.start) * dt)
+    length = labels.format_duration((cut.stop - cut.start) * dt)
     when = f"from {view.span_of(cut.start, cut.stop)}"
     said = f"The last {length} of {within}"
     if earlier:
@@ -82,7 +86,7 @@ def last_periods(view: View) -> LastPeriods:
 
 
 def rests_before_slips(
-    stem: NDArray[np.float64], op: NDArray[np.float64], S: float, longest: int = MOST_POINTS
+    stem: NDArray[np.float64], op: NDArray[np.float64], S: float, longest: int = MAX_POINTS
 ) -> list[slice]:
     """Rests of an estimated valve position that end in a slip, in which OP moves by `SEEN` of S or more.
 

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.display.check_text import describe_check
-from stiction.report import figures, words
-from stiction.report.blocks import Block, Cell, Columns, Figure, Heading, Html, Mark, Table, Text
-from stiction.report.markup import fragment
-from stiction.report.story import causes_step, controlled, counted_step, explained
-from stiction.report.view import View
+from stiction.report import figures, labels
+from stiction.report.blocks import Block, Cell, Figure, Heading, SideBySide, StatusIcon, Table, Text
+from stiction.report.explanation import causes_step, controlled, counted_step, explained
+from stiction.report.loop_view import LoopView
+from stiction.report.rendering import render_fragment
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["loop_blocks"]
 
-_SEVERITY: dict[str, tuple[str, Mark]] = {
+_SEVERITY: dict[str, tuple[str, StatusIcon]] = {
     "ok": ("passed", "good"),
     "warn": ("warning", "unknown"),
     "reject": ("rejected", "alert"),
@@ -31,7 +31,7 @@ _ORDER = {"reject": 0, "warn": 1, "ok": 2}
 
 def loop_blocks(diagnosis: Diagnosis, settings: Mapping[str, Any] | None = None) -> list[Block]:
     """Return the blocks of one loop's page."""
-    view = View(diagnosis)
+    view = LoopView(diagnosis)
     blocks: list[Block | None] = [_headline(diagnosis), Heading("Trends"), figures.trends(view)]
     blocks.append(figures.windows(view))
     blocks += [Heading("Valve and process"), _beside(figures.pv_op(view), figures.valve_position(view))]
@@ -51,11 +51,11 @@ def loop_blocks(diagnosis: Diagnosis, settings: Mapping[str, Any] | None = None)
 def _beside(*some: Figure | None) -> Block | None:
     there = [figure for figure in some if figure is not None]
     if len(there) > 1:
-        return Columns(there)
+        return SideBySide(there)
     return there[0] if there else None
 
 
-def _headline(diagnosis: Diagnosis) -> Html:
+def _headline(diagnosis: Diagnosis) -> TrustedHtml:
     found, rhythm = diagnosis.identification, diagnosis.oscillation
     facts = [("Cause", diagnosis.cause or "unknown")]
     sticky = sum(window.verdict == "stiction" for window in diagnosis.windows)
@@ -65,10 +65,10 @@ def _headline(diagnosis: Diagnosis) -> Html:
     if rhythm.oscillating:
         over = " over all" if partly else ""  # windows that stick swing farther than the others
         facts += [
-            (f"Period{over}", words.span(rhythm.period)),
-            (f"PV amplitude{over}", words.format_number(rhythm.amplitude_pv)),
-            (f"OP amplitude{over}", words.format_number(rhythm.amplitude_op, diagnosis.record.op_unit)),
-            (f"Cycles{over}", words.format_number(rhythm.cycles)),
+            (f"Period{over}", labels.format_duration(rhythm.period)),
+            (f"PV amplitude{over}", labels.format_number(rhythm.amplitude_pv)),
+            (f"OP amplitude{over}", labels.format_number(rhythm.amplitude_op, diagnosis.record.op_unit)),
+            (f"Cycles{over}", labels.format_number(rhythm.cycles)),
         ]
     else:
         facts.append(("Oscillation", "none found"))
@@ -76,18 +76,18 @@ def _headline(diagnosis: Diagnosis) -> Html:
         facts.append(
             (
                 "Fit with sticky / good valve",
-                f"{words.format_number(found.fit, '%', 2)} / {words.format_number(found.fit_linear, '%', 2)}",
+                f"{labels.format_number(found.fit, '%', 2)} / {labels.format_number(found.fit_linear, '%', 2)}",
             )
         )
     severity = None
     if found is not None and diagnosis.verdict != "no_stiction" and np.isfinite(found.S):
         severity = figures.severity(found, diagnosis.record)
-    return fragment(
+    return render_fragment(
         "headline.html",
         verdict=diagnosis.verdict,
-        sign=words.MARKS[diagnosis.verdict],
-        line=words.headline(diagnosis),
-        confidence=words.confidence(diagnosis),
+        sign=labels.VERDICT_ICONS[diagnosis.verdict],
+        line=labels.headline(diagnosis),
+        confidence=labels.confidence_text(diagnosis),
         reason=diagnosis.reason,
         action=diagnosis.action,
         severity=severity,
@@ -95,15 +95,15 @@ def _headline(diagnosis: Diagnosis) -> Html:
     )
 
 
-def _identified(diagnosis: Diagnosis, view: View) -> Table:
+def _identified(diagnosis: Diagnosis, view: LoopView) -> Table:
     """Controller, valve and process as identified, what they were compared with, and what limits them."""
     unit, found = diagnosis.record.op_unit_short, diagnosis.identification
     assert found is not None
-    silent = {"Valve"} if not np.isfinite(found.S) else {"Limits"} if not view.believed else set()
+    silent = {"Valve"} if not np.isfinite(found.S) else {"Limits"} if not view.valve_is_accepted else set()
     rows = [(what, text) for what, text in explained(found, unit) if what not in silent]
     if diagnosis.controller is not None:
         rows = [("Controller", controlled(diagnosis.controller, unit)), *rows]
-    caption = "" if view.believed else "The valve is the likeliest sticky one, which was not believed."
+    caption = "" if view.valve_is_accepted else "The valve is the likeliest sticky one, which was not believed."
     return Table(["What", "Found"], [list(row) for row in rows], caption)
 
 
@@ -125,19 +125,19 @@ def _evidence(diagnosis: Diagnosis) -> Block:
         return Text("No method could be applied to this record.", kind="note")
     rows = [
         [
-            words.method(row.method),
+            labels.method_label(row.method),
             _rounded(row.index),
             _rounded(row.threshold),
-            Cell(words.VERDICTS[row.vote], mark=words.MARKS[row.vote] if row.valid else ""),
+            Cell(labels.VERDICTS[row.vote], mark=labels.VERDICT_ICONS[row.vote] if row.valid else ""),
             "met" if row.valid else "not met",
             row.why,
-            words.cited(row.source),
+            labels.citation(row.source),
         ]
         for row in diagnosis.evidence
     ]
     votes = [row.vote for row in diagnosis.evidence if row.valid]
     caption = (
-        f"Of {words.count_noun(len(votes), 'method')} whose condition is met, {votes.count('stiction')} say stiction,"
+        f"Of {labels.count_noun(len(votes), 'method')} whose condition is met, {votes.count('stiction')} say stiction,"
         f" {votes.count('no_stiction')} no stiction, {votes.count('undecided')} cannot tell; the others do not count."
     )
     return Table(["Method", "Index [-]", "Threshold [-]", "Vote", "Condition", "Why", "Source"], rows, caption)
@@ -157,7 +157,7 @@ def _quality(diagnosis: Diagnosis) -> list[Block]:
     return [Text(worth), Table(["Check", "Result", "Value", "Limit", "Unit", "Why"], rows)]
 
 
-def _provenance(diagnosis: Diagnosis, settings: Mapping[str, Any]) -> Html:
+def _provenance(diagnosis: Diagnosis, settings: Mapping[str, Any]) -> TrustedHtml:
     from stiction import __version__
 
     record = diagnosis.record
@@ -169,11 +169,19 @@ def _provenance(diagnosis: Diagnosis, settings: Mapping[str, Any]) -> Html:
         ("Columns", [f"{name}: {column}" for name, column in origin.columns.items()]),
         ("Assumed", list(origin.assumptions)),
         ("Rows", [f"{origin.rows} read, {origin.missing_samples} without a good OP or PV"] if origin.rows else []),
-        ("Record", [f"{len(record)} samples, one every {words.span(record.dt)}, {words.span(record.duration)} in all"]),
+        (
+            "Record",
+            [
+                f"{len(record)} samples, one every {labels.format_duration(record.dt)}, {labels.format_duration(record.duration)} in all"
+            ],
+        ),
         ("Start", [f"{record.start:%Y-%m-%d %H:%M:%S %Z}".strip()] if record.start else []),
         ("Loop", [f"{record.loop_type}, process {kind}"]),
-        ("Settings", [f"{name}: {words.setting(value)}" for name, value in {**diagnosis.settings, **settings}.items()]),
+        (
+            "Settings",
+            [f"{name}: {labels.format_setting(value)}" for name, value in {**diagnosis.settings, **settings}.items()],
+        ),
         ("Software", [f"stiction {__version__}"]),
         ("Written", [f"{datetime.now().astimezone():%Y-%m-%d %H:%M %Z}"]),
     ]
-    return fragment("provenance.html", rows=[(name, values) for name, values in rows if values])
+    return render_fragment("provenance.html", rows=[(name, values) for name, values in rows if values])

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.report import words
-from stiction.report.blocks import Cell, Mark, Table
+from stiction.report import labels
+from stiction.report.blocks import Cell, StatusIcon, Table
 from stiction.report.figures import sparkline
 
 if TYPE_CHECKING:
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.result import Diagnosis
 
-__all__ = ["anchor", "overview", "worst_first"]
+__all__ = ["anchor", "overview", "sort_worst_first"]
 
 _RANK = {"stiction": 0, "undecided": 1, "no_stiction": 2}
 NOTHING = Cell("–", sort="")
 """A dash, which stands behind all numbers whichever way they are sorted."""
 
 
-def worst_first(diagnoses: Sequence[Diagnosis]) -> list[Diagnosis]:
+def sort_worst_first(diagnoses: Sequence[Diagnosis]) -> list[Diagnosis]:
     """Sorted: stiction, cannot tell, no stiction; within each by probability times S, then by probability."""
 
     def key(diagnosis: Diagnosis) -> tuple[int, float, float]:
@@ -34,14 +34,14 @@ def worst_first(diagnoses: Sequence[Diagnosis]) -> list[Diagnosis]:
     return sorted(diagnoses, key=key)
 
 
-def anchor(k: int) -> str:
+def loop_anchor(k: int) -> str:
     """Name of the k-th loop's part of the page."""
     return f"loop-{k + 1}"
 
 
 def overview(diagnoses: Sequence[Diagnosis], failures: Sequence[tuple[str, str]] = ()) -> Table:
     """Return the table; each row links to the loop's part of the page, those of what was not diagnosed come last."""
-    names = words.names([diagnosis.record for diagnosis in diagnoses])
+    names = labels.unique_loop_names([diagnosis.record for diagnosis in diagnoses])
     rows = [_row(k, *named) for k, named in enumerate(zip(names, diagnoses, strict=True))]
     rows += [_not_diagnosed(*failure) for failure in failures]
     percent = any(diagnosis.record.op_in_percent for diagnosis in diagnoses)
@@ -60,9 +60,9 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
     unit = "" if percent else f"\u00a0{record.op_unit_short}"
     size = NOTHING
     if found is not None and diagnosis.verdict != "no_stiction":
-        S, low, high = words.format_interval(found.S, found.S_low, found.S_high)
+        S, low, high = labels.format_interval(found.S, found.S_low, found.S_high)
         size = Cell(f"{S} ({low}\u00a0to\u00a0{high}){unit}", sort=_finite(found.S) if percent else "")
-    verdict, cause = words.VERDICTS[diagnosis.verdict], diagnosis.cause
+    verdict, cause = labels.VERDICTS[diagnosis.verdict], diagnosis.cause
     if diagnosis.verdict != "stiction" and cause not in ("", "none", "unknown"):
         verdict = f"{verdict}: {cause}"
     order = f"{_RANK[diagnosis.verdict]} {verdict}"
@@ -70,14 +70,14 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
     trend = record.op if record.pv is None else record.pv
     period = swing = NOTHING
     if rhythm.oscillating:
-        period = Cell(words.span(rhythm.period), sort=_finite(rhythm.period))
+        period = Cell(labels.format_duration(rhythm.period), sort=_finite(rhythm.period))
         swing = Cell(
-            f"{words.format_number(rhythm.amplitude_op)}{unit}", sort=_finite(rhythm.amplitude_op) if percent else ""
+            f"{labels.format_number(rhythm.amplitude_op)}{unit}", sort=_finite(rhythm.amplitude_op) if percent else ""
         )
     return [
-        Cell(name, href=f"#{anchor(k)}"),
-        Cell(verdict, sort=order, mark=words.MARKS[diagnosis.verdict]),
-        Cell(words.format_probability(diagnosis.probability), sort=_finite(diagnosis.probability)),
+        Cell(name, href=f"#{loop_anchor(k)}"),
+        Cell(verdict, sort=order, mark=labels.VERDICT_ICONS[diagnosis.verdict]),
+        Cell(labels.format_probability(diagnosis.probability), sort=_finite(diagnosis.probability)),
         size,
         period,
         swing,
@@ -92,7 +92,7 @@ def _not_diagnosed(name: str, reason: str) -> list[Cell]:
     return [Cell(name), verdict, *6 * [NOTHING], Cell(reason)]
 
 
-def _worth(diagnosis: Diagnosis) -> tuple[str, Mark]:
+def _worth(diagnosis: Diagnosis) -> tuple[str, StatusIcon]:
     severities = {check.severity for check in diagnosis.quality.checks}
     if not diagnosis.quality.usable:
         return "refused", "alert"

@@ -2,7 +2,7 @@
 
 The building blocks, for any page of the package::
 
-    from stiction.report import Cell, Columns, Figure, Fold, Heading, Html, Table, Text, write_page
+    from stiction.report import Cell, SideBySide, Figure, Collapsible, Heading, TrustedHtml, Table, Text, write_page
 
     write_page(
         "Valve test of FV-101",
@@ -10,22 +10,22 @@ The building blocks, for any page of the package::
             Text("Deadband 1.2 % of span.", kind="lead"),
             Heading("Travel"),
             Figure(
-                plot={"data": [{"x": t, "y": op, "name": "OP (controller output)", "line": look.line(look.OP)}],
+                plot={"data": [{"x": t, "y": op, "name": "OP (controller output)", "line": style.line_style(style.OP)}],
                       "layout": {"xaxis": {"title": {"text": "Time [s]"}}}},
                 title="OP and valve position",
                 caption="The valve follows the OP after 1.2 % of reversal.",
             ),
             Table(["Quantity", "Value [% of span]"], [["Deadband", 1.2], [Cell("Jump", mark="alert"), 0.8]]),
-            Columns([figure_a, figure_b]),            # side by side
-            Fold("Details", [more, blocks]),          # opens on a click
+            SideBySide([figure_a, figure_b]),            # side by side
+            Collapsible("Details", [more, blocks]),          # opens on a click
         ],
         "valve-test.html",
         subtitle="Ramp test, 0.1 %/s",
     )
 
 - `Figure.plot` is a dict as plotly.js takes it. numpy arrays go in as they are (packed small, NaN is a gap);
-  thin long series first with `stiction.report.thin.thin`. Fonts, grid, margins and colours come from
-  `stiction.report.look`: give only what differs (axis titles, traces). Chart types: any of plotly.js.
+  thin long series first with `stiction.report.downsample.downsample`. Fonts, grid, margins and colours come from
+  `stiction.report.style`: give only what differs (axis titles, traces). Chart types: any of plotly.js.
 - Every figure has a title and a caption; the caption is also what a screen reader says.
 - All text is escaped, everywhere, except `Html`, which is for markup made by this package.
 - A `Table` aligns numbers by itself; `sortable=True` makes its headings buttons; `Cell` adds a sort key,
@@ -43,11 +43,11 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING
 
-from stiction.report.blocks import Columns, Figure, Fold
-from stiction.report.look import TEMPLATE
-from stiction.report.markup import environment
-from stiction.report.payload import to_json
-from stiction.report.save import save
+from stiction.report.atomic_write import write_atomically
+from stiction.report.blocks import Collapsible, Figure, SideBySide
+from stiction.report.plot_json import to_json
+from stiction.report.rendering import environment
+from stiction.report.style import TEMPLATE
 
 if TYPE_CHECKING:
     import os
@@ -98,7 +98,7 @@ def write_page(
     >>> write_page("Loop FIC-101", [Text("All is well.")], folder / "page.html").name
     'page.html'
     """
-    return save(render_page(title, blocks, subtitle=subtitle, footer=footer), path)
+    return write_atomically(render_page(title, blocks, subtitle=subtitle, footer=footer), path)
 
 
 def render_page(title: str, blocks: Sequence[Block], *, subtitle: str = "", footer: str = "") -> str:
@@ -128,7 +128,7 @@ def render_page(title: str, blocks: Sequence[Block], *, subtitle: str = "", foot
 
 def _has_figure(blocks: Sequence[Block]) -> bool:
     return any(
-        isinstance(block, Figure) or (isinstance(block, (Columns, Fold)) and _has_figure(block.blocks))
+        isinstance(block, Figure) or (isinstance(block, (SideBySide, Collapsible)) and _has_figure(block.blocks))
         for block in blocks
     )
 

@@ -7,10 +7,10 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError
-from stiction.report import words
-from stiction.report.blocks import Block, Fold, Heading
+from stiction.report import labels
+from stiction.report.blocks import Block, Collapsible, Heading
 from stiction.report.loop_page import loop_blocks
-from stiction.report.overview import anchor, overview, worst_first
+from stiction.report.overview import loop_anchor, overview, sort_worst_first
 from stiction.report.page import write_page
 
 if TYPE_CHECKING:
@@ -69,20 +69,22 @@ def write_report(
         raise ParameterError("write_report got no diagnosis; give at least one.")
     if len(diagnoses) == 1 and not failures:
         return _one(diagnoses[0], path, title, settings)
-    ranked = worst_first(diagnoses)
+    ranked = sort_worst_first(diagnoses)
     blocks: list[Block] = [overview(ranked, failures), Heading("Loops", anchor="loops")]
     blocks += [
-        Fold(
-            f"{name} · {words.headline(diagnosis)}",
+        Collapsible(
+            f"{name} · {labels.headline(diagnosis)}",
             loop_blocks(diagnosis, settings),
-            anchor=anchor(k),
-            mark=words.MARKS[diagnosis.verdict],
+            anchor=loop_anchor(k),
+            mark=labels.VERDICT_ICONS[diagnosis.verdict],
         )
-        for k, (name, diagnosis) in enumerate(zip(words.names([one.record for one in ranked]), ranked, strict=True))
+        for k, (name, diagnosis) in enumerate(
+            zip(labels.unique_loop_names([one.record for one in ranked]), ranked, strict=True)
+        )
     ]
     number = Counter(diagnosis.verdict for diagnosis in ranked)
-    subtitle = ", ".join(f"{number[verdict]} {said.lower()}" for verdict, said in words.VERDICTS.items())
-    subtitle = f"{words.count_noun(len(ranked), 'loop')}: {subtitle}"
+    subtitle = ", ".join(f"{number[verdict]} {said.lower()}" for verdict, said in labels.VERDICTS.items())
+    subtitle = f"{labels.count_noun(len(ranked), 'loop')}: {subtitle}"
     if failures:
         subtitle += f"; {len(failures)} not diagnosed"
     return write_page(title or "Control loops", blocks, path, subtitle=subtitle)
@@ -93,6 +95,8 @@ def _one(diagnosis: Diagnosis, path: str | os.PathLike[str], title: str | None, 
     told = [f"{record.loop_type.capitalize()} loop" if record.loop_type != "other" else "Control loop"]
     told.append(PurePath(record.provenance.source).name or "memory")
     told.append(
-        f"{record.start:%Y-%m-%d %H:%M}, {words.span(record.duration)}" if record.start else words.span(record.duration)
+        f"{record.start:%Y-%m-%d %H:%M}, {labels.format_duration(record.duration)}"
+        if record.start
+        else labels.format_duration(record.duration)
     )
     return write_page(title or record.tag, loop_blocks(diagnosis, settings), path, subtitle=" · ".join(told))

@@ -9,7 +9,7 @@ import pytest
 
 import stiction as st
 from stiction.diagnosis.loop_state import HEADLINES
-from stiction.report import words
+from stiction.report import labels
 
 from . import plant_cases as plant
 
@@ -27,7 +27,7 @@ def test_the_state_is_the_headline_and_nothing_is_told_of_the_valve(kind):
     loop, signals = kind(2)
     found = st.diagnose(loop.record(signals))
     assert (found.verdict, found.probability, found.identification) == ("undecided", 0.25, None)
-    assert words.headline(found).startswith(HEADLINES[name])
+    assert labels.headline(found).startswith(HEADLINES[name])
     assert look_at in found.action
     assert "no action" not in found.summary().lower()
     told = found.to_dict()

@@ -1,4 +1,4 @@
-"""The figures of a loop, one page each: a function from a `View` to a `Figure`, or None where there is nothing to draw.
+"""The figures of a loop, one page each: a function from a `LoopView` to a `Figure`, or None where there is nothing to draw.
 
 Those of remedies take a trial, a twin or a retuning instead.
 

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.oscillation.rhythm import MOST_REGULAR
-from stiction.report import look, words
+from stiction.report import labels, style
 from stiction.report.blocks import Figure
-from stiction.report.thin import thin
+from stiction.report.downsample import downsample
 
 if TYPE_CHECKING:
-    from stiction.report.view import View
+    from stiction.report.loop_view import LoopView
 
 __all__ = ["autocorrelation"]
 
@@ -20,29 +20,29 @@ PERIODS = 8
 """Periods of lag shown."""
 
 
-def autocorrelation(view: View) -> Figure | None:
+def autocorrelation(view: LoopView) -> Figure | None:
     """Return the autocorrelation over the lag; None when there is none."""
     found, dt = view.diagnosis.oscillation, view.diagnosis.record.dt
     known = bool(np.isfinite(found.period)) and found.period > 0.0
     acf = found.acf[: int(PERIODS * found.period / dt) + 2] if known else found.acf
     if acf.size < 2:
         return None
-    name, size = words.time_unit(acf.size * dt)
+    name, size = labels.time_unit(acf.size * dt)
     lag = np.arange(acf.size) * dt / size
-    keep = thin(acf)
-    data = [look.trace(lag[keep], acf[keep], "acf", look.line(look.PV))]
+    keep = downsample(acf)
+    data = [style.trace(lag[keep], acf[keep], "acf", style.line_style(style.PV))]
     marks = found.period * np.arange(1, PERIODS + 1) / size if known else np.empty(0)
     layout = {
         "xaxis": {"title": {"text": f"Lag [{name}]"}, "range": [0.0, float(lag[-1])]},
-        "yaxis": {"title": {"text": "Autocorrelation [-]"}, "zeroline": True, "zerolinecolor": look.FAINT},
-        "shapes": [look.dotted(float(x)) for x in marks if x <= lag[-1]],
+        "yaxis": {"title": {"text": "Autocorrelation [-]"}, "zeroline": True, "zerolinecolor": style.BORDER_COLOR},
+        "shapes": [style.vertical_line(float(x)) for x in marks if x <= lag[-1]],
         "showlegend": False,
-        "margin": {"t": look.BELOW_BUTTONS},
+        "margin": {"t": style.BELOW_BUTTONS},
     }
     if known:
-        regular = words.format_number(found.regularity) + (" or more" if found.regularity >= MOST_REGULAR else "")
+        regular = labels.format_number(found.regularity) + (" or more" if found.regularity >= MOST_REGULAR else "")
         caption = (
-            f"Dotted lines mark multiples of the period, {words.span(found.period)};"
+            f"Dotted lines mark multiples of the period, {labels.format_duration(found.period)};"
             f" regularity {regular} (above 1 is regular)."
         )
     else:

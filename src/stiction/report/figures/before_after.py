@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.compensation.remedies import FIX, NOTHING
-from stiction.report import look, words
+from stiction.report import labels, style
 from stiction.report.blocks import Figure
-from stiction.report.thin import thin
+from stiction.report.downsample import downsample
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -70,13 +70,13 @@ def _stacked(
     assert trial.twin is not None
     first = next(iter(runs.values()))
     start, end = float(first["time"][0]), float(first["time"][-1])
-    name, size = words.time_unit(end - start)
+    name, size = labels.time_unit(end - start)
     left = max(steps[0] - SHOWN * trial.twin.simulated.period, start) if steps else start
     shown = [(run[signal][run["time"] >= left]) for run in runs.values() for signal in signals if signal in run]
     low, high = min(float(x.min()) for x in shown), max(float(x.max()) for x in shown)
     room = 0.06 * (high - low or 1.0)
     height = (1.0 - GAP * (len(runs) - 1)) / len(runs)
-    colors = {"sp": look.SP, "pv": look.PV, "op": look.OP, "mv": look.MV}
+    colors = {"sp": style.SP, "pv": style.PV, "op": style.OP, "mv": style.MV}
     data, notes = [], []
     layout: dict[str, Any] = {"hovermode": "x"}
     for k, (remedy, run) in enumerate(runs.items()):
@@ -86,11 +86,11 @@ def _stacked(
         for signal, called in signals.items():
             if signal not in run:
                 continue
-            keep = thin(run[signal])
-            style = look.line(colors[signal], 1.2 if signal == "sp" else 1.5)
+            keep = downsample(run[signal])
+            drawn = style.line_style(colors[signal], 1.2 if signal == "sp" else 1.5)
             data.append({
                 "type": "scatter", "mode": "lines", "x": (run["time"][keep] - start) / size, "y": run[signal][keep],
-                "name": called, "line": style | ({"shape": "hv"} if signal in ("sp", "mv") else {}),
+                "name": called, "line": drawn | ({"shape": "hv"} if signal in ("sp", "mv") else {}),
                 "yaxis": f"y{axis}", "legendgroup": signal, "showlegend": k == 0,
             })  # fmt: skip
         notes.append({
@@ -106,9 +106,9 @@ def _stacked(
     layout["shapes"] = [
         {
             "type": "line", "x0": (time - start) / size, "x1": (time - start) / size, "y0": 0.0, "y1": 1.0,
-            "yref": "paper", "line": {"color": look.MUTED, "width": 1, "dash": "dot"},
+            "yref": "paper", "line": {"color": style.SECONDARY_COLOR, "width": 1, "dash": "dot"},
         }
         for time in steps
     ]  # fmt: skip
-    layout |= {"annotations": notes, "legend": {"y": 1.06}, "margin": {"t": look.BELOW_BUTTONS}}
+    layout |= {"annotations": notes, "legend": {"y": 1.06}, "margin": {"t": style.BELOW_BUTTONS}}
     return {"data": data, "layout": layout}

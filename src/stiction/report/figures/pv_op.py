@@ -6,19 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.report import look
+from stiction.report import style
 from stiction.report.blocks import Figure
 from stiction.report.last_periods import last_periods
 
 if TYPE_CHECKING:
-    from stiction.report.view import View
+    from stiction.report.loop_view import LoopView
 
-__all__ = ["FADE", "pv_op"]
+__all__ = ["TIME_COLOR_SCALE", "pv_op"]
 
-FADE = [[0.0, "#D3E2EC"], [1.0, look.PV]]
+TIME_COLOR_SCALE = [[0.0, "#D3E2EC"], [1.0, style.PV]]
 
 
-def pv_op(view: View) -> Figure | None:
+def pv_op(view: LoopView) -> Figure | None:
     """Return the PV-OP plot of the last few periods; None without a PV."""
     record, found, shown = view.diagnosis.record, view.diagnosis.identification, last_periods(view)
     cut = shown.cut
@@ -34,20 +34,20 @@ def pv_op(view: View) -> Figure | None:
             "line": {"color": "#C4D3DE", "width": 1},
             "marker": {
                 "color": view.time[cut],
-                "colorscale": FADE,
+                "colorscale": TIME_COLOR_SCALE,
                 "size": 5,
-                "colorbar": look.colorbar(f"Time [{view.unit[0]}]"),
+                "colorbar": style.colorbar(f"Time [{view.unit[0]}]"),
             },
         }
     ]
     caption = f"{shown.said}, early samples pale and late ones dark"
     if found is not None:
-        data.append(look.trace(record.op[cut], view.model[cut], view.model_name, look.line(look.MODEL, 1.3)))
+        data.append(style.trace(record.op[cut], view.model[cut], view.model_name, style.line_style(style.MODEL, 1.3)))
         caption += f"; the dash-dotted line is what the {view.model_name} and its process make of the same OP"
         if np.isnan(view.model[cut]).any():
             caption += ", as far as it was simulated"
     layout = {
-        "margin": {"t": look.BELOW_BUTTONS},
+        "margin": {"t": style.BELOW_BUTTONS},
         "xaxis": {"title": {"text": f"OP (controller output) [{view.op_unit}]"}},
         "yaxis": {"title": {"text": f"PV [{view.pv_unit}]"}},
     }

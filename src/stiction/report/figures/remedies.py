@@ -6,9 +6,9 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from stiction.compensation.remedies import NOTHING
-from stiction.report import look
+from stiction.report import style
 from stiction.report.blocks import Figure
-from stiction.report.figures.names import BOX, place_names
+from stiction.report.figures.label_placement import PLOT_SIZE_PX, place_labels
 
 if TYPE_CHECKING:
     from stiction.compensation import CompensationTrial, RemedyTrial
@@ -35,16 +35,19 @@ def remedy_tradeoff(trial: CompensationTrial) -> Figure | None:
     ]
     low, high = math.log10(FLOOR) - 0.1, max(max(x for x, _ in points) + 0.35, 0.6)
     top = max(112.0, 1.1 * max(y for _, y in points))
-    at = [((x - low) / (high - low) * BOX[0], (y + LEFT_BELOW) / (top + LEFT_BELOW) * BOX[1]) for x, y in points]
+    at = [
+        ((x - low) / (high - low) * PLOT_SIZE_PX[0], (y + LEFT_BELOW) / (top + LEFT_BELOW) * PLOT_SIZE_PX[1])
+        for x, y in points
+    ]
     names = [f"<b>{one.name}</b>" if one.name == trial.recommended else one.name for one in trial.remedies]
-    texts = place_names(names, at)
+    texts = place_labels(names, at)
     data = []
     for one, (x, y), (text, place) in zip(trial.remedies, points, texts, strict=True):
         color, symbol = _looks(one, trial)
         data.append({
             "type": "scatter", "mode": "markers+text", "x": [10.0**x], "y": [y], "name": one.name,
             "text": [text], "textposition": place, "showlegend": False, "cliponaxis": False,
-            "textfont": {"size": 11, "color": look.INK}, "marker": {"color": color, "symbol": symbol, "size": 9},
+            "textfont": {"size": 11, "color": style.TEXT_COLOR}, "marker": {"color": color, "symbol": symbol, "size": 9},
             "hovertemplate": f"{one.name}<br>PV std %{{y:.3~g}} %<br>travel × %{{x:.3~g}}<extra></extra>",
         })  # fmt: skip
     ticks = [t for t in (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200) if low <= math.log10(t) <= high]
@@ -77,14 +80,14 @@ def remedy_sensitivity(trial: CompensationTrial) -> Figure | None:
     data: list[dict[str, Any]] = [
         {
             "type": "scatter", "mode": "lines", "x": [x for low, high in spans for x in (low, high, None)],
-            "y": [name for name in names for _ in range(3)], "line": {"color": look.FAINT, "width": 3},
+            "y": [name for name in names for _ in range(3)], "line": {"color": style.BORDER_COLOR, "width": 3},
             "hoverinfo": "skip", "showlegend": False,
         }
     ]  # fmt: skip
     for called, x, color, symbol in (
-        ("as identified", plain, look.PV, "circle"),
-        ("an unlucky run (1 in 20)", seed, look.MUTED, "line-ns-open"),
-        ("S and J off by 30 %, the worst", worst, look.OP, "diamond-open"),
+        ("as identified", plain, style.PV, "circle"),
+        ("an unlucky run (1 in 20)", seed, style.SECONDARY_COLOR, "line-ns-open"),
+        ("S and J off by 30 %, the worst", worst, style.OP, "diamond-open"),
     ):
         marker = {"color": color, "symbol": symbol, "size": 9, "line": {"width": 2, "color": color}}
         data.append({"type": "scatter", "mode": "markers", "x": x, "y": names, "name": called, "marker": marker})
@@ -103,11 +106,16 @@ def remedy_sensitivity(trial: CompensationTrial) -> Figure | None:
 
 def _looks(one: RemedyTrial, trial: CompensationTrial) -> tuple[str, str]:
     if one.name == trial.recommended:
-        return look.OP, "diamond"
+        return style.OP, "diamond"
     if not one.at_hand:
-        return look.MV, "square"
-    return (look.INK, "x") if one.name == NOTHING else (look.PV, "circle")
+        return style.MV, "square"
+    return (style.TEXT_COLOR, "x") if one.name == NOTHING else (style.PV, "circle")
 
 
 def _line(**ends: Any) -> dict[str, Any]:
-    return {"type": "line", "layer": "below", "line": {"color": look.MUTED, "width": 1, "dash": "dot"}, **ends}
+    return {
+        "type": "line",
+        "layer": "below",
+        "line": {"color": style.SECONDARY_COLOR, "width": 1, "dash": "dot"},
+        **ends,
+    }

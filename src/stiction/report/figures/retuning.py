@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from stiction.report import look
+from stiction.report import style
 from stiction.report.blocks import Figure
 
 if TYPE_CHECKING:
@@ -27,9 +27,11 @@ def retuning(found: Retuning) -> Figure | None:
     pid = found.controller
     chosen = [one for one in drawn if one.Kc == pid.Kc and one.Ti == pid.Ti]
     data: list[dict[str, Any]] = [
-        _points([one for one in drawn if not one.allowed], "beyond the limits", look.MUTED, "circle-open", 7),
-        _points([one for one in drawn if one.allowed], "within the limits", look.PV, "circle", 8),
-        _points(chosen, "the mildest that controls well", look.OP, "diamond", 12),
+        _points(
+            [one for one in drawn if not one.allowed], "beyond the limits", style.SECONDARY_COLOR, "circle-open", 7
+        ),
+        _points([one for one in drawn if one.allowed], "within the limits", style.PV, "circle", 8),
+        _points(chosen, "the mildest that controls well", style.OP, "diamond", 12),
     ]
     layout = {
         "xaxis": {"type": "log", "title": {"text": "IAE of a load step, times the present"}},
@@ -37,7 +39,7 @@ def retuning(found: Retuning) -> Figure | None:
         "shapes": [
             {
                 "type": "line", "x0": 1, "x1": 1, "y0": 0, "y1": 1, "yref": "paper", "layer": "below",
-                "line": {"color": look.MUTED, "width": 1, "dash": "dot"},
+                "line": {"color": style.SECONDARY_COLOR, "width": 1, "dash": "dot"},
             }
         ],
     }  # fmt: skip

@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.report import words
-from stiction.report.blocks import Html
-from stiction.report.markup import fragment
+from stiction.report import labels
+from stiction.report.blocks import TrustedHtml
+from stiction.report.rendering import render_fragment
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identified import Identification
     from stiction.records.record import LoopRecord
 
-__all__ = ["BANDS", "severity"]
+__all__ = ["SEVERITY_BANDS", "severity"]
 
-BANDS = ((0.5, "slight"), (2.0, "moderate"), (np.inf, "large"))
+SEVERITY_BANDS = ((0.5, "slight"), (2.0, "moderate"), (np.inf, "large"))
 """Upper end of each band of S [% of span] and its word: this package's own, a custom of the trade, no standard."""
 NO_BANDS = (
     '<p class="text note">How large S is can be said in % of span only, and OP is in another unit; '
@@ -25,16 +25,16 @@ NO_BANDS = (
 """What stands in the place of the bar where S is in another unit."""
 
 
-def severity(found: Identification, record: LoopRecord) -> Html:
+def severity(found: Identification, record: LoopRecord) -> TrustedHtml:
     """Return the bar for S, or why there is none."""
     if not record.op_in_percent:
-        return Html(NO_BANDS)
+        return TrustedHtml(NO_BANDS)
     high = found.S_high if np.isfinite(found.S_high) else found.S
     end = float(np.ceil(max(4.0, 1.15 * high)))
-    edges = [0.0, *(min(limit, end) for limit, _ in BANDS)]
+    edges = [0.0, *(min(limit, end) for limit, _ in SEVERITY_BANDS)]
     bands = [
         {"left": 100.0 * low / end, "width": 100.0 * (up - low) / end, "word": word, "level": k}
-        for k, (low, up, (_, word)) in enumerate(zip(edges, edges[1:], BANDS, strict=False))
+        for k, (low, up, (_, word)) in enumerate(zip(edges, edges[1:], SEVERITY_BANDS, strict=False))
     ]
     step = next(s for s in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0) if end / s <= 10 or s == 50.0)
     ticks = [{"left": 100.0 * x / end, "text": f"{x:g}"} for x in np.arange(0.0, end + 1e-9, step)]
@@ -44,6 +44,8 @@ def severity(found: Identification, record: LoopRecord) -> Html:
             "left": 100.0 * found.S_low / end,
             "width": 100.0 * max(found.S_high - found.S_low, 0.0) / end,
         }
-    word = next(word for limit, word in BANDS if limit > found.S or limit == np.inf)
-    said = f"{words.stiction_size(found, record)}: {word}"
-    return fragment("severity.html", bands=bands, ticks=ticks, interval=interval, at=100.0 * found.S / end, said=said)
+    word = next(word for limit, word in SEVERITY_BANDS if limit > found.S or limit == np.inf)
+    said = f"{labels.stiction_size(found, record)}: {word}"
+    return render_fragment(
+        "severity.html", bands=bands, ticks=ticks, interval=interval, at=100.0 * found.S / end, said=said
+    )

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.report.blocks import Html
-from stiction.report.thin import thin
+from stiction.report.blocks import TrustedHtml
+from stiction.report.downsample import downsample
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -17,7 +17,7 @@ __all__ = ["sparkline"]
 WIDTH, HEIGHT, POINTS = 120.0, 26.0, 120
 
 
-def sparkline(y: NDArray[np.float64], said: str) -> Html:
+def sparkline(y: NDArray[np.float64], said: str) -> TrustedHtml:
     """Return `y` as a small inline drawing; gaps stay gaps.
 
     Parameters
@@ -27,11 +27,11 @@ def sparkline(y: NDArray[np.float64], said: str) -> Html:
     said : str
         What a screen reader says; made by this package, plain words.
     """
-    keep = thin(y, POINTS)
+    keep = downsample(y, POINTS)
     values = y[keep]
     good = np.isfinite(values)
     if not good.any():
-        return Html('<span class="muted">no data</span>')
+        return TrustedHtml('<span class="muted">no data</span>')
     low, size = float(values[good].min()), float(np.ptp(values[good])) or 1.0
     x = 1.0 + keep / max(len(y) - 1, 1) * (WIDTH - 2.0)
     height = HEIGHT - 3.0 - (values - low) / size * (HEIGHT - 6.0)
@@ -43,7 +43,7 @@ def sparkline(y: NDArray[np.float64], said: str) -> Html:
             continue
         parts.append(f"{'M' if pen_up else 'L'}{x[k]:.1f} {height[k]:.1f}")
         pen_up = False
-    return Html(
+    return TrustedHtml(
         f'<svg class="spark" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img" aria-label="{said}">'
         f'<path d="{"".join(parts)}"/></svg>'
     )

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.records.gaps import interpolate_gaps
-from stiction.report import look, words
+from stiction.report import labels, style
 from stiction.report.blocks import Figure
-from stiction.report.thin import thin
+from stiction.report.downsample import downsample
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.report.view import View
+    from stiction.report.loop_view import LoopView
 
 __all__ = ["spectrum"]
 
@@ -22,7 +22,7 @@ HARMONICS = 5
 """Harmonics marked."""
 
 
-def spectrum(view: View) -> Figure | None:
+def spectrum(view: LoopView) -> Figure | None:
     """Return the PV's amplitude spectrum, for the eye only; None without a PV or with too few samples."""
     record, period = view.diagnosis.record, view.diagnosis.oscillation.period
     first, last = view.window
@@ -35,23 +35,23 @@ def spectrum(view: View) -> Figure | None:
     known = bool(np.isfinite(period)) and period > 0.0
     end = min(float(frequency[-1]), (HARMONICS + 1.0) / period if known else float(frequency[-1]))
     shown = frequency <= end
-    name, size = words.time_unit(120.0 / end)
+    name, size = labels.time_unit(120.0 / end)
     x, y = frequency[shown] * size, amplitude[shown]
-    keep = thin(y)
+    keep = downsample(y)
     marks = [(k, k / period * size) for k in range(1, HARMONICS + 1) if k / period <= end] if known else []
     layout = {
         "xaxis": {"title": {"text": f"Frequency [1/{name}]"}, "range": [0.0, end * size]},
         "yaxis": {"title": {"text": "PV amplitude"}, "rangemode": "tozero"},
-        "shapes": [look.dotted(x) for _, x in marks],
+        "shapes": [style.vertical_line(x) for _, x in marks],
         "annotations": [_label(k, x) for k, x in marks],
         "showlegend": False,
-        "margin": {"t": look.BELOW_BUTTONS},
+        "margin": {"t": style.BELOW_BUTTONS},
     }
     if known:
-        caption = f"Dotted lines mark the frequency of the period, {words.span(period)}, and its multiples."
+        caption = f"Dotted lines mark the frequency of the period, {labels.format_duration(period)}, and its multiples."
     else:
         caption = "No period was found, so no harmonics are marked."
-    data = [look.trace(x[keep], y[keep], "PV", look.line(look.PV))]
+    data = [style.trace(x[keep], y[keep], "PV", style.line_style(style.PV))]
     return Figure({"data": data, "layout": layout}, "Spectrum of the PV", caption, height=300)
 
 
@@ -66,5 +66,5 @@ def _amplitudes(y: NDArray[np.float64], dt: float) -> tuple[NDArray[np.float64],
 
 def _label(k: int, x: float) -> dict[str, Any]:
     text = "f" if k == 1 else f"{k} f"
-    font = {"size": 11, "color": look.MUTED}
+    font = {"size": 11, "color": style.SECONDARY_COLOR}
     return {"x": x, "y": 1, "yref": "paper", "yanchor": "bottom", "text": text, "showarrow": False, "font": font}

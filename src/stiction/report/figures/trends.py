@@ -10,14 +10,14 @@ from stiction.records.gaps import missing_mask
 from stiction.records.quality.frozen import find_manual
 from stiction.records.quality.saturation import find_saturation
 from stiction.records.runs import runs
-from stiction.report import look, words
+from stiction.report import labels, style
 from stiction.report.blocks import Figure
-from stiction.report.thin import thin
+from stiction.report.downsample import downsample
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.report.view import View
+    from stiction.report.loop_view import LoopView
 
 __all__ = ["trends"]
 
@@ -27,19 +27,19 @@ MOST_RINGS = 0.5
 _HATCH = {"missing": "x", "saturated": "/", "in manual": "\\"}
 
 
-def trends(view: View) -> Figure:
+def trends(view: LoopView) -> Figure:
     """Return SP, PV, OP and, where measured, the valve position over time; doubtful stretches are hatched."""
     record = view.diagnosis.record
     data: list[dict[str, Any]] = []
     if record.sp is not None:
-        step = look.line(look.SP, 1.2, shape="hv")
+        step = style.line_style(style.SP, 1.2, shape="hv")
         data.append(view.trace(record.sp, "SP (set point)", step, yaxis="y"))
     if record.pv is not None:
-        data.append(view.trace(record.pv, "PV (process variable)", look.line(look.PV), yaxis="y"))
-    data.append(view.trace(record.op, "OP (controller output)", look.line(look.OP), yaxis="y2"))
+        data.append(view.trace(record.pv, "PV (process variable)", style.line_style(style.PV), yaxis="y"))
+    data.append(view.trace(record.op, "OP (controller output)", style.line_style(style.OP), yaxis="y2"))
     data += _as_stored(view)
     if record.mv is not None:
-        data.append(view.trace(record.mv, "Valve position, measured", look.line(look.MV), yaxis="y2"))
+        data.append(view.trace(record.mv, "Valve position, measured", style.line_style(style.MV), yaxis="y2"))
     doubtful = {
         "missing": missing_mask(record.op, record.pv),
         "saturated": find_saturation(record.op, record.pv, record.auto),
@@ -62,13 +62,13 @@ def trends(view: View) -> Figure:
         "annotations": [] if view.whole or not upper else [_between_panels(view, "analysed")],
     }
     found = [
-        f"{words.format_number(100.0 * mask.mean(), '%', 2)} {name}" for name, mask in doubtful.items() if mask.any()
+        f"{labels.format_number(100.0 * mask.mean(), '%', 2)} {name}" for name, mask in doubtful.items() if mask.any()
     ]
     first, last = view.window
     left_out = " and ".join(view.partly_stored)
     caption = (
-        f"{words.count_noun(len(record), 'sample')} over {words.span(record.duration)}, one every "
-        f"{words.span(record.dt)}; "
+        f"{labels.count_noun(len(record), 'sample')} over {labels.format_duration(record.duration)}, one every "
+        f"{labels.format_duration(record.dt)}; "
         + ("the whole record was analysed" if view.whole else f"samples {first} to {last - 1} (shaded) were analysed")
         + (", the valve simulated over the part that Model over data tells" if view.in_part else "")
         + (f"; hatched: {', '.join(found)}" if found else "")
@@ -78,23 +78,23 @@ def trends(view: View) -> Figure:
     return Figure({"data": data, "layout": layout}, "Set point, PV and OP over time", caption, height=440)
 
 
-def _as_stored(view: View) -> list[dict[str, Any]]:
+def _as_stored(view: LoopView) -> list[dict[str, Any]]:
     """Rings where a signal was stored at few samples and its line is told by the controller's law between them."""
     record, stored = view.diagnosis.record, view.diagnosis.stored
     if stored is None:
         return []
-    signals = {"PV": (record.pv, stored.pv, look.PV, "y"), "OP": (record.op, stored.op, look.OP, "y2")}
+    signals = {"PV": (record.pv, stored.pv, style.PV, "y"), "OP": (record.op, stored.op, style.OP, "y2")}
     rings = []
     for name in (name for name, share in view.partly_stored.items() if share <= MOST_RINGS):
         x, mask, color, axis = signals[name]
         assert x is not None
         at = np.flatnonzero(mask)
-        at = at[thin(x[at])]
-        rings.append(look.rings(view.time[at], x[at], f"{name} as stored", color) | {"yaxis": axis})
+        at = at[downsample(x[at])]
+        rings.append(style.ring_markers(view.time[at], x[at], f"{name} as stored", color) | {"yaxis": axis})
     return rings
 
 
-def _hatched(view: View, name: str, mask: NDArray[np.bool_], axes: list[str]) -> list[dict[str, Any]]:
+def _hatched(view: LoopView, name: str, mask: NDArray[np.bool_], axes: list[str]) -> list[dict[str, Any]]:
     """One trace per panel, on a hidden axis from 0 to 1, so that the hatching fills the panel at any zoom."""
     longest = sorted(runs(mask), key=lambda run: run[0] - run[1])[:MOST_STRETCHES]
     half = 0.5 * view.diagnosis.record.dt / view.unit[1]
@@ -118,7 +118,7 @@ def _hatched(view: View, name: str, mask: NDArray[np.bool_], axes: list[str]) ->
     return [{**trace, "yaxis": axis, "showlegend": axis == axes[0]} for axis in axes]
 
 
-def _analysed(view: View) -> dict[str, Any]:
+def _analysed(view: LoopView) -> dict[str, Any]:
     first, last = view.window
     return {
         "type": "rect",
@@ -128,11 +128,11 @@ def _analysed(view: View) -> dict[str, Any]:
         "y1": 1,
         "yref": "paper",
         "layer": "below",
-        "line": {"width": 1, "color": look.FAINT},
+        "line": {"width": 1, "color": style.BORDER_COLOR},
         "fillcolor": "#F0F4F7",
     }
 
 
-def _between_panels(view: View, text: str) -> dict[str, Any]:
+def _between_panels(view: LoopView, text: str) -> dict[str, Any]:
     place = {"x": float(view.time[view.window[0]]), "y": 0.5, "yref": "paper", "xanchor": "left", "yanchor": "middle"}
-    return {**place, "text": text, "showarrow": False, "font": {"size": 11, "color": look.MUTED}}
+    return {**place, "text": text, "showarrow": False, "font": {"size": 11, "color": style.SECONDARY_COLOR}}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiction.report import look, words
+from stiction.report import labels, style
 from stiction.report.blocks import Figure
 
 if TYPE_CHECKING:
@@ -18,15 +18,15 @@ def twin_overlay(twin: Twin, pv_unit: str) -> Figure | None:
     if not twin.overlay:
         return None
     kept = twin.overlay
-    name, unit = words.time_unit(float(kept["time"][-1]))
+    name, unit = labels.time_unit(float(kept["time"][-1]))
     data = []
-    for signal, color, axis in (("pv", look.PV, "y"), ("op", look.OP, "y2")):
-        for key, whose, style in (
-            (signal, "record", look.line(color)),
-            (f"{signal}_twin", "twin", look.line(look.MODEL)),
+    for signal, color, axis in (("pv", style.PV, "y"), ("op", style.OP, "y2")):
+        for key, whose, drawn in (
+            (signal, "record", style.line_style(color)),
+            (f"{signal}_twin", "twin", style.line_style(style.MODEL)),
         ):
             data.append({
-                "type": "scatter", "mode": "lines", "x": kept["time"] / unit, "y": kept[key], "line": style,
+                "type": "scatter", "mode": "lines", "x": kept["time"] / unit, "y": kept[key], "line": drawn,
                 "name": "twin" if whose == "twin" else f"{signal.upper()}, record", "yaxis": axis,
                 "showlegend": whose == "record" or signal == "pv",
             })  # fmt: skip
@@ -39,8 +39,8 @@ def twin_overlay(twin: Twin, pv_unit: str) -> Figure | None:
     a, b = twin.measured, twin.simulated
     caption = (
         f"Three periods of the record and those of the twin, which runs on its own, laid in phase. Period "
-        f"{words.span(a.period)} and {words.span(b.period)}, PV amplitude {words.format_number(a.amplitude_pv)} and "
-        f"{words.format_number(b.amplitude_pv)}, OP amplitude {words.format_number(a.amplitude_op)} % and "
-        f"{words.format_number(b.amplitude_op)} %."
+        f"{labels.format_duration(a.period)} and {labels.format_duration(b.period)}, PV amplitude {labels.format_number(a.amplitude_pv)} and "
+        f"{labels.format_number(b.amplitude_pv)}, OP amplitude {labels.format_number(a.amplitude_op)} % and "
+        f"{labels.format_number(b.amplitude_op)} %."
     )
     return Figure({"data": data, "layout": layout}, "The twin over the record", caption, height=380)

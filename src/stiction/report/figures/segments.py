@@ -6,23 +6,29 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.report import look, words
+from stiction.report import labels, style
 from stiction.report.blocks import Figure
 
 if TYPE_CHECKING:
-    from stiction.report.view import View
+    from stiction.report.loop_view import LoopView
 
 __all__ = ["windows"]
 
 _LOOKS = {
-    "stiction": ("sticks", {"color": look.ALERT}),
-    "no_stiction": ("follows", {"color": look.FAINT, "pattern": {"shape": ".", "fgcolor": look.MUTED, "size": 6}}),
-    "undecided": ("cannot tell", {"color": "#FFFFFF", "pattern": {"shape": "/", "fgcolor": look.MUTED, "size": 6}}),
+    "stiction": ("sticks", {"color": style.ALERT}),
+    "no_stiction": (
+        "follows",
+        {"color": style.BORDER_COLOR, "pattern": {"shape": ".", "fgcolor": style.SECONDARY_COLOR, "size": 6}},
+    ),
+    "undecided": (
+        "cannot tell",
+        {"color": "#FFFFFF", "pattern": {"shape": "/", "fgcolor": style.SECONDARY_COLOR, "size": 6}},
+    ),
 }
 """Verdict -> what it is called, and the fill of its bars: a pattern with each colour."""
 
 
-def windows(view: View) -> Figure | None:
+def windows(view: LoopView) -> Figure | None:
     """Return S over time, a bar for each window; None where the record was judged as one."""
     found = view.diagnosis.windows
     if not found:
@@ -39,11 +45,11 @@ def windows(view: View) -> Figure | None:
             "y": np.array([window.S for window in own]),
             "width": np.array([(window.last - window.first) * step for window in own]),
             "name": name,
-            "marker": {**marker, "line": {"color": look.INK, "width": 1}},
+            "marker": {**marker, "line": {"color": style.TEXT_COLOR, "width": 1}},
             "hovertext": [
-                f"{name}: S {words.format_number(window.S, view.op_unit_short)}, explained "
-                f"{words.format_number(window.fit, '%', 2)}"
-                f", by a good valve {words.format_number(window.fit_linear, '%', 2)}"
+                f"{name}: S {labels.format_number(window.S, view.op_unit_short)}, explained "
+                f"{labels.format_number(window.fit, '%', 2)}"
+                f", by a good valve {labels.format_number(window.fit_linear, '%', 2)}"
                 for window in own
             ],
             "hoverinfo": "text",
@@ -56,7 +62,7 @@ def windows(view: View) -> Figure | None:
         "barmode": "overlay",
         "showlegend": True,
     }
-    caption = f"The valve sticks in {sticky} of {words.count_noun(len(found), 'window')} judged each by itself" + (
+    caption = f"The valve sticks in {sticky} of {labels.count_noun(len(found), 'window')} judged each by itself" + (
         "." if sticky == len(found) else "; in the others S is what fits best and means little."
     )
     return Figure({"data": data, "layout": layout}, "Where the valve sticks", caption, height=190)

@@ -9,19 +9,19 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["MOST_POINTS", "thin"]
+__all__ = ["MAX_POINTS", "downsample"]
 
-MOST_POINTS = 2000
+MAX_POINTS = 2000
 
 
-def thin(y: NDArray[np.float64], most: int = MOST_POINTS) -> NDArray[np.intp]:
-    """Return the samples to draw: all of them, or the `most` that keep the shape (MinMaxLTTB), gaps included.
+def downsample(y: NDArray[np.float64], max_points: int = MAX_POINTS) -> NDArray[np.intp]:
+    """Return the samples to draw: all of them, or the `max_points` that keep the shape (MinMaxLTTB), gaps included.
 
     Parameters
     ----------
     y : ndarray, shape (n_samples,)
         Series; NaN is a gap.
-    most : int
+    max_points : int
         Largest number of points [-].
 
     Returns
@@ -31,13 +31,13 @@ def thin(y: NDArray[np.float64], most: int = MOST_POINTS) -> NDArray[np.intp]:
 
     Examples
     --------
-    >>> thin(np.zeros(5)).tolist()
+    >>> downsample(np.zeros(5)).tolist()
     [0, 1, 2, 3, 4]
-    >>> len(thin(np.zeros(100_000))) <= 2000
+    >>> len(downsample(np.zeros(100_000))) <= 2000
     True
     """
-    if len(y) <= most:
+    if len(y) <= max_points:
         return np.arange(len(y))
     from tsdownsample import NaNMinMaxLTTBDownsampler
 
-    return NaNMinMaxLTTBDownsampler().downsample(np.ascontiguousarray(y), n_out=most).astype(np.intp)
+    return NaNMinMaxLTTBDownsampler().downsample(np.ascontiguousarray(y), n_out=max_points).astype(np.intp)

@@ -20,25 +20,25 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identified import Identification
     from stiction.diagnosis.result import Diagnosis
     from stiction.records.record import LoopRecord
-    from stiction.report.blocks import Mark
+    from stiction.report.blocks import StatusIcon
 
 __all__ = [
-    "MARKS",
     "VERDICTS",
-    "cited",
-    "confidence",
+    "VERDICT_ICONS",
+    "citation",
+    "confidence_text",
     "count_noun",
+    "format_duration",
     "format_interval",
     "format_number",
     "format_probability",
+    "format_setting",
     "headline",
-    "method",
-    "names",
+    "method_label",
     "pv_unit",
-    "setting",
-    "span",
     "stiction_size",
     "time_unit",
+    "unique_loop_names",
 ]
 
 VERDICTS = {"stiction": "Stiction", "no_stiction": "No stiction", "undecided": "Cannot tell"}
@@ -47,28 +47,28 @@ _METHODS = {
     "rossi_scali": "Rossi and Scali",
     "singhal_salsbury": "Singhal and Salsbury",
 }
-MARKS: dict[str, Mark] = {"stiction": "alert", "no_stiction": "good", "undecided": "unknown"}
+VERDICT_ICONS: dict[str, StatusIcon] = {"stiction": "alert", "no_stiction": "good", "undecided": "unknown"}
 
 
-def names(records: Sequence[LoopRecord]) -> list[str]:
+def unique_loop_names(records: Sequence[LoopRecord]) -> list[str]:
     """Return what each loop is called beside the others: its tag, with the file where several have the same.
 
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> names([LoopRecord("FIC-1", 1.0, op=[50.0]), LoopRecord("LIC-2", 1.0, op=[50.0])])
+    >>> unique_loop_names([LoopRecord("FIC-1", 1.0, op=[50.0]), LoopRecord("LIC-2", 1.0, op=[50.0])])
     ['FIC-1', 'LIC-2']
     """
     times = Counter(record.tag for record in records)
     return [f"{r.tag} ({r.provenance.source})" if times[r.tag] > 1 and r.provenance.source else r.tag for r in records]
 
 
-def span(seconds: float) -> str:
+def format_duration(seconds: float) -> str:
     r"""Return a duration in the unit a person would use.
 
     Examples
     --------
-    >>> span(95.0), span(600.0), span(86400.0), span(float("nan"))
+    >>> format_duration(95.0), format_duration(600.0), format_duration(86400.0), format_duration(float("nan"))
     ('95\xa0s', '10\xa0min', '24\xa0h', '–')
     """
     if not math.isfinite(seconds):
@@ -85,29 +85,29 @@ def time_unit(seconds: float) -> tuple[str, float]:
     return "s", 1.0
 
 
-def setting(value: object) -> str:
+def format_setting(value: object) -> str:
     """Return a setting's value as a person would write it.
 
     Examples
     --------
-    >>> setting([0.4, 0.6]), setting({"band": 0.76529, "model": "kano"}), setting(None)
+    >>> format_setting([0.4, 0.6]), format_setting({"band": 0.76529, "model": "kano"}), format_setting(None)
     ('0.4, 0.6', 'band 0.765, model kano', 'none')
     """
     if isinstance(value, dict):
-        return ", ".join(f"{name} {setting(part)}" for name, part in value.items())
+        return ", ".join(f"{name} {format_setting(part)}" for name, part in value.items())
     if isinstance(value, (list, tuple)):
-        return ", ".join(map(setting, value))
+        return ", ".join(map(format_setting, value))
     if isinstance(value, float):
         return format_number(value)
     return "none" if value is None else str(value)
 
 
-def method(name: str) -> str:
+def method_label(name: str) -> str:
     """Return a method's name as a reader knows it.
 
     Examples
     --------
-    >>> method("rossi_scali"), method("he_curve_fit")
+    >>> method_label("rossi_scali"), method_label("he_curve_fit")
     ('Rossi and Scali', 'He curve fit')
     """
     return _METHODS.get(name, name[:1].upper() + name[1:].replace("_", " "))
@@ -118,12 +118,12 @@ def pv_unit(found: Diagnosis | None) -> str:
     return (escape(found.record.provenance.pv_unit) if found is not None else "") or "engineering units"
 
 
-def cited(key: str) -> str:
+def citation(key: str) -> str:
     """Return author and year of a bibliography key.
 
     Examples
     --------
-    >>> cited("horch1999"), cited("")
+    >>> citation("horch1999"), citation("")
     ('Horch 1999', '')
     """
     found = re.fullmatch(r"([a-z]+)(\d{4}[a-z]?)", key)
@@ -154,7 +154,7 @@ def headline(diagnosis: Diagnosis) -> str:
     return says if cause in ("", "none", "unknown") else f"{says}; likely cause: {cause}"
 
 
-def confidence(diagnosis: Diagnosis) -> str:
+def confidence_text(diagnosis: Diagnosis) -> str:
     """Return the confidence in words and as a number."""
     p = diagnosis.probability
     said = f"probability of stiction {format_probability(p)}" if math.isfinite(p) else "no probability"

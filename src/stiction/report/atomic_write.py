@@ -9,10 +9,10 @@ from pathlib import Path
 
 from stiction.errors import RecordError
 
-__all__ = ["save"]
+__all__ = ["write_atomically"]
 
 
-def save(text: str, path: str | os.PathLike[str]) -> Path:
+def write_atomically(text: str, path: str | os.PathLike[str]) -> Path:
     """Write `text` as UTF-8 to `path`: a reader sees the old file or the new one, never a part.
 
     Parameters

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["BOX", "place_names"]
+__all__ = ["PLOT_SIZE_PX", "place_labels"]
 
-BOX = (300.0, 330.0)
+PLOT_SIZE_PX = (300.0, 330.0)
 """Size of the plot for which names are placed, that of a telephone [px]; a wider one has more room."""
 NEAR = (12.0, 13.0)
 """Points nearer than this, across and upright, share one text [px]."""
@@ -24,7 +24,7 @@ PLACES = (
 Box = tuple[float, float, float, float]
 
 
-def place_names(names: Sequence[str], at: Sequence[tuple[float, float]]) -> list[tuple[str, str]]:
+def place_labels(names: Sequence[str], at: Sequence[tuple[float, float]]) -> list[tuple[str, str]]:
     """Place each name beside its point, where it covers neither a point nor another name, or the least of them.
 
     Parameters
@@ -32,7 +32,7 @@ def place_names(names: Sequence[str], at: Sequence[tuple[float, float]]) -> list
     names : sequence of str
         Names; marks such as <b> take no room.
     at : sequence of tuple
-        Points from the lower left corner of `BOX` [px].
+        Points from the lower left corner of `PLOT_SIZE_PX` [px].
 
     Returns
     -------
@@ -41,7 +41,7 @@ def place_names(names: Sequence[str], at: Sequence[tuple[float, float]]) -> list
 
     Examples
     --------
-    >>> place_names(["a", "b", "far"], [(100.0, 100.0), (101.0, 100.0), (200.0, 300.0)])
+    >>> place_labels(["a", "b", "far"], [(100.0, 100.0), (101.0, 100.0), (200.0, 300.0)])
     [('a<br>b', 'middle right'), ('', 'middle right'), ('far', 'middle right')]
     """
     groups: list[list[int]] = []
@@ -81,4 +81,4 @@ def _common(a: Box, b: Box) -> float:
 
 def _outside(box: Box) -> float:
     """Area of a box outside the plot [px squared]."""
-    return (box[2] - box[0]) * (box[3] - box[1]) - _common(box, (0.0, 0.0, *BOX))
+    return (box[2] - box[0]) * (box[3] - box[1]) - _common(box, (0.0, 0.0, *PLOT_SIZE_PX))

@@ -7,20 +7,20 @@ from functools import cache
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from stiction.report.blocks import Cell, Html
-from stiction.report.payload import to_json
+from stiction.report.blocks import Cell, TrustedHtml
+from stiction.report.plot_json import to_json
 
 if TYPE_CHECKING:
     import jinja2
 
     from stiction.report.blocks import Block, Table
 
-__all__ = ["environment", "fragment", "shown"]
+__all__ = ["environment", "format_cell", "render_fragment"]
 
 
-def fragment(template: str, **values: Any) -> Html:
+def render_fragment(template: str, **values: Any) -> TrustedHtml:
     """Markup from one of this room's templates; the values are escaped."""
-    return Html(environment().get_template(template).render(**values))
+    return TrustedHtml(environment().get_template(template).render(**values))
 
 
 @cache
@@ -41,19 +41,19 @@ def environment() -> jinja2.Environment:
         name = type(block).__name__.lower()
         return Markup(templates.get_template(f"{name}.html").render(block=block))
 
-    templates.filters.update(show=show, cell=_cell, shown=shown, is_number=_is_number, numeric=_numeric, room=_room)
+    templates.filters.update(show=show, cell=_cell, format_cell=format_cell, numeric=_numeric, room=_room)
     templates.filters["payload"] = lambda plot: Markup(to_json(plot))
     templates.filters["markup"] = lambda block: Markup(block.markup)
-    templates.tests["html"] = lambda value: isinstance(value, Html)
+    templates.tests["html"] = lambda value: isinstance(value, TrustedHtml)
     return templates
 
 
-def shown(value: str | float | None) -> str:
+def format_cell(value: str | float | None) -> str:
     """Text of a table value: four significant digits, a dash for what is not there.
 
     Examples
     --------
-    >>> shown(3.14159), shown(1234567.0), shown(float("nan")), shown(0.00004)
+    >>> format_cell(3.14159), format_cell(1234567.0), format_cell(float("nan")), format_cell(0.00004)
     ('3.142', '1234567', '–', '4e-05')
     """
     if value is None:

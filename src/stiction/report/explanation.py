@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from stiction.diagnosis.verdict.held import value_of
 from stiction.diagnosis.verdict.meaning import FEATURES, PRIOR
 from stiction.display.number_format import count_noun, format_interval
-from stiction.report import words
+from stiction.report import labels
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identified import ControllerFit, Explanation, Identification, ProcessFit
@@ -44,7 +44,7 @@ class Step(NamedTuple):
     """Its numbers, where there are more than a sentence holds."""
 
 
-def story(diagnosis: Diagnosis) -> list[Step]:
+def explanation_steps(diagnosis: Diagnosis) -> list[Step]:
     """Tell how a verdict came about.
 
     Parameters
@@ -75,7 +75,7 @@ def story(diagnosis: Diagnosis) -> list[Step]:
         steps.append(_methods(diagnosis))
     if diagnosis.windows:
         steps.append(_windows(diagnosis))
-    told = f"{words.headline(diagnosis)}. {words.confidence(diagnosis)}."
+    told = f"{labels.headline(diagnosis)}. {labels.confidence_text(diagnosis)}."
     return [*steps, Step("So", [told, diagnosis.reason, diagnosis.action])]
 
 
@@ -84,14 +84,12 @@ def _rhythm(diagnosis: Diagnosis) -> list[str]:
     lines = [rhythm.reason] if rhythm.reason else []
     if rhythm.oscillating:
         unit = diagnosis.record.op_unit_short
-        amplitudes = (
-            f"PV by {words.format_number(rhythm.amplitude_pv)}, OP by {words.format_number(rhythm.amplitude_op, unit)}"
-        )
+        amplitudes = f"PV by {labels.format_number(rhythm.amplitude_pv)}, OP by {labels.format_number(rhythm.amplitude_op, unit)}"
         lines.append(
-            f"Every {words.span(rhythm.period)}, {words.format_number(rhythm.cycles)} cycles, {amplitudes} either way."
+            f"Every {labels.format_duration(rhythm.period)}, {labels.format_number(rhythm.cycles)} cycles, {amplitudes} either way."
         )
     return lines + [
-        f"Another oscillation every {words.span(other.period)} carries {100.0 * other.share:.0f} % of the error."
+        f"Another oscillation every {labels.format_duration(other.period)} carries {100.0 * other.share:.0f} % of the error."
         for other in rhythm.others
     ]
 
@@ -104,16 +102,16 @@ def controlled(found: ControllerFit, unit: str) -> str:
     if 0.0 < found.Ti < math.inf:
         settings.append(f"Ti {_with_error(found.Ti, found.Ti_error)} s")
     if not found.Kc:
-        settings.append(f"Ki {words.format_number(found.Ki)} {unit} per PV unit and s")
+        settings.append(f"Ki {labels.format_number(found.Ki)} {unit} per PV unit and s")
     if found.Td:
-        settings.append(f"Td {words.format_number(found.Td)} s")
+        settings.append(f"Td {labels.format_number(found.Td)} s")
     samples = "; the record shows its own samples" if found.own_samples else ""
     return f"{found.form} with {', '.join(settings)}: explains {100.0 * found.explained:.0f} % of OP{samples}."
 
 
 def _with_error(value: float, error: float) -> str:
-    return words.format_number(value) + (
-        f" \u00b1 {words.format_number(error, significant=1)}" if error > 1e-6 * abs(value) else ""
+    return labels.format_number(value) + (
+        f" \u00b1 {labels.format_number(error, significant=1)}" if error > 1e-6 * abs(value) else ""
     )
 
 
@@ -135,18 +133,18 @@ def explained(found: Identification, unit: str) -> list[tuple[str, str]]:
         left = f"Left out of that: {samples} that neither valve predicts, as where the load steps."
         lines.append(("Left out", left))
     if math.isfinite(found.drift) and max(abs(found.drift), found.drift_error) > NO_DRIFT * found.S:
-        by, error = (words.format_number(x, significant=2) for x in (found.drift, found.drift_error))
+        by, error = (labels.format_number(x, significant=2) for x in (found.drift, found.drift_error))
         lines.append(("Drift", f"S changes by {by} {unit} per hour (standard error {error})."))
     return [*lines, ("Limits", found.reason)] if found.reason else lines
 
 
 def _process(found: ProcessFit, unit: str) -> str:
     """What a process does with OP, as part of a sentence; OP in `unit`."""
-    gain, of_op = words.format_number(found.gain), unit.removesuffix("s")
-    late = f"a dead time of {words.span(found.dead_time)}"
+    gain, of_op = labels.format_number(found.gain), unit.removesuffix("s")
+    late = f"a dead time of {labels.format_duration(found.dead_time)}"
     if found.integrating:
         return f"integrates {gain} PV units per {of_op} and second after {late}"
-    lags = words.span(found.time_constant)
+    lags = labels.format_duration(found.time_constant)
     return f"has a gain of {gain} PV units per {of_op}, a time constant of {lags} and {late}"
 
 
@@ -162,7 +160,7 @@ def _over_rivals(found: Identification) -> str:
     }
     likelier = [(found.over(name).likelier, what) for name, what in told.items()]
     return ", ".join(
-        f"{'worse' if by < 0.0 else 'better'} by {words.format_number(abs(by))} {what}"
+        f"{'worse' if by < 0.0 else 'better'} by {labels.format_number(abs(by))} {what}"
         for by, what in likelier
         if math.isfinite(by)
     )
@@ -178,18 +176,18 @@ def counted_step(diagnosis: Diagnosis) -> Step | None:
             FEATURES.get(one.feature, one.feature.replace("_", " ")),
             one.log_odds,
             value_of(one),
-            words.format_number(one.usual, significant=2),
+            labels.format_number(one.usual, significant=2),
         )
         for one in counted[:COUNTED]
     ]
     if counted[COUNTED:]:
         rows.append(_counted_row("the others together", sum(one.log_odds for one in counted[COUNTED:])))
     rows.append(_counted_row("all together", sum(one.log_odds for one in counted)))
-    found = words.count_noun(sum(one.feature != PRIOR for one in counted), "finding")
+    found = labels.count_noun(sum(one.feature != PRIOR for one in counted), "finding")
     line = (
         f"{found}, and what is known of any loop, add up in log odds of stiction against all but play (deadband); with "
         f"play beside it the probability of stiction is "
-        f"{words.format_probability(diagnosis.probability_before_doubts)}."
+        f"{labels.format_probability(diagnosis.probability_before_doubts)}."
     )
     table = Tabled(["Finding", "Here", "Usually", "Log odds", "Speaks"], rows, ["Here", "Usually", "Log odds"])
     return Step("What counted?", [line], table)
@@ -204,17 +202,17 @@ def causes_step(diagnosis: Diagnosis) -> Step | None:
     if not diagnosis.causes:
         return None
     ranked = sorted(diagnosis.causes.items(), key=lambda item: -item[1])
-    rows = [[name, words.format_probability(share)] for name, share in ranked]
+    rows = [[name, labels.format_probability(share)] for name, share in ranked]
     return Step("Which cause?", [], Tabled(["Cause", "Probability"], rows, ["Probability"]))
 
 
 def _methods(diagnosis: Diagnosis) -> Step:
     rows = [
         [
-            words.method(row.method),
-            words.format_number(row.index),
-            words.format_number(row.threshold),
-            words.VERDICTS[row.vote].lower(),
+            labels.method_label(row.method),
+            labels.format_number(row.index),
+            labels.format_number(row.threshold),
+            labels.VERDICTS[row.vote].lower(),
             "yes" if row.valid else "no",
             row.why,
         ]
@@ -228,12 +226,12 @@ def _windows(diagnosis: Diagnosis) -> Step:
     dt = diagnosis.record.dt
     rows = [
         [
-            words.span(one.first * dt),
-            words.span(one.last * dt),
-            words.VERDICTS[one.verdict].lower(),
-            words.format_number(one.S),
-            words.format_number(one.fit),
-            words.format_number(one.fit_linear),
+            labels.format_duration(one.first * dt),
+            labels.format_duration(one.last * dt),
+            labels.VERDICTS[one.verdict].lower(),
+            labels.format_number(one.S),
+            labels.format_number(one.fit),
+            labels.format_number(one.fit_linear),
         ]
         for one in diagnosis.windows
     ]

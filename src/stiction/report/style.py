@@ -6,21 +6,21 @@ from typing import Any
 
 __all__ = [
     "ALERT",
-    "FAINT",
+    "BORDER_COLOR",
     "GRID",
-    "INK",
     "MODEL",
-    "MUTED",
     "MV",
     "OP",
     "PV",
+    "SECONDARY_COLOR",
     "SP",
     "TEMPLATE",
+    "TEXT_COLOR",
     "colorbar",
-    "dotted",
-    "line",
-    "rings",
+    "line_style",
+    "ring_markers",
     "trace",
+    "vertical_line",
 ]
 
 PV = "#0072B2"
@@ -29,9 +29,9 @@ MV = "#00735A"
 SP = "#5A6270"
 MODEL = "#1B1F24"
 ALERT = "#B3261E"
-INK = "#22272E"
-MUTED = "#5A6270"
-FAINT = "#C9CFD6"
+TEXT_COLOR = "#22272E"
+SECONDARY_COLOR = "#5A6270"
+BORDER_COLOR = "#C9CFD6"
 GRID = "#E9ECEF"
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberation Sans', Arial, sans-serif"
@@ -39,12 +39,12 @@ FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberat
 _DASH = {PV: "solid", OP: "dash", MV: "dot", SP: "longdash", MODEL: "dashdot"}
 
 
-def line(color: str, width: float = 1.5, **more: Any) -> dict[str, Any]:
+def line_style(color: str, width: float = 1.5, **more: Any) -> dict[str, Any]:
     """Line style of a signal: its colour and the dash that goes with it.
 
     Examples
     --------
-    >>> line(OP)
+    >>> line_style(OP)
     {'color': '#D55E00', 'dash': 'dash', 'width': 1.5}
     """
     return {"color": color, "dash": _DASH.get(color, "solid"), "width": width, **more}
@@ -55,24 +55,24 @@ def trace(x: Any, y: Any, name: str, style: dict[str, Any]) -> dict[str, Any]:
 
     Examples
     --------
-    >>> trace([0.0, 1.0], [2.0, 3.0], "OP", line(OP))["mode"]
+    >>> trace([0.0, 1.0], [2.0, 3.0], "OP", line_style(OP))["mode"]
     'lines'
     """
     return {"type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": style}
 
 
-def dotted(x: float) -> dict[str, Any]:
+def vertical_line(x: float) -> dict[str, Any]:
     """A dotted line upright at `x`, behind the data."""
-    style = {"color": MUTED, "dash": "dot", "width": 1}
+    style = {"color": SECONDARY_COLOR, "dash": "dot", "width": 1}
     return {"type": "line", "x0": x, "x1": x, "y0": 0, "y1": 1, "yref": "paper", "line": style, "layer": "below"}
 
 
-def rings(x: Any, y: Any, name: str, color: str) -> dict[str, Any]:
+def ring_markers(x: Any, y: Any, name: str, color: str) -> dict[str, Any]:
     """One series over another, drawn as small rings.
 
     Examples
     --------
-    >>> rings([0.0, 1.0], [2.0, 3.0], "OP as stored", OP)["mode"]
+    >>> ring_markers([0.0, 1.0], [2.0, 3.0], "OP as stored", OP)["mode"]
     'markers'
     """
     ring = {"symbol": "circle-open", "size": 5, "color": color, "line": {"width": 1.2}}
@@ -81,7 +81,7 @@ def rings(x: Any, y: Any, name: str, color: str) -> dict[str, Any]:
 
 def colorbar(title: str) -> dict[str, Any]:
     """Style of a thin colour bar."""
-    font = {"size": 12, "color": INK}
+    font = {"size": 12, "color": TEXT_COLOR}
     return {"title": {"text": title, "side": "right", "font": font}, "thickness": 8, "outlinewidth": 0, "xpad": 6}
 
 
@@ -92,19 +92,19 @@ _AXIS = {
     "automargin": True,
     "gridcolor": GRID,
     "hoverformat": ".4~g",
-    "linecolor": FAINT,
+    "linecolor": BORDER_COLOR,
     "showline": True,
     "ticks": "outside",
     "ticklen": 4,
-    "tickcolor": FAINT,
-    "tickfont": {"color": MUTED},
-    "title": {"standoff": 8, "font": {"size": 12, "color": INK}},
+    "tickcolor": BORDER_COLOR,
+    "tickfont": {"color": SECONDARY_COLOR},
+    "title": {"standoff": 8, "font": {"size": 12, "color": TEXT_COLOR}},
     "zeroline": False,
 }
 
 TEMPLATE: dict[str, Any] = {
     "layout": {
-        "font": {"family": FONT, "size": 12, "color": INK},
+        "font": {"family": FONT, "size": 12, "color": TEXT_COLOR},
         "paper_bgcolor": "rgba(0,0,0,0)",
         "plot_bgcolor": "#FFFFFF",
         "margin": {"l": 58, "r": 14, "t": 14, "b": 44},
@@ -113,11 +113,11 @@ TEMPLATE: dict[str, Any] = {
         "hovermode": "closest",
         "hoverlabel": {
             "bgcolor": "#FFFFFF",
-            "bordercolor": FAINT,
-            "font": {"family": FONT, "size": 12, "color": INK},
+            "bordercolor": BORDER_COLOR,
+            "font": {"family": FONT, "size": 12, "color": TEXT_COLOR},
             "namelength": -1,
         },
-        "modebar": {"bgcolor": "rgba(255,255,255,0.85)", "color": "#9AA3AD", "activecolor": INK},
+        "modebar": {"bgcolor": "rgba(255,255,255,0.85)", "color": "#9AA3AD", "activecolor": TEXT_COLOR},
         "legend": {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "bottom", "itemwidth": 36},
         "dragmode": "zoom",
     }

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.records.runs import runs
-from stiction.report import look, words
-from stiction.report.thin import thin
+from stiction.report import labels, style
+from stiction.report.downsample import downsample
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.diagnosis.result import Diagnosis
 
-__all__ = ["View"]
+__all__ = ["LoopView"]
 
 IN_PART = 1.5
 """Periods of the analysed stretch without a simulated PV beyond which only part of it was simulated: half a period at
@@ -25,7 +25,7 @@ both ends has no moving average to be compared about [-]."""
 
 
 @dataclass(frozen=True)
-class View:
+class LoopView:
     """What the figures of one loop share."""
 
     diagnosis: Diagnosis
@@ -47,7 +47,7 @@ class View:
     @cached_property
     def unit(self) -> tuple[str, float]:
         """Name and length [s] of the unit of the time axis."""
-        return words.time_unit(self.diagnosis.record.duration)
+        return labels.time_unit(self.diagnosis.record.duration)
 
     @cached_property
     def time(self) -> NDArray[np.float64]:
@@ -63,7 +63,7 @@ class View:
     @property
     def pv_unit(self) -> str:
         """Unit of the PV as the source names it, for the title of an axis."""
-        return words.pv_unit(self.diagnosis)
+        return labels.pv_unit(self.diagnosis)
 
     @cached_property
     def op_unit(self) -> str:
@@ -76,7 +76,7 @@ class View:
         return self.diagnosis.record.op_unit_short
 
     @property
-    def believed(self) -> bool:
+    def valve_is_accepted(self) -> bool:
         """Whether the valve that was fitted may be the loop's; where none was found to stick, only one with play is."""
         return self.diagnosis.verdict != "no_stiction" or self.diagnosis.cause == "deadband"
 
@@ -84,26 +84,28 @@ class View:
     def stem(self) -> NDArray[np.float64]:
         """Estimated valve position on the samples of the record, shape (n,); NaN where there is none."""
         found = self.diagnosis.identification
-        return self.laid(found.mv if found is not None else np.empty(0))
+        return self.on_record_samples(found.mv if found is not None else np.empty(0))
 
     @property
     def good_shown(self) -> bool:
         """Whether the PV of a good valve is drawn in place of that of a sticky one which was not believed."""
         found = self.diagnosis.identification
-        return found is not None and not self.believed and found.pv_linear.size > 0
+        return found is not None and not self.valve_is_accepted and found.pv_linear.size > 0
 
     @cached_property
     def model(self) -> NDArray[np.float64]:
         """Simulated PV drawn beside the record's, on its samples, shape (n,); NaN where there is none."""
         found = self.diagnosis.identification
         if found is None:
-            return self.laid(np.empty(0))
-        return self.laid(found.pv_linear if self.good_shown else found.pv)
+            return self.on_record_samples(np.empty(0))
+        return self.on_record_samples(found.pv_linear if self.good_shown else found.pv)
 
     @property
     def model_name(self) -> str:
         """Which valve that is."""
-        return "good valve" if self.good_shown else "fitted valve" if self.believed else "likeliest sticky valve"
+        return (
+            "good valve" if self.good_shown else "fitted valve" if self.valve_is_accepted else "likeliest sticky valve"
+        )
 
     @cached_property
     def simulated(self) -> list[tuple[int, int]]:
@@ -121,7 +123,7 @@ class View:
     def span_of(self, first: int, last: int) -> str:
         """From when to when samples `first` to one before `last` were recorded, on the time axis."""
         start, end = float(self.time[first]), float(self.time[last - 1])
-        return f"{words.format_number(start)} to {words.format_number(end, self.unit[0])}"
+        return f"{labels.format_number(start)} to {labels.format_number(end, self.unit[0])}"
 
     @cached_property
     def partly_stored(self) -> dict[str, float]:
@@ -129,7 +131,7 @@ class View:
         stored = self.diagnosis.stored
         return stored.partial if stored is not None else {}
 
-    def laid(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def on_record_samples(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Fitted signal on the samples of the record, shape (n_samples,); NaN where it was not computed."""
         n, (first, last) = len(self.diagnosis.record), self.window
         if len(values) == n:
@@ -141,5 +143,5 @@ class View:
 
     def trace(self, y: NDArray[np.float64], name: str, line: dict[str, Any], **more: Any) -> dict[str, Any]:
         """Trace of a signal over time, thinned."""
-        keep = thin(y)
-        return look.trace(self.time[keep], y[keep], name, line) | more
+        keep = downsample(y)
+        return style.trace(self.time[keep], y[keep], name, line) | more
