@@ -1,6 +1,6 @@
 """Tables of features: one row for each loop of known truth, computed by the package as it is.
 
-Run as a script: ``python -m calibration.feature_table --sets population stored --chunks 40 --out table.parquet``. Chunks
+Run as a script: ``python -m calibration.feature_table --sets population stored --chunks 40 --out t.parquet``. Chunks
 that stand in the folder of parts already are not computed again.
 """
 

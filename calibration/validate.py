@@ -1,0 +1,151 @@
+"""Validate the verdict on loops that it was not trained on and write docs/validation.md: ``make validate``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import astuple, fields
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import polars as pl
+
+from calibration.curve_svg import curve_svg
+from calibration.scores import Scores, interval_coverage, reliability, risk_coverage, scores, weights_of
+from stiction.diagnosis.verdict.decision import decide
+from stiction.diagnosis.verdict.features import FEATURES
+from stiction.diagnosis.verdict.model import stiction_model
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+ROOT = Path(__file__).resolve().parents[1]
+HEAD = """# Validation
+
+This page is written by `make validate` (`calibration/validate.py`). It says how far the verdict can be trusted: on
+simulated loops drawn with a fresh seed, on a second simulator that was written from the literature and never used for
+training, and on recorded loops of plants.
+"""
+CHOICES = """## Choices made by looking at recorded loops
+
+At most three are allowed. Made so far: {count}.
+
+{choices}
+"""
+
+
+def model_probabilities(table: pl.DataFrame, prior: float) -> np.ndarray:
+    """Probabilities of the stored model for the features of a table, shape (n_loops,)."""
+    model = stiction_model()
+    names = [feature.name for feature in FEATURES]
+    rows = table.select([pl.col(f"x_{name}").cast(pl.Float64).fill_null(np.nan) for name in names]).rows()
+    return np.array([model.probability(dict(zip(names, row, strict=True)), prior) for row in rows])
+
+
+def in_control(table: pl.DataFrame) -> pl.DataFrame:
+    """Loops that the diagnosis judges."""
+    return table.filter(pl.col("state") == "in_control")
+
+
+def simulated_section(title: str, table: pl.DataFrame, prior: float, picture: Path) -> list[str]:
+    """Scores of a simulated population as text, and its reliability picture."""
+    judged = in_control(table)
+    sticky, probability = judged["sticky"].to_numpy(), model_probabilities(judged, prior)
+    weights = weights_of(sticky, prior)
+    found = scores(sticky, probability, prior)
+    lines = [f"## {title}", "", f"{table.height} loops, {judged.height} of them judged (in control).", ""]
+    lines += score_table([("all", found), *(_of_set(judged, name, prior) for name in sorted(set(judged["set"])))])
+    known = judged.filter(pl.Series(probability > 0.8) & pl.col("sticky") & (pl.col("true_S") > 0.0))
+    held, width = interval_coverage(*(known[name].to_numpy() for name in ("true_S", "S_low", "S_high")))
+    lines += ["", f"95 % intervals of S of {known.height} sticky loops called so hold the true S in {held:.3f}; their "
+              f"median width is {width:.2f} S.", ""]  # fmt: skip
+    rows = reliability(sticky, probability, weights)
+    curve = risk_coverage(sticky, probability, weights)
+    picture.write_text(curve_svg(title, rows[:, :2], curve), encoding="utf-8")
+    lines += [f"![Reliability and risk over coverage: {title}]({picture.relative_to(ROOT / 'docs').as_posix()})", ""]
+    return lines
+
+
+def _of_set(judged: pl.DataFrame, name: str, prior: float) -> tuple[str, Scores]:
+    own = judged.filter(pl.col("set") == name)
+    return name, scores(own["sticky"].to_numpy(), model_probabilities(own, prior), prior)
+
+
+def score_table(rows: Iterable[tuple[str, Scores]]) -> list[str]:
+    """Scores as a Markdown table."""
+    names = [field.name.replace("_", " ") for field in fields(Scores)]
+    lines = ["| set | " + " | ".join(names) + " |", "|---" * (len(names) + 1) + "|"]
+    for name, one in rows:
+        values = [f"{value}" if isinstance(value, int) else f"{value:.3f}" for value in astuple(one)]
+        lines.append(f"| {name} | " + " | ".join(values) + " |")
+    return lines
+
+
+def recorded_section(table: pl.DataFrame, prior: float) -> list[str]:
+    """Recorded loops: one row a loop, the probability being the mean over its records."""
+    judged = table.with_columns(
+        pl.when(pl.col("state") == "in_control").then(pl.Series(model_probabilities(table, prior))).otherwise(prior)
+        .alias("p")
+    )  # fmt: skip
+    loops = judged.group_by("loop", maintain_order=True).agg(
+        pl.col("sticky").first(), pl.col("cause").first(), pl.col("p").mean(), pl.len().alias("records")
+    )
+    lines = ["## Recorded loops", "", "The model never saw them. A loop is right when the mean probability over its "
+             "records gives the call that its label names.", "", "| loop | label | records | probability | call |",
+             "|---|---|---|---|---|"]  # fmt: skip
+    right = sure_and_wrong = 0
+    for loop, sticky, cause, p, records in loops.iter_rows():
+        call = decide(p)
+        right += call == ("stiction" if sticky else "no_stiction")
+        sure_and_wrong += (p > 0.9 and not sticky) or (p < 0.1 and sticky)
+        lines.append(f"| {loop} | {cause} | {records} | {p:.2f} | {call} |")
+    brier = float(((loops["p"] - loops["sticky"].cast(pl.Float64)) ** 2).mean())  # pyright: ignore
+    lines += ["", f"{right} of {loops.height} loops right, {sure_and_wrong} wrong above 0.9 or below 0.1, Brier score "
+              f"{brier:.3f}.", ""]  # fmt: skip
+    return lines
+
+
+def main() -> None:
+    """Write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--first", type=Path, required=True, help="feature table of the first simulator, fresh seed")
+    parser.add_argument("--second", type=Path, required=True, help="feature table of the second simulator")
+    parser.add_argument("--recorded", type=Path, help="feature table of the recorded loops")
+    parser.add_argument("--prior", type=float, default=0.25)
+    given = parser.parse_args()
+    pictures = ROOT / "docs" / "pictures"
+    lines = [HEAD]
+    lines += simulated_section("First simulator, fresh seed", pl.read_parquet(given.first), given.prior,
+                               pictures / "validation-first.svg")  # fmt: skip
+    lines += simulated_section("Second simulator", pl.read_parquet(given.second), given.prior,
+                               pictures / "validation-second.svg")  # fmt: skip
+    if given.recorded and given.recorded.exists():
+        lines += recorded_section(pl.read_parquet(given.recorded), given.prior)
+    else:
+        lines += ["## Recorded loops", "", "Left out: no records were at hand.", ""]
+    choices = json.loads((ROOT / "calibration" / "choices.json").read_text(encoding="utf-8"))
+    listed = "\n".join(f"{k}. {text}" for k, text in enumerate(choices, 1)) or "None."
+    lines += [CHOICES.format(count=len(choices), choices=listed), model_section()]
+    ablation = ROOT / "calibration" / "ablation.md"
+    if ablation.exists():
+        lines.append(ablation.read_text(encoding="utf-8"))
+    (ROOT / "docs" / "validation.md").write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
+
+
+def model_section() -> str:
+    """The model card: features, signs, range of what each adds."""
+    model = stiction_model()
+    lines = ["## The model", "", f"Trained on {json.dumps(model.provenance)}.", "",
+             "| feature | meaning | formula | sign | least | most log odds |", "|---|---|---|---|---|---|"]  # fmt: skip
+    for feature in FEATURES:
+        _, values, _ = model.steps[feature.name]
+        lines.append(
+            f"| {feature.name} | {feature.label} | {feature.formula} | {'+' if feature.sign > 0 else '-'} | "
+            f"{min(values):.2f} | {max(values):.2f} |"
+        )
+    return "\n".join([*lines, ""])
+
+
+if __name__ == "__main__":
+    main()
