@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     from stiction.apps.advice import Advice
     from stiction.compensation import CompensationTrial, RemedyTrial
+    from stiction.report import TrustedHtml
     from stiction.report.blocks import StatusIcon
 
 __all__ = ["advice_blocks", "write_compensate_page"]
@@ -168,7 +169,8 @@ def _twin(trial: CompensationTrial) -> Table:
     rows = [
         [
             "Valve",
-            f"{type(loop.valve).__name__}, S = {labels.format_number(trial.S)} %, J = {labels.format_number(trial.J)} %",
+            f"{type(loop.valve).__name__}, S = {labels.format_number(trial.S)} %, "
+            f"J = {labels.format_number(trial.J)} %",
         ],
         [
             "Controller",

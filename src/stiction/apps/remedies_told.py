@@ -79,8 +79,8 @@ def twin_told(trial: CompensationTrial) -> str:
         told = twin.reason
         if cycle.period > 0.0:
             told += (
-                f" It cycles every {labels.format_duration(cycle.period)}, OP by {labels.format_number(cycle.amplitude_op)} "
-                "% and PV by "
+                f" It cycles every {labels.format_duration(cycle.period)}, "
+                f"OP by {labels.format_number(cycle.amplitude_op)} % and PV by "
                 f"{labels.format_number(cycle.amplitude_pv)} to either side."
             )
         return told.removeprefix(trial.reason).strip()

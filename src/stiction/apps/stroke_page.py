@@ -17,7 +17,8 @@ __all__ = ["line_trace", "signature", "trend", "write_stroke_page"]
 
 def write_stroke_page(record: LoopRecord, path: Path, *, valve: str, op: str) -> Path:
     """Write OP and valve position over time and against each other."""
-    lead = f"The valve {valve}, driven for {labels.format_duration(record.duration)} in steps of {labels.format_duration(record.dt)}."
+    duration, step = labels.format_duration(record.duration), labels.format_duration(record.dt)
+    lead = f"The valve {valve}, driven for {duration} in steps of {step}."
     settings = Table(["Setting", "Value"], [["Valve", valve], ["OP", op], ["Source", record.provenance.source]])
     return write_page("Valve stroke", [Text(lead, kind="lead"), trend(record), signature(record), settings], path)
 

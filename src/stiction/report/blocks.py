@@ -1,4 +1,4 @@
-"""What a page is made of: headings, text, figures, tables, and ways to put them side by side or fold them away."""
+"""What a page is made of: headings, text, figures, tables, and blocks that hold other blocks."""
 
 from __future__ import annotations
 
@@ -11,9 +11,20 @@ from stiction.errors import ParameterError
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["Block", "Cell", "Columns", "Figure", "Fold", "Heading", "Html", "Mark", "Table", "Text"]
+__all__ = [
+    "Block",
+    "Cell",
+    "Collapsible",
+    "Figure",
+    "Heading",
+    "SideBySide",
+    "StatusIcon",
+    "Table",
+    "Text",
+    "TrustedHtml",
+]
 
-Mark = Literal["", "alert", "good", "unknown"]
+StatusIcon = Literal["", "alert", "good", "unknown"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +54,8 @@ class Text:
 
 
 @dataclass(frozen=True, slots=True)
-class Html:
-    """Markup that this package made itself. It is NOT escaped: never put text from a file in it."""
+class TrustedHtml:
+    """Markup that this package made itself. It is not escaped: never put text from a file in it."""
 
     markup: str
     """The markup."""
@@ -72,13 +83,13 @@ class Figure:
 class Cell:
     """A table cell that is more than a bare value."""
 
-    value: str | float | Html | None
+    value: str | float | TrustedHtml | None
     """What is shown; a float gets four significant digits, None and NaN a dash."""
     sort: float | str | None = None
     """Sort by this instead of the value."""
     href: str = ""
     """`#anchor` on the page, or an https address."""
-    mark: Mark = ""
+    mark: StatusIcon = ""
     """Symbol before the value: never colour alone, always a shape with it."""
 
     def __post_init__(self) -> None:
@@ -89,7 +100,7 @@ class Cell:
     def key(self) -> float | str:
         """What the cell sorts by."""
         key = self.value if self.sort is None else self.sort
-        if isinstance(key, Html) or key is None or (isinstance(key, float) and math.isnan(key)):
+        if isinstance(key, TrustedHtml) or key is None or (isinstance(key, float) and math.isnan(key)):
             return ""
         return key
 
@@ -100,7 +111,7 @@ class Table:
 
     columns: Sequence[str]
     """Headings, with the unit in brackets where there is one."""
-    rows: Sequence[Sequence[Cell | Html | str | float | None]]
+    rows: Sequence[Sequence[Cell | TrustedHtml | str | float | None]]
     """Values, one sequence per row, as many as there are columns."""
     caption: str = ""
     """What the table shows, in a sentence."""
@@ -114,7 +125,7 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True)
-class Columns:
+class SideBySide:
     """Blocks side by side, one column each."""
 
     blocks: Sequence[Block]
@@ -122,19 +133,19 @@ class Columns:
 
 
 @dataclass(frozen=True, slots=True)
-class Fold:
-    """Blocks that open on a click; their figures are drawn when they are first seen."""
+class Collapsible:
+    """Blocks that open on a click; their figures are drawn when they first come into view."""
 
     title: str
-    """The line that is always seen."""
+    """The line that is always visible."""
     blocks: Sequence[Block] = field(repr=False)
-    """What is folded away."""
+    """The blocks inside."""
     anchor: str = ""
-    """Name that `#anchor` links to; following such a link opens the fold."""
-    mark: Mark = ""
+    """Name that `#anchor` links to; following such a link opens it."""
+    mark: StatusIcon = ""
     """Symbol before the title."""
     open: bool = False
     """Whether it starts open."""
 
 
-Block: TypeAlias = Heading | Text | Html | Figure | Table | Columns | Fold
+Block: TypeAlias = Heading | Text | TrustedHtml | Figure | Table | SideBySide | Collapsible
