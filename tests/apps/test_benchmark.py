@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from stiction.apps.benchmark import _tell
-from stiction.apps.confusion import by_cause, by_group, confusion, reliability
+from stiction.apps.verdict_scores import confusion_counts, reliability, score_causes, score_groups
 
 
 def rows(*triples):
@@ -29,18 +29,18 @@ SOME = rows(
 
 
 def test_counts_by_hand():
-    assert confusion(SOME) == {
+    assert confusion_counts(SOME) == {
         "n": 8, "right": 4, "true_alarms": 3, "missed": 1, "false_alarms": 1, "true_rests": 1, "undecided": 2,
     }  # fmt: skip
 
 
 def test_groups_by_hand():
     """Two of three are a majority, one of two is none."""
-    groups = {group["group"]: group["verdict"] for group in by_group(SOME)}
+    groups = {group["group"]: group["verdict"] for group in score_groups(SOME)}
     assert groups == {
         "A": "stiction", "B": "undecided", "C": "stiction", "D": "no_stiction", "E": "undecided",
     }  # fmt: skip
-    assert confusion(by_group(SOME))["right"] == 2
+    assert confusion_counts(score_groups(SOME))["right"] == 2
 
 
 def test_a_folder_is_judged(run, folder, sticky_csv, healthy_csv):
@@ -71,7 +71,7 @@ def test_a_folder_is_judged(run, folder, sticky_csv, healthy_csv):
 def test_no_probability_is_printed_as_certain(capsys):
     row = {"group": "A", "file": "a.csv", "label": "no_stiction", "cause": "stiction", "reason": "It sticks."}
     missed = [{**row, "verdict": "stiction", "probability": p} for p in (0.9956, 0.999, 0.9)]
-    cells = {"records": confusion(missed), "groups": confusion(missed), "causes": by_cause(missed)}
+    cells = {"records": confusion_counts(missed), "groups": confusion_counts(missed), "causes": score_causes(missed)}
     bins = reliability(missed[:2])
     _tell({**cells, "reliability": bins, "calibration_error": 0.5, "seconds_per_record": 0.1}, missed, [])
     told = capsys.readouterr().out

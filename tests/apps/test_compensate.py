@@ -233,7 +233,7 @@ def test_a_file_that_is_no_record(run, folder):
 
 def test_a_missing_controller_is_asked_for_in_the_words_of_the_command(run, sticky_file, monkeypatch):
     """Found no controller: the remedy is an option here, not an argument of Python; given one, there is advice."""
-    monkeypatch.setattr("stiction.compensation.recorded_controller.LEAST", 1.1)
+    monkeypatch.setattr("stiction.compensation.controller_from_record.LEAST", 1.1)
     done = run("compensate", sticky_file)
     assert done.code == 0
     assert "--controller pi:Kc=..,Ti=.." in done.out
@@ -296,16 +296,16 @@ def test_a_stem_that_only_jumps_is_seen_to_cycle(run):
 
 def test_retuning_is_told_once_and_the_same(run, folder):
     """What new settings give without noise, and with it, stand together, and what does harm is not advised."""
-    from stiction.apps.remedies_told import note_on, retuning_told
+    from stiction.apps.remedy_output import remedy_note, retuning_text
 
     loop = st.Loop(st.PID(0.42, 6.0), st.Kano(6.0, 3.0), st.FOPDT(1.2, 4.0, 2.0), dt=1.0, noise=0.15)
     found = st.compensate(loop, seeds=1)
     assert found.retuning is not None
-    told, tried = retuning_told(found), found["retune"]
+    told, tried = retuning_text(found), found["retune"]
     assert told.startswith(found.retuning.reason)
     assert "without noise and disturbances" in told
     assert f"{round(-100.0 * tried.improvement):+d} %" in told
-    assert told.endswith("leave the settings.") == (tried.improvement <= 0.0 or note_on(tried, found) != "")
+    assert told.endswith("leave the settings.") == (tried.improvement <= 0.0 or remedy_note(tried, found) != "")
 
 
 def test_advice_of_another_cause_is_none_on_the_valve(run, folder):

@@ -16,7 +16,7 @@ from compensation.population import drawn, outcome
 from stiction.compensation import Behaviour, RemedyTrial, repair
 from stiction.compensation.cost import WEIGHTS, cost
 from stiction.compensation.exchange import exchange
-from stiction.compensation.recommend import choose, pointless
+from stiction.compensation.recommend import choose_remedy, repair_not_worthwhile
 from stiction.compensation.remedies import FIX, NOTHING, Remedy
 from stiction.compensation.trials import METRICS, Programme, measure, run
 from stiction.records.check_result import CheckResult
@@ -179,7 +179,7 @@ def test_what_hurts_or_hardly_helps_is_never_recommended(rows):
     trials = [trial_of(f"remedy {i}", *row) for i, row in enumerate(rows)]
     trials += [trial_of(NOTHING, 0.0, 1.0, 1.0), trial_of(FIX, 0.9, 0.5, 0.05)]
     ranked = tuple(sorted(trials, key=lambda one: one.cost))
-    name, reason, *_ = choose(ranked)
+    name, reason, *_ = choose_remedy(ranked)
     chosen = next(one for one in ranked if one.name == name)
     assert name != FIX
     assert "valve" in reason
@@ -197,17 +197,17 @@ def test_what_hurts_or_hardly_helps_is_never_recommended(rows):
 def test_a_record_asks_for_twice_as_much(improvement, given, found):
     """10 % on a loop that is given, 20 % on the twin of a record; where it helps by more it is taken on both."""
     ranked = trial_of(FIX, 0.9, 0.5, 0.05), trial_of("knocker", improvement, 0.8, 0.7), trial_of(NOTHING, 0.0, 1.0, 1.0)
-    assert (choose(ranked)[0], choose(ranked, found=True)[0]) == (given, found)
+    assert (choose_remedy(ranked)[0], choose_remedy(ranked, found=True)[0]) == (given, found)
     better = (ranked[0], trial_of("knocker", 0.21, 0.8, 0.7), ranked[2])
-    assert (choose(better)[0], choose(better, found=True)[0]) == ("knocker", "knocker")
+    assert (choose_remedy(better)[0], choose_remedy(better, found=True)[0]) == ("knocker", "knocker")
 
 
 def test_a_valve_that_changes_nothing_is_not_compensated():
     fix = trial_of(FIX, 0.003, 1.0, 1.0)
-    assert "change the PV's deviation by 0 % only" in pointless(fix)
-    assert "-0" not in pointless(trial_of(FIX, -0.001, 1.0, 1.0))
-    assert "PV's deviation by +44 %: what moves" in pointless(trial_of(FIX, -0.44, 1.0, 1.0))
-    assert pointless(trial_of(FIX, 0.5, 0.5, 0.5)) == ""
+    assert "change the PV's deviation by 0 % only" in repair_not_worthwhile(fix)
+    assert "-0" not in repair_not_worthwhile(trial_of(FIX, -0.001, 1.0, 1.0))
+    assert "PV's deviation by +44 %: what moves" in repair_not_worthwhile(trial_of(FIX, -0.44, 1.0, 1.0))
+    assert repair_not_worthwhile(trial_of(FIX, 0.5, 0.5, 0.5)) == ""
 
 
 def recorded(loop: st.Loop, sp: float | np.ndarray = 50.0) -> st.LoopRecord:
@@ -259,8 +259,8 @@ def test_on_the_twin_of_a_record_only_what_it_predicts():
     """The same trials: on a loop that is given the cheapest, on a record's twin the cheapest that is sure."""
     named = ("integral deadband", 0.8, 0.5, 0.3), ("knocker", 0.5, 0.95, 0.5), ("constant reinforcement", 0.4, 0.8, 0.6)
     ranked = (*(trial_of(*one) for one in named), trial_of(FIX, 0.9, 0.2, 0.7), trial_of(NOTHING, 0.0, 1.0, 1.0))
-    assert choose(ranked)[0] == "integral deadband"
-    name, reason, _, expected = choose(ranked, found=True)
+    assert choose_remedy(ranked)[0] == "integral deadband"
+    name, reason, _, expected = choose_remedy(ranked, found=True)
     assert name == "constant reinforcement"
     assert expected == pytest.approx(0.36)
     assert "expect 36 % on the plant" in reason
@@ -339,6 +339,6 @@ def test_a_controller_beside_a_loop_is_refused_and_not_passed_over():
 @pytest.mark.parametrize(("improvement", "worth"), [(0.101, True), (0.099, False)])
 def test_a_good_valve_must_lower_the_deviation_by_a_tenth(improvement, worth):
     fix = trial_of(FIX, improvement, 1.0, 1.0)
-    assert (pointless(fix) == "") is worth
-    reason = choose((fix, trial_of(NOTHING, 0.0, 1.0, 1.0)))[1]
+    assert (repair_not_worthwhile(fix) == "") is worth
+    reason = choose_remedy((fix, trial_of(NOTHING, 0.0, 1.0, 1.0)))[1]
     assert reason.startswith("Fixing the valve lowers" if worth else "Fixing the valve changes")

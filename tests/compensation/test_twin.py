@@ -12,13 +12,13 @@ import pytest
 import stiction as st
 from calibration.populations.loads import lagged_noise
 from stiction.compensation import Twin, build_twin
+from stiction.compensation.controller_from_record import controller_from_record
 from stiction.compensation.cycle import Cycle, cycle_of, distance, pace
 from stiction.compensation.locked import locked_to
 from stiction.compensation.match import bring_nearer
-from stiction.compensation.recorded_controller import recorded_controller
-from stiction.compensation.refine import refine
+from stiction.compensation.refine_model import refine_model
 from stiction.compensation.surroundings import Surroundings
-from stiction.compensation.twin import _against, _changes, _judge, analysed, twin_of_loop
+from stiction.compensation.twin import _against, _changes, _judge, analysed_segment, twin_of_loop
 from stiction.models import SOPDT
 
 PID = st.PID(0.2, 10.0, op_limits=(0.0, 100.0))
@@ -78,7 +78,7 @@ def test_twin_is_json(twin):
 def test_second_lag_is_found():
     """The identification reports one time constant; the twin's process answers a step as the true one does."""
     found = st.diagnose(recorded(SECOND, 2500))
-    better = refine(found.record, found.identification, found.oscillation.period)
+    better = refine_model(found.record, found.identification, found.oscillation.period)
     t = np.arange(150)
     true = np.interp(t - 3.0, t, 1.0 - (34.0 * np.exp(-t / 34.0) - 16.0 * np.exp(-t / 16.0)) / 18.0, left=0.0)
     run = st.simulate(st.Loop(st.PID(0.0, 1e9), st.Ideal(), better.process, dt=1.0), 0.0, 150.0, np.ones(150))
@@ -140,8 +140,8 @@ def test_limits_of_a_twin_that_fits(period, amplitude, spread, fits):
 @pytest.mark.parametrize(("unexplained", "fits"), [(0.39, True), (0.41, False)])
 def test_a_twin_that_leaves_more_than_four_tenths_of_the_pv_is_none(unexplained, fits, diagnosis, monkeypatch):
     monkeypatch.setattr(
-        "stiction.compensation.twin.refine",
-        lambda *given, **known: refine(*given, **known)._replace(error=unexplained),
+        "stiction.compensation.twin.refine_model",
+        lambda *given, **known: refine_model(*given, **known)._replace(error=unexplained),
     )
     twin = build_twin(diagnosis)
     assert twin.fits is fits
@@ -152,7 +152,7 @@ def test_a_lag_of_the_actuator_is_late_as_a_dead_time_is(diagnosis):
     """The twin's valve has none of its own: its process must be as late as both together."""
     found, period = diagnosis.identification, diagnosis.oscillation.period
     late = replace(found, process=replace(found.process, dead_time=found.process.dead_time - 4.0), actuator_lag=4.0)
-    one, other = (refine(diagnosis.record, each, period) for each in (found, late))
+    one, other = (refine_model(diagnosis.record, each, period) for each in (found, late))
     assert one.error_found == pytest.approx(other.error_found, rel=1e-9)
 
 
@@ -190,7 +190,7 @@ def test_derivative_behind_a_lag_is_found():
     true = st.PID(0.15, 12.0, Td=4.0, N=8.0, c=0.0, op_limits=(0.0, 100.0))
     loop = replace(LOOP, controller=true)
     sp = 50.0 + np.repeat(np.random.default_rng(4).normal(0.0, 1.0, 25), 100)
-    pid, exact = recorded_controller(recorded(loop, 2500, sp))
+    pid, exact = controller_from_record(recorded(loop, 2500, sp))
     assert exact
     assert (pid.b, pid.c) == (1.0, 0.0)
     assert pytest.approx((0.15, 12.0, 4.0, 8.0), rel=0.02) == (pid.Kc, pid.Ti, pid.Td, pid.N)
@@ -216,11 +216,11 @@ def test_surroundings_are_played_with_either_sign():
 @pytest.mark.parametrize(("left", "taken"), [(0.036, False), (0.034, True)])
 def test_a_derivative_behind_a_lag_must_leave_much_less(left, taken, monkeypatch):
     """Less than 0.7 of the 0.05 that one without a lag leaves: more parameters always fit a little better."""
-    page = importlib.import_module("stiction.compensation.recorded_controller")
+    page = importlib.import_module("stiction.compensation.controller_from_record")
     lagged_noise = st.PID(0.15, 12.0, Td=4.0, N=8.0)
     monkeypatch.setattr(page, "_with_lag", lambda *_: (lagged_noise, 1.0 - left, 0.95))
     loop = replace(LOOP, controller=st.PID(0.15, 12.0, Td=4.0, op_limits=(0.0, 100.0)))
-    assert (recorded_controller(recorded(loop, 2500))[0] is lagged_noise) is taken
+    assert (controller_from_record(recorded(loop, 2500))[0] is lagged_noise) is taken
 
 
 def test_of_few_cycles_noise_keeps_no_step():
@@ -243,7 +243,7 @@ def test_a_change_too_small_to_matter_is_not_told(diagnosis):
     """A dead time of 0 that became 7e-9 s is the same dead time; one that became 5 s is told."""
     found, period = diagnosis.identification, diagnosis.oscillation.period
     none = replace(found, process=replace(found.process, dead_time=0.0))
-    better = refine(diagnosis.record, found, period)._replace(S=found.S, J=found.J)
+    better = refine_model(diagnosis.record, found, period)._replace(S=found.S, J=found.J)
     for dead_time, told in ((6.9e-9, ()), (5.0, ("dead time 0 to 5 s",))):
         assert _changes(none, better._replace(process=st.FOPDT(3.0, 10.0, dead_time))) == told
 
@@ -344,7 +344,7 @@ def test_the_stretch_in_which_the_valve_sticks_is_the_one_that_is_compensated():
     joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ("op", "pv", "sp")}
     found = st.diagnose(replace(parts[0], **joined, mv=None))
     assert (found.verdict, found.quality.first) == ("stiction", 15_000)
-    assert len(analysed(found)) == found.identification.mv.size == 5000
+    assert len(analysed_segment(found)) == found.identification.mv.size == 5000
     assert pytest.approx(4.0, rel=0.15) == build_twin(found).loop.valve.S
 
 
@@ -356,13 +356,13 @@ def test_a_process_that_was_not_identified_is_not_blamed_on_a_given_controller()
 
 @pytest.mark.parametrize(("explained", "taken"), [(0.905, True), (0.895, False)])
 def test_a_controller_must_explain_nine_tenths_of_the_op(explained, taken, monkeypatch):
-    page = importlib.import_module("stiction.compensation.recorded_controller")
+    page = importlib.import_module("stiction.compensation.controller_from_record")
     record = recorded(replace(LOOP, controller=st.PID(0.15, 12.0, op_limits=(0.0, 100.0))), 2500)
     found = page.fit_controller(record)._replace(explained=explained)
     monkeypatch.setattr(page, "fit_controller", lambda _: found)
     monkeypatch.setattr(page, "_with_lag", lambda *_: (None, 0.0, 0.0))
     if taken:
-        assert recorded_controller(record)[0].Kc == pytest.approx(0.15, rel=1e-3)
+        assert controller_from_record(record)[0].Kc == pytest.approx(0.15, rel=1e-3)
     else:
         with pytest.raises(st.RecordError, match=r"no controller explains the OP \(90 % of its movement, 90 % needed"):
-            recorded_controller(record)
+            controller_from_record(record)

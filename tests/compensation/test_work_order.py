@@ -15,7 +15,7 @@ import stiction as st
 from report.diagnoses import diagnosis, identification, record
 from stiction.compensation.repair import kept
 from stiction.compensation.shop_tests import acceptance, plan_acceptance, plan_before
-from stiction.compensation.suspects import suspects
+from stiction.compensation.suspect_parts import rank_suspects
 from stiction.compensation.work_order import work_order
 from stiction.errors import ParameterError
 from stiction.records import LoopRecord
@@ -119,7 +119,7 @@ def test_reversals_a_day_follow_from_the_period(run):
     ],
 )
 def test_the_jump_orders_the_suspects(run, J, J_low, J_high, first, why):
-    parts, says = suspects(replace(identification(run, 3.0, J), J_low=J_low, J_high=J_high))
+    parts, says = rank_suspects(replace(identification(run, 3.0, J), J_low=J_low, J_high=J_high))
     assert parts[0].part.startswith(first)
     assert why in says
     assert len({part.part for part in parts}) == 5
@@ -128,7 +128,7 @@ def test_the_jump_orders_the_suspects(run, J, J_low, J_high, first, why):
 @pytest.mark.parametrize(("J_low", "jumps"), [(0.35, False), (0.37, True)])
 def test_what_is_said_of_an_open_J_agrees_with_the_order_of_the_suspects(run, J_low, jumps):
     found = replace(identification(run, 3.0, 2.9), J_low=J_low, J_high=3.0)
-    assert ("The stem jumps" in suspects(found)[1]) is jumps
+    assert ("The stem jumps" in rank_suspects(found)[1]) is jumps
     assert ("the valve jumps" in found.J_told) is jumps
     assert ("cannot be told" in found.J_told) is not jumps
 

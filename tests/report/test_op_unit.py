@@ -14,7 +14,7 @@ from hypothesis import strategies as some
 import stiction as st
 from report.diagnoses import record
 from stiction.apps.files import plant_csv
-from stiction.apps.findings import size
+from stiction.apps.verdict_output import format_S
 from stiction.compensation.shop_tests import plan_before
 from stiction.records import LoopRecord
 from stiction.records.assess import assess_quality
@@ -107,7 +107,7 @@ def test_a_table_of_loops_names_the_unit_that_is_not_that_of_its_heading(found):
     assert [name for name in alone.columns if "%" in name] == []
     for k, cells in enumerate(mixed.rows):
         assert [str(cells[n].value).endswith("OP units") for n in (3, 5)] == [k == 1, k == 1]
-    assert (size(fraction).endswith("OP units"), "units" in size(percent)) == (True, False)
+    assert (format_S(fraction).endswith("OP units"), "units" in format_S(percent)) == (True, False)
 
 
 @given(

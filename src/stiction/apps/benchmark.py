@@ -26,9 +26,15 @@ def benchmark(folder: str = ".", /, *, as_json: Json = False) -> int:
     """
     import time
 
-    from stiction.apps.confusion import by_cause, by_group, calibration_error, confusion, reliability
     from stiction.apps.labels import read_labels
     from stiction.apps.output import track
+    from stiction.apps.verdict_scores import (
+        calibration_error,
+        confusion_counts,
+        reliability,
+        score_causes,
+        score_groups,
+    )
 
     labels = read_labels(folder)
     began = time.perf_counter()
@@ -36,13 +42,13 @@ def benchmark(folder: str = ".", /, *, as_json: Json = False) -> int:
     seconds = (time.perf_counter() - began) / len(results)
     if all(result["error"] for result in results):
         raise RecordError(f"{folder}: no record could be used; the first says: {results[0]['reason']}")
-    groups = by_group(results)
+    groups = score_groups(results)
     bins = reliability(results)
     error = calibration_error(bins)
     summary = {
-        "records": confusion(results),
-        "groups": confusion(groups),
-        "causes": by_cause(results),
+        "records": confusion_counts(results),
+        "groups": confusion_counts(groups),
+        "causes": score_causes(results),
         "reliability": bins,
         "calibration_error": round(error, 4) if error == error else None,
         "seconds_per_record": round(seconds, 3),

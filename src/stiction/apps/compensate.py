@@ -12,11 +12,11 @@ from stiction.errors import ParameterError, RecordError
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from stiction.apps.advice import Advice
+    from stiction.apps.advise import Advice
     from stiction.apps.failure import Failure
     from stiction.models import Loop
 
-__all__ = ["compensate", "weights_of"]
+__all__ = ["compensate", "parse_weights"]
 
 FILE = 'CSV file as plants export it, one loop or many; "-" is the standard input. Without it the loop is given.'
 
@@ -114,12 +114,12 @@ def compensate(
     from stiction.errors import require_count, require_positive
 
     settings: dict[str, Any] = {
-        "weights": checked(weights_of(weights)),
+        "weights": checked(parse_weights(weights)),
         "seeds": require_count("seeds", seeds),
         "duration": None if duration is None else require_positive("duration", duration, "s"),
     }
     targets = _targets(files, report, structured_text, work_order)
-    from stiction.apps.advice import on_file, on_loop
+    from stiction.apps.advise import advise_file, advise_loop
 
     failures: Sequence[Failure] = ()
     if files:
@@ -127,18 +127,18 @@ def compensate(
         options = {key: value for key, value in read_as.items() if value is not None}
         single = [option for option in ("--structured-text", "--work-order") if option in targets]
         pid = None if controller is None else controller_of(controller)
-        advices, failures = on_file(files[0], options, pid, settings, single, as_json=as_json)
+        advices, failures = advise_file(files[0], options, pid, settings, single, as_json=as_json)
     else:
-        advices = [on_loop(*_given_loop({**given, "controller": controller, "dt": dt, "tag": tag}), settings)]
+        advices = [advise_loop(*_given_loop({**given, "controller": controller, "dt": dt, "tag": tag}), settings)]
     return _out(advices, failures, targets, as_json=as_json)
 
 
-def weights_of(text: str | None) -> dict[str, float]:
+def parse_weights(text: str | None) -> dict[str, float]:
     """Read ``NAME=VALUE,...``.
 
     Examples
     --------
-    >>> weights_of("travel=0.5, errors=0")
+    >>> parse_weights("travel=0.5, errors=0")
     {'travel': 0.5, 'errors': 0.0}
     """
     weights: dict[str, float] = {}
@@ -211,7 +211,7 @@ def _out(
     advices: "Sequence[Advice]", failures: "Sequence[Failure]", targets: "Mapping[str, Path]", *, as_json: bool
 ) -> int:  # fmt: skip
     """Tell, write, and return the exit code."""
-    from stiction.apps import remedies_told as told
+    from stiction.apps import remedy_output as told
     from stiction.apps.files import write_text
     from stiction.apps.output import note, print_json, say
 
@@ -221,7 +221,7 @@ def _out(
         if target is None:
             continue
         if text is None:
-            lines.append(told.not_written(key, target, advices[0]))
+            lines.append(told.not_written_text(key, target, advices[0]))
         else:
             write_text(text, target)
             written[key] = str(target)
@@ -232,10 +232,10 @@ def _out(
         write_compensate_page(advices, targets["--report"])
         lines.append(f"Report: {targets['--report']}")
     if as_json:
-        failed = [told.failed(failure) for failure in failures]
-        print_json([*(told.as_object(advice, written) for advice in advices), *failed])
+        failed = [told.failed_advice_dict(failure) for failure in failures]
+        print_json([*(told.advice_dict(advice, written) for advice in advices), *failed])
     else:
-        told.tell(advices, failures)
+        told.print_advice(advices, failures)
     faults = [failure.fault for failure in failures if failure.fault is not None]
     if not advices:
         if faults:

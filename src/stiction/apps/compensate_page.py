@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiction.apps import remedies_told as told
+from stiction.apps import remedy_output as told
 from stiction.compensation.remedies import FIX, NOTHING
 from stiction.report import (
     Block,
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from stiction.apps.advice import Advice
+    from stiction.apps.advise import Advice
     from stiction.compensation import CompensationTrial, RemedyTrial
     from stiction.report import TrustedHtml
     from stiction.report.blocks import StatusIcon
@@ -63,11 +63,11 @@ def advice_blocks(advice: Advice) -> list[Block]:
         blocks += [_weights(trial), _beside(figures.remedy_tradeoff(trial), figures.remedy_sensitivity(trial))]
         blocks += [_done(trial)]
     if trial.twin is not None:
-        said = told.twin_told(trial)
+        said = told.twin_text(trial)
         overlay = figures.twin_overlay(trial.twin, labels.pv_unit(advice.diagnosis))
         blocks += [Heading("The twin"), Text(said) if said else None, overlay, _twin(trial)]
     if trial.retuning is not None:
-        blocks += [Heading("Retuning"), Text(told.retuning_told(trial)), figures.retuning(trial.retuning)]
+        blocks += [Heading("Retuning"), Text(told.retuning_text(trial)), figures.retuning(trial.retuning)]
     if advice.work_order is not None:
         blocks += [Heading("Work order"), _sheet(advice.work_order)]
     return [block for block in blocks if block is not None]
@@ -90,7 +90,7 @@ def _headline(advice: Advice) -> TrustedHtml:
     if trial.twin is not None and trial.twin.measured.period > 0.0:
         facts.append(("Period", labels.format_duration(trial.twin.measured.period)))
     if trial.recommended and trial[trial.recommended].remedy.settings:
-        facts.append(("Settings", told.settings_told(trial[trial.recommended])))
+        facts.append(("Settings", told.settings_text(trial[trial.recommended])))
     if trial.remedies:
         facts.append(("Runs of each remedy", str(trial.seeds)))
     return render_fragment(
@@ -100,7 +100,7 @@ def _headline(advice: Advice) -> TrustedHtml:
         line=told.headline(trial),
         confidence=_expected(trial),
         reason=f"{trial.reason} {trial.risk}".strip(),
-        action=told.valve_told(advice),
+        action=told.valve_text(advice),
         severity=None,
         facts=facts if trial.remedies or found is not None else [],
     )
@@ -113,9 +113,9 @@ def _expected(trial: CompensationTrial) -> str:
     parts = (
         []
         if trial.recommended in (None, NOTHING)
-        else [f"PV std {told.change(1.0 - trial[trial.recommended].improvement)}"]
+        else [f"PV std {told.format_change(1.0 - trial[trial.recommended].improvement)}"]
     )
-    return "; ".join([*parts, f"with a good valve {told.change(1.0 - trial[FIX].improvement)}"])
+    return "; ".join([*parts, f"with a good valve {told.format_change(1.0 - trial[FIX].improvement)}"])
 
 
 def _remedies(trial: CompensationTrial) -> Table:
@@ -133,7 +133,7 @@ def _remedies(trial: CompensationTrial) -> Table:
 
 
 def _row(one: RemedyTrial, trial: CompensationTrial) -> list[Cell | str | float | None]:
-    b, note = one.behaviour, told.note_on(one, trial)
+    b, note = one.behaviour, told.remedy_note(one, trial)
     mark: StatusIcon = (
         "good" if one.name == trial.recommended else "alert" if note.startswith(("hurts", "makes")) else ""
     )
@@ -148,7 +148,7 @@ def _row(one: RemedyTrial, trial: CompensationTrial) -> list[Cell | str | float 
 
 def _done(trial: CompensationTrial) -> Table:
     """What is done and set, remedy by remedy."""
-    rows = [[one.name, one.remedy.words, told.settings_told(one) or "none"] for one in trial.remedies]
+    rows = [[one.name, one.remedy.words, told.settings_text(one) or "none"] for one in trial.remedies]
     return Table(["Remedy", "What is done", "Settings"], rows, "The best setting of each kind of those tried.")
 
 

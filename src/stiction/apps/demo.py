@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis import Diagnosis
     from stiction.simulation.demo import DemoLoop
 
-__all__ = ["called_right", "demo"]
+__all__ = ["demo", "verdict_is_correct"]
 
 DEFAULT_REPORT = "stiction-demo.html"
 
@@ -49,7 +49,7 @@ def demo(*, report: Report = None, open: bool | None = None, as_json: Json = Fal
         found = diagnose(read(file)[0])
         diagnoses.append(replace(found, settings={**found.settings, "truth": loop.story}))
     write_report(diagnoses, target, title="Demo plant", settings={"data": "simulated by stiction demo"})
-    right = [called_right(loop, found) for loop, found in zip(plant, diagnoses, strict=True)]
+    right = [verdict_is_correct(loop, found) for loop, found in zip(plant, diagnoses, strict=True)]
     if as_json:
         loops = [_object(loop, found) for loop, found in zip(plant, diagnoses, strict=True)]
         print_json({"report": str(target), "records": str(folder), "right": sum(right), "loops": loops})
@@ -65,28 +65,28 @@ def demo(*, report: Report = None, open: bool | None = None, as_json: Json = Fal
     return int(not all(right))
 
 
-def called_right(loop: "DemoLoop", found: "Diagnosis") -> bool:
+def verdict_is_correct(loop: "DemoLoop", found: "Diagnosis") -> bool:
     """Whether verdict and cause are the truth."""
     verdict = "stiction" if loop.cause == "stiction" else "no_stiction"
     return found.verdict == verdict and found.cause == loop.cause
 
 
 def _tell(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"]) -> None:
-    from stiction.apps.findings import size
     from stiction.apps.output import print_table, say
+    from stiction.apps.verdict_output import format_S
     from stiction.report import labels
 
     say("")
     rows = [
         [
-            "ok" if called_right(loop, found) else "WRONG",
+            "ok" if verdict_is_correct(loop, found) else "WRONG",
             loop.record.tag,
             loop.story,
             labels.VERDICTS[found.verdict],
             found.cause,
             labels.format_probability(found.probability),
             f"{loop.S:g}" if loop.cause == "stiction" else "",
-            size(found),
+            format_S(found),
         ]
         for loop, found in zip(plant, diagnoses, strict=True)
     ]
@@ -96,7 +96,12 @@ def _tell(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"]) -> None:
 
 def _object(loop: "DemoLoop", found: "Diagnosis") -> dict[str, Any]:
     truth = {"cause": loop.cause, "story": loop.story, "S": loop.S, "J": loop.J}
-    return {"tag": loop.record.tag, "right": called_right(loop, found), "truth": truth, "diagnosis": found.to_dict()}
+    return {
+        "tag": loop.record.tag,
+        "right": verdict_is_correct(loop, found),
+        "truth": truth,
+        "diagnosis": found.to_dict(),
+    }
 
 
 def _display() -> bool:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis import Diagnosis
     from stiction.records import LoopRecord
 
-__all__ = ["diagnose", "judge"]
+__all__ = ["diagnose", "diagnose_files"]
 
 FILES = 'CSV files as plants export them, one loop or many in each; "-" is the standard input.'
 DEFAULT_REPORT = "stiction-report.html"
@@ -98,13 +98,15 @@ def diagnose(
             target = check_report(report or DEFAULT_REPORT)
         except RecordError as error:
             raise RecordError(str(error) if report else f"{error} Or add --no-report.") from None
-    return judge(files, options, target, as_json=as_json, explain=explain)
+    return diagnose_files(files, options, target, as_json=as_json, explain=explain)
 
 
-def judge(files: tuple[str, ...], options: dict[str, Any], target: Path | None, *, as_json: bool, explain: bool) -> int:
+def diagnose_files(
+    files: tuple[str, ...], options: dict[str, Any], target: Path | None, *, as_json: bool, explain: bool
+) -> int:
     """Read, diagnose, tell and write; return the exit code."""
-    from stiction.apps.findings import as_object, tell
     from stiction.apps.output import note, print_json, say
+    from stiction.apps.verdict_output import failed_diagnosis_dict, print_verdicts
     from stiction.records import summarise
 
     records, failures = _read(files, options)
@@ -114,9 +116,9 @@ def judge(files: tuple[str, ...], options: dict[str, Any], target: Path | None, 
     failures += more
     if as_json:
         judged = ({**diagnosis.to_dict(), "error": None} for diagnosis in diagnoses)
-        print_json([*judged, *map(as_object, failures)])
+        print_json([*judged, *map(failed_diagnosis_dict, failures)])
     else:
-        tell(diagnoses, failures, explain=explain)
+        print_verdicts(diagnoses, failures, explain=explain)
     faults = [failure.fault for failure in failures if failure.fault is not None]
     if not diagnoses:
         if faults:

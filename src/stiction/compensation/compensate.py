@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.compensation.cost import checked, cost
-from stiction.compensation.recommend import choose, pointless, refusal
+from stiction.compensation.recommend import choose_remedy, refusal_reason, repair_not_worthwhile
 from stiction.compensation.remedies import FIX, NOTHING, Remedy, remedies_for
 from stiction.compensation.repair import stiction_of
 from stiction.compensation.result import Behaviour, CompensationTrial, RemedyTrial
 from stiction.compensation.retune import retune
 from stiction.compensation.trials import Job, programme_for, run, run_all
 from stiction.compensation.twin import build_twin, twin_of_loop
-from stiction.diagnosis.result import Diagnosis
+from stiction.diagnosis import Diagnosis
 from stiction.errors import ParameterError, RecordError, require_count, require_positive
 from stiction.limitcycle.predict import UNSTABLE, runs_away
 from stiction.models import Loop
@@ -100,7 +100,7 @@ def compensate(
     if duration is not None:
         duration = require_positive("duration", duration, "s")
     if isinstance(source, Diagnosis):
-        tag, why = source.record.tag, refusal(source) or _not_in_percent(source.record)
+        tag, why = source.record.tag, refusal_reason(source) or _not_in_percent(source.record)
         if why:
             return _no_advice(tag, why, whole)
         try:
@@ -161,8 +161,8 @@ def _trial(
         )  # fmt: skip
     ranked = tuple(sorted(trials, key=lambda one: one.cost))
     found = twin.around is not None
-    recommended, reason, risk, expected = choose(ranked, found=found)
-    if found and (none := pointless(next(one for one in ranked if one.name == FIX))):
+    recommended, reason, risk, expected = choose_remedy(ranked, found=found)
+    if found and (none := repair_not_worthwhile(next(one for one in ranked if one.name == FIX))):
         recommended, reason, risk, expected = None, none, "", float("nan")
     shown = {NOTHING, FIX, recommended}
     trends = {one.name: _trend(twin, plan, one.remedy) for one in ranked if one.name in shown}

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiction.compensation.remedies import FIX, NOTHING
+from stiction.diagnosis.loop_state import HEADLINES
 from stiction.display.check_text import describe_check
 
 if TYPE_CHECKING:
     from stiction.compensation.result import RemedyTrial
-    from stiction.diagnosis.result import Diagnosis
+    from stiction.diagnosis import Diagnosis
 
-__all__ = ["choose", "pointless", "refusal"]
+__all__ = ["choose_remedy", "refusal_reason", "repair_not_worthwhile"]
 
 OPEN_LOOP = ("two-move", "four-move")
 """Remedies that open the loop."""
@@ -31,7 +32,7 @@ OPTIMISM = 0.9
 the twin best [-]."""
 
 
-def refusal(diagnosis: Diagnosis) -> str:
+def refusal_reason(diagnosis: Diagnosis) -> str:
     """Say why a diagnosis gives nothing to advise on; empty where it does.
 
     Parameters
@@ -44,22 +45,22 @@ def refusal(diagnosis: Diagnosis) -> str:
     str
         The reason, or "".
     """
-    doubts = {check.name: check for check in (*diagnosis.quality.rejections, *diagnosis.quality.warnings)}
-    if "manual" in doubts:
-        return f"The controller was in manual: {describe_check(doubts['manual'])}"
-    if "saturation" in doubts:
-        return f"OP is at its limits, where no compensator has room: {describe_check(doubts['saturation'])}"
+    state = diagnosis.loop_state
+    if not state.in_control:
+        return f"{HEADLINES[state.state]}, so that nothing is known of the valve. {diagnosis.reason} {diagnosis.action}"
+    limited = next((check for check in diagnosis.quality.warnings if check.name == "saturation"), None)
+    if limited is not None:
+        return f"OP is at its limits, where no compensator has room: {describe_check(limited)}"
     if diagnosis.verdict == "undecided":
         return f"Undecided whether the valve sticks, and a remedy for the wrong fault can hurt. {diagnosis.reason}"
-    if diagnosis.verdict == "no_stiction" and diagnosis.cause != "deadband":
-        why = "" if diagnosis.cause in ("", "none", "unknown") else f" ({diagnosis.cause})"
-        return f"The valve was not found to stick{why}, so that there is nothing to compensate. {diagnosis.action}"
+    if diagnosis.verdict == "no_stiction":
+        return f"The valve was not found to stick, so that there is nothing to compensate. {diagnosis.action}"
     if diagnosis.identification is None:
         return "No valve and process were identified, so that there is no twin to try a remedy on."
     return ""
 
 
-def pointless(fix: RemedyTrial) -> str:
+def repair_not_worthwhile(fix: RemedyTrial) -> str:
     """Say that a good valve would change nothing; empty where it would."""
     if fix.improvement >= LEAST_REPAIR:
         return ""
@@ -69,7 +70,7 @@ def pointless(fix: RemedyTrial) -> str:
     )
 
 
-def choose(ranked: tuple[RemedyTrial, ...], *, found: bool = False) -> tuple[str, str, str, float]:
+def choose_remedy(ranked: tuple[RemedyTrial, ...], *, found: bool = False) -> tuple[str, str, str, float]:
     """Choose the remedy until the shutdown.
 
     Parameters

@@ -14,28 +14,27 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.compensation.controller_from_record import controller_from_record
 from stiction.compensation.cycle import Cycle, cycle_in, cycle_of, distance, own_period, pace
 from stiction.compensation.match import bring_nearer
-from stiction.compensation.recorded_controller import recorded_controller
-from stiction.compensation.refine import refine
+from stiction.compensation.refine_model import refine_model
 from stiction.compensation.repair import stiction_of
 from stiction.compensation.surroundings import Surroundings
-from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.display.duration_format import format_seconds
 from stiction.errors import RecordError
 from stiction.models import Kano, Loop, TransferFunction
 from stiction.records.analysis_window import analysis_window, usable_segment
+from stiction.records.gaps import forward_fill
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.compensation.refine import Refined
-    from stiction.diagnosis.identified import Identification
-    from stiction.diagnosis.result import Diagnosis
+    from stiction.compensation.refine_model import RefinedModel
+    from stiction.diagnosis import Diagnosis, Identification
     from stiction.models import PID
     from stiction.records.record import LoopRecord
 
-__all__ = ["Twin", "analysed", "build_twin", "twin_of_loop"]
+__all__ = ["Twin", "analysed_segment", "build_twin", "twin_of_loop"]
 
 PERIOD_LIMIT, AMPLITUDE_LIMIT, MOST_SPREAD = 0.15, 0.25, 0.15
 """Largest relative error of period and amplitudes of a twin that fits, and how much the spread from run to run may
@@ -164,13 +163,13 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     found, tag = diagnosis.identification, diagnosis.record.tag
     if found is None:
         raise RecordError(f"{tag}: no valve and process were identified; there is nothing to build a twin on.")
-    record = analysed(diagnosis)
+    record = analysed_segment(diagnosis)
     assert record.pv is not None
     scale = _scale(record, diagnosis)
     pid, finer = (controller, 1) if controller is not None else _controller(record)
-    better = refine(record, found, scale, cycles=diagnosis.oscillation.oscillating)
-    pv = hold_gaps(record.pv)
-    sp = pv if record.sp is None else hold_gaps(record.sp)
+    better = refine_model(record, found, scale, cycles=diagnosis.oscillation.oscillating)
+    pv = forward_fill(record.pv, fill_start=True)
+    sp = pv if record.sp is None else forward_fill(record.sp, fill_start=True)
     level, op = float(np.mean(sp)), float(np.mean(better.mv))
     moves = np.zeros(1) if record.sp is None else sp - level
     loop = Loop(pid, Kano(better.S, better.J), better.process, record.dt / finer, noise=better.noise)
@@ -208,7 +207,7 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     return Twin(loop, level, op, measured, cycle, score, fits, reason, better.error, changes, around, overlay)
 
 
-def analysed(diagnosis: Diagnosis) -> LoopRecord:
+def analysed_segment(diagnosis: Diagnosis) -> LoopRecord:
     """The stretch that a diagnosis speaks of, its gaps bridged: a part of the record where the valve sticks in that.
 
     Parameters
@@ -230,14 +229,14 @@ def _scale(record: LoopRecord, diagnosis: Diagnosis) -> float:
     seen = diagnosis.oscillation
     if seen.oscillating and seen.period >= SHORTEST * record.dt:
         return seen.period
-    op = hold_gaps(record.op)
+    op = forward_fill(record.op, fill_start=True)
     found = pace(op - op.mean(), SHORTEST)
     return (found if found > 0.0 else op.size / 5.0) * record.dt
 
 
 def _controller(record: LoopRecord) -> tuple[PID, int]:
     """The record's controller, and how many of its samples there are to one of the record: 1, or `FINER`."""
-    pid, exact = recorded_controller(record)
+    pid, exact = controller_from_record(record)
     return pid, 1 if exact else FINER
 
 
@@ -280,7 +279,7 @@ def _judge(a: Cycle, b: Cycle, spread: float) -> tuple[bool, str]:
     return True, "The twin repeats the record's cycle."
 
 
-def _changes(found: Identification, better: Refined) -> tuple[str, ...]:
+def _changes(found: Identification, better: RefinedModel) -> tuple[str, ...]:
     """What the open-loop search changed by more than 2 %, and the second lag it found."""
     compared = (
         ("S", "%", found.S, better.S),
@@ -301,7 +300,7 @@ def _overlay(
 ) -> dict[str, NDArray[np.float64]]:
     """Three periods of the record's middle, and those of the twin that are nearest to them."""
     assert run.pv is not None
-    op, step = hold_gaps(record.op), round(record.dt / run.dt)
+    op, step = forward_fill(record.op, fill_start=True), round(record.dt / run.dt)
     op_twin, pv_twin = run.op[::step], run.pv[::step]
     n = min(round(3.0 * period / record.dt), op.size, op_twin.size // 2)
     first = (op.size - n) // 2

@@ -10,15 +10,15 @@ import numpy as np
 
 from stiction.compensation.predicted import in_words, predicted
 from stiction.compensation.shop_tests import acceptance, plan_acceptance, plan_before
-from stiction.compensation.suspects import Suspect, suspects
-from stiction.diagnosis.result import Diagnosis
+from stiction.compensation.suspect_parts import SuspectPart, rank_suspects
+from stiction.diagnosis import Diagnosis
 from stiction.display.number_format import format_interval, format_probability
 from stiction.errors import ParameterError, require_kind
 from stiction.records.analysis_window import usable_segment
 
 if TYPE_CHECKING:
     from stiction.compensation.result import CompensationTrial
-    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis import Identification
     from stiction.valvetests.plan import TestPlan
 
 __all__ = ["WorkOrder", "work_order"]
@@ -42,7 +42,7 @@ class WorkOrder:
     record: str
     """The record that the findings rest on."""
     verdict: str
-    """`stiction`, `no_stiction` (a valve with play only) or `undecided`."""
+    """`stiction` or `undecided`."""
     probability: float
     """Probability that the valve sticks [-]."""
     S: float
@@ -59,7 +59,7 @@ class WorkOrder:
     """Upper end of the 95 % interval of J [% of span]."""
     findings: tuple[str, ...]
     """What was found, a sentence each."""
-    suspects: tuple[Suspect, ...]
+    suspects: tuple[SuspectPart, ...]
     """Parts to look at, likeliest first."""
     order_of_suspects: str
     """What their order rests on."""
@@ -110,7 +110,7 @@ class WorkOrder:
 
 
 def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> WorkOrder:
-    """Write the work order for a valve that sticks, has play, or may.
+    """Write the work order for a valve that sticks or may stick.
 
     Parameters
     ----------
@@ -140,16 +140,15 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
     """
     require_kind("diagnosis", diagnosis, Diagnosis, "what st.diagnose(record) returns")
     verdict, found, percent = diagnosis.verdict, _sized(diagnosis), diagnosis.record.op_in_percent
-    if verdict == "no_stiction" and diagnosis.cause != "deadband":
+    if verdict == "no_stiction":
         raise ParameterError(
             f"{diagnosis.record.tag}: the verdict is no stiction (probability "
-            f"{format_probability(diagnosis.probability)}, cause: "
-            f"{diagnosis.cause}), so there is nothing for the valve shop; see to the cause named."
+            f"{format_probability(diagnosis.probability)}), so there is nothing for the valve shop. {diagnosis.action}"
         )
     op = _usual_op(diagnosis)
     S = found.S if found and percent else math.inf
     before = plan_before(op, max(found.S, min(found.S_high, 2.0 * found.S)) if found and percent else ASSUMED)
-    parts, why = suspects(found, diagnosis.record.op_unit_short)
+    parts, why = rank_suspects(found, diagnosis.record.op_unit_short)
     nan = math.nan
     size = (found.S, found.S_low, found.S_high, found.J, found.J_low, found.J_high) if found and percent else (nan,) * 6
     ask = "test before any repair" if verdict == "undecided" else "repair"
@@ -196,7 +195,7 @@ def _record(diagnosis: Diagnosis) -> str:
 
 def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
     record, found, cycle = diagnosis.record, _sized(diagnosis), diagnosis.oscillation
-    verdict = {"stiction": "the valve sticks", "undecided": "cannot tell"}.get(diagnosis.verdict, "the valve has play")
+    verdict = "the valve sticks" if diagnosis.verdict == "stiction" else "cannot tell"
     lines = [
         f"Verdict: {verdict}; probability of stiction {format_probability(diagnosis.probability)}.",
         diagnosis.reason,

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-__all__ = ["by_cause", "by_group", "calibration_error", "confusion", "reliability"]
+__all__ = ["calibration_error", "confusion_counts", "reliability", "score_causes", "score_groups"]
 
 BINS = 5
 """Equal bins of probability in which verdicts are compared with labels: few, for records are few."""
 
 
-def confusion(rows: Iterable[Mapping[str, Any]]) -> dict[str, int]:
+def confusion_counts(rows: Iterable[Mapping[str, Any]]) -> dict[str, int]:
     """Count rows with a "label" and a "verdict"; undecided is neither right nor an alarm.
 
     Examples
     --------
-    >>> confusion([{"label": "stiction", "verdict": "undecided"}])["right"]
+    >>> confusion_counts([{"label": "stiction", "verdict": "undecided"}])["right"]
     0
     """
     pairs = Counter((row["label"], row["verdict"]) for row in rows)
@@ -33,13 +33,13 @@ def confusion(rows: Iterable[Mapping[str, Any]]) -> dict[str, int]:
     return {"n": sum(pairs.values()), "right": cells["true_alarms"] + cells["true_rests"], **cells}
 
 
-def by_group(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def score_groups(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Return each group with its label and the verdict of most of its records; a tie is undecided.
 
     Examples
     --------
     >>> rows = [{"group": "FV-1", "label": "stiction", "verdict": v} for v in ("stiction", "stiction", "no_stiction")]
-    >>> by_group(rows)[0]["verdict"]
+    >>> score_groups(rows)[0]["verdict"]
     'stiction'
     """
     groups: dict[str, list[Mapping[str, Any]]] = {}
@@ -61,12 +61,12 @@ def by_group(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
     return found
 
 
-def by_cause(rows: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, int]]:
+def score_causes(rows: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, int]]:
     """Count for each label, or true cause where the rows have one, how often each cause was named.
 
     Examples
     --------
-    >>> by_cause([{"label": "stiction", "cause": "none"}, {"label": "stiction", "cause": "stiction"}])
+    >>> score_causes([{"label": "stiction", "cause": "none"}, {"label": "stiction", "cause": "stiction"}])
     {'stiction': {'none': 1, 'stiction': 1}}
     """
     found: dict[str, Counter[str]] = {}

@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from stiction.apps.failure import Failure
     from stiction.diagnosis import Diagnosis
 
-__all__ = ["as_object", "size", "tell"]
+__all__ = ["failed_diagnosis_dict", "format_S", "print_verdicts"]
 
 
-def tell(diagnoses: Sequence[Diagnosis], failures: Sequence[Failure], *, explain: bool) -> None:
+def print_verdicts(diagnoses: Sequence[Diagnosis], failures: Sequence[Failure], *, explain: bool) -> None:
     """Print one loop in a few lines, several as a table with the worst first."""
     from stiction.report.overview import sort_worst_first
 
@@ -42,7 +42,7 @@ def tell(diagnoses: Sequence[Diagnosis], failures: Sequence[Failure], *, explain
             _explain(name, diagnosis)
 
 
-def size(diagnosis: Diagnosis) -> str:
+def format_S(diagnosis: Diagnosis) -> str:
     """Return S with its interval, and its unit where that is not % of span; nothing where S means nothing."""
     found = diagnosis.identification
     if found is None or diagnosis.verdict == "no_stiction":
@@ -52,28 +52,26 @@ def size(diagnosis: Diagnosis) -> str:
     return f"{S} ({low} to {high}){unit}"
 
 
-def as_object(failure: Failure) -> dict[str, Any]:
+def failed_diagnosis_dict(failure: Failure) -> dict[str, Any]:
     """Return a failure with the keys of a diagnosis and `error`, so that a script meets one form only."""
     return {
         "file": failure.file,
         "tag": failure.tag,
         "verdict": "undecided",
         "probability": None,
-        "probability_before_doubts": None,
-        "cause": "unknown",
-        "causes": {},
+        "prior": None,
         "reason": failure.reason,
         "action": failure.remedy,
         "op_unit": None,
         "dt_s": None,
+        "loop_state": None,
         "stiction": None,
         "controller": None,
         "oscillation": None,
-        "loop_state": None,
+        "oscillation_cause": None,
+        "features": [],
         "evidence": [],
         "quality": None,
-        "windows": [],
-        "counted": [],
         "error": failure.reason,
     }
 
@@ -84,7 +82,7 @@ def _row(diagnosis: Diagnosis) -> list[str]:
         labels.VERDICTS[diagnosis.verdict],
         diagnosis.cause,
         labels.format_probability(diagnosis.probability),
-        size(diagnosis),
+        format_S(diagnosis),
         labels.format_duration(rhythm.period) if rhythm.oscillating else "",
         diagnosis.action,
     ]

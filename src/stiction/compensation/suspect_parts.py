@@ -1,7 +1,7 @@
 """Where the shop looks: parts that stick or have play, what points to each, how to check.
 
 Field practice, not a published table. What the record itself can say is one thing only: a stem that jumps rubs, a stem
-that comes to rest softly after a gap has play (`PLAY` tells them apart). So the order of the list follows J / S
+that comes to rest softly after a gap has play (`MAX_PLAY_RATIO` tells them apart). So the order of the list follows J / S
 where its interval decides, and the rest is for the eyes on the valve.
 """
 
@@ -10,16 +10,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stiction.diagnosis.identified import PLAY
+from stiction.diagnosis.identification.result import MAX_PLAY_RATIO
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis import Identification
 
-__all__ = ["Suspect", "suspects"]
+__all__ = ["SuspectPart", "rank_suspects"]
 
 
 @dataclass(frozen=True, slots=True)
-class Suspect:
+class SuspectPart:
     """One part of the valve, and what would show it guilty."""
 
     part: str
@@ -31,21 +31,21 @@ class Suspect:
 
 
 FRICTION = (
-    Suspect(
+    SuspectPart(
         "Packing (too tight, dried out, wrong kind)",
         "The stem jumps after every reversal, about alike at all positions and in both directions; worse since the "
         "gland was last tightened or repacked.",
         "Gland torque against the maker's figure; friction from actuator pressure opening and closing at the same "
         "travel: (P_opening - P_closing) x area / 2.",
     ),
-    Suspect(
+    SuspectPart(
         "Seat, plug, cage or ball seal (galling, deposits, swollen seal)",
         "Sticks at some positions only, most near the seat, or only with the line at temperature or pressure.",
         "Repeat the ramp test at three positions; compare cold and in service; open the body.",
     ),
 )
 ACTUATOR = (
-    Suspect(
+    SuspectPart(
         "Actuator (undersized, low supply, leaking diaphragm or piston seal, broken spring)",
         "Actuator pressure runs to the supply or to zero before the stem moves; slow one way; worse at high pressure "
         "drop.",
@@ -53,14 +53,14 @@ ACTUATOR = (
     ),
 )
 POSITIONER = (
-    Suspect(
+    SuspectPart(
         "Positioner or I/P (sticking pilot, low gain, slipped feedback arm, dirty or wet air)",
         "OP changes and the actuator pressure does not; or the stem hunts with the OP held in manual.",
         "Record positioner output and stem in the step test; feedback arm, air filter, calibration.",
     ),
 )
 PLAY_PARTS = (
-    Suspect(
+    SuspectPart(
         "Linkage (stem clamp, coupling, key, lever or pin worn)",
         "The actuator moves and the stem or shaft does not; play in the hand on reversal; lost motion without a jump.",
         "Dial gauge on both sides of each joint while the OP reverses.",
@@ -68,7 +68,7 @@ PLAY_PARTS = (
 )
 
 
-def suspects(found: Identification | None, unit: str = "%") -> tuple[tuple[Suspect, ...], str]:
+def rank_suspects(found: Identification | None, unit: str = "%") -> tuple[tuple[SuspectPart, ...], str]:
     """List the parts to look at, likeliest first, and say what the order rests on.
 
     Parameters
@@ -80,23 +80,23 @@ def suspects(found: Identification | None, unit: str = "%") -> tuple[tuple[Suspe
 
     Returns
     -------
-    tuple of Suspect
+    tuple of SuspectPart
         The parts.
     str
         Why in this order, in a sentence.
 
     Examples
     --------
-    >>> parts, why = suspects(None)
+    >>> parts, why = rank_suspects(None)
     >>> parts[0].part, why
     ('Packing (too tight, dried out, wrong kind)', 'The record does not tell friction from play.')
     """
     rubs_first = FRICTION + POSITIONER + ACTUATOR + PLAY_PARTS
     if found is None or not found.S > 0.0:
         return rubs_first, "The record does not tell friction from play."
-    if found.J_low > PLAY * found.S:
+    if found.J_low > MAX_PLAY_RATIO * found.S:
         return rubs_first, f"The stem jumps (J is {found.J_low:.2g} {unit} or more): look for friction before play."
-    if found.J_high < PLAY * found.S:
+    if found.J_high < MAX_PLAY_RATIO * found.S:
         return (
             PLAY_PARTS + POSITIONER + FRICTION + ACTUATOR,
             f"The stem hardly jumps (J is at most {found.J_high:.2g} {unit}): look for play before friction.",

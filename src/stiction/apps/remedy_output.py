@@ -14,22 +14,22 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from stiction.apps.advice import Advice
+    from stiction.apps.advise import Advice
     from stiction.apps.failure import Failure
     from stiction.compensation import Behaviour, CompensationTrial, RemedyTrial
 
 __all__ = [
-    "as_object",
-    "change",
-    "failed",
+    "advice_dict",
+    "failed_advice_dict",
+    "format_change",
     "headline",
-    "not_written",
-    "note_on",
-    "retuning_told",
-    "settings_told",
-    "tell",
-    "twin_told",
-    "valve_told",
+    "not_written_text",
+    "print_advice",
+    "remedy_note",
+    "retuning_text",
+    "settings_text",
+    "twin_text",
+    "valve_text",
 ]
 
 WARNINGS = ("makes it worse", "hurts if S, J are off")
@@ -40,7 +40,7 @@ COLUMNS = ("Remedy", "PV std", "IAE", "Offset", "Travel", "Rev/h", "OP", "\u00b1
 """Headings that fit into 80 columns; `_legend` says what they mean."""
 
 
-def tell(advices: Sequence[Advice], failures: Sequence[Failure]) -> None:
+def print_advice(advices: Sequence[Advice], failures: Sequence[Failure]) -> None:
     """Print the advice on each loop."""
     for advice in advices:
         say("")
@@ -58,18 +58,18 @@ def headline(trial: CompensationTrial) -> str:
     )  # fmt: skip
 
 
-def change(ratio: float) -> str:
+def format_change(ratio: float) -> str:
     """Return a ratio as a change.
 
     Examples
     --------
-    >>> change(0.43), change(1.05), change(float("nan"))
+    >>> format_change(0.43), format_change(1.05), format_change(float("nan"))
     ('-57 %', '+5 %', '–')
     """
     return f"{round(100.0 * (ratio - 1.0)):+d} %" if math.isfinite(ratio) else "–"
 
 
-def twin_told(trial: CompensationTrial) -> str:
+def twin_text(trial: CompensationTrial) -> str:
     """Say how well the twin repeats the record, and what was changed for it; not again why there is no advice."""
     twin = trial.twin
     if twin is None:
@@ -88,7 +88,7 @@ def twin_told(trial: CompensationTrial) -> str:
     return told + (f" Changed for it: {', '.join(twin.changes)}." if twin.changes else "")
 
 
-def retuning_told(trial: CompensationTrial) -> str:
+def retuning_text(trial: CompensationTrial) -> str:
     """Say what other settings give: in the undisturbed cycle, and in the trial beside the other remedies."""
     if trial.retuning is None:
         return ""
@@ -97,18 +97,16 @@ def retuning_told(trial: CompensationTrial) -> str:
         return trial.retuning.reason
     alone = trial.twin is None or trial.twin.around is None
     where = "with noise and loads" if alone else "with the noise and load of the record"
-    verdict = ": leave the settings" if note_on(tried, trial) in WARNINGS or tried.improvement <= 0.0 else ""
-    return (
-        f"{trial.retuning.reason} In the table, {where}, it changes it by {change(1.0 - tried.improvement)}{verdict}."
-    )
+    verdict = ": leave the settings" if remedy_note(tried, trial) in WARNINGS or tried.improvement <= 0.0 else ""
+    return f"{trial.retuning.reason} In the table, {where}, it changes it by {format_change(1.0 - tried.improvement)}{verdict}."
 
 
-def settings_told(one: RemedyTrial) -> str:
+def settings_text(one: RemedyTrial) -> str:
     """Settings of a remedy with their units."""
     return in_words({key: value for key, value in one.remedy.settings.items() if not isinstance(value, (bool, str))})
 
 
-def valve_told(advice: Advice) -> str:
+def valve_text(advice: Advice) -> str:
     """Say what to do about the valve."""
     if advice.diagnosis is not None:
         return advice.diagnosis.action
@@ -116,7 +114,7 @@ def valve_told(advice: Advice) -> str:
     return "" if fix is None else fix.remedy.words
 
 
-def note_on(one: RemedyTrial, trial: CompensationTrial) -> str:
+def remedy_note(one: RemedyTrial, trial: CompensationTrial) -> str:
     """Return what must be known of a remedy beside its numbers."""
     if one.name == trial.recommended:
         return "recommended"
@@ -127,7 +125,7 @@ def note_on(one: RemedyTrial, trial: CompensationTrial) -> str:
     return "hurts if S, J are off" if one.hurts else ""
 
 
-def not_written(key: str, target: Path, advice: Advice) -> str:
+def not_written_text(key: str, target: Path, advice: Advice) -> str:
     """Say why a file that was asked for is not written."""
     name = key.replace("_", " ").capitalize()
     if key == "work_order":
@@ -140,7 +138,7 @@ def not_written(key: str, target: Path, advice: Advice) -> str:
     return f"{name}: not written; {why.rstrip('.')}.{old}"
 
 
-def as_object(advice: Advice, written: Mapping[str, str]) -> dict[str, Any]:
+def advice_dict(advice: Advice, written: Mapping[str, str]) -> dict[str, Any]:
     """Return one loop for JSON, without series over time."""
     found, trial = advice.diagnosis, advice.trial.to_dict()
     trial.pop("trends")
@@ -151,8 +149,8 @@ def as_object(advice: Advice, written: Mapping[str, str]) -> dict[str, Any]:
         "tag": trial.pop("tag"),
         "verdict": None if found is None else found.verdict,
         "probability": None if found is None else found.probability,
-        "cause": None if found is None else found.cause,
-        "action": valve_told(advice),
+        "oscillation_cause": None if found is None else found.oscillation_cause.to_dict(),
+        "action": valve_text(advice),
         **trial,
         "structured_text": written.get("structured_text"),
         "work_order": written.get("work_order"),
@@ -160,11 +158,11 @@ def as_object(advice: Advice, written: Mapping[str, str]) -> dict[str, Any]:
     }
 
 
-def failed(failure: Failure) -> dict[str, Any]:
+def failed_advice_dict(failure: Failure) -> dict[str, Any]:
     """Return a loop without advice with the keys of the others."""
     nothing = dict.fromkeys(("S", "J", "twin", "retuning", "structured_text", "work_order"))
     return {
-        "file": failure.file, "tag": failure.tag, "verdict": "undecided", "probability": None, "cause": "unknown",
+        "file": failure.file, "tag": failure.tag, "verdict": "undecided", "probability": None, "oscillation_cause": None,
         "action": failure.remedy, "recommended": None, "expected_improvement": None, "refused": True,
         "reason": failure.reason, "risk": "", "weights": {}, "seeds": 0, "remedies": [], **nothing,
         "error": failure.reason,
@@ -177,7 +175,7 @@ def _tell(advice: Advice) -> None:
     say(trial.reason)
     if not trial.refused:
         say(trial.risk)
-    if told := twin_told(trial):
+    if told := twin_text(trial):
         say(f"Twin: {told}")
     if trial.remedies:
         now = trial[NOTHING].behaviour
@@ -185,15 +183,14 @@ def _tell(advice: Advice) -> None:
         print_table(COLUMNS, [_row(one, now) for one in trial.remedies], right=COLUMNS[1:])
         say(_legend(now))
         for note in WARNINGS:
-            names = [one.name for one in trial.remedies if note_on(one, trial) == note]
+            names = [one.name for one in trial.remedies if remedy_note(one, trial) == note]
             if names:
                 say(f"{note[0].upper()}{note[1:]}: {', '.join(names)}.")
         say("")
     if trial.retuning is not None:
-        say(f"Retuning: {retuning_told(trial)}")
-    if action := valve_told(advice):
-        found = advice.diagnosis
-        of_valve = found is None or found.verdict == "stiction" or found.cause == "deadband"
+        say(f"Retuning: {retuning_text(trial)}")
+    if action := valve_text(advice):
+        of_valve = advice.diagnosis is None or advice.diagnosis.verdict == "stiction"
         say(f"{'Valve' if of_valve else 'Action'}: {action}")
 
 
@@ -210,13 +207,13 @@ def _row(one: RemedyTrial, now: Behaviour) -> list[str]:
     b = one.behaviour
     return [
         one.name,
-        change(_over(b.pv_std, now.pv_std)),
-        change(_over(b.iae, now.iae)),
+        format_change(_over(b.pv_std, now.pv_std)),
+        format_change(_over(b.iae, now.iae)),
         labels.format_number(b.offset, significant=2),
         labels.format_number(_over(b.travel, now.travel), significant=2),
         labels.format_number(b.reversals),
         labels.format_number(_over(b.op_travel, now.op_travel), significant=2),
-        change(one.worst),
+        format_change(one.worst),
         f"{one.cost:.2f}",
     ]
 

@@ -15,18 +15,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.identification import fit_controller
+from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.controller_forms import energy_of, moves
-from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.errors import RecordError
 from stiction.models import PID
+from stiction.records.gaps import forward_fill
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["recorded_controller"]
+__all__ = ["controller_from_record"]
 
 LEAST = 0.9
 """Share of the OP that a controller found from the record must explain [-]."""
@@ -38,7 +38,7 @@ CLEARER = 0.7
 """What a derivative behind a lag must leave, over what one without leaves, to be taken [-]."""
 
 
-def recorded_controller(record: LoopRecord) -> tuple[PID, bool]:
+def controller_from_record(record: LoopRecord) -> tuple[PID, bool]:
     """Find the controller of a record.
 
     Parameters
@@ -89,8 +89,8 @@ def _with_lag(record: LoopRecord, options: dict) -> tuple[PID | None, float, flo
     from scipy.signal import lfilter
 
     assert record.pv is not None
-    op, pv = hold_gaps(record.op), hold_gaps(record.pv)
-    sp = np.full_like(pv, pv.mean()) if record.sp is None else hold_gaps(record.sp)
+    op, pv = forward_fill(record.op, fill_start=True), forward_fill(record.pv, fill_start=True)
+    sp = np.full_like(pv, pv.mean()) if record.sp is None else forward_fill(record.sp, fill_start=True)
     valid = np.isfinite(record.op) & np.isfinite(record.pv)
     valid &= True if record.auto is None else record.auto
     data = moves(op, sp - pv, pv - pv.mean(), valid, record.dt, 0.0)

@@ -17,20 +17,20 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.compensation.locked import locked_to
-from stiction.diagnosis.identification.signals import hold_gaps
 from stiction.diagnosis.oscillation import about_drift
 from stiction.errors import RecordError
 from stiction.models import FOPDT, SOPDT, Integrating, Kano
+from stiction.records.gaps import forward_fill
 from stiction.simulation import stroke
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis import Identification
     from stiction.models import TransferFunction
     from stiction.records.record import LoopRecord
 
-__all__ = ["Refined", "refine"]
+__all__ = ["RefinedModel", "refine_model"]
 
 RUNS, ENOUGH = 200, 4000
 """Simulations for each start of the search, and samples to which a long record is cut (six periods at least)."""
@@ -46,7 +46,7 @@ STEPS = np.array([0.01, 0.1, 0.2, 0.3, 0.5])
 """First steps in ln S, J / S, ln tau1, tau2 / tau1 and dead time in samples [-]."""
 
 
-class Refined(NamedTuple):
+class RefinedModel(NamedTuple):
     """A valve and a process that turn the recorded OP into the recorded PV."""
 
     S: float
@@ -67,7 +67,7 @@ class Refined(NamedTuple):
     """Standard deviation of the white part of what is left [PV units]."""
 
 
-def refine(record: LoopRecord, found: Identification, period: float, *, cycles: bool = True) -> Refined:
+def refine_model(record: LoopRecord, found: Identification, period: float, *, cycles: bool = True) -> RefinedModel:
     """Look about the identified point for a valve and a process that explain more.
 
     Parameters
@@ -83,7 +83,7 @@ def refine(record: LoopRecord, found: Identification, period: float, *, cycles: 
 
     Returns
     -------
-    Refined
+    RefinedModel
         The best point; the identified one where nothing explains more.
 
     Raises
@@ -92,7 +92,7 @@ def refine(record: LoopRecord, found: Identification, period: float, *, cycles: 
         When the valve found does not move in the samples that are looked at.
     """
     view = _View(record, found.process.integrating, period)
-    late = found.process.dead_time + found.actuator_lag
+    late = found.process.dead_time
     tau, ratio = max(found.process.time_constant, 0.1 * record.dt), min(max(found.J / found.S, 0.0), 1.0)
     centre = np.array([np.log(found.S), ratio, np.log(tau / record.dt), 0.0, late / record.dt])
     best, least = centre, view.error(centre)
@@ -105,7 +105,7 @@ def refine(record: LoopRecord, found: Identification, period: float, *, cycles: 
             break
     if least > 1.5 * view.floor:
         # Noise makes small stairs of the slips: the stem as it was followed stretch by stretch is the better one then.
-        view.stem = hold_gaps(found.mv)[view.cut]
+        view.stem = forward_fill(found.mv, fill_start=True)[view.cut]
         best, least = centre, view.error(centre)
         before = least
         for second in (0.0, 0.4):
@@ -121,7 +121,7 @@ def refine(record: LoopRecord, found: Identification, period: float, *, cycles: 
         left = left - locked_to(view.op[view.inside], left, view.samples)
     close = about_drift(left, view.samples)
     S, lag = float(np.exp(best[0])), float(np.exp(best[2])) * record.dt
-    return Refined(
+    return RefinedModel(
         S=S,
         J=S * float(best[1]),
         process=view.process(gain, lag, lag * float(best[3]), float(best[4]) * record.dt),
@@ -157,7 +157,10 @@ class _View:
         self.dt, self.integrating, self.samples = record.dt, integrating, period / record.dt
         size = max(ENOUGH, round(6.0 * self.samples))
         self.cut = slice(0, size)
-        self.op, self.pv = hold_gaps(record.op)[self.cut], hold_gaps(record.pv)[self.cut]
+        self.op, self.pv = (
+            forward_fill(record.op, fill_start=True)[self.cut],
+            forward_fill(record.pv, fill_start=True)[self.cut],
+        )
         # Half a window at the ends, and the first period: what the stem did before the record is not known.
         first = round(1.5 * self.samples) if self.op.size > 5.0 * self.samples else round(0.5 * self.samples)
         self.inside = slice(first, max(self.op.size - round(0.5 * self.samples), first + 10))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis import Diagnosis
     from stiction.models import PID, Loop
 
-__all__ = ["Advice", "on_file", "on_loop"]
+__all__ = ["Advice", "advise_file", "advise_loop"]
 
 
 class Advice(NamedTuple):
@@ -35,7 +35,7 @@ class Advice(NamedTuple):
     """The page for the valve shop; None where there is nothing to order."""
 
 
-def on_file(
+def advise_file(
     file: str,
     options: Mapping[str, Any],
     controller: PID | None,
@@ -103,7 +103,7 @@ def on_file(
     return advices, failures
 
 
-def on_loop(loop: Loop, tag: str, settings: Mapping[str, Any]) -> Advice:
+def advise_loop(loop: Loop, tag: str, settings: Mapping[str, Any]) -> Advice:
     """Advise on a loop whose parameters are given."""
     return _advice(None, None, _tried(loop, None, settings, tag))
 
@@ -132,6 +132,6 @@ def _advice(file: str | None, found: Diagnosis | None, trial: CompensationTrial)
         # Settings found for an OP in deviations or another unit mean nothing to a control system.
         if trial.twin.around is None or math.isfinite(low):
             text = recommended_text(trial, (max(low, 0.0), min(high, 100.0)))
-    if found is not None and (found.verdict != "no_stiction" or found.cause == "deadband"):
+    if found is not None and found.verdict != "no_stiction":
         order = work_order(found, trial).to_text()
     return Advice(file, found, trial, text, order)
