@@ -1,4 +1,4 @@
-"""Fewer points for the eye: long series thinned without losing a peak or a gap."""
+"""Fewer points to draw: long series are downsampled without losing a peak or a gap."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ if TYPE_CHECKING:
 __all__ = ["MAX_POINTS", "downsample"]
 
 MAX_POINTS = 2000
+"""Largest number of points of a series that is drawn [-]."""
 
 
 def downsample(y: NDArray[np.float64], max_points: int = MAX_POINTS) -> NDArray[np.intp]:
-    """Return the samples to draw: all of them, or the `max_points` that keep the shape (MinMaxLTTB), gaps included.
+    """Return the samples to draw: all of them, or `max_points` that keep the shape (MinMaxLTTB) and the gaps.
 
     Parameters
     ----------

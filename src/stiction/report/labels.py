@@ -1,4 +1,4 @@
-"""How verdicts, numbers and times are said on a page."""
+"""Names and number formats of the pages: verdicts, causes, methods, times."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from collections import Counter
 from html import escape
 from typing import TYPE_CHECKING
 
-from stiction.diagnosis.identified import J_UNKNOWN
+from stiction.diagnosis.identification.result import MAX_PLAY_RATIO
 from stiction.diagnosis.loop_state import HEADLINES
-from stiction.diagnosis.verdict.cause import UNSURE
-from stiction.diagnosis.verdict.doubt import MOST
 from stiction.display.number_format import count_noun, format_interval, format_number, format_probability
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stiction.diagnosis.identified import Identification
-    from stiction.diagnosis.result import Diagnosis
+    from stiction.diagnosis.identification.result import Identification
+    from stiction.diagnosis.verdict.diagnosis import Diagnosis
     from stiction.records.record import LoopRecord
     from stiction.report.blocks import StatusIcon
 
 __all__ = [
+    "CAUSES",
     "VERDICTS",
     "VERDICT_ICONS",
+    "cause_label",
     "citation",
     "confidence_text",
     "count_noun",
@@ -33,6 +33,7 @@ __all__ = [
     "format_number",
     "format_probability",
     "format_setting",
+    "has_unknown_J",
     "headline",
     "method_label",
     "pv_unit",
@@ -42,16 +43,28 @@ __all__ = [
 ]
 
 VERDICTS = {"stiction": "Stiction", "no_stiction": "No stiction", "undecided": "Cannot tell"}
+"""Verdict -> its name."""
+VERDICT_ICONS: dict[str, StatusIcon] = {"stiction": "alert", "no_stiction": "good", "undecided": "unknown"}
+"""Verdict -> its icon."""
+CAUSES = {
+    "valve": "valve stiction",
+    "tuning": "controller tuning",
+    "external": "external load",
+    "sensor": "PV sensor",
+    "dead_zone": "dead zone at a fixed OP",
+}
+"""Cause of an oscillation -> its name."""
 _METHODS = {
     "haegglund_shape": "Hägglund shape",
     "rossi_scali": "Rossi and Scali",
     "singhal_salsbury": "Singhal and Salsbury",
 }
-VERDICT_ICONS: dict[str, StatusIcon] = {"stiction": "alert", "no_stiction": "good", "undecided": "unknown"}
+MIN_HIGH_CONFIDENCE, MIN_MODERATE_CONFIDENCE = 0.9, 0.75
+"""Probability of the verdict from which the confidence is called high, and moderate [-]."""
 
 
 def unique_loop_names(records: Sequence[LoopRecord]) -> list[str]:
-    """Return what each loop is called beside the others: its tag, with the file where several have the same.
+    """Return a name for each loop: its tag, with the file where several loops have the same tag.
 
     Examples
     --------
@@ -59,8 +72,8 @@ def unique_loop_names(records: Sequence[LoopRecord]) -> list[str]:
     >>> unique_loop_names([LoopRecord("FIC-1", 1.0, op=[50.0]), LoopRecord("LIC-2", 1.0, op=[50.0])])
     ['FIC-1', 'LIC-2']
     """
-    times = Counter(record.tag for record in records)
-    return [f"{r.tag} ({r.provenance.source})" if times[r.tag] > 1 and r.provenance.source else r.tag for r in records]
+    counts = Counter(record.tag for record in records)
+    return [f"{r.tag} ({r.provenance.source})" if counts[r.tag] > 1 and r.provenance.source else r.tag for r in records]
 
 
 def format_duration(seconds: float) -> str:
@@ -130,36 +143,47 @@ def citation(key: str) -> str:
     return f"{found[1].capitalize()} {found[2]}" if found else key
 
 
+def has_unknown_J(found: Identification) -> bool:
+    """Whether the record shows neither the size of the slip jump nor that there is one."""
+    return found.J_undetermined and found.J_low <= MAX_PLAY_RATIO * found.S
+
+
 def stiction_size(found: Identification, record: LoopRecord) -> str:
-    """Return S and J with their intervals, in the unit of the record's OP; an open J by its interval alone."""
+    """Return S and J with their intervals, in the unit of the record's OP; an unknown J by its interval alone."""
     S, S_low, S_high = format_interval(found.S, found.S_low, found.S_high)
     J, J_low, J_high = format_interval(found.J, found.J_low, found.J_high)
     unit = record.op_unit_short
-    jump = (
-        f"open ({J_low} to {J_high}\u00a0{unit})"
-        if found.J_told == J_UNKNOWN
-        else f"=\u00a0{J}\u00a0{unit} ({J_low} to {J_high})"
-    )
+    jump = f"=\u00a0{J}\u00a0{unit} ({J_low} to {J_high})"
+    if has_unknown_J(found):
+        jump = f"unknown ({J_low} to {J_high}\u00a0{unit})"
     return f"S\u00a0=\u00a0{S}\u00a0{record.op_unit} (95\u00a0%: {S_low} to {S_high}), J\u00a0{jump}"
 
 
 def headline(diagnosis: Diagnosis) -> str:
-    """Return the verdict in one line."""
-    found, cause = diagnosis.identification, diagnosis.cause.strip()
-    if diagnosis.verdict == "stiction":
-        return "Valve stiction" if found is None else f"Valve stiction: {stiction_size(found, diagnosis.record)}"
+    """Return the verdict in one line; the state of the loop comes first where it is not in control."""
+    found = diagnosis.identification
     if not diagnosis.loop_state.in_control:
         return f"{HEADLINES[diagnosis.loop_state.state]}: cannot tell whether the valve sticks"
+    if diagnosis.verdict == "stiction":
+        return "Valve stiction" if found is None else f"Valve stiction: {stiction_size(found, diagnosis.record)}"
     says = "No valve stiction found" if diagnosis.verdict == "no_stiction" else "Cannot tell whether the valve sticks"
-    return says if cause in ("", "none", "unknown") else f"{says}; likely cause: {cause}"
+    cause = cause_label(diagnosis)
+    return says if cause in ("none", CAUSES["valve"]) else f"{says}; likely cause of the oscillation: {cause}"
+
+
+def cause_label(diagnosis: Diagnosis) -> str:
+    """Return the name of the main cause of the oscillation; "none" without one."""
+    return CAUSES.get(diagnosis.cause, "none")
 
 
 def confidence_text(diagnosis: Diagnosis) -> str:
-    """Return the confidence in words and as a number."""
+    """Return how sure the verdict is, in words and as a probability."""
     p = diagnosis.probability
-    said = f"probability of stiction {format_probability(p)}" if math.isfinite(p) else "no probability"
-    if diagnosis.verdict == "undecided" or not math.isfinite(p):
-        return f"No verdict ({said})"
+    if not diagnosis.loop_state.in_control:
+        return f"No verdict on the valve: {format_probability(p)} is the share of sticky valves assumed for any loop"
+    text = f"probability of stiction {format_probability(p)}"
+    if diagnosis.verdict == "undecided":
+        return f"No verdict ({text})"
     certainty = p if diagnosis.verdict == "stiction" else 1.0 - p
-    word = "High" if certainty > MOST else "Moderate" if certainty >= UNSURE[1] else "Low"
-    return f"{word} confidence ({said})"
+    word = "High" if certainty >= MIN_HIGH_CONFIDENCE else "Moderate" if certainty >= MIN_MODERATE_CONFIDENCE else "Low"
+    return f"{word} confidence ({text})"

@@ -1,4 +1,4 @@
-"""Which periods a plot of one signal against another shows: the last ones that have something to show."""
+"""Which periods the plots of one signal against another show."""
 
 from __future__ import annotations
 
@@ -15,34 +15,32 @@ if TYPE_CHECKING:
 
     from stiction.report.loop_view import LoopView
 
-__all__ = ["LastPeriods", "last_periods", "rests_before_slips"]
+__all__ = ["PlottedPeriods", "last_periods", "rests_before_slips"]
 
-PERIODS, FEWEST = 6, 20
-"""Periods shown, and fewest samples of them [-]."""
-ANALYSED = "the analysed stretch"
-"""What the periods are the last of, where nothing else is told."""
-SEEN = 0.75
-"""Travel of OP in a rest, as a share of S, from which the rest shows S [-]: a stretch may have an S of its own."""
-RESTS = 1e-9
-"""Move from sample to sample below which an estimated valve position rests [% of span]."""
+PERIODS, MIN_SAMPLES = 6, 20
+"""Number of periods plotted, and smallest number of samples [-]."""
+MIN_TRAVEL_SHARE = 0.75
+"""Travel of OP during a rest, as a share of S, from which the rest shows S [-]: a part may have its own S."""
+REST_TOLERANCE = 1e-9
+"""Change from sample to sample below which the estimated valve position rests [% of span]."""
 
 
-class LastPeriods(NamedTuple):
-    """The periods shown, and what they are."""
+class PlottedPeriods(NamedTuple):
+    """The periods that are plotted."""
 
     cut: slice
     """Samples of the record."""
-    said: str
-    """Which they are, as the start of a sentence."""
-    slips: bool
-    """Whether the estimated valve position is seen in them to rest while OP moves by S, all but, and then to slip."""
+    text: str
+    """Which periods they are, as the start of a sentence."""
+    has_slips: bool
+    """Whether the estimated valve position rests while OP moves by about S, and then slips."""
 
 
-def last_periods(view: LoopView) -> LastPeriods:
-    """Pick the last periods of what was analysed.
+def last_periods(view: LoopView) -> PlottedPeriods:
+    """Choose the last periods of the analysed part that show the valve stick, if there are any.
 
-    Where the valve sticks in some windows only these are the last ones of the last window in which it does, as far as
-    that was simulated. Where the estimated valve position does not slip in them, they are the latest in which it does.
+    Where the valve sticks in some parts of the record only, they are taken from the last of these. Where it does not
+    slip in the last periods, the latest periods in which it does are taken.
 
     Parameters
     ----------
@@ -51,65 +49,64 @@ def last_periods(view: LoopView) -> LastPeriods:
 
     Returns
     -------
-    LastPeriods
+    PlottedPeriods
         The periods.
     """
-    first, last = view.window
-    dt, period, windows = view.diagnosis.record.dt, view.diagnosis.oscillation.period, view.diagnosis.windows
-    within, sticky = ANALYSED, [one for one in windows if one.verdict == "stiction"]
-    if 0 < len(sticky) < len(windows):
-        first, last = max(first, sticky[-1].first), min(last, sticky[-1].last)
-        within = "the last window in which the valve sticks"
-        simulated = np.flatnonzero(np.isfinite(view.model[first:last]))
-        last = first + int(simulated[-1]) + 1 if simulated.size else last
+    first, last = view.analysed
+    within, sticky = "the analysed part", view.sticky_segments
+    if 0 < len(sticky) < len(view.segments):
+        first, last = sticky[-1][:2]
+        within = "the last part of the record in which the valve sticks"
+    dt, period = view.diagnosis.record.dt, view.diagnosis.oscillation.period
     n = PERIODS * period / dt if np.isfinite(period) else MAX_POINTS
-    n = int(min(max(n, FEWEST), MAX_POINTS))
-    found, rest, op = view.diagnosis.identification, n - n // PERIODS, view.diagnosis.record.op[first:last]
-    slips = (
-        []
-        if found is None or not view.valve_is_accepted
-        else rests_before_slips(view.stem[first:last], op, found.S, rest)
-    )
+    n = int(min(max(n, MIN_SAMPLES), MAX_POINTS))
+    found, longest_rest = view.diagnosis.identification, n - n // PERIODS
+    slips: list[slice] = []
+    if found is not None and view.valve_is_accepted:
+        op = view.diagnosis.record.op[first:last]
+        slips = rests_before_slips(view.valve_position[first:last], op, found.S, longest_rest)
     latest = first + slips[-1].stop if slips else last
-    # A slip in the first period shown would stand without the rest before it.
-    earlier = latest <= last - rest
-    stop = min(latest + n - rest, last) if earlier else last
+    # A slip in the first of the last periods would be plotted without the rest before it.
+    is_earlier = latest <= last - longest_rest
+    stop = min(latest + n - longest_rest, last) if is_earlier else last
     cut = slice(max(first, stop - n), stop)
     length = labels.format_duration((cut.stop - cut.start) * dt)
-    when = f"from {view.span_of(cut.start, cut.stop)}"
-    said = f"The last {length} of {within}"
-    if earlier:
-        said = f"The latest {length} that show S in the estimated valve position, {when} in {within}"
-    elif within != ANALYSED:
-        said += f", {when}"
-    return LastPeriods(cut, said, bool(slips))
+    text = f"The last {length} of {within}"
+    if is_earlier:
+        times = view.describe_range(cut.start, cut.stop)
+        text = f"The latest {length} of {within} in which the valve sticks and slips ({times})"
+    return PlottedPeriods(cut, text, bool(slips))
 
 
 def rests_before_slips(
-    stem: NDArray[np.float64], op: NDArray[np.float64], S: float, longest: int = MAX_POINTS
+    position: NDArray[np.float64], op: NDArray[np.float64], S: float, max_samples: int = MAX_POINTS
 ) -> list[slice]:
-    """Rests of an estimated valve position that end in a slip, in which OP moves by `SEEN` of S or more.
+    """Find rests of an estimated valve position that end in a slip, in which OP moves by `MIN_TRAVEL_SHARE` of S.
 
     Parameters
     ----------
-    stem, op : ndarray, shape (n_samples,)
+    position, op : ndarray, shape (n_samples,)
         Estimated valve position and OP [% of span].
     S : float
         Deadband plus stickband [% of span].
-    longest : int
-        Samples before the slip that count.
+    max_samples : int
+        Samples before the slip that count [-].
 
     Returns
     -------
     list of slice
-        Samples at which the position rests.
+        Samples of each rest.
 
     Examples
     --------
     >>> rests_before_slips(np.array([1.0, 1.0, 1.0, 2.0, 2.5, 2.5]), np.array([1.0, 2.0, 3.0, 4.0, 4.5, 4.0]), S=2.0)
     [slice(0, 3, None)]
     """
-    moves = np.abs(np.diff(stem))
-    ended = [(start, stop) for start, stop in runs(moves < RESTS) if stop < moves.size and moves[stop] >= RESTS]
-    rests = [slice(max(start, stop - longest), stop + 1) for start, stop in ended]
-    return [rest for rest in rests if float(np.ptp(op[rest])) >= SEEN * S]
+    moves = np.abs(np.diff(position))
+    ended = [
+        (start, stop)
+        for start, stop in runs(moves < REST_TOLERANCE)
+        if stop < moves.size and moves[stop] >= REST_TOLERANCE
+    ]
+    rests = [slice(max(start, stop - max_samples), stop + 1) for start, stop in ended]
+    return [rest for rest in rests if float(np.ptp(op[rest])) >= MIN_TRAVEL_SHARE * S]

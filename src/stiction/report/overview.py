@@ -1,4 +1,4 @@
-"""Several loops at a glance: one table, the worst first."""
+"""Overview of several loops: one table, the worst first."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.loop_state import HEADLINES
 from stiction.report import labels
 from stiction.report.blocks import Cell, StatusIcon, Table
 from stiction.report.figures import sparkline
@@ -13,17 +14,17 @@ from stiction.report.figures import sparkline
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stiction.diagnosis.result import Diagnosis
+    from stiction.diagnosis.verdict.diagnosis import Diagnosis
 
-__all__ = ["anchor", "overview", "sort_worst_first"]
+__all__ = ["loop_anchor", "overview", "sort_worst_first"]
 
 _RANK = {"stiction": 0, "undecided": 1, "no_stiction": 2}
 NOTHING = Cell("–", sort="")
-"""A dash, which stands behind all numbers whichever way they are sorted."""
+"""A dash; it is sorted after all numbers, in both directions."""
 
 
 def sort_worst_first(diagnoses: Sequence[Diagnosis]) -> list[Diagnosis]:
-    """Sorted: stiction, cannot tell, no stiction; within each by probability times S, then by probability."""
+    """Sort: stiction, cannot tell, no stiction; stiction by probability times S, the others by probability."""
 
     def key(diagnosis: Diagnosis) -> tuple[int, float, float]:
         found, p = diagnosis.identification, float(np.nan_to_num(diagnosis.probability))
@@ -40,7 +41,7 @@ def loop_anchor(k: int) -> str:
 
 
 def overview(diagnoses: Sequence[Diagnosis], failures: Sequence[tuple[str, str]] = ()) -> Table:
-    """Return the table; each row links to the loop's part of the page, those of what was not diagnosed come last."""
+    """Return the table; each row links to the loop's part of the page. Loops that were not diagnosed come last."""
     names = labels.unique_loop_names([diagnosis.record for diagnosis in diagnoses])
     rows = [_row(k, *named) for k, named in enumerate(zip(names, diagnoses, strict=True))]
     rows += [_not_diagnosed(*failure) for failure in failures]
@@ -55,24 +56,27 @@ def overview(diagnoses: Sequence[Diagnosis], failures: Sequence[tuple[str, str]]
 
 
 def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
-    record, found, rhythm = diagnosis.record, diagnosis.identification, diagnosis.oscillation
+    record, found, oscillation = diagnosis.record, diagnosis.identification, diagnosis.oscillation
     percent = record.op_in_percent
     unit = "" if percent else f"\u00a0{record.op_unit_short}"
     size = NOTHING
     if found is not None and diagnosis.verdict != "no_stiction":
         S, low, high = labels.format_interval(found.S, found.S_low, found.S_high)
         size = Cell(f"{S} ({low}\u00a0to\u00a0{high}){unit}", sort=_finite(found.S) if percent else "")
-    verdict, cause = labels.VERDICTS[diagnosis.verdict], diagnosis.cause
-    if diagnosis.verdict != "stiction" and cause not in ("", "none", "unknown"):
-        verdict = f"{verdict}: {cause}"
+    verdict = labels.VERDICTS[diagnosis.verdict]
+    if not diagnosis.loop_state.in_control:
+        verdict = f"{verdict}: {HEADLINES[diagnosis.loop_state.state]}"
+    elif diagnosis.cause not in ("none", "valve"):
+        verdict = f"{verdict}{' and' if diagnosis.verdict == 'stiction' else ':'} {labels.cause_label(diagnosis)}"
     order = f"{_RANK[diagnosis.verdict]} {verdict}"
-    data, data_mark = _worth(diagnosis)
+    data, data_icon = _data_quality(diagnosis)
     trend = record.op if record.pv is None else record.pv
     period = swing = NOTHING
-    if rhythm.oscillating:
-        period = Cell(labels.format_duration(rhythm.period), sort=_finite(rhythm.period))
+    if oscillation.oscillating:
+        period = Cell(labels.format_duration(oscillation.period), sort=_finite(oscillation.period))
         swing = Cell(
-            f"{labels.format_number(rhythm.amplitude_op)}{unit}", sort=_finite(rhythm.amplitude_op) if percent else ""
+            f"{labels.format_number(oscillation.amplitude_op)}{unit}",
+            sort=_finite(oscillation.amplitude_op) if percent else "",
         )
     return [
         Cell(name, href=f"#{loop_anchor(k)}"),
@@ -81,7 +85,7 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
         size,
         period,
         swing,
-        Cell(data, mark=data_mark),
+        Cell(data, mark=data_icon),
         Cell(sparkline(trend, "trend of the PV")),
         Cell(diagnosis.action),
     ]
@@ -92,10 +96,10 @@ def _not_diagnosed(name: str, reason: str) -> list[Cell]:
     return [Cell(name), verdict, *6 * [NOTHING], Cell(reason)]
 
 
-def _worth(diagnosis: Diagnosis) -> tuple[str, StatusIcon]:
+def _data_quality(diagnosis: Diagnosis) -> tuple[str, StatusIcon]:
     severities = {check.severity for check in diagnosis.quality.checks}
     if not diagnosis.quality.usable:
-        return "refused", "alert"
+        return "rejected", "alert"
     return ("limited", "unknown") if "warn" in severities else ("good", "good")
 
 

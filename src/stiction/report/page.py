@@ -1,4 +1,4 @@
-"""One HTML page from blocks: opens offline, prints on A4, asks nothing of any network.
+"""One HTML page from blocks: opens offline, prints on A4, needs no network.
 
 The building blocks, for any page of the package::
 
@@ -16,7 +16,7 @@ The building blocks, for any page of the package::
                 caption="The valve follows the OP after 1.2 % of reversal.",
             ),
             Table(["Quantity", "Value [% of span]"], [["Deadband", 1.2], [Cell("Jump", mark="alert"), 0.8]]),
-            SideBySide([figure_a, figure_b]),            # side by side
+            SideBySide([figure_a, figure_b]),
             Collapsible("Details", [more, blocks]),          # opens on a click
         ],
         "valve-test.html",
@@ -24,14 +24,14 @@ The building blocks, for any page of the package::
     )
 
 - `Figure.plot` is a dict as plotly.js takes it. numpy arrays go in as they are (packed small, NaN is a gap);
-  thin long series first with `stiction.report.downsample.downsample`. Fonts, grid, margins and colours come from
+  downsample long series first (`stiction.report.downsample`). Fonts, grid, margins and colours come from
   `stiction.report.style`: give only what differs (axis titles, traces). Chart types: any of plotly.js.
 - Every figure has a title and a caption; the caption is also what a screen reader says.
-- All text is escaped, everywhere, except `Html`, which is for markup made by this package.
+- All text is escaped, everywhere, except `TrustedHtml`, which is for markup made by this package.
 - A `Table` aligns numbers by itself; `sortable=True` makes its headings buttons; `Cell` adds a sort key,
   a link or a mark ("alert", "good", "unknown": a shape with a colour).
 - The plot library is written into the file once, and only when the page has a figure; the browser reads it
-  when the first figure comes into view, so that a long page of folds opens at once. A content security
+  when the first figure comes into view, so that a long page opens at once. A content security
   policy in the page forbids any load from elsewhere and any script but the two it was written with.
 """
 
@@ -74,11 +74,11 @@ def write_page(
     title : str
         Title of the page.
     blocks : sequence of Block
-        What stands on it, top to bottom.
+        The blocks of the page, top to bottom.
     path : path-like
-        File to write; written whole or not at all.
+        File to write; it is written completely or not at all.
     subtitle, footer : str
-        A line under the title, and one at the foot beside the version.
+        A line under the title, and one at the foot of the page.
 
     Returns
     -------
@@ -95,7 +95,7 @@ def write_page(
     >>> import tempfile, pathlib
     >>> from stiction.report import Text
     >>> folder = pathlib.Path(tempfile.mkdtemp())
-    >>> write_page("Loop FIC-101", [Text("All is well.")], folder / "page.html").name
+    >>> write_page("Loop FIC-101", [Text("No findings.")], folder / "page.html").name
     'page.html'
     """
     return write_atomically(render_page(title, blocks, subtitle=subtitle, footer=footer), path)

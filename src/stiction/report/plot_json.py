@@ -12,7 +12,7 @@ __all__ = ["to_json"]
 
 
 def to_json(plot: Any) -> str:
-    r"""Plot as JSON for a `<script type="application/json">` element.
+    r"""Return a plot as JSON for a `<script type="application/json">` element.
 
     Arrays become base64 typed arrays, as plotly.js reads them; NaN is a gap. Single precision is
     used where it moves no point by more than a ten-thousandth of the array's range.

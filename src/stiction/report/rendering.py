@@ -1,4 +1,4 @@
-"""From blocks to markup: the templates, all of them with escaping on, and what they ask of a table cell."""
+"""From blocks to markup: the templates, which escape all text, and the format of table cells."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["environment", "format_cell", "render_fragment"]
 
 
 def render_fragment(template: str, **values: Any) -> TrustedHtml:
-    """Markup from one of this room's templates; the values are escaped."""
+    """Render one of the templates of the report; the values are escaped."""
     return TrustedHtml(environment().get_template(template).render(**values))
 
 
@@ -49,7 +49,7 @@ def environment() -> jinja2.Environment:
 
 
 def format_cell(value: str | float | None) -> str:
-    """Text of a table value: four significant digits, a dash for what is not there.
+    """Return a table value as text: four significant digits, a dash for a missing value.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The report: the loops that were diagnosed, as one file."""
+"""The report of diagnosed loops as one HTML file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from stiction.diagnosis.result import Diagnosis
+    from stiction.diagnosis.verdict.diagnosis import Diagnosis
 
 __all__ = ["write_report"]
 
@@ -31,20 +31,21 @@ def write_report(
     settings: Mapping[str, Any] | None = None,
     failures: Sequence[tuple[str, str]] = (),
 ) -> Path:
-    """Write what was found as one HTML file that opens offline.
+    """Write diagnoses as one HTML file that opens offline.
 
     Parameters
     ----------
     diagnoses : sequence of Diagnosis
-        One loop by itself gets its page; several get a table, worst first, with each loop's page folded below.
+        A single loop gets its page; several get a table, worst first, and below it a page for each loop that opens on a
+        click.
     path : path-like
-        File to write; written whole or not at all.
+        File to write; it is written completely or not at all.
     title : str, optional
         Title; by default the tag, or "Control loops".
     settings : mapping, optional
-        Settings of the run, printed with each loop's origin.
+        Settings of the run, listed with each loop's origin.
     failures : sequence of (str, str)
-        Name of each file or loop that could not be diagnosed, and why; they stand at the end of the table.
+        Name of each file or loop that could not be diagnosed, and why; they are the last rows of the table.
 
     Returns
     -------
@@ -70,6 +71,7 @@ def write_report(
     if len(diagnoses) == 1 and not failures:
         return _one(diagnoses[0], path, title, settings)
     ranked = sort_worst_first(diagnoses)
+    names = labels.unique_loop_names([one.record for one in ranked])
     blocks: list[Block] = [overview(ranked, failures), Heading("Loops", anchor="loops")]
     blocks += [
         Collapsible(
@@ -78,25 +80,21 @@ def write_report(
             anchor=loop_anchor(k),
             mark=labels.VERDICT_ICONS[diagnosis.verdict],
         )
-        for k, (name, diagnosis) in enumerate(
-            zip(labels.unique_loop_names([one.record for one in ranked]), ranked, strict=True)
-        )
+        for k, (name, diagnosis) in enumerate(zip(names, ranked, strict=True))
     ]
     number = Counter(diagnosis.verdict for diagnosis in ranked)
-    subtitle = ", ".join(f"{number[verdict]} {said.lower()}" for verdict, said in labels.VERDICTS.items())
-    subtitle = f"{labels.count_noun(len(ranked), 'loop')}: {subtitle}"
+    counts = ", ".join(f"{number[verdict]} {label.lower()}" for verdict, label in labels.VERDICTS.items())
+    subtitle = f"{labels.count_noun(len(ranked), 'loop')}: {counts}"
     if failures:
         subtitle += f"; {len(failures)} not diagnosed"
     return write_page(title or "Control loops", blocks, path, subtitle=subtitle)
 
 
 def _one(diagnosis: Diagnosis, path: str | os.PathLike[str], title: str | None, settings: Any) -> Path:
-    record = diagnosis.record
-    told = [f"{record.loop_type.capitalize()} loop" if record.loop_type != "other" else "Control loop"]
-    told.append(PurePath(record.provenance.source).name or "memory")
-    told.append(
-        f"{record.start:%Y-%m-%d %H:%M}, {labels.format_duration(record.duration)}"
-        if record.start
-        else labels.format_duration(record.duration)
+    record, duration = diagnosis.record, labels.format_duration(diagnosis.record.duration)
+    kind = f"{record.loop_type.capitalize()} loop" if record.loop_type != "other" else "Control loop"
+    source = PurePath(record.provenance.source).name or "memory"
+    when = f"{record.start:%Y-%m-%d %H:%M}, {duration}" if record.start else duration
+    return write_page(
+        title or record.tag, loop_blocks(diagnosis, settings), path, subtitle=" · ".join((kind, source, when))
     )
-    return write_page(title or record.tag, loop_blocks(diagnosis, settings), path, subtitle=" · ".join(told))

@@ -1,4 +1,4 @@
-"""How everything looks: colours, line styles and the plot template. Colour is never the only sign."""
+"""Style of the figures: colours, lines and the plot template. Colour is never the only sign."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ __all__ = [
     "TEXT_COLOR",
     "colorbar",
     "line_style",
-    "ring_markers",
     "trace",
     "vertical_line",
 ]
@@ -40,7 +39,7 @@ _DASH = {PV: "solid", OP: "dash", MV: "dot", SP: "longdash", MODEL: "dashdot"}
 
 
 def line_style(color: str, width: float = 1.5, **more: Any) -> dict[str, Any]:
-    """Line style of a signal: its colour and the dash that goes with it.
+    """Return the line style of a signal: its colour and the dash of that colour.
 
     Examples
     --------
@@ -51,7 +50,7 @@ def line_style(color: str, width: float = 1.5, **more: Any) -> dict[str, Any]:
 
 
 def trace(x: Any, y: Any, name: str, style: dict[str, Any]) -> dict[str, Any]:
-    """One series over another, drawn as a line.
+    """Return one series over another as a line.
 
     Examples
     --------
@@ -62,21 +61,9 @@ def trace(x: Any, y: Any, name: str, style: dict[str, Any]) -> dict[str, Any]:
 
 
 def vertical_line(x: float) -> dict[str, Any]:
-    """A dotted line upright at `x`, behind the data."""
+    """Return a dotted vertical line at `x`, below the data."""
     style = {"color": SECONDARY_COLOR, "dash": "dot", "width": 1}
     return {"type": "line", "x0": x, "x1": x, "y0": 0, "y1": 1, "yref": "paper", "line": style, "layer": "below"}
-
-
-def ring_markers(x: Any, y: Any, name: str, color: str) -> dict[str, Any]:
-    """One series over another, drawn as small rings.
-
-    Examples
-    --------
-    >>> ring_markers([0.0, 1.0], [2.0, 3.0], "OP as stored", OP)["mode"]
-    'markers'
-    """
-    ring = {"symbol": "circle-open", "size": 5, "color": color, "line": {"width": 1.2}}
-    return {"type": "scatter", "mode": "markers", "x": x, "y": y, "name": name, "marker": ring}
 
 
 def colorbar(title: str) -> dict[str, Any]:

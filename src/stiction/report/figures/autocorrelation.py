@@ -29,8 +29,8 @@ def autocorrelation(view: LoopView) -> Figure | None:
         return None
     name, size = labels.time_unit(acf.size * dt)
     lag = np.arange(acf.size) * dt / size
-    keep = downsample(acf)
-    data = [style.trace(lag[keep], acf[keep], "acf", style.line_style(style.PV))]
+    drawn = downsample(acf)
+    data = [style.trace(lag[drawn], acf[drawn], "acf", style.line_style(style.PV))]
     marks = found.period * np.arange(1, PERIODS + 1) / size if known else np.empty(0)
     layout = {
         "xaxis": {"title": {"text": f"Lag [{name}]"}, "range": [0.0, float(lag[-1])]},
@@ -46,5 +46,5 @@ def autocorrelation(view: LoopView) -> Figure | None:
             f" regularity {regular} (above 1 is regular)."
         )
     else:
-        caption = "No period was found: the autocorrelation does not come back at regular lags."
+        caption = "No period was found: the autocorrelation has no regular peaks."
     return Figure({"data": data, "layout": layout}, "Autocorrelation of the control error", caption, height=300)

@@ -1,4 +1,4 @@
-"""Where the names of points stand, so that none covers another."""
+"""Placement of the names of points, so that no name covers another."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 __all__ = ["PLOT_SIZE_PX", "place_labels"]
 
 PLOT_SIZE_PX = (300.0, 330.0)
-"""Size of the plot for which names are placed, that of a telephone [px]; a wider one has more room."""
+"""Size of the plot for which names are placed: a telephone screen [px]. A wider plot has more room."""
 NEAR = (12.0, 13.0)
 """Points nearer than this, across and upright, share one text [px]."""
 LETTER, LINE = 6.3, 14.0
@@ -19,13 +19,13 @@ PLACES = (
     "middle right", "middle left", "top center", "bottom center", "top right", "top left", "bottom right",
     "bottom left",
 )  # fmt: skip
-"""Where a text may stand to its point, the best first."""
+"""Positions of a text relative to its point, the best first."""
 
 Box = tuple[float, float, float, float]
 
 
 def place_labels(names: Sequence[str], at: Sequence[tuple[float, float]]) -> list[tuple[str, str]]:
-    """Place each name beside its point, where it covers neither a point nor another name, or the least of them.
+    """Place each name next to its point, where it covers no point and no other name, or as little as possible.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def place_labels(names: Sequence[str], at: Sequence[tuple[float, float]]) -> lis
     Returns
     -------
     list of tuple
-        Text and place of each point, in the words of plotly; a point that shares the text of another has none.
+        Text and position of each point, as plotly names positions; a point that shares the text of another has no text.
 
     Examples
     --------

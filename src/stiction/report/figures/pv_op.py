@@ -1,4 +1,4 @@
-"""PV against OP, the order in time by a fading colour, with what was fitted."""
+"""PV against OP, recorded and simulated; the colour shows the time."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ if TYPE_CHECKING:
 __all__ = ["TIME_COLOR_SCALE", "pv_op"]
 
 TIME_COLOR_SCALE = [[0.0, "#D3E2EC"], [1.0, style.PV]]
+"""Colours of early and late samples."""
 
 
 def pv_op(view: LoopView) -> Figure | None:
     """Return the PV-OP plot of the last few periods; None without a PV."""
-    record, found, shown = view.diagnosis.record, view.diagnosis.identification, last_periods(view)
-    cut = shown.cut
+    record, found, plotted = view.diagnosis.record, view.diagnosis.identification, last_periods(view)
+    cut = plotted.cut
     if record.pv is None:
         return None
     data: list[dict[str, Any]] = [
@@ -30,7 +31,7 @@ def pv_op(view: LoopView) -> Figure | None:
             "mode": "lines+markers",
             "x": record.op[cut],
             "y": record.pv[cut],
-            "name": "recorded, restored between" if view.partly_stored else "recorded",
+            "name": "recorded",
             "line": {"color": "#C4D3DE", "width": 1},
             "marker": {
                 "color": view.time[cut],
@@ -40,12 +41,12 @@ def pv_op(view: LoopView) -> Figure | None:
             },
         }
     ]
-    caption = f"{shown.said}, early samples pale and late ones dark"
+    caption = f"{plotted.text}; early samples are pale, late ones dark"
     if found is not None:
         data.append(style.trace(record.op[cut], view.model[cut], view.model_name, style.line_style(style.MODEL, 1.3)))
-        caption += f"; the dash-dotted line is what the {view.model_name} and its process make of the same OP"
+        caption += f"; the dash-dotted line is the PV simulated with the {view.model_name} from the same OP"
         if np.isnan(view.model[cut]).any():
-            caption += ", as far as it was simulated"
+            caption += ", where it was simulated"
     layout = {
         "margin": {"t": style.BELOW_BUTTONS},
         "xaxis": {"title": {"text": f"OP (controller output) [{view.op_unit}]"}},

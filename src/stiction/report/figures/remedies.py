@@ -47,7 +47,8 @@ def remedy_tradeoff(trial: CompensationTrial) -> Figure | None:
         data.append({
             "type": "scatter", "mode": "markers+text", "x": [10.0**x], "y": [y], "name": one.name,
             "text": [text], "textposition": place, "showlegend": False, "cliponaxis": False,
-            "textfont": {"size": 11, "color": style.TEXT_COLOR}, "marker": {"color": color, "symbol": symbol, "size": 9},
+            "textfont": {"size": 11, "color": style.TEXT_COLOR},
+            "marker": {"color": color, "symbol": symbol, "size": 9},
             "hovertemplate": f"{one.name}<br>PV std %{{y:.3~g}} %<br>travel × %{{x:.3~g}}<extra></extra>",
         })  # fmt: skip
     ticks = [t for t in (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200) if low <= math.log10(t) <= high]

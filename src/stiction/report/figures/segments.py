@@ -1,4 +1,4 @@
-"""Where the valve sticks: S of each window of the record as a strip below the trends."""
+"""S in parts of the record: drift of S, and stiction that comes and goes."""
 
 from __future__ import annotations
 
@@ -12,57 +12,58 @@ from stiction.report.blocks import Figure
 if TYPE_CHECKING:
     from stiction.report.loop_view import LoopView
 
-__all__ = ["windows"]
-
-_LOOKS = {
-    "stiction": ("sticks", {"color": style.ALERT}),
-    "no_stiction": (
-        "follows",
-        {"color": style.BORDER_COLOR, "pattern": {"shape": ".", "fgcolor": style.SECONDARY_COLOR, "size": 6}},
-    ),
-    "undecided": (
-        "cannot tell",
-        {"color": "#FFFFFF", "pattern": {"shape": "/", "fgcolor": style.SECONDARY_COLOR, "size": 6}},
-    ),
-}
-"""Verdict -> what it is called, and the fill of its bars: a pattern with each colour."""
+__all__ = ["describe_drift", "segments"]
 
 
-def windows(view: LoopView) -> Figure | None:
-    """Return S over time, a bar for each window; None where the record was judged as one."""
-    found = view.diagnosis.windows
-    if not found:
+def segments(view: LoopView) -> Figure | None:
+    """Return S over time, a bar for each part of the record; None with fewer than two parts."""
+    parts, sticky = view.segments, view.sticky_segments
+    if len(parts) < 2:
         return None
-    step = view.diagnosis.record.dt / view.unit[1]
-    data: list[dict[str, Any]] = []
-    for verdict, (name, marker) in _LOOKS.items():
-        own = [window for window in found if window.verdict == verdict]
-        if not own:
-            continue
-        bar: dict[str, Any] = {
+    step, unit = view.diagnosis.record.dt / view.unit[1], view.op_unit_short
+    groups = (
+        ("sticky valve more likely", sticky, {"color": style.OP}),
+        (
+            "not clearly more likely",
+            [part for part in parts if part not in sticky],
+            {"color": "#FFFFFF", "pattern": {"shape": "/", "fgcolor": style.SECONDARY_COLOR, "size": 6}},
+        ),
+    )
+    data: list[dict[str, Any]] = [
+        {
             "type": "bar",
-            "x": np.array([0.5 * (window.first + window.last) * step for window in own]),
-            "y": np.array([window.S for window in own]),
-            "width": np.array([(window.last - window.first) * step for window in own]),
+            "x": np.array([0.5 * (first + last) * step for first, last, _ in some]),
+            "y": np.array([one.S for *_, one in some]),
+            "width": np.array([(last - first) * step for first, last, _ in some]),
             "name": name,
             "marker": {**marker, "line": {"color": style.TEXT_COLOR, "width": 1}},
             "hovertext": [
-                f"{name}: S {labels.format_number(window.S, view.op_unit_short)}, explained "
-                f"{labels.format_number(window.fit, '%', 2)}"
-                f", by a good valve {labels.format_number(window.fit_linear, '%', 2)}"
-                for window in own
+                f"S {labels.format_number(one.S, unit)}, twice the log likelihood ratio over a good valve "
+                f"{labels.format_number(one.likelihood_ratio)}"
+                for *_, one in some
             ],
             "hoverinfo": "text",
         }
-        data.append(bar)
-    sticky = sum(window.verdict == "stiction" for window in found)
+        for name, some, marker in groups
+        if some
+    ]
     layout = {
         "xaxis": {"title": {"text": view.time_title}, "range": [0.0, float(view.time[-1])]},
         "yaxis": {"title": {"text": f"S<br>[{view.op_unit}]"}, "rangemode": "tozero"},
         "barmode": "overlay",
         "showlegend": True,
     }
-    caption = f"The valve sticks in {sticky} of {labels.count_noun(len(found), 'window')} judged each by itself" + (
-        "." if sticky == len(found) else "; in the others S is what fits best and means little."
+    caption = (
+        f"In {len(sticky)} of {len(parts)} parts of the record the sticky valve is clearly more likely than a good "
+        f"one. {describe_drift(view)}"
     )
-    return Figure({"data": data, "layout": layout}, "Where the valve sticks", caption, height=190)
+    return Figure({"data": data, "layout": layout}, "S in each part of the record", caption.strip(), height=190)
+
+
+def describe_drift(view: LoopView) -> str:
+    """Return the drift of S with its standard error as a sentence; empty when it was not estimated."""
+    found = view.diagnosis.identification
+    if found is None or not np.isfinite([found.drift, found.drift_error]).all():
+        return ""
+    drift, error = (labels.format_number(x, significant=2) for x in (found.drift, found.drift_error))
+    return f"S changes by {drift} {view.op_unit_short} per hour (standard error {error})."

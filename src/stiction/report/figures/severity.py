@@ -1,4 +1,4 @@
-"""How large S is: a bar with bands and the 95 % interval, where S is in % of span."""
+"""Severity of stiction: a scale of S with bands and the 95 % interval, where S is in % of span."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from stiction.report.blocks import TrustedHtml
 from stiction.report.rendering import render_fragment
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.identification.result import Identification
     from stiction.records.record import LoopRecord
 
 __all__ = ["SEVERITY_BANDS", "severity"]
 
 SEVERITY_BANDS = ((0.5, "slight"), (2.0, "moderate"), (np.inf, "large"))
-"""Upper end of each band of S [% of span] and its word: this package's own, a custom of the trade, no standard."""
+"""Upper end of each band of S [% of span] and its name: a convention of this package, no standard."""
 NO_BANDS = (
-    '<p class="text note">How large S is can be said in % of span only, and OP is in another unit; '
-    "give op_range (--op-range) to convert it.</p>"
+    '<p class="text note">The scale of S needs OP in % of span; OP is in another unit. '
+    "Give op_range (--op-range) to convert it.</p>"
 )
-"""What stands in the place of the bar where S is in another unit."""
+"""Note in place of the scale where S is in another unit."""
 
 
 def severity(found: Identification, record: LoopRecord) -> TrustedHtml:
-    """Return the bar for S, or why there is none."""
+    """Return the scale with S on it, or a note where S is in another unit."""
     if not record.op_in_percent:
         return TrustedHtml(NO_BANDS)
     high = found.S_high if np.isfinite(found.S_high) else found.S
@@ -45,7 +45,7 @@ def severity(found: Identification, record: LoopRecord) -> TrustedHtml:
             "width": 100.0 * max(found.S_high - found.S_low, 0.0) / end,
         }
     word = next(word for limit, word in SEVERITY_BANDS if limit > found.S or limit == np.inf)
-    said = f"{labels.stiction_size(found, record)}: {word}"
+    label = f"{labels.stiction_size(found, record)}: {word}"
     return render_fragment(
-        "severity.html", bands=bands, ticks=ticks, interval=interval, at=100.0 * found.S / end, said=said
+        "severity.html", bands=bands, ticks=ticks, interval=interval, at=100.0 * found.S / end, label=label
     )

@@ -23,9 +23,9 @@ HARMONICS = 5
 
 
 def spectrum(view: LoopView) -> Figure | None:
-    """Return the PV's amplitude spectrum, for the eye only; None without a PV or with too few samples."""
+    """Return the amplitude spectrum of the PV; None without a PV or with too few samples."""
     record, period = view.diagnosis.record, view.diagnosis.oscillation.period
-    first, last = view.window
+    first, last = view.analysed
     if record.pv is None:
         return None
     pv = record.pv[first:last]
@@ -37,7 +37,7 @@ def spectrum(view: LoopView) -> Figure | None:
     shown = frequency <= end
     name, size = labels.time_unit(120.0 / end)
     x, y = frequency[shown] * size, amplitude[shown]
-    keep = downsample(y)
+    drawn = downsample(y)
     marks = [(k, k / period * size) for k in range(1, HARMONICS + 1) if k / period <= end] if known else []
     layout = {
         "xaxis": {"title": {"text": f"Frequency [1/{name}]"}, "range": [0.0, end * size]},
@@ -51,12 +51,12 @@ def spectrum(view: LoopView) -> Figure | None:
         caption = f"Dotted lines mark the frequency of the period, {labels.format_duration(period)}, and its multiples."
     else:
         caption = "No period was found, so no harmonics are marked."
-    data = [style.trace(x[keep], y[keep], "PV", style.line_style(style.PV))]
+    data = [style.trace(x[drawn], y[drawn], "PV", style.line_style(style.PV))]
     return Figure({"data": data, "layout": layout}, "Spectrum of the PV", caption, height=300)
 
 
 def _amplitudes(y: NDArray[np.float64], dt: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Frequency [1/s] and amplitude of each line, trend removed, Hann window; gaps are bridged by straight lines."""
+    """Frequency [1/s] and amplitude of each line, trend removed, Hann window; gaps are interpolated."""
     k, filled = np.arange(y.size), interpolate_gaps(y)
     level = filled - np.polyval(np.polyfit(k, filled, 1), k)
     window = np.hanning(y.size)

@@ -1,4 +1,4 @@
-"""The twin over the record, to see whether both cycle alike."""
+"""The twin over the record, to compare their oscillations."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ def twin_overlay(twin: Twin, pv_unit: str) -> Figure | None:
     """Return three periods of record and twin, PV above and OP below; None where there is nothing to compare."""
     if not twin.overlay:
         return None
-    kept = twin.overlay
-    name, unit = labels.time_unit(float(kept["time"][-1]))
+    overlay = twin.overlay
+    name, unit = labels.time_unit(float(overlay["time"][-1]))
     data = []
     for signal, color, axis in (("pv", style.PV, "y"), ("op", style.OP, "y2")):
         for key, whose, drawn in (
@@ -26,7 +26,7 @@ def twin_overlay(twin: Twin, pv_unit: str) -> Figure | None:
             (f"{signal}_twin", "twin", style.line_style(style.MODEL)),
         ):
             data.append({
-                "type": "scatter", "mode": "lines", "x": kept["time"] / unit, "y": kept[key], "line": drawn,
+                "type": "scatter", "mode": "lines", "x": overlay["time"] / unit, "y": overlay[key], "line": drawn,
                 "name": "twin" if whose == "twin" else f"{signal.upper()}, record", "yaxis": axis,
                 "showlegend": whose == "record" or signal == "pv",
             })  # fmt: skip
@@ -38,9 +38,9 @@ def twin_overlay(twin: Twin, pv_unit: str) -> Figure | None:
     }
     a, b = twin.measured, twin.simulated
     caption = (
-        f"Three periods of the record and those of the twin, which runs on its own, laid in phase. Period "
-        f"{labels.format_duration(a.period)} and {labels.format_duration(b.period)}, PV amplitude {labels.format_number(a.amplitude_pv)} and "
-        f"{labels.format_number(b.amplitude_pv)}, OP amplitude {labels.format_number(a.amplitude_op)} % and "
+        f"Three periods of the record and of the twin, which runs on its own, shifted in phase. Period "
+        f"{labels.format_duration(a.period)} and {labels.format_duration(b.period)}, PV amplitude "
+        f"{labels.format_number(a.amplitude_pv)} and {labels.format_number(b.amplitude_pv)}, OP amplitude {labels.format_number(a.amplitude_op)} % and "
         f"{labels.format_number(b.amplitude_op)} %."
     )
     return Figure({"data": data, "layout": layout}, "The twin over the record", caption, height=380)

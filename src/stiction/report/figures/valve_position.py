@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.diagnosis.identified import J_UNKNOWN
 from stiction.report import labels, style
 from stiction.report.blocks import Figure
 from stiction.report.last_periods import last_periods, rests_before_slips
@@ -14,27 +13,26 @@ from stiction.report.last_periods import last_periods, rests_before_slips
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.diagnosis.identified import Identification
+    from stiction.diagnosis.identification.result import Identification
     from stiction.report.loop_view import LoopView
 
 __all__ = ["valve_position"]
 
-SAME = (0.6, 1.6)
-"""Slopes of the measured position over the estimated one between which both are in one unit [-]."""
-SMALL = 0.1
-"""Height and width of the plot below which dimensions stand no nearer [% of span]."""
+SAME_UNIT_SLOPES = (0.6, 1.6)
+"""Slopes of the measured over the estimated position between which both have the same unit [-]."""
+MIN_SIZE = 0.1
+"""Smallest height and width of the plot for the distance of the dimensions from the curve [% of span]."""
 
 
 def valve_position(view: LoopView) -> Figure | None:
     """Return valve position against OP over the last few periods; None when it is neither measured nor estimated."""
-    record, found, shown = view.diagnosis.record, view.diagnosis.identification, last_periods(view)
-    cut = shown.cut
-    op, estimated = record.op[cut], view.stem[cut]
+    record, found, plotted = view.diagnosis.record, view.diagnosis.identification, last_periods(view)
+    op, estimated = record.op[plotted.cut], view.valve_position[plotted.cut]
     data: list[dict[str, Any]] = []
     shapes: list[dict[str, Any]] = []
     notes: list[dict[str, Any]] = []
     if record.mv is not None:
-        measured, name = record.mv[cut], "measured"
+        measured, name = record.mv[plotted.cut], "measured"
         if found is not None:
             measured, name = _in_unit_of_op(measured, estimated, view.op_unit)
         data.append(style.trace(op, measured, name, style.line_style(style.MV, 2.0)))
@@ -45,7 +43,7 @@ def valve_position(view: LoopView) -> Figure | None:
         data.append(
             style.trace(op, estimated, name, style.line_style(style.MODEL if record.mv is not None else style.MV, 1.5))
         )
-        if view.valve_is_accepted and shown.slips:
+        if view.valve_is_accepted and plotted.has_slips:
             shapes, notes = _dimensions(op, estimated, found, view)
     if not data:
         return None
@@ -60,70 +58,71 @@ def valve_position(view: LoopView) -> Figure | None:
     }
     how = {(True, False): "measured", (False, True): "estimated", (True, True): "measured and estimated"}
     kind = how[record.mv is not None, found is not None]
-    caption = f"{shown.said}{_moved(found, view, slips=shown.slips) if found is not None else ''}"
+    caption = f"{plotted.text}{_describe_motion(found, view, has_slips=plotted.has_slips) if found is not None else ''}"
     if found is not None and record.mv is None and view.valve_is_accepted:
-        caption += "; the position was estimated from OP and PV, it was not measured"
+        caption += ". The position is estimated from OP and PV; it was not measured"
     return Figure({"data": data, "layout": layout}, f"Valve position against OP, {kind}", caption + ".", height=400)
 
 
-def _moved(found: Identification, view: LoopView, *, slips: bool) -> str:
-    """What the estimated valve does where OP turns, as the end of a sentence."""
+def _describe_motion(found: Identification, view: LoopView, *, has_slips: bool) -> str:
+    """How the estimated valve moves after a reversal of OP, as the end of a sentence."""
     unit = view.op_unit_short
     S = labels.format_interval(found.S, found.S_low, found.S_high)[0]
     J, J_low, J_high = labels.format_interval(found.J, found.J_low, found.J_high)
     if not view.valve_is_accepted:
-        return f": the likeliest sticky valve, S = {S}\u00a0{unit}, was not believed; a good one follows OP"
-    if not slips:
-        return ": nowhere in it does the estimated valve position rest over S and then slip"
-    if found.J_told == J_UNKNOWN:
-        jump = f"; whether it then jumps is open (by {J_low} to {J_high}\u00a0{unit})"
-    elif found.J_open:
-        jump = f", then it jumps, how far is open (by {J_low} to {J_high}\u00a0{unit})"
+        return f"; a good valve follows OP. The best sticky valve (S = {S}\u00a0{unit}) is not accepted by the verdict"
+    if not has_slips:
+        return "; the estimated valve position does not rest over S and then slip in them"
+    interval = f"({J_low} to {J_high}\u00a0{unit})"
+    if labels.has_unknown_J(found):
+        jump = f"; whether it then jumps is unknown {interval}"
+    elif found.J_undetermined:
+        jump = f", then it jumps by an uncertain J {interval}"
     else:
-        jump = f", then the valve jumps J = {J}\u00a0{unit}" if found.J > 0.0 else "; no jump was found"
-    return f": after a reversal the OP travels S = {S}\u00a0{unit} before the valve moves{jump}"
+        jump = f", then the valve jumps by J = {J}\u00a0{unit}" if found.J > 0.0 else "; no jump was found"
+    return f": after a reversal OP travels S = {S}\u00a0{unit} before the valve moves{jump}"
 
 
 def _in_unit_of_op(
     measured: NDArray[np.float64], estimated: NDArray[np.float64], unit: str
 ) -> tuple[NDArray[np.float64], str]:
-    """A measured position on the scale of the estimated one where it is in another unit, such as mA; and its name."""
+    """The measured position and its name; converted to the unit of OP where it is in another unit, such as mA."""
     both = np.isfinite(measured) & np.isfinite(estimated)
     if both.sum() < 3 or not np.ptp(estimated[both]) > 0.0:
         return measured, "measured"
     slope, level = np.polyfit(estimated[both], measured[both], 1)
     apart = abs(float(np.mean(measured[both] - estimated[both])))
-    if slope == 0.0 or (SAME[0] < slope < SAME[1] and apart < float(np.ptp(estimated[both]))):
+    if slope == 0.0 or (SAME_UNIT_SLOPES[0] < slope < SAME_UNIT_SLOPES[1] and apart < float(np.ptp(estimated[both]))):
         return measured, "measured"
-    return (measured - level) / slope, f"measured, brought to {unit}"
+    return (measured - level) / slope, f"measured, converted to {unit}"
 
 
 def _dimensions(
     op: NDArray[np.float64], mv: NDArray[np.float64], found: Identification, view: LoopView
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """S along the rest before a slip in which the OP travels farthest; J from its end, where that is not open."""
+    """S along the rest before a slip in which OP travels farthest, and J at its end when it is determined."""
     S, J, unit = found.S, found.J, view.op_unit_short
     if not np.isfinite([S, J]).all() or S <= 0.0:
         return [], []
     stuck = max(rests_before_slips(mv, op, S), key=lambda rest: float(np.ptp(op[rest])), default=None)
     if stuck is None:
         return [], []
-    least = SMALL if view.diagnosis.record.op_in_percent else 0.0
+    least = MIN_SIZE if view.diagnosis.record.op_in_percent else 0.0
     travel, level = op[stuck], float(mv[stuck.start])
     way = -1.0 if travel.argmax() < travel.argmin() else 1.0
     turn = float(travel.max() if way < 0.0 else travel.min())
     end, height, width = turn + way * S, float(np.nanmax(mv) - np.nanmin(mv)), float(np.nanmax(op) - np.nanmin(op))
-    beside = level - way * 0.06 * max(height, least)
-    shapes = [_line(turn, beside, end, beside), _tick(turn, level, beside), _tick(end, level, beside)]
-    said = f"S = {labels.format_interval(S, found.S_low, found.S_high)[0]} {unit}"
-    notes = [_note(0.5 * (turn + end), beside, said, yanchor="bottom" if way < 0.0 else "top")]
-    if height * 0.04 < J and not found.J_open:
-        aside = end + way * 0.04 * max(width, least)
-        shapes += [_line(aside, level, aside, level + way * J)]
-        shapes += [_rung(aside, end, level), _rung(aside, end, level + way * J)]
+    y_S = level - way * 0.06 * max(height, least)
+    shapes = [_line(turn, y_S, end, y_S), _tick(turn, level, y_S), _tick(end, level, y_S)]
+    text = f"S = {labels.format_interval(S, found.S_low, found.S_high)[0]} {unit}"
+    notes = [_note(0.5 * (turn + end), y_S, text, yanchor="bottom" if way < 0.0 else "top")]
+    if height * 0.04 < J and not found.J_undetermined:
+        x_J = end + way * 0.04 * max(width, least)
+        shapes += [_line(x_J, level, x_J, level + way * J)]
+        shapes += [_rung(x_J, end, level), _rung(x_J, end, level + way * J)]
         anchor = "right" if way < 0.0 else "left"
-        said = f"J = {labels.format_interval(J, found.J_low, found.J_high)[0]} {unit}"
-        notes.append(_note(aside, level + 0.5 * way * J, said, xanchor=anchor))
+        text = f"J = {labels.format_interval(J, found.J_low, found.J_high)[0]} {unit}"
+        notes.append(_note(x_J, level + 0.5 * way * J, text, xanchor=anchor))
     return shapes, notes
 
 
