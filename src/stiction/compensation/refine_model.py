@@ -1,12 +1,11 @@
-"""Valve and process polished together, in open loop: a second lag, and dead time between samples.
+"""Valve and process fitted together by simulation from the recorded OP: S, J, two lags and dead time.
 
-The identification reports one time constant. A remedy that moves the stem often asks more of the process than the
-slow cycle did, and S trades with dead time where little noise pins it (docs/verdict.md), so that the twin looks once
-more about the point found, by simulation error from the recorded OP:
+The identification predicts each PV sample from the ones before, which leaves J and the process gain uncertain where a slip
+is short. A remedy is simulated over many cycles, so the twin fits again what it simulates,
 
     min over (S, J/S, tau1, tau2, dead_time) of |t - K y|^2 / |t|^2,   K by least squares,
 
-t the PV and y the process's answer to the stem, both about their moving average over one period.
+t the PV and y the response of the process to the stem, both about their moving average over one period.
 """
 
 from __future__ import annotations
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.compensation.locked import locked_to
+from stiction.diagnosis.identification.process_fit import fit_process
 from stiction.diagnosis.oscillation import about_drift
 from stiction.errors import RecordError
 from stiction.models import FOPDT, SOPDT, Integrating, Kano
@@ -32,16 +32,19 @@ if TYPE_CHECKING:
 
 __all__ = ["RefinedModel", "refine_model"]
 
-RUNS, ENOUGH = 200, 4000
-"""Simulations for each start of the search, and samples to which a long record is cut (six periods at least)."""
-CLEAR = 0.02
-"""Share left unexplained below which noise no longer pins S, and S is tried apart from the point found [-]."""
-STARTS = ((1.0, 0.0, 0.0), (1.0, 0.0, 0.4), (1.0, -0.25, 0.2), (1.0, 0.25, 0.2), (0.85, 0.1, 0.2), (1.2, 0.1, 0.2))
-"""Where the search starts: S over the one found, J / S beside it, tau2 over tau1 [-]."""
+MAX_EVALUATIONS, MAX_SAMPLES = 300, 4000
+"""Simulations of each search, and samples to which a long record is cut (six periods at least)."""
+JUMP_RATIOS = (0.1, 0.4, 0.7, 1.0)
+"""Values of J / S from which the search starts, beside the one identified [-]."""
+S_SHARES = (1.0, 0.88, 0.91, 0.94, 0.97, 0.985, 1.015, 1.03, 1.06, 1.09, 1.12)
+"""Values of S tried before the last search, over the best one [-]."""
+MAX_SEARCHES = 2
+"""Starts that are searched, those with the smallest error [-]."""
 SLOW = 4.0
 """Periods over which the PV is averaged before what is left of it counts as moved from outside [-]."""
-PERIODS = 6
-"""Periods after which the stem's simulation starts afresh [-]."""
+RESTART_PERIODS = (1, 6)
+"""Periods after which the simulation of the stem starts again [-]: after one it cannot go astray for long; a stem that
+rests before OP turns is simulated better in one run of several."""
 STEPS = np.array([0.01, 0.1, 0.2, 0.3, 0.5])
 """First steps in ln S, J / S, ln tau1, tau2 / tau1 and dead time in samples [-]."""
 
@@ -68,7 +71,7 @@ class RefinedModel(NamedTuple):
 
 
 def refine_model(record: LoopRecord, found: Identification, period: float, *, cycles: bool = True) -> RefinedModel:
-    """Look about the identified point for a valve and a process that explain more.
+    """Fit valve and process to the PV, starting from the identified ones.
 
     Parameters
     ----------
@@ -92,25 +95,23 @@ def refine_model(record: LoopRecord, found: Identification, period: float, *, cy
         When the valve found does not move in the samples that are looked at.
     """
     view = _View(record, found.process.integrating, period)
-    late = found.process.dead_time
-    tau, ratio = max(found.process.time_constant, 0.1 * record.dt), min(max(found.J / found.S, 0.0), 1.0)
-    centre = np.array([np.log(found.S), ratio, np.log(tau / record.dt), 0.0, late / record.dt])
-    best, least = centre, view.error(centre)
-    before = least
-    for share, jump, second in STARTS if before < CLEAR else ():
-        shift = view.delay_of(found.S * (share - 1.0))
-        guess = [centre[0] + np.log(share), np.clip(ratio + jump, 0.0, 1.0), centre[2], second, centre[4] - shift]
-        best, least = min((best, least), _search(view, np.array(guess), 0), key=lambda one: one[1])
-        if least < 1.5 * view.floor:
-            break
-    if least > 1.5 * view.floor:
-        # Noise makes small stairs of the slips: the stem as it was followed stretch by stretch is the better one then.
+    ratio = min(max(found.J / found.S, 0.0), 1.0)
+    if found.by_position:
         view.stem = forward_fill(found.mv, fill_start=True)[view.cut]
-        best, least = centre, view.error(centre)
-        before = least
-        for second in (0.0, 0.4):
-            guess = np.array([*centre[:3], second, centre[4]])
-            best, least = min((best, least), _search(view, guess, 2), key=lambda one: one[1])
+    ratios = (ratio,) if found.by_position else (ratio, *JUMP_RATIOS)
+    results = []
+    for periods in (RESTART_PERIODS[:1] if found.by_position else RESTART_PERIODS):
+        view.restart_every(periods)
+        starts = [view.with_process(found.S, x) for x in ratios]
+        errors = [view.error(start) for start in starts]
+        searches = [_search(view, starts[k], 2 if found.by_position else 0) for k in np.argsort(errors)[:MAX_SEARCHES]]
+        place, error = min(searches, key=lambda one: one[1])
+        results.append((error, errors[0], periods, place))
+    least, before, periods, best = min(results, key=lambda one: one[0])
+    view.restart_every(periods)
+    if not found.by_position:
+        best = min((view.with_S(best, share) for share in S_SHARES), key=view.error)
+    best, least = _search(view, best, 2 if found.by_position else 0)
     gain, mv, left = view.closely(best)
     if gain == 0.0:
         raise RecordError(
@@ -144,7 +145,7 @@ def _search(view: _View, guess: NDArray[np.float64], first: int) -> tuple[NDArra
         lambda x: view.error(np.concatenate([guess[:first], x])),
         guess[first:],
         method="Nelder-Mead",
-        options={"maxfev": RUNS if first == 0 else 2 * RUNS, "initial_simplex": simplex},
+        options={"maxfev": MAX_EVALUATIONS, "initial_simplex": simplex, "xatol": 1e-4, "fatol": 1e-7},
     )
     return np.concatenate([guess[:first], done.x]), float(done.fun)
 
@@ -155,7 +156,7 @@ class _View:
     def __init__(self, record: LoopRecord, integrating: bool, period: float) -> None:
         assert record.pv is not None
         self.dt, self.integrating, self.samples = record.dt, integrating, period / record.dt
-        size = max(ENOUGH, round(6.0 * self.samples))
+        size = max(MAX_SAMPLES, round(6.0 * self.samples))
         self.cut = slice(0, size)
         self.op, self.pv = (
             forward_fill(record.op, fill_start=True)[self.cut],
@@ -168,16 +169,22 @@ class _View:
         self.energy = float(self.target @ self.target)
         noise = float(np.std(np.diff(self.target, 2))) / np.sqrt(6.0)
         self.floor = noise * noise * self.target.size / self.energy
-        # The stem of a valve that makes its loop cycle moves until OP turns: there it lies (S - J) / 2 behind, and
-        # the simulation starts afresh, so that a stem which went astray does not stay so.
-        wide = max(round(self.samples), 2)
-        starts = range(0, max(self.op.size - wide, 1), PERIODS * wide)
-        self.turns = [*(k + int(np.argmax(self.op[k : k + wide])) for k in starts), self.op.size]
         self.stem: NDArray[np.float64] | None = None
+        self.turns: list[int] = []
 
-    def delay_of(self, width: float) -> float:
-        """Samples by which a band wider by `width` [% of span] holds the stem longer."""
-        return width / max(float(np.mean(np.abs(np.diff(self.op)))), 1e-9)
+    def restart_every(self, periods: int) -> None:
+        """Start the simulation of the stem again where OP turns, where a moving stem is (S - J) / 2 away from it."""
+        width = max(round(self.samples), 2)
+        starts = range(0, max(self.op.size - width, 1), periods * width)
+        self.turns = [*(k + int(np.argmax(self.op[k : k + width])) for k in starts), self.op.size]
+
+    def with_process(self, S: float, ratio: float) -> NDArray[np.float64]:
+        """The place of a valve and of the process that is fitted to its stem."""
+        place = np.array([np.log(S), ratio, 0.0, 0.0, 0.0])
+        process = fit_process(self.follow(place), self.pv, self.samples, integrating=self.integrating)
+        slow, fast = (process.fast, 0.0) if self.integrating else (process.slow, process.fast)
+        place[2:] = np.log(max(slow, 0.1)), fast / max(slow, 0.1), process.dead_time
+        return place
 
     def follow(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
         """Stem position over the recorded OP."""
@@ -191,6 +198,12 @@ class _View:
             assert stem is not None
             parts.append(stem)
         return np.concatenate(parts)
+
+    def with_S(self, place: NDArray[np.float64], share: float) -> NDArray[np.float64]:
+        """The place with S times `share`, and a dead time shorter by what a wider band holds the stem longer."""
+        moves = max(float(np.mean(np.abs(np.diff(self.op)))), 1e-9)
+        later = float(np.exp(place[0])) * (share - 1.0) / moves
+        return place + np.array([np.log(share), 0.0, 0.0, 0.0, max(-later, -place[4])])
 
     def answer(self, mv: NDArray[np.float64], place: NDArray[np.float64]) -> NDArray[np.float64]:
         """Process of gain 1 driven by the stem, about its moving average, shape (n_inside,)."""
