@@ -6,11 +6,15 @@ from dataclasses import replace
 from datetime import datetime
 
 import numpy as np
-from stiction.diagnosis.identified import ErrorSurface, Identification, ProcessFit
 
 import stiction as st
+from stiction.diagnosis.identification.result import Identification, LikelihoodSurface, ProcessFit, Segment
+from stiction.diagnosis.loop_state import LoopState
 from stiction.diagnosis.oscillation import find_oscillation
-from stiction.diagnosis.result import Diagnosis, Evidence
+from stiction.diagnosis.result import Evidence
+from stiction.diagnosis.verdict.causes import OscillationCause
+from stiction.diagnosis.verdict.diagnosis import Diagnosis
+from stiction.diagnosis.verdict.model import Contribution
 from stiction.records.assess import assess_quality
 from stiction.records.record import Provenance
 
@@ -27,25 +31,45 @@ def record(n=2000, tag="FIC-101", S=3.0, J=1.0, measured=False, seed=1):
 
 
 def surface(S, J):
-    """A valley about (S, J)."""
-    s, ratio = np.linspace(0.0, 2.0 * S, 24), np.linspace(0.0, 1.2, 16)
-    far = ((s[:, None] - S) / S) ** 2 + 0.15 * (ratio[None, :] - J / S) ** 2
-    late = np.arange(8.0)
-    valley = ((s[:, None] + 0.4 * late[None, :] - S) / S) ** 2
-    return ErrorSurface(s, ratio, 0.03 + far, 0.05, 2.0 * late, 0.03 + valley)
+    """A likelihood ratio with its maximum near (S, J)."""
+    s, ratio = np.geomspace(0.1 * S, 2.0 * S, 24), np.linspace(0.0, 1.0, 5)
+    distance = ((s[:, None] - S) / S) ** 2 + 0.15 * (ratio[None, :] - J / S) ** 2
+    return LikelihoodSurface(s, ratio, 400.0 - 900.0 * distance)
 
 
-def identification(run, S=3.0, J=1.0):
+def segments(n, *ratios, S=3.0, J=1.0):
+    """Parts of equal length with the given likelihood ratios."""
+    ends = np.linspace(0, n, len(ratios) + 1).astype(int)
+    return tuple(Segment(int(a), int(b), S, J, x) for a, b, x in zip(ends[:-1], ends[1:], ratios, strict=True))
+
+
+def identification(run, S=3.0, J=1.0, **more):
     """The valve stroked over the recorded OP, and a smooth PV."""
     mv = st.stroke(st.Kano(S, J), np.nan_to_num(run.op, nan=50.0), dt=run.dt, mv_start=50.0).mv
     pv = np.convolve(run.pv, np.ones(3) / 3.0, mode="same")
     pv[[0, -1]] = run.pv[[0, -1]]
-    process = ProcessFit(3.0, 10.0, 10.0, False)
-    return Identification(
-        "Kano", S, J, 0.9 * S, 1.1 * S, 0.7 * J, 1.4 * J, process, 93.0, 41.0, surface(S, J), mv=mv, pv=pv
-    )
+    values = {
+        "model": "kano",
+        "S": S, "J": J, "S_low": 0.9 * S, "S_high": 1.1 * S, "J_low": 0.7 * J, "J_high": 1.4 * J,
+        "process": ProcessFit(3.0, 10.0, 10.0, False),
+        "linear": ProcessFit(1.2, 5.0, 2.0, False),
+        "fit": 93.0,
+        "fit_linear": 41.0,
+        "mv": mv,
+        "pv": pv,
+        "pv_linear": pv - 0.5,
+        "likelihood_ratios": {"good": 310.0, "deadband": 12.5, "nonlinear": 45.0, "periodic_load": -7.0},
+        "surface": surface(S, J),
+        "segments": segments(len(run), 90.0, 120.0, 80.0, 75.0),
+    }  # fmt: skip
+    return Identification(**{**values, **more})
 
 
+CONTRIBUTIONS = (
+    Contribution("over_good", 3.1, 2.4),
+    Contribution("tuning", 0.9, -1.2),
+    Contribution("position", float("nan"), 0.0),
+)
 EVIDENCE = (
     Evidence("Horch correlation", 0.71, 0.5, "stiction", True, "OP and PV correlate oddly at lag 0.", "horch1999"),
     Evidence(
@@ -62,20 +86,18 @@ def diagnosis(n=2000, verdict="stiction", found=True, probability=None, run=None
     """A diagnosis of a sticky flow loop."""
     run = record(n) if run is None else run
     default = {"stiction": 0.94, "no_stiction": 0.06, "undecided": 0.5}[verdict]
-    cause = {"stiction": "stiction", "no_stiction": "tight tuning", "undecided": "unknown"}[verdict]
-    told = default if probability is None else probability
+    cause = {"stiction": (0.9, 0.1), "no_stiction": (0.05, 0.8), "undecided": (0.4, 0.4)}[verdict]
     values = {
         "record": run,
         "verdict": verdict,
-        "probability": told,
-        "probability_before_doubts": told,
-        "cause": cause,
-        "reason": "Six methods of seven see the valve stick, and a sticky valve explains the PV far better.",
-        "action": "Check packing friction and positioner at the next chance; retuning will not cure it.",
+        "probability": default if probability is None else probability,
+        "loop_state": LoopState("in_control", 0.0, run.duration),
         "oscillation": find_oscillation(run),
-        "evidence": EVIDENCE,
+        "oscillation_cause": OscillationCause(*cause, 0.1, 0.02, 0.01),
         "quality": assess_quality(run, period=180.0),
+        "evidence": EVIDENCE,
         "identification": identification(run) if found else None,
+        "contributions": CONTRIBUTIONS if found else (),
         "settings": {"model": "Kano"},
     }
     return Diagnosis(**{**values, **more})

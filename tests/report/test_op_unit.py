@@ -1,4 +1,4 @@
-"""Whatever is said of S and J carries the unit of OP: % of span only where the gate "op scale" takes OP as that."""
+"""S and J are always shown in the unit of OP: % of span only where the check "op scale" accepts OP as a percentage."""
 
 from __future__ import annotations
 
@@ -13,58 +13,59 @@ from hypothesis import strategies as some
 
 import stiction as st
 from report.diagnoses import record
-from stiction.apps.files import plant_csv
 from stiction.apps.verdict_output import format_S
 from stiction.compensation.shop_tests import plan_before
 from stiction.records import LoopRecord
 from stiction.records.assess import assess_quality
 from stiction.report import labels, write_report
-from stiction.report.explanation import story
+from stiction.report.explanation import explanation_steps
 from stiction.report.overview import overview
 
 IN_PERCENT = re.compile(
-    r"\b[SJ] ?(?:=|is|from|grows by|falls by)? ?\d[\d.]* ?%|OP (?:amplitude|by|moves) [\d.]+ %"
+    r"\b[SJ] ?(?:=|is|of|from|changes by)? ?\d[\d.]* ?%|OP (?:amplitude|by|moves) [\d.]+ %"
     r"|\[% of span]|% deadband|per %|% per PV unit"
 )
-"""S, J, OP or a gain told in % of span, in a sentence or on an axis."""
+"""S, J, OP or a gain in % of span, in a sentence or on an axis."""
 
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
-    """A sticky loop kept with OP from 0 to 1, read as it is and with its range."""
+    """A sticky loop stored with OP from 0 to 1, read as it is and with its range."""
     run = record(measured=True)
     file = tmp_path_factory.mktemp("plant") / "fraction.csv"
-    file.write_text(plant_csv(replace(run, op=run.op / 100.0, mv=run.mv / 100.0)))
+    columns = {"time": run.time, "SP": run.sp, "PV": run.pv, "OP": run.op / 100.0, "valve position": run.mv / 100.0}
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(file, table, fmt="%.9g", delimiter=",", header=",".join(columns), comments="")
     return {
         unit: st.diagnose(st.read(file, op_range=given, loop_type="flow")[0])
         for unit, given in (("OP units", None), ("% of span", (0, 1)))
     }
 
 
-def told(found, folder):
-    """All that is said of a diagnosis, blanks as in plain text."""
+def all_text(found, folder):
+    """All texts of a diagnosis, with plain blanks."""
     page = write_report([found], folder / "one.html").read_text()
     several = write_report([found, found], folder / "two.html").read_text()
-    steps = [" ".join([*step.lines, str(step.table)]) for step in story(found)]
-    said = {
+    steps = [" ".join([*step.lines, str(step.table)]) for step in explanation_steps(found)]
+    texts = {
         "page": page.split("<body", 1)[1],
         "overview": several.split("<body", 1)[1],
         "headline": labels.headline(found),
-        "story": " ".join(steps),
+        "explanation": " ".join(steps),
         "reason": found.reason,
         "work order": st.work_order(found, st.compensate(found, seeds=1)).to_text(),
     }
-    return {name: re.sub(r"\\u00a0|\s", " ", unescape(text)) for name, text in said.items()}
+    return {name: re.sub(r"\\u00a0|\s", " ", unescape(text)) for name, text in texts.items()}
 
 
 def test_nothing_calls_s_a_percentage_where_op_is_none(found, tmp_path):
-    for name, text in told(found["OP units"], tmp_path).items():
+    for name, text in all_text(found["OP units"], tmp_path).items():
         assert not IN_PERCENT.findall(text), name
         assert "OP units" in text, name
 
 
-def test_the_same_record_with_its_range_is_told_in_percent(found, tmp_path):
-    for name, text in told(found["% of span"], tmp_path).items():
+def test_the_same_record_with_its_range_is_in_percent(found, tmp_path):
+    for name, text in all_text(found["% of span"], tmp_path).items():
         assert IN_PERCENT.search(text), name
         assert "OP units" not in text, name
 
@@ -86,18 +87,18 @@ def test_no_remedy_is_set_for_an_op_in_another_unit(found):
     assert "op_range" not in st.compensate(found["% of span"], seeds=1).reason
 
 
-def test_the_shop_is_not_given_sizes_in_another_unit(found):
+def test_the_work_order_has_no_sizes_in_another_unit(found):
     order = st.work_order(found["OP units"])
     assert np.isnan([order.S, order.S_low, order.S_high, order.J, order.J_low, order.J_high]).all()
     assert order.before == plan_before(50.0, 5.0)
     assert "of the stroke" not in order.to_text()
 
 
-def test_how_large_s_is_needs_percent(found, tmp_path):
+def test_the_scale_of_s_needs_percent(found, tmp_path):
     for unit, bars in (("OP units", 0), ("% of span", 1)):
         page = write_report([found[unit]], tmp_path / "page.html").read_text()
         assert page.count('class="severity-bar"') == bars
-        assert page.count("How large S is can be said in % of span only") == 1 - bars
+        assert page.count("The scale of S needs OP in % of span") == 1 - bars
 
 
 def test_a_table_of_loops_names_the_unit_that_is_not_that_of_its_heading(found):
@@ -115,10 +116,10 @@ def test_a_table_of_loops_names_the_unit_that_is_not_that_of_its_heading(found):
         some.floats(-30.0, 130.0) | some.floats(0.0, 1.2) | some.just(-9999.0) | some.just(np.nan), min_size=1
     )
 )
-def test_the_unit_is_what_the_gate_says(op):
+def test_the_unit_follows_the_check_of_the_op_scale(op):
     run = LoopRecord("FIC-101", 1.0, op=op, pv=np.arange(len(op)))
-    gates = {gate.name: gate.severity for gate in assess_quality(run).checks}
-    assert run.op_in_percent == (gates.get("op scale", "ok") == "ok")
+    severities = {check.name: check.severity for check in assess_quality(run).checks}
+    assert run.op_in_percent == (severities.get("op scale", "ok") == "ok")
 
 
 def test_a_code_for_a_bad_value_does_not_change_the_unit():

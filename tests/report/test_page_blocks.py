@@ -14,8 +14,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 from hypothesis.extra import numpy as some_arrays
-from stiction.diagnosis.verdict.meaning import FEATURES
-from stiction.diagnosis.verdict.weighing import weighing
 
 from stiction.errors import ParameterError
 from stiction.report import (
@@ -31,6 +29,7 @@ from stiction.report import (
     render_page,
 )
 from stiction.report.plot_json import to_json
+from stiction.report.rendering import format_cell
 
 EVIL = '</script><script>window.hacked=1</script><img src=x onerror="window.hacked=1">'
 FIGURE = Figure({"data": [{"y": [1.0, 2.0], "name": EVIL}], "layout": {}}, f"Title {EVIL}", f"Caption {EVIL}")
@@ -149,7 +148,7 @@ def test_a_heading_level_outside_the_page_is_refused():
     ("value", "text"), [(None, "–"), (math.inf, "–"), (0.0, "0"), (12.3456, "12.35"), (98765.4, "98765"), ("a", "a")]
 )
 def test_table_values(value, text):
-    assert shown(value) == text
+    assert format_cell(value) == text
 
 
 def test_numbers_of_any_kind_stand_right():
@@ -167,7 +166,3 @@ def test_thinning_keeps_peaks_and_gaps():
     assert 123_456 in keep
     assert np.isnan(y[keep]).any()
     assert np.all(np.diff(keep) > 0)
-
-
-def test_every_feature_that_is_weighed_has_words():
-    assert set(weighing("sticks").features) <= set(FEATURES)

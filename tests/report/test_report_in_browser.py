@@ -68,10 +68,10 @@ def drawn(page):
 
 def test_one_loop_draws_every_figure_and_a_zoom_moves_both_trends(tmp_path, visit):
     page = visit(write_report([diagnosis(800)], tmp_path / "one.html"))
-    for k in range(7):
+    for k in range(11):
         page.locator(".plot").nth(k).scroll_into_view_if_needed()
-    until(page, "document.querySelectorAll('.plot .xy, .plot .draglayer').length >= 7")
-    assert drawn(page) == 8
+    until(page, "document.querySelectorAll('.plot .xy, .plot .draglayer').length >= 11")
+    assert drawn(page) == 11
     assert page.evaluate("document.documentElement.scrollWidth") <= 1280
     buttons = (
         page.locator(".plot").first.locator(".modebar-btn").evaluate_all("(all) => all.map((b) => b.dataset.title)")
@@ -96,7 +96,7 @@ def test_folded_loops_are_drawn_only_when_opened(tmp_path, visit):
     page.keyboard.press("Enter")
     assert drawn(page) > 0
     assert page.locator("details[open]").count() == 1
-    assert page.locator("details[open] summary").inner_text().startswith("FIC-1 ")
+    assert page.locator("details[open] > summary").inner_text().startswith("FIC-1 ")
 
 
 def test_the_table_sorts_by_keyboard_and_says_so(tmp_path, visit):
@@ -150,7 +150,8 @@ def test_on_a_phone_the_whole_table_is_in_sight(tmp_path, visit):
 
 def test_names_from_a_file_run_nothing(tmp_path, visit):
     run = replace(record(400), tag=EVIL)
-    bad = replace(diagnosis(400, run=run), reason=EVIL, action=EVIL, cause=EVIL)
+    evidence = tuple(replace(one, why=EVIL) for one in diagnosis(400).evidence)
+    bad = diagnosis(400, run=run, evidence=evidence)
     page = visit(write_report([bad, replace(bad, verdict="undecided")], tmp_path / "evil.html"), "#loop-1")
     drawn(page)
     assert page.evaluate("window.hacked") is None
@@ -170,7 +171,7 @@ def test_an_anchor_opens_a_loop_and_paper_clips_nothing_of_it(tmp_path, visit):
         ".filter((e) => e.offsetParent !== null || e.closest('.plot')).map((e) => e.getBoundingClientRect().right))"
     )
     assert widest <= 681
-    assert page.locator(".plot[data-drawn]").count() == 8
+    assert page.locator(".plot[data-drawn]").count() == 11
     page.evaluate("window.dispatchEvent(new Event('afterprint'))")
     page.emulate_media(media="screen")
     page.set_viewport_size({"width": 1280, "height": 900})

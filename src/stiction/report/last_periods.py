@@ -53,7 +53,8 @@ def last_periods(view: LoopView) -> PlottedPeriods:
         The periods.
     """
     first, last = view.analysed
-    within, sticky = "the analysed part", view.sticky_segments
+    within = "the record" if view.is_analysed_whole else "the analysed part"
+    sticky = view.sticky_segments
     if 0 < len(sticky) < len(view.segments):
         first, last = sticky[-1][:2]
         within = "the last part of the record in which the valve sticks"

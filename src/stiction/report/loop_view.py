@@ -30,9 +30,10 @@ class LoopView:
 
     @cached_property
     def analysed(self) -> tuple[int, int]:
-        """First and one past the last sample of the analysed part; the whole record when nothing was analysed."""
+        """First and one past the last sample of the analysed part; the whole record when the valve was not judged."""
         n, quality = len(self.diagnosis.record), self.diagnosis.quality
-        return (quality.first, quality.last) if 0 <= quality.first < quality.last <= n else (0, n)
+        is_part = self.diagnosis.loop_state.in_control and quality.first < quality.last
+        return (quality.first, quality.last) if is_part else (0, n)
 
     @property
     def is_analysed_whole(self) -> bool:

@@ -16,22 +16,27 @@ if TYPE_CHECKING:
 
 __all__ = ["contributions", "feature_table"]
 
+MIN_PLOTTED = 0.005
+"""Smallest contribution with a bar [log odds]."""
+
 
 def contributions(view: LoopView) -> Figure | None:
-    """Return a bar for each feature, the strongest at the top; None where the record was not judged."""
-    found = view.diagnosis.contributions
-    if not found:
+    """Return a bar for each feature that contributes, the strongest at the top; None where no feature does."""
+    rows = zip(feature_table(view.diagnosis), view.diagnosis.contributions, strict=True)
+    plotted = [(row, one.log_odds) for row, one in rows if abs(one.log_odds) >= MIN_PLOTTED]
+    if not plotted:
         return None
-    log_odds = np.array([one.log_odds for one in found])
-    names = [row[0] for row in feature_table(view.diagnosis)]
-    text = [f"{x:+.2f}" for x in log_odds]
+    names, text = [name for (name, *_), _ in plotted], [row[-1] for row, _ in plotted]
+    log_odds = np.array([value for _, value in plotted])
     plot = horizontal_bars(names, log_odds, text, "Contribution to the log odds of stiction [-]")
     caption = (
-        f"A bar to the right speaks for stiction, a bar to the left against it. With the prior of "
-        f"{labels.format_probability(view.diagnosis.prior)} the sum gives a probability of stiction of "
+        "A bar to the right speaks for stiction, a bar to the left against it. With a prior of "
+        f"{labels.format_probability(view.diagnosis.prior)} they give a probability of stiction of "
         f"{labels.format_probability(view.diagnosis.probability)}."
     )
-    return Figure(plot, "What each feature contributes", caption, height=90 + 24 * len(found))
+    if others := len(view.diagnosis.contributions) - len(plotted):
+        caption += f" {labels.count_noun(others, 'feature')} without a contribution: see the table below."
+    return Figure(plot, "What each feature contributes", caption, height=90 + 31 * len(plotted))
 
 
 def feature_table(diagnosis: Diagnosis) -> list[list[str]]:

@@ -68,7 +68,7 @@ def likelihood_surface(view: LoopView) -> Figure | None:
         "showlegend": True,
         "margin": {"t": style.BELOW_BUTTONS},
     }
-    return Figure({"data": data, "layout": layout}, "Likelihood of each S and J", caption, height=400)
+    return Figure({"data": data, "layout": layout}, "Likelihood of each S and J", caption, height=320)
 
 
 def cell_edges(grid: NDArray[np.float64]) -> list[float]:

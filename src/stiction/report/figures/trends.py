@@ -61,7 +61,7 @@ def _marked(view: LoopView) -> dict[str, NDArray[np.bool_]]:
     record = view.diagnosis.record
     masks = {"missing": missing_mask(record.op, record.pv)}
     for one in view.diagnosis.loop_state.stretches:
-        name = one.state.replace("_", " ")
+        name = one.state.replace("_", " ").replace("pv", "PV")
         masks.setdefault(name, np.zeros(len(record), dtype=np.bool_))[one.first : one.last] = True
     return {name: mask for name, mask in masks.items() if mask.any()}
 

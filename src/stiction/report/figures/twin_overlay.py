@@ -37,10 +37,16 @@ def twin_overlay(twin: Twin, pv_unit: str) -> Figure | None:
         "hovermode": "x",
     }
     a, b = twin.measured, twin.simulated
+    periods, pv, op = (
+        " and ".join(texts)
+        for texts in (
+            (labels.format_duration(a.period), labels.format_duration(b.period)),
+            (labels.format_number(a.amplitude_pv), labels.format_number(b.amplitude_pv)),
+            (labels.format_number(a.amplitude_op, "%"), labels.format_number(b.amplitude_op, "%")),
+        )
+    )
     caption = (
-        f"Three periods of the record and of the twin, which runs on its own, shifted in phase. Period "
-        f"{labels.format_duration(a.period)} and {labels.format_duration(b.period)}, PV amplitude "
-        f"{labels.format_number(a.amplitude_pv)} and {labels.format_number(b.amplitude_pv)}, OP amplitude {labels.format_number(a.amplitude_op)} % and "
-        f"{labels.format_number(b.amplitude_op)} %."
+        "Three periods of the record and of the twin, which runs on its own, shifted in phase. "
+        f"Period {periods}, PV amplitude {pv}, OP amplitude {op}."
     )
     return Figure({"data": data, "layout": layout}, "The twin over the record", caption, height=380)

@@ -1,4 +1,4 @@
-"""Records that cannot be judged, or only in part, still have a page."""
+"""Records that cannot be diagnosed, or only in part, still have a page."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import stiction as st
+from stiction.diagnosis.loop_state import HEADLINES
 
 
 def sticky(n=1500):
@@ -25,16 +26,17 @@ CHANGES = {
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_a_refused_record_has_a_page_with_the_reason(change, tmp_path):
+def test_an_undecided_record_has_a_page_with_its_state(change, tmp_path):
     run = sticky()
     found = st.diagnose(replace(run, **CHANGES[change](run)))
     assert found.verdict == "undecided"
     assert len(found.record) == len(run)
     page = st.write_report([found], tmp_path / "page.html").read_text()
-    assert "cannot be judged" in page
+    assert f"{HEADLINES[found.loop_state.state]}: cannot tell whether the valve sticks" in page
+    assert "No action" not in page.split("<body", 1)[1]
 
 
-def test_what_was_fitted_lies_on_the_stretch_that_was_analysed(tmp_path):
+def test_the_identification_covers_the_analysed_part(tmp_path):
     run = sticky()
     auto = np.ones(len(run), dtype=bool)
     auto[:400] = False
