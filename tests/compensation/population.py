@@ -109,7 +109,7 @@ def deviation(loop: Loop, case: Case, plan: Scenario, seed: int) -> float:
 
 def outcome(case: Case, plan: Scenario, found: Diagnosis, *, known: bool = False) -> Outcome:
     if known and found.identification is not None:
-        found = replace(found, verdict="stiction", cause="stiction")
+        found = replace(found, verdict="stiction")
     trial = compensate(found)
     if trial.recommended is None:
         return Outcome(case.record.tag, None, np.nan, np.nan, False, trial.reason)

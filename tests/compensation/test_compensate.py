@@ -19,6 +19,7 @@ from stiction.compensation.exchange import exchange
 from stiction.compensation.recommend import choose_remedy, repair_not_worthwhile
 from stiction.compensation.remedies import FIX, NOTHING, Remedy
 from stiction.compensation.trials import METRICS, Programme, measure, run
+from stiction.diagnosis.loop_state import LoopState
 from stiction.records.check_result import CheckResult
 
 LOOP = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
@@ -127,29 +128,28 @@ def test_diagnosed_loop_gets_advice(diagnosis):
     assert found[found.recommended].improvement > 0.3
 
 
-def gate(name: str) -> CheckResult:
-    return CheckResult(
-        name, "reject", 1.0, 0.0, "%", "manual_mode" if name == "manual" else name, {"segment_count": 1, "excluded": ""}
-    )
+def warning(name: str) -> CheckResult:
+    return CheckResult(name, "warn", 1.0, 0.0, "%", name, {"segment_count": 1, "excluded": ""})
 
 
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
         ({"verdict": "undecided"}, "Undecided"),
-        ({"verdict": "no_stiction", "cause": "tight tuning"}, "was not found to stick"),
+        ({"verdict": "no_stiction"}, "was not found to stick"),
         ({"identification": None}, "no twin"),
-        ({"gate": "saturation"}, "limits"),
-        ({"gate": "manual"}, "manual"),
+        ({"check": "saturation"}, "OP is at its limits"),
+        ({"loop_state": LoopState("manual", 0.0, 2500.0)}, "The controller is in manual, so that"),
+        ({"loop_state": LoopState("shut_in", 0.0, 2500.0)}, "The flow is shut in, so that"),
         ({"controller": st.PID(0.9, 3.0)}, "twin"),
     ],
 )
 def test_no_advice_where_there_is_no_ground_for_it(diagnosis, change, reason):
     change = dict(change)
-    controller, spoilt = change.pop("controller", None), change.pop("gate", None)
+    controller, name = change.pop("controller", None), change.pop("check", None)
     source = replace(diagnosis, **change)
-    if spoilt:
-        source = replace(source, quality=replace(source.quality, checks=(*source.quality.checks, gate(spoilt))))
+    if name:
+        source = replace(source, quality=replace(source.quality, checks=(*source.quality.checks, warning(name))))
     said = st.compensate(source, controller=controller, seeds=1)
     assert said.refused
     assert said.recommended is None
@@ -248,7 +248,7 @@ def test_a_small_S_in_a_loop_that_its_set_point_moves_is_not_worth_a_repair(K):
     sp = 50.0 + 4.0 * K * np.sign(np.sin(2.0 * np.pi * np.arange(3000) / 300.0))
     record = recorded(loop, sp)
     assert deviation(recorded(replace(loop, valve=st.Ideal()), sp)) > 0.95 * deviation(record)
-    told = replace(st.diagnose(replace(record, mv=None)), verdict="stiction", cause="stiction")
+    told = replace(st.diagnose(replace(record, mv=None)), verdict="stiction")
     found = st.compensate(told, seeds=4)
     assert found.S < 1.0
     assert found.refused

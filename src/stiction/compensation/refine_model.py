@@ -10,7 +10,7 @@ t the PV and y the response of the process to the stem, both about their moving 
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -38,13 +38,15 @@ JUMP_RATIOS = (0.1, 0.4, 0.7, 1.0)
 """Values of J / S from which the search starts, beside the one identified [-]."""
 S_SHARES = (1.0, 0.88, 0.91, 0.94, 0.97, 0.985, 1.015, 1.03, 1.06, 1.09, 1.12)
 """Values of S tried before the last search, over the best one [-]."""
+SEARCHED_RATIOS = np.linspace(0.05, 1.0, 11)
+"""Values of J / S tried with each [-]."""
 MAX_SEARCHES = 2
 """Starts that are searched, those with the smallest error [-]."""
 SLOW = 4.0
 """Periods over which the PV is averaged before what is left of it counts as moved from outside [-]."""
-RESTART_PERIODS = (1, 6)
-"""Periods after which the simulation of the stem starts again [-]: after one it cannot go astray for long; a stem that
-rests before OP turns is simulated better in one run of several."""
+RESTART_PERIODS = (1, 6, 1_000_000)
+"""Periods after which the simulation of the stem starts again [-]: after one period a wrong slip cannot last, but a stem
+that rests before OP turns starts from a wrong position; so runs of six periods and one run are tried as well."""
 STEPS = np.array([0.01, 0.1, 0.2, 0.3, 0.5])
 """First steps in ln S, J / S, ln tau1, tau2 / tau1 and dead time in samples [-]."""
 
@@ -95,23 +97,13 @@ def refine_model(record: LoopRecord, found: Identification, period: float, *, cy
         When the valve found does not move in the samples that are looked at.
     """
     view = _View(record, found.process.integrating, period)
-    ratio = min(max(found.J / found.S, 0.0), 1.0)
     if found.by_position:
         view.stem = forward_fill(found.mv, fill_start=True)[view.cut]
-    ratios = (ratio,) if found.by_position else (ratio, *JUMP_RATIOS)
-    results = []
-    for periods in (RESTART_PERIODS[:1] if found.by_position else RESTART_PERIODS):
-        view.restart_every(periods)
-        starts = [view.with_process(found.S, x) for x in ratios]
-        errors = [view.error(start) for start in starts]
-        searches = [_search(view, starts[k], 2 if found.by_position else 0) for k in np.argsort(errors)[:MAX_SEARCHES]]
-        place, error = min(searches, key=lambda one: one[1])
-        results.append((error, errors[0], periods, place))
-    least, before, periods, best = min(results, key=lambda one: one[0])
-    view.restart_every(periods)
-    if not found.by_position:
-        best = min((view.with_S(best, share) for share in S_SHARES), key=view.error)
-    best, least = _search(view, best, 2 if found.by_position else 0)
+        best = view.with_process(found.S, found.J / found.S)
+        before = view.error(best)
+        best, least = _search(view, best, first=2)
+    else:
+        best, least, before = _search_valve_and_process(view, found)
     gain, mv, left = view.closely(best)
     if gain == 0.0:
         raise RecordError(
@@ -134,7 +126,23 @@ def refine_model(record: LoopRecord, found: Identification, period: float, *, cy
     )
 
 
-def _search(view: _View, guess: NDArray[np.float64], first: int) -> tuple[NDArray[np.float64], float]:
+def _search_valve_and_process(view: _View, found: Identification) -> tuple[NDArray[np.float64], float, float]:
+    """The best place, its error, and the error at the identified valve."""
+    starts = [view.with_process(found.S, ratio) for ratio in (min(max(found.J / found.S, 0.0), 1.0), *JUMP_RATIOS)]
+    errors = [view.error(start) for start in starts]
+    first, _ = min((_search(view, starts[k]) for k in np.argsort(errors)[:MAX_SEARCHES]), key=lambda one: one[1])
+    results = []
+    for periods in RESTART_PERIODS:
+        view.restart_every(periods)
+        valves = (view.with_valve(first, *valve) for valve in product(S_SHARES, SEARCHED_RATIOS))
+        place, error = _search(view, min((first, *valves), key=view.error))
+        results.append((error, periods, place))
+    _, periods, best = min(results, key=lambda one: one[0])
+    view.restart_every(periods)
+    return *_search(view, best), errors[0]
+
+
+def _search(view: _View, guess: NDArray[np.float64], first: int = 0) -> tuple[NDArray[np.float64], float]:
     """Simplex search of the coordinates from `first` on."""
     from scipy.optimize import minimize
 
@@ -171,6 +179,7 @@ class _View:
         self.floor = noise * noise * self.target.size / self.energy
         self.stem: NDArray[np.float64] | None = None
         self.turns: list[int] = []
+        self.restart_every(1)
 
     def restart_every(self, periods: int) -> None:
         """Start the simulation of the stem again where OP turns, where a moving stem is (S - J) / 2 away from it."""
@@ -199,11 +208,11 @@ class _View:
             parts.append(stem)
         return np.concatenate(parts)
 
-    def with_S(self, place: NDArray[np.float64], share: float) -> NDArray[np.float64]:
-        """The place with S times `share`, and a dead time shorter by what a wider band holds the stem longer."""
+    def with_valve(self, place: NDArray[np.float64], share: float, ratio: float) -> NDArray[np.float64]:
+        """The place with S times `share`, another J / S, and a dead time shorter by the later slip."""
         moves = max(float(np.mean(np.abs(np.diff(self.op)))), 1e-9)
         later = float(np.exp(place[0])) * (share - 1.0) / moves
-        return place + np.array([np.log(share), 0.0, 0.0, 0.0, max(-later, -place[4])])
+        return np.array([place[0] + np.log(share), ratio, *place[2:4], max(place[4] - later, 0.0)])
 
     def answer(self, mv: NDArray[np.float64], place: NDArray[np.float64]) -> NDArray[np.float64]:
         """Process of gain 1 driven by the stem, about its moving average, shape (n_inside,)."""
