@@ -13,7 +13,7 @@ from stiction.report.figures.label_placement import PLOT_SIZE_PX, place_labels
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FIGURES = (
     "PV before and after", "OP and valve position before and after", "PV deviation against stem travel",
-    "How sure that is", "The twin over the record", "What retuning gives and takes",
+    "Sensitivity to S and J", "The twin over the record", "Oscillation and load response by retuning",
 )  # fmt: skip
 SECTIONS = ("Before and after", "The remedies", "The twin", "Retuning", "Work order")
 REMEDIES = (

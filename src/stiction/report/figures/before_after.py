@@ -1,4 +1,4 @@
-"""Before and after: PV, or OP and valve position, with nothing done, with the remedy and with a good valve."""
+"""PV, or OP and valve position, without action, with the remedy and with a good valve."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 __all__ = ["before_after"]
 
 GAP = 0.07
-"""Height between panels, over the whole [-]."""
+"""Distance between panels, as a share of the height of the figure [-]."""
 SHOWN = 5.0
-"""Periods shown before the first step; the others are a zoom away."""
+"""Periods shown before the first step [-]; zoom out for the others."""
 
 
 def before_after(trial: CompensationTrial) -> tuple[Figure, Figure] | None:
@@ -34,24 +34,24 @@ def before_after(trial: CompensationTrial) -> tuple[Figure, Figure] | None:
     names.sort(key=lambda name: (name != NOTHING, name == FIX))
     runs = {name: trial.trends[name] for name in names}
     steps = _steps(next(iter(runs.values())))
-    said = "Simulated on the twin, one run with the same noise and load for each"
+    text = "Simulated on the twin, one run with the same noise and load for each"
     if steps:
-        said += "; a step of the set point, then one of the load, where the vertical lines are"
+        text += "; a step of the set point, then one of the load, at the vertical lines"
     pv = _stacked(runs, {"sp": "SP (set point)", "pv": "PV (process variable)"}, "PV", steps, trial)
     op = _stacked(runs, {"op": "OP (controller output)", "mv": "Valve position"}, "% of span", steps, trial)
     return (
-        Figure(pv, "PV before and after", f"{said}. All panels have one scale; drag to look closer.", height=500),
+        Figure(pv, "PV before and after", f"{text}. All panels have the same scale; drag to zoom.", height=500),
         Figure(
             op,
             "OP and valve position before and after",
-            "The same runs. What the valve position does more than with nothing done is wear.",
+            "The same runs. Additional movement of the valve position is additional wear.",
             height=500,
         ),
     )
 
 
 def _steps(run: Mapping[str, NDArray[np.float64]]) -> tuple[float, ...]:
-    """Times of the step of the set point and of the load [s]: the first is seen, the second halves what is left."""
+    """Times of the steps of set point and load [s]: the second is halfway between the first and the end."""
     moved = np.flatnonzero(np.diff(run["sp"]))
     if not moved.size:
         return ()

@@ -35,7 +35,7 @@ def contributions(view: LoopView) -> Figure | None:
         f"{labels.format_probability(view.diagnosis.probability)}."
     )
     if others := len(view.diagnosis.contributions) - len(plotted):
-        caption += f" {labels.count_noun(others, 'feature')} without a contribution: see the table below."
+        caption += f" {labels.count_noun(others, 'feature')} without a contribution: see the values below."
     return Figure(plot, "What each feature contributes", caption, height=90 + 31 * len(plotted))
 
 

@@ -45,8 +45,9 @@ def likelihood_ratios(view: LoopView) -> Figure | None:
     ticks = [tick for tick in TICKS if min(x.min(), 0.0) - 0.1 <= log_evidence(tick) <= max(x.max(), 0.0) + 0.1]
     plot["layout"]["xaxis"] |= {"tickvals": [log_evidence(tick) for tick in ticks], "ticktext": [f"{k}" for k in ticks]}
     caption = (
-        "A bar to the right: the identified sticky valve predicts the PV better than this explanation; the shortest "
-        "bar is the strongest alternative. The axis is linear up to 20 and logarithmic beyond."
+        "A bar to the right: the identified sticky valve predicts the PV better than this explanation; to the left: "
+        "this explanation predicts it better. The first is the strongest alternative. The axis is linear up to 20 and "
+        "logarithmic beyond."
     )
     return Figure(plot, "Sticky valve against other explanations", caption, height=90 + 30 * len(ratios))
 

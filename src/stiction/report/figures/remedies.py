@@ -1,4 +1,4 @@
-"""The remedies against each other: what they give and take, and how sure that is."""
+"""The remedies compared: PV deviation, stem travel and sensitivity."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 __all__ = ["remedy_sensitivity", "remedy_tradeoff"]
 
 FLOOR = 0.02
-"""Stem travel over that of doing nothing below which a remedy is drawn at the edge [-]."""
+"""Stem travel relative to no action, below which a remedy is drawn at the edge [-]."""
 LEFT_BELOW = 14.0
-"""Room below zero, for names [% of the PV deviation of doing nothing]."""
+"""Space below zero, for names [% of the PV deviation without action]."""
 
 
 def remedy_tradeoff(trial: CompensationTrial) -> Figure | None:
@@ -55,15 +55,15 @@ def remedy_tradeoff(trial: CompensationTrial) -> Figure | None:
     data.sort(key=lambda trace: trace["name"] == trial.recommended)
     layout = {
         "xaxis": {
-            "type": "log", "range": [low, high], "title": {"text": "Stem travel, times that of doing nothing"},
+            "type": "log", "range": [low, high], "title": {"text": "Stem travel, relative to no action"},
             "tickvals": ticks, "ticktext": [f"≤ {t:g}" if t == FLOOR else f"{t:g}" for t in ticks],
         },
-        "yaxis": {"range": [-LEFT_BELOW, top], "title": {"text": "PV std [% of doing nothing]"}},
+        "yaxis": {"range": [-LEFT_BELOW, top], "title": {"text": "PV std [% of no action]"}},
         "shapes": [_line(x0=1, x1=1, y0=0, y1=1, yref="paper"), _line(x0=0, x1=1, y0=100, y1=100, xref="paper")],
     }  # fmt: skip
     caption = (
-        "Left and below of the dotted cross a remedy gives a steadier PV with less wear; the square is the good valve, "
-        "the diamond what is recommended until then. Offsets and steps do not show here: see the table."
+        "Left of and below the dotted lines a remedy gives a smaller PV deviation with less wear; the square is the "
+        "good valve, the diamond the remedy recommended until the repair. For offsets and steps see the table."
     )
     return Figure({"data": data, "layout": layout}, "PV deviation against stem travel", caption, height=420)
 
@@ -93,16 +93,16 @@ def remedy_sensitivity(trial: CompensationTrial) -> Figure | None:
         marker = {"color": color, "symbol": symbol, "size": 9, "line": {"width": 2, "color": color}}
         data.append({"type": "scatter", "mode": "markers", "x": x, "y": names, "name": called, "marker": marker})
     layout = {
-        "xaxis": {"title": {"text": "PV std [% of doing nothing]"}, "rangemode": "tozero"},
+        "xaxis": {"title": {"text": "PV std [% of no action]"}, "rangemode": "tozero"},
         "yaxis": {"showgrid": False, "ticks": ""},
         "hovermode": "closest",
         "shapes": [_line(x0=100, x1=100, y0=0, y1=1, yref="paper")],
     }
     caption = (
-        "Each remedy was set for the S and J identified, then tried on valves whose S and J are 30 % larger or "
-        "smaller. Right of the dotted line the PV is worse than with nothing done to the same valve."
+        "Each remedy was designed for the identified S and J, then simulated with S and J 30 % larger and "
+        "smaller. Right of the dotted line the PV deviation is larger than without action on the same valve."
     )
-    return Figure({"data": data, "layout": layout}, "How sure that is", caption, height=120 + 30 * len(ranked))
+    return Figure({"data": data, "layout": layout}, "Sensitivity to S and J", caption, height=120 + 30 * len(ranked))
 
 
 def _looks(one: RemedyTrial, trial: CompensationTrial) -> tuple[str, str]:

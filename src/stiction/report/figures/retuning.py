@@ -1,4 +1,4 @@
-"""The price of other controller settings: what is left of the cycle against what control loses."""
+"""Other controller settings: the remaining oscillation against the loss of control performance."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 __all__ = ["retuning"]
 
 MOST = 12.0
-"""Largest IAE of a load step over the present one that is drawn [-]."""
+"""Largest IAE of a load step, relative to the present settings, that is drawn [-]."""
 
 
 def retuning(found: Retuning) -> Figure | None:
-    """Return PV deviation of the cycle left over IAE of a load step, each setting tried a point; None without any."""
+    """Return the PV deviation of the remaining cycle over the IAE of a load step, a point for each setting; or None."""
     drawn = [one for one in found.curve if math.isfinite(one.load_iae) and one.load_iae <= MOST]
     if not drawn:
         return None
@@ -47,11 +47,11 @@ def retuning(found: Retuning) -> Figure | None:
     layout["xaxis"] |= {"tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]}
     lost = len(found.curve) - len(drawn)
     caption = (
-        "Each point is a setting of Kc and Ti (point at one to read it): lower is a smaller cycle, further right a "
-        "slower answer to a load with a good valve; the dotted line is the present setting's."
+        "Each point is a setting of Kc and Ti (hover to read it). Lower: a smaller oscillation; further right: a "
+        "slower response to a load with a good valve. The dotted line marks the present setting."
         + (f" {lost} settings beyond {MOST:g} times the IAE are not drawn." if lost else "")
     )
-    return Figure({"data": data, "layout": layout}, "What retuning gives and takes", caption, height=380)
+    return Figure({"data": data, "layout": layout}, "Oscillation and load response by retuning", caption, height=380)
 
 
 def _points(some: Sequence[TradeOff], name: str, color: str, symbol: str, size: int) -> dict[str, Any]:
