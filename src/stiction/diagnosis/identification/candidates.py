@@ -81,6 +81,8 @@ def pattern_search(
     found: Candidates,
     steps: Sequence[tuple[float, float, float, int]],
     max_S: float,
+    *,
+    diagonal: bool = False,
 ) -> Candidates:
     """Add the neighbours of the best candidates, with smaller and smaller steps.
 
@@ -94,6 +96,8 @@ def pattern_search(
         For each round the steps in ln S, in J / S and in the start, and the number of candidates refined [-].
     max_S : float
         Largest S [% of span].
+    diagonal : bool
+        Try a larger S with a smaller J / S too, and the reverse: a valve that breaks loose at the same distance.
 
     Returns
     -------
@@ -102,7 +106,8 @@ def pattern_search(
     """
     for S_step, ratio_step, start_step, count in steps:
         centres = found.local_minima(count, 0.8 * S_step, 0.8 * ratio_step)
-        found = joined(found, evaluate(_neighbours(centres, S_step, ratio_step, start_step, max_S)))
+        steps_tried = DIAGONAL_PATTERN if diagonal else PATTERN
+        found = joined(found, evaluate(_neighbours(centres, steps_tried * (S_step, ratio_step, start_step), max_S)))
     return found
 
 
@@ -113,14 +118,14 @@ def joined(one: Candidates, other: Candidates) -> Candidates:
 
 PATTERN = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (1, 1, 0), (-1, -1, 0), (0, 0, 1), (0, 0, -1)])
 """Directions of the pattern search in (ln S, J / S, start)."""
+DIAGONAL_PATTERN = np.concatenate([PATTERN, [(1, -1, 0), (-1, 1, 0)]])
+"""The same with the other diagonal."""
 
 
-def _neighbours(
-    centres: NDArray[np.float64], S_step: float, ratio_step: float, start_step: float, max_S: float
-) -> NDArray[np.float64]:
+def _neighbours(centres: NDArray[np.float64], steps: NDArray[np.float64], max_S: float) -> NDArray[np.float64]:
     """Candidates one step away from each centre, without duplicates."""
-    rows = np.repeat(centres, len(PATTERN), axis=0)
-    step = np.tile(PATTERN * (S_step, ratio_step, start_step), (len(centres), 1))
+    rows = np.repeat(centres, len(steps), axis=0)
+    step = np.tile(steps, (len(centres), 1))
     rows[:, 0] = np.minimum(rows[:, 0] * np.exp(step[:, 0]), max_S)
     rows[:, 1] = np.clip(rows[:, 1] + step[:, 1], 0.0, 1.0)
     rows[:, 3] = np.clip(rows[:, 3] + step[:, 2], -0.95, 0.95)

@@ -14,7 +14,7 @@ from stiction.diagnosis.identification.regression import build_regression, one_t
 from stiction.diagnosis.identification.result import Identification, LikelihoodSurface, ProcessFit, Segment
 from stiction.diagnosis.identification.search import first_grid, search_valve
 from stiction.diagnosis.identification.signals import BlockSignals, block_signals, remove_local_mean
-from stiction.diagnosis.identification.stems import as_valve_arrays, valve_positions
+from stiction.diagnosis.identification.stems import whole_position
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -177,13 +177,6 @@ def in_seconds(process: FittedProcess, dt: float) -> ProcessFit:
         integrating=integrating,
         lag=0.0 if integrating else process.fast * dt,
     )
-
-
-def whole_position(op: NDArray[np.float64], valve: Valve) -> NDArray[np.float64]:
-    """Position of a valve over the whole record, shape of `op` [% of span]."""
-    out = np.empty((1, op.size))
-    valve_positions(np.ascontiguousarray(op), 1, *as_valve_arrays(np.array([valve])), out)
-    return out[0]
 
 
 def _on_record(

@@ -1,28 +1,26 @@
-"""Stiction by the recorded valve position: the band and the slip jump seen directly, without a process between."""
+"""Stiction by the recorded valve position: band and slip jump in the signal itself, without a process between."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiction.diagnosis.identification.candidates import Candidates, Valve, combinations, joined, pattern_search
-from stiction.diagnosis.identification.stems import as_valve_arrays, valve_positions
+from stiction.diagnosis.identification.corrected_stem import CorrectedStems, position_noise, usual_scale
+from stiction.diagnosis.identification.independence import independent_share
+from stiction.diagnosis.identification.position_regression import position_regression
+from stiction.diagnosis.identification.position_signal import position_signal
+from stiction.diagnosis.identification.stems import whole_position
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["PositionFit", "fit_position"]
+    from stiction.diagnosis.identification.position_regression import PositionRegression
+    from stiction.diagnosis.identification.result import Identification
 
-MIN_RECORDED = 60
-"""Samples of the position below which nothing is said [-]."""
-MAX_DELAY = 5
-"""Samples that the recorded position may come late [-]."""
-LAGS = (0.0, 2.0, 6.0)
-"""Time constants of the position signal that are tried [samples]."""
-TRIED_FITS = 4
-"""Pairs of delay and lag that are searched closely [-]."""
+__all__ = ["PositionFit", "fit_position", "with_position"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,12 +41,16 @@ class PositionFit:
     """Position where the stem stands at 0 % [its unit]."""
     explained: float
     """Share of the variance of the position that the valve explains [%]."""
+    explained_linear: float
+    """The same for a good valve [%]."""
     position: NDArray[np.float64]
     """Simulated stem [% of span], shape (n_samples,)."""
     S_range: tuple[float, float]
     """95 % interval of S [% of span]."""
     J_range: tuple[float, float]
     """95 % interval of J [% of span]."""
+    regression: PositionRegression
+    """What stems were compared with."""
 
 
 def fit_position(
@@ -57,6 +59,7 @@ def fit_position(
     *,
     min_S: float = 0.5,
     min_likelihood_ratio: float = 12.0,
+    min_explained: float = 0.1,
     max_samples: int = 6000,
 ) -> PositionFit | None:
     """Fit a valve to a recorded position.
@@ -71,19 +74,22 @@ def fit_position(
         Band up to which a valve in service is good [% of span].
     min_likelihood_ratio : float
         Evidence from which a more complex valve is taken [-].
+    min_explained : float
+        Share of the variance of the position that a valve must explain [-].
     max_samples : int
         Samples compared at most, those in the middle [samples].
 
     Returns
     -------
     PositionFit or None
-        None where the position was hardly recorded or does not move with OP.
+        None where the position says nothing about the stem: hardly recorded, frozen, unrelated to OP, or a copy of it.
 
     Notes
     -----
-    The stem of each candidate valve is simulated over OP, and a straight line from stem to position is fitted for each
-    delay and lag of the position signal. The residual is autocorrelated, so that the number of samples in the
-    likelihood is divided by 1 + 2 times the sum of its autocorrelation up to the first zero.
+    The stem of each candidate valve is simulated over OP and compared with the position through a straight line, a
+    delay of up to five samples and a first-order lag. The residual is autocorrelated, so that the number of samples in
+    the likelihood is divided by 1 + 2 times the sum of its autocorrelation up to the first zero. Where a search with
+    corrected stems (`corrected_stem`) finds a better valve, S and J are those.
 
     Examples
     --------
@@ -94,124 +100,115 @@ def fit_position(
     >>> found.kind, round(found.valve.S, 1)
     ('stiction', 3.0)
     """
-    known = np.isfinite(position)
-    if known.sum() < MIN_RECORDED or not float(np.ptp(op)) > 0.0 or not float(np.nanstd(position)) > 0.0:
+    signal = position_signal(op, position, max_samples=max_samples)
+    if signal is None:
         return None
-    searches = [_search(fit, min_S) for fit in _Fit.ranked(op, position, max_samples)[:TRIED_FITS]]
-    fit, good, play, sticky = min(searches, key=lambda one: float(one[3].cost.min()))
-    samples = fit.independent_share(sticky.best)
-    ratios = [samples * (float(a.cost.min()) - float(b.cost.min())) for a, b in ((good, play), (play, sticky))]
-    over_good = samples * (float(good.cost.min()) - float(sticky.cost.min()))
-    jump = min(ratios[1], over_good)
+    regression, good, play, sticky, jump = _search(position_regression(signal), min_S)
+    residual = regression.residuals(regression.positions(np.array([sticky.best])))[0]
+    share = independent_share(residual)
+    cost = [float(found.cost.min()) for found in (good, play, sticky)]
+    over_good, deadband_ratio = share * (cost[0] - cost[2]), share * (cost[0] - cost[1])
+    jump_ratio = min(share * max(cost[1] - cost[2], jump), over_good)
     kind = "good"
-    if max(ratios[0], over_good) > min_likelihood_ratio:
-        kind = "stiction" if jump > min_likelihood_ratio else "deadband"
+    if max(deadband_ratio, over_good) > min_likelihood_ratio:
+        kind = "stiction" if jump_ratio > min_likelihood_ratio else "deadband"
     chosen = {"good": good, "deadband": play, "stiction": sticky}[kind]
     valve = chosen.best
-    slope, level, share = fit.line(valve)
-    if share < 0.1:
+    line, linear = (regression.line(regression.positions(np.array([one]))[0]) for one in (valve, good.best))
+    if line.explained < min_explained:
         return None
-    near = chosen.valves[samples * (chosen.cost - chosen.cost.min()) < 8.0]
-    band = (float(near[:, 0].min()), float(near[:, 0].max()))
-    jumps = (near[:, 0] * near[:, 1]).min(), (near[:, 0] * near[:, 1]).max()
-    out = np.empty((1, op.size))
-    valve_positions(np.ascontiguousarray(op), 1, *as_valve_arrays(np.array([valve])), out)
-    floor = 0.015 * valve.S
+    S_range, J_range = _ranges(chosen, share)
     return PositionFit(
-        kind, valve, jump, ratios[0], slope, level, 100.0 * share, out[0],
-        (max(band[0] - floor, 0.0), band[1] + floor),
-        (max(float(jumps[0]) - floor, 0.0), float(jumps[1]) + floor),
+        kind, valve, jump_ratio, deadband_ratio, line.slope, line.level, 100.0 * line.explained,
+        100.0 * linear.explained, whole_position(op, valve), S_range, J_range, regression,
     )  # fmt: skip
 
 
-def _search(fit: _Fit, min_S: float) -> tuple[_Fit, Candidates, Candidates, Candidates]:
-    """Candidates of a good valve, of one with deadband alone and of a sticky one."""
-    swing = float(np.ptp(fit.op))
+def _search(
+    wide: PositionRegression, min_S: float
+) -> tuple[PositionRegression, Candidates, Candidates, Candidates, float]:
+    """Good valves, valves with deadband alone, sticky ones, and the evidence of a slip jump by corrected stems."""
+    swing = float(np.ptp(wide.op))
     small = min(min_S, 0.1 * swing)
-    S, zero, rules = np.geomspace(small, swing, 28), np.zeros(1), np.array([0.0, 1.0])
-    starts = np.array([-0.6, 0.6])
-    good = fit.evaluate(combinations(np.geomspace(1e-3 * small, small, 6), zero, zero, zero))
-    play = fit.evaluate(combinations(S, zero, zero, np.array([-0.6, 0.0, 0.6])))
-    sticky = fit.evaluate(combinations(S, np.array([0.2, 0.4, 0.6, 0.8, 1.0]), rules, zero))
-    far = fit.evaluate(combinations(S[0.3 * swing < S], np.array([0.5]), rules, starts))
-    return fit, good, _refine(fit, play, swing, jump=False), _refine(fit, joined(sticky, far), swing)
+    S, zero = np.geomspace(small, swing, 24), np.zeros(1)
+    good = wide.evaluate(combinations(small * np.array([1e-3, 0.3, 0.6, 1.0]), zero, zero, zero))
+    play = wide.evaluate(combinations(S, zero, zero, zero))
+    sticky = wide.evaluate(combinations(S, np.array([0.3, 0.6, 1.0]), zero, zero))
+    corrected = _corrected_stems(wide, joined(play, sticky).best)
+    found = corrected.search(small)
+    jump = float(corrected.search(small, jump=False).cost.min() - found.cost.min())
+    sticky = joined(sticky, wide.evaluate(found.local_minima(6, 0.01, 0.02) * NO_START))
+    for factor, steps in STAGES:
+        lags = {wide.line(wide.positions(np.array([one.best]))[0]).lag for one in (good, play, sticky)}
+        wide = wide.around(lags, factor)
+        plain = tuple((S_step, 0.0, start, count) for S_step, _, start, count in steps)
+        good = wide.evaluate(good.valves)
+        play = pattern_search(wide.evaluate, wide.evaluate(play.local_minima(4, 0.02, 0.05)), plain, swing)
+        sticky = wide.evaluate(sticky.local_minima(6, 0.01, 0.02))
+        sticky = pattern_search(wide.evaluate, sticky, steps, swing, diagonal=True)
+    cost = float(wide.evaluate(np.array([found.best]) * NO_START).cost[0])
+    if cost < play.cost.min() and found.cost.min() < corrected.evaluate(np.array([sticky.best])).cost[0]:
+        return wide, good, play, Candidates(found.valves * NO_START, found.cost - found.cost.min() + cost), jump
+    return wide, good, play, sticky, -np.inf
 
 
-def _refine(fit: _Fit, found: Candidates, swing: float, *, jump: bool = True) -> Candidates:
-    """Pattern searches about the best candidates; without a jump J / S stays 0."""
-    steps = ((0.05, 0.1, 0.3, 6), (0.02, 0.05, 0.15, 4), (0.008, 0.02, 0.08, 3), (0.003, 0.008, 0.04, 2))
-    plain = steps if jump else tuple((S, 0.0, start, count) for S, _, start, count in steps)
-    return pattern_search(fit.evaluate, found, plain, swing)
+STAGES = (
+    (1.5, ((0.05, 0.1, 0.3, 5), (0.02, 0.05, 0.15, 4))),
+    (1.2, ((0.008, 0.02, 0.08, 3), (0.003, 0.008, 0.04, 2))),
+)
+"""Factor between the lags tried, and pattern searches: steps in ln S, in J / S and in the start, and candidates [-]."""
+NO_START = np.array([1.0, 1.0, 1.0, 0.0])
+"""Factors that set the start of candidates to OP: a search with correction has a shift in its place."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Fit:
-    """OP and position, and how the position follows the stem."""
+def _corrected_stems(wide: PositionRegression, valve: Valve) -> CorrectedStems:
+    """The search with correction, on the scale of a valve that fits roughly, with the delay that leaves least."""
+    stem = wide.positions(np.array([valve]))[0]
+    line = wide.line(stem)
+    slope = usual_scale(line.slope) if line.slope != 0.0 else 1.0
+    level = line.level + (line.slope - slope) * float(stem.mean())
+    observed = (np.where(wide.weight > 0.0, wide.position + wide.level, np.nan) - level) / slope
+    swing = float(np.ptp(wide.op))
+    noise = max(position_noise(observed), 1e-3 * swing)
+    rows = combinations(
+        swing * np.geomspace(0.05, 1.0, 16), np.array([0.2, 0.5, 0.9]), np.array([0.0, 1.0]), np.zeros(1)
+    )
+    late = [
+        CorrectedStems(np.ascontiguousarray(wide.op[: wide.op.size - delay]), observed[delay:].copy(), noise)
+        for delay in wide.delays
+    ]
+    return min(late, key=lambda one: float(one.evaluate(rows, 0.03 * swing).cost.min()))
 
-    op: NDArray[np.float64]
-    y: NDArray[np.float64]
-    weight: NDArray[np.float64]
-    delay: int
-    lag: float
 
-    @classmethod
-    def ranked(cls, op: NDArray[np.float64], position: NDArray[np.float64], max_samples: int) -> list[_Fit]:
-        """The part compared, with every delay and lag of the position, the best by a rough search first."""
-        first = max((op.size - max_samples) // 2, 0)
-        part = slice(first, first + max_samples)
-        weight = np.isfinite(position[part]).astype(np.float64)
-        y = np.where(weight > 0.0, position[part], 0.0)
-        fits = [
-            cls(np.ascontiguousarray(op[part]), y, weight, delay, lag) for delay in range(MAX_DELAY + 1) for lag in LAGS
-        ]
-        rough = combinations(
-            np.geomspace(0.02, 0.9, 8) * float(np.ptp(op)), np.array([0.0, 0.6]), np.zeros(1), np.zeros(1)
-        )
-        return sorted(fits, key=lambda fit: float(fit.evaluate(rough).cost.min()))
+def _ranges(
+    found: Candidates, share: float, *, chi_square: float = 3.84, resolution: float = 0.05
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Intervals of S and J: those of the likely candidates, wider by the `resolution` of the search [share of S]."""
+    near = found.valves[share * (found.cost - found.cost.min()) < chi_square]
+    S, J = near[:, 0], near[:, 0] * near[:, 1]
+    margin = resolution * found.best.S
+    J_low = max(float(J.min()) - margin, 0.0)
+    return (max(float(S.min()) - margin, 0.0), float(S.max()) + margin), (J_low, float(J.max()) + margin)
 
-    def stems(self, valves: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Stems as the position signal shows them, shape (n_valves, n_samples)."""
-        out = np.empty((len(valves), self.op.size))
-        valve_positions(self.op, 1, *as_valve_arrays(valves), out)
-        if self.delay:
-            out = np.concatenate([out[:, :1].repeat(self.delay, axis=1), out[:, : -self.delay]], axis=1)
-        if self.lag > 0.0:
-            from scipy.signal import lfilter
 
-            keep = float(np.exp(-1.0 / self.lag))
-            out = lfilter([1.0 - keep], [1.0, -keep], out, axis=1, zi=keep * out[:, :1])[0]
-        return out
+def with_position(found: Identification, position: PositionFit) -> Identification:
+    """Put S and J of the recorded position in place of those by the PV; the process stays the one by the PV.
 
-    def evaluate(self, valves: NDArray[np.float64]) -> Candidates:
-        """Candidates with N ln(residual sum of squares / N)."""
-        cost = [self._cost(self.stems(valves[i : i + 32])) for i in range(0, len(valves), 32)]
-        return Candidates(valves, np.concatenate(cost))
+    Parameters
+    ----------
+    found : Identification
+        What OP and PV say.
+    position : PositionFit
+        What the recorded position says.
 
-    def _cost(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        w, y = self.weight, self.y
-        n = float(w.sum())
-        x_mean, y_mean = x @ w / n, float(y @ w) / n
-        dx, dy = (x - x_mean[:, None]) * w, (y - y_mean) * w
-        power = np.einsum("vk,vk->v", dx, dx)
-        cross = dx @ dy
-        energy = float(dy @ dy)
-        left = energy - cross**2 / np.maximum(power, 1e-300)
-        return n * np.log(np.maximum(left, 1e-8 * energy) / n)
-
-    def line(self, valve: Valve) -> tuple[float, float, float]:
-        """Slope, level and explained share of the straight line from stem to position."""
-        seen = self.weight > 0.0
-        x, y = self.stems(np.array([valve]))[0][seen], self.y[seen]
-        slope, level = np.polyfit(x, y, 1) if float(np.ptp(x)) > 0.0 else (0.0, float(y.mean()))
-        return float(slope), float(level), 1.0 - float(np.var(y - slope * x - level)) / float(np.var(y))
-
-    def independent_share(self, valve: Valve) -> float:
-        """Share of the samples that are independent, by the autocorrelation of the residual [-]."""
-        slope, level, _ = self.line(valve)
-        left = (self.y - slope * self.stems(np.array([valve]))[0] - level) * self.weight
-        spectrum = np.fft.rfft(left, 2 * left.size)
-        acf = np.fft.irfft(spectrum.real**2 + spectrum.imag**2)[: left.size]
-        if not acf[0] > 0.0:
-            return 1.0
-        negative = np.flatnonzero(acf <= 0.0)
-        return 1.0 / (1.0 + 2.0 * float(acf[1 : negative[0] if negative.size else left.size].sum()) / float(acf[0]))
+    Returns
+    -------
+    Identification
+        S and J with their intervals, the stem and the explained shares are those of the position.
+    """
+    S, J = position.valve.S, position.valve.S * position.valve.ratio
+    return replace(
+        found, S=S, J=J, S_low=position.S_range[0], S_high=position.S_range[1], J_low=position.J_range[0],
+        J_high=position.J_range[1], mv=position.position, by_position=True, reason="", fit=position.explained,
+        fit_linear=position.explained_linear,
+    )  # fmt: skip

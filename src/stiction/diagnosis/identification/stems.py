@@ -7,7 +7,7 @@ import numpy as np
 from stiction.models.compiled import kernel
 from stiction.models.component import TIE
 
-__all__ = ["as_valve_arrays", "relay_signals", "valve_positions"]
+__all__ = ["as_valve_arrays", "relay_signals", "valve_positions", "whole_position"]
 
 
 @kernel
@@ -62,3 +62,10 @@ def as_valve_arrays(valves: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndar
     """Split candidate rows (S, J / S, rests, start) into the arrays that `valve_positions` takes."""
     S, ratio, rests, start = (np.ascontiguousarray(column) for column in valves.T)
     return S, S * ratio, rests > 0.0, start
+
+
+def whole_position(op: np.ndarray, valve: tuple[float, float, float, float]) -> np.ndarray:
+    """Position of a valve over the whole record, shape of `op` [% of span]."""
+    out = np.empty((1, op.size))
+    valve_positions(np.ascontiguousarray(op), 1, *as_valve_arrays(np.array([valve])), out)
+    return out[0]

@@ -1,0 +1,149 @@
+"""Error of a straight line from simulated stems to the recorded position, which comes late and through a lag."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stiction.diagnosis.identification.candidates import Candidates
+from stiction.diagnosis.identification.stems import as_valve_arrays, valve_positions
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.diagnosis.identification.position_signal import PositionSignal
+
+__all__ = ["PositionRegression", "StraightLine", "position_regression"]
+
+CHUNK = 32
+"""Candidate valves whose positions are in memory at the same time [-]."""
+MIN_ERROR = 1e-8
+"""Smallest residual sum of squares, as a share of the position's [-]: data without noise are rounded data."""
+
+
+class StraightLine(NamedTuple):
+    """A recorded position as a straight line of a stem."""
+
+    slope: float
+    """Scale of the position [its unit per % of span]."""
+    level: float
+    """Position where the stem stands at 0 % [its unit]."""
+    lag: float
+    """Time constant of the position signal [samples]."""
+    delay: int
+    """Samples that it comes late [-]."""
+    explained: float
+    """Share of the variance of the position that the line explains [-]."""
+
+
+@dataclass(frozen=True, eq=False)
+class PositionRegression:
+    """The recorded position, ready to be compared with many stems.
+
+    Every stem is compared with each delay and lag, and the best of them counts. The same samples of the position are
+    compared for all of them.
+    """
+
+    op: NDArray[np.float64]
+    """Controller output [% of span], shape (n_samples,)."""
+    position: NDArray[np.float64]
+    """Recorded position about its mean [its unit], shape (n_samples,); 0 where it is not compared."""
+    weight: NDArray[np.float64]
+    """1 where the position is compared, else 0 [-], shape (n_samples,)."""
+    level: float
+    """Mean of the recorded position [its unit]."""
+    lags: tuple[float, ...] = (0.0, 2.0, 6.0)
+    """Time constants of the position signal that are tried [samples]."""
+    delays: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
+    """Delays of the position that are tried [samples]."""
+    per_block: int = 1
+    """Samples of OP for each sample of the position [-]."""
+
+    @property
+    def n_predicted(self) -> int:
+        """Samples of the position that are compared [-]."""
+        return int(self.weight.sum())
+
+    def positions(self, valves: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Stems of candidate rows (S, J / S, rests, start), shape (n_valves, n_samples) [% of span]."""
+        out = np.empty((len(valves), self.op.size))
+        valve_positions(self.op, 1, *as_valve_arrays(valves), out)
+        return out
+
+    def evaluate(self, valves: NDArray[np.float64]) -> Candidates:
+        """Candidate valves with their costs."""
+        chunks = [valves[i : i + CHUNK] for i in range(0, len(valves), CHUNK)]
+        return Candidates(valves, np.concatenate([self.cost_of_positions(self.positions(one)) for one in chunks]))
+
+    def cost_of_positions(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Minus twice the log likelihood of stems, but for a constant [-], shape (n_valves,)."""
+        n = self.n_predicted
+        return n * np.log(self._errors(positions).min(axis=(0, 2)) / n)
+
+    def line(self, stem: NDArray[np.float64]) -> StraightLine:
+        """The best line from a stem, shape (n_samples,) [% of span]."""
+        errors = self._errors(stem[np.newaxis])[:, 0]
+        i, j = np.unravel_index(int(np.argmin(errors)), errors.shape)
+        lag, delay = self.lags[int(i)], self.delays[int(j)]
+        index = np.flatnonzero(self.weight)
+        x, y = _lagged(stem[np.newaxis], lag)[0, index - delay], self.position[index]
+        dx = x - x.mean()
+        power = float(dx @ dx)
+        slope = float(dx @ y) / power if power > 0.0 else 0.0
+        left = y - y.mean() - slope * dx
+        level = self.level + float(y.mean() - slope * x.mean())
+        return StraightLine(slope, level, lag, delay, 1.0 - float(left @ left) / float(y @ y))
+
+    def residuals(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What the lines leave of the position [its unit], shape (n_valves, n_predicted)."""
+        index = np.flatnonzero(self.weight)
+        rows = []
+        for stem in positions:
+            line = self.line(stem)
+            x = _lagged(stem[np.newaxis], line.lag)[0, index - line.delay]
+            rows.append(self.position[index] + self.level - line.level - line.slope * x)
+        return np.array(rows)
+
+    def around(self, lags: set[float], factor: float) -> PositionRegression:
+        """The same with lags a factor above and below some."""
+        near = {
+            other for lag in lags for other in ((0.0, 0.5, 1.0) if lag == 0.0 else (lag / factor, lag, lag * factor))
+        }
+        return replace(self, lags=tuple(sorted(near)))
+
+    def _errors(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Residual sums of squares, shape (n_lags, n_valves, n_delays)."""
+        y, w = (
+            np.stack([np.concatenate([x[d:], np.zeros(d)]) for d in self.delays], axis=1)
+            for x in (self.position, self.weight)
+        )
+        energy = float(self.position @ self.position)
+        x = positions - float(self.op.mean())
+        errors = []
+        for lag in self.lags:
+            z = _lagged(x, lag)
+            power = (z * z) @ w - (z @ w) ** 2 / self.n_predicted
+            moves = power > 1e-12
+            errors.append(energy - np.where(moves, (z @ y) ** 2 / np.where(moves, power, 1.0), 0.0))
+        return np.maximum(np.array(errors), MIN_ERROR * energy)
+
+
+def _lagged(x: NDArray[np.float64], lag: float) -> NDArray[np.float64]:
+    """Answer of a first-order lag [samples] of unit gain, at rest at the first value."""
+    if lag == 0.0:
+        return x
+    from scipy.signal import lfilter
+
+    decay = float(np.exp(-1.0 / lag))
+    return lfilter([1.0 - decay], [1.0, -decay], x, axis=1, zi=decay * x[:, :1])[0]
+
+
+def position_regression(signal: PositionSignal) -> PositionRegression:
+    """Prepare the comparison; a tenth of the samples passes first, since where the stem stood before is not known."""
+    known = np.isfinite(signal.position)
+    known[: max(PositionRegression.delays[-1], known.size // 10)] = False
+    level = float(signal.position[known].mean())
+    y = np.where(known, signal.position - level, 0.0)
+    return PositionRegression(signal.op, y, known.astype(np.float64), level)
