@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
+    from numpy.typing import NDArray
+
     from calibration.populations import Case
     from stiction.records import LoopRecord
 
@@ -27,9 +29,21 @@ STORED_EFFECTS = ("sampling", "averaging", "interpolation", "exception", "swingi
 """What a historian does to a loop of the set `stored`."""
 MAX_EFFECT = 0.3
 """Largest strength of that effect [-]."""
-FIRST_SIMULATOR = ("population", "stored", "plant", "upset", "plant", "population", "stored", "wandering")
+FIRST_SIMULATOR = (
+    "population", "stored", "plant", "upset", "position",
+    "population", "stored", "plant", "wandering", "population",
+)  # fmt: skip
 """Sets of the first simulator, in the order of their chunks; half of the loops as a historian stores them."""
-SETS = {"population": 8, "stored": 8, "plant": 6, "upset": 6, "wandering": 6, "two_faults": 6, "second": 8}
+SETS = {
+    "population": 8,
+    "position": 8,
+    "stored": 8,
+    "plant": 6,
+    "upset": 6,
+    "wandering": 6,
+    "two_faults": 6,
+    "second": 8,
+}
 """Sets of simulated loops and the loops in a chunk of each."""
 
 
@@ -75,8 +89,8 @@ def draw_chunk(name: str, number: int, seed: int) -> Iterator[KnownLoop]:
     if name == "second":
         yield from _draw_second(own, count)
         return
-    if name in ("population", "stored"):
-        cases = populations.population(count, CAUSES, own, historian=False)
+    if name in ("population", "stored", "position"):
+        cases = populations.population(count, CAUSES, own, historian=False, position=name == "position")
     else:
         draw = {
             "plant": populations.plant_population, "upset": populations.upset_population,
@@ -90,8 +104,22 @@ def draw_chunk(name: str, number: int, seed: int) -> Iterator[KnownLoop]:
             record, effects = _store(case, rng)
         truth: dict[str, str | float] = {
             "cause": case.cause, "true_S": case.S, "true_J": case.J, "storage": "+".join(effects) or "raw",
+            "stem_turns": count_stem_turns(record.op, case.S, case.J),
         }  # fmt: skip
         yield KnownLoop(record, f"{name}-{own}-{i}", case.sticky, truth)
+
+
+def count_stem_turns(op: NDArray[np.float64], S: float, J: float) -> int:
+    """How often the stem of a valve (S, J) turns round over a recorded OP; where it hardly does, stiction cannot show."""
+    from stiction.diagnosis.identification.candidates import Valve
+    from stiction.diagnosis.identification.identify import whole_position
+    from stiction.records.gaps import interpolate_gaps
+
+    if not S > 0.0 or not np.isfinite(op).any():
+        return 0
+    moves = np.diff(whole_position(interpolate_gaps(op), Valve(S, min(J / S, 1.0), 0.0, 0.0)))
+    direction = np.sign(moves[moves != 0.0])
+    return int(np.count_nonzero(np.diff(direction)))
 
 
 def read_recorded_loops(folder: Path) -> Iterator[KnownLoop]:

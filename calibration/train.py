@@ -68,7 +68,9 @@ def features_of(table: pl.DataFrame) -> np.ndarray:
     columns = [
         table[f"x_{name}"] if f"x_{name}" in table.columns else pl.Series([None] * table.height) for name in NAMES
     ]
-    return np.column_stack([column.cast(pl.Float64).fill_null(np.nan).to_numpy() for column in columns])
+    values = [column.cast(pl.Float64).fill_null(np.nan).to_numpy() for column in columns]
+    # The library cannot bin a column without a value.
+    return np.column_stack([np.zeros(table.height) if np.isnan(x).all() else x for x in values])
 
 
 def step_functions(model: Any, X: np.ndarray, weights: np.ndarray) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from stiction.diagnosis.identification.intervals import interval_features, inter
 from stiction.diagnosis.identification.process_fit import compared_part, fit_process, simulate_process
 from stiction.diagnosis.identification.regression import build_regression, one_thread
 from stiction.diagnosis.identification.result import Identification, LikelihoodSurface, ProcessFit, Segment
-from stiction.diagnosis.identification.search import first_grid, search_valve
+from stiction.diagnosis.identification.search import first_grid, search_behind_lag, search_deadband, search_valve
 from stiction.diagnosis.identification.signals import BlockSignals, block_signals, remove_local_mean
 from stiction.diagnosis.identification.stems import whole_position
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.regression import Regression
     from stiction.diagnosis.identification.result import ControllerFit
 
-__all__ = ["ValveSearch", "identify_valve", "search_record"]
+__all__ = ["ValveSearch", "identify_valve", "in_seconds", "pv_on_record", "search_record"]
 
 STICKY_SEGMENT = 12.0
 """Twice the log likelihood ratio from which a part of the record counts as sticky [-]: twice the 95 % point of
@@ -74,11 +74,11 @@ def search_record(op: NDArray[np.float64], pv: NDArray[np.float64], period: floa
         sticky = fine.positions(np.array([found.best]))[0]
         costs, both = alternative_costs(fine, signals.period, sticky)
         surface = _surface(first, grid, max_S)
-    best = float(found.cost.min())
+        own = float(found.cost.min())
+        deadband = search_deadband(fine, found, max_S)
+        best = min(own, search_behind_lag(first, fine, found.best, max_S))
     ratios = {name: cost - best for name, cost in costs.items()}
-    no_jump = found.cost[found.valves[:, 1] < 0.1]
-    if no_jump.size:
-        ratios["deadband"] = float(no_jump.min()) - best
+    ratios["deadband"] = deadband - min(own, deadband)
     if np.isfinite(both):
         ratios["beside_periodic_load"] = both
     return ValveSearch(signals, fine, found, ratios, surface)
@@ -136,7 +136,7 @@ def identify_valve(
     position = regression.positions(np.array([valve]))[0]
     good = signals.op.reshape(-1, signals.per_block).mean(axis=1)
     fits = [fit_process(x, signals.pv, signals.period, controller.action, integrating) for x in (position, good)]
-    simulated = [_on_record(signals, x, fit, op.size) for x, fit in zip((position, good), fits, strict=True)]
+    simulated = [pv_on_record(signals, x, fit, op.size) for x, fit in zip((position, good), fits, strict=True)]
     segments = _segments(search, valve, S[0] / valve.S, op.size)
     sticky = [segment for segment in segments if segment.likelihood_ratio > STICKY_SEGMENT]
     hours = np.array([0.5 * (one.first + one.last) * dt / 3600.0 for one in sticky])
@@ -179,7 +179,7 @@ def in_seconds(process: FittedProcess, dt: float) -> ProcessFit:
     )
 
 
-def _on_record(
+def pv_on_record(
     signals: BlockSignals, position: NDArray[np.float64], process: FittedProcess, n_samples: int
 ) -> NDArray[np.float64]:
     """Simulated PV at the samples of the record [engineering units]; NaN where it was not compared."""

@@ -8,7 +8,7 @@ squares that their positions leave.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -61,6 +61,14 @@ class Regression:
         out = np.empty((len(valves), self.pv.size))
         valve_positions(self.op, self.per_block, *as_valve_arrays(valves), out)
         return out
+
+    def behind_lag(self, lag: float) -> Regression:
+        """The same with an actuator that follows OP with a lag [samples of `op`]."""
+        from scipy.signal import lfilter
+
+        keep = float(np.exp(-1.0 / max(lag, 1e-3)))
+        air, _ = lfilter([1.0 - keep], [1.0, -keep], self.op, zi=np.array([keep * self.op[0]]))
+        return replace(self, op=np.ascontiguousarray(air))
 
     def evaluate(self, valves: NDArray[np.float64]) -> Candidates:
         """Candidate valves, rows of (S, J / S, rests, start), with their costs."""

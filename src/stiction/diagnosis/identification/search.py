@@ -11,10 +11,10 @@ from stiction.diagnosis.identification.candidates import combinations, joined, p
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.diagnosis.identification.candidates import Candidates
+    from stiction.diagnosis.identification.candidates import Candidates, Valve
     from stiction.diagnosis.identification.regression import Regression
 
-__all__ = ["first_grid", "search_valve"]
+__all__ = ["first_grid", "search_behind_lag", "search_deadband", "search_valve"]
 
 
 def first_grid(max_S: float, min_share: float = 0.04) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -56,3 +56,51 @@ COARSE_STEPS = ((0.05, 0.16, 0.3, 10), (0.03, 0.08, 0.15, 8), (0.012, 0.04, 0.08
 """Pattern searches on the coarse signals: steps in ln S, in J / S and in the start, and candidates refined [-]."""
 FINE_STEPS = ((0.02, 0.08, 0.2, 4), (0.008, 0.04, 0.1, 4), (0.004, 0.02, 0.05, 3), (0.0015, 0.008, 0.03, 2))
 """The same on the fine signals."""
+
+
+def search_deadband(fine: Regression, found: Candidates, max_S: float) -> float:
+    """Smallest cost of a valve with deadband and without slip jump, about the best candidates [-]."""
+    rows = found.local_minima(6, 0.02, 0.1)
+    rows[:, 1:3] = 0.0
+    grid = combinations(np.geomspace(0.3, 1.0, 8) * max_S, np.zeros(1), np.zeros(1), np.zeros(1))
+    steps = tuple((S, 0.0, start, count) for S, _, start, count in FINE_STEPS)
+    return float(pattern_search(fine.evaluate, fine.evaluate(np.concatenate([rows, grid])), steps, max_S).cost.min())
+
+
+def search_behind_lag(
+    coarse: Regression, fine: Regression, best: Valve, max_S: float, *, lag_worth: float = 8.0
+) -> float:
+    """Smallest cost of a valve whose actuator follows OP with a lag.
+
+    Parameters
+    ----------
+    coarse, fine : Regression
+        As in `search_valve`.
+    best : Valve
+        The most likely valve without a lag: by OP alone a lagging valve looks stickier than it is.
+    max_S : float
+        Largest S [% of span].
+    lag_worth : float
+        What the additional parameter is worth by chance [-].
+
+    Returns
+    -------
+    float
+        The cost with the best of the lags [-].
+    """
+    S = np.minimum(best.S * np.exp(np.linspace(-0.6, 0.1, 10)), max_S)
+    grid = combinations(S, np.linspace(0.0, 1.0, 4), np.array([best.rests]), np.zeros(1))
+    lowest = np.inf
+    for lag in ACTUATOR_LAGS:
+        slow, slow_fine = (one.behind_lag(lag * one.per_block / fine.per_block) for one in (coarse, fine))
+        rows = slow.evaluate(grid).local_minima(3, 0.05, 0.2)
+        lowest = min(
+            lowest, float(pattern_search(slow_fine.evaluate, slow_fine.evaluate(rows), LAG_STEPS, max_S).cost.min())
+        )
+    return lowest + lag_worth
+
+
+ACTUATOR_LAGS = (0.8, 1.6, 3.2)
+"""Time constants of the actuator that are tried [samples of OP]."""
+LAG_STEPS = ((0.04, 0.15, 0.2, 2), (0.015, 0.06, 0.1, 2))
+"""Pattern searches behind a lag, as `FINE_STEPS` [-]."""
