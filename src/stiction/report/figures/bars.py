@@ -35,7 +35,7 @@ def horizontal_bars(names: Sequence[str], x: NDArray[np.float64], text: Sequence
         Title of the axis.
     """
     low, high = min(float(np.nanmin(x)), 0.0), max(float(np.nanmax(x)), 0.0)
-    room = 0.16 * max(high - low, 1e-9)  # for the numbers at the ends
+    room = 0.3 * max(high - low, 1e-9)  # for the numbers at the ends, also on a narrow screen
     positive = x >= 0.0
     bars = {
         "type": "bar", "orientation": "h", "x": x, "y": [wrap_label(name) for name in names], "text": list(text),

@@ -28,7 +28,7 @@ def contributions(view: LoopView) -> Figure | None:
         return None
     names, text = [name for (name, *_), _ in plotted], [row[-1] for row, _ in plotted]
     log_odds = np.array([value for _, value in plotted])
-    plot = horizontal_bars(names, log_odds, text, "Contribution to the log odds of stiction [-]")
+    plot = horizontal_bars(names, log_odds, text, "Log odds of stiction [-]")
     caption = (
         "A bar to the right speaks for stiction, a bar to the left against it. With a prior of "
         f"{labels.format_probability(view.diagnosis.prior)} they give a probability of stiction of "
@@ -36,7 +36,7 @@ def contributions(view: LoopView) -> Figure | None:
     )
     if others := len(view.diagnosis.contributions) - len(plotted):
         caption += f" {labels.count_noun(others, 'feature')} without a contribution: see the values below."
-    return Figure(plot, "What each feature contributes", caption, height=90 + 31 * len(plotted))
+    return Figure(plot, "What each feature contributes", caption, height=90 + 36 * len(plotted))
 
 
 def feature_table(diagnosis: Diagnosis) -> list[list[str]]:

@@ -41,15 +41,15 @@ def likelihood_ratios(view: LoopView) -> Figure | None:
         return None
     x = np.array([log_evidence(ratio) for _, ratio in ratios])
     text = [labels.format_number(ratio) for _, ratio in ratios]
-    plot = horizontal_bars([name for name, _ in ratios], x, text, "Twice the log likelihood ratio [-]")
+    plot = horizontal_bars([name for name, _ in ratios], x, text, "Likelihood ratio [-]")
     ticks = [tick for tick in TICKS if min(x.min(), 0.0) - 0.1 <= log_evidence(tick) <= max(x.max(), 0.0) + 0.1]
     plot["layout"]["xaxis"] |= {"tickvals": [log_evidence(tick) for tick in ticks], "ticktext": [f"{k}" for k in ticks]}
     caption = (
-        "A bar to the right: the identified sticky valve predicts the PV better than this explanation; to the left: "
-        "this explanation predicts it better. The first is the strongest alternative. The axis is linear up to 20 and "
-        "logarithmic beyond."
+        "Twice the log likelihood ratio of the sticky valve over each explanation. Bar to the right: the sticky valve "
+        "predicts the PV better; to the left: the other explanation does. The first is the strongest alternative. The "
+        "axis is linear up to 20 and logarithmic beyond."
     )
-    return Figure(plot, "Sticky valve against other explanations", caption, height=90 + 30 * len(ratios))
+    return Figure(plot, "Sticky valve against other explanations", caption, height=90 + 36 * len(ratios))
 
 
 def finite_likelihood_ratios(found: Identification) -> list[tuple[str, float]]:
