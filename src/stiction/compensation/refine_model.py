@@ -36,10 +36,11 @@ MAX_EVALUATIONS, MAX_SAMPLES = 300, 4000
 """Simulations of each search, and samples to which a long record is cut (six periods at least)."""
 JUMP_RATIOS = (0.1, 0.4, 0.7, 1.0)
 """Values of J / S from which the search starts, beside the one identified [-]."""
-S_SHARES = (1.0, 0.88, 0.91, 0.94, 0.97, 0.985, 1.015, 1.03, 1.06, 1.09, 1.12)
-"""Values of S tried before the last search, over the best one [-]."""
-SEARCHED_RATIOS = np.linspace(0.05, 1.0, 11)
-"""Values of J / S tried with each [-]."""
+SEARCHED_VALVES = (
+    *product((1.0, 1.002, 1.006), np.linspace(0.02, 1.0, 50)),
+    *product((0.88, 0.91, 0.94, 0.97, 0.985, 1.015, 1.03, 1.06, 1.09, 1.12), np.linspace(0.05, 1.0, 11)),
+)
+"""Valves tried before the last search: S over that of the best one, and J / S [-]."""
 MAX_SEARCHES = 2
 """Starts that are searched, those with the smallest error [-]."""
 SLOW = 4.0
@@ -134,7 +135,7 @@ def _search_valve_and_process(view: _View, found: Identification) -> tuple[NDArr
     results = []
     for periods in RESTART_PERIODS:
         view.restart_every(periods)
-        valves = (view.with_valve(first, *valve) for valve in product(S_SHARES, SEARCHED_RATIOS))
+        valves = (view.with_valve(first, *valve) for valve in SEARCHED_VALVES)
         place, error = _search(view, min((first, *valves), key=view.error))
         results.append((error, periods, place))
     _, periods, best = min(results, key=lambda one: one[0])
