@@ -110,7 +110,7 @@ def draw_chunk(name: str, number: int, seed: int) -> Iterator[KnownLoop]:
 
 
 def count_stem_turns(op: NDArray[np.float64], S: float, J: float) -> int:
-    """How often the stem of a valve (S, J) turns round over a recorded OP; where it hardly does, stiction cannot show."""
+    """How often the stem of a valve (S, J) reverses over a recorded OP; where it hardly does, stiction cannot show."""
     from stiction.diagnosis.identification.candidates import Valve
     from stiction.diagnosis.identification.identify import whole_position
     from stiction.records.gaps import interpolate_gaps

@@ -1,8 +1,8 @@
 """Train the model of the verdict and the intervals of S and J on simulated loops: ``make calibrate``.
 
-The model is gradient boosting with monotone constraints and without interactions (scikit-learn), so that it is a sum of
-step functions of one feature each. It is written as text to `src/stiction/diagnosis/verdict/model.json`; the quantile
-regressions of the intervals go to `src/stiction/diagnosis/identification/intervals.json`. Recorded loops are not used.
+The model is gradient boosting with monotone constraints (scikit-learn), written as text to
+`src/stiction/diagnosis/verdict/model.json`; the quantile regressions of the intervals go to
+`src/stiction/diagnosis/identification/intervals.json`. Recorded loops are not used.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import polars as pl
 from stiction.diagnosis.identification.intervals import INTERVAL_FEATURES
 from stiction.diagnosis.verdict.features import FEATURES
 
-__all__ = ["fit_intervals", "fit_model", "step_functions"]
+__all__ = ["fit_intervals", "fit_model", "stored_trees", "trainable"]
 
 PRIOR = 0.25
 """Share of sticky valves for which the model is trained [-]."""
@@ -37,9 +37,8 @@ def make_classifier(seed: int = 0, **settings: Any) -> Any:
     from sklearn.ensemble import HistGradientBoostingClassifier
 
     return HistGradientBoostingClassifier(
-        max_iter=300, learning_rate=0.05, max_leaf_nodes=4, min_samples_leaf=40, l2_regularization=2.0, max_bins=64,
-        monotonic_cst=[feature.sign for feature in FEATURES], interaction_cst="no_interactions", random_state=seed,
-        **settings,
+        max_iter=220, learning_rate=0.05, max_leaf_nodes=7, min_samples_leaf=30, l2_regularization=2.0,
+        monotonic_cst=[feature.sign for feature in FEATURES], early_stopping=False, random_state=seed, **settings,
     )  # fmt: skip
 
 
@@ -54,13 +53,18 @@ def fit_model(table: pl.DataFrame) -> dict[str, Any]:
     Returns
     -------
     dict
-        Intercept, training prior and step functions of `stiction.diagnosis.verdict.model`.
+        Intercept, training prior and trees as `stiction.diagnosis.verdict.model` reads them.
     """
-    table = table.filter(pl.col("state") == "in_control")
-    X = features_of(table)
-    sticky = table["sticky"].to_numpy()
+    table = trainable(table)
+    X, sticky = features_of(table), table["sticky"].to_numpy()
     model = make_classifier().fit(X, sticky, sample_weight=weights_of(sticky))
-    return step_functions(model, X, weights_of(sticky))
+    return stored_trees(model, X, weights_of(sticky))
+
+
+def trainable(table: pl.DataFrame, min_turns: int = 6) -> pl.DataFrame:
+    """Loops in control, without sticky ones whose stem hardly turns: their stiction cannot show."""
+    turns = pl.col("stem_turns").fill_null(min_turns) if "stem_turns" in table.columns else pl.lit(min_turns)
+    return table.filter((pl.col("state") == "in_control") & (~pl.col("sticky") | (turns >= min_turns)))
 
 
 def features_of(table: pl.DataFrame) -> np.ndarray:
@@ -73,46 +77,40 @@ def features_of(table: pl.DataFrame) -> np.ndarray:
     return np.column_stack([np.zeros(table.height) if np.isnan(x).all() else x for x in values])
 
 
-def step_functions(model: Any, X: np.ndarray, weights: np.ndarray) -> dict[str, Any]:
-    """Add the trees of each feature up to one step function, centred on its average over the training loops."""
-    trees: dict[int, list[np.ndarray]] = {}
-    for (tree,) in model._predictors:
-        used = {int(node["feature_idx"]) for node in tree.nodes if not node["is_leaf"]}
-        if used:
-            trees.setdefault(used.pop(), []).append(tree.nodes)
+def stored_trees(model: Any, X: np.ndarray, weights: np.ndarray) -> dict[str, Any]:
+    """The fitted model as it is stored: each node with the average of the training loops that reach it.
+
+    The averages are centred, so that the contributions of the features add up from the intercept, which is the average
+    of all loops.
+    """
     intercept = float(model._baseline_prediction.ravel()[0])
-    steps: dict[str, Any] = {}
-    for i, name in enumerate(NAMES):
-        nodes = trees.get(i, [])
-        thresholds = sorted({float(n["num_threshold"]) for one in nodes for n in one if not n["is_leaf"]})
-        thresholds = [one for one in thresholds if np.isfinite(one)]
-        places = [-np.inf, *thresholds]
-        middle = [*(0.5 * (a + b) if np.isfinite(a) else b - 1.0 for a, b in zip(places, thresholds, strict=False))]
-        middle.append(thresholds[-1] + 1.0 if thresholds else 0.0)
-        values = [sum(_leaf(one, x) for one in nodes) for x in middle]
-        missing = sum(_leaf(one, np.nan) for one in nodes)
-        own = np.where(np.isnan(X[:, i]), missing, np.array(values)[np.searchsorted(thresholds, X[:, i], side="left")])
-        centre = float(np.average(own, weights=weights))
-        intercept += centre
-        if nodes:
-            steps[name] = {
-                "thresholds": [round(one, 6) for one in thresholds],
-                "values": [round(float(one) - centre, 6) for one in values],
-                "missing": round(float(missing) - centre, 6),
-            }
-        else:
-            steps[name] = {"thresholds": [], "values": [0.0], "missing": 0.0}
-    return {"intercept": round(intercept, 6), "training_prior": PRIOR, "features": steps}
-
-
-def _leaf(nodes: np.ndarray, x: float) -> float:
-    """Value of a tree of one feature."""
-    i = 0
-    while not nodes[i]["is_leaf"]:
-        node = nodes[i]
-        left = bool(node["missing_go_to_left"]) if np.isnan(x) else x <= node["num_threshold"]
-        i = int(node["left"] if left else node["right"])
-    return float(nodes[i]["value"])
+    trees = []
+    for (predictor,) in model._predictors:
+        nodes = predictor.nodes
+        reached = np.zeros((len(X), len(nodes)), dtype=bool)
+        reached[:, 0] = True
+        for k, node in enumerate(nodes):
+            if node["is_leaf"]:
+                continue
+            x = X[:, node["feature_idx"]]
+            left = np.where(np.isnan(x), bool(node["missing_go_to_left"]), x <= node["num_threshold"])
+            reached[:, node["left"]] = reached[:, k] & left
+            reached[:, node["right"]] = reached[:, k] & ~left
+        leaves = np.array([node["value"] if node["is_leaf"] else 0.0 for node in nodes])
+        own = reached @ leaves
+        mean = [float(np.average(own[at], weights=weights[at])) if at.any() else float(v)
+                for at, v in zip(reached.T, leaves, strict=True)]  # fmt: skip
+        intercept += mean[0]
+        stored: list[list[Any]] = []
+        for node, value in zip(nodes, mean, strict=True):
+            row: list[Any] = [round(float(node["value"]) if node["is_leaf"] else value, 6)]
+            if not node["is_leaf"]:
+                threshold = float(np.clip(node["num_threshold"], -1e9, 1e9))
+                row += [int(node["feature_idx"]), round(threshold, 6), bool(node["missing_go_to_left"]),
+                        int(node["left"]), int(node["right"])]  # fmt: skip
+            stored.append(row)
+        trees.append(stored)
+    return {"intercept": round(intercept, 6), "training_prior": PRIOR, "features": NAMES, "trees": trees}
 
 
 def fit_intervals(table: pl.DataFrame, min_probability: float = 0.5) -> dict[str, Any]:
@@ -146,7 +144,8 @@ def main() -> None:
     model = fit_model(table)
     counts = dict(table.group_by("set").len().sort("set").iter_rows())
     model["provenance"] = {"loops": table.height, "sets": counts, "sticky": round(float(table["sticky"].mean()), 4)}
-    (ROOT / "verdict" / "model.json").write_text(json.dumps(model, indent=1) + "\n", encoding="utf-8")
+    text = json.dumps(model).replace("]], [[", "]],\n [[")
+    (ROOT / "verdict" / "model.json").write_text(text + "\n", encoding="utf-8")
     intervals = fit_intervals(table)
     (ROOT / "identification" / "intervals.json").write_text(json.dumps(intervals, indent=1) + "\n", encoding="utf-8")
 

@@ -13,6 +13,7 @@ import polars as pl
 
 from calibration.curve_svg import curve_svg
 from calibration.scores import Scores, interval_coverage, reliability, risk_coverage, scores, weights_of
+from calibration.train import trainable
 from stiction.diagnosis.verdict.decision import decide
 from stiction.diagnosis.verdict.features import FEATURES
 from stiction.diagnosis.verdict.model import stiction_model
@@ -43,18 +44,18 @@ def model_probabilities(table: pl.DataFrame, prior: float) -> np.ndarray:
     return np.array([model.probability(dict(zip(names, row, strict=True)), prior) for row in rows])
 
 
-def in_control(table: pl.DataFrame) -> pl.DataFrame:
-    """Loops that the diagnosis judges."""
-    return table.filter(pl.col("state") == "in_control")
-
-
 def simulated_section(title: str, table: pl.DataFrame, prior: float, picture: Path) -> list[str]:
     """Scores of a simulated population as text, and its reliability picture."""
-    judged = in_control(table)
+    judged = trainable(table)
     sticky, probability = judged["sticky"].to_numpy(), model_probabilities(judged, prior)
     weights = weights_of(sticky, prior)
     found = scores(sticky, probability, prior)
-    lines = [f"## {title}", "", f"{table.height} loops, {judged.height} of them judged (in control).", ""]
+    lines = [
+        f"## {title}",
+        "",
+        f"{table.height} loops, {judged.height} of them judged (in control; sticky ones whose stem turns at least six times).",
+        "",
+    ]
     lines += score_table([("all", found), *(_of_set(judged, name, prior) for name in sorted(set(judged["set"])))])
     known = judged.filter(pl.Series(probability > 0.8) & pl.col("sticky") & (pl.col("true_S") > 0.0))
     held, width = interval_coverage(*(known[name].to_numpy() for name in ("true_S", "S_low", "S_high")))
@@ -134,15 +135,21 @@ def main() -> None:
 
 
 def model_section() -> str:
-    """The model card: features, signs, range of what each adds."""
+    """The model card: features, signs and how much each is used."""
     model = stiction_model()
-    lines = ["## The model", "", f"Trained on {json.dumps(model.provenance)}.", "",
-             "| feature | meaning | formula | sign | least | most log odds |", "|---|---|---|---|---|---|"]  # fmt: skip
+    used = {name: [0, 0.0] for name in model.features}
+    for tree in model.trees:
+        for node in tree:
+            if node.feature:
+                used[node.feature][0] += 1
+                used[node.feature][1] += abs(tree[node.left].value - tree[node.right].value)
+    lines = ["## The model", "", f"{len(model.trees)} trees, trained on {json.dumps(model.provenance)}.", "",
+             "| feature | meaning | formula | sign | splits | sum of steps, log odds |", "|---|---|---|---|---|---|"]  # fmt: skip
     for feature in FEATURES:
-        _, values, _ = model.steps[feature.name]
+        count, size = used[feature.name]
         lines.append(
-            f"| {feature.name} | {feature.label} | {feature.formula} | {'+' if feature.sign > 0 else '-'} | "
-            f"{min(values):.2f} | {max(values):.2f} |"
+            f"| {feature.name} | {feature.label} | {feature.formula} | {'+' if feature.sign > 0 else '-'} | {count} | "
+            f"{size:.2f} |"
         )
     return "\n".join([*lines, ""])
 

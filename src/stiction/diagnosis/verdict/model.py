@@ -1,8 +1,8 @@
-"""From features to the probability of stiction: one additive model, read from `model.json`.
+"""From features to the probability of stiction: one trained model, read from `model.json`.
 
-The model is a sum of step functions, one for each feature, each monotone in the direction of the feature's sign. It is
-trained by `calibration/train.py` on simulated loops alone (gradient boosting without interactions, scikit-learn). Its
-file is text, thresholds and values that anyone can read. The sum is the log odds of stiction at the training prior.
+The model is gradient boosting (Friedman 2001): a sum of small decision trees whose values are log odds of stiction. It is
+monotone in each feature, in the direction of the feature's sign. `calibration/train.py` trains it on simulated loops
+alone (scikit-learn); its file is text.
 """
 
 from __future__ import annotations
@@ -12,16 +12,32 @@ import math
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
+from stiction.display.number_format import finite_or_none
 from stiction.errors import ParameterError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["Contribution", "StictionModel", "stiction_model"]
+__all__ = ["Contribution", "StictionModel", "TreeNode", "stiction_model"]
+
+
+class TreeNode(NamedTuple):
+    """One node of a decision tree."""
+
+    value: float
+    """Average log odds of the training loops in the node; at a leaf what the tree gives."""
+    feature: str = ""
+    """Feature that is compared; empty at a leaf."""
+    threshold: float = 0.0
+    """Values up to it go left [unit of the feature]."""
+    missing_left: bool = False
+    """Whether a missing value goes left."""
+    left: int = 0
+    """Index of the left child."""
+    right: int = 0
+    """Index of the right child."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,35 +49,52 @@ class Contribution:
     value: float
     """Its value; NaN when it could not be computed."""
     log_odds: float
-    """What it adds to the log odds, against its average over the training loops [-]."""
+    """What it adds to the log odds [-]: the changes of the average along the paths of all trees (Saabas 2014). The
+    contributions and the intercept add up to the log odds of the verdict at the training prior."""
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
-        value = float(self.value) if math.isfinite(self.value) else None
-        return {"feature": self.feature, "value": value, "log_odds": self.log_odds}
+        return {"feature": self.feature, "value": finite_or_none(self.value), "log_odds": round(self.log_odds, 4)}
 
 
 @dataclass(frozen=True)
 class StictionModel:
-    """An additive model of step functions."""
+    """A sum of decision trees."""
 
     intercept: float
-    """Log odds of stiction of average features, at `training_prior` [-]."""
+    """Log odds of stiction over all training loops, at `training_prior` [-]."""
     training_prior: float
     """Share of sticky valves in training, by the weights of the loops [-]."""
-    steps: dict[str, tuple[tuple[float, ...], tuple[float, ...], float]]
-    """Feature -> thresholds, values (one more than thresholds: up to the first threshold, between, above the last), and
-    the value for a missing feature [log odds]."""
+    features: tuple[str, ...]
+    """Names of the features."""
+    trees: tuple[tuple[TreeNode, ...], ...]
+    """The trees; node 0 is the root."""
     provenance: dict[str, Any]
-    """What it was trained on."""
+    """What the model was trained on."""
 
     def contributions(self, features: Mapping[str, float]) -> tuple[Contribution, ...]:
-        """What each feature adds to the log odds, the strongest first."""
-        found = []
-        for name, (thresholds, values, missing) in self.steps.items():
-            x = features.get(name, math.nan)
-            part = missing if math.isnan(x) else values[int(np.searchsorted(thresholds, x, side="left"))]
-            found.append(Contribution(name, x, part))
+        """What each feature adds to the log odds, the strongest first.
+
+        Parameters
+        ----------
+        features : mapping
+            Feature -> value; NaN or absent is missing.
+
+        Returns
+        -------
+        tuple of Contribution
+            One for each feature.
+        """
+        parts = dict.fromkeys(self.features, 0.0)
+        for tree in self.trees:
+            node = tree[0]
+            while node.feature:
+                x = features.get(node.feature, math.nan)
+                left = node.missing_left if math.isnan(x) else x <= node.threshold
+                child = tree[node.left if left else node.right]
+                parts[node.feature] += child.value - node.value
+                node = child
+        found = [Contribution(name, features.get(name, math.nan), part) for name, part in parts.items()]
         return tuple(sorted(found, key=lambda one: -abs(one.log_odds)))
 
     def probability(self, features: Mapping[str, float], prior: float = 0.25) -> float:
@@ -90,7 +123,7 @@ class StictionModel:
             )
         score = self.intercept + sum(one.log_odds for one in self.contributions(features))
         score += log_odds(prior) - log_odds(self.training_prior)
-        return 1.0 / (1.0 + math.exp(-score)) if score > -700.0 else 0.0
+        return 1.0 / (1.0 + math.exp(-score))
 
 
 def log_odds(probability: float) -> float:
@@ -108,8 +141,9 @@ def log_odds(probability: float) -> float:
 def stiction_model() -> StictionModel:
     """Read the trained model."""
     stored = json.loads(files("stiction.diagnosis.verdict").joinpath("model.json").read_text("utf-8"))
-    steps = {
-        name: (tuple(one["thresholds"]), tuple(one["values"]), float(one["missing"]))
-        for name, one in stored["features"].items()
-    }
-    return StictionModel(stored["intercept"], stored["training_prior"], steps, stored["provenance"])
+    names = tuple(stored["features"])
+    trees = tuple(
+        tuple(TreeNode(node[0]) if len(node) == 1 else TreeNode(node[0], names[node[1]], *node[2:]) for node in tree)
+        for tree in stored["trees"]
+    )
+    return StictionModel(stored["intercept"], stored["training_prior"], names, trees, stored["provenance"])
