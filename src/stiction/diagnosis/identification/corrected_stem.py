@@ -121,8 +121,8 @@ CAPS = (
     (0.02, ((0.02, 0.05, 0.05, 5), (0.01, 0.025, 0.02, 4))),
     (0.0, ((0.01, 0.025, 0.02, 4), (0.005, 0.01, 0.01, 3), (0.0025, 0.005, 0.005, 2))),
 )
-"""Difference that corrects a stem, as a share of OP's swing [-], and the steps of the search with it. A large difference
-lets a valve with a different S slip early or late."""
+"""Difference that corrects a stem, as a share of OP's swing [-], and the steps of the search with it. A large
+difference lets a valve with another S slip early or late."""
 
 
 def usual_scale(slope: float, *, units: tuple[float, ...] = (1.0, 0.16, 0.01), factor: float = 2.5) -> float:

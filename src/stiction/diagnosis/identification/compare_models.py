@@ -1,0 +1,195 @@
+"""Which valve model a record supports: a good valve, Stenman's, Kano's or the three-parameter one, by Schwarz's BIC."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.diagnosis.identification.identify_record import prepare_record
+from stiction.diagnosis.identification.model_fit import fit_kano
+from stiction.diagnosis.identification.process_fit import fit_process
+from stiction.diagnosis.identification.regression import one_thread
+from stiction.diagnosis.identification.stenman import fit_stenman
+from stiction.diagnosis.identification.three_parameter import fit_three_parameter
+from stiction.display.number_format import finite_or_none
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.diagnosis.identification.identify_record import PreparedRecord
+    from stiction.diagnosis.identification.model_fit import ModelFit
+    from stiction.records.record import LoopRecord
+
+__all__ = ["ModelComparison", "ModelShare", "compare_models"]
+
+
+@dataclass(frozen=True, slots=True)
+class ModelShare:
+    """What one valve model explains of a record."""
+
+    model: str
+    """good, stenman, kano or three_parameter."""
+    free: int
+    """Parameters of the valve that were fitted [-]."""
+    parameters: dict[str, float]
+    """Their values: d, S, J, sb, sj [% of span], r [% of span / s]."""
+    fit: float
+    """Share of the variation compared that the model explains in simulation [%]."""
+    bic: float
+    """Schwarz's criterion [-]; the smallest wins."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {
+            "model": self.model,
+            "free": self.free,
+            "parameters": {name: finite_or_none(value) for name, value in self.parameters.items()},
+            "fit": finite_or_none(self.fit),
+            "bic": finite_or_none(self.bic),
+        }
+
+
+_EXTENSIONS = {
+    "good": ("stenman", "kano", "three_parameter"),
+    "stenman": ("three_parameter",),
+    "kano": ("three_parameter",),
+    "three_parameter": (),
+}
+"""Model -> the models of which it is a special case."""
+
+
+@dataclass(frozen=True, slots=True)
+class ModelComparison:
+    """Which valve model a record supports, and by how much."""
+
+    models: tuple[ModelShare, ...]
+    """The models, the smallest criterion first."""
+    samples: float
+    """Independent samples that the criterion counts [-]."""
+    compared: str
+    """Signal that was compared: pv or mv."""
+    enough: float
+    """Difference of the criterion from which on a model is called better [-]."""
+
+    @property
+    def best(self) -> str:
+        """The simplest model whose criterion is not larger than the smallest by `enough`."""
+        near = [one for one in self.models if one.bic < self.models[0].bic + self.enough]
+        return min(near, key=lambda one: (one.free, one.bic)).model
+
+    @property
+    def margin(self) -> float:
+        """How much larger the criterion is of the best model that is no extension of `best` [-]."""
+        own = next(one for one in self.models if one.model == self.best)
+        others = [one for one in self.models if one.model not in (own.model, *_EXTENSIONS[own.model])]
+        return (min(one.bic for one in others) if others else self.models[0].bic) - own.bic
+
+    @property
+    def decided(self) -> bool:
+        """Whether that is enough; a good valve also needs the smallest criterion."""
+        return self.margin >= self.enough if self.best != "good" else self.models[0].model == "good"
+
+    def summary(self) -> str:
+        """The finding in a line or two."""
+        shares = ", ".join(f"{one.model} {one.fit:.1f} %" for one in self.models)
+        finding = f"{self.best} is enough" if self.decided else "the record does not decide between the models"
+        return f"Explained of the {self.compared.upper()}: {shares}; by BIC {finding} (margin {self.margin:.1f})."
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form."""
+        return {
+            "models": [one.to_dict() for one in self.models],
+            "best": self.best,
+            "margin": finite_or_none(self.margin),
+            "decided": self.decided,
+            "samples": finite_or_none(self.samples),
+            "compared": self.compared,
+        }
+
+
+def compare_models(record: LoopRecord, *, period: float | None = None, enough: float = 6.0) -> ModelComparison:
+    r"""Compare what the valve models explain of one record, with a penalty for their parameters.
+
+    Parameters
+    ----------
+    record : LoopRecord
+        A record with OP and PV; where it has a valve position that follows OP, the position is compared.
+    period : float, optional
+        Period of the oscillation [s]. It is found where it is not given; `inf` says that nothing oscillates.
+    enough : float
+        Difference of the criterion from which on a model is called better [-]; 6 is "strong" after Kass and Raftery.
+
+    Returns
+    -------
+    ModelComparison
+        The models by Schwarz's criterion, and whether their difference decides.
+
+    Raises
+    ------
+    RecordError
+        When the record has no PV, OP or PV does not vary, or fewer than 30 samples can be analysed.
+    ParameterError
+        When `period` is not positive or shorter than four samples.
+
+    Notes
+    -----
+    All models are compared by the same regression on the same samples. With the mean squared error :math:`e` that a
+    model of k parameters leaves and N independent samples (by the autocorrelation of the best model's residual)
+
+    .. math:: BIC = N \ln e + k \ln N
+
+    The parameters of the process are as many for every model and do not count.
+
+    References
+    ----------
+    schwarz1978; kass1995.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> import stiction as st
+    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.1)
+    >>> sp = np.repeat(np.random.default_rng(0).uniform(7.0, 13.0, 60), 35)
+    >>> st.compare_models(replace(st.simulate(loop, sp, 2100.0), mv=None), period=130.0).best
+    'kano'
+    """
+    prepared = prepare_record(record, period)
+    costs = prepared.costs
+    good = costs.op.reshape(-1, costs.per_block).mean(axis=1)
+    with one_thread():
+        stenman, kano = fit_stenman(costs), fit_kano(costs)
+        three = fit_three_parameter(costs, (kano, stenman))
+        fits = {"stenman": stenman, "kano": kano, "three_parameter": three}
+        best = min(fits.values(), key=lambda fit: fit.cost)
+        samples = best.share * costs.n_predicted
+        found = {name: (fit.cost, fit.position, _parameters(name, fit, prepared)) for name, fit in fits.items()}
+        found["good"] = (float(costs.cost_of_positions(good[np.newaxis])[0]), good, {})
+        shares = [
+            ModelShare(
+                name, len(values), values, _explained(prepared, position),
+                best.share * cost + len(values) * float(np.log(samples)),
+            )
+            for name, (cost, position, values) in found.items()
+        ]  # fmt: skip
+    compared = "pv" if prepared.position is None else "mv"
+    return ModelComparison(tuple(sorted(shares, key=lambda one: one.bic)), samples, compared, enough)
+
+
+def _parameters(model: str, fit: ModelFit, prepared: PreparedRecord) -> dict[str, float]:
+    S, ratio, r, _ = (float(x) for x in fit.best)
+    if model == "stenman":
+        return {"d": S}
+    if model == "kano":
+        return {"S": S, "J": S * ratio}
+    return {"sb": 0.5 * S * (1.0 + ratio), "sj": S * ratio, "r": r / prepared.op_interval}
+
+
+def _explained(prepared: PreparedRecord, position: NDArray[np.float64]) -> float:
+    """Share of the recorded position, or of the PV in simulation, that a valve position explains [%]."""
+    if prepared.position is not None:
+        return 100.0 * prepared.position.regression.line(position).explained
+    signals, integrating = prepared.signals, prepared.record.integrating
+    process = fit_process(position, signals.pv, signals.period, prepared.controller.action, integrating)
+    return 100.0 * (1.0 - process.error)
