@@ -53,7 +53,8 @@ def simulated_section(title: str, table: pl.DataFrame, prior: float, picture: Pa
     lines = [
         f"## {title}",
         "",
-        f"{table.height} loops, {judged.height} of them judged (in control; sticky ones whose stem turns at least six times).",
+        f"{table.height} loops, {judged.height} of them judged: in control, and if sticky, with a stem that turns at least",
+        "six times.",
         "",
     ]
     lines += score_table([("all", found), *(_of_set(judged, name, prior) for name in sorted(set(judged["set"])))])
@@ -144,7 +145,7 @@ def model_section() -> str:
                 used[node.feature][0] += 1
                 used[node.feature][1] += abs(tree[node.left].value - tree[node.right].value)
     lines = ["## The model", "", f"{len(model.trees)} trees, trained on {json.dumps(model.provenance)}.", "",
-             "| feature | meaning | formula | sign | splits | sum of steps, log odds |", "|---|---|---|---|---|---|"]  # fmt: skip
+             "| feature | meaning | formula | sign | splits | sum of steps |", "|---|---|---|---|---|---|"]  # fmt: skip
     for feature in FEATURES:
         count, size = used[feature.name]
         lines.append(

@@ -160,7 +160,7 @@ def _with_position(valve: Identification, position: PositionFit) -> Identificati
     S, J = position.valve.S, position.valve.S * position.valve.ratio
     return replace(
         valve, S=S, J=J, S_low=position.S_range[0], S_high=position.S_range[1], J_low=position.J_range[0],
-        J_high=position.J_range[1], mv=position.position, by_position=True, reason="",
+        J_high=position.J_range[1], mv=position.position, by_position=True, fit=position.explained, reason="",
     )  # fmt: skip
 
 

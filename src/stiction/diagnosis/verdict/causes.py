@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.verdict.features import gain_margin
+from stiction.diagnosis.verdict.features import sensitivity
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.result import ControllerFit, Identification
@@ -91,7 +91,7 @@ def assess_causes(
     load = max(good - ratios.get(name, good) for name in ("periodic_load", "relay_load"))
     gap = good - ratios.get("dead_zone", good)
     dead_zone = _logistic((gap - min_evidence) / 8.0) * _logistic((gap - good) / 8.0 + 2.0)
-    tuning = tuning_score(gain_margin(identification, controller))
+    tuning = tuning_score(sensitivity(identification, controller, oscillation.period))
     sensor = max(_logistic((pv_step_share - 0.25) / 0.05), _logistic((spike_share - 0.02) / 0.005))
     others = max(probability * active, tuning, sensor, dead_zone)
     external = max(_logistic((load - min_evidence - max(good, 0.0) * probability) / 8.0), 1.0 - others)
@@ -109,31 +109,29 @@ def oscillating(oscillation: Oscillation) -> bool:
     return oscillation.oscillating
 
 
-def tuning_score(margin: float, *, critical: float = 1.25, width: float = 0.08) -> float:
-    """How much a gain margin speaks for tight tuning, 0 to 1.
+def tuning_score(sensitivity: float, *, critical: float = 4.0, width: float = 0.3) -> float:
+    """How much the sensitivity of the loop at its oscillation speaks for tight tuning, 0 to 1.
 
     Parameters
     ----------
-    margin : float
-        Gain margin [-]; NaN when unknown.
+    sensitivity : float
+        Sensitivity at the frequency of the oscillation [-]; NaN when unknown.
     critical : float
-        Margin that counts half [-]; loops are tuned for 2 to 4 (Skogestad 2003: 3.14), and ring visibly below 1.5.
+        Sensitivity that counts half [-]; well tuned loops have at most 2 at any frequency (Skogestad 2003: 1.6).
     width : float
-        Width of the transition in 1 / margin [-].
+        Width of the transition in ln(sensitivity) [-].
 
     Returns
     -------
     float
-        Score [-]; 0 when the margin is unknown.
+        Score [-]; 0 when the sensitivity is unknown.
 
     Examples
     --------
-    >>> round(tuning_score(1.0), 2), round(tuning_score(1.25), 2), round(tuning_score(3.0), 2)
-    (0.92, 0.5, 0.0)
+    >>> round(tuning_score(1.5), 2), round(tuning_score(4.0), 2), round(tuning_score(20.0), 2)
+    (0.04, 0.5, 1.0)
     """
-    if not margin > 0.0 or math.isnan(margin):
-        return 0.0
-    return _logistic((1.0 / margin - 1.0 / critical) / width)
+    return _logistic(math.log(sensitivity / critical) / width) if sensitivity > 0.0 else 0.0
 
 
 def _logistic(x: float) -> float:

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from stiction.diagnosis.loop_state import describe_action, describe_state
 from stiction.diagnosis.verdict.decision import Costs
 from stiction.diagnosis.verdict.explanation import explain_action, explain_reason
 from stiction.display.number_format import format_probability
@@ -76,8 +77,9 @@ class Diagnosis:
     def strongest_alternative(self) -> tuple[str, float] | None:
         """The closest explanation without stiction, and twice the log likelihood ratio of the sticky valve over it."""
         ratios = {} if self.identification is None else self.identification.likelihood_ratios
+        sticky = ("beside_periodic_load", "deadband")
         found = {
-            name: ratio for name, ratio in ratios.items() if name != "beside_periodic_load" and math.isfinite(ratio)
+            name: ratio for name, ratio in ratios.items() if name not in sticky and math.isfinite(ratio)
         }
         return min(found.items(), key=lambda item: item[1]) if found else None
 
@@ -101,7 +103,11 @@ class Diagnosis:
             "action": self.action,
             "op_unit": self.record.op_unit,
             "dt_s": self.record.dt,
-            "loop_state": self.loop_state.to_dict(),
+            "loop_state": {
+                **self.loop_state.to_dict(),
+                "why": describe_state(self.loop_state, self.record.start, self.record.provenance.pv_unit),
+                "action": describe_action(self.loop_state),
+            },
             "stiction": self.identification.to_dict() if judged and self.identification is not None else None,
             "controller": self.controller.to_dict() if self.controller is not None else None,
             "oscillation": self.oscillation.to_dict(),

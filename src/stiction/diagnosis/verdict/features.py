@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.result import ControllerFit, Identification
     from stiction.diagnosis.oscillation import Oscillation
 
-__all__ = ["FEATURES", "Feature", "FeatureInput", "compute_features", "gain_margin"]
+__all__ = ["FEATURES", "Feature", "FeatureInput", "compute_features", "sensitivity"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,15 +94,15 @@ def _interval_width(found: FeatureInput) -> float:
 
 
 def _tuning(found: FeatureInput) -> float:
-    margin = gain_margin(found.identification, found.controller)
-    return 1.0 / margin if margin > 0.0 else math.nan
+    period = found.oscillation.period if found.oscillation.oscillating else math.nan
+    return math.log(sensitivity(found.identification, found.controller, period))
 
 
 FEATURES: tuple[Feature, ...] = (
     Feature("over_good", "sticky valve against good valve", "asinh(LLR / 20)", "-", 1, _evidence("good")),
     Feature(
-        "over_nonlinear", "sticky valve against bent or interrupted characteristic", "smaller asinh(LLR / 20)", "-", 1,
-        _over_nonlinear,
+        "over_nonlinear", "sticky valve against nonlinear characteristic or dead zone", "smaller asinh(LLR / 20)", "-",
+        1, _over_nonlinear,
     ),
     Feature("over_relay_load", "sticky valve against a load that switches", "asinh(LLR / 20)", "-", 1,
             _evidence("relay_load")),
@@ -110,7 +110,7 @@ FEATURES: tuple[Feature, ...] = (
             _evidence("noise_gate")),
     Feature("over_periodic_load", "sticky valve against a periodic load", "asinh(LLR / 20)", "-", 1,
             _evidence("periodic_load", "good")),
-    Feature("beside_periodic_load", "sticky valve beside a periodic load", "asinh(LLR / 20)", "-", 1,
+    Feature("beside_periodic_load", "sticky valve, periodic load added to both", "asinh(LLR / 20)", "-", 1,
             _evidence("beside_periodic_load", "good")),
     Feature("over_deadband", "slip jump against deadband alone", "asinh(LLR / 20)", "-", 1, _evidence("deadband")),
     Feature("best_segment", "strongest part of the record", "largest asinh(LLR / 20) of a part", "-", 1, _best_segment),
@@ -123,7 +123,8 @@ FEATURES: tuple[Feature, ...] = (
     Feature("S_interval", "uncertainty of S", "ln(S_high / S_low)", "-", -1, _interval_width),
     Feature("fit_gain", "simulation with a sticky valve against a good one",
             "ln(unexplained good / unexplained sticky)", "-", 1, _fit_gain),
-    Feature("tuning", "how close the loop is to instability by tuning", "1 / gain margin", "-", -1, _tuning),
+    Feature("tuning", "how close the loop is to instability by tuning", "ln(1 / abs(1 + C P)) at the oscillation",
+            "-", -1, _tuning),
     Feature("pv_resolution", "coarseness of the PV", "quantisation step / 98 % range of PV", "-", -1,
             lambda found: min(found.pv_step_share, 1.0)),
     Feature("position", "sticky valve by the recorded valve position", "asinh(LLR / 20)", "-", 1,
@@ -148,35 +149,34 @@ def compute_features(found: FeatureInput) -> dict[str, float]:
     return {feature.name: float(feature.compute(found)) for feature in FEATURES}
 
 
-def gain_margin(identification: Identification, controller: ControllerFit) -> float:
-    """Gain margin of the identified controller and process [-].
+def sensitivity(identification: Identification, controller: ControllerFit, period: float) -> float:
+    """Sensitivity of the identified loop at the frequency of the oscillation, 1 / abs(1 + C P) [-].
 
     Parameters
     ----------
     identification : Identification
-        The process behind the valve that explains more of the PV in simulation, sticky or good.
+        The process behind the sticky valve. That behind a good valve would hold the valve's part of the oscillation,
+        and look unstable in every loop that oscillates by itself.
     controller : ControllerFit
         Gains of the controller.
+    period : float
+        Period of the oscillation [s].
 
     Returns
     -------
     float
-        Factor by which the gain may grow until the loop is unstable; NaN when controller or process are not known, or
-        the phase never reaches -180 degrees.
+        Sensitivity [-]; infinite at the limit of stability, NaN when controller, process or period are not known.
+
+    Notes
+    -----
+    A loop without friction oscillates where C P = -1. With a sticky valve it does where C P N = -1, N being the
+    describing function of the valve, so that C P is off -1.
     """
-    sticky = identification.fit > identification.fit_linear
-    process = identification.process if sticky else identification.linear
-    if controller.form == "unknown" or not np.isfinite(controller.Ki) or not process.gain:
+    process = identification.process
+    if controller.form == "unknown" or not np.isfinite(controller.Ki) or not process.gain or not period > 0.0:
         return math.nan
+    s = 2j * math.pi / period
     slow = max(process.time_constant - process.lag, 0.0)
-    longest = max(slow + process.lag + process.dead_time, 1e-9)
-    omega = np.geomspace(0.01 / longest, 1000.0 / longest, 600)
-    s = 1j * omega
     lags = (1.0 + process.lag * s) * (s if process.integrating else 1.0 + slow * s)
     pid = controller.Kc * (1.0 + controller.Td * s) + controller.Ki / s
-    loop = pid * process.gain * np.exp(-process.dead_time * s) / lags
-    phase = np.unwrap(
-        np.angle(loop * (np.sign(process.gain) * (np.sign(controller.Ki) or np.sign(controller.Kc) or 1.0)))
-    )
-    crossing = np.flatnonzero((phase[:-1] > -np.pi) & (phase[1:] <= -np.pi))
-    return 1.0 / float(np.abs(loop[crossing[0]])) if crossing.size else math.nan
+    return 1.0 / max(abs(1.0 + pid * process.gain * np.exp(-process.dead_time * s) / lags), 1e-6)

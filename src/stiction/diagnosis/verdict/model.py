@@ -1,8 +1,8 @@
 """From features to the probability of stiction: one trained model, read from `model.json`.
 
-The model is gradient boosting (Friedman 2001): a sum of small decision trees whose values are log odds of stiction. It is
-monotone in each feature, in the direction of the feature's sign. `calibration/train.py` trains it on simulated loops
-alone (scikit-learn); its file is text.
+The model is gradient boosting (Friedman 2001): a sum of small decision trees whose values are log odds of stiction.
+It is monotone in each feature, in the direction of the feature's sign. `calibration/train.py` trains it on simulated
+loops alone (scikit-learn); its file is text.
 """
 
 from __future__ import annotations
