@@ -13,8 +13,8 @@ from compensation.iec_interpreter import FunctionBlock
 from stiction.apps.files import csv_text
 
 KEYS = {
-    "expected_improvement",
-    "file", "tag", "verdict", "probability", "cause", "action", "recommended", "refused", "reason", "risk", "S", "J",
+    "expected_improvement", "oscillation_cause",
+    "file", "tag", "verdict", "probability", "action", "recommended", "refused", "reason", "risk", "S", "J",
     "weights", "seeds", "remedies", "twin", "retuning", "structured_text", "work_order", "error",
 }  # fmt: skip
 GIVEN = ["--valve", "kano:S=5,J=2", "--noise", "0.05", "--seeds", "1"]

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 KEYS = {
-    "file", "tag", "verdict", "probability", "probability_before_doubts", "cause", "reason", "action",
-    "stiction", "oscillation", "evidence", "quality",
+    "file", "tag", "verdict", "probability", "reason", "action", "loop_state", "stiction", "oscillation",
+    "oscillation_cause", "features", "evidence", "quality",
 }  # fmt: skip
 
 
@@ -98,14 +98,37 @@ def test_columns_are_named_instead_of_guessed(run, folder, sticky_csv):
     assert (found["tag"], found["verdict"]) == ("FIC-7", "stiction")
 
 
-def test_explain_tells_the_story_step_by_step(run, sticky_csv):
+def test_prior_and_costs_change_the_verdict(run, sticky_csv):
+    """With an open question free of charge nothing is decided; a higher prior gives a higher probability."""
+    usual, rare, free = (
+        json.loads(run("diagnose", "-", "--json", *options, stdin=sticky_csv.encode()).out)[0]
+        for options in ((), ("--prior", "0.01"), ("--costs", "1", "1", "0"))
+    )
+    odds = [p["probability"] / (1.0 - p["probability"]) for p in (usual, rare)]
+    assert odds[0] / odds[1] == pytest.approx((0.25 / 0.75) / (0.01 / 0.99), rel=0.05)
+    assert (usual["verdict"], free["verdict"]) == ("stiction", "undecided")
+    assert (rare["prior"], free["probability"]) == (0.01, usual["probability"])
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [(("--prior", "0"), "prior = 0 is no share"), (("--prior", "1.5"), "between 0 and 1"),
+     (("--costs", "1", "1", "-0.2"), "ask")],
+)  # fmt: skip
+def test_a_wrong_prior_or_cost_is_a_usage_error(options, text, run, healthy_csv):
+    done = run("diagnose", "-", "--json", *options, stdin=healthy_csv.encode())
+    assert done.code == 2
+    assert text in done.err
+
+
+def test_explain_prints_the_steps_in_order(run, sticky_csv):
     done = run("diagnose", "-", "--no-report", "--explain", stdin=sticky_csv.encode())
-    steps = ("step by step", "1. What are the data worth?", "What counted?", "Which cause?", "He curve fit")
+    steps = ("step by step", "1. Are the data good enough?", "Is the loop in control?", "He curve fit")
     places = [done.out.index(step) for step in steps]
     assert places == sorted(places)
 
 
-def test_a_story_and_json_exclude_each_other(run, folder, sticky_csv):
+def test_explain_and_json_exclude_each_other(run, folder, sticky_csv):
     (folder / "a.csv").write_text(sticky_csv)
     done = run("diagnose", "a.csv", "--json", "--explain")
     assert done.code == 2
@@ -151,9 +174,9 @@ def test_a_constant_op_is_not_judged(run, folder):
     [found] = json.loads(done.out)
     assert done.code == 0
     assert found["verdict"] == "undecided"
-    assert "OP is constant" in found["reason"]
-    assert "Put the controller in automatic and record again" in found["reason"]
-    assert found["action"] == "Record the loop again as the reason asks."
+    assert (found["loop_state"]["state"], found["probability"], found["stiction"]) == ("manual", 0.25, None)
+    assert "OP rests in 100 % of the record while PV moves" in found["reason"]
+    assert found["action"] == "Put the controller in automatic and record the loop again."
 
 
 def test_zeros_without_end_are_refused_at_once():

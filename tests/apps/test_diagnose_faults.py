@@ -27,8 +27,8 @@ def stumbles(request, monkeypatch):
     def reading(file, **options):
         return [1 / 0] if file == "odd.csv" else read(file, **options)
 
-    def judging(record):
-        return 1 / 0 if record.tag == "ODD-1" else diagnose(record)
+    def judging(record, **settings):
+        return 1 / 0 if record.tag == "ODD-1" else diagnose(record, **settings)
 
     if request.param == "reading":
         monkeypatch.setattr(stiction.records, "read", reading)

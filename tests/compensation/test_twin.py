@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import stiction as st
-from calibration.populations.loads import lagged_noise
 from stiction.compensation import Twin, build_twin
 from stiction.compensation.controller_from_record import controller_from_record
 from stiction.compensation.cycle import Cycle, cycle_of, distance, pace

@@ -12,8 +12,8 @@ __all__ = ["benchmark"]
 def benchmark(folder: str = ".", /, *, as_json: Json = False) -> int:
     """Diagnose every record of a folder with a labels.csv, and count how often the verdict agrees with the label.
 
-    A group is called what most of its records are called; "undecided" counts as wrong. Exit code 1 when a group
-    is called wrongly, 0 when none is.
+    The verdict of a group is that of most of its records; "undecided" counts as wrong. Exit code 1 when the verdict
+    of a group is wrong, 0 when none is.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def benchmark(folder: str = ".", /, *, as_json: Json = False) -> int:
 
     labels = read_labels(folder)
     began = time.perf_counter()
-    results = [_judged(label) for label in track(labels, "Diagnosing")]
+    results = [_diagnose_record(label) for label in track(labels, "Diagnosing")]
     seconds = (time.perf_counter() - began) / len(results)
     if all(result["error"] for result in results):
         raise RecordError(f"{folder}: no record could be used; the first says: {results[0]['reason']}")
@@ -58,12 +58,12 @@ def benchmark(folder: str = ".", /, *, as_json: Json = False) -> int:
 
         print_json({**summary, "results": results, "group_results": groups})
     else:
-        _tell(summary, results, groups)
+        _print_scores(summary, results, groups)
     return int(any(group["verdict"] != group["label"] for group in groups))
 
 
-def _judged(label: Any) -> dict[str, Any]:
-    """One record's verdict beside its label."""
+def _diagnose_record(label: Any) -> dict[str, Any]:
+    """Verdict and label of one record."""
     from dataclasses import replace
 
     from stiction import diagnose, read
@@ -80,16 +80,16 @@ def _judged(label: Any) -> dict[str, Any]:
         if not isinstance(error, StictionError):
             reason = fault(label.file, label.loop, error).reason
             note(traceback_of(error))
-        unknown = {"verdict": "undecided", "probability": None, "cause": "unknown", "stiction": None}
-        return {**row, **unknown, "reason": reason, "error": True}
+        unknown = dict.fromkeys(("probability", "oscillation_cause", "stiction"))
+        return {**row, **unknown, "verdict": "undecided", "cause": "none", "reason": reason, "error": True}
     stiction = found.identification.to_dict() if found.identification is not None else None
-    told = {"verdict": found.verdict, "probability": found.probability, "cause": found.cause, "reason": found.reason}
-    return {**row, **told, "stiction": stiction, "error": False}
+    verdict = {"verdict": found.verdict, "probability": found.probability, "cause": found.cause, "reason": found.reason}
+    causes = {"oscillation_cause": found.oscillation_cause.to_dict()}
+    return {**row, **verdict, **causes, "stiction": stiction, "error": False}
 
 
-def _tell(summary: dict[str, Any], results: list[dict[str, Any]], groups: list[dict[str, Any]]) -> None:
+def _print_scores(summary: dict[str, Any], results: list[dict[str, Any]], groups: list[dict[str, Any]]) -> None:
     from stiction.apps.output import print_table, say
-    from stiction.diagnosis.verdict.weighing import found_on
     from stiction.display.number_format import format_probability
 
     rows = [
@@ -101,32 +101,29 @@ def _tell(summary: dict[str, Any], results: list[dict[str, Any]], groups: list[d
     print_table(["", "n", "right", "share", *counts], rows, right=["n", "right", "share", *counts])
     say(f"{summary['seconds_per_record']:.2f} s per record")
     named = sorted({cause for counts in summary["causes"].values() for cause in counts})
-    say("\nCauses named, by label")
+    say("\nMain cause of the oscillation, by label")
     rows = [[label, *(counts.get(cause, 0) for cause in named)] for label, counts in summary["causes"].items()]
     print_table(["Label", *named], rows, right=named)
     if summary["reliability"]:
-        say(f"\nProbability told against share that sticks; mean distance {summary['calibration_error']:.3f}")
+        say(f"\nProbability of stiction against share that sticks; mean distance {summary['calibration_error']:.3f}")
         rows = [
-            [f"{one['from']:.1f} to {one['to']:.1f}", one["n"], format_probability(one["told"]), f"{one['sticky']:.2f}"]
+            [f"{one['from']:.1f} to {one['to']:.1f}", one["n"], format_probability(one["mean"]), f"{one['sticky']:.2f}"]
             for one in summary["reliability"]
         ]
-        print_table(["Probability", "Records", "Told", "Sticks"], rows, right=["Records", "Told", "Sticks"])
+        print_table(["Probability", "Records", "Mean", "Sticks"], rows, right=["Records", "Mean", "Sticks"])
     wrong = [group for group in groups if group["verdict"] != group["label"]]
     if wrong:
-        say("\nGroups called wrongly")
+        say("\nGroups with a wrong verdict")
         print_table(
             ["Group", "Label", "Verdict", "Records"], [[g["group"], g["label"], g["verdict"], g["n"]] for g in wrong]
         )
     missed = [row for row in results if row["verdict"] != row["label"]]
     if missed:
-        say("\nRecords called wrongly")
+        say("\nRecords with a wrong verdict")
         keys = ("file", "label", "verdict", "probability", "cause", "reason")
         rows = [[_shown(row[key]) for key in keys] for row in missed]
         print_table([key.capitalize() for key in keys], rows, right=["Probability"])
-    said = (
-        "Of recorded loops among these the counts say too much; wrong calls are explained in docs/verdict-measured.md."
-    )
-    say(f"\nThe weights: {found_on('sticks')} {said}")
+    say("\nThe model is trained on simulated loops alone; docs/validation.md shows how it does on others.")
 
 
 def _shown(value: Any) -> str:

@@ -35,6 +35,8 @@ def diagnose(
     op_range: tuple[float, float] | None = None,
     mv_range: tuple[float, float] | None = None,
     day_first: bool | None = None,
+    prior: float = 0.25,
+    costs: tuple[float, float, float] = (1.0, 1.0, 0.2),
 ) -> int:
     """Say of each loop in a record whether its valve sticks, how badly, how sure that is, and what to do.
 
@@ -49,8 +51,8 @@ def diagnose(
     as_json
         Print a list with one object per loop, and nothing else, on the output.
     explain
-        Tell the story of each verdict step by step: data, oscillation, valve, what counted, causes, methods. Not with
-        --json, which holds the numbers of the story.
+        Explain each verdict step by step: data, loop state, oscillation, controller, valve, other explanations,
+        probability, causes, methods. Not with --json, which holds the same numbers.
     tag
         Only this loop of a file with several; the name of the loop where the header has none.
     dt
@@ -73,6 +75,11 @@ def diagnose(
         The same of the valve position.
     day_first
         Whether 01/02/2026 is the first of February.
+    prior
+        Share of sticky valves among the loops that the records come from, between 0 and 1.
+    costs
+        Cost of a false alarm, of a missed sticky valve, and of an open question: three numbers in any unit. The verdict
+        is "undecided" where either answer is expected to cost more than an open question.
     """
     refuse_options(files, diagnose)
     if not files:
@@ -81,8 +88,8 @@ def diagnose(
         raise ParameterError("--report and --no-report exclude each other; leave one of them out.")
     if as_json and explain:
         raise ParameterError(
-            "--json and --explain exclude each other: the story is text; leave one of them out. The JSON holds its "
-            "numbers: quality, oscillation, controller, stiction, counted, causes, evidence, windows."
+            "--json and --explain exclude each other: the explanation is text; leave one of them out. The JSON holds "
+            "its numbers: quality, loop_state, oscillation, controller, stiction, features, evidence."
         )
     given = {
         "tag": tag, "dt": dt, "columns": columns_of(column), "loop_type": loop_type, "delimiter": delimiter,
@@ -98,13 +105,20 @@ def diagnose(
             target = check_report(report or DEFAULT_REPORT)
         except RecordError as error:
             raise RecordError(str(error) if report else f"{error} Or add --no-report.") from None
-    return diagnose_files(files, options, target, as_json=as_json, explain=explain)
+    judgement = {"prior": prior, "costs": costs}
+    return diagnose_files(files, options, judgement, target, as_json=as_json, explain=explain)
 
 
 def diagnose_files(
-    files: tuple[str, ...], options: dict[str, Any], target: Path | None, *, as_json: bool, explain: bool
+    files: tuple[str, ...],
+    options: dict[str, Any],
+    judgement: dict[str, Any],
+    target: Path | None,
+    *,
+    as_json: bool,
+    explain: bool,
 ) -> int:
-    """Read, diagnose, tell and write; return the exit code."""
+    """Read, diagnose, print and write; return the exit code."""
     from stiction.apps.output import note, print_json, say
     from stiction.apps.verdict_output import failed_diagnosis_dict, print_verdicts
     from stiction.records import summarise
@@ -112,7 +126,7 @@ def diagnose_files(
     records, failures = _read(files, options)
     if records:
         (note if as_json else say)(in_options(summarise(records).summary()))
-    diagnoses, more = _diagnose(records)
+    diagnoses, more = _diagnose(records, **judgement)
     failures += more
     if as_json:
         judged = ({**diagnosis.to_dict(), "error": None} for diagnosis in diagnoses)
@@ -132,7 +146,7 @@ def diagnose_files(
         from stiction.report import write_report
 
         left = [(failure.tag or failure.file, failure.reason) for failure in failures]
-        path = write_report(diagnoses, target, settings=options, failures=left)
+        path = write_report(diagnoses, target, settings={**options, **judgement}, failures=left)
         (note if as_json else say)(f"Report: {path}")
     return int(any(diagnosis.verdict == "stiction" for diagnosis in diagnoses))
 
@@ -172,17 +186,23 @@ def _read(files: tuple[str, ...], options: dict[str, Any]) -> tuple[list["LoopRe
     return records, failures
 
 
-def _diagnose(records: list["LoopRecord"]) -> tuple[list["Diagnosis"], list[Failure]]:
-    from stiction import diagnose as verdict_of
+def _diagnose(
+    records: list["LoopRecord"], prior: float, costs: tuple[float, float, float]
+) -> tuple[list["Diagnosis"], list[Failure]]:
+    from stiction import diagnose as diagnose_record
     from stiction.apps.output import track
+    from stiction.diagnosis.verdict.decision import Costs
 
+    settings = {"prior": prior, "costs": Costs(*costs)}
     diagnoses: list[Diagnosis] = []
     failures: list[Failure] = []
     for record in track(records, "Diagnosing"):
         try:
-            diagnoses.append(verdict_of(record))
-        except StictionError as error:
+            diagnoses.append(diagnose_record(record, **settings))
+        except RecordError as error:
             failures.append(Failure(record.provenance.source, record.tag, in_options(str(error))))
+        except StictionError:
+            raise
         except Exception as error:
             failures.append(fault(record.provenance.source, record.tag, error))
     return diagnoses, failures

@@ -98,7 +98,8 @@ def retuning_text(trial: CompensationTrial) -> str:
     alone = trial.twin is None or trial.twin.around is None
     where = "with noise and loads" if alone else "with the noise and load of the record"
     verdict = ": leave the settings" if remedy_note(tried, trial) in WARNINGS or tried.improvement <= 0.0 else ""
-    return f"{trial.retuning.reason} In the table, {where}, it changes it by {format_change(1.0 - tried.improvement)}{verdict}."
+    change = format_change(1.0 - tried.improvement)
+    return f"{trial.retuning.reason} In the table, {where}, it changes it by {change}{verdict}."
 
 
 def settings_text(one: RemedyTrial) -> str:
@@ -160,9 +161,11 @@ def advice_dict(advice: Advice, written: Mapping[str, str]) -> dict[str, Any]:
 
 def failed_advice_dict(failure: Failure) -> dict[str, Any]:
     """Return a loop without advice with the keys of the others."""
-    nothing = dict.fromkeys(("S", "J", "twin", "retuning", "structured_text", "work_order"))
+    nothing = dict.fromkeys(
+        ("probability", "oscillation_cause", "S", "J", "twin", "retuning", "structured_text", "work_order")
+    )
     return {
-        "file": failure.file, "tag": failure.tag, "verdict": "undecided", "probability": None, "oscillation_cause": None,
+        "file": failure.file, "tag": failure.tag, "verdict": "undecided",
         "action": failure.remedy, "recommended": None, "expected_improvement": None, "refused": True,
         "reason": failure.reason, "risk": "", "weights": {}, "seeds": 0, "remedies": [], **nothing,
         "error": failure.reason,

@@ -77,13 +77,13 @@ def failed_diagnosis_dict(failure: Failure) -> dict[str, Any]:
 
 
 def _row(diagnosis: Diagnosis) -> list[str]:
-    rhythm = diagnosis.oscillation
+    oscillation = diagnosis.oscillation
     return [
         labels.VERDICTS[diagnosis.verdict],
-        diagnosis.cause,
+        labels.cause_label(diagnosis),
         labels.format_probability(diagnosis.probability),
         format_S(diagnosis),
-        labels.format_duration(rhythm.period) if rhythm.oscillating else "",
+        labels.format_duration(oscillation.period) if oscillation.oscillating else "",
         diagnosis.action,
     ]
 

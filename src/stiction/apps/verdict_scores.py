@@ -76,12 +76,12 @@ def score_causes(rows: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, int]]
 
 
 def reliability(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, float]]:
-    """Compare the probability told with the share that does stick, bin by bin; rows without a probability are left out.
+    """Compare the mean probability with the share that sticks, bin by bin; rows without a probability are left out.
 
     Examples
     --------
     >>> reliability([{"label": "stiction", "probability": 0.9}, {"label": "no_stiction", "probability": 0.9}])
-    [{'from': 0.8, 'to': 1.0, 'n': 2, 'told': 0.9, 'sticky': 0.5}]
+    [{'from': 0.8, 'to': 1.0, 'n': 2, 'mean': 0.9, 'sticky': 0.5}]
     """
     bins: dict[int, list[Mapping[str, Any]]] = {}
     for row in rows:
@@ -92,7 +92,7 @@ def reliability(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, float]]:
             "from": k / BINS,
             "to": (k + 1) / BINS,
             "n": len(members),
-            "told": sum(row["probability"] for row in members) / len(members),
+            "mean": sum(row["probability"] for row in members) / len(members),
             "sticky": sum(row["label"] == "stiction" for row in members) / len(members),
         }
         for k, members in sorted(bins.items())
@@ -100,13 +100,13 @@ def reliability(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, float]]:
 
 
 def calibration_error(bins: Iterable[Mapping[str, float]]) -> float:
-    """Mean distance of told and true share over the bins of `reliability`, weighted by their rows [-]; NaN of none.
+    """Mean distance of probability and true share over the bins of `reliability`, by their rows [-]; NaN of none.
 
     Examples
     --------
-    >>> calibration_error([{"n": 2, "told": 0.9, "sticky": 0.5}, {"n": 2, "told": 0.1, "sticky": 0.1}])
+    >>> calibration_error([{"n": 2, "mean": 0.9, "sticky": 0.5}, {"n": 2, "mean": 0.1, "sticky": 0.1}])
     0.2
     """
-    told = list(bins)
-    n = sum(row["n"] for row in told)
-    return sum(row["n"] * abs(row["told"] - row["sticky"]) for row in told) / n if n else float("nan")
+    rows = list(bins)
+    n = sum(row["n"] for row in rows)
+    return sum(row["n"] * abs(row["mean"] - row["sticky"]) for row in rows) / n if n else float("nan")

@@ -1,7 +1,7 @@
 """Valve and process fitted together by simulation from the recorded OP: S, J, two lags and dead time.
 
-The identification predicts each PV sample from the ones before, which leaves J and the process gain uncertain where a slip
-is short. A remedy is simulated over many cycles, so the twin fits again what it simulates,
+The identification predicts each PV sample from the ones before, which leaves J and the process gain uncertain where a
+slip is short. A remedy is simulated over many cycles, so the twin is fitted by simulation,
 
     min over (S, J/S, tau1, tau2, dead_time) of |t - K y|^2 / |t|^2,   K by least squares,
 
@@ -46,8 +46,8 @@ MAX_SEARCHES = 2
 SLOW = 4.0
 """Periods over which the PV is averaged before what is left of it counts as moved from outside [-]."""
 RESTART_PERIODS = (1, 6, 1_000_000)
-"""Periods after which the simulation of the stem starts again [-]: after one period a wrong slip cannot last, but a stem
-that rests before OP turns starts from a wrong position; so runs of six periods and one run are tried as well."""
+"""Periods after which the simulation of the stem starts again [-]: with one period a wrong slip cannot last, but a
+stem that rests before OP turns starts from a wrong position; so runs of six periods and one run are tried too."""
 STEPS = np.array([0.01, 0.1, 0.2, 0.3, 0.5])
 """First steps in ln S, J / S, ln tau1, tau2 / tau1 and dead time in samples [-]."""
 

@@ -1,8 +1,7 @@
-"""Where the shop looks: parts that stick or have play, what points to each, how to check.
+"""Parts of the valve that the shop looks at: parts that stick or have play, what points to each, how to check.
 
-Field practice, not a published table. What the record itself can say is one thing only: a stem that jumps rubs, a stem
-that comes to rest softly after a gap has play (`MAX_PLAY_RATIO` tells them apart). So the order of the list follows J / S
-where its interval decides, and the rest is for the eyes on the valve.
+Field practice, not a published table. The record shows only whether the stem jumps: J / S above `MAX_PLAY_RATIO` means
+friction, below it play. The order of the list follows J / S where its interval decides.
 """
 
 from __future__ import annotations
