@@ -1,6 +1,6 @@
 """Whose fault is it, and how much? From a record to a verdict."""
 
-from stiction.diagnosis.identification.result import Identification
+from stiction.diagnosis.identification import Identification, ModelComparison, compare_models, identify
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.pipeline import diagnose
 from stiction.diagnosis.result import Evidence, Oscillation
@@ -10,7 +10,10 @@ __all__ = [
     "Diagnosis",
     "Evidence",
     "Identification",
+    "ModelComparison",
     "Oscillation",
+    "compare_models",
     "diagnose",
     "find_oscillation",
+    "identify",
 ]

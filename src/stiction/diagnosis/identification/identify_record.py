@@ -210,7 +210,7 @@ def _with_model(prepared: PreparedRecord, known: Identification, fit: ModelFit, 
     r = third if model == "three_parameter" else np.inf
     rows = fit.found.valves
     likely, bands = likely_candidates(fit), 0.5 * rows[:, 0] * (1.0 + rows[:, 1])
-    margin = (RESOLUTION_BY_POSITION if prepared.position is not None else RESOLUTION) * S
+    margin = RESOLUTION * S
     S_range, J_range = likely_range(rows[:, 0], likely, margin), likely_range(rows[:, 0] * rows[:, 1], likely, margin)
     dt, signals = prepared.op_interval, prepared.signals
     if model == "stenman":
@@ -238,8 +238,8 @@ def _with_model(prepared: PreparedRecord, known: Identification, fit: ModelFit, 
     return replace(found, reason=" ".join(filter(None, (known.reason, _open_parameters(found)))))
 
 
-RESOLUTION, RESOLUTION_BY_POSITION = 0.01, 0.005
-"""Share of S by which an interval is wider than the likely valves tried [-]: by the PV, and by the position."""
+RESOLUTION = 0.015
+"""Share of S by which an interval is wider than the likely valves that were tried [-]."""
 
 
 def _open_parameters(found: Identification) -> str:
