@@ -134,10 +134,12 @@ def _search(
     good = wide.evaluate(combinations(small * np.array([1e-3, 0.3, 0.6, 1.0]), zero, zero, zero))
     play = wide.evaluate(combinations(S, zero, zero, zero))
     sticky = wide.evaluate(combinations(S, np.array([0.3, 0.6, 1.0]), zero, zero))
-    corrected = _corrected_stems(wide, joined(play, sticky).best)
-    found = corrected.search(small)
+    searches = [(one, one.search(small)) for one in _corrected_stems(wide, joined(play, sticky).best)]
+    tops = [wide.evaluate(found.local_minima(6, 0.01, 0.02) * NO_START) for _, found in searches]
+    corrected, found = searches[int(np.argmin([top.cost.min() for top in tops]))]
     jump = float(corrected.search(small, jump=False).cost.min() - found.cost.min())
-    sticky = joined(sticky, wide.evaluate(found.local_minima(6, 0.01, 0.02) * NO_START))
+    for top in tops:
+        sticky = joined(sticky, top)
     for factor, steps in STAGES:
         lags = {wide.line(wide.positions(np.array([one.best]))[0]).lag for one in (good, play, sticky)}
         wide = wide.around(lags, factor)
@@ -147,7 +149,9 @@ def _search(
         sticky = wide.evaluate(sticky.local_minima(6, 0.01, 0.02))
         sticky = pattern_search(wide.evaluate, sticky, steps, swing, diagonal=True)
     cost = float(wide.evaluate(np.array([found.best]) * NO_START).cost[0])
-    if cost < play.cost.min() and found.cost.min() < corrected.evaluate(np.array([sticky.best])).cost[0]:
+    residual = wide.residuals(wide.positions(np.array([sticky.best])))[0]
+    exact = float(residual.std()) < 3.0 * position_noise(np.where(wide.weight > 0.0, wide.position, np.nan))
+    if not exact and cost < play.cost.min() and found.cost.min() < corrected.evaluate(np.array([sticky.best])).cost[0]:
         return wide, good, play, Candidates(found.valves * NO_START, found.cost - found.cost.min() + cost), jump
     return wide, good, play, sticky, -np.inf
 
@@ -161,8 +165,8 @@ NO_START = np.array([1.0, 1.0, 1.0, 0.0])
 """Factors that set the start of candidates to OP: a search with correction has a shift in its place."""
 
 
-def _corrected_stems(wide: PositionRegression, valve: Valve) -> CorrectedStems:
-    """The search with correction, on the scale of a valve that fits roughly, with the delay that leaves least."""
+def _corrected_stems(wide: PositionRegression, valve: Valve) -> list[CorrectedStems]:
+    """Searches with correction on the scale of a valve that fits roughly: without delay, and with the likeliest one."""
     stem = wide.positions(np.array([valve]))[0]
     line = wide.line(stem)
     slope = usual_scale(line.slope) if line.slope != 0.0 else 1.0
@@ -177,7 +181,8 @@ def _corrected_stems(wide: PositionRegression, valve: Valve) -> CorrectedStems:
         CorrectedStems(np.ascontiguousarray(wide.op[: wide.op.size - delay]), observed[delay:].copy(), noise)
         for delay in wide.delays
     ]
-    return min(late, key=lambda one: float(one.evaluate(rows, 0.03 * swing).cost.min()))
+    likeliest = int(np.argmin([float(one.evaluate(rows, 0.03 * swing).cost.min()) for one in late]))
+    return [late[delay] for delay in sorted({0, likeliest})]
 
 
 def _ranges(
