@@ -53,7 +53,7 @@ def costs_of(kind):
     op, pv = closed_loop(**TRUTHS[kind])
     regression = build_regression(op, pv, 1, 61.3)
     sticky = search_record(op, pv, 61.3).candidates
-    costs, _ = alternative_costs(regression, 61.3, regression.positions(np.array([sticky.best]))[0])
+    costs, *_ = alternative_costs(regression, 61.3, regression.positions(np.array([sticky.best]))[0])
     return costs, float(sticky.cost.min())
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.identification.dead_zone import search_dead_zone
 from stiction.diagnosis.identification.periodic_load import fundamental_period, remove_harmonics
 from stiction.diagnosis.identification.regression import build_regression, orthonormal_rows, standardise
 from stiction.diagnosis.identification.stems import relay_signals, valve_positions
@@ -33,7 +34,7 @@ def good_valve_cost(regression: Regression) -> float:
 
 def alternative_costs(
     regression: Regression, period: float | None, sticky: NDArray[np.float64]
-) -> tuple[dict[str, float], float]:
+) -> tuple[dict[str, float], float, tuple[float, float]]:
     """Compare the explanations without stiction.
 
     Parameters
@@ -52,18 +53,21 @@ def alternative_costs(
     float
         Twice the log likelihood ratio of the sticky valve over a good one with the same periodic load added to both
         [-]; NaN where there is no period.
+    tuple of float
+        Ends of the most likely dead zone [% of span].
     """
     free = regression.op_lags
     costs = {"good": good_valve_cost(regression)}
     costs["nonlinear"] = float(regression.cost_of_positions(_characteristic_positions(regression)).min()) - free
-    costs["dead_zone"] = _best_dead_zone(regression) - free
+    dead_zone, *ends = search_dead_zone(regression)
+    costs["dead_zone"] = dead_zone - free
     shifted = _with_good_valve(regression)
     costs["relay_load"] = _best_relay(shifted, regression) - free
     costs["noise_gate"] = _best_noise_gate(shifted, regression) - free
     periodic, both = _periodic_load(regression, period, sticky)
     if np.isfinite(periodic):
         costs["periodic_load"] = periodic - free
-    return costs, both - free
+    return costs, both - free, (ends[0], ends[1])
 
 
 def _op_means(regression: Regression) -> NDArray[np.float64]:
@@ -116,23 +120,6 @@ def _characteristic_positions(regression: Regression) -> NDArray[np.float64]:
         low, high = regression.op.min(), regression.op.max()
     place = (regression.op - low) / (high - low if high > low else 1.0)
     return valve_characteristics(place).reshape(-1, regression.pv.size, regression.per_block).mean(axis=2)
-
-
-def _best_dead_zone(regression: Regression) -> float:
-    """Cost of a valve that does not respond between two fixed values of OP, as between two valves in split range."""
-    low, high = float(regression.op.min()), float(regression.op.max())
-    centres, halves = np.linspace(low, high, 13)[1:-1], (high - low) * np.array([0.05, 0.1, 0.2, 0.3])
-    best, step = np.inf, (high - low) / 12.0
-    for _ in range(4):
-        centre, half = (axis.ravel() for axis in np.meshgrid(centres, halves))
-        off = regression.op - centre[:, np.newaxis]
-        flow = np.sign(off) * np.maximum(np.abs(off) - half[:, np.newaxis], 0.0)
-        cost = regression.cost_of_positions(flow.reshape(centre.size, -1, regression.per_block).mean(axis=2))
-        i = int(np.argmin(np.round(cost, 5)))
-        best, step = min(best, float(cost[i])), 0.5 * step
-        centres = centre[i] + step * np.array([-1.0, 0.0, 1.0])
-        halves = np.maximum(half[i] + 0.5 * step * np.array([-1.0, 0.0, 1.0]), 1e-3 * (high - low))
-    return best
 
 
 def _best_relay(shifted: Regression, regression: Regression) -> float:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.alternatives import alternative_costs, good_valve_cost
+from stiction.diagnosis.identification.dead_zone import DeadZone, count_reversals, limit_dead_zone_ratio
 from stiction.diagnosis.identification.intervals import interval_features, intervals, segment_estimates, trend
 from stiction.diagnosis.identification.process_fit import compared_part, fit_process, simulate_process
 from stiction.diagnosis.identification.regression import build_regression, one_thread
@@ -43,6 +44,8 @@ class ValveSearch:
     """All valves compared in it."""
     likelihood_ratios: dict[str, float]
     """Twice the log likelihood ratio of the best valve over each other explanation [-]."""
+    dead_zone: DeadZone
+    """The most likely dead zone at fixed OP."""
     surface: LikelihoodSurface
     """The first search."""
 
@@ -72,7 +75,7 @@ def search_record(op: NDArray[np.float64], pv: NDArray[np.float64], period: floa
         first = fine if coarse.samples == signals.samples else _regression(coarse, max_position_lag=24)
         found, grid = search_valve(first, fine, max_S)
         sticky = fine.positions(np.array([found.best]))[0]
-        costs, both = alternative_costs(fine, signals.period, sticky)
+        costs, both, zone = alternative_costs(fine, signals.period, sticky)
         surface = _surface(first, grid, max_S)
         own = float(found.cost.min())
         deadband = search_deadband(fine, found, max_S)
@@ -81,7 +84,11 @@ def search_record(op: NDArray[np.float64], pv: NDArray[np.float64], period: floa
     ratios["deadband"] = deadband - min(own, deadband)
     if np.isfinite(both):
         ratios["beside_periodic_load"] = both
-    return ValveSearch(signals, fine, found, ratios, surface)
+    reversals = count_reversals(sticky), count_reversals(signals.op, 0.25 * max_S)
+    op_range = float(signals.op.min()), float(signals.op.max())
+    dead_zone = DeadZone(*zone, *op_range, costs["good"] - costs["dead_zone"], *reversals)
+    ratios["dead_zone"] = limit_dead_zone_ratio(ratios["dead_zone"], dead_zone.stem_reversals)
+    return ValveSearch(signals, fine, found, ratios, dead_zone, surface)
 
 
 def _regression(signals: BlockSignals, max_position_lag: int = 48) -> Regression:
@@ -152,6 +159,7 @@ def identify_valve(
         pv=simulated[0],
         pv_linear=simulated[1],
         likelihood_ratios=search.likelihood_ratios,
+        dead_zone=search.dead_zone,
         surface=search.surface,
         segments=segments,
         drift=drift,

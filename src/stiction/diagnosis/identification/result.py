@@ -6,14 +6,15 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
 from stiction.display.number_format import finite_or_none, format_interval
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    import numpy as np
     from numpy.typing import NDArray
+
+    from stiction.diagnosis.identification.dead_zone import DeadZone
 
 __all__ = ["ControllerFit", "Identification", "LikelihoodSurface", "ProcessFit", "Segment"]
 
@@ -148,6 +149,8 @@ class Identification:
     """Twice the log likelihood ratio of the sticky valve over each other explanation [-]: `good`, `deadband` (a sticky
     valve without slip jump), `nonlinear` (a bent characteristic), `relay_load`, `noise_gate`, `periodic_load`, and
     `beside_periodic_load` (the same load added to both). A name is missing where the comparison was not possible."""
+    dead_zone: DeadZone | None = None
+    """The most likely dead zone at fixed OP, in place of a sticky valve; None where it was not searched for."""
     surface: LikelihoodSurface | None = field(default=None, repr=False, compare=False)
     """The first search over S and J / S."""
     segments: tuple[Segment, ...] = ()

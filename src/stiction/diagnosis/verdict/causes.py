@@ -11,6 +11,7 @@ import numpy as np
 from stiction.diagnosis.verdict.features import sensitivity
 
 if TYPE_CHECKING:
+    from stiction.diagnosis.identification.dead_zone import DeadZone
     from stiction.diagnosis.identification.result import ControllerFit, Identification
     from stiction.diagnosis.oscillation import Oscillation
 
@@ -89,8 +90,9 @@ def assess_causes(
     ratios = identification.likelihood_ratios
     good = ratios.get("good", 0.0)
     load = max(good - ratios.get(name, good) for name in ("periodic_load", "relay_load"))
-    gap = good - ratios.get("dead_zone", good)
-    dead_zone = _logistic((gap - min_evidence) / 8.0) * _logistic((gap - good) / 8.0 + 2.0)
+    dead_zone = (
+        0.0 if identification.dead_zone is None else dead_zone_score(identification.dead_zone, good, good - load)
+    )
     tuning = tuning_score(sensitivity(identification, controller, oscillation.period))
     sensor = max(_logistic((pv_step_share - 0.25) / 0.05), _logistic((spike_share - 0.02) / 0.005))
     others = max(probability * active, tuning, sensor, dead_zone)
@@ -132,6 +134,53 @@ def tuning_score(sensitivity: float, *, critical: float = 4.0, width: float = 0.
     (0.04, 0.5, 1.0)
     """
     return _logistic(math.log(sensitivity / critical) / width) if sensitivity > 0.0 else 0.0
+
+
+def dead_zone_score(
+    zone: DeadZone,
+    good: float,
+    load: float,
+    *,
+    min_evidence: float = 28.0,
+    min_evidence_once: float = 16.0,
+    max_advantage: float = 10.0,
+    max_advantage_once: float = 40.0,
+    max_load_advantage: float = 30.0,
+    width: float = 4.0,
+) -> float:
+    """How much speaks for a dead zone at fixed values of OP, 0 to 1.
+
+    Parameters
+    ----------
+    zone : DeadZone
+        The most likely dead zone.
+    good : float
+        Twice the log likelihood ratio of the sticky valve over a good one [-].
+    load : float
+        The same over the more likely of a periodic load and one that switches [-].
+    min_evidence : float
+        Twice the log likelihood ratio of the dead zone over a good valve that counts half [-].
+    min_evidence_once : float
+        The same where OP crosses its range only once or twice; there it may be that of the sticky valve too.
+    max_advantage : float
+        Twice the log likelihood ratio of the sticky valve over the dead zone at which the zone counts half [-].
+    max_advantage_once : float
+        The same where OP crosses its range only once or twice.
+    max_load_advantage : float
+        Twice the log likelihood ratio of the load over the dead zone at which the zone counts half [-].
+    width : float
+        Width of the transitions [-].
+
+    Returns
+    -------
+    float
+        Score [-].
+    """
+    gain, advantage = zone.likelihood_ratio, good - zone.likelihood_ratio
+    if zone.crossed_rarely:
+        gain, min_evidence, max_advantage = max(gain, good), min_evidence_once, max_advantage_once
+    score = _logistic((gain - min_evidence) / width) * _logistic((max_advantage - advantage) / width)
+    return score * _logistic((max_load_advantage - advantage + load) / width)
 
 
 def _logistic(x: float) -> float:

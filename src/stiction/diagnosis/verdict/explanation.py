@@ -97,10 +97,27 @@ def _oscillation(found: Diagnosis) -> str:
 def _causes(found: Diagnosis) -> str:
     causes = found.oscillation_cause
     others = [name for name in CAUSE_ACTION if getattr(causes, name) >= 0.5]
-    text = " ".join(CAUSE_TEXT[name] for name in others)
+    text = " ".join(_dead_zone(found) if name == "dead_zone" else CAUSE_TEXT[name] for name in others)
     if found.verdict == "stiction" and others:
-        return f"The valve sticks, and something else moves the loop too: {text}"
-    return text if found.oscillation.oscillating else ""
+        return f"The valve sticks, and something else affects the loop too: {text}"
+    return text
+
+
+def _dead_zone(found: Diagnosis) -> str:
+    zone = None if found.identification is None else found.identification.dead_zone
+    if zone is None:
+        return CAUSE_TEXT["dead_zone"]
+    unit = found.record.op_unit_short
+    if zone.crossed_rarely:
+        return (
+            f"PV does not respond in a part of OP's range between {zone.op_low:.1f} and {zone.op_high:.1f} {unit}. OP "
+            "crosses it too few times to tell a sticky valve from a dead zone at fixed OP, as between two valves in "
+            "split range."
+        )
+    return (
+        f"PV does not respond while OP is between {zone.low:.1f} and {zone.high:.1f} {unit}, in both directions: a "
+        "dead zone at fixed OP, as between two valves in split range."
+    )
 
 
 def _left_out(found: Diagnosis) -> str:
