@@ -5,30 +5,25 @@ from __future__ import annotations
 from bench import Row, Section, median_time
 
 import stiction as st
-from stiction.diagnosis.identification.grid import explore
-from stiction.diagnosis.identification.piece import N_J, N_S
-from stiction.diagnosis.identification.processes import dense_processes
-from stiction.diagnosis.identification.signals import prepare
+from stiction.diagnosis.identification.controller import fit_controller
+from stiction.diagnosis.identification.identify import identify_valve, search_record
 
-PERIOD = 162.0
+PERIOD_S = 162.0
+"""Period of the loop [s]; it is sampled every second."""
 
 
 def identification() -> Section:
-    """A noisy stiction loop of 1 000 and of 2 000 samples: the dense search alone, and all of `st.identify`."""
-    import numpy as np
-
+    """A noisy stiction loop of 1 000 and 2 000 samples: search of the valve alone, and with process and intervals."""
     loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
-    rows, found = [], ""
+    rows, notes = [], []
     for n in (1_000, 2_000):
         record = st.simulate(loop, 10.0, float(n), seed=1)
-        signals = prepare(record, PERIOD)
-        swing = float(np.ptp(signals.op))
-        S, ratio = swing * np.arange(1, N_S + 1) / N_S, np.linspace(0.0, 1.0, N_J)
-        processes = dense_processes(signals.scale, signals.op.size, record.integrating)
-        dense = median_time(lambda g=(signals, S, ratio, processes): explore(*g, 1.0), repeats=5)
-        whole = median_time(lambda record=record: st.identify(record, period=PERIOD), repeats=5)
-        rows.append(Row(f"{n} samples, dense search", dense * 1e3, "ms"))
-        rows.append(Row(f"{n} samples, st.identify", whole * 1e3, "ms"))
-        found = st.identify(record, period=PERIOD)
-    note = f"true S 3 %, J 1 %; found from {n} samples S {found.S:.2f} %, J {found.J:.2f} %"
-    return Section("Identification of one loop", rows, (note,))
+        op, pv, controller = record.op, record.pv, fit_controller(record)
+        assert pv is not None
+        search = median_time(lambda op=op, pv=pv: search_record(op, pv, PERIOD_S), repeats=5)
+        whole = median_time(lambda op=op, pv=pv, c=controller: identify_valve(op, pv, 1.0, PERIOD_S, c), repeats=5)
+        rows.append(Row(f"{n} samples, search of the valve", search * 1e3, "ms"))
+        rows.append(Row(f"{n} samples, with process and intervals", whole * 1e3, "ms"))
+        found = identify_valve(op, pv, 1.0, PERIOD_S, controller)
+        notes.append(f"true S 3 %, J 1 %; found from {n} samples S {found.S:.2f} %, J {found.J:.2f} %")
+    return Section("Identification of one loop", rows, tuple(notes))

@@ -16,8 +16,8 @@ from pathlib import Path
 from bench import REPEATS, show
 
 SECTIONS = (
-    *("valves", "physical", "loops", "limitcycle", "identification", "evidence", "diagnosis", "compensation"),
-    "start",
+    *("valves", "physical", "loops", "limitcycle", "identification", "evidence", "diagnosis", "compilation"),
+    *("compensation", "start"),
 )
 
 
