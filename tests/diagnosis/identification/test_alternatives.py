@@ -27,6 +27,12 @@ def closed_loop(flow, *, load=None, seed=0, noise=0.05, Kc=0.3, Ti=12.0):
     return op, pv
 
 
+def square_wave(k, pv):
+    """A load that is the same in every period."""
+    del pv
+    return 4.0 * np.sign(np.sin(2.0 * np.pi * k / 61.3))
+
+
 def pump():
     """A load that switches where the PV comes to a level."""
     on = [False]
@@ -43,10 +49,8 @@ TRUTHS = {
     "nonlinear": {"flow": lambda u: 8.0 * (np.exp(0.25 * (u - 50.0)) - 1.0), "Kc": 0.15},
     "dead_zone": {"flow": lambda u: np.sign(u - 50.0) * max(abs(u - 50.0) - 1.0, 0.0)},
     "relay_load": {"flow": lambda u: u - 50.0, "load": pump()},
-    "periodic_load": {
-        "flow": lambda u: u - 50.0, "load": lambda k, pv: 4.0 * np.sign(np.sin(2.0 * np.pi * k / 61.3)),
-    },
-}  # fmt: skip
+    "periodic_load": {"flow": lambda u: u - 50.0, "load": square_wave},
+}
 
 
 def costs_of(kind):

@@ -34,7 +34,7 @@ def test_a_sine_shows_the_valve_and_not_a_delay():
     op = 50.0 + 4.0 * np.sin(np.arange(1500.0) / 15.0)
     found = fit_position(op, 4.0 + 0.16 * stem(st.Kano(3.0, 1.5), op, 0.1))
     assert found.kind == "stiction"
-    assert found.valve.S == pytest.approx(3.0, rel=0.02)
+    assert pytest.approx(3.0, rel=0.02) == found.valve.S
     assert found.valve.S * found.valve.ratio == pytest.approx(1.5, rel=0.05)
     assert (found.slope, found.level) == pytest.approx((0.16, 4.0), rel=0.02)
 
@@ -44,12 +44,14 @@ def test_unit_offset_and_direction_of_the_position_do_not_matter(slope, level):
     op = wandering(1)
     found = fit_position(op, level + slope * stem(st.Kano(4.0, 2.0), op))
     assert found.kind == "stiction"
-    assert found.valve.S == pytest.approx(4.0, rel=0.03)
+    assert pytest.approx(4.0, rel=0.03) == found.valve.S
     assert found.valve.S * found.valve.ratio == pytest.approx(2.0, rel=0.08)
     assert found.slope == pytest.approx(slope, rel=0.03)
 
 
-@pytest.mark.parametrize("spoil", ["missing", "coarse", "lag", "held", "late 1", "late 2", "late 3", "late 4", "late 5"])
+@pytest.mark.parametrize(
+    "spoil", ["missing", "coarse", "lag", "held", "late 1", "late 2", "late 3", "late 4", "late 5"]
+)
 def test_a_position_that_is_not_perfect(spoil):
     op, rng = wandering(), np.random.default_rng(2)
     y = stem(st.Kano(4.0, 2.0), op)
@@ -62,7 +64,7 @@ def test_a_position_that_is_not_perfect(spoil):
     }.get(spoil, np.concatenate([y[:late], y[: N - late]]))
     found = fit_position(op, y)
     assert found.kind == "stiction"
-    assert found.valve.S == pytest.approx(4.0, rel=0.04)
+    assert pytest.approx(4.0, rel=0.04) == found.valve.S
     assert found.valve.S * found.valve.ratio == pytest.approx(2.0, rel=0.12)
     assert found.S_range[0] <= 4.0 <= found.S_range[1]
 
@@ -74,7 +76,7 @@ def test_stems_that_rest_after_every_sample_are_found_too(valve, S, J):
     op = wandering(3, noise=0.05)
     found = fit_position(op, stem(valve, op, 0.05))
     assert found.kind == "stiction"
-    assert found.valve.S == pytest.approx(S, rel=0.05)
+    assert pytest.approx(S, rel=0.05) == found.valve.S
     assert found.valve.S * found.valve.ratio == pytest.approx(J, rel=0.1)
 
 
@@ -82,7 +84,7 @@ def test_deadband_alone_is_no_stiction():
     op = wandering(4)
     found = fit_position(op, stem(st.Kano(3.0, 0.0), op))
     assert found.kind == "deadband"
-    assert found.valve.S == pytest.approx(3.0, rel=0.03)
+    assert pytest.approx(3.0, rel=0.03) == found.valve.S
     assert found.likelihood_ratio < 12.0 < found.deadband_ratio
 
 
@@ -109,20 +111,22 @@ def test_a_good_valve_that_follows_steps_of_op_slowly_is_good(lag, fastest):
     assert fit_position(op, y + 0.02 * rng.normal(size=op.size)).kind == "good"
 
 
-NO_MEASUREMENT = {
-    "copy": lambda op, rng: op,
-    "coarse copy, late, in mA": lambda op, rng: 4.0 + 0.16 * np.round(np.concatenate([op[:1], op[:-1]]) / 0.5) * 0.5,
-    "frozen": lambda op, rng: np.full(op.size, 43.0),
-    "frozen with noise": lambda op, rng: 43.0 + 0.1 * rng.normal(size=op.size),
-    "unrelated": lambda op, rng: 50.0 + 5.0 * np.sin(np.arange(op.size) / 7.3) + 0.1 * rng.normal(size=op.size),
-    "missing": lambda op, rng: np.where(np.arange(op.size) < 30, op, np.nan),
-}  # fmt: skip
+def no_measurements():
+    """Positions that say nothing about the stem."""
+    op, rng = wandering(), np.random.default_rng(0)
+    return {
+        "copy": op,
+        "coarse copy, late, in mA": 4.0 + 0.16 * np.round(np.concatenate([op[:1], op[:-1]]) / 0.5) * 0.5,
+        "frozen": np.full(N, 43.0),
+        "frozen with noise": 43.0 + 0.1 * rng.normal(size=N),
+        "unrelated": 50.0 + 5.0 * np.sin(np.arange(N) / 7.3) + 0.1 * rng.normal(size=N),
+        "missing": np.where(np.arange(N) < 30, op, np.nan),
+    }
 
 
-@pytest.mark.parametrize("kind", NO_MEASUREMENT)
+@pytest.mark.parametrize("kind", no_measurements())
 def test_a_position_that_says_nothing_about_the_stem_is_not_used(kind):
-    op = wandering()
-    assert fit_position(op, NO_MEASUREMENT[kind](op, np.random.default_rng(0))) is None
+    assert fit_position(wandering(), no_measurements()[kind]) is None
 
 
 def test_a_good_valve_with_noise_is_no_copy():

@@ -17,7 +17,9 @@ def bowl(S, ratio, start, slope=0.0):
 
     def evaluate(rows):
         a, b = np.log(rows[:, 0] / S), rows[:, 1] - ratio
-        return Candidates(rows, 100.0 * (a + slope * b) ** 2 + 30.0 * (b - slope * a) ** 2 + 30.0 * (rows[:, 3] - start) ** 2)
+        return Candidates(
+            rows, 100.0 * (a + slope * b) ** 2 + 30.0 * (b - slope * a) ** 2 + 30.0 * (rows[:, 3] - start) ** 2
+        )
 
     return evaluate
 
@@ -27,7 +29,7 @@ def test_the_minimum_of_a_bowl_is_found(slope, diagonal):
     evaluate = bowl(3.3, 0.42, -0.2, slope)
     start = evaluate(combinations(np.array([1.0, 2.5, 6.0]), np.array([0.0, 0.5]), np.zeros(1), np.zeros(1)))
     found = pattern_search(evaluate, start, STEPS, 10.0, diagonal=diagonal).best
-    assert found.S == pytest.approx(3.3, rel=0.02)
+    assert pytest.approx(3.3, rel=0.02) == found.S
     assert found.ratio == pytest.approx(0.42, abs=0.03)
     assert found.start == pytest.approx(-0.2, abs=0.05)
 

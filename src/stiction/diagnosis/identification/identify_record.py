@@ -39,6 +39,8 @@ __all__ = ["MODELS", "PreparedRecord", "identify", "prepare_record"]
 
 MODELS = ("kano", "stenman", "three_parameter")
 """Valve models that are identified."""
+MIN_SAMPLES = 30
+"""Samples that must be known [-]."""
 NOT_USED = "The recorded valve position was not used: it was hardly recorded, does not follow OP, or is a copy of it."
 """Remark on a record whose position says nothing about the stem."""
 
@@ -162,9 +164,17 @@ def prepare_record(record: LoopRecord, period: float | None = None) -> PreparedR
     _check_period(record, period)
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; identification needs OP and PV. {missing_pv_hint(record)}")
+    for name, signal in (("OP", record.op), ("PV", record.pv)):
+        known = signal[np.isfinite(signal)]
+        if known.size and not float(np.ptp(known)) > 1e-9 * float(np.abs(known).max()):
+            raise RecordError(f"{record.tag}: {name} does not vary; record while the controller moves the valve.")
     conditioned = condition(record)
+    if conditioned.op.size < MIN_SAMPLES or conditioned.pv.size < MIN_SAMPLES or not conditioned.moves:
+        raise RecordError(
+            f"{record.tag}: {conditioned.op.size} samples in which both OP and PV vary can be analysed, {MIN_SAMPLES} "
+            "are needed; record longer, with the controller in automatic."
+        )
     part = conditioned.record.window(conditioned.first, conditioned.last)
-    _check_signals(record.tag, conditioned.op, conditioned.pv)
     if period is None:
         oscillation = find_oscillation(conditioned.part)
         period = oscillation.period if oscillation.oscillating else None
@@ -192,16 +202,6 @@ def _check_period(record: LoopRecord, period: float | None, *, min_samples: floa
             f"period = {period:g} s is shorter than {min_samples:g} samples of {record.dt:g} s; give the period of "
             "the oscillation, leave it out to have it found, or record faster."
         )
-
-
-def _check_signals(tag: str, op: NDArray[np.float64], pv: NDArray[np.float64], *, min_samples: int = 30) -> None:
-    if op.size < min_samples:
-        raise RecordError(
-            f"{tag}: {op.size} samples with both OP and PV can be analysed, {min_samples} are needed; record longer."
-        )
-    for name, x in (("OP", op), ("PV", pv)):
-        if not float(np.ptp(x)) > 1e-9 * float(np.abs(x).max()):
-            raise RecordError(f"{tag}: {name} does not vary; record while the controller moves the valve.")
 
 
 def _with_model(prepared: PreparedRecord, known: Identification, fit: ModelFit, model: str) -> Identification:
