@@ -142,20 +142,20 @@ def _loops(n: int) -> dict[str, LoopRecord]:
         "driven": (st.Ideal(), swing),
         "quiet": (st.Ideal(), white),
     }
-    out, seen = {}, {}
+    out, with_position = {}, {}
+    base = st.Loop(st.PID(0.4, 8.0), st.Kano(5.0, 3.0), st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=0.1)
     for name, (valve, load) in cases.items():
-        loop = st.Loop(st.PID(0.4, 8.0), valve, st.FOPDT(1.2, 8.0, 3.0), dt=1.0, noise=0.1)
+        loop = replace(base, valve=valve)
         run = st.simulate(loop, 70.0, float(n), load, seed=1, pv_start=70.0, op_start=50.0, tag=name, loop_type="flow")
         out[name] = replace(run, mv=None)
         if name in POSITIONS:
             stem = run.mv + POSITION_NOISE * np.random.default_rng(5).normal(size=n)
-            seen[f"{name} with position"] = replace(run, mv=stem, tag=f"{name} with position")
-    loop = replace(loop, valve=st.Kano(5.0, 3.0))
+            with_position[f"{name} with position"] = replace(run, mv=stem, tag=f"{name} with position")
     run = st.simulate(
-        loop, 70.0, 3.0 * n, 6.0 * (np.arange(3 * n) < 20), seed=1, pv_start=70.0, op_start=50.0, tag="slower"
+        base, 70.0, 3.0 * n, 6.0 * (np.arange(3 * n) < 20), seed=1, pv_start=70.0, op_start=50.0, tag="slower"
     )
     out["slower"] = replace(sampled(run, 3.0), mv=None, loop_type="flow", integrating=False)
-    return out | seen
+    return out | with_position
 
 
 def _peak_memory() -> float:

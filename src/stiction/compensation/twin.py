@@ -1,10 +1,10 @@
 """The loop's twin: a simulated loop that cycles as the record does.
 
-Valve and process come from the identification, polished in open loop (`refine`); the controller from OP and error, or
-given; noise and a random load from what the simulated PV leaves, its white part and the rest. The twin is then let run
-on its own, closed, with the recorded set point, and compared with the record: period, amplitude of OP, amplitude of PV.
-Only a twin that cycles as the loop does may advise; where it does not, `match` looks for one within the uncertainty
-that does.
+Valve and process are those of the identification, fitted again by simulation from the recorded OP (`refine_model`).
+The controller is given, or fitted to OP and error. Noise and a random load are the difference of recorded and simulated
+PV, its white part and the rest. The twin is then simulated in closed loop with the recorded set point and compared with
+the record: period, amplitude of OP, amplitude of PV. Remedies are tried only on a twin that oscillates as the loop
+does; where it does not, `match` searches the uncertainty for one that does.
 """
 
 from __future__ import annotations
