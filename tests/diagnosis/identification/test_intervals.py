@@ -7,7 +7,6 @@ import pytest
 
 import stiction as st
 from stiction.diagnosis.identification.candidates import Valve
-from stiction.diagnosis.identification.independence import independent_share
 from stiction.diagnosis.identification.intervals import (
     INTERVAL_FEATURES,
     interval_features,
@@ -15,6 +14,7 @@ from stiction.diagnosis.identification.intervals import (
     segment_estimates,
     trend,
 )
+from stiction.diagnosis.identification.model_fit import independent_share
 from stiction.diagnosis.identification.regression import build_regression
 
 

@@ -71,12 +71,12 @@ def position_noise(observed: NDArray[np.float64]) -> float:
     Examples
     --------
     >>> rng = np.random.default_rng(0)
-    >>> noisy = np.where(np.arange(4000) % 40 < 20, 40.0, 43.0) + 0.3 * rng.normal(size=4000)
+    >>> noisy = np.where(np.arange(4000) % 400 < 200, 40.0, 43.0) + 0.3 * rng.normal(size=4000)
     >>> round(position_noise(noisy), 1)
     0.3
     """
     third = np.diff(observed[np.isfinite(observed)], 3)
-    return float(np.median(np.abs(third))) / (0.6745 * np.sqrt(20.0)) if third.size else 0.0
+    return float(np.median(np.abs(third)) / (0.6745 * np.sqrt(20.0))) if third.size else 0.0
 
 
 class CorrectedStems(NamedTuple):

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from stiction.diagnosis.identification.candidates import combinations, joined, pattern_search
-from stiction.diagnosis.identification.independence import independent_share
 from stiction.diagnosis.identification.stems import as_valve_arrays, valve_positions
 
 if TYPE_CHECKING:
@@ -15,14 +14,29 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.candidates import Candidates
 
-__all__ = ["ModelFit", "PositionCosts", "fit_kano", "likely_candidates", "likely_range", "model_fit"]
+__all__ = [
+    "ModelFit",
+    "PositionCosts",
+    "fit_kano",
+    "independent_share",
+    "likely_candidates",
+    "likely_range",
+    "model_fit",
+]
 
 
 class PositionCosts(Protocol):
     """A record with which valve positions are compared: its PV (`Regression`) or its recorded position."""
 
-    op: NDArray[np.float64]
-    per_block: int
+    @property
+    def op(self) -> NDArray[np.float64]:
+        """OP at the rate at which valve positions are simulated [% of span]."""
+        ...
+
+    @property
+    def per_block(self) -> int:
+        """Values of OP for each value compared [-]."""
+        ...
 
     @property
     def n_predicted(self) -> int:
@@ -106,3 +120,31 @@ def likely_candidates(fit: ModelFit, *, chi_square: float = 3.84) -> NDArray[np.
 def likely_range(values: NDArray[np.float64], likely: NDArray[np.bool_], margin: float) -> tuple[float, float]:
     """Ends of a parameter among the likely valves, wider by a margin, at least 0 [unit of the values]."""
     return max(float(values[likely].min()) - margin, 0.0), float(values[likely].max()) + margin
+
+
+def independent_share(residual: NDArray[np.float64]) -> float:
+    r"""Share of the samples of a residual that are independent.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (n_samples,)
+        Residual about zero [any unit].
+
+    Returns
+    -------
+    float
+        :math:`1 / (1 + 2 \sum_k \rho_k)`, with the autocorrelation up to its first zero [-].
+
+    Examples
+    --------
+    >>> white = np.random.default_rng(0).normal(size=5000)
+    >>> round(independent_share(white), 1), round(independent_share(np.repeat(white, 5)), 1)
+    (1.0, 0.2)
+    """
+    spectrum = np.fft.rfft(residual, 2 * residual.size)
+    acf = np.fft.irfft(spectrum.real**2 + spectrum.imag**2)[: residual.size]
+    if not acf[0] > 0.0:
+        return 1.0
+    negative = np.flatnonzero(acf <= 0.0)
+    positive = acf[1 : negative[0] if negative.size else residual.size]
+    return 1.0 / (1.0 + 2.0 * float(positive.sum()) / float(acf[0]))
