@@ -26,10 +26,16 @@ NAMES = [feature.name for feature in FEATURES]
 ROOT = Path(__file__).resolve().parents[1] / "src" / "stiction" / "diagnosis"
 
 
-def weights_of(sticky: np.ndarray, prior: float = PRIOR) -> np.ndarray:
+DEADBAND_WEIGHT = 0.25
+"""Weight of a loop whose valve has deadband alone [-]: one loop in eight of the populations, far fewer in plants."""
+
+
+def weights_of(table: pl.DataFrame, prior: float = PRIOR) -> np.ndarray:
     """Weights with which sticky loops make up the share `prior`, shape (n_loops,)."""
-    share = float(sticky.mean())
-    return np.where(sticky, prior / share, (1.0 - prior) / (1.0 - share))
+    sticky = table["sticky"].to_numpy()
+    weights = np.where(table["cause"].to_numpy() == "deadband", DEADBAND_WEIGHT, 1.0)
+    share = float(weights[sticky].sum() / weights.sum())
+    return weights * np.where(sticky, prior / share, (1.0 - prior) / (1.0 - share))
 
 
 def make_classifier(seed: int = 0, **settings: Any) -> Any:
@@ -57,8 +63,8 @@ def fit_model(table: pl.DataFrame) -> dict[str, Any]:
     """
     table = trainable(table)
     X, sticky = features_of(table), table["sticky"].to_numpy()
-    model = make_classifier().fit(X, sticky, sample_weight=weights_of(sticky))
-    return stored_trees(model, X, weights_of(sticky))
+    model = make_classifier().fit(X, sticky, sample_weight=weights_of(table))
+    return stored_trees(model, X, weights_of(table))
 
 
 def trainable(table: pl.DataFrame, min_turns: int = 6) -> pl.DataFrame:

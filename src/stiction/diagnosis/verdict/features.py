@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.identification.alternatives import ALTERNATIVES
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -78,6 +80,20 @@ def _over_nonlinear(found: FeatureInput) -> float:
     return log_evidence(min(ratios.get(name, math.nan) for name in ("nonlinear", "dead_zone")))
 
 
+def _closest_ratio(found: FeatureInput) -> float:
+    ratios = found.identification.likelihood_ratios
+    return min(ratios[name] for name in ALTERNATIVES if name in ratios)
+
+
+def _over_closest(found: FeatureInput) -> float:
+    return log_evidence(_closest_ratio(found))
+
+
+def _kept_share(found: FeatureInput) -> float:
+    share = _closest_ratio(found) / max(found.identification.likelihood_ratios["good"], 20.0)
+    return min(max(share, -1.0), 1.0)
+
+
 def _best_segment(found: FeatureInput) -> float:
     return log_evidence(max((one.likelihood_ratio for one in found.identification.segments), default=math.nan))
 
@@ -88,11 +104,6 @@ def _fit_gain(found: FeatureInput) -> float:
     return math.log(left_linear / left)
 
 
-def _interval_width(found: FeatureInput) -> float:
-    one = found.identification
-    return math.log(one.S_high / one.S_low) if one.S_low > 0.0 else math.nan
-
-
 def _tuning(found: FeatureInput) -> float:
     period = found.oscillation.period if found.oscillation.oscillating else math.nan
     return math.log(sensitivity(found.identification, found.controller, period))
@@ -100,14 +111,16 @@ def _tuning(found: FeatureInput) -> float:
 
 FEATURES: tuple[Feature, ...] = (
     Feature("over_good", "sticky valve against good valve", "asinh(LLR / 20)", "-", 1, _evidence("good")),
+    Feature("over_closest", "sticky valve against the closest other explanation", "smallest asinh(LLR / 20)", "-", 1,
+            _over_closest),
+    Feature("kept_share", "share of the evidence that the closest explanation leaves",
+            "smallest LLR / max(LLR over good, 20), within -1 and 1", "-", 1, _kept_share),
     Feature(
         "over_nonlinear", "sticky valve against nonlinear characteristic or dead zone", "smaller asinh(LLR / 20)", "-",
         1, _over_nonlinear,
     ),
     Feature("over_relay_load", "sticky valve against a load that switches", "asinh(LLR / 20)", "-", 1,
             _evidence("relay_load")),
-    Feature("over_noise_gate", "sticky valve against a good one without noise", "asinh(LLR / 20)", "-", 1,
-            _evidence("noise_gate")),
     Feature("over_periodic_load", "sticky valve against a periodic load", "asinh(LLR / 20)", "-", 1,
             _evidence("periodic_load", "good")),
     Feature("beside_periodic_load", "sticky valve, periodic load added to both", "asinh(LLR / 20)", "-", 1,
@@ -120,13 +133,10 @@ FEATURES: tuple[Feature, ...] = (
     ),
     Feature("jump_ratio", "slip jump relative to the band", "J / S", "-", 1,
             lambda found: found.identification.J / found.identification.S),
-    Feature("S_interval", "uncertainty of S", "ln(S_high / S_low)", "-", -1, _interval_width),
     Feature("fit_gain", "simulation with a sticky valve against a good one",
             "ln(unexplained good / unexplained sticky)", "-", 1, _fit_gain),
     Feature("tuning", "how close the loop is to instability by tuning", "ln(1 / abs(1 + C P)) at the oscillation",
             "-", -1, _tuning),
-    Feature("pv_resolution", "coarseness of the PV", "quantisation step / 98 % range of PV", "-", -1,
-            lambda found: min(found.pv_step_share, 1.0)),
     Feature("position", "sticky valve by the recorded valve position", "asinh(LLR / 20)", "-", 1,
             lambda found: log_evidence(found.position_gain)),
 )  # fmt: skip
