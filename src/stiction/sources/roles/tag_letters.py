@@ -6,7 +6,7 @@ import re
 from collections import defaultdict
 from typing import TYPE_CHECKING, NamedTuple
 
-from stiction.sources.roles.loop_roles import FLAG_ROLES, HOW_TO_OVERRULE, NUMERIC_ROLES, TagGroup, column_label
+from stiction.sources.roles.loop_roles import FLAG_ROLES, HOW_TO_OVERRULE, NUMERIC_ROLES, TagGroup, list_roles
 
 if TYPE_CHECKING:
     from stiction.sources.tag_column import TagColumn
@@ -52,12 +52,9 @@ def parse_instrument_tag(tag: str) -> InstrumentTag | None:
     for found in reversed(list(_TAG.finditer(text))):
         if letters := _LETTERS.fullmatch(found[1]):
             first, modifier, functions = letters.groups()
-            if first == "Z" or "Z" in functions:
-                kind = "position"
-            elif functions[-1] in "VY":
-                kind = "valve"
-            else:
-                kind = "controller" if "C" in functions else "measurement"
+            kind = "controller" if "C" in functions else "measurement"
+            kind = "valve" if functions[-1] in "VY" else kind
+            kind = "position" if "Z" in first + functions else kind
             area = re.sub(r"[^A-Z0-9]", "", text[: found.start()])
             return InstrumentTag(area, first + modifier, kind, found[2], found[3])
     return None
@@ -90,17 +87,13 @@ def _join(parts: list[tuple[str, TagGroup]], groups: list[TagGroup], bare: list[
     if len(parts) < 2 or len(controllers) > 1 or tags.keys() <= {"valve", "position"}:
         return
     target = controllers[0] if controllers else TagGroup(tags.get("alone") or tags["measurement"])
+    has_both = {"pv", "op"} <= target.columns.keys()
     extra: dict[str, list[TagColumn]] = {}
     for kind, group in parts:
         for role, columns in group.columns.items() if group is not target else ():
             wanted = _ROLE_BY_KIND.get(kind, {"": "pv"}).get(role, role)
-            is_open = wanted == "mv" or not {"pv", "op"} <= target.columns.keys()
-            if (
-                wanted in ("pv", "sp", "op", "mv")
-                and is_open
-                and len(columns) == 1
-                and wanted not in target.columns | extra
-            ):
+            is_open = wanted in ("pv", "sp", "op", "mv") and wanted not in target.columns | extra
+            if is_open and len(columns) == 1 and (wanted == "mv" or not has_both):
                 extra[wanted] = columns
                 extra |= {f"{wanted} {flag}": group.columns.get(f"{role} {flag}", []) for flag in FLAG_ROLES}
     if not extra or not TagGroup(target.tag, target.columns | extra).is_loop:
@@ -112,5 +105,5 @@ def _join(parts: list[tuple[str, TagGroup]], groups: list[TagGroup], bare: list[
     target.columns |= {role: columns for role, columns in extra.items() if columns}
     groups[:] = [group for group in groups if group.columns and group is not target] + [target]
     bare[:] = [column for column in bare if column not in taken]
-    listed = ", ".join(f"{column_label(extra[role][0])} = {role.upper()}" for role in extra if role in NUMERIC_ROLES)
+    listed = list_roles({role: columns[0] for role, columns in extra.items() if role in NUMERIC_ROLES})
     target.notes.append(f"{listed} of the loop {target.tag}, by the number of the tags; {HOW_TO_OVERRULE}")
