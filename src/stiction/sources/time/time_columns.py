@@ -11,8 +11,7 @@ import numpy as np
 
 from stiction.errors import RecordError
 from stiction.sources.roles.vocabulary import INDEX_WORDS, TIME_UNITS, TIME_WORDS
-from stiction.sources.time.compact_clock import is_compact_clock
-from stiction.sources.time.numeric_time import epoch_of
+from stiction.sources.time.numeric_time import find_epoch, is_compact_clock
 from stiction.sources.time.text_stamps import is_clock, is_date, is_timestamp
 from stiction.sources.values.numeric_cells import is_number, parse_number
 
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["TimeColumns", "find_time_columns", "is_time_heading", "missing_time_error", "seconds_per_unit"]
 
+MIDNIGHT = r"[T ]00:00(?::00(?:\.0+)?)?$"
 _DOTTED_CLOCK = re.compile(r"\d{1,2}\.\d{2}\.\d{2}")
 _UNIT_IN_BRACKETS = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
 _FRACTIONS = {
@@ -201,7 +201,7 @@ def _is_time_column(table: RawTable, position: int, name: str = "") -> bool:
     if _heading_word(name) not in INDEX_WORDS:
         return False
     values = np.array([parse_number(cell, table.decimal) for cell in cells])
-    return len(values) > 1 and bool(np.isfinite(values).all()) and epoch_of(values) is not None
+    return len(values) > 1 and bool(np.isfinite(values).all()) and find_epoch(values) is not None
 
 
 def _is_fraction(name: str, table: RawTable, position: int) -> bool:
@@ -217,7 +217,7 @@ def _choose(candidates: Sequence[int], table: RawTable, options: ReadOptions) ->
     if len(candidates) < 2:
         return list(candidates), []
     cells = {i: table.sample_column(i) or [""] for i in candidates}
-    dates = [i for i in candidates if is_date(re.sub(r"[T ]00:00(:00(\.0+)?)?$", "", cells[i][0]))]
+    dates = [i for i in candidates if is_date(re.sub(MIDNIGHT, "", cells[i][0]))]
     others = [i for i in candidates if i not in dates[:1]]
     clocks = [i for i in candidates if is_clock(cells[i][0])]
     clocks += [i for i in others if dates and (_DOTTED_CLOCK.fullmatch(cells[i][0]) or is_compact_clock(cells[i]))]
