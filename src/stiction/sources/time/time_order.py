@@ -16,62 +16,54 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from stiction.sources.time.stamps import Stamps
+
     RowsDiffer = Callable[[NDArray[np.int64], NDArray[np.int64]], NDArray[np.bool_]]
 
 __all__ = ["MAX_SHARED_STAMPS", "SortedRows", "is_newest_first", "sort_by_time", "to_datetime"]
 
 MAX_SHARED_STAMPS = 0.1
 """Share of the rows that may have the stamp of another one and other values [-]."""
-_MIN_SHARE_BACKWARDS = 0.9
-"""Share of the steps that go back in time from which on a file runs from its newest row to its oldest [-]."""
-_MIN_REPEATED_ROWS = 3
-"""Rows whose time other rows had before, for a clock that was set back [-]."""
-_MIN_REPEATED_SHARE = 0.5
-"""Share of the rows after a step back whose time other rows had before; rows that are only late fill a gap [-]."""
-_MAX_DISTANCE_STEPS = 0.75
-"""Distance up to which two rows have the same time [steps]."""
-_MAX_SET_BACKS = 200
-"""Steps back above which the rows are out of order and no clock was set back [-]."""
 _HOUR = 3600.0
 
 
 @dataclass
 class SortedRows:
-    """Rows in the order of time."""
+    """Rows with a readable stamp in the order of time."""
 
     seconds: NDArray[np.float64]
     """Time of each row, clock changes undone [s], shape (n_rows,)."""
     rows: NDArray[np.int64]
     """Row of the source, shape (n_rows,)."""
-    clock_jumps: int = 0
+    clock_jumps: int
     """Steps back that were undone or sorted, and changes to or from summer time."""
-    dst_changes: int = 0
+    dst_changes: int
     """How many of `clock_jumps` were changes to or from summer time."""
     notes: list[str] = field(default_factory=list)
     """Assumptions, a sentence each."""
 
 
-def sort_by_time(
-    seconds: NDArray[np.float64], rows: NDArray[np.int64], kind: str, rows_differ: RowsDiffer | None = None
-) -> SortedRows:
-    """Bring rows, at least two, into the order of time.
+def sort_by_time(stamps: Stamps, rows_differ: RowsDiffer | None = None) -> SortedRows:
+    """Bring rows into the order of time; `rows_differ` tells for pairs of rows whether they have other values.
 
-    Without `rows_differ`, which tells pairs of rows with other values, no clock counts as set back, since rows with
-    earlier times may be copies. Only a clock of kind "local" has summer time.
+    Without `rows_differ` no clock counts as set back, since rows with earlier times may be copies. Only a clock of kind
+    "local" has summer time.
 
     Examples
     --------
-    >>> result = sort_by_time(np.r_[0.0:8.0, 4.0:12.0], np.arange(16), "relative", np.not_equal)
+    >>> from stiction.sources.time.stamps import Stamps
+    >>> result = sort_by_time(Stamps(np.r_[0.0:8.0, 4.0:12.0], "relative"), np.not_equal)
     >>> float(np.diff(result.seconds).max()), result.notes[0]
     (1.0, 'The clock was set back by 4 s at row 9 of the data: the rows from there on are taken to follow the last.')
     """
-    result, steps = SortedRows(seconds, rows), np.diff(seconds)
-    if is_newest_first(seconds):
-        result.seconds, result.rows, steps = seconds[::-1], rows[::-1], -steps[::-1]
+    rows = np.flatnonzero(np.isfinite(stamps.seconds))
+    result = SortedRows(stamps.seconds[rows], rows, stamps.clock_jumps, stamps.dst_changes)
+    if is_newest_first(result.seconds):
+        result.seconds, result.rows = result.seconds[::-1], rows[::-1]
         result.notes.append("The file runs from the newest row to the oldest and was turned round.")
-    forward = steps[steps > 0]
-    usual = float(np.median(forward)) if forward.size else 0.0
-    if kind == "local" and 0.0 < usual < _HOUR / 2:
+    steps = np.diff(result.seconds)
+    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    if stamps.kind == "local" and 0.0 < usual < _HOUR / 2:
         _undo_summer_time(result, usual)
     if rows_differ is not None:
         _undo_set_back(result, usual, rows_differ)
@@ -87,60 +79,43 @@ def sort_by_time(
 
 
 def is_newest_first(seconds: NDArray[np.float64]) -> bool:
-    """Whether rows run from the newest to the oldest.
-
-    Examples
-    --------
-    >>> is_newest_first(np.array([3.0, 2.0, 2.0, 1.0])), is_newest_first(np.array([3.0, 1.0, 2.0, 0.0]))
-    (True, False)
-    """
+    """Whether rows run from the newest to the oldest, nine of ten steps at least."""
     steps = np.diff(seconds)
-    return bool((steps < 0).sum() > _MIN_SHARE_BACKWARDS * np.count_nonzero(steps))
+    return bool((steps < 0).sum() > 0.9 * np.count_nonzero(steps))
 
 
-def to_datetime(seconds: float, kind: str) -> datetime:
-    """Return the moment that seconds since 1970 mean, aware of its zone when the stamps are.
-
-    Examples
-    --------
-    >>> str(to_datetime(86400.0, "local"))
-    '1970-01-02 00:00:00'
-    """
-    zone = UTC if kind == "utc" else None
-    return datetime(1970, 1, 1, tzinfo=zone) + timedelta(seconds=round(seconds, 6))
+def to_datetime(seconds: float, kind: str) -> datetime | None:
+    """Return the moment that seconds since 1970 mean, aware of its zone when the stamps are; None without a date."""
+    if kind == "relative":
+        return None
+    return datetime(1970, 1, 1, tzinfo=UTC if kind == "utc" else None) + timedelta(seconds=round(seconds, 6))
 
 
 def _undo_summer_time(result: SortedRows, usual: float) -> None:
-    """Undo the hour that a wall clock repeats in autumn and leaves out in spring."""
-    seconds, shift = result.seconds, 0.0
-    steps = np.diff(seconds)
-    near = 0.5 * usual
-    for sign, way, season in ((1.0, "back", "end"), (-1.0, "forward", "start")):
-        for k in np.flatnonzero(np.abs(steps + sign * _HOUR - usual) < near):
-            moment = to_datetime(float(seconds[k]), "local")
-            if _is_change_of_clocks(moment):
-                shift = shift + sign * _HOUR * (np.arange(len(seconds)) > k)
-                result.clock_jumps += 1
-                result.dst_changes += 1
-                note = f"The clock goes {way} one hour at {moment}: taken as the {season} of summer time."
-                result.notes.append(note)
-    result.seconds = seconds + shift
-
-
-def _is_change_of_clocks(moment: datetime) -> bool:
-    """Whether clocks are changed about then: from midnight to three on a Sunday in spring or autumn."""
-    about = moment + timedelta(minutes=5)
-    return about.weekday() == 6 and 60 * about.hour + about.minute <= 190 and about.month in (3, 4, 9, 10, 11)
+    """Undo the hour that a wall clock repeats in autumn and skips in spring, on a Sunday from midnight to three."""
+    seconds = result.seconds.copy()
+    excess = np.diff(seconds) - usual
+    for k in np.flatnonzero(np.abs(np.abs(excess) - _HOUR) < 0.5 * usual):
+        moment = datetime(1970, 1, 1) + timedelta(seconds=round(float(result.seconds[k]), 6))
+        about = moment + timedelta(minutes=5)
+        if about.weekday() == 6 and 60 * about.hour + about.minute <= 190 and about.month in (3, 4, 9, 10, 11):
+            seconds[k + 1 :] -= np.sign(excess[k]) * _HOUR
+            result.clock_jumps += 1
+            result.dst_changes += 1
+            way, season = ("forward", "start") if excess[k] > 0 else ("back", "end")
+            result.notes.append(f"The clock goes {way} one hour at {moment}: taken as the {season} of summer time.")
+    result.seconds = seconds
 
 
 def _undo_set_back(result: SortedRows, usual: float, rows_differ: RowsDiffer) -> None:
     """Let the time go on where rows with other values have times that were there before.
 
-    Not where the times begin anew, as where two exports stand one below the other.
+    Not where the times begin anew, as where two exports stand one below the other, nor where rows that are late fill a
+    gap.
     """
     t, rows = result.seconds, result.rows
     backwards = np.flatnonzero(np.diff(t) < 0) + 1
-    if not 0 < backwards.size <= _MAX_SET_BACKS:
+    if not 0 < backwards.size <= 200:  # with more the rows are out of order
         return
     bounds = [0, *backwards.tolist(), len(t)]
     shift = np.zeros(len(t))
@@ -152,8 +127,8 @@ def _undo_set_back(result: SortedRows, usual: float, rows_differ: RowsDiffer) ->
         right = np.minimum(place, len(before) - 1)
         left = np.maximum(right - 1, 0)
         near = np.where(again - before[left] < before[right] - again, left, right)
-        repeated = np.flatnonzero(np.abs(again - before[near]) <= _MAX_DISTANCE_STEPS * usual)
-        if t[at] <= t[0] or len(repeated) < max(_MIN_REPEATED_ROWS, _MIN_REPEATED_SHARE * len(again)):
+        repeated = np.flatnonzero(np.abs(again - before[near]) <= 0.75 * usual)
+        if t[at] <= t[0] or len(repeated) < max(3, 0.5 * len(again)):
             continue
         if rows_differ(rows[begin + near[repeated]], rows[at + repeated]).mean() > MAX_SHARED_STAMPS:
             shift[at:] += by
