@@ -1,4 +1,4 @@
-"""What every layout asks of a table first: its column names, the signals that they name and its time column."""
+"""What every layout asks of a table first: its column names, the tags in lines above, and its time column."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
-from stiction.sources.roles.column_names import HeaderNames, header_names, parse_column_name, role_of
+from stiction.sources.roles.column_names import HeaderNames, header_names, is_unit, parse_column_name, role_of
+from stiction.sources.roles.vocabulary import TAG_WORDS, TYPE_WORDS, UNIT_HEADINGS
 from stiction.sources.tag_column import Clock, TagColumn
 from stiction.sources.time.parse import find_time_columns, is_time_heading, is_timestamp, parse_time
 
@@ -19,23 +20,15 @@ if TYPE_CHECKING:
     from stiction.sources.table import RawTable
 
 __all__ = [
-    "UNIT_HEADINGS",
-    "find_clock",
-    "forget_note_on_lines_above",
-    "has_loop",
-    "heading_column",
-    "is_stamp_column",
-    "parse_role",
-    "table_headings",
+    *("MARKS", "find_clock", "first_unit", "forget_note_on_lines_above", "has_loop", "heading_column"),
+    *("is_stamp_column", "last_tag", "parse_role", "table_headings", "tag_in_line", "unit_in_line"),
 ]
 
-UNIT_HEADINGS = ("UNIT", "UNITS", "UOM", "EU", "ENGUNITS", "ENG UNITS", "ENG. UNITS", "ENGINEERING UNITS")
-"""Words before a unit, or above a column of units."""
-
-TYPE_WORDS = {"DOUBLE", "FLOAT", "FLOAT32", "FLOAT64", "SINGLE", "REAL", "INT", "INTEGER", "LONG", "NUMBER", "NUMERIC"}
-TYPE_WORDS |= {"STRING", "STR", "TEXT", "DATE", "DATETIME", "TIMESTAMP", "BOOL", "BOOLEAN"}
-"""Types of columns, which some exporters write in a row of the header."""
+MARKS = "\"'[]#:= "
+"""Characters around the words of a line that names a tag."""
 _TYPE_CODE = re.compile(r"[IDSBRF](?:[48]|16|32|64)|[IDSB]")
+_TAG_LINE = re.compile(rf"(?:(?:{'|'.join(map(re.escape, TAG_WORDS))})\s*[:=,]\s*)?([^:,=]{{1,80}})", re.IGNORECASE)
+_UNIT_LINE = re.compile(rf"(?:{'|'.join(map(re.escape, UNIT_HEADINGS))})\s*[:=,]\s*([^,\s]{{1,12}})", re.IGNORECASE)
 _HEADINGS: WeakKeyDictionary[RawTable, HeaderNames] = WeakKeyDictionary()
 
 
@@ -98,31 +91,50 @@ def is_stamp_column(table: RawTable, position: int) -> bool:
 def find_clock(
     table: RawTable, options: ReadOptions, *, taken: Iterable[int] = (), only: int | None = None
 ) -> tuple[Clock | None, set[int]]:
-    """Find the time of the rows of a table.
+    """Find the time of the rows, and the columns that hold time or count the samples, and so no signal.
 
-    Parameters
-    ----------
-    table : RawTable
-        The table.
-    options : ReadOptions
-        What the user said; a time column named there wins.
-    taken : iterable of int
-        Columns that hold something else.
-    only : int, optional
-        The one column that may be time.
-
-    Returns
-    -------
-    clock : Clock or None
-        Time of each row, parsed when it is first needed; None when there is no time column.
-    positions : set of int
-        Columns that hold time or count the samples, and so no signal.
+    `taken` columns hold something else; `only` is the one column that may be time. The clock is None without time.
     """
     names, units, _ = table_headings(table)
     if only is not None:
         taken = set(range(table.width)) - {only}
         options = replace(options, columns={"time": only})
     found = find_time_columns(names, units, table, options, taken=set(taken))
-    positions = {*found.positions, *found.candidates}
-    positions |= {i for i in (found.fraction, found.index) if i is not None}
+    positions = {*found.positions, *found.candidates, found.fraction, found.index} - {None}
     return (Clock(partial(parse_time, table, found, options)) if found.positions else None), positions
+
+
+def tag_in_line(cells: Sequence[str]) -> str:
+    """Give the tag that a line such as ``# Point: FIC-1.PV`` names; empty where it names none or holds more."""
+    text = _join_cells(cells)
+    if not text or len(text) > 100 or text[-1].isdigit() or _UNIT_LINE.fullmatch(text):
+        return ""
+    found = _TAG_LINE.fullmatch(text)
+    pair = parse_role(found[1].strip()) if found else None
+    return found[1].strip() if found and pair and pair[0] else ""
+
+
+def unit_in_line(cells: Sequence[str]) -> str:
+    """Give the unit that a line such as ``Units: t/h`` names; empty where it names none."""
+    found = _UNIT_LINE.fullmatch(_join_cells(cells))
+    return found[1] if found and is_unit(found[1]) else ""
+
+
+def _join_cells(cells: Sequence[str]) -> str:
+    """Join the cells of a line, without the marks around it."""
+    return ",".join(cell.strip() for cell in cells if cell.strip()).strip(MARKS).replace(":,", ":")
+
+
+def _lines_above(table: RawTable) -> list[list[str]]:
+    """All lines above the data, and the metadata as lines of key and value."""
+    return [*([key, value] for key, value in table.metadata.items()), *table.above, *table.header]
+
+
+def last_tag(table: RawTable) -> str:
+    """Give the tag that the last line above the data with a tag names; empty where none does."""
+    return next(filter(None, map(tag_in_line, reversed(_lines_above(table)))), "")
+
+
+def first_unit(table: RawTable) -> str:
+    """Give the unit that a line above the data names; empty where none does."""
+    return next(filter(None, map(unit_in_line, _lines_above(table))), "")
