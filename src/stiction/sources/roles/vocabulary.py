@@ -43,6 +43,8 @@ OTHER_OUTPUT_UNITS = {*UNIT_WORDS, "PSIG", "V", "VDC", "HZ", "COUNTS"} - {*PERCE
 """Units of a controller output that is not in % of span."""
 TIME_UNITS = {unit: float(seconds) for seconds, units in _TABLE["seconds"].items() for unit in units}
 """Unit of a time column of numbers -> seconds."""
+MONTHS: list[list[str]] = [names.split() for names in _TABLE["months"]["names"]]
+"""Names of the months in the order of the year, a list for each language or spelling."""
 MISSING_WORDS = frozenset(_CELLS["missing"])
 """An empty cell, in the words of different programs."""
 STATUS_TEXTS: list[str] = _CELLS["status"]

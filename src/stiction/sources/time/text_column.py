@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import polars as pl
     from numpy.typing import NDArray
 
-__all__ = ["find_first_unread", "parse_text_stamps"]
+__all__ = ["find_first_unread", "parse_by_strptime", "parse_text_stamps"]
 
 _USUAL = re.compile(
     r"(?P<first>\d{1,4})(?P<mark>[-/. ])(?P<middle>\d{1,2}|[A-Z][A-Za-z]{2})(?P=mark)(?P<last>\d{1,4})(?P<between>[T ])"
@@ -191,7 +191,7 @@ def _parse_format(cells: pl.Series, sample: Sequence[str], time_format: str) -> 
     import polars as pl
 
     seconds, has_zone = np.full(len(cells), np.nan), False
-    expected = [_strptime(cell, time_format)[0] for cell in sample]
+    expected = [parse_by_strptime(cell, time_format)[0] for cell in sample]
     if not re.search(r"%[^YmdHMSIpbyjf]", time_format):
         fast = time_format.replace(".%f", "%.f")
         head = _parse_by_format(pl.Series(sample, dtype=pl.String), fast)
@@ -200,7 +200,7 @@ def _parse_format(cells: pl.Series, sample: Sequence[str], time_format: str) -> 
     left = np.flatnonzero(np.isnan(seconds))
     if left.size:
         rest = cells.gather(left).fill_null("")
-        found = {text: _strptime(text, time_format) for text in rest.unique()}
+        found = {text: parse_by_strptime(text, time_format) for text in rest.unique()}
         has_zone = any(zoned for _, zoned in found.values())
         seconds[left] = rest.replace_strict({text: value for text, (value, _) in found.items()}).to_numpy()
     if sample and np.isnan(seconds).all():
@@ -211,7 +211,7 @@ def _parse_format(cells: pl.Series, sample: Sequence[str], time_format: str) -> 
     return Stamps(seconds, "utc" if has_zone else "local")
 
 
-def _strptime(cell: str, time_format: str) -> tuple[float, bool]:
+def parse_by_strptime(cell: str, time_format: str) -> tuple[float, bool]:
     """Parse one cell by Python's own codes: seconds since 1970, NaN if it does not fit, and whether it has a zone."""
     try:
         stamp = datetime.strptime(cell, time_format)

@@ -8,6 +8,8 @@ import unicodedata
 from datetime import datetime
 from functools import lru_cache
 
+from stiction.sources.roles.vocabulary import MONTHS
+
 __all__ = ["CLOCK", "ELAPSED", "NUMBERED", "REWRITES", "is_clock", "is_date", "is_timestamp", "parse_day", "rewrite"]
 
 CLOCK = r"(?P<hour>\d{1,2}):(?P<minute>\d{2})(?::(?P<second>\d{2}(?:\.\d+)?))?(?: ?(?P<half>[AaPp])[Mm])?"
@@ -33,7 +35,7 @@ REWRITES = (
 _REWRITES = tuple((re.compile(form), usual.replace("${", "\\g<").replace("}", ">")) for form, usual in REWRITES)
 
 _NUMBERS = {"d": r"(?P<day>\d{1,2})", "m": r"(?P<month>\d{1,2})", "y": r"(?P<year>\d{4}|\d{2})"}
-NUMBERED = {order: re.compile("[-/.]".join(map(_NUMBERS.get, order))) for order in ("dmy", "mdy", "ymd")}
+NUMBERED = {order: re.compile("[-/.]".join(_NUMBERS[part] for part in order)) for order in ("dmy", "mdy", "ymd")}
 """Order of day, month and year in a date such as 01/02/26 -> its form."""
 _WEEKDAY, _NAME = r"(?:[^\W\d]{2,12}\.?,? +)?", r"(?P<name>[^\W\d]{3,11})\.?"
 _COMPACT = re.compile(
@@ -50,23 +52,6 @@ _DAYS = (
 _FILLER = re.compile(r"\b(?:de|den|um|at|klo?|uhr|a las|alle|om)\b\.?", re.IGNORECASE)
 _ZONE = re.compile(r"@ ?(?:(?P<sign>[+-])(?P<hours>\d{2}):(?P<minutes>\d{2})|(?P<name>Z|[A-Z]{3,5})\b)?")
 _CLOCK_CELL = re.compile(rf"{CLOCK} ?(?:Z|[A-Z]{{3,4}}|[+-]\d{{2}}:\d{{2}})?")
-_MONTHS = tuple(
-    names.split()
-    for names in (
-        "january february march april may june july august september october november december",
-        "januar februar maerz april mai juni juli august september oktober november dezember",
-        "januar februar marz april mai juni juli august september oktober november dezember",
-        "janner feber mrz april mai juni juli august september oktober november dezember",
-        "janvier fevrier mars avril mai juin juillet aout septembre octobre novembre decembre",
-        "enero febrero marzo abril mayo junio julio agosto septiembre octubre noviembre diciembre",
-        "gennaio febbraio marzo aprile maggio giugno luglio agosto settembre ottobre novembre dicembre",
-        "janeiro fevereiro marco abril maio junho julho agosto setembro outubro novembro dezembro",
-        "januari februari maart april mei juni juli augustus september oktober november december",
-        "januari februari mrt april maj juni juli augusti september oktober november december",
-        "tammikuuta helmikuuta maaliskuuta huhtikuuta toukokuuta kesakuuta heinakuuta elokuuta syyskuuta lokakuuta "
-        "marraskuuta joulukuuta",
-    )
-)
 
 
 def rewrite(cell: str) -> str:
@@ -81,7 +66,7 @@ def rewrite(cell: str) -> str:
 def _month_number(name: str) -> int:
     """Return the month (1 to 12) of a name, or of three or more letters that begin one name only; 0 for no month."""
     letters = re.sub(r"[^a-z]", "", unicodedata.normalize("NFKD", name.lower()))
-    for months in _MONTHS if len(letters) > 2 else ():
+    for months in MONTHS if len(letters) > 2 else ():
         numbers = [number for number, month in enumerate(months, 1) if month.startswith(letters)]
         if len(numbers) == 1:
             return numbers[0]
