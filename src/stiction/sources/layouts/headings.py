@@ -1,28 +1,32 @@
-"""What every layout asks of a table first: its column names, the tags in lines above, and its time column."""
+"""What the layouts share: column names of a table, tags in lines above, the time column, and the rows of one tag."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
+import numpy as np
+
+from stiction.display.number_format import count_noun
+from stiction.errors import RecordError
 from stiction.sources.roles.column_names import HeaderNames, header_names, is_unit, parse_column_name, role_of
-from stiction.sources.roles.vocabulary import TAG_WORDS, TYPE_WORDS, UNIT_HEADINGS
+from stiction.sources.roles.vocabulary import COLUMN_WORDS, TAG_WORDS, UNIT_HEADINGS
 from stiction.sources.tag_column import Clock, TagColumn
 from stiction.sources.time.parse import find_time_columns, is_time_heading, is_timestamp, parse_time
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from numpy.typing import NDArray
+
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
+    from stiction.sources.time.stamps import Stamps
 
-__all__ = [
-    *("MARKS", "find_clock", "first_unit", "forget_note_on_lines_above", "has_loop", "heading_column"),
-    *("is_stamp_column", "last_tag", "parse_role", "table_headings", "tag_in_line", "unit_in_line"),
-]
+    Rows = NDArray[np.integer]
 
 MARKS = "\"'[]#:= "
 """Characters around the words of a line that names a tag."""
@@ -55,7 +59,7 @@ def table_headings(table: RawTable) -> HeaderNames:
 def _are_types(row: Sequence[str]) -> bool:
     """Whether a header row holds the types of the columns."""
     words = {cell.strip().upper() for cell in row[1:]} - {""}
-    return bool(words) and all(word in TYPE_WORDS or _TYPE_CODE.fullmatch(word) for word in words)
+    return bool(words) and all(word in COLUMN_WORDS["types"] or _TYPE_CODE.fullmatch(word) for word in words)
 
 
 def forget_note_on_lines_above(table: RawTable) -> None:
@@ -138,3 +142,55 @@ def last_tag(table: RawTable) -> str:
 def first_unit(table: RawTable) -> str:
     """Give the unit that a line above the data names; empty where none does."""
     return next(filter(None, map(unit_in_line, _lines_above(table))), "")
+
+
+def pick_rows(column: TagColumn, rows: Rows, clock: Clock | None, **changes: Any) -> TagColumn:
+    """Give some rows of a column, with the clock of these rows."""
+    load, quality = column.load, column.quality
+    return replace(
+        column,
+        clock=clock,
+        load=lambda: load().gather(rows),
+        quality=None if quality is None else lambda: quality().gather(rows),
+        **changes,
+    )
+
+
+def pick_stamps(clock: Clock, rows: Rows) -> Clock:
+    """Give the clock of some rows."""
+
+    def parse() -> Stamps:
+        stamps = clock.stamps
+        return replace(stamps, seconds=stamps.seconds[rows], notes=list(stamps.notes), first_unread=None)
+
+    return Clock(parse)
+
+
+def share_clocks(clocks: Sequence[Clock]) -> list[Clock]:
+    """Give for each clock the first one with equal stamps."""
+    known: dict[tuple[float, ...], list[Clock]] = {}
+    shared = []
+    for clock in clocks:
+        seconds = clock.stamps.seconds
+        alike = known.setdefault((seconds.size, *seconds[:1], *seconds[-1:]), [])
+        first = next((other for other in alike if np.array_equal(other.stamps.seconds, seconds)), clock)
+        shared.append(first)
+        alike += [clock] if first is clock else []
+    return shared
+
+
+def readable_rows(table: RawTable, stamps: Stamps, *, ignored: Rows | None = None) -> NDArray[np.bool_]:
+    """Mark the rows whose time stamp was understood, and note how many were not, `ignored` ones aside."""
+    readable = np.isfinite(stamps.seconds)
+    if readable.sum() < 2:
+        row, cell = stamps.first_unread or (0, "")
+        raise RecordError(
+            f"{table.origin.name}, line {table.first_line + row}: {cell!r} is no time stamp known here; "
+            "give time_format='...' (--time-format)."
+        )
+    counted = ~readable
+    counted[[] if ignored is None else ignored] = False
+    if lost := int(counted.sum()):
+        note = f"Left out: {count_noun(lost, 'row')} without a readable time stamp."
+        table.notes.extend([] if note in table.notes else [note])
+    return readable

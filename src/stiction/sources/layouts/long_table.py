@@ -5,24 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
-from stiction.sources.layouts.headings import (
-    find_clock,
-    has_loop,
-    heading_column,
-    is_stamp_column,
-    parse_role,
-    table_headings,
-)
-from stiction.sources.layouts.row_groups import pick_rows, pick_stamps, readable_rows, share_clocks
+from stiction.sources.layouts import headings
 from stiction.sources.roles.column_names import normalise_name
-from stiction.sources.roles.vocabulary import (
-    ATTRIBUTE_WORDS,
-    DESCRIPTION_WORDS,
-    LOOP_NAME_WORDS,
-    TAG_WORDS,
-    UNIT_HEADINGS,
-    VALUE_WORDS,
-)
+from stiction.sources.roles.vocabulary import COLUMN_WORDS
 from stiction.sources.time.parse import is_timestamp
 from stiction.sources.values.numeric_cells import is_number
 
@@ -53,9 +38,9 @@ def find_long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = ()
     {'tag': 1, 'value': 3, 'owner': 0}
     """
     words = [normalise_name(name) for name in names]
-    roles = [parse_role(name) for name in names]
-    wanted = {"tag": TAG_WORDS, "value": VALUE_WORDS, "unit": UNIT_HEADINGS, "description": DESCRIPTION_WORDS}
-    places = {key: [i for i, word in enumerate(words) if word in known] for key, known in wanted.items()}
+    roles = [headings.parse_role(name) for name in names]
+    known = ("tag", "value", "unit", "description")
+    places = {key: [i for i, word in enumerate(words) if word in COLUMN_WORDS[key]] for key in known}
     places["quality"] = [i for i, role in enumerate(roles) if role == ("", "quality")]
     found = {key: positions[0] for key, positions in places.items() if positions}
     cells = [[cell for row in sample if i < len(row) and (cell := row[i].strip())] for i in range(len(names))]
@@ -64,28 +49,29 @@ def find_long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = ()
         values = [i for i, column in enumerate(cells) if i not in tags and _are_values(column, decimal)]
         if tags and (values or "value" in found):
             found |= {"tag": tags[0], "value": found.get("value", values[0] if values else -1)}
-        by_name = [i for i in range(len(names)) if words[i] in (*ATTRIBUTE_WORDS, *TAG_WORDS)]
+        by_name = [i for key in ("attribute", "tag") for i, word in enumerate(words) if word in COLUMN_WORDS[key]]
         signals = [i for i in by_name if _are_signals(cells[i])]
-        signals.sort(key=lambda i: words[i] not in ATTRIBUTE_WORDS)
         if signals and not tags:
             found["tag"] = signals[0]
-    if "tag" in found and any((pair := parse_role(cell)) and not pair[0] for cell in set(cells[found["tag"]])):
+    tag_cells = set(cells[found["tag"]]) if "tag" in found else set()
+    if any((pair := headings.parse_role(cell)) and not pair[0] for cell in tag_cells):
         free = [i for i in range(len(names)) if i not in found.values() and cells[i]]
-        owners = [i for i in free if words[i] in LOOP_NAME_WORDS] or [i for i in free if _are_texts(cells[i], decimal)]
+        owners = [i for i in free if words[i] in (*COLUMN_WORDS["tag"], *COLUMN_WORDS["loop_name"])]
+        owners = owners or [i for i in free if _are_texts(cells[i], decimal)]
         found |= {"owner": owners[0]} if owners else {}
     return found if {"tag", "value"} <= set(found) else {}
 
 
 def _are_tags(cells: Sequence[str]) -> bool:
     """Whether each cell names a measured signal, of a loop or of several."""
-    pairs = {parse_role(cell) for cell in set(cells)}
+    pairs = {headings.parse_role(cell) for cell in set(cells)}
     known = bool(pairs) and all(pair and pair[1] not in ("mode", "bad", "quality") for pair in pairs)
     return known and (len(pairs) > 1 or all(pair and pair[0] for pair in pairs))
 
 
 def _are_signals(cells: Sequence[str]) -> bool:
     """Whether most cells name a signal and no loop; a controller has other parameters too."""
-    pairs = [parse_role(cell) for cell in set(cells)]
+    pairs = [headings.parse_role(cell) for cell in set(cells)]
     signals = sum(bool(pair and not pair[0]) for pair in pairs)
     return signals > 0 and 2 * signals >= len(pairs) and not any(pair and pair[0] for pair in pairs)
 
@@ -104,13 +90,14 @@ def recognises(table: RawTable, options: ReadOptions) -> bool:
 
 
 def _find(table: RawTable, options: ReadOptions) -> dict[str, int]:
-    names = table_headings(table).names
-    if table.width > 40 or has_loop(names):
+    """Columns of a long table; the sample says nothing where the user named a column of a signal."""
+    names = headings.table_headings(table).names
+    if table.width > 40 or headings.has_loop(names):
         return {}
-    headings = {name.strip().upper() for name in names}
+    upper = {name.strip().upper() for name in names}
     named = [column for signal, column in options.columns.items() if signal != "time"]
-    user_named = any(not isinstance(column, str) or column.strip().upper() in headings for column in named)
-    return find_long_columns(names, () if user_named else table.sample, table.decimal)
+    is_named = any(not isinstance(column, str) or column.strip().upper() in upper for column in named)
+    return find_long_columns(names, () if is_named else table.sample, table.decimal)
 
 
 def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
@@ -118,14 +105,14 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     import polars as pl
 
     found = _find(table, options)
-    clock, time = find_clock(table, options, taken=found.values())
+    clock, time = headings.find_clock(table, options, taken=found.values())
     if clock is None:
-        stamped = [i for i in range(table.width) if i not in found.values() and is_stamp_column(table, i)]
-        clock, time = find_clock(table, options, only=stamped[0]) if stamped else (None, set())
+        stamped = [i for i in range(table.width) if i not in found.values() and headings.is_stamp_column(table, i)]
+        clock, time = headings.find_clock(table, options, only=stamped[0]) if stamped else (None, set())
     if clock is None:
         raise RecordError(f"{table.origin.name}: is a long table without a time column; export the time stamps too.")
     table.load({*time, *found.values()})
-    readable = readable_rows(table, clock.stamps)
+    readable = headings.readable_rows(table, clock.stamps)
     table.drop(time - set(found.values()))
     texts = {key: table.column(found[key]).cast(pl.String).fill_null("") for key in _TEXTS if key in found}
     keys = [key for key in ("owner", "tag") if key in found]
@@ -147,12 +134,12 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     # Each owner with one signal is a description, not a loop.
     is_loop = (pl.col("owner") != "") & (pl.lit(tags.height) > pl.col("owner").n_unique())
     tags = tags.with_columns(name=pl.when(is_loop).then(pl.format("{}.{}", "owner", "tag")).otherwise("tag"))
-    whole = heading_column(table, found["value"], clock)
-    whole.quality = heading_column(table, found["quality"], clock).load if "quality" in found else None
+    whole = headings.heading_column(table, found["value"], clock)
+    whole.quality = headings.heading_column(table, found["quality"], clock).load if "quality" in found else None
     rows = [one.to_numpy() for one in tags["row"]]
-    clocks = share_clocks([pick_stamps(clock, one) for one in rows])
+    clocks = headings.share_clocks([headings.pick_stamps(clock, one) for one in rows])
     texts_of_tags = tags.select("name", "unit", "description").iter_rows(named=True)
     return [
-        pick_rows(whole, one, own, **text, position=None, own_clock=True)
+        headings.pick_rows(whole, one, own, **text, position=None, own_clock=True)
         for text, one, own in zip(texts_of_tags, rows, clocks, strict=True)
     ]

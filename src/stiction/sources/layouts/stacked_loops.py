@@ -5,8 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiction.sources.layouts import wide
-from stiction.sources.layouts.headings import find_clock, has_loop, heading_column, parse_role, table_headings
-from stiction.sources.layouts.row_groups import pick_rows, pick_stamps
+from stiction.sources.layouts.headings import (
+    find_clock,
+    has_loop,
+    heading_column,
+    parse_role,
+    pick_rows,
+    pick_stamps,
+    table_headings,
+)
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import TAG_WORDS, loop_type_of
 

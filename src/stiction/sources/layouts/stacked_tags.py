@@ -8,7 +8,7 @@ import numpy as np
 
 from stiction.errors import RecordError
 from stiction.sources.layouts import headings
-from stiction.sources.layouts.row_groups import pick_rows, pick_stamps, readable_rows, share_clocks
+from stiction.sources.layouts.headings import pick_rows, pick_stamps, readable_rows, share_clocks
 from stiction.sources.roles.vocabulary import TAG_WORDS, UNIT_HEADINGS
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from stiction.sources.layouts import wide
 from stiction.sources.layouts.headings import forget_note_on_lines_above, parse_role
 from stiction.sources.roles.column_names import normalise_name
-from stiction.sources.roles.vocabulary import DESCRIPTION_WORDS, UNIT_HEADINGS
+from stiction.sources.roles.vocabulary import COLUMN_WORDS
 from stiction.sources.table import SNIFF_ROWS
 from stiction.sources.time.parse import is_timestamp
 
@@ -54,8 +54,8 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     turned = frame.select(f"{i}" for i in used).transpose()
     turned = turned.insert_column(0, pl.Series("time", [times[i] for i in used]))
     header = [["Time", *frame[f"{tag_position}"]]]
-    for known in (UNIT_HEADINGS, DESCRIPTION_WORDS):
-        header += [["", *frame[f"{i}"]] for i in range(first) if normalise_name(times[i]) in known]
+    for key in ("unit", "description"):
+        header += [["", *frame[f"{i}"]] for i in range(first) if normalise_name(times[i]) in COLUMN_WORDS[key]]
     upright = replace(
         table,
         header=header,

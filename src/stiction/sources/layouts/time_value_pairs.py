@@ -5,8 +5,16 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from stiction.sources.layouts.headings import find_clock, heading_column, is_stamp_column, parse_role, table_headings
-from stiction.sources.layouts.row_groups import pick_rows, pick_stamps, share_clocks
+from stiction.sources.layouts.headings import (
+    find_clock,
+    heading_column,
+    is_stamp_column,
+    parse_role,
+    pick_rows,
+    pick_stamps,
+    share_clocks,
+    table_headings,
+)
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import VALUE_WORDS
 from stiction.sources.time.parse import is_time_heading

@@ -7,8 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import RecordError
-from stiction.sources.layouts.headings import find_clock, heading_column, parse_role, table_headings
-from stiction.sources.layouts.row_groups import pick_rows, pick_stamps
+from stiction.sources.layouts.headings import (
+    find_clock,
+    heading_column,
+    parse_role,
+    pick_rows,
+    pick_stamps,
+    table_headings,
+)
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import MISSING_WORDS
 
@@ -68,8 +74,9 @@ def _find_sparse(table: RawTable, columns: Sequence[TagColumn], *, min_full_shar
 
     A column with a value in `min_full_share` of the rows [-] has the times of the table.
     """
-    cells = [[row[c.position] if (c.position or 0) < len(row) else "" for row in table.sample] for c in columns]
-    masks = [np.array([cell.strip().upper() not in MISSING_WORDS for cell in column]) for column in cells]
+    rows = [[cell.strip().upper() not in MISSING_WORDS for cell in row] for row in table.sample]
+    places = [column.position or 0 for column in columns]
+    masks = [np.array([i < len(row) and row[i] for row in rows]) for i in places]
     loops: dict[str, dict[str, NDArray[np.bool_]]] = {}
     for column, mask in zip(columns, masks, strict=True):
         if (role := parse_role(column.name)) and role[1] in ("pv", "op"):

@@ -30,24 +30,10 @@ MAX_LISTED = 20
 def assign_roles(
     columns: Sequence[TagColumn], options: ReadOptions, map_rows: Sequence[MapRow] | None = None
 ) -> list[LoopRoles]:
-    """Give each column its role in a loop.
+    """Give each column of a source but its time columns its role in a loop.
 
-    Parameters
-    ----------
-    columns : sequence of TagColumn
-        All columns of the source but its time columns.
-    options : ReadOptions
-        `columns` names the column of a role and `tag` the loop that is wanted. When `columns` names a PV, an OP or
-        another number, only the loop of these columns is given.
-    map_rows : sequence of MapRow, optional
-        A mapping file; it settles all roles, and nothing is guessed.
-
-    Raises
-    ------
-    RecordError
-        When there is no loop, a named column or loop does not exist, or a loop has two columns for one role.
-    ParameterError
-        When `options.columns` names an unknown role.
+    `options.columns` names the column of a role and `options.tag` the loop that is wanted. When they name a PV, an OP
+    or another number, only the loop of these columns is given. A mapping file settles all roles.
     """
     if not columns:
         raise RecordError("The source: has no columns beside the time; export PV and OP of a loop.")

@@ -29,18 +29,9 @@ def find_secondary_tags(
 ) -> list[str]:
     """Find for each loop of a source the loop whose set point is its OP, by its tag; "" where there is none.
 
-    Parameters
-    ----------
-    records : sequence of LoopRecord
-        Loops of one source.
-    masters : mapping, optional
-        Tag of a loop -> tag of its master, by the map; for these loops nothing is guessed.
-    min_values : int
-        Values that OP must take, so that its likeness to a set point is no chance [-].
-    max_rounding : float
-        Rounding, as a share of the range of the set point, above which likeness says nothing [-].
-    min_known : float
-        Share of the samples that must be known of both [-].
+    `masters` gives the master of a loop, by the map; for these nothing is guessed. OP takes `min_values` values [-], so
+    that its likeness to a set point is no chance; both are known in `min_known` of the samples [-], and rounding is at
+    most `max_rounding` of the range of the set point [-].
     """
     masters = {tag.lower(): master for tag, master in (masters or {}).items() if master}
     tags = {record.tag.lower() for record in records}

@@ -8,22 +8,17 @@ from collections import Counter
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
-from stiction.sources.roles.vocabulary import (
-    FALLBACK_SIGNAL_WORDS,
-    SIGNAL_WORDS,
-    TIME_UNITS,
-    UNIT_WORDS,
-    VALUE_WORDS,
-    loop_type_of,
-)
+from stiction.sources.roles import vocabulary
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
 __all__ = ["HeaderNames", "header_names", "is_unit", "normalise_name", "parse_column_name", "role_of", "unit_in_name"]
 
-_ROLE_OF_WORD = {word: role for role, words in SIGNAL_WORDS.items() for word in words}
-_ROLE_OF_WORD |= {word: f"fallback {role}" for role, words in FALLBACK_SIGNAL_WORDS.items() for word in words}
+_ROLE_OF_WORD = {word: role for role, words in vocabulary.SIGNAL_WORDS.items() for word in words}
+_ROLE_OF_WORD |= {
+    word: f"fallback {role}" for role, words in vocabulary.FALLBACK_SIGNAL_WORDS.items() for word in words
+}
 # A word of several is written with underscores as well: ``FC101_PROCESS_VALUE``.
 _ROLE_OF_WORD |= {word.replace(" ", "_"): role for word, role in _ROLE_OF_WORD.items()}
 
@@ -41,7 +36,7 @@ _MEASURED = _any_of(word for word, role in _ROLE_OF_WORD.items() if role in ("pv
 # After a space CO may be a gas: `Stack CO %`.
 _WORD_UNIT = re.compile(
     rf"\s*[\"']?((?:.*[^./\\:|_\s-](?:[./\\:|_-]+|[./\\:|_\s-]+(?!CO\b)))?(?:{_MEASURED}))[_\s]+"
-    rf"({_any_of(UNIT_WORDS)})[\"']?\s*",
+    rf"({_any_of(vocabulary.UNIT_WORDS)})[\"']?\s*",
     re.IGNORECASE,
 )
 _DATE_FORMAT = re.compile(r"[dmyhsfapDMYHSFAPTZ:./ -]+")
@@ -65,7 +60,7 @@ def role_of(word: str) -> str:
 
 def is_unit(cell: str) -> bool:
     """Whether a cell is a known unit, of a signal or of time."""
-    return cell.upper() in UNIT_WORDS or cell.upper() in TIME_UNITS
+    return cell.upper() in vocabulary.UNIT_WORDS or cell.upper() in vocabulary.TIME_UNITS
 
 
 def unit_in_name(name: str) -> str:
@@ -140,7 +135,7 @@ def header_names(header: Sequence[Sequence[str]]) -> HeaderNames:
             pair = parse_column_name(below)
             if pair and pair[0] == "" and not is_time_heading(tag):
                 joined.append(f"{tag}.{below}")
-            elif normalise_name(below) in VALUE_WORDS and parse_column_name(tag):
+            elif normalise_name(below) in vocabulary.VALUE_WORDS and parse_column_name(tag):
                 joined.append(tag)
             else:
                 joined.append(below if is_time_heading(below) else above or below)
@@ -162,7 +157,7 @@ def _names_one_loop(upper: Sequence[str], lower: Sequence[str]) -> bool:
     if len(signals) < 2 or len(set(texts)) != 1 or is_unit(texts[0]):
         return False
     is_merged = len(texts) == 1 and 0 < list(upper).index(texts[0]) <= signals[0]
-    return is_merged or loop_type_of(texts[0], numbered=True) != "other"
+    return is_merged or vocabulary.loop_type_of(texts[0], numbered=True) != "other"
 
 
 def _is_unit_row(row: Sequence[str]) -> bool:
@@ -170,8 +165,6 @@ def _is_unit_row(row: Sequence[str]) -> bool:
     filled = [cell for cell in row if cell and not _DATE_FORMAT.fullmatch(cell)]
     if any(" " in cell for cell in filled) and not any(map(is_unit, filled)):
         return False  # cells of several words are a description
-    may_be_unit = (
-        len(cell) <= 12 and normalise_name(cell) not in VALUE_WORDS and (is_unit(cell) or not parse_column_name(cell))
-        for cell in filled
-    )
-    return bool(filled) and all(may_be_unit)
+    if any(len(cell) > 12 or normalise_name(cell) in vocabulary.VALUE_WORDS for cell in filled):
+        return False
+    return bool(filled) and all(is_unit(cell) or not parse_column_name(cell) for cell in filled)

@@ -10,9 +10,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.tag_column import TagColumn
 
-__all__ = [
-    *("FLAG_ROLES", "HOW_TO_OVERRULE", "NUMERIC_ROLES", "ROLES", "LoopRoles", "TagGroup", "column_label", "list_roles"),
-]
+__all__ = ["FLAG_ROLES", "NUMERIC_ROLES", "ROLES", "LoopRoles", "TagGroup", "column_label", "list_roles"]
 
 NUMERIC_ROLES = ("pv", "sp", "op", "mv", "valve_signal")
 """Signals that are numbers."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-import os
-import tempfile
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -162,11 +160,6 @@ def write_map(loops: Sequence[LoopRoles], path: str | PathLike[str]) -> None:
             row = MapRow(column.name, tag, role, loop.unit_of(role), low, high, loop.area, loop.master, loop.importance)
             writer.writerow(["" if cell is None else cell for cell in astuple(row)[:-1]])
     target = Path(path)
-    descriptor, temporary = tempfile.mkstemp(prefix=f".{target.name}", dir=target.parent or ".")
-    try:
-        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-            file.write(text.getvalue())
-        Path(temporary).replace(target)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    draft = target.with_name(f".{target.name}.part")
+    draft.write_text(text.getvalue(), encoding="utf-8")
+    draft.replace(target)
