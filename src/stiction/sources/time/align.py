@@ -9,21 +9,16 @@ import numpy as np
 
 from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
-from stiction.sources.time.grid import regular_grid
-from stiction.sources.time.rounded_stamps import spread_rounded_stamps
+from stiction.sources.time.grid import Grid, regular_grid
 from stiction.sources.time.stamps import Stamps
-from stiction.sources.time.time_order import SortedRows, sort_by_time
+from stiction.sources.time.time_order import SortedRows, shortest_number, sort_by_time, spread_rounded_stamps
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from datetime import datetime
 
     from numpy.typing import NDArray
 
 __all__ = ["AlignedTags", "TagSeries", "align_tags"]
-
-_MAX_HOLD_STEPS = 20.0
-"""Usual steps (their 90th percentile) over which a value is held; beyond them it is missing."""
 
 
 @dataclass
@@ -41,25 +36,15 @@ class TagSeries:
 
 
 @dataclass
-class AlignedTags:
+class AlignedTags(Grid):
     """Tags on one even grid; each list has an entry for each tag."""
 
-    dt: float
-    """Sampling period [s]."""
-    start: datetime | None
-    """Time of the first sample; see `Grid`."""
-    clock_jumps: int
-    """Largest number of jumps that was corrected in the clock of any tag."""
-    dst_changes: int
-    """How many of `clock_jumps` were changes to or from summer time."""
     rows: list[NDArray[np.int64]] = field(default_factory=list)
     """Row whose value stands at each sample, -1 where none does, shape (n_samples,)."""
     values: list[NDArray[np.float64] | None] = field(default_factory=list)
     """Values, NaN where none stands, shape (n_samples,)."""
     held_samples: list[int] = field(default_factory=list)
     """Samples at which the value is that of an earlier one, or lies on a line from it."""
-    notes: list[str] = field(default_factory=list)
-    """Assumptions, a sentence each."""
 
 
 def align_tags(
@@ -72,25 +57,9 @@ def align_tags(
 ) -> AlignedTags:
     """Put tags with time stamps of their own on one even grid; tags with the same `Stamps` object are sorted once.
 
-    Parameters
-    ----------
-    tags : sequence of TagSeries
-        One or more tags.
-    dt : float, optional
-        Sampling period [s]; the shortest time between two scans of a tag when not given.
-    max_gap : float, optional
-        Longest time over which a value is held ("last") or a line is drawn ("interpolate") [s]. When not given, it is
-        20 times the usual step of the tag, or of all tags together if that is longer.
-    name, first_line : str, int
-        Name of the source and line of its first row, for messages.
-
-    Examples
-    --------
-    >>> from stiction.sources.time.stamps import Stamps
-    >>> pv = TagSeries("PV", Stamps(np.arange(6.0), "relative"), np.arange(6.0))
-    >>> sp = TagSeries("SP", Stamps(np.array([0.0, 3.0]), "relative"), np.array([7.0, 8.0]), "hold")
-    >>> align_tags([pv, sp]).values[1].tolist()
-    [7.0, 7.0, 7.0, 8.0, 8.0, 8.0]
+    `dt` [s] is the shortest time between two scans of a tag when not given. A value is held ("last") and a line drawn
+    ("interpolate") for `max_gap` [s]; when not given, for 20 times the usual step (the 90th percentile) of the tag, or
+    of all tags together if that is longer.
     """
     kinds = sorted({tag.stamps.kind for tag in tags})
     if len(kinds) > 1:
@@ -107,26 +76,23 @@ def align_tags(
                 f"{name}, line {first_line + row}: {cell!r} is no time stamp known here; "
                 "give time_format='...' (--time-format)."
             )
-    seconds = np.unique(np.concatenate([own.seconds for own in sorted_rows.values()]))
+    distinct = {key: np.unique(own.seconds) for key, own in sorted_rows.items()}
+    seconds = np.unique(np.concatenate([*distinct.values()]))
     if dt is None:
-        distinct = [np.unique(own.seconds) for own in sorted_rows.values()]
-        dt = min((_scan_time(np.diff(own)) for own in distinct if own.size > 2), default=None)
-    usual = float(np.percentile(np.diff(seconds), 90.0)) if seconds.size > 1 else 0.0
-    hold = _MAX_HOLD_STEPS * usual if max_gap is None else max_gap
+        dt = min((_scan_time(np.diff(t)) for t in distinct.values() if t.size > 2), default=None)
+    hold = _longest_hold(seconds, 0.0) if max_gap is None else max_gap
     grid = regular_grid(Stamps(seconds, kinds[0]), dt=dt, name=name, first_line=first_line, max_hold=hold)
     worst = max(sorted_rows.values(), key=lambda own: (own.clock_jumps, -own.dst_changes))
-    aligned = AlignedTags(grid.dt, grid.start, worst.clock_jumps, worst.dst_changes)
+    aligned = AlignedTags(grid.source_row, grid.dt, grid.start, worst.clock_jumps, worst.dst_changes)
     moments = np.where(grid.source_row >= 0, seconds[grid.source_row], np.nan)
     for tag in tags:
         own = sorted_rows[id(tag.stamps)]
         is_last = np.diff(own.seconds, append=np.inf) > 0.0
-        t, source = own.seconds[is_last], own.rows[is_last]
-        limit = hold
-        if max_gap is None:
-            limit = max(hold, _MAX_HOLD_STEPS * float(np.percentile(np.diff(t), 90.0))) if t.size > 2 else np.inf
+        t, source = distinct[id(tag.stamps)], own.rows[is_last]
+        limit = max(hold, _longest_hold(t, np.inf)) if max_gap is None else max_gap
         last = np.where(np.isnan(moments), -1, np.searchsorted(t, moments, side="right") - 1)
-        age = moments - t[last]
-        rows = np.where((last >= 0) & (age <= (np.inf if tag.method == "hold" else limit)), source[last], -1)
+        is_held = (last >= 0) & ((tag.method == "hold") | (moments - t[last] <= limit))
+        rows = np.where(is_held, source[last], -1)
         values = None
         if tag.values is not None:
             values = np.where(rows >= 0, tag.values[rows], np.nan)
@@ -138,7 +104,7 @@ def align_tags(
         aligned.held_samples.append(int(np.sum((np.diff(rows) == 0) & (rows[1:] >= 0))))
     drawn = [tag.name for tag in tags if tag.method == "interpolate"]
     how = f"; {', '.join(drawn)}: interpolated between values" if drawn else ""
-    n_values = sum(np.unique(sorted_rows[id(tag.stamps)].seconds).size for tag in tags)
+    n_values = sum(distinct[id(tag.stamps)].size for tag in tags)
     aligned.notes += dict.fromkeys(note for tag in tags for note in tag.stamps.notes)
     aligned.notes += dict.fromkeys(note for own in sorted_rows.values() for note in own.notes)
     aligned.notes.append(
@@ -157,6 +123,11 @@ def _sort_rows(stamps: Stamps) -> SortedRows:
     return own
 
 
+def _longest_hold(t: NDArray[np.float64], default: float) -> float:
+    """Time over which a value is held [s]: 20 usual steps, where there are two steps or more."""
+    return 20.0 * float(np.percentile(np.diff(t), 90.0)) if t.size > 2 else default
+
+
 def _note_repeated_stamps(name: str, values: NDArray, is_last: NDArray[np.bool_]) -> list[str]:
     """Say how many values were dropped because another one has their time stamp."""
     standing = values[is_last][np.cumsum(is_last) - is_last]
@@ -169,9 +140,7 @@ def _scan_time(steps: NDArray[np.float64]) -> float:
     """Time between two scans of a tag [s]: a short number where one is as near as the steps are to one another."""
     usual, least = (float(np.percentile(steps, share)) for share in (50.0, 10.0))
     dt = usual if least >= 0.7 * usual else least
-    near = 0.005 * dt if least < (1.0 - 1e-6) * usual else 1e-6 * dt
-    shorter = (float(f"{dt:.{digits}g}") for digits in range(1, 5))
-    return next((short for short in shorter if abs(short - dt) <= near), dt)
+    return shortest_number(dt, 0.005 * dt if least < (1.0 - 1e-6) * usual else 1e-6 * dt)
 
 
 def _interpolate(t: NDArray, y: NDArray, moments: NDArray, limit: float, standing: NDArray) -> NDArray:

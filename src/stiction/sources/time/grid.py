@@ -14,8 +14,14 @@ import numpy as np
 from stiction.display.duration_format import format_seconds
 from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
-from stiction.sources.time.rounded_stamps import spread_rounded_stamps
-from stiction.sources.time.time_order import MAX_SHARED_STAMPS, is_newest_first, sort_by_time, to_datetime
+from stiction.sources.time.time_order import (
+    MAX_SHARED_STAMPS,
+    is_newest_first,
+    shortest_number,
+    sort_by_time,
+    spread_rounded_stamps,
+    to_datetime,
+)
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -149,7 +155,8 @@ def _place_rows(
 ) -> tuple[NDArray[np.int64], float]:
     """Put each row at its sample: on a grid that all stamps fit, or else the last row at or before each sample."""
     steps = np.diff(t)
-    period = dt or float(np.median(steps))
+    median = float(np.median(steps))
+    period = dt or median
     whole = np.maximum(np.round(steps / period), 1.0)
     place = np.concatenate([[0.0], np.cumsum(whole)])
     if place[-1] > max(20 * len(t), 10_000):
@@ -160,12 +167,13 @@ def _place_rows(
         )
     if dt is None:  # the slope over all rows, so that a period of 9.999 s does not drift
         centred = place - place.mean()
-        period = _short_number(float(np.sum(centred * (t - t[0])) / np.sum(centred * centred)))
+        slope = float(np.sum(centred * (t - t[0])) / np.sum(centred * centred))
+        period = shortest_number(slope, 1e-5 * slope)
     off = t - place * period
     is_even = (dt is not None and max_hold is None) or np.ptp(off) <= 0.6 * period
     longest = max_hold or 0.0
     if not is_even:
-        period = dt or _short_number(float(np.median(steps)))
+        period = dt or shortest_number(median, 1e-5 * median)
         place, longest = (t - t[0]) / period, max(10.0 * period, longest)
         notes.append(
             f"The stamps are uneven ({format_seconds(steps.min())} to {format_seconds(steps.max())}): each value is "
@@ -178,9 +186,3 @@ def _place_rows(
         samples, gaps = count_noun(n_missing, "sample"), count_noun(int((whole > 1).sum()), "gap")
         notes.append(f"Missing: {samples} in {gaps} of the time stamps (left as NaN).")
     return source_row, period
-
-
-def _short_number(dt: float) -> float:
-    """Round a period that is almost a short number."""
-    short = float(f"{dt:.4g}")
-    return short if abs(dt - short) <= 1e-5 * dt else dt

@@ -65,13 +65,7 @@ def find_epoch(values: NDArray[np.float64], unit: float | None = None) -> _Epoch
 
 
 def parse_numeric_time(values: NDArray[np.float64], unit: float | None) -> Stamps:
-    """Parse a time column of numbers, NaN where a cell is none; `unit` is in seconds, None where the header names none.
-
-    Examples
-    --------
-    >>> parse_numeric_time(np.array([46054.5, 46054.5 + 1 / 1440]), None).seconds - 1769947200.0
-    array([ 0., 60.])
-    """
+    """Parse a time column of numbers, NaN where a cell is none; `unit` is in seconds, None where no header names it."""
     import polars as pl
 
     finite = values[np.isfinite(values)]
@@ -105,13 +99,7 @@ def parse_numeric_time(values: NDArray[np.float64], unit: float | None) -> Stamp
 
 
 def compact_clock_seconds(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
-    """Seconds since midnight of numbers hhmmss or hhmm, NaN for other numbers, and which of the two they are.
-
-    Examples
-    --------
-    >>> compact_clock_seconds(np.array([75959.0, 80000.5])), compact_clock_seconds(np.array([800.0]))
-    ((array([28799. , 28800.5]), 'hhmmss'), (array([28800.]), 'hhmm'))
-    """
+    """Seconds since midnight of numbers hhmmss or hhmm, NaN for other numbers, and which of the two they are."""
     form = "hhmmss" if np.nanmax(values, initial=0.0) >= 2400.0 else "hhmm"
     digits = values if form == "hhmmss" else 100.0 * values
     seconds = digits // 10000.0 * 3600.0 + digits // 100.0 % 100.0 * 60.0 + digits % 100.0

@@ -78,11 +78,6 @@ def parse_day(text: str, order: str) -> tuple[float, str]:
 
     The seconds are NaN when it names no day. The zone is "UTC" when the cell gives the offset, which the seconds then
     include, an abbreviation such as "CET", or empty.
-
-    Examples
-    --------
-    >>> parse_day("Sun Feb 01 @ CET 2026", "dmy"), parse_day("2026-325T@Z", "dmy")
-    ((1769904000.0, 'CET'), (1795219200.0, 'UTC'))
     """
     zone, offset, found = "", 0.0, _ZONE.search(text)
     if found and not _month_number(found["name"] or ""):
@@ -126,13 +121,7 @@ def _is_day(text: str) -> bool:
 
 
 def is_timestamp(cell: str) -> bool:
-    """Whether a cell is a date, a time of day or both, or a time elapsed; a number is one only as yyyymmdd.
-
-    Examples
-    --------
-    >>> is_timestamp("21-Nov-26 14:03:05"), is_timestamp("25:00:00"), is_timestamp("FIC-101"), is_timestamp("3.5")
-    (True, True, False, False)
-    """
+    """Whether a cell is a date, a time of day or both, or a time elapsed; a number is one only as yyyymmdd."""
     text = cell.strip()
     if not len("1:00") <= len(text) <= 60:
         return False
