@@ -154,7 +154,7 @@ def columns_of(pairs: tuple[str, ...]) -> dict[str, str | int] | None:
 
 def _read(files: tuple[str, ...], options: dict[str, Any]) -> tuple[list["LoopRecord"], list[Failure]]:
     from stiction.apps.output import track
-    from stiction.records import read
+    from stiction.sources import read
 
     records: list[LoopRecord] = []
     failures: list[Failure] = []
