@@ -11,7 +11,7 @@ from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
 from stiction.sources.time.grid import Grid, regular_grid
 from stiction.sources.time.stamps import Stamps
-from stiction.sources.time.time_order import SortedRows, shortest_number, sort_by_time, spread_rounded_stamps
+from stiction.sources.time.time_order import shortest_number, sort_by_time, spread_rounded_stamps
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -69,26 +69,26 @@ def align_tags(
         )
     different = {id(tag.stamps): tag.stamps for tag in tags}
     sorted_rows = {key: _sort_rows(stamps) for key, stamps in different.items()}
-    for key, own in sorted_rows.items():
-        if own.rows.size == 0:
+    for key, (_, rows) in sorted_rows.items():
+        if rows.size == 0:
             row, cell = different[key].first_unread or (0, "")
             raise RecordError(
                 f"{name}, line {first_line + row}: {cell!r} is no time stamp known here; "
                 "give time_format='...' (--time-format)."
             )
-    distinct = {key: np.unique(own.seconds) for key, own in sorted_rows.items()}
+    distinct = {key: np.unique(own.seconds) for key, (own, _) in sorted_rows.items()}
     seconds = np.unique(np.concatenate([*distinct.values()]))
     if dt is None:
         dt = min((_scan_time(np.diff(t)) for t in distinct.values() if t.size > 2), default=None)
     hold = _longest_hold(seconds, 0.0) if max_gap is None else max_gap
     grid = regular_grid(Stamps(seconds, kinds[0]), dt=dt, name=name, first_line=first_line, max_hold=hold)
-    worst = max(sorted_rows.values(), key=lambda own: (own.clock_jumps, -own.dst_changes))
+    worst = max((own for own, _ in sorted_rows.values()), key=lambda own: (own.clock_jumps, -own.dst_changes))
     aligned = AlignedTags(grid.source_row, grid.dt, grid.start, worst.clock_jumps, worst.dst_changes)
     moments = np.where(grid.source_row >= 0, seconds[grid.source_row], np.nan)
     for tag in tags:
-        own = sorted_rows[id(tag.stamps)]
+        own, own_rows = sorted_rows[id(tag.stamps)]
         is_last = np.diff(own.seconds, append=np.inf) > 0.0
-        t, source = distinct[id(tag.stamps)], own.rows[is_last]
+        t, source = distinct[id(tag.stamps)], own_rows[is_last]
         limit = max(hold, _longest_hold(t, np.inf)) if max_gap is None else max_gap
         last = np.where(np.isnan(moments), -1, np.searchsorted(t, moments, side="right") - 1)
         is_held = (last >= 0) & ((tag.method == "hold") | (moments - t[last] <= limit))
@@ -98,7 +98,7 @@ def align_tags(
             values = np.where(rows >= 0, tag.values[rows], np.nan)
             if tag.method == "interpolate" and t.size > 1:
                 values = _interpolate(t, tag.values[source], moments, limit, values)
-            aligned.notes += _note_repeated_stamps(tag.name, tag.values[own.rows], is_last)
+            aligned.notes += _note_repeated_stamps(tag.name, tag.values[own_rows], is_last)
         aligned.rows.append(rows)
         aligned.values.append(values)
         aligned.held_samples.append(int(np.sum((np.diff(rows) == 0) & (rows[1:] >= 0))))
@@ -106,7 +106,7 @@ def align_tags(
     how = f"; {', '.join(drawn)}: interpolated between values" if drawn else ""
     n_values = sum(distinct[id(tag.stamps)].size for tag in tags)
     aligned.notes += dict.fromkeys(note for tag in tags for note in tag.stamps.notes)
-    aligned.notes += dict.fromkeys(note for own in sorted_rows.values() for note in own.notes)
+    aligned.notes += dict.fromkeys(note for own, _ in sorted_rows.values() for note in own.notes)
     aligned.notes.append(
         f"{n_values} values of {count_noun(len(tags), 'tag')}, each on its own time stamps: a value stands until the "
         f"next{how}."
@@ -115,12 +115,12 @@ def align_tags(
     return aligned
 
 
-def _sort_rows(stamps: Stamps) -> SortedRows:
+def _sort_rows(stamps: Stamps) -> tuple[Stamps, NDArray[np.int64]]:
     """Sort the rows of a tag by time and spread rounded stamps."""
-    own = sort_by_time(stamps)
-    if own.rows.size > 1:
-        own.seconds = spread_rounded_stamps(own.seconds, own.rows, stamps.resolution, own.notes)
-    return own
+    own, rows = sort_by_time(stamps)
+    if rows.size > 1:
+        own.seconds = spread_rounded_stamps(own.seconds, rows, stamps.resolution, own.notes)
+    return own, rows
 
 
 def _longest_hold(t: NDArray[np.float64], default: float) -> float:

@@ -1,4 +1,4 @@
-"""From the stamps as recorded to an even grid: order, repeated stamps, clock changes, gaps.
+"""From the stamps as recorded to an even grid.
 
 Samples are picked, never interpolated: a line between two samples of OP would invent a movement of the valve that the
 controller did not ask for.
@@ -63,20 +63,10 @@ def regular_grid(
 ) -> Grid:
     """Lay an even grid over the stamps; the notes of the stamps are not repeated.
 
-    Parameters
-    ----------
-    stamps : Stamps
-        Time of each row.
-    dt : float or None
-        Sampling period [s]; the median step when not given. Stamps that do not fit it are taken as wrong: the rows
-        are then `dt` apart in the order they come, unless there is a `max_hold`.
-    name, first_line : str, int
-        File name and line of the first row, for messages.
-    max_hold : float, optional
-        Longest time over which a value stands [s], where rows are written when a value changes. When not given, an
-        unevenly recorded one is held for ten periods.
-    rows_differ : callable, optional
-        From two arrays of rows to whether these have other values, pair by pair; all do when not given.
+    `dt` [s] is the median step when not given. Stamps that do not fit it are taken as wrong: the rows are then `dt`
+    apart in the order they come, unless there is a `max_hold` [s], over which a value stands where rows are written
+    when a value changes; when not given, an unevenly recorded value stands for ten periods. `rows_differ` tells for
+    pairs of rows whether they have other values; all do when not given.
     """
     n_rows, t = len(stamps.seconds), stamps.seconds[np.isfinite(stamps.seconds)]
     if dt is not None and (len(t) < 2 or np.ptp(t) == 0.0):
@@ -91,13 +81,13 @@ def regular_grid(
         raise RecordError(
             f"{name}, line {first_line}: all time stamps are equal; give dt if the rows are evenly sampled."
         )
-    result = sort_by_time(stamps, rows_differ)
-    notes = [*result.notes]
+    is_reversed = is_newest_first(t)
+    result, rows = sort_by_time(stamps, rows_differ)
+    t, notes = result.seconds, result.notes
     if n_rows > len(t):
         first = first_line + int(np.argmax(~np.isfinite(stamps.seconds)))
-        rows = count_noun(n_rows - len(t), "row")
-        notes.insert(0, f"Left out: {rows} without a readable time stamp (first near line {first}).")
-    is_reversed, t, rows = is_newest_first(t), result.seconds, result.rows
+        lost = count_noun(n_rows - len(t), "row")
+        notes.insert(0, f"Left out: {lost} without a readable time stamp (first near line {first}).")
     twice = np.flatnonzero(np.diff(t) == 0.0)
     are_copies = rows_differ is not None and twice.size > 0 and not rows_differ(rows[twice], rows[twice + 1]).any()
     if not are_copies:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MAX_SHARED_STAMPS",
-    "SortedRows",
     "is_newest_first",
     "shortest_number",
     "sort_by_time",
@@ -35,39 +34,25 @@ MAX_SHARED_STAMPS = 0.1
 _HOUR = 3600.0
 
 
-@dataclass
-class SortedRows:
-    """Rows with a readable stamp in the order of time."""
+def sort_by_time(stamps: Stamps, rows_differ: RowsDiffer | None = None) -> tuple[Stamps, NDArray[np.int64]]:
+    """Give the readable stamps in the order of time, clock changes undone, with notes on that only, and their rows.
 
-    seconds: NDArray[np.float64]
-    """Time of each row, clock changes undone [s], shape (n_rows,)."""
-    rows: NDArray[np.int64]
-    """Row of the source, shape (n_rows,)."""
-    clock_jumps: int
-    """Steps back that were undone or sorted, and changes to or from summer time."""
-    dst_changes: int
-    """How many of `clock_jumps` were changes to or from summer time."""
-    notes: list[str] = field(default_factory=list)
-    """Assumptions, a sentence each."""
-
-
-def sort_by_time(stamps: Stamps, rows_differ: RowsDiffer | None = None) -> SortedRows:
-    """Bring rows into the order of time; `rows_differ` tells for pairs of rows whether they have other values.
+    `rows_differ` tells for pairs of rows whether they have other values.
 
     Without `rows_differ` no clock counts as set back, since rows with earlier times may be copies. Only a clock of kind
     "local" has summer time.
     """
     rows = np.flatnonzero(np.isfinite(stamps.seconds))
-    result = SortedRows(stamps.seconds[rows], rows, stamps.clock_jumps, stamps.dst_changes)
+    result = replace(stamps, seconds=stamps.seconds[rows], notes=[])
     if is_newest_first(result.seconds):
-        result.seconds, result.rows = result.seconds[::-1], rows[::-1]
+        result.seconds, rows = result.seconds[::-1], rows[::-1]
         result.notes.append("The file runs from the newest row to the oldest and was turned round.")
     steps = np.diff(result.seconds)
     usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     if stamps.kind == "local" and 0.0 < usual < _HOUR / 2:
         _undo_summer_time(result, usual)
     if rows_differ is not None:
-        _undo_set_back(result, usual, rows_differ)
+        _undo_set_back(result, rows, usual, rows_differ)
     if n_back := int((np.diff(result.seconds) < 0).sum()):
         result.clock_jumps += n_back
         result.notes.append(
@@ -75,8 +60,8 @@ def sort_by_time(stamps: Stamps, rows_differ: RowsDiffer | None = None) -> Sorte
             f"{count_noun(n_back, 'time')}: they were sorted."
         )
         order = np.argsort(result.seconds, kind="stable")
-        result.seconds, result.rows = result.seconds[order], result.rows[order]
-    return result
+        result.seconds, rows = result.seconds[order], rows[order]
+    return result, rows
 
 
 def is_newest_first(seconds: NDArray[np.float64]) -> bool:
@@ -92,7 +77,7 @@ def to_datetime(seconds: float, kind: str) -> datetime | None:
     return datetime(1970, 1, 1, tzinfo=UTC if kind == "utc" else None) + timedelta(seconds=round(seconds, 6))
 
 
-def _undo_summer_time(result: SortedRows, usual: float) -> None:
+def _undo_summer_time(result: Stamps, usual: float) -> None:
     """Undo the hour that a wall clock repeats in autumn and skips in spring, on a Sunday from midnight to three."""
     seconds = result.seconds.copy()
     excess = np.diff(seconds) - usual
@@ -108,13 +93,13 @@ def _undo_summer_time(result: SortedRows, usual: float) -> None:
     result.seconds = seconds
 
 
-def _undo_set_back(result: SortedRows, usual: float, rows_differ: RowsDiffer) -> None:
+def _undo_set_back(result: Stamps, rows: NDArray[np.int64], usual: float, rows_differ: RowsDiffer) -> None:
     """Let the time go on where rows with other values have times that were there before.
 
     Not where the times begin anew, as where two exports stand one below the other, nor where rows that are late fill a
     gap.
     """
-    t, rows = result.seconds, result.rows
+    t = result.seconds
     backwards = np.flatnonzero(np.diff(t) < 0) + 1
     if not 0 < backwards.size <= 200:  # with more the rows are out of order
         return
