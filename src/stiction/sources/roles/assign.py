@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING
 
 from stiction.errors import ParameterError, RecordError
 from stiction.sources.roles.by_data import find_roles_by_data
-from stiction.sources.roles.by_description import pair_by_description
 from stiction.sources.roles.column_names import normalise_name, parse_column_name
 from stiction.sources.roles.group_columns import add_bare_tags, group_columns, shorten_block_tags, use_weaker_words
 from stiction.sources.roles.loop_roles import FLAG_ROLES, ROLES, LoopRoles, TagGroup, column_label, list_roles
 from stiction.sources.roles.map_file import apply_map
-from stiction.sources.roles.tag_letters import pair_by_letters, parse_instrument_tag
+from stiction.sources.roles.pair_groups import pair_by_description, pair_by_letters, parse_instrument_tag
 from stiction.sources.roles.vocabulary import INDEX_WORDS, loop_type_of
 
 if TYPE_CHECKING:

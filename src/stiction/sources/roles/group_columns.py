@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from stiction.sources.roles.column_names import parse_column_name, role_of
 from stiction.sources.roles.loop_roles import FLAG_ROLES, HOW_TO_OVERRULE, NUMERIC_ROLES, TagGroup, column_label
-from stiction.sources.roles.tag_letters import parse_instrument_tag
+from stiction.sources.roles.pair_groups import parse_instrument_tag
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
