@@ -180,14 +180,18 @@ def _spread_by_resolution(seconds: NDArray, resolution: float, notes: list[str])
     fewer = int(np.argmax(counts[:100] + counts[1:101]))
     if len(seconds) < 30 or not (counts[fewer] and counts[fewer + 1]):
         return seconds
+    even, dt = None, 0.0
+    if fewer == 0:  # gaps do not show where the period is shorter than the resolution
+        even, dt = _fit_even_times(seconds, 1.001 * resolution, float(np.ptp(seconds)) / (len(seconds) - 1))
     low, high = max(fewer, 1.01) * resolution, (fewer + 1) * resolution
     for unit in (60.0, 30.0, 10.0, 5.0, 1.0, 0.5, 0.1, 0.05, 0.01):
-        for dt in unit * np.arange(np.floor(low / unit) + 1.0, np.ceil(high / unit))[::-1]:
-            even = _even_times_with_gaps(seconds, resolution, float(dt))
-            if even is not None:
-                notes.append(f"The stamps are rounded to {resolution:g} s: taken as {dt:g} s apart.")
-                return even
-    return seconds
+        for period in unit * np.arange(np.floor(low / unit) + 1.0, np.ceil(high / unit))[::-1]:
+            if even is None:
+                even, dt = _even_times_with_gaps(seconds, resolution, period), float(period)
+    if even is None or dt == 0.0:
+        return seconds
+    notes.append(f"The stamps are rounded to {resolution:g} s: taken as {dt:g} s apart.")
+    return even
 
 
 def _even_times_with_gaps(seconds: NDArray, resolution: float, dt: float) -> NDArray | None:
