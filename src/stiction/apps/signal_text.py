@@ -122,8 +122,8 @@ def _number(text: Any) -> float:
 
 
 def _op_of_file(path: str) -> tuple[NDArray[np.float64], float]:
-    from stiction.sources import read
     from stiction.records.quality import find_outliers
+    from stiction.sources import read
 
     try:
         records = read(path)

@@ -128,7 +128,7 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
     elif database:
         names = ", ".join(sorted(database))
         raise ParameterError(f"{names}: only for a database; {source!r} is no database URL such as sqlite:///plant.db.")
-    elif isinstance(source, (str, os.PathLike)) or hasattr(source, "read"):
+    elif isinstance(source, (str, os.PathLike, list, tuple)) or hasattr(source, "read"):
         files = _open_files(source, options)
         if stored := _open_stored_records(files, options):
             return Loops(options, stored=stored)
@@ -152,7 +152,11 @@ def _frame_table(source: object) -> RawTable:
 def _open_files(source: Any, options: ReadOptions) -> list[ByteSource]:
     from stiction.sources.byte_source import open_sources
 
-    paths = _list_files(source) if isinstance(source, (str, os.PathLike)) and source != "-" else [source]
+    paths: list[Any] = []
+    for part in source if isinstance(source, (list, tuple)) else [source]:
+        paths += _list_files(part) if isinstance(part, (str, os.PathLike)) and part != "-" else [part]
+    if not paths:
+        raise RecordError("the list of files is empty; name one or more.")
     return [one for path in paths for one in open_sources(path, options)]
 
 

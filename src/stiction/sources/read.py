@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from stiction.errors import ParameterError
-from stiction.sources.loops import find_loops
+from stiction.sources.loops import Loops, find_loops
 from stiction.sources.options import MAX_BYTES, ReadOptions
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["read"]
+__all__ = ["open_loops", "read"]
 
 
 def read(
@@ -51,10 +52,11 @@ def read(
 
     Parameters
     ----------
-    source : str, path, binary file or data frame
+    source : str, path, binary file, data frame or list of files
         A file (CSV and other text, Excel, Parquet, Feather or Arrow, MATLAB; also compressed as gz, zst or zip), a
-        folder or a pattern such as ``"data/*.csv"`` (the files may each hold one tag), "-" for the standard input, a
-        frame of pandas, polars or pyarrow, or the URL of a database (``postgresql+psycopg://...``).
+        folder, a pattern such as ``"data/*.csv"`` or a list of files (which may each hold one tag), "-" for the
+        standard input, a frame of pandas, polars or pyarrow, or the URL of a database
+        (``postgresql+psycopg://...``).
     dt : float, optional
         Sampling period [s]; the median step of the time stamps when not given. Stamps that do not fit it are not used:
         the rows are then `dt` apart.
@@ -115,19 +117,64 @@ def read(
     >>> record.tag, record.loop_type, record.dt, len(record)
     ('FIC-101', 'flow', 1.0, 60)
     """
-    database = {
-        "query": query, "table": table, "time": time, "tag": tag_column, "value": value, "quality": quality,
-        "tags": tags, "since": since, "until": until,
-    }  # fmt: skip
-    if columns is not None and not isinstance(columns, Mapping):
-        if isinstance(columns, str) or not isinstance(columns, Sequence):
-            raise ParameterError(
-                f"columns = {columns!r} is no mapping of signals to columns; give for example columns={{'op': 'CO'}}."
-            )
-        database["columns"], columns = columns, None
-    options = ReadOptions(
-        dt=dt, tag=tag, columns=dict(columns or {}), loop_type=loop_type, map=map, sheet=sheet, delimiter=delimiter,
+    loops = open_loops(
+        source, dt=dt, tag=tag, columns=columns, loop_type=loop_type, map=map, sheet=sheet, delimiter=delimiter,
         decimal=decimal, time_format=time_format, day_first=day_first, timezone=timezone, op_range=op_range,
-        mv_range=mv_range, align=align, max_gap=max_gap, max_bytes=max_bytes,
+        mv_range=mv_range, align=align, max_gap=max_gap, max_bytes=max_bytes, query=query, table=table, time=time,
+        value=value, quality=quality, tag_column=tag_column, tags=tags, since=since, until=until,
     )  # fmt: skip
-    return find_loops(source, options, **{name: value for name, value in database.items() if value is not None}).read()
+    return loops.read()
+
+
+def open_loops(source: Any, **options: Any) -> Loops:
+    """Find the loops of a source, and read their signals later.
+
+    Parameters
+    ----------
+    source
+        As in `read`.
+    **options
+        Options of `read`.
+
+    Returns
+    -------
+    Loops
+        The loops: `tags`, `read_one(k)` and `read()`.
+
+    Raises
+    ------
+    RecordError
+        When the source cannot be read as loops.
+    ParameterError
+        When an option is unknown or outside its limits.
+
+    Examples
+    --------
+    >>> import io
+    >>> lines = ["time_s,FIC-101.PV,FIC-101.OP", *(f"{k},{50 + k % 5},{40 + k % 7}" for k in range(60))]
+    >>> loops = open_loops(io.BytesIO(chr(10).join(lines).encode()))
+    >>> loops.tags, len(loops.read_one(0))
+    (['FIC-101'], 60)
+    """
+    chosen = {name: value for name, value in options.items() if value is not None}
+    if unknown := chosen.keys() - _DATABASE.keys() - {one.name for one in fields(ReadOptions)}:
+        raise ParameterError(f"{', '.join(sorted(unknown))}: no option of stiction.read; see help(stiction.read).")
+    database = {_DATABASE[name]: chosen.pop(name) for name in list(chosen) if name in _DATABASE}
+    columns: Any = chosen.pop("columns", {})
+    if isinstance(columns, Sequence) and not isinstance(columns, str):
+        database["columns"], columns = columns, {}
+    return find_loops(source, ReadOptions(**chosen, columns=columns), **database)
+
+
+_DATABASE = {
+    "query": "query",
+    "table": "table",
+    "time": "time",
+    "tag_column": "tag",
+    "value": "value",
+    "quality": "quality",
+    "tags": "tags",
+    "since": "since",
+    "until": "until",
+}
+"""Option of `read` -> argument of `read_database`."""
