@@ -20,8 +20,12 @@ if TYPE_CHECKING:
     from stiction.sources.formats.stored_records import StoredRecords
     from stiction.sources.roles.loop_roles import LoopRoles
     from stiction.sources.table import RawTable
+    from stiction.sources.tag_column import TagColumn
 
 __all__ = ["Loops", "find_loops"]
+
+MAX_TIME_COLUMNS = 3
+"""Columns without a signal up to which they are read with the signals [-]."""
 
 
 @dataclass(eq=False)
@@ -34,6 +38,8 @@ class Loops:
     """The columns of each loop; empty when the source holds records."""
     stored: list[StoredRecords] = field(default_factory=list)
     """Files of records (`LoopRecord.to_parquet`)."""
+    time_positions: dict[RawTable, set[int]] = field(default_factory=dict)
+    """Columns of each table that hold no signal but time; they are read with the signals, in one pass."""
 
     @property
     def tags(self) -> list[str]:
@@ -54,7 +60,7 @@ class Loops:
             When it cannot be read.
         """
         if self.roles:
-            _load_columns([self.roles[k]])
+            _load_columns([self.roles[k]], self.time_positions)
             return self._builder.build(self.roles[k])
         for file in self.stored:
             if k < len(file.tags):
@@ -70,7 +76,7 @@ class Loops:
         RecordError
             When none can be read. A loop that cannot, while others can, is an assumption of the others.
         """
-        _load_columns(self.roles)
+        _load_columns(self.roles, self.time_positions)
         records, read_roles, failures = [], [], []
         for k in range(len(self)):
             try:
@@ -135,7 +141,8 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
         tables = _read_tables(files, options)
     else:
         tables = [_frame_table(source)]
-    return Loops(options, assign_roles(read_layout(tables, options), options, rows))
+    columns = read_layout(tables, options)
+    return Loops(options, assign_roles(columns, options, rows), time_positions=_time_positions(columns))
 
 
 def _frame_table(source: object) -> RawTable:
@@ -207,15 +214,25 @@ def _list_files(source: str | os.PathLike[str]) -> list[str]:
     return [text]
 
 
-def _load_columns(loops: list[LoopRoles]) -> None:
+def _time_positions(columns: list[TagColumn]) -> dict[RawTable, set[int]]:
+    """Columns of each table that hold no signal; none where they are many, so not the time alone."""
+    signals: dict[RawTable, set[int]] = {}
+    for column in columns:
+        if column.position is not None:
+            signals.setdefault(column.table, set()).add(column.position)
+    others = {table: set(range(table.width)) - positions for table, positions in signals.items()}
+    return {table: positions for table, positions in others.items() if len(positions) <= MAX_TIME_COLUMNS}
+
+
+def _load_columns(loops: list[LoopRoles], time_positions: dict[RawTable, set[int]]) -> None:
     """Read the columns of all loops, in one pass for each table."""
-    wanted: dict[int, tuple[RawTable, set[int]]] = {}
+    wanted: dict[RawTable, set[int]] = {}
     for loop in loops:
         for column in loop.roles.values():
             if column.position is not None:
-                wanted.setdefault(id(column.table), (column.table, set()))[1].add(column.position)
-    for table, positions in wanted.values():
-        table.load(positions)
+                wanted.setdefault(column.table, set()).add(column.position)
+    for table, positions in wanted.items():
+        table.load(positions | time_positions.get(table, set()))
 
 
 def _link_cascades(records: list[LoopRecord], loops: list[LoopRoles]) -> list[LoopRecord]:

@@ -162,8 +162,10 @@ def open_loops(source: Any, **options: Any) -> Loops:
     database = {_DATABASE[name]: chosen.pop(name) for name in list(chosen) if name in _DATABASE}
     columns: Any = chosen.pop("columns", {})
     if isinstance(columns, Sequence) and not isinstance(columns, str):
-        database["columns"], columns = columns, {}
-    return find_loops(source, ReadOptions(**chosen, columns=columns), **database)
+        database["columns"] = columns
+    else:
+        chosen["columns"] = columns
+    return find_loops(source, ReadOptions(**chosen), **database)
 
 
 _DATABASE = {
