@@ -176,6 +176,7 @@ class LoopRecord:
         Examples
         --------
         >>> import polars as pl
+        >>> from stiction.records import LoopRecord
         >>> frame = pl.DataFrame({"time": [0.0, 2.0, 4.0], "op": [50.0, 51.0, 50.0], "pv": [3.0, 3.1, 3.2]})
         >>> record = LoopRecord.from_frame(frame, tag="FIC-101")
         >>> record.dt, record.pv.tolist()

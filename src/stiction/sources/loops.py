@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from glob import glob, has_magic
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError, RecordError
 from stiction.sources.build_record import RecordBuilder
 from stiction.sources.database_url import is_database_url
+from stiction.sources.open_files import open_files
 from stiction.sources.options import ReadOptions
 
 if TYPE_CHECKING:
@@ -135,7 +134,7 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
         names = ", ".join(sorted(database))
         raise ParameterError(f"{names}: only for a database; {source!r} is no database URL such as sqlite:///plant.db.")
     elif isinstance(source, (str, os.PathLike, list, tuple)) or hasattr(source, "read"):
-        files = _open_files(source, options)
+        files = open_files(source, options)
         if stored := _open_stored_records(files, options):
             return Loops(options, stored=stored)
         tables = _read_tables(files, options)
@@ -154,17 +153,6 @@ def _frame_table(source: object) -> RawTable:
             "a database URL."
         )
     return frame_to_table(source)
-
-
-def _open_files(source: Any, options: ReadOptions) -> list[ByteSource]:
-    from stiction.sources.byte_source import open_sources
-
-    paths: list[Any] = []
-    for part in source if isinstance(source, (list, tuple)) else [source]:
-        paths += _list_files(part) if isinstance(part, (str, os.PathLike)) and part != "-" else [part]
-    if not paths:
-        raise RecordError("the list of files is empty; name one or more.")
-    return [one for path in paths for one in open_sources(path, options)]
 
 
 def _open_stored_records(files: list[ByteSource], options: ReadOptions) -> list[StoredRecords]:
@@ -196,22 +184,6 @@ def _read_tables(files: list[ByteSource], options: ReadOptions) -> list[RawTable
     if len(files) > 1 and all(parquet.recognises(one.head, one.origin.name) for one in files):
         return parquet.read_data_set(files, options)
     return [table for one in files for table in read_format(one, options)]
-
-
-def _list_files(source: str | os.PathLike[str]) -> list[str]:
-    """The files of a path, a folder or a pattern."""
-    text = os.fspath(source)
-    if os.path.isdir(text):
-        files = sorted(str(path) for path in Path(text).iterdir() if path.is_file() and not path.name.startswith("."))
-        if not files:
-            raise RecordError(f"{text}: is a folder without files; name the folder that holds the exports.")
-        return files
-    if has_magic(text) and not os.path.exists(text):
-        files = sorted(path for path in glob(text, recursive=True) if os.path.isfile(path))
-        if not files:
-            raise RecordError(f"{text}: no file matches this pattern; check the folder and the spelling.")
-        return files
-    return [text]
 
 
 def _time_positions(columns: list[TagColumn]) -> dict[RawTable, set[int]]:

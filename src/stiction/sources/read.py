@@ -18,6 +18,19 @@ if TYPE_CHECKING:
 
 __all__ = ["open_loops", "read"]
 
+_DATABASE = {
+    "query": "query",
+    "table": "table",
+    "time": "time",
+    "tag_column": "tag",
+    "value": "value",
+    "quality": "quality",
+    "tags": "tags",
+    "since": "since",
+    "until": "until",
+}
+"""Option of `read` -> argument of `read_database`."""
+
 
 def read(
     source: str | os.PathLike[str] | BinaryIO | Any,
@@ -94,7 +107,7 @@ def read(
     tags : sequence of str, optional
         Of a database: the only loops to read.
     since, until : datetime or str or float, optional
-        Of a database: first time, and the time before which the rows end.
+        Of a database: first time, and the time before which the rows end [unit of the time column; a text as ISO 8601].
 
     Returns
     -------
@@ -166,17 +179,3 @@ def open_loops(source: Any, **options: Any) -> Loops:
     else:
         chosen["columns"] = columns
     return find_loops(source, ReadOptions(**chosen), **database)
-
-
-_DATABASE = {
-    "query": "query",
-    "table": "table",
-    "time": "time",
-    "tag_column": "tag",
-    "value": "value",
-    "quality": "quality",
-    "tags": "tags",
-    "since": "since",
-    "until": "until",
-}
-"""Option of `read` -> argument of `read_database`."""
