@@ -25,6 +25,7 @@ import re, resource, sys, time
 from pathlib import Path
 import polars as pl
 import stiction as st
+import stiction.sources.formats, stiction.sources.layouts, stiction.sources.roles.assign
 path = sys.argv[1]
 {warm_up}
 began = time.process_time()
