@@ -9,11 +9,12 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
-.PHONY: help demo test check format bench picture reference venv clean
+.PHONY: help demo test fuzz check format bench picture reference venv clean
 
 help:
 	@echo "make demo     diagnose simulated plant data and write a report"
 	@echo "make test     run the tests"
+	@echo "make fuzz     read 20 000 damaged inputs of all formats"
 	@echo "make check    lint, types, import contracts, documentation"
 	@echo "make format   let ruff mend layout and imports"
 	@echo "make bench    measure speed"
@@ -27,6 +28,9 @@ demo: $(VENV)/.ready
 
 test: $(VENV)/.ready-test
 	$(BIN)/python -m pytest -n $(WORKERS)
+
+fuzz: $(VENV)/.ready-test
+	$(BIN)/python tests/damaged_inputs.py 20000
 
 check: $(VENV)/.ready-check
 	$(BIN)/ruff check .

@@ -11,6 +11,7 @@ PAGE = Path(__file__).with_name("reference.md")
 ROOMS = {
     "stiction.models": "Valves, controllers, processes and compensators",
     "stiction.records": "Records",
+    "stiction.sources": "Reading",
     "stiction.simulation": "Simulation",
     "stiction.limitcycle": "Limit cycles",
     "stiction.diagnosis": "Diagnosis",

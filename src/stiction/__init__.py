@@ -44,7 +44,8 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "TwoMove",
         "VariablePulses",
     ),
-    "stiction.records": ("LoopRecord", "read"),
+    "stiction.records": ("LoopRecord",),
+    "stiction.sources": ("read",),
     "stiction.simulation": (
         "behaviour_map",
         "critical_rate",

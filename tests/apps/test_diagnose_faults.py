@@ -7,7 +7,7 @@ import json
 import pytest
 
 import stiction as st
-import stiction.records
+import stiction.sources
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def plant(folder, sticky_csv, healthy_csv):
 @pytest.fixture(params=["reading", "judging"])
 def stumbles(request, monkeypatch):
     """The program divides by zero while it reads or judges the odd loop."""
-    read, diagnose = stiction.records.read, st.diagnose
+    read, diagnose = stiction.sources.open_loops, st.diagnose
 
     def reading(file, **options):
         return [1 / 0] if file == "odd.csv" else read(file, **options)
@@ -31,7 +31,7 @@ def stumbles(request, monkeypatch):
         return 1 / 0 if record.tag == "ODD-1" else diagnose(record, **settings)
 
     if request.param == "reading":
-        monkeypatch.setattr(stiction.records, "read", reading)
+        monkeypatch.setattr(stiction.sources, "open_loops", reading)
     else:
         monkeypatch.setattr(st, "diagnose", judging)
 
@@ -70,5 +70,5 @@ def test_a_wrong_option_is_still_the_caller_s(run, plant, monkeypatch):
     def refusing(file, **options):
         raise st.ParameterError("dt = -1 s is not positive; give a value above 0.")
 
-    monkeypatch.setattr(stiction.records, "read", refusing)
+    monkeypatch.setattr(stiction.sources, "open_loops", refusing)
     assert run("diagnose", *plant, "--no-report").code == 2

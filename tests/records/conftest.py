@@ -5,7 +5,7 @@ import io
 import numpy as np
 import pytest
 
-from stiction.records import read
+from stiction.sources import read
 
 N = 120
 

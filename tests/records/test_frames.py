@@ -18,8 +18,10 @@ from hypothesis import strategies as some
 
 from stiction.errors import ParameterError, RecordError
 from stiction.records.frames import to_frame
-from stiction.records.parquet_records import METADATA_KEY, read_parquet_records, to_parquet
+from stiction.records.parquet_writer import METADATA_KEY, to_parquet
 from stiction.records.record import LOOP_TYPES, LoopRecord, Provenance
+from stiction.sources import read
+from stiction.sources.formats.stored_records import open_records
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -66,9 +68,9 @@ def records(draw: some.DrawFn) -> LoopRecord:
 def test_parquet_gives_equal_records(tmp_path_factory: pytest.TempPathFactory, loops: list[LoopRecord]) -> None:
     path = tmp_path_factory.mktemp("loops") / "loops.parquet"
     to_parquet(loops, path)
-    found = read_parquet_records(path)
+    found = read(path)
     assert found == loops
-    assert [(each.start and each.start.isoformat()) for each in found or []] == [
+    assert [(each.start and each.start.isoformat()) for each in found] == [
         each.start and each.start.isoformat() for each in loops
     ]
 
@@ -90,9 +92,31 @@ def test_other_tools_read_the_file(tmp_path: Path) -> None:
 def test_one_loop_is_read_alone(tmp_path: Path) -> None:
     loops = [record(f"FIC{k}", 20 + k, k) for k in range(5)]
     to_parquet(loops, tmp_path / "a.parquet")
-    assert read_parquet_records(tmp_path / "a.parquet", "fic3") == [loops[3]]
+    assert read(tmp_path / "a.parquet", tag="fic3") == [loops[3]]
+    stored = open_records(tmp_path / "a.parquet")
+    assert stored is not None
+    assert stored.tags == [loop.tag for loop in loops]
+    assert stored.read_one(2) == loops[2]
     with pytest.raises(RecordError, match="has no loop 'FIC9'; give one of FIC0, FIC1"):
-        read_parquet_records(tmp_path / "a.parquet", "FIC9")
+        read(tmp_path / "a.parquet", tag="FIC9")
+
+
+def test_file_of_records_read_with_an_option_is_a_table(tmp_path: Path) -> None:
+    loops = [record("FIC1", 30), record("FIC2", 30, 1)]
+    to_parquet(loops, tmp_path / "a.parquet")
+    found = read(tmp_path / "a.parquet", op_range=(0.0, 200.0))
+    assert [one.tag for one in found] == ["FIC1", "FIC2"]
+    np.testing.assert_allclose(found[1].op, loops[1].op / 2.0)
+    assert read(tmp_path / "a.parquet", dt=7.0)[0].dt == 7.0
+
+
+def test_methods_of_a_record(tmp_path: Path) -> None:
+    loop = record(loop_type="flow")
+    loop.to_parquet(tmp_path / "a.parquet")
+    assert read(tmp_path / "a.parquet") == [loop]
+    for native in ("pandas", "polars", "pyarrow"):
+        again = LoopRecord.from_frame(loop.to_frame(native=native), tag="FIC101", loop_type="flow")
+        assert again == loop
 
 
 def test_file_that_was_changed_since_is_an_ordinary_table(tmp_path: Path) -> None:
@@ -101,11 +125,11 @@ def test_file_that_was_changed_since_is_an_ordinary_table(tmp_path: Path) -> Non
     stored = pl.read_parquet_metadata(path)[METADATA_KEY]
     frame = pl.read_parquet(path)
     frame.head(79).write_parquet(path, metadata={METADATA_KEY: stored})
-    assert read_parquet_records(path) is None
+    assert open_records(path) is None
     frame.reverse().write_parquet(path, metadata={METADATA_KEY: stored})
-    assert read_parquet_records(path) is None
+    assert open_records(path) is None
     frame.write_parquet(path)
-    assert read_parquet_records(path) is None
+    assert open_records(path) is None
 
 
 def test_old_file_stays_when_writing_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -156,5 +180,5 @@ def test_frame_of_several_records_has_their_tags() -> None:
     assert to_frame([], native="polars").height == 0
     with pytest.raises(ParameterError, match="native = 'dask' is unknown"):
         to_frame(record(), native="dask")
-    with pytest.raises(RecordError, match="is a path"):
+    with pytest.raises(RecordError, match="of type str; give records"):
         to_frame(["a.csv"])  # type: ignore[list-item]

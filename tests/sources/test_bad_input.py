@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from stiction.errors import ParameterError, RecordError
+from stiction.records import summarise
 from stiction.sources import read
 
 ROWS = "".join(f"{k},{50 + k % 7},{40 + k % 5}\n" for k in range(60))
@@ -30,7 +32,7 @@ BAD = {
     "no OP": (f"time_s,PV,XX\n{ROWS}".encode(), "no loop with PV and OP.*PV, XX.*columns="),
     "no header": (ROWS.encode(), "line 1: there is no header.*columns="),
     "two PV": (f"PV,PV,OP\n{ROWS}".encode(), "'PV' and 'PV' are both the PV"),
-    "no time": (f"foo,PV,OP\n{ROWS}".encode(), "no time column.*dt="),
+    "no time": (f"foo,PV,OP\n{ROWS}".encode(), "no column is known as time.*dt="),
     "one row": (b"time_s,PV,OP\n0,1,2\n", "has 1 rows? of data; 10 or more"),
     "three rows": (b"time_s,PV,OP\n0,1,2\n1,2,3\n2,3,4\n", "has 3 rows of data; 10 or more"),
     "all missing": (
@@ -73,6 +75,19 @@ def test_bad_content(case):
     assert time.perf_counter() - began < 5.0
 
 
+def test_bad_paths(tmp_path):
+    with pytest.raises(RecordError, match=r"nothing.csv: no such file"):
+        read(tmp_path / "nothing.csv")
+    with pytest.raises(RecordError, match=r"is a folder without files; name the folder"):
+        read(tmp_path)
+    with pytest.raises(RecordError, match=r"cannot be read"):
+        read("a\0b")
+    with pytest.raises(RecordError, match=r"cannot read int as a record"):
+        read(5)
+    with pytest.raises(RecordError, match=r"opened as text; open it with mode 'rb'"):
+        read(io.StringIO("time_s,PV,OP\n"))
+
+
 @pytest.mark.skipif(
     os.name != "posix" or (hasattr(os, "geteuid") and os.geteuid() == 0), reason="root may read anything"
 )
@@ -104,7 +119,40 @@ def test_bad_time_format():
         read(io.BytesIO(b"Time,PV,OP\n" + b"soon,1,2\n" * 50), time_format="%Q")
 
 
-def test_constant_op_is_read_and_left_to_the_gates():
+class Endless(io.RawIOBase):
+    """A stream without end that counts what was taken from it."""
+
+    def __init__(self, pattern: bytes) -> None:
+        self.pattern, self.taken = pattern, 0
+
+    def read(self, size: int = -1) -> bytes:
+        assert size > 0, "an endless stream was read whole"
+        self.taken += size
+        return (self.pattern * (size // len(self.pattern) + 1))[:size]
+
+
+def test_a_stream_of_zeros_is_refused_from_its_first_bytes():
+    stream = Endless(b"\0")
+    with pytest.raises(RecordError, match="is binary"):
+        read(stream)
+    assert stream.taken <= 2 * 1024 * 1024
+
+
+def test_an_endless_text_stops_at_the_limit():
+    stream = Endless(b"1,2,3,4\n")
+    with pytest.raises(RecordError, match=r"larger than 50 MB .* max_bytes"):
+        read(stream, max_bytes=50_000_000)
+    assert stream.taken <= 55_000_000
+
+
+def test_standard_input():
+    code = "from stiction.sources import read; [r] = read('-'); print(r.tag, r.provenance.source, len(r))"
+    text = f"time_s,PV,OP\n{ROWS}"
+    done = subprocess.run([sys.executable, "-c", code], input=text, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["stdin", "stdin", "60"]
+
+
+def test_constant_op_is_read_and_left_to_the_data_checks():
     [record] = read(io.BytesIO(b"time_s,PV,OP\n" + b"".join(b"%d,%d,5\n" % (k, k % 7) for k in range(90))))
     assert np.ptp(record.op) == 0.0
 
@@ -124,10 +172,35 @@ def test_ragged_rows_are_counted():
     assert any("3 rows do not have 3 cells" in note for note in record.provenance.assumptions)
 
 
+def test_summary_tells_rows_loops_period_gaps_bad_values_and_assumptions():
+    text = "Zeit;FIC-1.PV;FIC-1.OP;FIC-1.MODE\n" + "".join(
+        f"{5 * k};{'Bad' if k < 6 else k % 7};{40 + k % 3},5;AUTO\n" for k in range(60)
+    )
+    report = summarise(read(io.BytesIO(text.encode())))
+    [line] = report.loops
+    assert (line.tag, line.rows, line.samples, line.dt) == ("FIC-1", 60, 60, 5)
+    assert (line.bad_percent, line.gaps, line.longest_gap_s, line.auto_percent) == (10, 1, 30, 100)
+    assert (line.bad_values, line.op_unit, line.unused_columns) == ({"Bad": 6}, "% of span", ())
+    shown = report.summary()
+    for part in (
+        "1 loop read",
+        "FIC-1 (flow)",
+        "60 rows",
+        "every 5 s",
+        "10 % without OP or PV (1 gap, the longest 30 s)",
+        "PV = FIC-1.PV",
+        "6 x 'Bad'",
+        "decimal comma",
+    ):
+        assert part in shown
+    assert json.loads(json.dumps(report.to_dict()))["loops"][0]["columns"]["op"] == "FIC-1.OP"
+
+
 def test_a_thousand_rows_need_no_heavy_import_but_polars():
     code = """
 import io, sys, time
 import polars
+from stiction.records import summarise
 from stiction.sources import read
 rows = "".join(f"{k},{k % 97 / 7:.5f},{k % 89 / 9:.5f}\\n" for k in range(1000))
 times = []

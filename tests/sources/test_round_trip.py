@@ -15,14 +15,12 @@ import pytest
 import sqlalchemy as sa
 from scipy.io import savemat
 
-from stiction.errors import RecordError
 from stiction.records.frames import to_frame
+from stiction.sources import read
 from stiction.sources.byte_source import open_source
 from stiction.sources.formats import arrow, excel, matlab, parquet, text
-from stiction.sources import read
 from stiction.sources.frame import frame_to_table
 from stiction.sources.options import ReadOptions
-from stiction.sources.read import read
 from stiction.sources.sql import read_database
 
 if TYPE_CHECKING:
@@ -136,10 +134,9 @@ def test_record_to_frame_and_back(native: str) -> None:
     assert replace(again, provenance=record.provenance) == record
 
 
-def test_frame_of_several_loops_is_refused() -> None:
+def test_frame_of_several_loops() -> None:
     frame = pd.DataFrame(DATA | {"FIC102.PV": DATA["FIC101.PV"], "FIC102.OP": DATA["FIC101.OP"]})
-    with pytest.raises(RecordError, match=r"holds 2 loops \(FIC101, FIC102\); choose one with tag"):
-        one_record(frame)
+    assert [record.tag for record in read(frame)] == ["FIC101", "FIC102"]
     assert one_record(frame, tag="FIC102").tag == "FIC102"
 
 

@@ -27,18 +27,19 @@ VERBS = {
     "demo": ("stiction.apps.demo:demo", "", "Diagnose a simulated plant and set each verdict beside the truth."),
     "diagnose": (
         "stiction.apps.diagnose:diagnose",
-        "FILE...",
+        "SOURCE...",
         "Say of each loop whether its valve sticks.",
     ),
+    "read": ("stiction.apps.read:read", "SOURCE...", "Say what a source holds, convert it, write its map."),
     "compensate": (
         "stiction.apps.compensate:compensate",
-        "[FILE]",
+        "[SOURCE]",
         "Say what to do about a sticky valve until it is repaired.",
     ),
     "simulate": ("stiction.apps.simulate:simulate", "", "Simulate a control loop with a sticky valve."),
     "stroke": ("stiction.apps.stroke:stroke", "", "Drive a valve over a test signal."),
     "valve-test plan": ("stiction.apps.valve_test:plan", "ramp|step", "Plan a ramp or step test of a valve."),
-    "valve-test analyse": ("stiction.apps.valve_test:analyse", "ramp|step FILE", "Read the record of such a test."),
+    "valve-test analyse": ("stiction.apps.valve_test:analyse", "ramp|step SOURCE", "Read the record of such a test."),
     "limit-cycles": (
         "stiction.apps.limit_cycles:limit_cycles",
         "",

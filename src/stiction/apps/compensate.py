@@ -7,6 +7,7 @@ from cyclopts import Parameter
 
 from stiction.apps.failure import traceback_of
 from stiction.apps.options import Json, Report, Text, refuse_options
+from stiction.apps.reading_options import SOURCES, ReadingOptions
 from stiction.errors import ParameterError, RecordError
 
 if TYPE_CHECKING:
@@ -18,11 +19,11 @@ if TYPE_CHECKING:
 
 __all__ = ["compensate", "parse_weights"]
 
-FILE = 'CSV file as plants export it, one loop or many; "-" is the standard input. Without it the loop is given.'
+FILE = f"{SOURCES} Without it the loop is given."
 
 
 def compensate(
-    *files: Annotated[str, Parameter(name="FILE", help=FILE, allow_leading_hyphen=True)],
+    *files: Annotated[str, Parameter(name="SOURCE", help=FILE, allow_leading_hyphen=True)],
     controller: Text = None,
     weights: str | None = None,
     seeds: int = 20,
@@ -35,16 +36,7 @@ def compensate(
     structured_text: str | None = None,
     work_order: str | None = None,
     as_json: Json = False,
-    tag: str | None = None,
-    dt: float | None = None,
-    column: Annotated[tuple[str, ...], Parameter(negative="")] = (),
-    loop_type: str | None = None,
-    delimiter: str | None = None,
-    decimal: str | None = None,
-    time_format: str | None = None,
-    op_range: tuple[float, float] | None = None,
-    mv_range: tuple[float, float] | None = None,
-    day_first: bool | None = None,
+    reading: ReadingOptions = ReadingOptions(),  # noqa: B008 (frozen)
 ) -> int:
     """Try every remedy of a sticky loop on its twin: what each gives and costs, and which to take until the shutdown.
 
@@ -78,37 +70,12 @@ def compensate(
         File to write the page for the valve shop to, in Markdown; it needs a FILE.
     as_json
         Print a list with one object per loop, and nothing else, on the output; it holds no series over time.
-    tag
-        Only this loop of a file with several; the name of the loop where there is none.
-    dt
-        Sampling period in seconds, where the file has no time or a wrong one: its rows are then taken as even;
-        without FILE that of the loop (1).
-    column
-        SIGNAL=NAME, for example op=FIC101.OUT: which column is which, instead of guessing. SIGNAL is time, pv, sp,
-        op, mv (valve position), mode, bad or quality. May be repeated.
-    loop_type
-        flow, level, pressure, temperature, analyser or other; by default from the tag's letters.
-    delimiter
-        Character between columns.
-    decimal
-        Decimal mark, "." or ",".
-    time_format
-        How time stamps are written, as in "%d.%m.%Y %H:%M:%S".
-    op_range
-        OP at 0 % and at 100 % of span, where the column is not in %: two numbers.
-    mv_range
-        The same of the valve position.
-    day_first
-        Whether 01/02/2026 is the first of February.
     """
     refuse_options(files, compensate)
     given = {"process": process, "valve": valve, "noise": noise, "loop": loop}
-    reading = {
-        "column": column or None, "loop_type": loop_type, "delimiter": delimiter, "decimal": decimal,
-        "time_format": time_format, "op_range": op_range, "mv_range": mv_range, "day_first": day_first,
-    }  # fmt: skip
-    _one_source(files, given, reading, controller, work_order)
-    from stiction.apps.diagnose import columns_of
+    options = reading.arguments()
+    idle = [name for name, value in vars(reading).items() if value not in (None, ()) and name not in ("tag", "dt")]
+    _one_source(files, given, idle, controller, work_order)
     from stiction.apps.model_text import controller as controller_of
     from stiction.compensation.cost import checked
     from stiction.errors import require_count, require_positive
@@ -123,13 +90,12 @@ def compensate(
 
     failures: Sequence[Failure] = ()
     if files:
-        read_as = {**reading, "column": None, "columns": columns_of(column), "tag": tag, "dt": dt}
-        options = {key: value for key, value in read_as.items() if value is not None}
         single = [option for option in ("--structured-text", "--work-order") if option in targets]
         pid = None if controller is None else controller_of(controller)
         advices, failures = advise_file(files[0], options, pid, settings, single, as_json=as_json)
     else:
-        advices = [advise_loop(*_given_loop({**given, "controller": controller, "dt": dt, "tag": tag}), settings)]
+        given |= {"controller": controller, "dt": reading.dt, "tag": reading.tag}
+        advices = [advise_loop(*_given_loop(given), settings)]
     return _out(advices, failures, targets, as_json=as_json)
 
 
@@ -156,12 +122,11 @@ def parse_weights(text: str | None) -> dict[str, float]:
 
 
 def _one_source(
-    files: tuple[str, ...], given: "Mapping[str, Any]", reading: "Mapping[str, Any]", controller: str | None,
+    files: tuple[str, ...], given: "Mapping[str, Any]", idle: "Sequence[str]", controller: str | None,
     work_order: str | None,
 ) -> None:  # fmt: skip
     """A record or a loop, not both and not neither."""
     said = [f"--{name}" for name, value in given.items() if value is not None]
-    idle = [f"--{name.replace('_', '-')}" for name, value in reading.items() if value is not None]
     if len(files) > 1:
         raise ParameterError(f"{len(files)} files were named; compensate takes one at a time.")
     if files and said:
@@ -171,7 +136,8 @@ def _one_source(
             "no file was named and no loop given; name a CSV file, or give --process, --valve and --controller."
         )
     if not files and idle:
-        raise ParameterError(f"{idle[0]} says how to read a file, and none was named; name one or leave it out.")
+        option = f"--{idle[0].replace('_', '-')}"
+        raise ParameterError(f"{option} says how to read a file, and none was named; name one or leave it out.")
     if not files and work_order is not None:
         raise ParameterError("--work-order needs a record: its findings are the diagnosis. Name a CSV file.")
 

@@ -7,6 +7,7 @@ from cyclopts import Parameter
 
 from stiction.apps.failure import Failure, fault, traceback_of
 from stiction.apps.options import Json, Report, in_options, refuse_options
+from stiction.apps.reading_options import SOURCES, ReadingOptions, read_sources
 from stiction.errors import ParameterError, RecordError, StictionError
 
 if TYPE_CHECKING:
@@ -15,26 +16,16 @@ if TYPE_CHECKING:
 
 __all__ = ["diagnose", "diagnose_files"]
 
-FILES = 'CSV files as plants export them, one loop or many in each; "-" is the standard input.'
 DEFAULT_REPORT = "stiction-report.html"
 
 
 def diagnose(
-    *files: Annotated[str, Parameter(name="FILE", help=FILES, allow_leading_hyphen=True)],
+    *files: Annotated[str, Parameter(name="SOURCE", help=SOURCES, allow_leading_hyphen=True)],
     report: Report = None,
     no_report: Annotated[bool, Parameter(name="--no-report", negative="")] = False,
     as_json: Json = False,
     explain: Annotated[bool, Parameter(negative="")] = False,
-    tag: str | None = None,
-    dt: float | None = None,
-    column: Annotated[tuple[str, ...], Parameter(negative="")] = (),
-    loop_type: str | None = None,
-    delimiter: str | None = None,
-    decimal: str | None = None,
-    time_format: str | None = None,
-    op_range: tuple[float, float] | None = None,
-    mv_range: tuple[float, float] | None = None,
-    day_first: bool | None = None,
+    reading: ReadingOptions = ReadingOptions(),  # noqa: B008 (frozen)
     prior: float = 0.25,
     costs: tuple[float, float, float] = (1.0, 1.0, 0.2),
 ) -> int:
@@ -53,28 +44,6 @@ def diagnose(
     explain
         Explain each verdict step by step: data, loop state, oscillation, controller, valve, other explanations,
         probability, causes, methods. Not with --json, which holds the same numbers.
-    tag
-        Only this loop of a file with several; the name of the loop where the header has none.
-    dt
-        Sampling period in seconds, where the file has no time or a wrong one: its rows are then taken as even.
-    column
-        SIGNAL=NAME, for example op=FIC101.OUT: which column is which, instead of guessing. SIGNAL is time, pv, sp,
-        op, mv (valve position), valve_signal (what a compensator sends to the valve), mode, bad or quality. May be
-        repeated.
-    loop_type
-        flow, level, pressure, temperature, analyser or other; by default from the tag's letters.
-    delimiter
-        Character between columns.
-    decimal
-        Decimal mark, "." or ",".
-    time_format
-        How time stamps are written, as in "%d.%m.%Y %H:%M:%S".
-    op_range
-        OP at 0 % and at 100 % of span, where the column is not in %: two numbers.
-    mv_range
-        The same of the valve position.
-    day_first
-        Whether 01/02/2026 is the first of February.
     prior
         Share of sticky valves among the loops that the records come from, between 0 and 1.
     costs
@@ -83,7 +52,9 @@ def diagnose(
     """
     refuse_options(files, diagnose)
     if not files:
-        raise ParameterError("no file was named; give one or more CSV files, or - for the standard input.")
+        raise ParameterError(
+            "no file was named; give files, a folder, a pattern, a database URL, or - for the standard input."
+        )
     if report is not None and no_report:
         raise ParameterError("--report and --no-report exclude each other; leave one of them out.")
     if as_json and explain:
@@ -91,12 +62,7 @@ def diagnose(
             "--json and --explain exclude each other: the explanation is text; leave one of them out. The JSON holds "
             "its numbers: quality, loop_state, oscillation, controller, stiction, features, evidence."
         )
-    given = {
-        "tag": tag, "dt": dt, "columns": columns_of(column), "loop_type": loop_type, "delimiter": delimiter,
-        "decimal": decimal, "time_format": time_format, "op_range": op_range, "mv_range": mv_range,
-        "day_first": day_first,
-    }  # fmt: skip
-    options = {name: value for name, value in given.items() if value is not None}
+    options = reading.arguments()
     target = None
     if not no_report and (report is not None or not as_json):
         from stiction.apps.files import check_report
@@ -123,7 +89,8 @@ def diagnose_files(
     from stiction.apps.verdict_output import failed_diagnosis_dict, print_verdicts
     from stiction.records import summarise
 
-    records, failures = _read(files, options)
+    found = read_sources(files, options)
+    records, failures = found.records, found.failures
     if records:
         (note if as_json else say)(in_options(summarise(records).summary()))
     diagnoses, more = _diagnose(records, **judgement)
@@ -149,41 +116,6 @@ def diagnose_files(
         path = write_report(diagnoses, target, settings={**options, **judgement}, failures=left)
         (note if as_json else say)(f"Report: {path}")
     return int(any(diagnosis.verdict == "stiction" for diagnosis in diagnoses))
-
-
-def columns_of(pairs: tuple[str, ...]) -> dict[str, str | int] | None:
-    """Return SIGNAL=NAME pairs as a mapping; a NAME of digits is an index from 0.
-
-    Examples
-    --------
-    >>> columns_of(("op=FIC101.OUT", "pv=2"))
-    {'op': 'FIC101.OUT', 'pv': 2}
-    """
-    columns: dict[str, str | int] = {}
-    for pair in pairs:
-        signal, equals, name = pair.partition("=")
-        if not (signal.strip() and equals and name.strip()):
-            raise ParameterError(f'--column "{pair}" is not SIGNAL=NAME; write for example --column op=FIC101.OUT.')
-        columns[signal.strip().lower()] = int(name) if name.strip().isdecimal() else name.strip()
-    return columns or None
-
-
-def _read(files: tuple[str, ...], options: dict[str, Any]) -> tuple[list["LoopRecord"], list[Failure]]:
-    from stiction.apps.output import track
-    from stiction.records import read
-
-    records: list[LoopRecord] = []
-    failures: list[Failure] = []
-    for file in track(files, "Reading"):
-        try:
-            records += read(file, **options)
-        except RecordError as error:
-            failures.append(Failure(file, None, in_options(str(error))))
-        except StictionError:
-            raise
-        except Exception as error:
-            failures.append(fault(file, None, error))
-    return records, failures
 
 
 def _diagnose(

@@ -53,6 +53,8 @@ def in_options(sentence: str) -> str:
     'give --time-format "..." or --dt.'
     >>> in_options("give op_range (--op-range) to convert it.")
     'give --op-range to convert it.'
+    >>> in_options("raise the limit with max_bytes= or --max-bytes.")
+    'raise the limit with --max-bytes.'
     >>> in_options("give controller=PID(Kc, Ti).")
     'give --controller pi:Kc=..,Ti=...'
     """
@@ -72,6 +74,7 @@ def in_options(sentence: str) -> str:
     sentence = sentence.replace("day_first=True", "--day-first").replace("day_first=False", "--no-day-first")
     sentence = sentence.replace("controller=PID(Kc, Ti)", "--controller pi:Kc=..,Ti=..")
     sentence = sentence.replace("columns=", "--column SIGNAL=NAME").replace(" (--columns)", "")
+    sentence = re.sub(r"\b\w+= or (--[a-z-]+)", r"\1", sentence)
     return sentence.replace("dt= (--dt)", "--dt")
 
 

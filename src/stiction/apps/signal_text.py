@@ -122,8 +122,8 @@ def _number(text: Any) -> float:
 
 
 def _op_of_file(path: str) -> tuple[NDArray[np.float64], float]:
-    from stiction.records import read
     from stiction.records.quality import find_outliers
+    from stiction.sources import read
 
     try:
         records = read(path)
@@ -149,7 +149,7 @@ def _op_of_file(path: str) -> tuple[NDArray[np.float64], float]:
 
 def _alone(path: str) -> list[LoopRecord]:
     """Read a plan, time and OP alone: the reader asks for a stem too, and is given the OP for it."""
-    from stiction.records import read
+    from stiction.sources import read
 
     try:
         return read(path, columns={"op": "OP", "mv": "OP"})

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from stiction.apps.options import Json, Out, Report, in_options, refuse_options
+from stiction.apps.reading_options import ReadingOptions
 from stiction.errors import ParameterError
 
 __all__ = ["analyse", "plan"]
@@ -96,7 +97,8 @@ def analyse(
     file: Annotated[
         str,
         Parameter(
-            help='CSV file with OP and valve position (or flow); "-" is the standard input.', allow_leading_hyphen=True
+            help='Source with OP and valve position (or flow), as for diagnose; "-" is the standard input.',
+            allow_leading_hyphen=True,
         ),
     ],
     /,
@@ -105,17 +107,9 @@ def analyse(
     signal: Literal["mv", "pv"] | None = None,
     lag: float | None = None,
     before: str | None = None,
-    column: Annotated[tuple[str, ...], Parameter(negative="")] = (),
-    tag: str | None = None,
-    dt: float | None = None,
-    delimiter: str | None = None,
-    decimal: str | None = None,
-    time_format: str | None = None,
-    day_first: bool | None = None,
-    op_range: tuple[float, float] | None = None,
-    mv_range: tuple[float, float] | None = None,
     report: Report = None,
     as_json: Json = False,
+    reading: ReadingOptions = ReadingOptions(),  # noqa: B008 (frozen)
 ) -> int:
     """Read a test's record: every stick and slip, deadband, stick band, jump, rate threshold, response times.
 
@@ -131,29 +125,10 @@ def analyse(
         Ramp: known lag between OP and stem force in seconds (0).
     before
         CSV file of an earlier test of the same kind to compare with.
-    column
-        SIGNAL=NAME, for example mv=ZT101: which column is which. May be repeated.
-    tag
-        Which valve of a file with several.
-    dt
-        Sampling period in seconds, where the file has no time or a wrong one: its rows are then taken as even.
-    delimiter
-        Character between columns.
-    decimal
-        Decimal mark, "." or ",".
-    time_format
-        How time stamps are written, as in "%d.%m.%Y %H:%M:%S".
-    day_first
-        Whether 01/02/2026 is the first of February.
-    op_range
-        OP at 0 % and at 100 % of span, where the column is not in %: two numbers.
-    mv_range
-        The same of the valve position.
     as_json
         Print the result as JSON.
     """
     from stiction import RecordError, analyse_ramp, analyse_steps, compare_tests, read
-    from stiction.apps.diagnose import columns_of
     from stiction.apps.files import check_report
     from stiction.apps.output import note, print_json, say
     from stiction.records import summarise
@@ -163,12 +138,11 @@ def analyse(
     _of_its_kind(kind, ramp, {}, ("limit", "signal", "before"))
     target = None if report is None else check_report(report)
 
+    options = reading.arguments()
+
     def result(path: str):
         try:
-            records = read(
-                path, columns=columns_of(column), tag=tag, dt=dt, time_format=time_format, day_first=day_first,
-                op_range=op_range, mv_range=mv_range, delimiter=delimiter, decimal=decimal,
-            )  # fmt: skip
+            records = read(path, **options)
             if len(records) > 1:
                 tags = ", ".join(record.tag for record in records)
                 raise RecordError(f"{path}: holds {len(records)} valves ({tags}); name one with --tag.")
@@ -179,7 +153,7 @@ def analyse(
             reason = in_options(_of_a_test(str(error)))
             if as_json:
                 print_json({
-                    "kind": kind, "record": {"file": path, "tag": tag}, "verdict": None, "reason": reason,
+                    "kind": kind, "record": {"file": path, "tag": reading.tag}, "verdict": None, "reason": reason,
                     "comparison": None, "error": reason,
                 })  # fmt: skip
             raise RecordError(reason) from None

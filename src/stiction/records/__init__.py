@@ -1,9 +1,8 @@
-"""Loop records: the signals of one control loop, their data checks, and the readers that make them."""
+"""Loop records: the signals of one control loop, and their data checks."""
 
 from stiction.records.analysis_window import analysis_window, usable_segment
 from stiction.records.assess import Quality, assess_quality
 from stiction.records.check_result import CheckResult
-from stiction.records.read import read
 from stiction.records.read_summary import ReadSummary, summarise
 from stiction.records.record import LOOP_TYPES, LoopRecord, Provenance
 
@@ -16,7 +15,6 @@ __all__ = [
     "ReadSummary",
     "analysis_window",
     "assess_quality",
-    "read",
     "summarise",
     "usable_segment",
 ]

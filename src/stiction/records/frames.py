@@ -3,26 +3,52 @@
 from __future__ import annotations
 
 from datetime import UTC
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from stiction.errors import MissingExtraError, ParameterError, RecordError
-from stiction.records.record import LoopRecord, require_record
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
+    from datetime import datetime
 
     import polars as pl
 
-__all__ = ["SIGNALS", "as_records", "from_frame", "stack_records", "to_frame"]
+__all__ = ["SIGNALS", "Recorded", "as_records", "read_columns", "stack_records", "to_frame"]
 
 FRAME_LIBRARIES = ("pandas", "polars", "pyarrow")
 SIGNALS = ("pv", "op", "sp", "mv", "valve_signal", "auto")
 """Signals of a record, in the order of the columns."""
 
 
-def to_frame(records: LoopRecord | Sequence[LoopRecord], native: str = "pandas") -> Any:
+class Recorded(Protocol):
+    """A loop record, as far as frames and files need it; the signals are attributes too."""
+
+    @property
+    def tag(self) -> str:
+        """Name of the loop."""
+        ...
+
+    @property
+    def start(self) -> datetime | None:
+        """Time of the first sample."""
+        ...
+
+    @property
+    def time(self) -> np.ndarray:
+        """Time of each sample since the start [s]."""
+        ...
+
+    @property
+    def provenance(self) -> Any:
+        """Where it comes from."""
+        ...
+
+    def __len__(self) -> int: ...
+
+
+def to_frame(records: Recorded | Sequence[Recorded], native: str = "pandas") -> Any:
     """Make a data frame of one or several records.
 
     Parameters
@@ -51,13 +77,14 @@ def to_frame(records: LoopRecord | Sequence[LoopRecord], native: str = "pandas")
 
     Examples
     --------
+    >>> from stiction.records import LoopRecord
     >>> record = LoopRecord("FIC-101", 2.0, op=[50.0, 51.0], pv=[3.0, 3.1])
     >>> to_frame(record, native="polars").rows()
     [(0.0, 3.0, 50.0), (2.0, 3.1, 51.0)]
     """
     if native not in FRAME_LIBRARIES:
         raise ParameterError(f"native = {native!r} is unknown; give one of {', '.join(FRAME_LIBRARIES)}.")
-    one = isinstance(records, LoopRecord)
+    one = _is_record(records)
     loops = as_records(records)
     names = [name for name in SIGNALS if any(getattr(loop, name) is not None for loop in loops)]
     frame = stack_records(loops, names)
@@ -77,58 +104,10 @@ def to_frame(records: LoopRecord | Sequence[LoopRecord], native: str = "pandas")
     return result
 
 
-def from_frame(
-    frame: Any,
-    *,
-    tag: str = "frame",
-    op: str = "op",
-    pv: str = "pv",
-    sp: str | None = "sp",
-    mv: str | None = "mv",
-    auto: str | None = "auto",
-    time: str = "time",
-    dt: float | None = None,
-    loop_type: str = "other",
-) -> LoopRecord:
-    """Make a record of named columns of a data frame with even time steps; `stiction.read` guesses and repairs more.
-
-    Parameters
-    ----------
-    frame : data frame
-        Of pandas, polars or pyarrow.
-    tag : str
-        Name of the loop.
-    op, pv : str
-        Columns of the controller output [% of span] and the process variable [engineering units].
-    sp, mv, auto : str, optional
-        Columns of set point, valve position [% of span] and automatic mode; left out when the frame has none.
-    time : str
-        Column of the time, in seconds or as time stamps; not needed with `dt`.
-    dt : float, optional
-        Sampling period [s]; the step of the time column when not given.
-    loop_type : str
-        As in `LoopRecord`.
-
-    Returns
-    -------
-    LoopRecord
-        The record.
-
-    Raises
-    ------
-    RecordError
-        When OP, PV or the time is missing, or the time steps differ by more than 1 %.
-    ParameterError
-        When what is given is no data frame.
-
-    Examples
-    --------
-    >>> import polars as pl
-    >>> frame = pl.DataFrame({"time": [0.0, 2.0, 4.0], "op": [50.0, 51.0, 50.0], "pv": [3.0, 3.1, 3.2]})
-    >>> record = from_frame(frame, tag="FIC-101")
-    >>> record.dt, record.pv.tolist()
-    (2.0, [3.0, 3.1, 3.2])
-    """
+def read_columns(
+    frame: Any, names: Mapping[str, str | None], *, time: str, dt: float | None, tag: str
+) -> dict[str, Any]:
+    """Read the named columns of a frame (signal -> column) as arguments of a record; see `LoopRecord.from_frame`."""
     import narwhals as nw
 
     try:
@@ -137,20 +116,19 @@ def from_frame(
         raise ParameterError(
             f"frame is of type {type(frame).__name__}; give a data frame of pandas, polars or pyarrow."
         ) from None
-    names = dict(zip(("op", "pv", "sp", "mv", "auto"), (op, pv, sp, mv, auto), strict=True))
-    found = {name: column for name, column in names.items() if column is not None and column in table.columns}
-    lost = [names[name] for name in ("op", "pv") if name not in found]
-    if lost or (dt is None and time not in table.columns):
-        wanted = lost[0] if lost else time
+    columns = {name: column for name, column in names.items() if column is not None and column in table.columns}
+    missing = [str(names[name]) for name in ("op", "pv") if name not in columns]
+    missing += [time] if dt is None and time not in table.columns else []
+    if missing:
         raise RecordError(
-            f"{tag}: the frame has no column {wanted!r}; its columns are {', '.join(map(str, table.columns[:20]))}. "
-            "Name the columns with op=, pv=, time= or give dt=."
+            f"{tag}: the frame has no column {missing[0]!r}; its columns are "
+            f"{', '.join(map(str, table.columns[:20]))}. Name the columns with op=, pv=, time= or give dt=."
         )
     start = None
     if dt is None:
         column = table[time]
         if column.dtype.is_temporal():
-            start = column[0]
+            start = getattr(column[0], "to_pydatetime", lambda first=column[0]: first)()
             column = (column - column[0]).dt.total_microseconds() / 1e6
         steps = np.diff(column.to_numpy().astype(np.float64))
         dt = float(np.median(steps)) if steps.size else 1.0
@@ -159,20 +137,25 @@ def from_frame(
                 f"{tag}: the time steps of column {time!r} differ ({steps.min():g} to {steps.max():g} s); read the "
                 "frame with stiction.read, which lays an even grid."
             )
-    signals = {name: table[column].to_numpy() for name, column in found.items()}
-    start = start.to_pydatetime() if hasattr(start, "to_pydatetime") else start
-    return LoopRecord(tag, dt, loop_type=loop_type, start=start, **signals)
+    return {"dt": dt, "start": start, **{name: table[column].to_numpy() for name, column in columns.items()}}
 
 
-def as_records(records: LoopRecord | Sequence[LoopRecord]) -> list[LoopRecord]:
+def as_records(records: Recorded | Sequence[Recorded]) -> list[Recorded]:
     """Give one or several records as a list, and refuse what is no record."""
-    loops = [records] if isinstance(records, LoopRecord) else list(records)
+    loops = [records] if _is_record(records) else list(records)  # pyright: ignore[reportArgumentType]
     for loop in loops:
-        require_record(loop)
-    return loops
+        if not _is_record(loop):
+            raise RecordError(
+                f"cannot write {loop!r:.60} of type {type(loop).__name__}; give records, as stiction.read returns them."
+            )
+    return loops  # pyright: ignore[reportReturnType]
 
 
-def stack_records(loops: Sequence[LoopRecord], names: Sequence[str]) -> pl.DataFrame:
+def _is_record(item: object) -> bool:
+    return all(hasattr(item, name) for name in (*SIGNALS, "provenance"))
+
+
+def stack_records(loops: Sequence[Recorded], names: Sequence[str]) -> pl.DataFrame:
     """Put the rows of all records below each other; missing values are null."""
     import polars as pl
 
@@ -210,7 +193,7 @@ def _to_pandas(frame: pl.DataFrame) -> Any:
     return result
 
 
-def _times(loop: LoopRecord, loops: Sequence[LoopRecord]) -> np.ndarray:
+def _times(loop: Recorded, loops: Sequence[Recorded]) -> np.ndarray:
     """Time of each sample: of day when all loops have a start in one kind of clock, else since the start [s]."""
     starts = [each.start for each in loops]
     zoned = {start.tzinfo is not None for start in starts if start is not None}
@@ -220,7 +203,7 @@ def _times(loop: LoopRecord, loops: Sequence[LoopRecord]) -> np.ndarray:
     return np.datetime64(start, "us") + np.round(loop.time * 1e6).astype("timedelta64[us]")
 
 
-def _units(loops: Sequence[LoopRecord], names: Sequence[str]) -> dict[str, str]:
+def _units(loops: Sequence[Recorded], names: Sequence[str]) -> dict[str, str]:
     """Give the unit of each column in which all records agree."""
     pv = {loop.provenance.pv_unit for loop in loops}
     op = {loop.provenance.op_unit or "%" for loop in loops}

@@ -13,6 +13,7 @@ import numpy as np
 from stiction.display.number_format import count_noun
 from stiction.errors import ParameterError, RecordError, as_floats, require_positive
 from stiction.records.gaps import missing_mask
+from stiction.records.provenance import Provenance
 from stiction.records.quality.movement import detect_op_scale
 from stiction.records.quality.outliers import find_record_outliers
 
@@ -37,42 +38,6 @@ LOOP_TYPE_SYNONYMS = {"concentration": "analyser"}
 LARGEST = 1e100
 """Size above which a value counts as missing [any unit]."""
 _SIGNALS = ("op", "pv", "sp", "mv", "valve_signal", "auto")
-
-
-@dataclass(frozen=True, slots=True)
-class Provenance:
-    """Where a record comes from and what the reader changed."""
-
-    source: str = "memory"
-    """File name, or what made the record."""
-    sha256: str = ""
-    """Digest of the file's bytes; empty when there is no file."""
-    columns: dict[str, str] = field(default_factory=dict)
-    """Signal name -> column of the source it was read from."""
-    assumptions: tuple[str, ...] = ()
-    """What the reader assumed, one sentence each."""
-    rows: int = 0
-    """Rows in the source."""
-    missing_samples: int = 0
-    """Samples in which OP or PV was missing or had a bad status, gaps in the time stamps included."""
-    bad_values: dict[str, int] = field(default_factory=dict)
-    """Kind of bad value, such as the text "Bad Input" in place of a number -> how often."""
-    clock_jumps: int = 0
-    """How often the clock ran backwards or changed to or from summer time."""
-    summer_time: int = 0
-    """How many of `clock_jumps` were changes of summer time that were undone without a missing row."""
-    held_samples: int = 0
-    """Samples for which the reader repeated an earlier value, because the time stamps were uneven."""
-    outliers: int = 0
-    """Values far from all others that count as missing (see `quality.find_outliers`)."""
-    pv_unit: str = ""
-    """Unit of PV, when the source names it."""
-    op_unit: str = ""
-    """Unit of OP, when the source names one that is not % of span and could not be converted."""
-    secondary_tag: str = ""
-    """Tag of the secondary loop of a cascade: OP is its set point, and the valve belongs to it."""
-    unused_columns: tuple[str, ...] = ()
-    """Columns that stand beside a signal of the loop and were not used."""
 
 
 @dataclass(frozen=True)
@@ -166,6 +131,73 @@ class LoopRecord:
 
     def __len__(self) -> int:
         return int(self.op.shape[0])
+
+    @classmethod
+    def from_frame(
+        cls,
+        frame: Any,
+        *,
+        tag: str = "frame",
+        op: str = "op",
+        pv: str = "pv",
+        sp: str | None = "sp",
+        mv: str | None = "mv",
+        auto: str | None = "auto",
+        time: str = "time",
+        dt: float | None = None,
+        loop_type: str = "other",
+    ) -> LoopRecord:
+        """Make a record of named columns of a data frame with even steps; `stiction.read` guesses and repairs more.
+
+        Parameters
+        ----------
+        frame : data frame
+            Of pandas, polars or pyarrow.
+        tag : str
+            Name of the loop.
+        op, pv : str
+            Columns of the controller output [% of span] and the process variable [engineering units].
+        sp, mv, auto : str, optional
+            Columns of set point, valve position [% of span] and automatic mode; left out when the frame has none.
+        time : str
+            Column of the time, in seconds or as time stamps; not needed with `dt`.
+        dt : float, optional
+            Sampling period [s]; the step of the time column when not given.
+        loop_type : str
+            As in `LoopRecord`.
+
+        Raises
+        ------
+        RecordError
+            When OP, PV or the time is missing, or the time steps differ by more than 1 %.
+        ParameterError
+            When what is given is no data frame.
+
+        Examples
+        --------
+        >>> import polars as pl
+        >>> from stiction.records import LoopRecord
+        >>> frame = pl.DataFrame({"time": [0.0, 2.0, 4.0], "op": [50.0, 51.0, 50.0], "pv": [3.0, 3.1, 3.2]})
+        >>> record = LoopRecord.from_frame(frame, tag="FIC-101")
+        >>> record.dt, record.pv.tolist()
+        (2.0, [3.0, 3.1, 3.2])
+        """
+        from stiction.records.frames import read_columns
+
+        names = {"op": op, "pv": pv, "sp": sp, "mv": mv, "auto": auto}
+        return cls(tag, loop_type=loop_type, **read_columns(frame, names, time=time, dt=dt, tag=tag))
+
+    def to_frame(self, native: str = "pandas") -> Any:
+        """Make a data frame of "pandas", "polars" or "pyarrow"; see `stiction.records.frames.to_frame`."""
+        from stiction.records.frames import to_frame
+
+        return to_frame(self, native)
+
+    def to_parquet(self, path: str | PathLike[str]) -> None:
+        """Write a Parquet file from which `stiction.read` gives an equal record; see `stiction.records.to_parquet`."""
+        from stiction.records.parquet_writer import to_parquet
+
+        to_parquet(self, path)
 
     @property
     def time(self) -> NDArray[np.float64]:

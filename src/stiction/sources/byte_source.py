@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from shutil import rmtree
@@ -27,6 +26,8 @@ __all__ = ["HEAD_BYTES", "ByteSource", "open_source", "open_sources"]
 HEAD_BYTES = 65_536
 """Bytes by which a format is recognised."""
 CHUNK_BYTES = 1 << 20
+MAX_DIGEST_BYTES = 256_000_000
+"""Size of a file above which no digest is made [bytes]."""
 
 _REFUSED = {
     b"%PDF": ("a PDF document", "export the trend as CSV"),
@@ -148,15 +149,37 @@ def _store(path: str | os.PathLike[str] | BinaryIO, max_bytes: int, scratch: Scr
     file, name = _open_file(path)
     stem = "stream" if name == "stream" else Path(name).stem
     is_path = isinstance(path, (str, os.PathLike)) and os.fspath(path) != "-"
-    with ExitStack() as stack:
-        stored, copy = Path(name), None
-        if is_path:
-            stack.enter_context(file)
-        if not (is_path and stored.is_file()):
-            stored = scratch.path() / "source"
-            copy = stack.enter_context(open(stored, "wb"))
-        size, digest = _measure(file, name, max_bytes, copy)
-    return ByteSource(Origin(name, stem, digest), stored, _read_head(stored), size, max_bytes, scratch)
+    if is_path and Path(name).is_file():
+        with file:
+            size = _check_file(file, name, max_bytes)
+        stored, digest = Path(name), None
+    else:
+        stored = scratch.path() / "source"
+        with open(stored, "wb") as copy:
+            size, digest = _copy(file, name, max_bytes, copy)
+    origin = Origin(name, stem, lambda: digest or _file_digest(stored, size))
+    return ByteSource(origin, stored, _read_head(stored), size, max_bytes, scratch)
+
+
+def _check_file(file: BinaryIO, name: str, max_bytes: int) -> int:
+    """Give the size of a file on disk, and refuse one that is too large or holds only blanks."""
+    size = os.fstat(file.fileno()).st_size
+    ByteLimit(name, max_bytes).add(size)
+    while chunk := file.read(HEAD_BYTES):
+        if chunk.strip(_BLANK):
+            return size
+    raise _empty(name)
+
+
+def _file_digest(path: Path, size: int) -> str:
+    """Digest of a file; empty for a large one, or when it is not there any more."""
+    if size > MAX_DIGEST_BYTES:
+        return ""
+    try:
+        with open(path, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return ""
 
 
 def _open_file(path: str | os.PathLike[str] | BinaryIO) -> tuple[BinaryIO, str]:
@@ -182,8 +205,8 @@ def _open_file(path: str | os.PathLike[str] | BinaryIO) -> tuple[BinaryIO, str]:
         raise RecordError(f"{text!r}: cannot be read ({reason}); check the name and the rights.") from None
 
 
-def _measure(file: BinaryIO, name: str, max_bytes: int, copy: BinaryIO | None) -> tuple[int, str]:
-    """Count and digest the bytes of a file, and copy them where asked."""
+def _copy(file: BinaryIO, name: str, max_bytes: int, copy: BinaryIO) -> tuple[int, str]:
+    """Copy a stream; give its size and its digest."""
     digest, limit, has_content = hashlib.sha256(), ByteLimit(name, max_bytes), False
     while chunk := file.read(CHUNK_BYTES):
         if not isinstance(chunk, bytes):
@@ -193,11 +216,14 @@ def _measure(file: BinaryIO, name: str, max_bytes: int, copy: BinaryIO | None) -
         limit.add(len(chunk))
         has_content = has_content or bool(chunk.strip(_BLANK))
         digest.update(chunk)
-        if copy is not None:
-            copy.write(chunk)
+        copy.write(chunk)
     if not has_content:
-        raise RecordError(f"{name}: is empty; export the loop again with a header and rows of numbers.")
+        raise _empty(name)
     return limit.size, digest.hexdigest()
+
+
+def _empty(name: str) -> RecordError:
+    return RecordError(f"{name}: is empty; export the loop again with a header and rows of numbers.")
 
 
 def _decompress(source: ByteSource, *, is_member: bool = False) -> Iterator[ByteSource]:
@@ -212,10 +238,10 @@ def _decompress(source: ByteSource, *, is_member: bool = False) -> Iterator[Byte
         if is_member and member:
             raise RecordError(f"{name}: is an archive within an archive; unpack the outer one first.")
         stem = Path(member or source.origin.stem).stem
-        origin = Origin(f"{name}/{member}" if member else name, stem, source.origin.sha256)
+        origin = Origin(f"{name}/{member}" if member else name, stem, source.origin.digest)
         head, size = _read_head(path), path.stat().st_size
         if not head.strip(_BLANK):
-            raise RecordError(f"{origin.name}: is empty; export the loop again with a header and rows of numbers.")
+            raise _empty(origin.name)
         one = ByteSource(origin, path, head, size, source.max_bytes, source.scratch)
         yield from _decompress(one, is_member=True) if member else (one,)
 

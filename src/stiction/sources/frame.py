@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     import polars as pl
     from narwhals import Series
 
-    from stiction.records.record import LoopRecord
 
 __all__ = ["frame_to_table", "is_frame"]
 

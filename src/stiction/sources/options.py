@@ -71,7 +71,8 @@ class ReadOptions:
             )
         if not isinstance(self.columns, Mapping):
             raise ParameterError(
-                f"columns = {self.columns!r} is no mapping of signals to columns; give for example columns={{'op': 'CO'}}."
+                f"columns = {self.columns!r} is no mapping of signals to columns; give for example "
+                "columns={'op': 'CO'}."
             )
         for signal, column in self.columns.items():
             require_kind("a signal of columns", signal, str, "its name, as in columns={'op': 'CO'}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ SNIFF_ROWS = 200
 """Rows from which the form of a table is recognised [-]."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Origin:
     """Where a table comes from."""
 
@@ -24,8 +25,13 @@ class Origin:
     """File name as given, "stdin", "frame" or a database URL without its password."""
     stem: str
     """Tag of a loop whose header names none."""
-    sha256: str = ""
-    """Digest of the file's bytes as stored; empty when there is no file."""
+    digest: Callable[[], str] | None = field(default=None, repr=False, compare=False)
+    """Computes `sha256`; None when there is no file."""
+
+    @cached_property
+    def sha256(self) -> str:
+        """Digest of the file's bytes as stored; empty when there is no file, or a large one."""
+        return "" if self.digest is None else self.digest()
 
 
 @dataclass(eq=False)

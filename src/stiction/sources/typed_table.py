@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from ast import literal_eval
 from contextlib import contextmanager
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import RecordError
@@ -83,24 +84,31 @@ def typed_table(
     types = dict(schema)
     unsampled = set([name for name in names if types[name].is_float()][MAX_SAMPLED_FLOAT_COLUMNS:])
 
+    @cache
+    def count_rows() -> int:
+        return lazy.select(pl.len()).collect().item()
+
     def read(positions: Sequence[int], _keep: object = keep) -> pl.DataFrame:
         with damage_refused(origin.name):
-            n_rows = lazy.select(pl.len()).collect().item()
-            if max_bytes is not None and 8 * n_rows * len(positions) > max_bytes:
+            if max_bytes is not None and 8 * count_rows() * len(positions) > max_bytes:
                 raise RecordError(
-                    f"{origin.name}: {n_rows:,} rows of {len(positions)} columns are more than {max_bytes:,} bytes; "
-                    "read one loop with tag, or allow more with max_bytes."
+                    f"{origin.name}: {count_rows():,} rows of {len(positions)} columns are more than {max_bytes:,} "
+                    "bytes; read one loop with tag, or allow more with max_bytes."
                 )
             return lazy.select(_to_plain_type(names[k], types[names[k]]) for k in positions).collect()
 
-    columns = [pl.lit("").alias(name) if name in unsampled else _to_plain_type(name, types[name]) for name in names]
+    sampled = [k for k, name in enumerate(names) if name not in unsampled]
     n_rows = max(8, min(SNIFF_ROWS, MAX_SAMPLED_CELLS // max(1, len(names))))
+    sample: list[list[str]] = []
     with damage_refused(origin.name):
-        sample = lazy.head(n_rows).select(columns).collect().with_columns(_to_text()).rows() if names else []
+        columns = [_to_plain_type(names[k], types[names[k]]) for k in sampled]
+        for cells in lazy.head(n_rows).select(columns).collect().with_columns(_to_text()).rows() if names else []:
+            row = [""] * len(names)
+            for k, cell in zip(sampled, cells, strict=True):
+                row[k] = cell
+            sample.append(row)
     header = [headings, *([[units.get(one, "") for one in headings]] if units.keys() & set(headings) else [])]
-    return RawTable(
-        origin, header, [list(row) for row in sample], len(names), read, notes=list(notes), metadata=metadata or {}
-    )
+    return RawTable(origin, header, sample, len(names), read, notes=list(notes), metadata=metadata or {})
 
 
 @contextmanager

@@ -103,8 +103,9 @@ def test_a_line_is_not_drawn_to_a_value_that_is_missing():
 
 
 def test_tags_of_text_give_their_rows():
-    mode = series("MODE", [0.0, 100.0], [np.nan, np.nan], "hold")
+    mode = TagSeries("MODE", Stamps(np.array([0.0, 100.0]), "relative"), None, "hold")
     aligned = align_tags([series("PV", np.arange(N)), mode])
+    assert aligned.values[1] is None
     assert aligned.rows[1].tolist() == [0] * 100 + [1] * (N - 100)
 
 

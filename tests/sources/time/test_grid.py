@@ -226,6 +226,6 @@ def test_rows_out_of_order_or_there_twice_are_sorted(order):
 
 
 def test_without_values_to_compare_no_clock_is_set_back():
-    result = sort_by_time(np.r_[0.0:250, 150:500], K, "relative")
+    result, _ = sort_by_time(Stamps(np.r_[0.0:250, 150:500], "relative"))
     assert result.clock_jumps == 1
     assert "sorted" in result.notes[0]

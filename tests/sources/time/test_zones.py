@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
+from stiction.sources.time.parse import localise
 from stiction.sources.time.stamps import Stamps
-from stiction.sources.time.zones import localise
 
 ZONES = [
     "Europe/Berlin",

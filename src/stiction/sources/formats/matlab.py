@@ -177,7 +177,7 @@ def _make_table(origin: Origin, path: str, columns: dict[str, np.ndarray]) -> Ra
             notes.append(f"{name} was taken as MATLAB day numbers.")
         else:
             series[name] = _make_column(values)
-    named = origin if not path else Origin(f"{origin.name}, {path}", path, origin.sha256)
+    named = origin if not path else Origin(f"{origin.name}, {path}", path, origin.digest)
     return typed_table(named, pl.DataFrame(series), notes=notes)
 
 

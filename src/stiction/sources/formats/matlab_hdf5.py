@@ -64,7 +64,7 @@ def _read_item(item: Any, name: str, max_bytes: int, depth: int) -> Any:
         return None
     if "MATLAB_object_decode" in item.attrs:
         return MatlabObject()
-    if 8 * item.size > max_bytes:
+    if 8 * (item.size or 0) > max_bytes:
         raise RecordError(
             f"{name}: {item.name} is larger than {max_bytes:,} bytes; save a part, or allow more with max_bytes."
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
     from stiction.sources.table import RawTable
 
 __all__ = ["read", "read_data_set", "recognises"]
+
+MAX_DIGEST_BYTES = 8_000_000
+"""Size of a file above which no digest is made: that would take longer than to read one loop [bytes]."""
 
 
 def recognises(head: bytes, name: str) -> bool:  # noqa: ARG001
@@ -101,9 +105,8 @@ def _table(sources: Sequence[ByteSource], options: ReadOptions) -> RawTable:
     first = sources[0]
     with damage_refused(first.origin.name):
         metadata = {key: value for key, value in pl.read_parquet_metadata(first.path).items() if key != "ARROW:schema"}
-    return typed_table(
-        first.origin, _scan(sources), metadata=metadata, max_bytes=options.max_bytes, keep=tuple(sources)
-    )
+    origin = first.origin if first.size <= MAX_DIGEST_BYTES else replace(first.origin, digest=None)
+    return typed_table(origin, _scan(sources), metadata=metadata, max_bytes=options.max_bytes, keep=tuple(sources))
 
 
 def _order_parts(sources: Sequence[ByteSource], schema: dict[str, pl.DataType]) -> list[ByteSource]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from stiction.sources.layouts import (
@@ -13,10 +14,12 @@ from stiction.sources.layouts import (
     time_value_pairs,
     wide,
 )
-from stiction.sources.layouts.pieces import join_pieces
+from stiction.sources.layouts.headings import parse_role, table_headings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    import polars as pl
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
@@ -37,15 +40,7 @@ class Layout(Protocol):
         ...
 
 
-LAYOUTS: list[Layout] = [
-    tags_in_rows,
-    stacked_tags,
-    time_value_pairs,
-    stacked_loops,
-    long_table,
-    one_tag,
-    wide,
-]
+LAYOUTS: list[Layout] = [tags_in_rows, stacked_tags, time_value_pairs, stacked_loops, long_table, one_tag, wide]
 """Layouts in the order in which they are tried; the last one reads every table."""
 
 
@@ -68,39 +63,46 @@ def register_layout(layout: Layout) -> None:
 
 
 def read_layout(tables: Sequence[RawTable], options: ReadOptions) -> list[TagColumn]:
-    """Give all columns of the tables of a source that are not time.
+    """Give all columns of the tables of a source that are not time, in the order of the source.
 
-    Parameters
-    ----------
-    tables : sequence of RawTable
-        The tables: one file, the files of a folder or an archive, or the sheets of a workbook.
-    options : ReadOptions
-        What the user said about the source.
-
-    Returns
-    -------
-    list of TagColumn
-        In the order of the source. Columns with the same clock have the same rows; the columns of one loop may come
-        from several tables.
+    The tables are one file, the files of a folder or an archive, or the sheets of a workbook. Columns with the same
+    clock have the same rows; the columns of one loop may come from several tables.
 
     Raises
     ------
     RecordError
         When a table cannot be read: what, where and the remedy.
-
-    Examples
-    --------
-    >>> import polars as pl
-    >>> from stiction.sources.options import ReadOptions
-    >>> from stiction.sources.table import Origin, RawTable
-    >>> rows = [[f"FIC-1.{word}", f"2026-02-01 10:00:0{k}", f"{k}.5"] for k in range(3) for word in ("PV", "OP")]
-    >>> frame = pl.DataFrame(rows, schema=["a", "b", "c"], orient="row")
-    >>> table = RawTable(Origin("x.csv", "x"), [["Tag", "Time", "Value"]], rows, 3, lambda i: frame[:, i])
-    >>> [(column.name, column.cells.to_list()) for column in read_layout([table], ReadOptions())]
-    [('FIC-1.PV', ['0.5', '1.5', '2.5']), ('FIC-1.OP', ['0.5', '1.5', '2.5'])]
     """
     columns: list[TagColumn] = []
-    for table in join_pieces(tables):
+    for table in _join_pieces(tables):
         layout = next(layout for layout in LAYOUTS if layout.recognises(table, options))
         columns += layout.read(table, options)
     return columns
+
+
+def _join_pieces(tables: Sequence[RawTable]) -> list[RawTable]:
+    """Join tables with the same headings, when these name tags or the tables are long ones: files of a day each."""
+    groups: dict[tuple[object, ...], list[RawTable]] = {}
+    for table in tables:
+        names, units, _ = table_headings(table)
+        has_tags = any((pair := parse_role(name)) and pair[0] for name in names)
+        is_piece = has_tags or long_table.find_long_columns(names, table.sample, table.decimal)
+        groups.setdefault((*names, *units, table.decimal) if is_piece else (id(table),), []).append(table)
+    return [group[0] if len(group) == 1 else _join(group) for group in groups.values()]
+
+
+def _join(tables: Sequence[RawTable]) -> RawTable:
+    """Make one table whose rows are those of several, in their order."""
+
+    def read(positions: Sequence[int]) -> pl.DataFrame:
+        import polars as pl
+
+        names = [f"{position}" for position in positions]
+        frames = [pl.DataFrame(table.reader(positions).get_columns(), schema=names) for table in tables]
+        return pl.concat(frames, how="vertical_relaxed")
+
+    shown = ", ".join(table.origin.name for table in tables[:5])
+    more = f" and {len(tables) - 5} more" if len(tables) > 5 else ""
+    note = f"{len(tables)} tables with the same headings are joined in this order: {shown}{more}."
+    notes = [*dict.fromkeys(text for table in tables for text in table.notes), note]
+    return replace(tables[0], reader=read, notes=notes, _columns={})

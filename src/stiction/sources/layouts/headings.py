@@ -1,41 +1,38 @@
-"""What every layout asks of a table first: its column names, the signals that they name and its time column."""
+"""What the layouts share: column names of a table, tags in lines above, the time column, and the rows of one tag."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
-from stiction.sources.roles.column_names import HeaderNames, header_names, parse_column_name, role_of
+import numpy as np
+
+from stiction.display.number_format import count_noun
+from stiction.errors import RecordError
+from stiction.sources.roles.column_names import HeaderNames, header_names, is_unit, parse_column_name, role_of
+from stiction.sources.roles.vocabulary import COLUMN_WORDS, TAG_WORDS, UNIT_HEADINGS
 from stiction.sources.tag_column import Clock, TagColumn
 from stiction.sources.time.parse import find_time_columns, is_time_heading, is_timestamp, parse_time
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from numpy.typing import NDArray
+
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
+    from stiction.sources.time.stamps import Stamps
 
-__all__ = [
-    "UNIT_HEADINGS",
-    "find_clock",
-    "forget_note_on_lines_above",
-    "has_loop",
-    "heading_column",
-    "is_stamp_column",
-    "parse_role",
-    "table_headings",
-]
+    Rows = NDArray[np.integer]
 
-UNIT_HEADINGS = ("UNIT", "UNITS", "UOM", "EU", "ENGUNITS", "ENG UNITS", "ENG. UNITS", "ENGINEERING UNITS")
-"""Words before a unit, or above a column of units."""
-
-TYPE_WORDS = {"DOUBLE", "FLOAT", "FLOAT32", "FLOAT64", "SINGLE", "REAL", "INT", "INTEGER", "LONG", "NUMBER", "NUMERIC"}
-TYPE_WORDS |= {"STRING", "STR", "TEXT", "DATE", "DATETIME", "TIMESTAMP", "BOOL", "BOOLEAN"}
-"""Types of columns, which some exporters write in a row of the header."""
+MARKS = "\"'[]#:= "
+"""Characters around the words of a line that names a tag."""
 _TYPE_CODE = re.compile(r"[IDSBRF](?:[48]|16|32|64)|[IDSB]")
+_TAG_LINE = re.compile(rf"(?:(?:{'|'.join(map(re.escape, TAG_WORDS))})\s*[:=,]\s*)?([^:,=]{{1,80}})", re.IGNORECASE)
+_UNIT_LINE = re.compile(rf"(?:{'|'.join(map(re.escape, UNIT_HEADINGS))})\s*[:=,]\s*([^,\s]{{1,12}})", re.IGNORECASE)
 _HEADINGS: WeakKeyDictionary[RawTable, HeaderNames] = WeakKeyDictionary()
 
 
@@ -62,7 +59,7 @@ def table_headings(table: RawTable) -> HeaderNames:
 def _are_types(row: Sequence[str]) -> bool:
     """Whether a header row holds the types of the columns."""
     words = {cell.strip().upper() for cell in row[1:]} - {""}
-    return bool(words) and all(word in TYPE_WORDS or _TYPE_CODE.fullmatch(word) for word in words)
+    return bool(words) and all(word in COLUMN_WORDS["types"] or _TYPE_CODE.fullmatch(word) for word in words)
 
 
 def forget_note_on_lines_above(table: RawTable) -> None:
@@ -98,31 +95,102 @@ def is_stamp_column(table: RawTable, position: int) -> bool:
 def find_clock(
     table: RawTable, options: ReadOptions, *, taken: Iterable[int] = (), only: int | None = None
 ) -> tuple[Clock | None, set[int]]:
-    """Find the time of the rows of a table.
+    """Find the time of the rows, and the columns that hold time or count the samples, and so no signal.
 
-    Parameters
-    ----------
-    table : RawTable
-        The table.
-    options : ReadOptions
-        What the user said; a time column named there wins.
-    taken : iterable of int
-        Columns that hold something else.
-    only : int, optional
-        The one column that may be time.
-
-    Returns
-    -------
-    clock : Clock or None
-        Time of each row, parsed when it is first needed; None when there is no time column.
-    positions : set of int
-        Columns that hold time or count the samples, and so no signal.
+    `taken` columns hold something else; `only` is the one column that may be time. The clock is None without time.
     """
     names, units, _ = table_headings(table)
     if only is not None:
         taken = set(range(table.width)) - {only}
         options = replace(options, columns={"time": only})
     found = find_time_columns(names, units, table, options, taken=set(taken))
-    positions = {*found.positions, *found.candidates}
-    positions |= {i for i in (found.fraction, found.index) if i is not None}
+    positions = {*found.positions, *found.candidates, found.fraction, found.index} - {None}
     return (Clock(partial(parse_time, table, found, options)) if found.positions else None), positions
+
+
+def tag_in_line(cells: Sequence[str]) -> str:
+    """Give the tag that a line such as ``# Point: FIC-1.PV`` names; empty where it names none or holds more."""
+    text = _join_cells(cells)
+    if not text or len(text) > 100 or text[-1].isdigit() or _UNIT_LINE.fullmatch(text):
+        return ""
+    found = _TAG_LINE.fullmatch(text)
+    pair = parse_role(found[1].strip()) if found else None
+    return found[1].strip() if found and pair and pair[0] else ""
+
+
+def unit_in_line(cells: Sequence[str]) -> str:
+    """Give the unit that a line such as ``Units: t/h`` names; empty where it names none."""
+    found = _UNIT_LINE.fullmatch(_join_cells(cells))
+    return found[1] if found and is_unit(found[1]) else ""
+
+
+def _join_cells(cells: Sequence[str]) -> str:
+    """Join the cells of a line, without the marks around it."""
+    return ",".join(cell.strip() for cell in cells if cell.strip()).strip(MARKS).replace(":,", ":")
+
+
+def _lines_above(table: RawTable) -> list[list[str]]:
+    """All lines above the data, and the metadata as lines of key and value."""
+    return [*([key, value] for key, value in table.metadata.items()), *table.above, *table.header]
+
+
+def last_tag(table: RawTable) -> str:
+    """Give the tag that the last line above the data with a tag names; empty where none does."""
+    return next(filter(None, map(tag_in_line, reversed(_lines_above(table)))), "")
+
+
+def first_unit(table: RawTable) -> str:
+    """Give the unit that a line above the data names; empty where none does."""
+    return next(filter(None, map(unit_in_line, _lines_above(table))), "")
+
+
+def pick_rows(column: TagColumn, rows: Rows, clock: Clock | None, **changes: Any) -> TagColumn:
+    """Give some rows of a column, with the clock of these rows."""
+    load, quality = column.load, column.quality
+    return replace(
+        column,
+        clock=clock,
+        load=lambda: load().gather(rows),
+        quality=None if quality is None else lambda: quality().gather(rows),
+        **changes,
+    )
+
+
+def pick_stamps(clock: Clock, rows: Rows) -> Clock:
+    """Give the clock of some rows."""
+
+    def parse() -> Stamps:
+        stamps = clock.stamps
+        return replace(stamps, seconds=stamps.seconds[rows], notes=list(stamps.notes), first_unread=None)
+
+    return Clock(parse)
+
+
+def share_clocks(clocks: Sequence[Clock]) -> list[Clock]:
+    """Give for each clock the first one with equal stamps."""
+    known: dict[tuple[float, ...], list[Clock]] = {}
+    shared = []
+    for clock in clocks:
+        seconds = clock.stamps.seconds
+        alike = known.setdefault((seconds.size, *seconds[:1], *seconds[-1:]), [])
+        first = next((other for other in alike if np.array_equal(other.stamps.seconds, seconds)), clock)
+        shared.append(first)
+        alike += [clock] if first is clock else []
+    return shared
+
+
+def readable_rows(table: RawTable, stamps: Stamps, *, ignored: Rows | None = None) -> NDArray[np.bool_]:
+    """Mark the rows whose time stamp was understood, and note how many were not, `ignored` ones aside."""
+    readable = np.isfinite(stamps.seconds)
+    if readable.sum() < 2:
+        row, cell = stamps.first_unread or (0, "")
+        raise RecordError(
+            f"{table.origin.name}, line {table.first_line + row}: {cell!r} is no time stamp known here; "
+            "give time_format='...' (--time-format)."
+        )
+    counted = ~readable
+    counted[[] if ignored is None else ignored] = False
+    if lost := int(counted.sum()):
+        note = f"Left out: {count_noun(lost, 'row')} without a readable time stamp."
+        table.notes.extend([] if note in table.notes else [note])
+    return readable

@@ -5,25 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
-from stiction.sources.layouts.headings import (
-    UNIT_HEADINGS,
-    find_clock,
-    has_loop,
-    is_stamp_column,
-    parse_role,
-    table_headings,
-)
-from stiction.sources.layouts.row_groups import TagRows, columns_of_rows, readable_rows
+from stiction.sources.layouts import headings
 from stiction.sources.roles.column_names import normalise_name
-from stiction.sources.roles.vocabulary import LOOP_NAME_WORDS, TAG_WORDS, VALUE_WORDS
+from stiction.sources.roles.vocabulary import COLUMN_WORDS
 from stiction.sources.time.parse import is_timestamp
 from stiction.sources.values.numeric_cells import is_number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
+    from collections.abc import Sequence
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
@@ -31,16 +20,9 @@ if TYPE_CHECKING:
 
 __all__ = ["find_long_columns", "read", "recognises"]
 
-ATTRIBUTE_WORDS = ("ATTRIBUTE", "PARAMETER", "PROPERTY", "SIGNAL", "FIELD", "ITEM", "ELEMENT", "_FIELD")
-"""A column that names the signal of the loop in another column."""
-DESCRIPTION_WORDS = ("DESCRIPTION", "DESC", "DESCRIPTOR")
-"""A column of the description of each tag."""
-NO_MEASUREMENTS = ("mode", "bad", "quality")
-"""Roles of texts, which other columns may hold too."""
 MAX_TAGS = 20_000
 """Tags that are read at once [-]."""
-MAX_COLUMNS = 40
-"""Columns of a long table [-]."""
+_TEXTS = ("owner", "tag", "unit", "description")
 
 
 def find_long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = (), decimal: str = ".") -> dict[str, int]:
@@ -52,17 +34,13 @@ def find_long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = ()
 
     Examples
     --------
-    >>> find_long_columns(["Tag", "Timestamp", "Value"]), find_long_columns(["Time", "FIC-1.PV", "FIC-1.OP"])
-    ({'tag': 0, 'value': 2}, {})
-    >>> find_long_columns(["what", "when", "x"], [["FIC-1.PV", "2026-02-01 10:00", "3.5"]])
-    {'tag': 0, 'value': 2}
     >>> find_long_columns(["Tag", "Attribute", "When", "Value"], [["FIC-1", "PV", "2026-02-01 10:00", "3.5"]])
     {'tag': 1, 'value': 3, 'owner': 0}
     """
     words = [normalise_name(name) for name in names]
-    roles = [parse_role(name) for name in names]
-    wanted = {"tag": TAG_WORDS, "value": VALUE_WORDS, "unit": UNIT_HEADINGS, "description": DESCRIPTION_WORDS}
-    places = {key: [i for i, word in enumerate(words) if word in known] for key, known in wanted.items()}
+    roles = [headings.parse_role(name) for name in names]
+    known = ("tag", "value", "unit", "description")
+    places = {key: [i for i, word in enumerate(words) if word in COLUMN_WORDS[key]] for key in known}
     places["quality"] = [i for i, role in enumerate(roles) if role == ("", "quality")]
     found = {key: positions[0] for key, positions in places.items() if positions}
     cells = [[cell for row in sample if i < len(row) and (cell := row[i].strip())] for i in range(len(names))]
@@ -71,29 +49,29 @@ def find_long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = ()
         values = [i for i, column in enumerate(cells) if i not in tags and _are_values(column, decimal)]
         if tags and (values or "value" in found):
             found |= {"tag": tags[0], "value": found.get("value", values[0] if values else -1)}
-        by_name = [i for i in range(len(names)) if words[i] in (*ATTRIBUTE_WORDS, *TAG_WORDS)]
+        by_name = [i for key in ("attribute", "tag") for i, word in enumerate(words) if word in COLUMN_WORDS[key]]
         signals = [i for i in by_name if _are_signals(cells[i])]
-        signals.sort(key=lambda i: words[i] not in ATTRIBUTE_WORDS)
         if signals and not tags:
             found["tag"] = signals[0]
-    if "tag" in found and any((pair := parse_role(cell)) and not pair[0] for cell in set(cells[found["tag"]])):
-        owner_words = (*TAG_WORDS, *LOOP_NAME_WORDS)
+    tag_cells = set(cells[found["tag"]]) if "tag" in found else set()
+    if any((pair := headings.parse_role(cell)) and not pair[0] for cell in tag_cells):
         free = [i for i in range(len(names)) if i not in found.values() and cells[i]]
-        owners = [i for i in free if words[i] in owner_words] or [i for i in free if _are_texts(cells[i], decimal)]
+        owners = [i for i in free if words[i] in (*COLUMN_WORDS["tag"], *COLUMN_WORDS["loop_name"])]
+        owners = owners or [i for i in free if _are_texts(cells[i], decimal)]
         found |= {"owner": owners[0]} if owners else {}
     return found if {"tag", "value"} <= set(found) else {}
 
 
 def _are_tags(cells: Sequence[str]) -> bool:
     """Whether each cell names a measured signal, of a loop or of several."""
-    pairs = {parse_role(cell) for cell in set(cells)}
-    known = bool(pairs) and all(pair and pair[1] not in NO_MEASUREMENTS for pair in pairs)
+    pairs = {headings.parse_role(cell) for cell in set(cells)}
+    known = bool(pairs) and all(pair and pair[1] not in ("mode", "bad", "quality") for pair in pairs)
     return known and (len(pairs) > 1 or all(pair and pair[0] for pair in pairs))
 
 
 def _are_signals(cells: Sequence[str]) -> bool:
     """Whether most cells name a signal and no loop; a controller has other parameters too."""
-    pairs = [parse_role(cell) for cell in set(cells)]
+    pairs = [headings.parse_role(cell) for cell in set(cells)]
     signals = sum(bool(pair and not pair[0]) for pair in pairs)
     return signals > 0 and 2 * signals >= len(pairs) and not any(pair and pair[0] for pair in pairs)
 
@@ -112,64 +90,56 @@ def recognises(table: RawTable, options: ReadOptions) -> bool:
 
 
 def _find(table: RawTable, options: ReadOptions) -> dict[str, int]:
-    names = table_headings(table).names
-    if table.width > MAX_COLUMNS or has_loop(names):
+    """Columns of a long table; the sample says nothing where the user named a column of a signal."""
+    names = headings.table_headings(table).names
+    if table.width > 40 or headings.has_loop(names):
         return {}
-    headings = {name.strip().upper() for name in names}
+    upper = {name.strip().upper() for name in names}
     named = [column for signal, column in options.columns.items() if signal != "time"]
-    user_named = any(not isinstance(column, str) or column.strip().upper() in headings for column in named)
-    return find_long_columns(names, () if user_named else table.sample, table.decimal)
+    is_named = any(not isinstance(column, str) or column.strip().upper() in upper for column in named)
+    return find_long_columns(names, () if is_named else table.sample, table.decimal)
 
 
 def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
-    """Give the tags of a long table, each with its rows, in the order in which they first appear.
+    """Give the tags of a long table, each with its rows, in the order in which they first appear."""
+    import polars as pl
 
-    Raises
-    ------
-    RecordError
-        When there is no time column, no stamp is understood, or there are more than `MAX_TAGS` tags.
-    """
     found = _find(table, options)
-    clock, time = find_clock(table, options, taken=found.values())
+    clock, time = headings.find_clock(table, options, taken=found.values())
     if clock is None:
-        stamped = [i for i in range(table.width) if i not in found.values() and is_stamp_column(table, i)]
-        clock, time = find_clock(table, options, only=stamped[0]) if stamped else (None, set())
+        stamped = [i for i in range(table.width) if i not in found.values() and headings.is_stamp_column(table, i)]
+        clock, time = headings.find_clock(table, options, only=stamped[0]) if stamped else (None, set())
     if clock is None:
         raise RecordError(f"{table.origin.name}: is a long table without a time column; export the time stamps too.")
     table.load({*time, *found.values()})
-    stamps = clock.stamps
+    readable = headings.readable_rows(table, clock.stamps)
     table.drop(time - set(found.values()))
-    tags = _group_rows(table, found, readable_rows(table, stamps))
-    return columns_of_rows(table, stamps, tags, found["value"], found.get("quality"))
-
-
-def _group_rows(table: RawTable, found: dict[str, int], readable: NDArray[np.bool_]) -> Iterator[TagRows]:
-    """Give the rows of each tag, in the order in which tags first appear."""
-    import polars as pl
-
+    texts = {key: table.column(found[key]).cast(pl.String).fill_null("") for key in _TEXTS if key in found}
     keys = [key for key in ("owner", "tag") if key in found]
-    texts = [key for key in ("unit", "description") if key in found]
-    frame = pl.DataFrame([table.column(found[key]).cast(pl.String).fill_null("").alias(key) for key in keys + texts])
-    grouped = (
-        frame.lazy()
-        .with_columns(readable=pl.Series(readable))
+    tags = (
+        pl.LazyFrame(texts)
         .with_row_index("row")
-        .filter(pl.col("readable"))
+        .filter(pl.Series(readable))
         .group_by(keys, maintain_order=True)
-        .agg("row", *(pl.col(text).first() for text in texts))
+        .agg("row", *(pl.col(key).first() for key in texts if key not in keys))
         .with_columns(pl.col(*keys).str.strip_chars())
         .filter(pl.col("tag") != "")
+        .with_columns(pl.lit("").alias(key) for key in _TEXTS if key not in found)
         .collect()
     )
-    if grouped.height > MAX_TAGS:
+    if tags.height > MAX_TAGS:
         raise RecordError(
-            f"{table.origin.name}: holds {grouped.height} tags; {MAX_TAGS} are read at once, export fewer loops."
+            f"{table.origin.name}: holds {tags.height} tags; {MAX_TAGS} are read at once, export fewer loops."
         )
-    n_owners = grouped["owner"].n_unique() if "owner" in found else grouped.height
-    for row in range(grouped.height):
-        one = grouped[row]
-        name, owner = one["tag"][0], one["owner"][0] if "owner" in found else ""
-        # Each owner with one signal is a description, not a loop.
-        name = f"{owner}.{name}" if owner and grouped.height > n_owners else name
-        unit, description = (one[text][0] if text in found else "" for text in ("unit", "description"))
-        yield TagRows(name, one["row"][0].to_numpy(), unit, description)
+    # Each owner with one signal is a description, not a loop.
+    is_loop = (pl.col("owner") != "") & (pl.lit(tags.height) > pl.col("owner").n_unique())
+    tags = tags.with_columns(name=pl.when(is_loop).then(pl.format("{}.{}", "owner", "tag")).otherwise("tag"))
+    whole = headings.heading_column(table, found["value"], clock)
+    whole.quality = headings.heading_column(table, found["quality"], clock).load if "quality" in found else None
+    rows = [one.to_numpy() for one in tags["row"]]
+    clocks = headings.share_clocks([headings.pick_stamps(clock, one) for one in rows])
+    texts_of_tags = tags.select("name", "unit", "description").iter_rows(named=True)
+    return [
+        headings.pick_rows(whole, one, own, **text, position=None, own_clock=True)
+        for text, one, own in zip(texts_of_tags, rows, clocks, strict=True)
+    ]

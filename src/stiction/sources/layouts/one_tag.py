@@ -3,23 +3,14 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stiction.sources.layouts.headings import (
-    UNIT_HEADINGS,
-    find_clock,
-    forget_note_on_lines_above,
-    heading_column,
-    is_stamp_column,
-    parse_role,
-    table_headings,
-)
-from stiction.sources.layouts.tag_lines import first_unit, last_tag, tag_in_line
+from stiction.sources.layouts import headings
 from stiction.sources.roles.column_names import normalise_name
-from stiction.sources.roles.vocabulary import INDEX_WORDS, VALUE_WORDS
+from stiction.sources.roles.loop_roles import FLAG_ROLES
+from stiction.sources.roles.vocabulary import INDEX_WORDS, UNIT_HEADINGS, VALUE_WORDS
 from stiction.sources.time.parse import is_time_heading
 
 if TYPE_CHECKING:
@@ -29,46 +20,45 @@ if TYPE_CHECKING:
 
 __all__ = ["read", "recognises"]
 
-MAX_COLUMNS = 5
-"""Columns of a table of one tag: date, clock, value, quality and unit [columns]."""
-FLAG_ROLES = ("quality", "bad")
-"""Roles of columns that stand beside the value."""
 _EXPORT_DATE = re.compile(r"[-_. ]*\d{4}-?\d{2}-?\d{2}.*$")
 
 
 def recognises(table: RawTable, options: ReadOptions) -> bool:  # noqa: ARG001
-    """Whether a table has one column of values beside its time."""
-    return table.width <= MAX_COLUMNS and _value_column(table) is not None
+    """Whether a table has one column of values beside its time: at most date, clock, value, quality and unit."""
+    return table.width <= 5 and _value_column(table) is not None
 
 
 def _value_column(table: RawTable) -> int | None:
     """Find the only column of values; None when there are several, or what stands in it is not known."""
-    names = table_headings(table).names
+    names = headings.table_headings(table).names
     words = [normalise_name(name) for name in names]
-    roles = [parse_role(name) for name in names]
-    if table.width == 2 and not any(roles) and not words[1] and is_stamp_column(table, 0):
+    roles = [(headings.parse_role(name) or ("", ""))[1] for name in names]
+    if table.width == 2 and not any(roles) and not words[1] and headings.is_stamp_column(table, 0):
         return 1
-    values = [i for i, role in enumerate(roles) if (role and role[1] not in FLAG_ROLES) or words[i] in VALUE_WORDS]
-    beside = [i for i, role in enumerate(roles) if (role and role[1] in FLAG_ROLES) or words[i] in UNIT_HEADINGS]
-    times = [i for i in range(table.width) if is_time_heading(names[i]) or words[i] in INDEX_WORDS]
-    times = times or [i for i in range(table.width) if i not in values + beside and is_stamp_column(table, i)]
-    return values[0] if times and len(values) == 1 and {*values, *beside, *times} == set(range(table.width)) else None
+    columns = range(table.width)
+    beside = {i for i in columns if roles[i] in FLAG_ROLES or words[i] in UNIT_HEADINGS}
+    values = [i for i in columns if (roles[i] and roles[i] not in FLAG_ROLES) or words[i] in VALUE_WORDS]
+    times = [i for i in columns if is_time_heading(names[i]) or words[i] in INDEX_WORDS]
+    times = times or [i for i in columns if i not in {*values, *beside} and headings.is_stamp_column(table, i)]
+    return values[0] if times and len(values) == 1 and {*values, *beside, *times} == set(columns) else None
 
 
 def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     """Give the one tag of a table, named by its heading, else by a line above the header, else by the file."""
-    names = table_headings(table).names
     value = _value_column(table)
     assert value is not None
-    clock, no_signals = find_clock(table, options, taken=[value])
-    qualities = [i for i, name in enumerate(names) if (role := parse_role(name)) and role[1] in FLAG_ROLES]
-    column = replace(heading_column(table, value, clock), own_clock=True)
-    column.name = tag_in_line([column.name]) or column.name  # a line above the header was joined with the heading
-    column.unit = column.unit or first_unit(table)
-    if parse_role(column.name) is None and (tag := last_tag(table)):
+    clock, no_signals = headings.find_clock(table, options, taken=[value])
+    column = headings.heading_column(table, value, clock)
+    column.own_clock = True
+    # A line above the header was joined with the heading.
+    column.name = headings.tag_in_line([column.name]) or column.name
+    column.unit = column.unit or headings.first_unit(table)
+    if headings.parse_role(column.name) is None and (tag := headings.last_tag(table)):
         column.name = tag
-        forget_note_on_lines_above(table)
+        headings.forget_note_on_lines_above(table)
     column.name = _name_by_file(column.name, table.origin)
+    names = headings.table_headings(table).names
+    qualities = [i for i, name in enumerate(names) if (role := headings.parse_role(name)) and role[1] in FLAG_ROLES]
     if qualities and qualities[0] not in no_signals:
         column.quality = partial(table.column, qualities[0])
     return [column]
@@ -76,11 +66,11 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
 
 def _name_by_file(name: str, origin: Origin) -> str:
     """Complete a name without a tag by the file or sheet, or by its folder or workbook when that is only ``PV``."""
-    role = parse_role(name)
+    role = headings.parse_role(name)
     if role and role[0]:
         return name
     stem = _EXPORT_DATE.sub("", origin.stem) or origin.stem
-    by_stem = parse_role(stem)
+    by_stem = headings.parse_role(stem)
     if role and (by_stem is None or by_stem[1] != role[1]):
         return name
     if by_stem is None or by_stem[0]:

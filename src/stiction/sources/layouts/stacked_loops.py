@@ -2,33 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 from stiction.sources.layouts import wide
-from stiction.sources.layouts.headings import find_clock, has_loop, heading_column, parse_role, table_headings
-from stiction.sources.layouts.row_groups import gather_rows, select_stamps
+from stiction.sources.layouts.headings import (
+    find_clock,
+    has_loop,
+    heading_column,
+    parse_role,
+    pick_rows,
+    pick_stamps,
+    table_headings,
+)
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import TAG_WORDS, loop_type_of
-from stiction.sources.tag_column import Clock
 
 if TYPE_CHECKING:
-    import numpy as np
     import polars as pl
-    from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
     from stiction.sources.tag_column import TagColumn
-    from stiction.sources.time.stamps import Stamps
 
 __all__ = ["read", "recognises"]
 
 MIN_LOOP_ROWS = 10
 """Rows that a loop needs [rows]."""
-MIN_NAMED_SHARE = 0.9
-"""Share of rows that belong to a loop with `MIN_LOOP_ROWS` rows, below which the names are no tags [-]."""
 
 
 def recognises(table: RawTable, options: ReadOptions) -> bool:
@@ -53,43 +52,33 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     assert tag_position is not None
     clock, no_signals = find_clock(table, options, taken=[tag_position])
     table.load({tag_position, *no_signals, *(i for i, name in enumerate(names) if parse_role(name))})
-    times = [table.column(i).alias(f"time {i}") for i in sorted(no_signals)]
     tags = table.column(tag_position).cast(pl.String).str.strip_chars().fill_null("").alias("tag")
+    times = [table.column(i).alias(f"time {i}") for i in sorted(no_signals)]
     groups = tags.to_frame().with_row_index("row").filter(pl.col("tag") != "")
     groups = groups.group_by("tag", maintain_order=True).agg("row")
     if not _are_loops(groups, pl.DataFrame([tags, *times])):
         table.notes.append("The column of names does not name loops: its rows follow each other in time.")
-        columns = wide.read(table, options)
-        return [column for column in columns if column.position != tag_position]
-    short = groups.filter(pl.col("row").list.len() < MIN_LOOP_ROWS)["tag"].to_list()
-    if short:
+        return [column for column in wide.read(table, options) if column.position != tag_position]
+    is_long = pl.col("row").list.len() >= MIN_LOOP_ROWS
+    if short := groups.filter(~is_long)["tag"].to_list():
         table.notes.append(f"Left out, because they have fewer than {MIN_LOOP_ROWS} rows: {', '.join(short[:10])}.")
+    signals = [heading_column(table, i, None) for i in range(table.width) if i not in {*no_signals, tag_position}]
     columns = []
-    kept = groups.filter(pl.col("row").list.len() >= MIN_LOOP_ROWS)
+    kept = groups.filter(is_long)
     for tag, picked in zip(kept["tag"], kept["row"], strict=True):
         rows = picked.to_numpy()
-        own = None if clock is None else Clock(partial(_select, clock, rows))
-        columns += [
-            replace(
-                heading_column(table, i, own),
-                name=f"{tag}.{names[i]}",
-                load=partial(gather_rows, table, i, rows),
-                position=None,
-            )
-            for i in range(table.width)
-            if i not in no_signals and i != tag_position
-        ]
+        own = None if clock is None else pick_stamps(clock, rows)
+        columns += [pick_rows(one, rows, own, name=f"{tag}.{one.name}", position=None) for one in signals]
     return columns
 
 
-def _select(clock: Clock, rows: NDArray[np.integer]) -> Stamps:
-    return select_stamps(clock.stamps, rows)
+def _are_loops(groups: pl.DataFrame, frame: pl.DataFrame, *, min_named_share: float = 0.9) -> bool:
+    """Whether names are tags, not batches or operators: they say what is controlled, or have rows at the same time.
 
-
-def _are_loops(groups: pl.DataFrame, frame: pl.DataFrame) -> bool:
-    """Whether names are tags, not batches or operators: they say what is controlled, or have rows at the same time."""
+    Loops with enough rows hold `min_named_share` of all rows [-].
+    """
     sizes = groups["row"].list.len()
-    if sizes.filter(sizes >= MIN_LOOP_ROWS).sum() < MIN_NAMED_SHARE * frame.height:
+    if sizes.filter(sizes >= MIN_LOOP_ROWS).sum() < min_named_share * frame.height:
         return False
     if all(loop_type_of(tag) != "other" for tag in groups["tag"]):
         return True

@@ -2,55 +2,40 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stiction.sources.layouts import wide
-from stiction.sources.layouts.headings import UNIT_HEADINGS, forget_note_on_lines_above, parse_role
-from stiction.sources.layouts.long_table import DESCRIPTION_WORDS
+from stiction.sources.layouts.headings import forget_note_on_lines_above, parse_role
 from stiction.sources.roles.column_names import normalise_name
-from stiction.sources.table import SNIFF_ROWS, RawTable
+from stiction.sources.roles.vocabulary import COLUMN_WORDS
+from stiction.sources.table import SNIFF_ROWS
 from stiction.sources.time.parse import is_timestamp
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import polars as pl
-
     from stiction.sources.options import ReadOptions
+    from stiction.sources.table import RawTable
     from stiction.sources.tag_column import TagColumn
 
 __all__ = ["read", "recognises"]
 
-MIN_TIMES = 4
-"""Time stamps that stand side by side in a turned table [columns]."""
-MAX_LEADING_COLUMNS = 6
-"""Columns of names, units and descriptions before the first time [columns]."""
-
 
 def recognises(table: RawTable, options: ReadOptions) -> bool:  # noqa: ARG001
     """Whether a row of time stamps stands above rows that begin with the name of a signal."""
-    found = _row_of_times(table)
-    return found is not None and _tag_column(table, found[1]) is not None
+    return _find_corner(table) is not None
 
 
-def _row_of_times(table: RawTable) -> tuple[list[str], int] | None:
-    """Find the row of time stamps, and the column of the first one."""
+def _find_corner(table: RawTable, *, min_times: int = 4, max_leading: int = 6) -> tuple[list[str], int, int] | None:
+    """Find the row of at least `min_times` stamps, the column of the first one, and that of the signal names before."""
     for row in [*table.header, *reversed(table.above), *table.sample[:1]]:
-        if len(row) < MIN_TIMES + 1 or abs(len(row) - table.width) > 1:
-            continue
-        first = next((i for i, cell in enumerate(row[: MAX_LEADING_COLUMNS + 1]) if is_timestamp(cell)), 0)
+        first = next((i for i, cell in enumerate(row[: max_leading + 1]) if is_timestamp(cell)), 0)
         filled = [cell for cell in row[first:] if cell.strip()]
-        if first > 0 and len(filled) >= MIN_TIMES and all(map(is_timestamp, filled)):
-            return row, first
-    return None
-
-
-def _tag_column(table: RawTable, first_time: int) -> int | None:
-    """Find the column of the names of signals."""
-    for i in range(first_time):
-        cells = table.sample_column(i)
-        if cells and 2 * sum(parse_role(cell) is not None for cell in cells) >= len(cells):
-            return i
+        is_wide = len(row) > min_times and abs(len(row) - table.width) <= 1
+        if is_wide and first > 0 and len(filled) >= min_times and all(map(is_timestamp, filled)):
+            samples = [table.sample_column(i) for i in range(first)]
+            shares = [2 * sum(parse_role(cell) is not None for cell in cells) - len(cells) for cells in samples]
+            tags = [i for i, cells in enumerate(samples) if cells and shares[i] >= 0]
+            return (row, first, tags[0]) if tags else None
     return None
 
 
@@ -58,40 +43,27 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     """Turn the table round and give its columns, one for each row."""
     import polars as pl
 
-    found = _row_of_times(table)
-    assert found is not None
-    times, first = found
-    tag_position = _tag_column(table, first)
-    assert tag_position is not None
+    corner = _find_corner(table)
+    assert corner is not None
+    times, first, tag_position = corner
     forget_note_on_lines_above(table)
     table.load(range(table.width))
     frame = pl.DataFrame([table.column(i).alias(f"{i}") for i in range(table.width)])
-    frame = frame.select(pl.all().cast(pl.String).fill_null(""))
-    frame = frame.filter(pl.Series([cell not in times[first:] for cell in frame[f"{first}"]]))
+    frame = frame.select(pl.all().cast(pl.String).fill_null("")).filter(~pl.col(f"{first}").is_in(times[first:]))
     used = [i for i in range(first, min(len(times), table.width)) if times[i].strip()]
-    stamps = pl.Series("time", [times[i] for i in used])
     turned = frame.select(f"{i}" for i in used).transpose()
-    columns = [stamps, *turned.get_columns()]
-    header = [["Time", *frame[f"{tag_position}"].to_list()]]
-    for known in (UNIT_HEADINGS, DESCRIPTION_WORDS):
-        header += [["", *frame[f"{i}"].to_list()] for i in range(first) if normalise_name(times[i]) in known]
-    note = "The table is turned: its tags stand in rows and its times in columns."
-    rows = list(zip(*(column.head(SNIFF_ROWS).to_list() for column in columns), strict=True))
-    upright = RawTable(
-        table.origin,
-        header,
-        [list(row) for row in rows],
-        len(columns),
-        lambda positions: _pick(columns, positions),
-        first_line=table.first_line,
-        decimal=table.decimal,
-        notes=[*table.notes, note],
-        metadata=table.metadata,
+    turned = turned.insert_column(0, pl.Series("time", [times[i] for i in used]))
+    header = [["Time", *frame[f"{tag_position}"]]]
+    for key in ("unit", "description"):
+        header += [["", *frame[f"{i}"]] for i in range(first) if normalise_name(times[i]) in COLUMN_WORDS[key]]
+    upright = replace(
+        table,
+        header=header,
+        sample=[list(row) for row in turned.head(SNIFF_ROWS).iter_rows()],
+        width=turned.width,
+        reader=lambda positions: turned.select(turned.columns[i] for i in positions),
+        notes=[*table.notes, "The table is turned: its tags stand in rows and its times in columns."],
+        above=[],
+        _columns={},
     )
     return wide.read(upright, options)
-
-
-def _pick(columns: Sequence[pl.Series], positions: Sequence[int]) -> pl.DataFrame:
-    import polars as pl
-
-    return pl.DataFrame([columns[i].alias(f"{i}") for i in positions])

@@ -6,18 +6,11 @@ from typing import TYPE_CHECKING
 
 from stiction.errors import ParameterError, RecordError
 from stiction.sources.roles.by_data import find_roles_by_data
-from stiction.sources.roles.by_description import pair_by_description
 from stiction.sources.roles.column_names import normalise_name, parse_column_name
-from stiction.sources.roles.group_columns import (
-    add_bare_tags,
-    group_columns,
-    shorten_block_tags,
-    use_fallback_words,
-    use_mv_as_output,
-)
-from stiction.sources.roles.loop_roles import FLAG_ROLES, NUMERIC_ROLES, ROLES, LoopRoles, TagGroup, column_label
+from stiction.sources.roles.group_columns import add_bare_tags, group_columns, shorten_block_tags, use_weaker_words
+from stiction.sources.roles.loop_roles import FLAG_ROLES, ROLES, LoopRoles, TagGroup, column_label, list_roles
 from stiction.sources.roles.map_file import apply_map
-from stiction.sources.roles.tag_letters import pair_by_letters, parse_instrument_tag
+from stiction.sources.roles.pair_groups import pair_by_description, pair_by_letters, parse_instrument_tag
 from stiction.sources.roles.vocabulary import INDEX_WORDS, loop_type_of
 
 if TYPE_CHECKING:
@@ -27,7 +20,7 @@ if TYPE_CHECKING:
     from stiction.sources.roles.map_file import MapRow
     from stiction.sources.tag_column import TagColumn
 
-__all__ = ["assign_roles", "choose_column"]
+__all__ = ["assign_roles"]
 
 MAX_LISTED = 20
 """Names in a message [-]."""
@@ -36,41 +29,21 @@ MAX_LISTED = 20
 def assign_roles(
     columns: Sequence[TagColumn], options: ReadOptions, map_rows: Sequence[MapRow] | None = None
 ) -> list[LoopRoles]:
-    """Give each column its role in a loop.
+    """Give each column of a source but its time columns its role in a loop.
 
-    Parameters
-    ----------
-    columns : sequence of TagColumn
-        All columns of the source but its time columns.
-    options : ReadOptions
-        `columns` names the column of a role and `tag` the loop that is wanted. When `columns` names a PV, an OP or
-        another number, only the loop of these columns is given.
-    map_rows : sequence of MapRow, optional
-        A mapping file; it settles all roles, and nothing is guessed.
-
-    Returns
-    -------
-    list of LoopRoles
-        One for each loop, in the order of the source.
-
-    Raises
-    ------
-    RecordError
-        When there is no loop, a named column or loop does not exist, or a loop has two columns for one role.
-    ParameterError
-        When `options.columns` names an unknown role.
+    `options.columns` names the column of a role and `options.tag` the loop that is wanted. When they name a PV, an OP
+    or another number, only the loop of these columns is given. A mapping file settles all roles.
     """
-    source = columns[0].table.origin.name if columns else "The source"
     if not columns:
-        raise RecordError(f"{source}: has no columns beside the time; export PV and OP of a loop.")
+        raise RecordError("The source: has no columns beside the time; export PV and OP of a loop.")
+    source = columns[0].table.origin.name
     if map_rows is not None:
         return _choose_loop(apply_map(columns, map_rows), options, source)
-    chosen = {role: choose_column(role, name, columns) for role, name in options.columns.items() if role != "time"}
+    chosen = {role: _choose_column(role, name, columns) for role, name in options.columns.items() if role != "time"}
     groups, bare = group_columns([column for column in columns if column not in chosen.values()])
     wanted = _put_chosen(chosen, groups)
     for group in groups:
-        use_fallback_words(group)
-        use_mv_as_output(group)
+        use_weaker_words(group)
     if wanted is None or not wanted.is_loop:
         pair_by_letters(groups, bare)
         add_bare_tags(groups, bare)
@@ -80,21 +53,18 @@ def assign_roles(
     if wanted is not None:
         wanted = next(group for group in groups if set(chosen.values()) & set(group.all_columns()))
     shorten_block_tags(groups)
-    return _loops(columns, groups, wanted, options, source)
+    return _choose_loop(_make_loops(columns, groups, wanted, options.tag or "", source), options, source)
 
 
-def choose_column(role: str, name: str | int, columns: Sequence[TagColumn]) -> TagColumn:
+def _choose_column(role: str, name: str | int, columns: Sequence[TagColumn]) -> TagColumn:
     """Find the column that the user names for a role, by its name or by its number (from 0)."""
-    source = columns[0].table.origin.name
+    source, text = columns[0].table.origin.name, str(name).strip()
     if role not in ROLES:
         raise ParameterError(f"{role!r} is no signal; name columns for time, {', '.join(ROLES)}.")
-    text = str(name).strip()
-    for column in columns if isinstance(name, str) else ():
-        if column.name.strip().upper() == text.upper():
-            return column
-    for column in columns:
-        if text == str(column.position):
-            return column
+    by_name = (c for c in columns if isinstance(name, str) and c.name.strip().upper() == text.upper())
+    by_number = (c for c in columns if text == str(c.position))
+    if column := next(by_name, None) or next(by_number, None):
+        return column
     if text.lstrip("-").isdigit():
         last = columns[0].table.width - 1
         raise RecordError(f"{source}: has no column {text} for {role.upper()}; they are numbered 0 to {last}.")
@@ -104,32 +74,31 @@ def choose_column(role: str, name: str | int, columns: Sequence[TagColumn]) -> T
 
 
 def _put_chosen(chosen: dict[str, TagColumn], groups: list[TagGroup]) -> TagGroup | None:
-    """Put the columns that the user named into their group, and give it if they make up a loop."""
+    """Put the columns that the user named into their group, and give it if one of them is a number."""
     if not chosen:
         return None
     pairs = [parse_column_name(column.name) for column in chosen.values()]
     tags = {pair[0].upper() for pair in pairs if pair}
     own = [group for group in groups if group.tag.upper() in tags]
-    others = [group for group in groups if group.columns.keys() & set(NUMERIC_ROLES)]
-    if len(own) == 1:
-        target = own[0]
-    elif not own and len(others) == 1:
-        target = others[0]
+    others = [group for group in groups if group.has_numbers]
+    if len(own) == 1 or (not own and len(others) == 1):
+        target = (own or others)[0]
     else:
         groups[:] = [group for group in groups if group.tag or not own]
         target = next((group for group in groups if not group.tag), None) or TagGroup("")
     if target not in groups:
         groups.append(target)
     target.columns |= {role: [column] for role, column in chosen.items()}
-    return target if chosen.keys() & set(NUMERIC_ROLES) else None
+    return target if TagGroup("", {role: [] for role in chosen}).has_numbers else None
 
 
 def _add_by_data(groups: list[TagGroup], bare: list[TagColumn]) -> None:
     """Complete the only group, or make one, by what the data say of the columns without a role."""
-    partial = [group for group in groups if group.columns.keys() & set(NUMERIC_ROLES)] or [TagGroup("")]
+    partial = [group for group in groups if group.has_numbers] or [TagGroup("")]
+    if len(partial) > 1:
+        return
     known = {role: columns[0] for role, columns in partial[0].columns.items()}
-    free = [column for column in bare if normalise_name(column.name) not in INDEX_WORDS[1:]]
-    roles, note = find_roles_by_data(free, known) if len(partial) == 1 else ({}, "")
+    roles, note = find_roles_by_data([c for c in bare if normalise_name(c.name) not in INDEX_WORDS[1:]], known)
     for role, column in roles.items():
         partial[0].add(role, column)
         bare.remove(column)
@@ -138,28 +107,37 @@ def _add_by_data(groups: list[TagGroup], bare: list[TagColumn]) -> None:
         groups[:] = [group for group in groups if group is not partial[0]] + partial
 
 
-def _loops(
-    columns: Sequence[TagColumn], groups: list[TagGroup], wanted: TagGroup | None, options: ReadOptions, source: str
+def _make_loops(
+    columns: Sequence[TagColumn], groups: list[TagGroup], wanted: TagGroup | None, tag: str, source: str
 ) -> list[LoopRoles]:
     """Loops of the groups that have PV and OP."""
     usable = [group for group in groups if group.is_loop and wanted in (None, group)]
     if not usable:
-        raise _no_loop(columns, groups, source)
+        known = [list_roles({role: found[0]}) for group in groups for role, found in group.columns.items()]
+        recognised = f" (recognised: {', '.join(known[:MAX_LISTED])})" if known else ""
+        names = ", ".join(column.name for column in columns[:MAX_LISTED] if column.name) or "(no header)"
+        raise RecordError(
+            f"{source}, line {max(1, columns[0].table.first_line - 1)}: no loop with PV and OP was found among the "
+            f"columns {names}{recognised}; say which is which with "
+            "columns={'pv': ..., 'op': ...}, or with a map."
+        )
     doubled = {id(group): text for group in usable if (text := _role_with_two(group))}
-    single = [group for group in usable if id(group) not in doubled]
     for group in usable:
-        if id(group) in doubled and (not single or (options.tag or "").lower() == group.tag.lower()):
+        if id(group) in doubled and (len(doubled) == len(usable) or tag.lower() == group.tag.lower()):
             raise RecordError(f"{source}: {doubled[id(group)]}")
-    notes = [] if wanted is not None else _notes_on_others(groups, usable)
-    notes += [f"Left out: {text}" for text in doubled.values()]
+    notes = [f"Left out: {text}" for text in doubled.values()]
+    left = [group.tag for group in groups if group.tag and group not in usable and group.has_numbers]
+    if left and wanted is None:
+        notes.insert(0, f"Left out, as PV or OP is missing: {', '.join(left[:10])}{' ...' if left[10:] else ''}.")
     without_tag = next((group for group in groups if not group.tag and group not in usable), TagGroup(""))
-    shared = {role: column for role, column in _flat(without_tag).items() if role in (*FLAG_ROLES, "mode")}
+    shared = {role: c for role, c in _number_flags(without_tag).items() if role in (*FLAG_ROLES, "mode")}
     loops = [
-        LoopRoles(group.tag, shared | _flat(group), loop_type_of(group.tag), notes=[*group.notes, *notes])
-        for group in single
+        LoopRoles(group.tag, shared | _number_flags(group), loop_type_of(group.tag), notes=[*group.notes, *notes])
+        for group in usable
+        if id(group) not in doubled
     ]
     _name_unused(columns, loops)
-    return _choose_loop(loops, options, source)
+    return loops
 
 
 def _role_with_two(group: TagGroup) -> str:
@@ -172,28 +150,10 @@ def _role_with_two(group: TagGroup) -> str:
     return ""
 
 
-def _flat(group: TagGroup) -> dict[str, TagColumn]:
+def _number_flags(group: TagGroup) -> dict[str, TagColumn]:
     """Role -> column; the second flag of a kind gets a number."""
     pairs = ((role, k, column) for role, found in group.columns.items() for k, column in enumerate(found, 1))
     return {role if k == 1 else f"{role} {k}": column for role, k, column in pairs}
-
-
-def _notes_on_others(groups: list[TagGroup], usable: list[TagGroup]) -> list[str]:
-    """Name the tags with a signal that make no loop."""
-    left = [g.tag for g in groups if g.tag and g not in usable and g.columns.keys() & set(NUMERIC_ROLES)]
-    more = " ..." if left[10:] else ""
-    return [f"Left out, as PV or OP is missing: {', '.join(left[:10])}{more}."] if left else []
-
-
-def _no_loop(columns: Sequence[TagColumn], groups: list[TagGroup], source: str) -> RecordError:
-    pairs = [(found[0], role.split()[-1].upper()) for g in groups for role, found in g.columns.items()]
-    known = ", ".join(f"{column_label(column)} = {role}" for column, role in pairs[:MAX_LISTED])
-    names = ", ".join(column.name for column in columns[:MAX_LISTED] if column.name) or "(no header)"
-    return RecordError(
-        f"{source}, line {max(1, columns[0].table.first_line - 1)}: no loop with PV and OP was found among the columns "
-        f"{names}{f' (recognised: {known})' if known else ''}; say which is which with "
-        "columns={'pv': ..., 'op': ...}, or with a map."
-    )
 
 
 def _choose_loop(loops: list[LoopRoles], options: ReadOptions, source: str) -> list[LoopRoles]:
@@ -209,10 +169,14 @@ def _choose_loop(loops: list[LoopRoles], options: ReadOptions, source: str) -> l
 
 
 def _name_unused(columns: Sequence[TagColumn], loops: list[LoopRoles]) -> None:
-    """Name each unused column in the loop that has its tag, or whose signal is the next used one to its left."""
+    """Name each unused column in the loop of its tag or number, or in that of the next used column to its left."""
+
+    def number_of(tag: str) -> tuple[str, ...]:
+        parts = parse_instrument_tag(tag)
+        return (parts.area, parts.variable, parts.number) if parts else ()
+
     owner = {id(column): loop for loop in loops for column in loop.roles.values()}
-    by_tag = {loop.tag.upper(): loop for loop in loops if loop.tag}
-    by_number = {tag[:2] + tag[3:4]: loop for loop in loops if (tag := parse_instrument_tag(loop.tag))}
+    by_tag = {key: loop for loop in loops for key in (number_of(loop.tag), loop.tag.upper()) if key}
     left, table = None, None
     for column in columns:
         left = owner.get(id(column)) or (left if column.table is table else None)
@@ -221,8 +185,7 @@ def _name_unused(columns: Sequence[TagColumn], loops: list[LoopRoles]) -> None:
             continue
         pair = parse_column_name(column.name)
         tag = pair[0] if pair else column.name
-        instrument = parse_instrument_tag(tag)
-        loop = by_tag.get(tag.upper()) or (by_number.get(instrument[:2] + instrument[3:4]) if instrument else None)
+        loop = by_tag.get(tag.upper()) or by_tag.get(number_of(tag))
         if loop is None and (not pair or not pair[0]) and normalise_name(column.name) not in INDEX_WORDS:
             loop = left
         if loop is not None:

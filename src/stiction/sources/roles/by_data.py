@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.sources.roles.loop_roles import HOW_TO_OVERRULE, column_label
+from stiction.sources.roles.loop_roles import HOW_TO_OVERRULE, list_roles
+from stiction.sources.values.bad_values import find_sentinels
+from stiction.sources.values.numeric_cells import parse_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,12 +18,8 @@ if TYPE_CHECKING:
 
     from stiction.sources.tag_column import TagColumn
 
-__all__ = ["find_roles_by_data", "unexplained_by_pi"]
+__all__ = ["find_roles_by_data"]
 
-MAX_COLUMNS = 8
-"""Columns without a role up to which their data are compared [-]."""
-MAX_ROWS = 20_000
-"""Rows that are compared [-]."""
 MIN_ROWS = 50
 """Rows that are needed [-]."""
 
@@ -31,13 +29,6 @@ def unexplained_by_pi(op: NDArray[np.float64], pv: NDArray[np.float64], sp: NDAr
 
     It is one minus the coefficient of determination of ``dOP = a de + b e + c``, with the error e of the same sample or
     of the one before, whichever explains more; 1 when OP does not move. A set point that is left out is constant.
-
-    Examples
-    --------
-    >>> pv = np.random.default_rng(1).normal(size=400)
-    >>> op = 2.0 * pv + 0.1 * np.cumsum(pv)
-    >>> unexplained_by_pi(op, pv) < 1e-9, unexplained_by_pi(pv, op) > 1e-4
-    (True, True)
     """
     error = pv if sp is None else pv - sp
     least = 1.0
@@ -55,25 +46,12 @@ def unexplained_by_pi(op: NDArray[np.float64], pv: NDArray[np.float64], sp: NDAr
 def find_roles_by_data(
     columns: Sequence[TagColumn], known: dict[str, TagColumn], *, max_unexplained: float = 0.05, min_ratio: float = 4.0
 ) -> tuple[dict[str, TagColumn], str]:
-    """Find PV, OP and SP among columns whose names say nothing.
+    """Find PV, OP and SP among columns without a role, and give a note; empty when no choice is clearly the best.
 
-    Parameters
-    ----------
-    columns : sequence of TagColumn
-        Columns without a role.
-    known : dict
-        Role -> column, as far as names gave it.
-    max_unexplained : float
-        Largest share of the moves of OP that a PI controller of the PV may leave unexplained [-].
-    min_ratio : float
-        How many times more any other choice of PV and OP must leave unexplained [-].
-
-    Returns
-    -------
-    tuple of (dict, str)
-        Role -> column of those found, and a note; empty when no choice is clearly better than all others.
+    A PI controller of the PV leaves at most `max_unexplained` of the moves of OP unexplained [-], and `min_ratio` times
+    as much with any other choice [-].
     """
-    if not columns or len(columns) > MAX_COLUMNS or {"pv", "op"} <= known.keys():
+    if not 0 < len(columns) <= 8 or {"pv", "op"} <= known.keys():
         return {}, ""
     values = {id(c): x for c in (*columns, *known.values()) if (x := _numbers(c)) is not None}
     free = [c for c in columns if id(c) in values]
@@ -92,21 +70,18 @@ def find_roles_by_data(
     others = [share for share, *pair, _ in scored if pair != [pv, op]]
     if least > max_unexplained or min(others, default=1.0) < min_ratio * max(least, 1e-9):
         return {}, ""
-    pv_range = np.nanmin(values[id(pv)]), np.nanmax(values[id(pv)])
-    inside = [c for c in steps if pv_range[0] <= np.nanmin(values[id(c)]) <= np.nanmax(values[id(c)]) <= pv_range[1]]
+    low, high = np.nanmin(values[id(pv)]), np.nanmax(values[id(pv)])
+    inside = [c for c in steps if low <= np.nanmin(values[id(c)]) and np.nanmax(values[id(c)]) <= high]
     sp = sp or (inside[0] if len(inside) == 1 else None)
     roles = {role: c for role, c in (("pv", pv), ("op", op), ("sp", sp)) if c is not None and role not in known}
-    listed = ", ".join(f"{column_label(column)} = {role.upper()}" for role, column in roles.items())
+    listed = list_roles(roles)
     explained = f"a PI controller explains {100.0 * (1.0 - least):.0f} % of the moves of OP"
     return roles, f"{listed}, by the data: {explained}; {HOW_TO_OVERRULE}"
 
 
 def _numbers(column: TagColumn) -> NDArray[np.float64] | None:
     """First rows of a column as numbers; None when most are none, or when they only count up."""
-    from stiction.sources.values.bad_values import find_sentinels
-    from stiction.sources.values.numeric_cells import parse_numbers
-
-    x = parse_numbers(column.cells.head(MAX_ROWS), column.table.decimal).values
+    x = parse_numbers(column.cells.head(20_000), column.table.decimal).values
     x = np.where(find_sentinels(x), np.nan, x)
     known = x[np.isfinite(x)]
     return None if known.size < max(MIN_ROWS, 0.5 * x.size) or (np.diff(known) > 0.0).all() else x

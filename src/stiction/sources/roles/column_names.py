@@ -8,39 +8,35 @@ from collections import Counter
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
-from stiction.sources.roles.vocabulary import (
-    FALLBACK_SIGNAL_WORDS,
-    SIGNAL_WORDS,
-    TIME_UNITS,
-    UNIT_WORDS,
-    VALUE_WORDS,
-    loop_type_of,
-)
+from stiction.sources.roles import vocabulary
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
 __all__ = ["HeaderNames", "header_names", "is_unit", "normalise_name", "parse_column_name", "role_of", "unit_in_name"]
 
-MAX_UNIT_LENGTH = 12
-"""Longest cell of a units row [characters]."""
-
-_ROLE_OF_WORD = {word: role for role, words in SIGNAL_WORDS.items() for word in words}
-_ROLE_OF_WORD |= {word: f"fallback {role}" for word, role in FALLBACK_SIGNAL_WORDS.items()}
+_ROLE_OF_WORD = {word: role for role, words in vocabulary.SIGNAL_WORDS.items() for word in words}
+_ROLE_OF_WORD |= {
+    word: f"fallback {role}" for role, words in vocabulary.FALLBACK_SIGNAL_WORDS.items() for word in words
+}
 # A word of several is written with underscores as well: ``FC101_PROCESS_VALUE``.
 _ROLE_OF_WORD |= {word.replace(" ", "_"): role for word, role in _ROLE_OF_WORD.items()}
-_BY_LENGTH = sorted(_ROLE_OF_WORD, key=len, reverse=True)
-_WORDS = "|".join(re.escape(word) for word in _BY_LENGTH)
-_TAG_WORD = re.compile(rf"(.*?[^,./\\:|_\s-])\s*[,./\\:|_\s-]+({_WORDS})")
-_WORD_TAG = re.compile(rf"({_WORDS})(?:[._\s:-]+(?=.*\d)(.+)|(\d+))")
+
+
+def _any_of(words: Iterable[str]) -> str:
+    return "|".join(sorted(map(re.escape, words), key=len, reverse=True))
+
+
+_TAG_WORD = re.compile(rf"(.*?[^,./\\:|_\s-])\s*[,./\\:|_\s-]+({_any_of(_ROLE_OF_WORD)})")
+_WORD_TAG = re.compile(rf"({_any_of(_ROLE_OF_WORD)})(?:[._\s:-]+(?=.*\d)(.+)|(\d+))")
 # The value of an item: of a signal after # (PCS 7), of the PV of a loop after a comma (800xA).
 _ITEM_VALUE = re.compile(r"(.*\S)\s*([#,])\s*VALUE", re.IGNORECASE)
 _UNIT_IN_BRACKETS = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
-_MEASURED = "|".join(re.escape(word) for word in _BY_LENGTH if _ROLE_OF_WORD[word] in ("pv", "sp", "op", "mv"))
-_UNITS = "|".join(map(re.escape, UNIT_WORDS))
+_MEASURED = _any_of(word for word, role in _ROLE_OF_WORD.items() if role in ("pv", "sp", "op", "mv"))
 # After a space CO may be a gas: `Stack CO %`.
 _WORD_UNIT = re.compile(
-    rf"\s*[\"']?((?:.*[^./\\:|_\s-](?:[./\\:|_-]+|[./\\:|_\s-]+(?!CO\b)))?(?:{_MEASURED}))[_\s]+({_UNITS})[\"']?\s*",
+    rf"\s*[\"']?((?:.*[^./\\:|_\s-](?:[./\\:|_-]+|[./\\:|_\s-]+(?!CO\b)))?(?:{_MEASURED}))[_\s]+"
+    rf"({_any_of(vocabulary.UNIT_WORDS)})[\"']?\s*",
     re.IGNORECASE,
 )
 _DATE_FORMAT = re.compile(r"[dmyhsfapDMYHSFAPTZ:./ -]+")
@@ -58,43 +54,21 @@ class HeaderNames(NamedTuple):
 
 
 def role_of(word: str) -> str:
-    """Give the role that a word of `parse_column_name` names.
-
-    Examples
-    --------
-    >>> role_of("SET POINT"), role_of("MEAS"), role_of("WSP")
-    ('sp', 'pv', 'fallback sp')
-    """
+    """Give the role that a word of `parse_column_name` names, such as "sp" or "fallback sp"."""
     return _ROLE_OF_WORD[word]
 
 
 def is_unit(cell: str) -> bool:
-    """Whether a cell is a known unit, of a signal or of time.
-
-    Examples
-    --------
-    >>> is_unit("t/h"), is_unit("FIC-101")
-    (True, False)
-    """
-    return cell.upper() in UNIT_WORDS or cell.upper() in TIME_UNITS
+    """Whether a cell is a known unit, of a signal or of time."""
+    return cell.upper() in vocabulary.UNIT_WORDS or cell.upper() in vocabulary.TIME_UNITS
 
 
 def unit_in_name(name: str) -> str:
-    """Give the unit at the end of a column name, in brackets or after the word of a signal, as written.
-
-    Examples
-    --------
-    >>> unit_in_name("FIC-1.PV [t/h]"), unit_in_name("FIC-1.OP_mA"), unit_in_name("FIC-1.PV")
-    ('t/h', 'mA', '')
-    """
-    found = _UNIT_IN_BRACKETS.search(_put_unit_in_brackets(name))
-    return found.group(1).strip() if found else ""
-
-
-def _put_unit_in_brackets(name: str) -> str:
-    """``FIC-1.OP_mA`` -> ``FIC-1.OP [mA]``."""
+    """Give the unit at the end of a column name, in brackets or after the word of a signal, as written."""
+    if found := _UNIT_IN_BRACKETS.search(name):
+        return found[1].strip()
     found = _WORD_UNIT.fullmatch(name)
-    return f"{found.group(1)} [{found.group(2)}]" if found else name
+    return found[2] if found else ""
 
 
 def _without_unit(name: str) -> str:
@@ -103,7 +77,8 @@ def _without_unit(name: str) -> str:
 
 def normalise_name(name: str) -> str:
     """Give a column name in capitals, without its unit, quotes and repeated blanks."""
-    return _without_unit(_put_unit_in_brackets(name)).upper()
+    found = _WORD_UNIT.fullmatch(name)
+    return _without_unit(found[1] if found else name).upper()
 
 
 @lru_cache(maxsize=4096)
@@ -119,26 +94,23 @@ def parse_column_name(name: str) -> tuple[str, str] | None:
     >>> parse_column_name("FIC-101/SP#Value"), parse_column_name("FIC-101,Value"), parse_column_name("Tank level OP mA")
     (('FIC-101', 'SP'), ('FIC-101', 'PV'), ('Tank level', 'OP'))
     """
-    if item := _ITEM_VALUE.fullmatch(_without_unit(name)):
-        return parse_column_name(item.group(1)) or ((item.group(1), "PV") if item.group(2) == "," else None)
-    word = normalise_name(name)
-    if word in _ROLE_OF_WORD:
-        return "", word
-    if (spaced := word.replace("_", " ")) in _ROLE_OF_WORD:
-        return "", spaced
-    plain = _without_unit(name)
+    plain, word = _without_unit(name), normalise_name(name)
+    if item := _ITEM_VALUE.fullmatch(plain):
+        return parse_column_name(item[1]) or ((item[1], "PV") if item[2] == "," else None)
+    for whole in (word, word.replace("_", " ")):
+        if whole in _ROLE_OF_WORD:
+            return "", whole
     if found := _TAG_WORD.fullmatch(word):
-        return plain[: len(found.group(1))].rsplit("\\", 1)[-1], found.group(2)
+        return plain[: len(found[1])].rsplit("\\", 1)[-1], found[2]
     if found := _WORD_TAG.fullmatch(word):
-        return plain[found.start(2) :] if found.group(2) else found.group(3), found.group(1)
+        return plain[found.start(2) :] if found[2] else found[3], found[1]
     return None
 
 
 def header_names(header: Sequence[Sequence[str]]) -> HeaderNames:
-    """Choose names, units and descriptions out of the header rows of a table.
+    """Choose names, units and descriptions out of the header rows of a table, in any order.
 
-    The rows, of equal length, are names, units and descriptions in any order, or the tag in one row and the signal in
-    the next.
+    The tag may also stand in one row and the signal in the next.
 
     Examples
     --------
@@ -152,8 +124,8 @@ def header_names(header: Sequence[Sequence[str]]) -> HeaderNames:
         return HeaderNames([], [], [])
 
     def score(names: Sequence[str]) -> int:
-        pairs = Counter(pair for pair in map(parse_column_name, names) if pair)
-        return len(pairs) + sum(map(is_time_heading, names)) - 2 * sum(n - 1 for n in pairs.values())
+        pairs = Counter(filter(None, map(parse_column_name, names)))
+        return len(pairs) + sum(map(is_time_heading, names)) - 2 * (pairs.total() - len(pairs))
 
     candidates = [(score(row), False, list(row), [row]) for row in header]
     for upper, lower in itertools.pairwise(header):
@@ -163,18 +135,17 @@ def header_names(header: Sequence[Sequence[str]]) -> HeaderNames:
             pair = parse_column_name(below)
             if pair and pair[0] == "" and not is_time_heading(tag):
                 joined.append(f"{tag}.{below}")
-            elif normalise_name(below) in VALUE_WORDS and parse_column_name(tag):
+            elif normalise_name(below) in vocabulary.VALUE_WORDS and parse_column_name(tag):
                 joined.append(tag)
             else:
                 joined.append(below if is_time_heading(below) else above or below)
         candidates.append((score(joined), _names_one_loop(upper, lower), joined, [upper, lower]))
     *_, names, used = max(candidates, key=lambda candidate: candidate[:2])
-    # Of two joined rows the lower one may be the units.
-    others = [row for row in header if row is not used[0]]
-    unit_rows = [row for row in others if _is_unit_row(row)]
-    units = max(unit_rows, key=lambda row: sum(map(is_unit, row)), default=[""] * len(names))
+    others = [row for row in header if row is not used[0]]  # of two joined rows the lower one may be the units
+    blank = [""] * len(names)
+    units = max(filter(_is_unit_row, others), key=lambda row: sum(map(is_unit, row)), default=blank)
     texts = [row for row in others if row not in used and row is not units]
-    descriptions = max(texts, key=lambda row: sum(map(len, row)), default=[""] * len(names))
+    descriptions = max(texts, key=lambda row: sum(map(len, row)), default=blank)
     units = [unit_in_name(name) or unit for name, unit in zip(names, units, strict=True)]
     return HeaderNames(names, units, list(descriptions))
 
@@ -186,19 +157,14 @@ def _names_one_loop(upper: Sequence[str], lower: Sequence[str]) -> bool:
     if len(signals) < 2 or len(set(texts)) != 1 or is_unit(texts[0]):
         return False
     is_merged = len(texts) == 1 and 0 < list(upper).index(texts[0]) <= signals[0]
-    return is_merged or loop_type_of(texts[0], numbered=True) != "other"
+    return is_merged or vocabulary.loop_type_of(texts[0], numbered=True) != "other"
 
 
 def _is_unit_row(row: Sequence[str]) -> bool:
-    """Whether a row can hold units: short cells, none of them a signal unless a unit is written alike (mA).
-
-    Cells of several words are a description, unless one cell of the row is a known unit.
-    """
+    """Whether a row can hold units: short cells, none of them a signal unless a unit is written alike (mA)."""
     filled = [cell for cell in row if cell and not _DATE_FORMAT.fullmatch(cell)]
     if any(" " in cell for cell in filled) and not any(map(is_unit, filled)):
+        return False  # cells of several words are a description
+    if any(len(cell) > 12 or normalise_name(cell) in vocabulary.VALUE_WORDS for cell in filled):
         return False
-    if any(normalise_name(cell) in VALUE_WORDS for cell in filled):
-        return False
-    return bool(filled) and all(
-        len(cell) <= MAX_UNIT_LENGTH and (is_unit(cell) or not parse_column_name(cell)) for cell in filled
-    )
+    return bool(filled) and all(is_unit(cell) or not parse_column_name(cell) for cell in filled)

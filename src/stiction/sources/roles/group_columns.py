@@ -8,18 +8,16 @@ from typing import TYPE_CHECKING
 
 from stiction.sources.roles.column_names import parse_column_name, role_of
 from stiction.sources.roles.loop_roles import FLAG_ROLES, HOW_TO_OVERRULE, NUMERIC_ROLES, TagGroup, column_label
-from stiction.sources.roles.tag_letters import parse_instrument_tag
-from stiction.sources.roles.vocabulary import BLOCK_PAIRS, FALLBACK_SIGNAL_WORDS, OUTPUT_IF_NO_OTHER
+from stiction.sources.roles.pair_groups import parse_instrument_tag
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiction.sources.tag_column import TagColumn
 
-__all__ = ["add_bare_tags", "group_columns", "shorten_block_tags", "use_fallback_words", "use_mv_as_output"]
+__all__ = ["add_bare_tags", "group_columns", "shorten_block_tags", "use_weaker_words"]
 
 _BLOCK = re.compile(r"/P?ID\w*$|/PID_\w+$|\.PIDA$", re.IGNORECASE)
-_LABELS = {"sp": "set point (SP)", "op": "controller output (OP)", "pv": "process variable (PV)"}
 
 
 def group_columns(columns: Sequence[TagColumn]) -> tuple[list[TagGroup], list[TagColumn]]:
@@ -45,49 +43,44 @@ def group_columns(columns: Sequence[TagColumn]) -> tuple[list[TagGroup], list[Ta
         group = groups.setdefault(tag.upper(), TagGroup(tag))
         group.add(role_of(pair[1]), column)
         group.notes += [note] if note else []
-    _move_flags(groups)
-    _join_blocks(groups)
+    _give_flags_to_signals(groups)
+    for key in [key for key in groups if key.endswith(".DACA")]:  # of a point of Experion, DACA measures, PIDA controls
+        if target := groups.get(key.removesuffix(".DACA") + ".PIDA"):
+            target.columns = {**groups.pop(key).columns, **target.columns}
     return list(groups.values()), bare
 
 
 def _instrument_numbers(columns: Sequence[TagColumn]) -> set[tuple[str, str]]:
     """Variable ("" for any) and number of the instrument tags that are not a word of a signal with a number."""
-    tags = []
-    for column in columns:
-        pair = parse_column_name(column.name)
-        if not (pair and pair[0].isdigit()):
-            tags.append(parse_instrument_tag(pair[0] if pair else column.name))
+    pairs = [(column.name, parse_column_name(column.name)) for column in columns]
+    tags = [parse_instrument_tag(pair[0] if pair else name) for name, pair in pairs if not (pair and pair[0].isdigit())]
     return {(variable, tag.number) for tag in tags if tag for variable in ("", tag.variable)}
 
 
-def _move_flags(groups: dict[str, TagGroup]) -> None:
+def _give_flags_to_signals(groups: dict[str, TagGroup]) -> None:
     """Give a flag of one signal to that signal: ``FIC-1.PV.Quality``, or one after each of several signals."""
-    signals: dict[tuple[int, int | None], tuple[TagGroup, str]] = {}
-    flags: dict[tuple[int, int | None], TagColumn] = {}
-    for group in groups.values():
-        for role in (*NUMERIC_ROLES, *FLAG_ROLES):
-            for column in group.columns.get(role, ()):
-                if role in FLAG_ROLES:
-                    flags[id(column.table), column.position] = column
-                elif column.position is not None:
-                    signals[id(column.table), column.position] = group, role
+    places = {
+        (id(column.table), column.position): (group, role)
+        for group in groups.values()
+        for role, columns in group.columns.items()
+        for column in columns
+    }
 
     def signal_left_of(column: TagColumn) -> tuple[TagGroup, str] | None:
-        table, position = id(column.table), column.position
-        while position is not None and (table, position) in flags:
+        position = column.position
+        while position is not None and places.get((id(column.table), position), (None, ""))[1] in FLAG_ROLES:
             position -= 1
-        return signals.get((table, position))
+        group, role = places.get((id(column.table), position), (TagGroup(""), ""))
+        return (group, role) if position is not None and role in NUMERIC_ROLES else None
 
     for key, group in list(groups.items()):
         owner = parse_column_name(group.tag) if group.columns.keys() <= set(FLAG_ROLES) else None
         target = groups.get(owner[0].upper()) if owner else None
-        if owner and target is not None and role_of(owner[1]) in target.columns:
-            del groups[key]
-            target.columns |= {f"{role_of(owner[1])} {flag}": columns for flag, columns in group.columns.items()}
+        if owner and target is not None and (signal := role_of(owner[1])) in target.columns:
+            target.columns |= {f"{signal} {flag}": columns for flag, columns in groups.pop(key).columns.items()}
             continue
-        own = [
-            (flag, c, left) for flag in FLAG_ROLES for c in group.columns.get(flag, ()) if (left := signal_left_of(c))
-        ]
+        flags = [(flag, column) for flag in FLAG_ROLES for column in group.columns.get(flag, ())]
+        own = [(flag, column, left) for flag, column in flags if (left := signal_left_of(column))]
         if len({(id(left[0]), left[1]) for *_, left in own}) > 1:
             for flag, column, (target, role) in own:
                 group.columns[flag].remove(column)
@@ -95,47 +88,34 @@ def _move_flags(groups: dict[str, TagGroup]) -> None:
         group.columns = {role: columns for role, columns in group.columns.items() if columns}
 
 
-def _join_blocks(groups: dict[str, TagGroup]) -> None:
-    """Give what one block of a point measures to the block that controls it, where that has none of its own."""
-    for measures, controls in BLOCK_PAIRS:
-        for key in [key for key in groups if key.endswith(measures)]:
-            if target := groups.get(key[: -len(measures)] + controls):
-                target.columns = {**groups.pop(key).columns, **target.columns}
-
-
-def use_fallback_words(group: TagGroup) -> None:
-    """Use the words of `FALLBACK_SIGNAL_WORDS` where the loop has no plainer one."""
-    for role in dict.fromkeys(FALLBACK_SIGNAL_WORDS.values()):
-        columns = group.columns.pop(f"fallback {role}", [])
-        needs = {"sp": True, "op": "pv" in group.columns and "mv" not in group.columns, "pv": "op" in group.columns}
-        if role not in group.columns and len(columns) == 1 and needs[role]:
-            group.columns[role] = columns
-            group.notes.append(
-                f"Column {column_label(columns[0])} is taken as the {_LABELS[role]}, as there is no other."
-            )
-
-
-def use_mv_as_output(group: TagGroup) -> None:
-    """Take a column MV as the controller output where the loop has no other, also beside a valve position."""
-    pairs = [(column, parse_column_name(column.name)) for column in group.columns.get("mv", ())]
-    outputs = [column for column, pair in pairs if pair and pair[1] in OUTPUT_IF_NO_OTHER]
+def use_weaker_words(group: TagGroup) -> None:
+    """Use the fallback words of the vocabulary, and MV as OP, where the loop has no plainer signal."""
+    columns, notes = group.columns, group.notes
+    names = {"sp": "set point (SP)", "op": "controller output (OP)", "pv": "process variable (PV)"}
+    for role, name in names.items():
+        weaker = columns.pop(f"fallback {role}", [])
+        has_needed = {"sp": True, "op": "pv" in columns and "mv" not in columns, "pv": "op" in columns}[role]
+        if role not in columns and len(weaker) == 1 and has_needed:
+            columns[role] = weaker
+            notes.append(f"Column {column_label(weaker[0])} is taken as the {name}, as there is no other.")
+    pairs = [(column, parse_column_name(column.name)) for column in columns.get("mv", ())]
+    outputs = [column for column, pair in pairs if pair and pair[1] == "MV"]  # OP of CENTUM and GE, PV of ABB
     taken = f"Column {column_label(outputs[0])} is taken as the" if outputs else ""
-    if outputs and {"op", "sp"} <= group.columns.keys() and "pv" not in group.columns:
+    if outputs and {"op", "sp"} <= columns.keys() and "pv" not in columns:
         named = f"columns={{'pv': {column_label(outputs[0])!r}}} (--columns)"
-        group.notes.append(f"{taken} valve position (MV); if it is the measured value (ABB), name it with {named}.")
-    if "op" in group.columns or len(outputs) != 1:
-        return
-    group.columns["op"] = outputs
-    group.columns["mv"].remove(outputs[0])
-    if not group.columns["mv"]:
-        del group.columns["mv"]
-    position = "if it is the valve position, name the OP column"
-    group.notes.append(f"{taken} controller output (OP), as there is no other; {position}.")
+        notes.append(f"{taken} valve position (MV); if it is the measured value (ABB), name it with {named}.")
+    if "op" not in columns and len(outputs) == 1:
+        columns["op"] = outputs
+        columns["mv"].remove(outputs[0])
+        if not columns["mv"]:
+            del columns["mv"]
+        position = "if it is the valve position, name the OP column"
+        notes.append(f"{taken} {names['op']}, as there is no other; {position}.")
 
 
 def add_bare_tags(groups: list[TagGroup], bare: list[TagColumn]) -> None:
     """Take a column that is named by the tag alone as the PV of the loop, as historians do."""
-    by_tag = {group.tag.upper(): group for group in groups if "op" in group.columns and "pv" not in group.columns}
+    by_tag = {group.tag.upper(): group for group in groups if "op" in group.columns}
     for column in list(bare):
         group = by_tag.get(column.name.strip().upper())
         if group is not None and "pv" not in group.columns:
@@ -146,8 +126,7 @@ def add_bare_tags(groups: list[TagGroup], bare: list[TagColumn]) -> None:
 
 def shorten_block_tags(groups: Sequence[TagGroup]) -> None:
     """``FIC-101/PID1`` is the loop FIC-101 unless the module has two control blocks."""
-    short = {id(group): _BLOCK.sub("", group.tag) for group in groups}
-    counts = Counter(short.values())
-    for group in groups:
-        if counts[short[id(group)]] == 1:
-            group.tag = short[id(group)]
+    short = [_BLOCK.sub("", group.tag) for group in groups]
+    counts = Counter(short)
+    for group, tag in zip(groups, short, strict=True):
+        group.tag = tag if counts[tag] == 1 else group.tag

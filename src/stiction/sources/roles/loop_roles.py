@@ -1,4 +1,4 @@
-"""What the assignment of roles gives: the columns of each loop by role, and the groups of columns it works on."""
+"""The columns of each loop by role, and the groups of columns that become loops."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from stiction.sources.tag_column import TagColumn
 
-__all__ = ["FLAG_ROLES", "HOW_TO_OVERRULE", "NUMERIC_ROLES", "ROLES", "LoopRoles", "TagGroup", "column_label"]
+__all__ = ["FLAG_ROLES", "NUMERIC_ROLES", "ROLES", "LoopRoles", "TagGroup", "column_label", "list_roles"]
 
 NUMERIC_ROLES = ("pv", "sp", "op", "mv", "valve_signal")
 """Signals that are numbers."""
@@ -64,6 +66,11 @@ class TagGroup:
         """Whether the columns make a loop: OP, and PV or the valve position."""
         return "op" in self.columns and ("pv" in self.columns or "mv" in self.columns)
 
+    @property
+    def has_numbers(self) -> bool:
+        """Whether a column is a signal of numbers."""
+        return bool(self.columns.keys() & set(NUMERIC_ROLES))
+
     def add(self, role: str, column: TagColumn) -> None:
         """Give a role to one more column."""
         self.columns.setdefault(role, []).append(column)
@@ -76,3 +83,8 @@ class TagGroup:
 def column_label(column: TagColumn) -> str:
     """Name of a column for messages."""
     return column.name or f"column {column.position}"
+
+
+def list_roles(roles: Mapping[str, TagColumn]) -> str:
+    """Columns with their roles, for messages."""
+    return ", ".join(f"{column_label(column)} = {role.split()[-1].upper()}" for role, column in roles.items())

@@ -5,8 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-import os
-import tempfile
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,7 +22,6 @@ if TYPE_CHECKING:
 __all__ = ["MapRow", "apply_map", "read_map", "write_map"]
 
 MAP_ROLES = (*ROLES, *(f"{role} {flag}" for role in ("pv", "sp", "op", "mv") for flag in ("bad", "quality")))
-"""Roles that a map may name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,25 +89,23 @@ def _row(cells: dict[str, str], place: str, delimiter: str) -> MapRow:
         raise RecordError(f"{place}: tag or loop is empty; fill in both, or delete the line.")
     if role not in MAP_ROLES:
         raise RecordError(f"{place}: unknown role {cells.get('role', '')!r}; use one of {', '.join(ROLES)}.")
-    low, high = (_span_end(cells, name, place, delimiter) for name in ("low", "high"))
-    if (low is None) != (high is None):
+    ends: dict[str, float] = {}
+    for name in ("low", "high"):
+        if text := cells.get(name, ""):
+            try:
+                ends[name] = float(text.replace(",", ".") if delimiter != "," else text)
+            except ValueError:
+                ends[name] = math.nan
+            if not math.isfinite(ends[name]):
+                raise RecordError(f"{place}: {name} = {text!r} is no number; give the value at an end of the span.")
+    if len(ends) == 1:
         raise RecordError(f"{place}: gives only one of low and high; give both, or none.")
-    if low is not None and high is not None and not low < high:
-        raise RecordError(f"{place}: low = {low:g} is not below high = {high:g}; give the values at 0 % and at 100 %.")
+    if ends and not ends["low"] < ends["high"]:
+        given = "low = {low:g} is not below high = {high:g}".format(**ends)
+        raise RecordError(f"{place}: {given}; give the values at 0 % and at 100 %.")
     unit, area, master, importance = (cells.get(name, "") for name in ("unit", "area", "master", "importance"))
+    low, high = ends.get("low"), ends.get("high")
     return MapRow(cells["tag"], cells["loop"], role, unit, low, high, area, master, importance, place)
-
-
-def _span_end(cells: dict[str, str], name: str, place: str, delimiter: str) -> float | None:
-    """The value at 0 or at 100 % of span; None when the cell is empty."""
-    text = cells.get(name, "")
-    try:
-        value = float(text.replace(",", ".") if delimiter != "," else text) if text else None
-    except ValueError:
-        value = math.nan
-    if value is not None and not math.isfinite(value):
-        raise RecordError(f"{place}: {name} = {text!r} is no number; give the value at an end of the span.")
-    return value
 
 
 def _check(rows: list[MapRow], path: str) -> None:
@@ -134,16 +129,8 @@ def _check(rows: list[MapRow], path: str) -> None:
 
 
 def apply_map(columns: Sequence[TagColumn], rows: Sequence[MapRow]) -> list[LoopRoles]:
-    """Give the columns the roles of a mapping file: one `LoopRoles` for each loop, in the order of the map.
-
-    Raises
-    ------
-    RecordError
-        When a tag of the map is not in the source.
-    """
-    by_name: dict[str, TagColumn] = {}
-    for column in columns:
-        by_name.setdefault(column.name.strip().lower(), column)
+    """Give the columns the roles of a mapping file: one `LoopRoles` for each loop, in the order of the map."""
+    by_name = {column.name.strip().lower(): column for column in reversed(columns)}
     loops: dict[str, LoopRoles] = {}
     for row in rows:
         column = by_name.get(row.tag.lower())
@@ -173,11 +160,6 @@ def write_map(loops: Sequence[LoopRoles], path: str | PathLike[str]) -> None:
             row = MapRow(column.name, tag, role, loop.unit_of(role), low, high, loop.area, loop.master, loop.importance)
             writer.writerow(["" if cell is None else cell for cell in astuple(row)[:-1]])
     target = Path(path)
-    descriptor, temporary = tempfile.mkstemp(prefix=f".{target.name}", dir=target.parent or ".")
-    try:
-        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-            file.write(text.getvalue())
-        Path(temporary).replace(target)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    draft = target.with_name(f".{target.name}.part")
+    draft.write_text(text.getvalue(), encoding="utf-8")
+    draft.replace(target)

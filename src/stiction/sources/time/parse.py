@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.number_format import count_noun
 from stiction.sources.table import SNIFF_ROWS
-from stiction.sources.time.compact_clock import compact_clock_seconds, is_compact_clock
-from stiction.sources.time.elapsed_time import unwrap_clock
-from stiction.sources.time.numeric_time import parse_numeric_time
-from stiction.sources.time.stamps import Stamps
-from stiction.sources.time.text_column import parse_text_stamps
+from stiction.sources.time.numeric_time import compact_clock_seconds, is_compact_clock, parse_numeric_time
+from stiction.sources.time.stamps import Stamps, unwrap_clock
+from stiction.sources.time.text_column import find_first_unread, parse_text_stamps
 from stiction.sources.time.text_stamps import is_clock, is_date, is_timestamp
 from stiction.sources.time.time_columns import (
+    MIDNIGHT,
     TimeColumns,
     find_time_columns,
     is_numeric_column,
@@ -22,7 +23,7 @@ from stiction.sources.time.time_columns import (
     missing_time_error,
     seconds_per_unit,
 )
-from stiction.sources.time.zones import localise
+from stiction.sources.time.time_order import is_newest_first, to_datetime
 from stiction.sources.values.numeric_cells import parse_numbers
 
 if TYPE_CHECKING:
@@ -39,39 +40,22 @@ __all__ = [
     "is_date",
     "is_time_heading",
     "is_timestamp",
+    "localise",
     "missing_time_error",
     "parse_time",
     "seconds_per_unit",
 ]
 
-MIN_SECONDS, MAX_SECONDS = -2208988800.0, 7258118400.0
-"""Years 1900 and 2200 [s since 1970]; stamps outside stand for no date, as 0001-01-01 does in some databases."""
-_MIDNIGHT = r"[T ]00:00(?::00(?:\.0+)?)?$"
-
 
 def parse_time(
     table: RawTable, time_columns: TimeColumns, options: ReadOptions, rows: NDArray[np.int64] | None = None
 ) -> Stamps:
-    """Parse the time columns of a table.
-
-    Parameters
-    ----------
-    table : RawTable
-        The table.
-    time_columns : TimeColumns
-        What `find_time_columns` found, with one or two positions.
-    options : ReadOptions
-        `day_first`, `time_format` and `timezone` count here.
-    rows : ndarray of int, optional
-        Rows to parse, in this order; all when not given.
-
-    Returns
-    -------
-    Stamps
-        Seconds of each row, with the notes of `time_columns`.
-    """
-    table.load([*time_columns.positions, *([] if time_columns.fraction is None else [time_columns.fraction])])
-    first, *second = (_column(table, position, rows) for position in time_columns.positions)
+    """Parse the time columns of a table, which `find_time_columns` found: all rows, or some in the order given."""
+    fraction = time_columns.fraction
+    positions = [*time_columns.positions, *([] if fraction is None else [fraction])]
+    table.load(positions)
+    cells = {i: table.column(i) if rows is None else table.column(i).gather(rows) for i in positions}
+    first, *second = (cells[i] for i in time_columns.positions)
     if second:
         stamps = _parse_date_and_clock(first, second[0], options)
     elif first.dtype.is_temporal():
@@ -83,12 +67,14 @@ def parse_time(
         stamps = parse_numeric_time(values, time_columns.unit)
     else:
         stamps = parse_text_stamps(_as_text(first), day_first=options.day_first, time_format=options.time_format)
-    if time_columns.fraction is not None:
-        fraction = parse_numbers(_column(table, time_columns.fraction, rows), table.decimal).values
-        if not (np.nan_to_num(stamps.seconds) % 1.0).any():
-            stamps.seconds = stamps.seconds + np.nan_to_num(fraction) * time_columns.fraction_unit
+    if fraction is not None and not (np.nan_to_num(stamps.seconds) % 1.0).any():
+        parts = parse_numbers(cells[fraction], table.decimal).values
+        stamps.seconds = stamps.seconds + np.nan_to_num(parts) * time_columns.fraction_unit
     if stamps.kind != "relative":
-        _drop_unlikely_years(stamps, first)
+        # Years before 1900 or after 2200 stand for no date, as 0001-01-01 does in some databases.
+        is_likely = (stamps.seconds >= -2208988800.0) & (stamps.seconds < 7258118400.0)
+        stamps.seconds = np.where(is_likely, stamps.seconds, np.nan)
+        stamps.first_unread = find_first_unread(first, stamps.seconds)
     stamps.notes[:0] = time_columns.notes
     if options.timezone is None:
         return stamps
@@ -99,26 +85,10 @@ def parse_time(
     return localise(stamps, options.timezone)
 
 
-def _drop_unlikely_years(stamps: Stamps, cells: pl.Series) -> None:
-    with np.errstate(invalid="ignore"):
-        unlikely = np.flatnonzero((stamps.seconds < MIN_SECONDS) | (stamps.seconds >= MAX_SECONDS))
-    if unlikely.size:
-        stamps.seconds = stamps.seconds.copy()
-        stamps.seconds[unlikely] = np.nan
-        row = int(unlikely[0])
-        if stamps.first_unread is None or stamps.first_unread[0] > row:
-            stamps.first_unread = row, str(cells[row])
-
-
-def _column(table: RawTable, position: int, rows: NDArray[np.int64] | None) -> pl.Series:
-    cells = table.column(position)
-    return cells if rows is None else cells.gather(rows)
-
-
 def _as_text(cells: pl.Series) -> pl.Series:
     import polars as pl
 
-    return cells if cells.dtype == pl.String else cells.cast(pl.String)
+    return cells.cast(pl.String)
 
 
 def _parse_temporal(cells: pl.Series) -> Stamps:
@@ -129,7 +99,7 @@ def _parse_temporal(cells: pl.Series) -> Stamps:
         return Stamps(cells.dt.total_nanoseconds().cast(float).to_numpy() / 1e9, "relative")
     if cells.dtype == pl.Time:
         note = "The time column holds a time of day without a date."
-        return Stamps(unwrap_clock(cells.cast(pl.Int64).cast(float).to_numpy() / 1e9, 86400.0), "relative", [note])
+        return Stamps(unwrap_clock(cells.cast(pl.Int64).cast(float).to_numpy() / 1e9), "relative", [note])
     zone = cells.dtype.time_zone if isinstance(cells.dtype, pl.Datetime) else None
     seconds = cells.cast(pl.Datetime("us", zone)).dt.epoch("us").cast(float).to_numpy() / 1e6
     return Stamps(seconds, "utc" if zone else "local")
@@ -140,17 +110,71 @@ def _parse_date_and_clock(dates: pl.Series, clocks: pl.Series, options: ReadOpti
     days, times = _as_text(dates), _as_text(clocks)
     if options.time_format is not None:
         return parse_text_stamps(days + " " + times, time_format=options.time_format)
-    days = days.str.replace(_MIDNIGHT, "")
+    days = days.str.replace(MIDNIGHT, "")
     sample = [cell for cell in times.head(SNIFF_ROWS).to_list() if cell]
     if not is_compact_clock(sample):
         return parse_text_stamps(days + " " + times, day_first=options.day_first)
     stamps = parse_text_stamps(days, day_first=options.day_first)
     numbers = times.str.replace(",", ".", literal=True).cast(float, strict=False).to_numpy()
-    seconds, has_seconds = compact_clock_seconds(numbers)
+    seconds, form = compact_clock_seconds(numbers)
     stamps.seconds = stamps.seconds + seconds
-    width = 6 if has_seconds else 4
-    if cut := next((cell for cell in sample if len(re.split("[.,]", cell)[0]) < width), ""):
-        note = f"Times such as {cut} are read as hours and minutes{', and seconds' if has_seconds else ''}"
-        remedy = "" if has_seconds else "; if seconds are among them give the sampling period with dt= (--dt)"
-        stamps.notes.append(f"{note}{remedy}.")
+    if cut := next((cell for cell in sample if len(re.split("[.,]", cell)[0]) < len(form)), ""):
+        note = f"Times such as {cut} are read as hours and minutes"
+        doubt = "; if seconds are among them give the sampling period with dt= (--dt)"
+        stamps.notes.append(f"{note}{', and seconds' if form == 'hhmmss' else doubt}.")
     return stamps
+
+
+def localise(stamps: Stamps, timezone: str) -> Stamps:
+    """Convert wall-clock stamps to UTC; stamps of another kind are returned as they are.
+
+    Of two passes through a repeated hour the first is summer time; a single pass goes to the side where it leaves the
+    smaller gap.
+    """
+    if stamps.kind != "local":
+        return stamps
+    rows = np.flatnonzero(np.isfinite(stamps.seconds))
+    if is_newest_first(stamps.seconds[rows]):
+        rows = rows[::-1]
+    wall = stamps.seconds[rows]
+    first, second = _to_utc(wall, timezone, "earliest"), _to_utc(wall, timezone, "latest")
+    skipped = np.isnan(first)
+    first[skipped] = second[skipped] = _to_utc(wall[skipped] - 3600.0, timezone, "earliest") + 3600.0
+    is_second = np.zeros(len(rows), dtype=bool)
+    changes: list[str] = []
+    edges = np.flatnonzero(np.diff((first != second).astype(np.int8), prepend=0, append=0)).tolist()
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        steps = np.diff(first[begin:end])
+        # Where several steps go back, those of less than ten minutes are rows out of order.
+        back = np.flatnonzero(steps <= -600.0) if (steps < 0).sum() > 1 else np.flatnonzero(steps < 0)
+        if back.size:
+            is_second[begin + back[0] + 1 : end] = True
+        else:
+            before = first[begin] - first[begin - 1] if begin else np.inf
+            after = second[end] - second[end - 1] if end < len(rows) else np.inf
+            is_second[begin:end] = abs(after) < abs(before)
+        changes.append(
+            f"The clock of {timezone} shows the hour of {to_datetime(float(wall[begin]), 'local'):%Y-%m-%d %H}:00 "
+            "twice: its rows are kept in the order of the file."
+        )
+    changes = list(dict.fromkeys(changes))  # the tags of a long table repeat the same hour
+    notes = [*stamps.notes, *changes]
+    if n_skipped := int(skipped.sum()):
+        notes.append(
+            f"{count_noun(n_skipped, 'stamp')} in an hour that the clock of {timezone} skips: taken as winter time."
+        )
+    seconds = np.full(len(stamps.seconds), np.nan)
+    seconds[rows] = np.where(is_second, second, first)
+    return replace(
+        stamps, seconds=seconds, kind="utc", notes=notes,
+        clock_jumps=stamps.clock_jumps + len(changes), dst_changes=stamps.dst_changes + len(changes),
+    )  # fmt: skip
+
+
+def _to_utc(seconds: NDArray[np.float64], timezone: str, ambiguous: str) -> NDArray[np.float64]:
+    """Convert a wall clock to UTC [s]; NaN in an hour that the clock skips."""
+    import polars as pl
+
+    local = pl.Series(np.round(seconds * 1e6).astype(np.int64)).cast(pl.Datetime("us"))
+    utc = local.dt.replace_time_zone(timezone, ambiguous=ambiguous, non_existent="null")  # pyright: ignore
+    return utc.dt.epoch("us").cast(float).to_numpy(writable=True) / 1e6

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["Stamps"]
+__all__ = ["Stamps", "unwrap_clock"]
 
 
 @dataclass
@@ -30,3 +31,12 @@ class Stamps:
     """Times that the clock jumped and was corrected."""
     dst_changes: int = 0
     """How many of `clock_jumps` were changes to or from summer time."""
+
+
+def unwrap_clock(seconds: NDArray[np.float64], turn: float = 86400.0) -> NDArray[np.float64]:
+    """Let a clock [s] run on where it falls back to zero after `turn` [s]."""
+    known = np.isfinite(seconds)
+    shown = seconds[known]
+    unwrapped = seconds.copy()
+    unwrapped[known] = shown + turn * np.cumsum(np.diff(shown, prepend=shown[:1]) < -turn / 2.0)
+    return unwrapped

@@ -10,217 +10,208 @@ import numpy as np
 
 from stiction.errors import RecordError
 from stiction.sources.table import SNIFF_ROWS
-from stiction.sources.time.date_order import choose_date_order
-from stiction.sources.time.elapsed_time import parse_elapsed_time, unwrap_clock
-from stiction.sources.time.stamps import Stamps
-from stiction.sources.time.text_stamps import (
-    CLOCK,
-    DAY_MONTH_YEAR,
-    MONTH_DAY_YEAR,
-    REWRITES,
-    clock_seconds,
-    parse_day,
-    rewrite,
-)
+from stiction.sources.time.stamps import Stamps, unwrap_clock
+from stiction.sources.time.text_stamps import CLOCK, ELAPSED, NUMBERED, REWRITES, parse_day
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import polars as pl
     from numpy.typing import NDArray
 
-    Order = tuple[int, int, int]
-
-__all__ = ["parse_text_stamps"]
+__all__ = ["find_first_unread", "parse_by_strptime", "parse_text_stamps"]
 
 _USUAL = re.compile(
-    r"(?:(?P<ymd>\d{4}(?P<a>[-/.])\d{1,2}(?P=a)\d{1,2})|(?P<numbered>\d{1,2}(?P<b>[-/.])\d{1,2}(?P=b)(?P<year>\d{4}|\d{2}))"
-    r"|(?P<named>\d{1,2}(?P<c>[-/ ])[A-Z][A-Za-z]{2}(?P=c)(?P<short>\d{4}|\d{2})))"
-    r"(?P<between>[T ])(?P<clock>\d{1,2}:\d{2}(?P<second>:\d{2}(?:\.\d+)?)?)(?P<half> ?[AaPp][Mm])?"
-    r"(?P<zone>Z|[+-]\d{2}:\d{2})?"
+    r"(?P<first>\d{1,4})(?P<mark>[-/. ])(?P<middle>\d{1,2}|[A-Z][A-Za-z]{2})(?P=mark)(?P<last>\d{1,4})(?P<between>[T ])"
+    r"\d{1,2}:\d{2}(?P<second>:\d{2}(?:\.\d+)?)?(?P<half> ?[AaPp][Mm])?(?P<zone>Z|[+-]\d{2}:\d{2})?"
 )
 _COMPACT = re.compile(r"(?:19|20)\d{6}(?P<between>[T ]?)\d{6}(?P<zone>Z?)")
-_NUMBERED = r"\b(\d{1,2}[-/.]\d{1,2}[-/.](?:\d{4}|\d{2}))\b"
-_ORDER_CODES = {DAY_MONTH_YEAR: ("%d", "%m", "%Y"), MONTH_DAY_YEAR: ("%m", "%d", "%Y"), (0, 1, 2): ("%Y", "%m", "%d")}
-_MAX_PYTHON_CLOCKS = 200
-"""Distinct times of day up to which a loop in Python is faster than formats in polars [-]."""
+_DATE_ORDERS = {
+    "dmy": ("day before month", "day_first=True"),
+    "mdy": ("month before day", "day_first=False"),
+    "ymd": ("year, month, day", "time_format='%y/%m/%d %H:%M:%S'"),
+}
+"""Order -> its name, and the argument that asks for it."""
 
 
 def parse_text_stamps(cells: pl.Series, *, day_first: bool | None = None, time_format: str | None = None) -> Stamps:
     """Parse a column of dates with or without a zone, of times of day, or of elapsed times.
 
     `day_first` tells whether 01/02/2026 is the first of February; when None, the other dates tell, or it is assumed.
-
-    Raises
-    ------
-    RecordError
-        When `time_format` is no format of `datetime.strptime`, or fits no stamp.
-
-    Examples
-    --------
-    >>> import polars as pl
-    >>> parse_text_stamps(pl.Series(["2026-02-01T13:00:00Z", "01-Feb-26 13:00:10"])).seconds - 1769950800.0
-    array([ 0., 10.])
     """
-    sample = [text for cell in cells.head(SNIFF_ROWS).unique(maintain_order=True) if cell and (text := cell.strip())]
+    cells = cells.str.strip_chars()
+    head = cells.head(SNIFF_ROWS).unique(maintain_order=True)
+    head = head.filter(head != "")
     if time_format is not None:
-        return _parse_format(cells, sample, time_format)
-    plain = _rewrite_column(cells, sample)
-    if elapsed := parse_elapsed_time(plain, [rewrite(cell) for cell in sample]):
-        return Stamps(elapsed[0], "relative", [elapsed[1]], _first_unread(cells, elapsed[0]))
-    given = None if day_first is None else (DAY_MONTH_YEAR if day_first else MONTH_DAY_YEAR)
-    notes: list[str] = []
-    seconds, has_zone, order = _parse_usual(plain, next(map(rewrite, sample), ""), given, notes)
-    left = np.flatnonzero(np.isnan(seconds))
-    if left.size:
-        rest = plain if left.size == len(plain) else plain.gather(left)
-        if not (rest.is_null() | (rest == "")).all():
-            seconds[left], has_zone[left], clock_only = _parse_parts(rest, order, notes)
-            if clock_only and left.size == len(plain):
-                note = "The time column holds a time of day without a date."
-                return Stamps(unwrap_clock(seconds, 86400.0), "relative", [note], _first_unread(cells, seconds))
-    n_zoned, n_read = int(has_zone.sum()), int(np.isfinite(seconds).sum())
-    if 0 < n_zoned < n_read:
-        notes.append(f"{n_zoned} of {n_read} stamps carry a zone; the others are taken as UTC.")
-    return Stamps(seconds, "utc" if n_zoned else "local", notes, _first_unread(cells, seconds))
-
-
-def _rewrite_column(cells: pl.Series, sample: list[str]) -> pl.Series:
-    """Write rarer forms as usual ones, as far as the first cells have them."""
-    for form, usual in REWRITES:
-        written = [re.sub(form, usual.replace("${", "\\g<").replace("}", ">"), cell) for cell in sample]
-        if written != sample:
-            cells = cells.str.replace_all(form, usual) if form.startswith("[") else cells.str.replace(form, usual)
-            sample = written
-    return cells
-
-
-def _parse_usual(
-    cells: pl.Series, first: str, order: Order | None, notes: list[str]
-) -> tuple[NDArray[np.float64], NDArray[np.bool_], Order | None]:
-    """Parse the cells that have the form of the first one: seconds, which have a zone, and the order of the date."""
-    found = _USUAL.fullmatch(first)
-    if found and found["numbered"] and order is None:
-        # The day is within the first ten characters, and these take few values.
-        days = cells.str.slice(0, 10).unique(maintain_order=True).str.extract(_NUMBERED).drop_nulls()
-        order = choose_date_order(days.unique(maintain_order=True).to_list(), bool(found["half"]), notes)
-    if compact := _COMPACT.fullmatch(first):
-        form = f"%Y%m%d{compact['between']}%H%M%S{compact['zone']}"
-    elif found:
-        form = _format_of(found, order or DAY_MONTH_YEAR)
+        stamps = _parse_format(cells, head.to_list(), time_format)
     else:
-        return np.full(len(cells), np.nan), np.zeros(len(cells), dtype=bool), order
-    seconds = _to_seconds(cells, form)
-    return seconds, np.isfinite(seconds) & form.endswith(("Z", "z")), order
+        plain = cells
+        for form, usual in REWRITES:
+            if head.str.contains(form).any():
+                plain, head = plain.str.replace_all(form, usual), head.str.replace_all(form, usual)
+        stamps = _parse_elapsed(plain, head.to_list()) or _parse_dates(plain, head.to_list(), day_first)
+    stamps.first_unread = find_first_unread(cells, stamps.seconds)
+    return stamps
 
 
-def _format_of(found: re.Match[str], order: Order) -> str:
-    """Give the format of polars for a stamp in the usual form."""
-    mark = found["a"] or found["b"] or found["c"]
-    codes = _ORDER_CODES[order] if found["numbered"] else ("%d", "%b", "%Y") if found["named"] else ("%Y", "%m", "%d")
-    day = mark.join(codes)
-    if len(found["year"] or found["short"] or "2026") == 2:
-        day = day.replace("%Y", "%y")
-    half = found["half"] or ""
-    clock = ("%I" if half else "%H") + ":%M" + (":%S%.f" if found["second"] else "")
-    zone = {"": "", "Z": "Z"}.get(found["zone"] or "", "%:z")
-    return day + found["between"] + clock + half[:-2] + ("%p" if half else "") + zone
+def find_first_unread(cells: pl.Series, seconds: NDArray[np.float64]) -> tuple[int, str] | None:
+    """Row and text of the first cell that is neither empty nor understood."""
+    import polars as pl
+
+    rows = np.flatnonzero(np.isnan(seconds))
+    texts = cells.gather(rows).cast(pl.String).fill_null("").str.strip_chars()
+    row = (texts != "").arg_max() if rows.size else None
+    return (int(rows[row]), texts[row]) if row is not None and texts[row] else None
 
 
-def _to_seconds(cells: pl.Series, text: str) -> NDArray[np.float64]:
-    """Parse cells by a format of polars; NaN where one does not have it."""
+def _parse_dates(cells: pl.Series, sample: Sequence[str], day_first: bool | None) -> Stamps:
+    """Parse dates, times of day or both: by the format of the first usual cell, then what is left by its parts."""
+    notes: list[str] = []
+    order = None if day_first is None else "dmy" if day_first else "mdy"
+    has_am_pm = any(re.search(r"\d ?[AaPp][Mm]\b", cell) for cell in sample)
+    seconds, is_zoned = np.full(len(cells), np.nan), np.zeros(len(cells), dtype=bool)
+    if usual := next((cell for cell in sample if _USUAL.fullmatch(cell) or _COMPACT.fullmatch(cell)), None):
+        if order is None and NUMBERED["dmy"].match(usual):
+            order = choose_date_order(cells.str.slice(0, 10).unique(maintain_order=True).to_list(), has_am_pm, notes)
+        form = _polars_format(usual, order or "dmy")
+        seconds = _parse_by_format(cells, form)
+        is_zoned = np.isfinite(seconds) & form.endswith(("Z", "z"))
+    left = np.flatnonzero(np.isnan(seconds) & (cells != "").fill_null(False).to_numpy())
+    if left.size:
+        rest = cells if left.size == len(cells) else cells.gather(left)
+        clock, days = _sum_groups(rest, CLOCK), rest.str.replace(CLOCK, "@").str.strip_chars()
+        texts = days.unique(maintain_order=True).to_list()
+        if texts == ["@"] and np.isnan(seconds).all():
+            seconds[left] = clock
+            return Stamps(unwrap_clock(seconds), "relative", ["The time column holds a time of day without a date."])
+        order = order or choose_date_order(texts, has_am_pm, notes)
+        found = {text: parse_day(text, order) for text in texts}
+        midnight = days.replace_strict({text: day for text, (day, _) in found.items()}).to_numpy()
+        seconds[left] = midnight + np.where(days.str.contains("@"), clock, 0.0)
+        is_zoned[left] = days.is_in([text for text, (_, zone) in found.items() if zone == "UTC"])
+        if other := next((zone for _, zone in found.values() if zone not in ("", "UTC")), None):
+            notes.append(f"The zone {other} is not looked up: the stamps are taken as a wall clock.")
+    known = np.isfinite(seconds)
+    n_zoned, n_known = int((is_zoned & known).sum()), int(known.sum())
+    if 0 < n_zoned < n_known:
+        notes.append(f"{n_zoned} of {n_known} stamps carry a zone; the others are taken as UTC.")
+    return Stamps(seconds, "utc" if n_zoned else "local", notes)
+
+
+def _polars_format(cell: str, order: str) -> str:
+    """Write the form of a usual cell in the codes of polars."""
+    if found := _COMPACT.fullmatch(cell):
+        return f"%Y%m%d{found['between']}%H%M%S{found['zone']}"
+    found = _USUAL.fullmatch(cell)
+    assert found
+    is_year_first = len(found["first"]) == 4
+    year = "%Y" if is_year_first or len(found["last"]) == 4 else "%y"
+    codes = "ymd" if is_year_first else order if found["middle"].isdigit() else "dby"
+    day = found["mark"].join(year if code == "y" else f"%{code}" for code in codes)
+    half = (found["half"] or "")[:-2] + "%p" if found["half"] else ""
+    zone = found["zone"] if found["zone"] in (None, "Z") else "%:z"
+    return f"{day}{found['between']}{'%I' if half else '%H'}:%M{':%S%.f' if found['second'] else ''}{half}{zone or ''}"
+
+
+def _parse_by_format(cells: pl.Series, text: str) -> NDArray[np.float64]:
+    """Seconds since 1970 of cells by a format of polars; NaN where one does not have it."""
     parsed = cells.str.to_datetime(text, time_unit="us", strict=False)
     return parsed.dt.epoch("us").cast(float).to_numpy() / 1e6
 
 
-def _parse_parts(
-    cells: pl.Series, order: Order | None, notes: list[str]
-) -> tuple[NDArray[np.float64], NDArray[np.bool_], bool]:
-    """Take the time of day out of each cell and parse each distinct rest; tell whether no cell has a date."""
-    clocks = cells.str.extract(f"({CLOCK})")
-    days, day_codes = _distinct(cells.str.replace(CLOCK, "@").str.strip_chars())
-    if order is None:
-        texts = cells.str.extract(_NUMBERED).drop_nulls().unique(maintain_order=True).to_list()
-        has_am_pm = bool(clocks.head(SNIFF_ROWS).str.contains("(?i)m$").any())
-        order = choose_date_order(texts, has_am_pm, notes)
-    parts = [parse_day(day, order) for day in days]
-    if all(day == "@" for day in days if day):
-        return _parse_clocks(clocks), np.zeros(len(cells), dtype=bool), True
-    if zone := next((part.zone for part in parts if part.zone), ""):
-        notes.append(f"The zone {zone} is not looked up: the stamps are taken as a wall clock.")
-    day = np.array([part.day for part in parts])[day_codes]
-    offset = np.array([np.nan if part.offset is None else part.offset for part in parts])[day_codes]
-    clock = np.where(clocks.is_null().to_numpy(), 0.0, _parse_clocks(clocks))
-    seconds = day * 86400.0 + clock - np.nan_to_num(offset)
-    return seconds, np.isfinite(seconds) & np.isfinite(offset), False
+def _sum_groups(cells: pl.Series, form: str) -> NDArray[np.float64]:
+    """Sum the days, hours, minutes and seconds that the groups of a form catch [s]; NaN where it does not fit."""
+    import polars as pl
+
+    parts = cells.str.extract_groups(form).struct.unnest()
+    units = {"day": 86400.0, "hour": 3600.0, "minute": 60.0, "second": 1.0}
+    number = {name: pl.col(name).str.replace(",", ".", literal=True).cast(float) for name in units}
+    total = pl.sum_horizontal(number[name] * unit for name, unit in units.items() if name in parts.columns)
+    fits = pl.col("minute").is_not_null()
+    if "half" in parts.columns:  # a time of day
+        half = pl.col("half").str.to_lowercase()
+        shift = 43200.0 * ((half == "p").cast(float) - (number["hour"] == 12.0).cast(float))
+        total = total + shift.fill_null(0.0)
+        fits = (number["hour"] <= 24.0) & (number["minute"] < 60.0) & (number["second"].fill_null(0.0) < 61.0)
+    return parts.select(pl.when(fits).then(total)).to_series().to_numpy()
 
 
-def _distinct(cells: pl.Series) -> tuple[list[str], NDArray[np.int64]]:
-    """Give the distinct texts of a column, and which of them stands in each row."""
-    texts = cells.fill_null("")
-    return texts.unique().sort().to_list(), texts.rank("dense").to_numpy().astype(np.int64) - 1
-
-
-def _parse_clocks(clocks: pl.Series) -> NDArray[np.float64]:
-    """Parse times of day [s]; NaN where there is none."""
-    seconds = np.full(len(clocks), np.nan)
-    dated = "1970-01-01 " + clocks
-    if len(clocks) > _MAX_PYTHON_CLOCKS:
-        first = clocks.drop_nulls().head(1).to_list()
-        half = (" %p" if " " in first[0] else "%p") if first and first[0][-1:] in "mM" else ""
-        hour = "%I" if half else "%H"
-        seconds = _to_seconds(dated, f"%Y-%m-%d {hour}:%M{':%S%.f' if first and first[0].count(':') > 1 else ''}{half}")
-    left = np.flatnonzero(np.isnan(seconds) & clocks.is_not_null().to_numpy())
-    if left.size:
-        texts, codes = _distinct(clocks.gather(left))
-        seconds[left] = np.array([clock_seconds(text) for text in texts])[codes]
-    return seconds
-
-
-def _first_unread(cells: pl.Series, seconds: NDArray[np.float64]) -> tuple[int, str] | None:
-    """Row and text of the first cell that is neither empty nor understood."""
-    rows = np.flatnonzero(np.isnan(seconds))
-    if rows.size == 0:
+def _parse_elapsed(cells: pl.Series, sample: Sequence[str]) -> Stamps | None:
+    """Parse elapsed times; None where the cells may be times of day."""
+    form = next((form for form in ELAPSED if 2 * sum(bool(re.match(form, cell)) for cell in sample) > len(sample)), "")
+    if not form or (form == ELAPSED[0] and not cells.str.contains(r"^(?:\d+ day|2[5-9]:|[3-9]\d:|\d{3,}:)").any()):
         return None
-    texts = cells.gather(rows).fill_null("").str.strip_chars()
-    row = (texts != "").arg_max()
-    return (int(rows[row]), texts[row]) if row is not None and texts[row] else None
+    seconds = _sum_groups(cells, form)
+    if form == ELAPSED[0]:
+        note = "The time column is taken as time elapsed, in days or in hours beyond a day."
+    else:
+        note = f"Times such as {sample[0]} are taken as minutes and seconds, and each fall as the next hour."
+        seconds = unwrap_clock(seconds, 3600.0)
+    return Stamps(seconds, "relative", [note])
 
 
-def _parse_format(cells: pl.Series, sample: list[str], time_format: str) -> Stamps:
+def choose_date_order(texts: Sequence[str], has_am_pm: bool, notes: list[str]) -> str:
+    """Choose the order of the numbers of dates such as 01/02/26, given the distinct texts in the order of the file.
+
+    The order is taken that reads most dates; then points mean the day first; then the one in which the days follow
+    each other; then a likely year (2010 to 2039); then month first where the clock has AM and PM. `notes` gets a
+    sentence when another order would read all dates too.
+    """
+    found = [match[0] for text in texts if (match := re.search(r"\b\d\d?[-/.]\d\d?[-/.](?:\d{4}|\d\d)\b", text or ""))]
+    days = [*dict.fromkeys(found)]
+    if not days:
+        return "dmy"
+    has_points = all("." in day for day in days)
+    may_be_year_first = not has_points and all(re.fullmatch(r"\d\d\D\d\d?\D\d\d", day) for day in days)
+    ranks = {}
+    for order in _DATE_ORDERS if may_be_year_first else ("dmy", "mdy"):
+        values = np.array([parse_day(day, order)[0] for day in days]) / 86400.0
+        known = values[np.isfinite(values)]
+        is_unlikely = bool(np.any((known < 14610.0) | (known >= 25568.0)))
+        travel = float(np.abs(np.diff(known)).sum())
+        is_foreign = has_am_pm and order != "mdy"
+        ranks[order] = (len(values) - len(known), has_points and order != "dmy", travel, is_unlikely, is_foreign)
+    best, second, *_ = sorted(ranks, key=lambda order: ranks[order])
+    reasons = ("", "", "the days then follow each other", "the year is then a likely one", "as AM and PM are American")
+    differing = (reason for a, b, reason in zip(ranks[best], ranks[second], reasons, strict=True) if a != b)
+    if reason := next(differing, "nothing in the file tells"):
+        (text, _), (_, remedy) = _DATE_ORDERS[best], _DATE_ORDERS[second]
+        notes.append(f"Dates such as {days[0]} are read {text} ({reason}); if that is wrong give {remedy}.")
+    return best
+
+
+def _parse_format(cells: pl.Series, sample: Sequence[str], time_format: str) -> Stamps:
     """Parse cells by the user's format: by polars where it agrees with Python on the first cells, else one by one."""
-    expected = [_strptime(cell, time_format) for cell in sample]
-    read = [value for value in expected if value is not None]
-    seconds = np.full(len(cells), np.nan)
-    stripped = cells.str.strip_chars()
-    if read and not re.search(r"%[^YmdHMSIpbyjf]", time_format):
-        import polars as pl
+    import polars as pl
 
+    seconds, has_zone = np.full(len(cells), np.nan), False
+    expected = [parse_by_strptime(cell, time_format)[0] for cell in sample]
+    if not re.search(r"%[^YmdHMSIpbyjf]", time_format):
         fast = time_format.replace(".%f", "%.f")
-        if np.allclose(_to_seconds(pl.Series([t for t, v in zip(sample, expected, strict=True) if v]), fast),
-                       [value for value, _ in read], rtol=0.0, atol=1e-6):  # fmt: skip
-            seconds = _to_seconds(stripped, fast)
-    zoned = any(zone for _, zone in read)
+        head = _parse_by_format(pl.Series(sample, dtype=pl.String), fast)
+        if np.allclose(head, expected, rtol=0.0, atol=1e-6, equal_nan=True):
+            seconds = _parse_by_format(cells, fast)
     left = np.flatnonzero(np.isnan(seconds))
     if left.size:
-        texts, codes = _distinct(stripped.gather(left))
-        values = [_strptime(text, time_format) for text in texts]
-        zoned = zoned or any(value[1] for value in values if value)
-        seconds[left] = np.array([value[0] if value else np.nan for value in values])[codes]
-    unread = _first_unread(cells, seconds)
-    if unread and np.isnan(seconds).all():
+        rest = cells.gather(left).fill_null("")
+        found = {text: parse_by_strptime(text, time_format) for text in rest.unique()}
+        has_zone = any(zoned for _, zoned in found.values())
+        seconds[left] = rest.replace_strict({text: value for text, (value, _) in found.items()}).to_numpy()
+    if sample and np.isnan(seconds).all():
         raise RecordError(
-            f"time_format {time_format!r} does not fit the stamps, such as {unread[1]!r}; "
+            f"time_format {time_format!r} does not fit the stamps, such as {sample[0]!r}; "
             "write what they have in the codes of strptime, or leave it out."
         )
-    return Stamps(seconds, "utc" if zoned else "local", first_unread=unread)
+    return Stamps(seconds, "utc" if has_zone else "local")
 
 
-def _strptime(cell: str, time_format: str) -> tuple[float, bool] | None:
-    """Parse one cell by Python's own codes: seconds since 1970, and whether it has a zone."""
+def parse_by_strptime(cell: str, time_format: str) -> tuple[float, bool]:
+    """Parse one cell by Python's own codes: seconds since 1970, NaN if it does not fit, and whether it has a zone."""
     try:
         stamp = datetime.strptime(cell, time_format)
     except ValueError as error:
         if "format" in str(error) and "does not match" not in str(error):
             raise RecordError(f"time_format {time_format!r} is no strptime format ({error}).") from None
-        return None
+        return np.nan, False
     aware = stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)
     return (aware - datetime(1970, 1, 1, tzinfo=UTC)) / timedelta(seconds=1), stamp.tzinfo is not None

@@ -4,34 +4,30 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from datetime import datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiction.errors import RecordError
 from stiction.sources.roles.vocabulary import INDEX_WORDS, TIME_UNITS, TIME_WORDS
-from stiction.sources.time.compact_clock import is_compact_clock
-from stiction.sources.time.numeric_time import epoch_of
+from stiction.sources.time.numeric_time import find_epoch, is_compact_clock
+from stiction.sources.time.text_column import parse_by_strptime
 from stiction.sources.time.text_stamps import is_clock, is_date, is_timestamp
 from stiction.sources.values.numeric_cells import is_number, parse_number
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
+    from numpy.typing import NDArray
+
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
 
 __all__ = ["TimeColumns", "find_time_columns", "is_time_heading", "missing_time_error", "seconds_per_unit"]
 
-_DOTTED_CLOCK = re.compile(r"\d{1,2}\.\d{2}\.\d{2}")
+MIDNIGHT = r"[T ]00:00(?::00(?:\.0+)?)?$"
+"""Time of day that a program writes behind a date."""
 _UNIT_IN_BRACKETS = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
-_FRACTIONS = {
-    **dict.fromkeys(("MS", "MSEC", "MSECS", "MILLIS", "MILLI", "MILLISECOND", "MILLISECONDS", "MILLISEKUNDEN"), 1e-3),
-    **dict.fromkeys(("US", "USEC", "MICROSECOND", "MICROSECONDS"), 1e-6),
-    **dict.fromkeys(("NS", "NSEC", "NANOSECOND", "NANOSECONDS"), 1e-9),
-}
-"""Heading of a column that holds the fraction of the second -> seconds per unit."""
 
 
 @dataclass(frozen=True)
@@ -54,31 +50,15 @@ class TimeColumns:
     """Assumptions, a sentence each."""
 
 
-def _heading_word(name: str) -> str:
-    return " ".join(_UNIT_IN_BRACKETS.sub("", name).strip().strip("\"'").upper().split())
-
-
 def is_time_heading(name: str) -> bool:
-    """Whether a column name is one of time.
-
-    Examples
-    --------
-    >>> is_time_heading("Time [s]"), is_time_heading("time_ms"), is_time_heading("FIC-1.PV")
-    (True, True, False)
-    """
+    """Whether a column name is one of time, such as "Time [s]" or "time_ms"."""
     word = _heading_word(name).lstrip("_")
     head, _, tail = word.replace("_", " ").rpartition(" ")
     return word in TIME_WORDS or word.replace("_", " ") in TIME_WORDS or (head in TIME_WORDS and tail in TIME_UNITS)
 
 
 def seconds_per_unit(name: str, unit: str = "") -> float | None:
-    """Return the seconds per unit of a time column by its heading or its unit, None where neither tells.
-
-    Examples
-    --------
-    >>> seconds_per_unit("Time [min]"), seconds_per_unit("time_ms"), seconds_per_unit("Time", "h")
-    (60.0, 0.001, 3600.0)
-    """
+    """Return the seconds per unit of a time column by its heading or its unit, None where neither tells."""
     bracketed = _UNIT_IN_BRACKETS.search(name)
     tail = _heading_word(name).replace("_", " ").rsplit(" ", 1)[-1]
     texts = (bracketed[1].strip().upper() if bracketed else "", unit.strip().upper(), tail)
@@ -92,28 +72,9 @@ def find_time_columns(
     options: ReadOptions,
     taken: Collection[int] = (),
 ) -> TimeColumns:
-    """Find the time columns of a table.
+    """Find the time columns of a table by its headings, units and first rows; `taken` columns hold something else.
 
-    Parameters
-    ----------
-    headings, units : sequence of str
-        Name and unit of each column; may be shorter than the table is wide.
-    table : RawTable
-        The table, of which only the first rows are looked at.
-    options : ReadOptions
-        A column that the user names as time wins; a `time_format` tells a date beside a time of day.
-    taken : collection of int
-        Columns that hold something else.
-
-    Returns
-    -------
-    TimeColumns
-        Without positions when there is no time column.
-
-    Raises
-    ------
-    RecordError
-        When the user names a column that does not exist.
+    A column that the user names as time wins; a `time_format` tells a date beside a time of day.
     """
     names = [*headings, *[""] * (table.width - len(headings))]
     free = [i for i in range(table.width) if i not in taken]
@@ -129,41 +90,30 @@ def find_time_columns(
             index = 0
         first = 0 if index is None else 1
         candidates = [first] if first in free and _is_time_column(table, first, names[first]) else []
-    if fraction is not None and not (candidates and _mostly_stamps(table.sample_column(candidates[0]))):
+    if fraction is not None and not (candidates and _are_mostly_stamps(table.sample_column(candidates[0]))):
         candidates, fraction = sorted({*candidates, fraction}), None
-    positions, notes = _choose(candidates, table, options)
-    unit = (
-        seconds_per_unit(names[positions[0]], units[positions[0]] if positions[0] < len(units) else "")
-        if positions
-        else None
+    positions = _date_and_clock(candidates, table, options.time_format) or candidates[:1]
+    several = f"Of {len(candidates)} time columns the first is used for all signals."
+    return TimeColumns(
+        positions=tuple(positions),
+        fraction=fraction,
+        fraction_unit=1e-3 if fraction is None else TIME_UNITS[_heading_word(names[fraction])],
+        unit=seconds_per_unit(names[positions[0]], "".join(units[positions[0] :][:1])) if positions else None,
+        index=index,
+        candidates=tuple(candidates),
+        notes=(several,) if len(positions) < len(candidates) else (),
     )
-    scale = _FRACTIONS[_heading_word(names[fraction])] if fraction is not None else 1e-3
-    return TimeColumns(tuple(positions), fraction, scale, unit, index, tuple(candidates), tuple(notes))
 
 
 def missing_time_error(table: RawTable, headings: Sequence[str], used: Collection[int]) -> RecordError:
-    """Make the error for a table without a time column when no sampling period is given.
+    """Make the error for a table without a time column and a sampling period: it names a column that may be the time.
 
-    Parameters
-    ----------
-    table : RawTable
-        The table.
-    headings : sequence of str
-        Name of each column, empty when there is no header.
-    used : collection of int
-        Columns that hold signals.
-
-    Returns
-    -------
-    RecordError
-        With the name of a column that may be the time, where there is one.
+    `headings` is empty when there is no header; `used` columns hold signals.
     """
-    has_index = bool(table.header) and 0 not in used and _heading_word(next(iter(headings), "")) in INDEX_WORDS
+    has_index = bool(table.header) and 0 not in used and _heading_word("".join(headings[:1])) in INDEX_WORDS
     for i in sorted({*range(int(has_index), table.width)} - {*used}):
-        cells = table.sample_column(i)
-        values = np.array([parse_number(cell, table.decimal) for cell in cells])
-        earlier, later = values[:-1], values[1:]
-        if (later.size > 0 and ((later > earlier).all() or (later < earlier).all())) or _mostly_stamps(cells):
+        steps = np.diff(_sample_numbers(table, i))
+        if (steps.size > 0 and ((steps > 0).all() or (steps < 0).all())) or _are_mostly_stamps(table.sample_column(i)):
             column = headings[i] if i < len(headings) and headings[i] else i
             return RecordError(
                 f"{table.origin.name}: no column is known as time; if {column!r} is, say so with "
@@ -171,6 +121,20 @@ def missing_time_error(table: RawTable, headings: Sequence[str], used: Collectio
             )
     counted = "only a sample index" if has_index else "no time column"
     return RecordError(f"{table.origin.name}: has {counted}; give the sampling period with dt= (--dt) in seconds.")
+
+
+def is_numeric_column(table: RawTable, position: int) -> bool:
+    """Whether most cells of a column in the first rows are numbers."""
+    cells = table.sample_column(position)
+    return 2 * sum(is_number(cell, table.decimal) for cell in cells) > len(cells)
+
+
+def _heading_word(name: str) -> str:
+    return " ".join(_UNIT_IN_BRACKETS.sub("", name).strip().strip("\"'").upper().split())
+
+
+def _sample_numbers(table: RawTable, position: int) -> NDArray[np.float64]:
+    return np.array([parse_number(cell, table.decimal) for cell in table.sample_column(position)])
 
 
 def _named_column(column: str | int, names: Sequence[str], table: RawTable) -> int:
@@ -189,56 +153,36 @@ def _named_column(column: str | int, names: Sequence[str], table: RawTable) -> i
     return int(column)
 
 
-def _mostly_stamps(cells: Sequence[str]) -> bool:
+def _are_mostly_stamps(cells: Sequence[str]) -> bool:
     return bool(cells) and 2 * sum(map(is_timestamp, cells)) > len(cells)
 
 
 def _is_time_column(table: RawTable, position: int, name: str = "") -> bool:
     """Whether a column without a heading of time holds time stamps, or under a blank heading counts since a date."""
-    cells = table.sample_column(position)
-    if _mostly_stamps(cells):
+    if _are_mostly_stamps(table.sample_column(position)):
         return True
-    if _heading_word(name) not in INDEX_WORDS:
-        return False
-    values = np.array([parse_number(cell, table.decimal) for cell in cells])
-    return len(values) > 1 and bool(np.isfinite(values).all()) and epoch_of(values) is not None
+    values = _sample_numbers(table, position) if _heading_word(name) in INDEX_WORDS else np.array([])
+    return len(values) > 1 and bool(np.isfinite(values).all()) and find_epoch(values) is not None
 
 
 def _is_fraction(name: str, table: RawTable, position: int) -> bool:
     """Whether a column holds the fraction of the second: by its heading and numbers below one second."""
-    scale = _FRACTIONS.get(_heading_word(name))
-    cells = table.sample_column(position) if scale else []
-    values = [parse_number(cell, table.decimal) for cell in cells]
-    return scale is not None and bool(values) and all(v == v and 0 <= v * scale < 1.0 - 1e-12 for v in values)
+    scale = TIME_UNITS.get(_heading_word(name), 1.0)
+    values = _sample_numbers(table, position) * scale if scale < 1.0 else np.array([])
+    return len(values) > 0 and bool(((values >= 0.0) & (values < 1.0 - 1e-12)).all())
 
 
-def _choose(candidates: Sequence[int], table: RawTable, options: ReadOptions) -> tuple[list[int], list[str]]:
-    """Take a date and a time of day out of several time columns, or else the first."""
-    if len(candidates) < 2:
-        return list(candidates), []
-    cells = {i: table.sample_column(i) or [""] for i in candidates}
-    dates = [i for i in candidates if is_date(re.sub(r"[T ]00:00(:00(\.0+)?)?$", "", cells[i][0]))]
-    others = [i for i in candidates if i not in dates[:1]]
-    clocks = [i for i in candidates if is_clock(cells[i][0])]
-    clocks += [i for i in others if dates and (_DOTTED_CLOCK.fullmatch(cells[i][0]) or is_compact_clock(cells[i]))]
-    if options.time_format and _fits_format(
-        f"{cells[candidates[0]][0]} {cells[candidates[1]][0]}", options.time_format
-    ):
-        dates, clocks = list(candidates[:1]), list(candidates[1:2])
-    chosen = [dates[0], clocks[0]] if dates and clocks else list(candidates[:1])
-    if len(chosen) == len(candidates):
-        return chosen, []
-    return chosen, [f"Of {len(candidates)} time columns the first is used for all signals."]
-
-
-def _fits_format(stamp: str, time_format: str) -> bool:
-    try:
-        return datetime.strptime(stamp, time_format) is not None
-    except ValueError:
-        return False
-
-
-def is_numeric_column(table: RawTable, position: int) -> bool:
-    """Whether most cells of a column in the first rows are numbers."""
-    cells = table.sample_column(position)
-    return 2 * sum(is_number(cell, table.decimal) for cell in cells) > len(cells)
+def _date_and_clock(candidates: Sequence[int], table: RawTable, time_format: str | None) -> list[int]:
+    """Take a date and a time of day out of several time columns; empty where there are none."""
+    first = {i: "".join(table.sample_column(i)[:1]) for i in candidates}
+    if time_format and len(candidates) > 1:
+        joined = f"{first[candidates[0]]} {first[candidates[1]]}"
+        if np.isfinite(parse_by_strptime(joined, time_format)[0]):
+            return list(candidates[:2])
+    date = next((i for i in candidates if is_date(re.sub(MIDNIGHT, "", first[i]))), None)
+    if date is None:
+        return []
+    clocks = [i for i in candidates if is_clock(first[i])]
+    clocks += [i for i in candidates if i != date and re.fullmatch(r"\d{1,2}\.\d{2}\.\d{2}", first[i])]
+    clocks += [i for i in candidates if i != date and is_compact_clock(table.sample_column(i))]
+    return [date, *clocks[:1]] if clocks else []

@@ -1,8 +1,8 @@
-"""Rows in the order of time: newest-first files reversed, a clock that was set back undone, the rest sorted."""
+"""Rows in the order of time: files turned round, clock changes undone, the rest sorted, rounded stamps made even."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING
 
@@ -16,65 +16,43 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from stiction.sources.time.stamps import Stamps
+
     RowsDiffer = Callable[[NDArray[np.int64], NDArray[np.int64]], NDArray[np.bool_]]
 
-__all__ = ["MAX_SHARED_STAMPS", "SortedRows", "is_newest_first", "sort_by_time", "to_datetime"]
+__all__ = [
+    "MAX_SHARED_STAMPS",
+    "is_newest_first",
+    "shortest_number",
+    "sort_by_time",
+    "spread_rounded_stamps",
+    "to_datetime",
+]
 
 MAX_SHARED_STAMPS = 0.1
 """Share of the rows that may have the stamp of another one and other values [-]."""
-_MIN_SHARE_BACKWARDS = 0.9
-"""Share of the steps that go back in time from which on a file runs from its newest row to its oldest [-]."""
-_MIN_REPEATED_ROWS = 3
-"""Rows whose time other rows had before, for a clock that was set back [-]."""
-_MIN_REPEATED_SHARE = 0.5
-"""Share of the rows after a step back whose time other rows had before; rows that are only late fill a gap [-]."""
-_MAX_DISTANCE_STEPS = 0.75
-"""Distance up to which two rows have the same time [steps]."""
-_MAX_SET_BACKS = 200
-"""Steps back above which the rows are out of order and no clock was set back [-]."""
 _HOUR = 3600.0
 
 
-@dataclass
-class SortedRows:
-    """Rows in the order of time."""
+def sort_by_time(stamps: Stamps, rows_differ: RowsDiffer | None = None) -> tuple[Stamps, NDArray[np.int64]]:
+    """Give the readable stamps in the order of time, clock changes undone, with notes on that only, and their rows.
 
-    seconds: NDArray[np.float64]
-    """Time of each row, clock changes undone [s], shape (n_rows,)."""
-    rows: NDArray[np.int64]
-    """Row of the source, shape (n_rows,)."""
-    clock_jumps: int = 0
-    """Steps back that were undone or sorted, and changes to or from summer time."""
-    dst_changes: int = 0
-    """How many of `clock_jumps` were changes to or from summer time."""
-    notes: list[str] = field(default_factory=list)
-    """Assumptions, a sentence each."""
+    `rows_differ` tells for pairs of rows whether they have other values.
 
-
-def sort_by_time(
-    seconds: NDArray[np.float64], rows: NDArray[np.int64], kind: str, rows_differ: RowsDiffer | None = None
-) -> SortedRows:
-    """Bring rows, at least two, into the order of time.
-
-    Without `rows_differ`, which tells pairs of rows with other values, no clock counts as set back, since rows with
-    earlier times may be copies. Only a clock of kind "local" has summer time.
-
-    Examples
-    --------
-    >>> result = sort_by_time(np.r_[0.0:8.0, 4.0:12.0], np.arange(16), "relative", np.not_equal)
-    >>> float(np.diff(result.seconds).max()), result.notes[0]
-    (1.0, 'The clock was set back by 4 s at row 9 of the data: the rows from there on are taken to follow the last.')
+    Without `rows_differ` no clock counts as set back, since rows with earlier times may be copies. Only a clock of kind
+    "local" has summer time.
     """
-    result, steps = SortedRows(seconds, rows), np.diff(seconds)
-    if is_newest_first(seconds):
-        result.seconds, result.rows, steps = seconds[::-1], rows[::-1], -steps[::-1]
+    rows = np.flatnonzero(np.isfinite(stamps.seconds))
+    result = replace(stamps, seconds=stamps.seconds[rows], notes=[])
+    if is_newest_first(result.seconds):
+        result.seconds, rows = result.seconds[::-1], rows[::-1]
         result.notes.append("The file runs from the newest row to the oldest and was turned round.")
-    forward = steps[steps > 0]
-    usual = float(np.median(forward)) if forward.size else 0.0
-    if kind == "local" and 0.0 < usual < _HOUR / 2:
+    steps = np.diff(result.seconds)
+    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    if stamps.kind == "local" and 0.0 < usual < _HOUR / 2:
         _undo_summer_time(result, usual)
     if rows_differ is not None:
-        _undo_set_back(result, usual, rows_differ)
+        _undo_set_back(result, rows, usual, rows_differ)
     if n_back := int((np.diff(result.seconds) < 0).sum()):
         result.clock_jumps += n_back
         result.notes.append(
@@ -82,65 +60,48 @@ def sort_by_time(
             f"{count_noun(n_back, 'time')}: they were sorted."
         )
         order = np.argsort(result.seconds, kind="stable")
-        result.seconds, result.rows = result.seconds[order], result.rows[order]
-    return result
+        result.seconds, rows = result.seconds[order], rows[order]
+    return result, rows
 
 
 def is_newest_first(seconds: NDArray[np.float64]) -> bool:
-    """Whether rows run from the newest to the oldest.
-
-    Examples
-    --------
-    >>> is_newest_first(np.array([3.0, 2.0, 2.0, 1.0])), is_newest_first(np.array([3.0, 1.0, 2.0, 0.0]))
-    (True, False)
-    """
+    """Whether rows run from the newest to the oldest, nine of ten steps at least."""
     steps = np.diff(seconds)
-    return bool((steps < 0).sum() > _MIN_SHARE_BACKWARDS * np.count_nonzero(steps))
+    return bool((steps < 0).sum() > 0.9 * np.count_nonzero(steps))
 
 
-def to_datetime(seconds: float, kind: str) -> datetime:
-    """Return the moment that seconds since 1970 mean, aware of its zone when the stamps are.
-
-    Examples
-    --------
-    >>> str(to_datetime(86400.0, "local"))
-    '1970-01-02 00:00:00'
-    """
-    zone = UTC if kind == "utc" else None
-    return datetime(1970, 1, 1, tzinfo=zone) + timedelta(seconds=round(seconds, 6))
+def to_datetime(seconds: float, kind: str) -> datetime | None:
+    """Return the moment that seconds since 1970 mean, aware of its zone when the stamps are; None without a date."""
+    if kind == "relative":
+        return None
+    return datetime(1970, 1, 1, tzinfo=UTC if kind == "utc" else None) + timedelta(seconds=round(seconds, 6))
 
 
-def _undo_summer_time(result: SortedRows, usual: float) -> None:
-    """Undo the hour that a wall clock repeats in autumn and leaves out in spring."""
-    seconds, shift = result.seconds, 0.0
-    steps = np.diff(seconds)
-    near = 0.5 * usual
-    for sign, way, season in ((1.0, "back", "end"), (-1.0, "forward", "start")):
-        for k in np.flatnonzero(np.abs(steps + sign * _HOUR - usual) < near):
-            moment = to_datetime(float(seconds[k]), "local")
-            if _is_change_of_clocks(moment):
-                shift = shift + sign * _HOUR * (np.arange(len(seconds)) > k)
-                result.clock_jumps += 1
-                result.dst_changes += 1
-                note = f"The clock goes {way} one hour at {moment}: taken as the {season} of summer time."
-                result.notes.append(note)
-    result.seconds = seconds + shift
+def _undo_summer_time(result: Stamps, usual: float) -> None:
+    """Undo the hour that a wall clock repeats in autumn and skips in spring, on a Sunday from midnight to three."""
+    seconds = result.seconds.copy()
+    excess = np.diff(seconds) - usual
+    for k in np.flatnonzero(np.abs(np.abs(excess) - _HOUR) < 0.5 * usual):
+        moment = datetime(1970, 1, 1) + timedelta(seconds=round(float(result.seconds[k]), 6))
+        about = moment + timedelta(minutes=5)
+        if about.weekday() == 6 and 60 * about.hour + about.minute <= 190 and about.month in (3, 4, 9, 10, 11):
+            seconds[k + 1 :] -= np.sign(excess[k]) * _HOUR
+            result.clock_jumps += 1
+            result.dst_changes += 1
+            way, season = ("forward", "start") if excess[k] > 0 else ("back", "end")
+            result.notes.append(f"The clock goes {way} one hour at {moment}: taken as the {season} of summer time.")
+    result.seconds = seconds
 
 
-def _is_change_of_clocks(moment: datetime) -> bool:
-    """Whether clocks are changed about then: from midnight to three on a Sunday in spring or autumn."""
-    about = moment + timedelta(minutes=5)
-    return about.weekday() == 6 and 60 * about.hour + about.minute <= 190 and about.month in (3, 4, 9, 10, 11)
-
-
-def _undo_set_back(result: SortedRows, usual: float, rows_differ: RowsDiffer) -> None:
+def _undo_set_back(result: Stamps, rows: NDArray[np.int64], usual: float, rows_differ: RowsDiffer) -> None:
     """Let the time go on where rows with other values have times that were there before.
 
-    Not where the times begin anew, as where two exports stand one below the other.
+    Not where the times begin anew, as where two exports stand one below the other, nor where rows that are late fill a
+    gap.
     """
-    t, rows = result.seconds, result.rows
+    t = result.seconds
     backwards = np.flatnonzero(np.diff(t) < 0) + 1
-    if not 0 < backwards.size <= _MAX_SET_BACKS:
+    if not 0 < backwards.size <= 200:  # with more the rows are out of order
         return
     bounds = [0, *backwards.tolist(), len(t)]
     shift = np.zeros(len(t))
@@ -152,8 +113,8 @@ def _undo_set_back(result: SortedRows, usual: float, rows_differ: RowsDiffer) ->
         right = np.minimum(place, len(before) - 1)
         left = np.maximum(right - 1, 0)
         near = np.where(again - before[left] < before[right] - again, left, right)
-        repeated = np.flatnonzero(np.abs(again - before[near]) <= _MAX_DISTANCE_STEPS * usual)
-        if t[at] <= t[0] or len(repeated) < max(_MIN_REPEATED_ROWS, _MIN_REPEATED_SHARE * len(again)):
+        repeated = np.flatnonzero(np.abs(again - before[near]) <= 0.75 * usual)
+        if t[at] <= t[0] or len(repeated) < max(3, 0.5 * len(again)):
             continue
         if rows_differ(rows[begin + near[repeated]], rows[at + repeated]).mean() > MAX_SHARED_STAMPS:
             shift[at:] += by
@@ -163,3 +124,93 @@ def _undo_set_back(result: SortedRows, usual: float, rows_differ: RowsDiffer) ->
                 "there on are taken to follow the last."
             )
     result.seconds = t + shift
+
+
+def spread_rounded_stamps(
+    seconds: NDArray[np.float64], rows: NDArray[np.int64], resolution: float, notes: list[str]
+) -> NDArray[np.float64]:
+    """Spread rows that share stamps evenly, or move stamps that are rounded to a known `resolution` [s].
+
+    The stamps ascend. Rows apart from one another in the source that have one time are copies and stay.
+    """
+    first = np.flatnonzero(np.diff(seconds, prepend=np.nan) != 0.0)
+    values, counts = seconds[first], np.diff(first, append=len(seconds))
+    per_stamp = float(np.mean(counts[1:-1])) if len(values) >= 4 else 1.0
+    if per_stamp < 1.2:
+        return _spread_by_resolution(seconds, resolution, notes) if resolution > 0.0 else seconds
+    extent = np.maximum.reduceat(rows, first) - np.minimum.reduceat(rows, first)
+    if np.mean(extent == counts - 1) < 0.9:  # the same time twice in a file is no rounding
+        return seconds
+    step, usual = float(np.median(np.diff(values))), int(np.median(counts[1:-1]))
+    if usual >= 2 and np.mean(counts[1:-1] == usual) >= 0.9:
+        place = np.arange(len(seconds)) - np.repeat(first, counts)
+        place[: counts[0]] += max(0, usual - int(counts[0]))
+        even = seconds + place * step / np.maximum(usual, np.repeat(counts, counts))
+        dt = step / usual
+    else:
+        even, dt = _fit_even_times(seconds, step, (values[-1] - values[1]) / (first[-1] - first[1]))
+    if dt > 0.0:
+        shared = f"{usual}" if dt * usual == step else f"About {step / dt:.3g}"
+        notes.append(f"{shared} rows share each stamp (rounded to {step:g} s): taken as {dt:g} s apart.")
+    return even
+
+
+def _fit_even_times(seconds: NDArray, step: float, dt: float) -> tuple[NDArray, float]:
+    """Even times of about `dt` that are the stamps when rounded down to `step`; the stamps and 0 if there are none."""
+    place = np.arange(len(seconds))
+
+    def spread(period: float) -> float:
+        return float(np.ptp(seconds - period * place))
+
+    low, high = 0.8 * dt, 1.2 * dt
+    for _ in range(40):  # the spread is convex in the period
+        third = (high - low) / 3.0
+        low, high = (low, high - third) if spread(low + third) < spread(high - third) else (low + third, high)
+    periods = (*(float(f"{low:.{digits}g}") for digits in range(1, 6)), low)
+    period = next((period for period in periods if spread(period) < step), 0.0)
+    return (float((seconds - period * place).max()) + period * place if period else seconds), period
+
+
+def _spread_by_resolution(seconds: NDArray, resolution: float, notes: list[str]) -> NDArray:
+    """Replace stamps whose steps are one of two neighbouring multiples of the resolution by even times with their gaps.
+
+    The period is the shortest number between the two multiples on which all stamps lie.
+    """
+    counts = np.bincount(np.clip(np.round(np.diff(seconds) / resolution), 0, 101).astype(np.int64), minlength=102)
+    fewer = int(np.argmax(counts[:100] + counts[1:101]))
+    if len(seconds) < 30 or not (counts[fewer] and counts[fewer + 1]):
+        return seconds
+    even, dt = None, 0.0
+    if fewer == 0:  # gaps do not show where the period is shorter than the resolution
+        even, dt = _fit_even_times(seconds, 1.001 * resolution, float(np.ptp(seconds)) / (len(seconds) - 1))
+    low, high = max(fewer, 1.01) * resolution, (fewer + 1) * resolution
+    for unit in (60.0, 30.0, 10.0, 5.0, 1.0, 0.5, 0.1, 0.05, 0.01):
+        for period in unit * np.arange(np.floor(low / unit) + 1.0, np.ceil(high / unit))[::-1]:
+            if even is None:
+                even, dt = _even_times_with_gaps(seconds, resolution, period), float(period)
+    if even is None or dt == 0.0:
+        return seconds
+    notes.append(f"The stamps are rounded to {resolution:g} s: taken as {dt:g} s apart.")
+    return even
+
+
+def _even_times_with_gaps(seconds: NDArray, resolution: float, dt: float) -> NDArray | None:
+    """Times `dt` apart, with gaps, that are the stamps when rounded to `resolution`; None where there are none."""
+    phase = np.sort((seconds - seconds[0]) % dt)
+    free = np.diff(phase, append=phase[0] + dt)  # from each phase to the next, round the circle
+    if free.max() < dt - 1.001 * resolution:
+        return None
+    begin = phase[(int(np.argmax(free)) + 1) % len(phase)]  # all phases lie within one resolution from there on
+    place = np.floor((seconds - seconds[0] - begin) / dt + 1e-6)
+    if np.diff(place).min() < 1.0:
+        return None
+    off = seconds - dt * place
+    low, high = off.max() - 0.5 * resolution, off.min() + 0.5 * resolution
+    middle = 0.5 * (low + high)
+    return (round(middle) if low <= round(middle) <= high else middle) + dt * place
+
+
+def shortest_number(value: float, near: float) -> float:
+    """Give the number of fewest digits, at most five, no further away than `near`; else the value itself."""
+    shorter = (float(f"{value:.{digits}g}") for digits in range(1, 6))
+    return next((short for short in shorter if abs(short - value) <= near), value)

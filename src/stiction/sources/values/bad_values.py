@@ -48,20 +48,10 @@ def find_bad_values(
     flags: Mapping[str, tuple[str, pl.Series]] | None = None,
     labels: Mapping[str, str] | None = None,
 ) -> BadValues:
-    """Find the values of a loop that are no measurements, in all signals alike.
+    """Find the values of a loop that are no measurements; a value counts once, under the first kind that marks it.
 
-    A value counts once, under the first kind that marks it.
-
-    Parameters
-    ----------
-    signals : mapping
-        Role -> values [any unit], NaN where the cell is no number, shape (n_rows,).
-    texts : mapping, optional
-        Role -> texts in the place of numbers, as `parse_numbers` counts them.
-    flags : mapping, optional
-        Role as in `LoopRoles.roles` ("bad", "quality", "pv quality", "op bad 2") -> heading and cells.
-    labels : mapping, optional
-        Role -> heading, for the notes.
+    By role: values, shape (n_rows,), NaN where there is none; the texts of `parse_numbers`; heading and cells of flags
+    ("bad", "quality", "pv quality", "op bad 2"); headings, for the notes.
     """
     bad = BadValues({role: np.zeros(len(x), dtype=bool) for role, x in signals.items()})
     listed = sum((texts or {}).values(), Counter())

@@ -75,23 +75,10 @@ def _split_unit(cell: str) -> tuple[str, str]:
 
 
 def parse_numbers(cells: pl.Series, decimal: str, *, where: str = "", decimal_is_given: bool = True) -> NumericColumn:
-    """Parse a column of cells.
+    """Parse a column of text, numbers, truth values (1 and 0) or nothing at all, shape (n_rows,).
 
-    Parameters
-    ----------
-    cells : polars.Series, shape (n_rows,)
-        Text, numbers, truth values (1 and 0) or nothing at all.
-    decimal : str
-        Decimal mark of numbers in text, "." or ",".
-    where : str
-        File and column, for messages.
-    decimal_is_given : bool
-        Whether the user named the decimal mark. Otherwise 1.003, which may be 1003, is refused beside 999.
-
-    Raises
-    ------
-    RecordError
-        When the numbers have several units, or the decimal mark may be a thousands separator.
+    `where` is the file and column, for messages. Unless the user gave the decimal mark, 1.003, which may be 1003, is
+    refused beside 999; so are numbers with several units.
 
     Examples
     --------

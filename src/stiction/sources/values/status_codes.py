@@ -27,22 +27,11 @@ def bad_codes(
 ) -> tuple[set[str], str]:
     """Find which codes of a quality column mean that the value is bad, and say what was assumed.
 
-    Parameters
-    ----------
-    counts : Counter
-        Code in capitals -> rows that have it. An empty cell says nothing.
-    name : str
-        Heading of the column; ``Confidence`` (PHD: 0 is bad, 100 is good) and ``Good`` have rules of their own.
-    min_good_share : float
-        Share of the rows that must be good by known codes, or have the same number, before an unknown code is bad [-].
-    min_confidence : float
-        Confidence below which a value is bad [%].
-
-    Notes
-    -----
-    Good are: texts that begin with Good, OK, Valid, Normal; OPC Data Access codes whose two quality bits are 11 (192 to
-    255); OPC UA codes below 0x40000000, when the column has codes from there on (their highest two bits are the
-    severity); a number that nearly all rows have (0 of OPC UA, IP.21 and Wonderware, 128 of WinCC, 100 of PHD).
+    `counts` are the rows of each code in capitals; columns named ``Confidence`` (PHD: 0 is bad, 100 is good) and
+    ``Good`` have rules of their own. Good are: texts that begin with Good, OK, Valid, Normal; OPC Data Access codes
+    whose two quality bits are 11 (192 to 255); OPC UA codes below 0x40000000, when the column has codes from there on
+    (their highest two bits are the severity); a number that `min_good_share` of the rows [-] have (0 of OPC UA, IP.21
+    and Wonderware, 128 of WinCC). With that share of good rows an unknown code is bad. `min_confidence` is in %.
     Sources: OPC Foundation, Data Access 3.00, section 6.8; OPC UA Part 4, section 7.39.
     """
     heading = name.upper().replace(".", " ").rpartition(" ")[2]

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiction.records import assess_quality, read
+from stiction.records import assess_quality
+from stiction.sources import read
 
 FOLDER = Path(os.environ.get("STICTION_RECORDS", Path(__file__).resolve().parents[2].parent / "shared" / "data"))
 LABELS = FOLDER / "labels.csv"

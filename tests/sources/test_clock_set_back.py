@@ -1,4 +1,4 @@
-"""Clocks that were set, and rows that are out of order for other reasons."""
+"""Clocks that were set back, and rows that are out of order for other reasons."""
 
 from datetime import datetime, timedelta
 
@@ -7,7 +7,6 @@ import pytest
 
 from stiction.errors import RecordError
 from stiction.records import analysis_window, assess_quality
-from stiction.records.in_order import in_order
 
 N = 600
 K = np.arange(N)
@@ -100,9 +99,3 @@ def test_rows_out_of_order_or_there_twice_are_sorted(order, reading):
 def test_two_exports_one_below_the_other_are_no_clock_set_back(reading):
     with pytest.raises(RecordError, match=r"one elsewhere in the file .* where two exports stand one below"):
         reading(K % 300)
-
-
-def test_without_values_to_compare_no_clock_is_set_back():
-    ordered = in_order(set_back(100).astype(float), K, "relative")
-    assert ordered.clock_jumps == 1
-    assert "sorted" in ordered.guesses[0]

@@ -1,4 +1,7 @@
-"""Tags of one number are one loop: FT, FIC and FV 4101 measure, control and move the same flow (ISA-5.1)."""
+"""Groups of columns that are one loop, by their tags or descriptions.
+
+FT, FIC and FV 4101 measure, control and move the same flow (ISA-5.1); so do "Reflux flow PV" and "Reflux valve OP".
+"""
 
 from __future__ import annotations
 
@@ -6,12 +9,23 @@ import re
 from collections import defaultdict
 from typing import TYPE_CHECKING, NamedTuple
 
-from stiction.sources.roles.loop_roles import FLAG_ROLES, HOW_TO_OVERRULE, NUMERIC_ROLES, TagGroup, column_label
+import numpy as np
+
+from stiction.sources.roles.column_names import parse_column_name
+from stiction.sources.roles.loop_roles import (
+    FLAG_ROLES,
+    HOW_TO_OVERRULE,
+    NUMERIC_ROLES,
+    TagGroup,
+    column_label,
+    list_roles,
+)
+from stiction.sources.roles.vocabulary import GENERIC_WORDS
 
 if TYPE_CHECKING:
     from stiction.sources.tag_column import TagColumn
 
-__all__ = ["InstrumentTag", "pair_by_letters", "parse_instrument_tag"]
+__all__ = ["InstrumentTag", "pair_by_description", "pair_by_letters", "parse_instrument_tag"]
 
 _TAG = re.compile(r"(?<![A-Z])([A-Z]{2,5})[-_ .]?(\d{1,7})([A-Z]?)(?![A-Z0-9])")
 _LETTERS = re.compile(r"([FLPTASWDQJIXHVGZ])([DFQ]?)([ICRTYEVZ]{1,3})")
@@ -52,12 +66,9 @@ def parse_instrument_tag(tag: str) -> InstrumentTag | None:
     for found in reversed(list(_TAG.finditer(text))):
         if letters := _LETTERS.fullmatch(found[1]):
             first, modifier, functions = letters.groups()
-            if first == "Z" or "Z" in functions:
-                kind = "position"
-            elif functions[-1] in "VY":
-                kind = "valve"
-            else:
-                kind = "controller" if "C" in functions else "measurement"
+            kind = "controller" if "C" in functions else "measurement"
+            kind = "valve" if functions[-1] in "VY" else kind
+            kind = "position" if "Z" in first + functions else kind
             area = re.sub(r"[^A-Z0-9]", "", text[: found.start()])
             return InstrumentTag(area, first + modifier, kind, found[2], found[3])
     return None
@@ -90,17 +101,13 @@ def _join(parts: list[tuple[str, TagGroup]], groups: list[TagGroup], bare: list[
     if len(parts) < 2 or len(controllers) > 1 or tags.keys() <= {"valve", "position"}:
         return
     target = controllers[0] if controllers else TagGroup(tags.get("alone") or tags["measurement"])
+    has_both = {"pv", "op"} <= target.columns.keys()
     extra: dict[str, list[TagColumn]] = {}
     for kind, group in parts:
         for role, columns in group.columns.items() if group is not target else ():
             wanted = _ROLE_BY_KIND.get(kind, {"": "pv"}).get(role, role)
-            is_open = wanted == "mv" or not {"pv", "op"} <= target.columns.keys()
-            if (
-                wanted in ("pv", "sp", "op", "mv")
-                and is_open
-                and len(columns) == 1
-                and wanted not in target.columns | extra
-            ):
+            is_open = wanted in ("pv", "sp", "op", "mv") and wanted not in target.columns | extra
+            if is_open and len(columns) == 1 and (wanted == "mv" or not has_both):
                 extra[wanted] = columns
                 extra |= {f"{wanted} {flag}": group.columns.get(f"{role} {flag}", []) for flag in FLAG_ROLES}
     if not extra or not TagGroup(target.tag, target.columns | extra).is_loop:
@@ -112,5 +119,68 @@ def _join(parts: list[tuple[str, TagGroup]], groups: list[TagGroup], bare: list[
     target.columns |= {role: columns for role, columns in extra.items() if columns}
     groups[:] = [group for group in groups if group.columns and group is not target] + [target]
     bare[:] = [column for column in bare if column not in taken]
-    listed = ", ".join(f"{column_label(extra[role][0])} = {role.upper()}" for role in extra if role in NUMERIC_ROLES)
+    listed = list_roles({role: columns[0] for role, columns in extra.items() if role in NUMERIC_ROLES})
     target.notes.append(f"{listed} of the loop {target.tag}, by the number of the tags; {HOW_TO_OVERRULE}")
+
+
+def pair_by_description(groups: list[TagGroup]) -> None:
+    """Join a group with a PV and one with an OP whose tags or descriptions name the same place, in place.
+
+    A group that has only a set point or a valve position joins the loop of the same place. The one PV and the one OP
+    of a source are joined as well, unless the numbers of their tags say that they belong to different loops.
+    """
+    measured = [group for group in groups if "pv" in group.columns and "op" not in group.columns]
+    moved = [group for group in groups if "op" in group.columns and not {"pv", "mv"} & group.columns.keys()]
+    pairs = _unique_pairs(measured, moved)
+    is_only_pair = len(measured) == len(moved) == 1 and not any(group.is_loop for group in groups)
+    if not pairs and is_only_pair and not _are_two_loops(measured[0], moved[0]):
+        pairs = [(measured[0], moved[0])]
+    for pv_group, op_group in pairs:
+        _join_two(pv_group, op_group, groups)
+    loops = [group for group in groups if group.is_loop]
+    rest = [group for group in groups if group.columns.keys() <= {"sp", "mv", "mode"} and group.tag]
+    for loop, group in _unique_pairs(loops, rest):
+        if not loop.columns.keys() & group.columns.keys():
+            _join_two(loop, group, groups)
+
+
+def _unique_pairs(
+    one: list[TagGroup], other: list[TagGroup], *, max_pairs: int = 40_000
+) -> list[tuple[TagGroup, TagGroup]]:
+    """Pairs of which each is the only best partner of the other."""
+    if not one or not other or len(one) * len(other) > max_pairs:
+        return []
+    places = {id(group): _places(group) for group in (*one, *other)}
+    scores = np.array([[_likeness(places[id(a)], places[id(b)]) for b in other] for a in one])
+    for i, j in np.argwhere(scores > 0.0):
+        scores[i, j] *= not _are_two_loops(one[i], other[j])
+    is_best = (scores > 0.0) & (scores == scores.max(axis=1, keepdims=True)) & (scores == scores.max(axis=0))
+    is_best &= (is_best.sum(axis=1, keepdims=True) == 1) & (is_best.sum(axis=0) == 1)
+    return [(one[i], other[j]) for i, j in np.argwhere(is_best)]
+
+
+def _likeness(one: set[frozenset[str]], other: set[frozenset[str]]) -> float:
+    """1 when both name the same place, less when one names it more closely, 0 when they do not."""
+    alike = [(a, b) for a in one for b in other if a <= b or b <= a]
+    return max((len(a & b) / len(a | b) for a, b in alike), default=0.0)
+
+
+def _places(group: TagGroup) -> set[frozenset[str]]:
+    """Words of the tag, and of each description, that say where."""
+    texts = [group.tag, *(column.description for column in group.all_columns())]
+    heads = [pair[0] if (pair := parse_column_name(text)) else text for text in texts]
+    return {frozenset(re.findall(r"[^\W_]+", head.upper())) - GENERIC_WORDS for head in heads} - {frozenset()}
+
+
+def _are_two_loops(one: TagGroup, other: TagGroup) -> bool:
+    """Whether both have tags by ISA-5.1, of different numbers."""
+    tags = parse_instrument_tag(one.tag), parse_instrument_tag(other.tag)
+    return tags[0] is not None and tags[1] is not None and tags[0].number != tags[1].number
+
+
+def _join_two(target: TagGroup, group: TagGroup, groups: list[TagGroup]) -> None:
+    """Put the columns of a group into another one that lacks them."""
+    listed = " and ".join(column_label(one.all_columns()[0]) for one in (target, group))
+    target.columns = {**group.columns, **target.columns}
+    target.notes += [*group.notes, f"{listed} are taken as one loop, by their descriptions; {HOW_TO_OVERRULE}"]
+    groups.remove(group)

@@ -7,8 +7,8 @@ import pytest
 
 import stiction as st
 from stiction.errors import ParameterError, RecordError
-from stiction.records import read
-from stiction.records.columns import signal_of, unit_of
+from stiction.sources import read
+from stiction.sources.roles.column_names import parse_column_name, unit_in_name
 
 HEADERS = {
     "suffixes": ("Time,FIC-101.PV,FIC-101.OP,FIC-101.SP", "FIC-101"),
@@ -140,15 +140,15 @@ def test_a_measured_value_taken_for_the_position_is_named_in_the_refusal(signals
 
 
 @pytest.mark.parametrize(
-    ("unit", "low", "told"), [("", 4.5, True), ("", 2.0, False), ("", 30.0, False), (" [%]", 4.5, False)]
+    ("unit", "low", "in_doubt"), [("", 4.5, True), ("", 2.0, False), ("", 30.0, False), (" [%]", 4.5, False)]
 )
-def test_an_op_that_may_be_in_milliamperes_is_told_and_left_as_it_is(unit, low, told, signals, table, read_text):
+def test_an_op_that_may_be_in_milliamperes_is_left_as_it_is(unit, low, in_doubt, signals, table, read_text):
     t, pv, op, _ = signals
     op = np.round(low + 5.0 * (op - op.min()) / np.ptp(op), 3)
     [record] = read_text(table(f"Time,FIC-1.PV,FIC-1.OP{unit}", t, pv, op))
     np.testing.assert_array_equal(record.op, op)
-    assert any("if it is in mA, give op_range=(4, 20)" in guess for guess in record.provenance.assumptions) is told
-    assert record.op_in_percent
+    assert any("op_range=(4, 20) if it is in mA" in note for note in record.provenance.assumptions) is in_doubt
+    assert record.op_in_percent is not in_doubt
 
 
 def test_wide_file_with_many_loops(signals, table, read_text):
@@ -210,7 +210,7 @@ def test_named_columns(signals, table, read_text):
     assert (record.tag, record.loop_type, record.sp) == ("FIC-9", "flow", None)
     np.testing.assert_array_equal(record.pv, pv)
     np.testing.assert_array_equal(record.op, op)
-    with pytest.raises(RecordError, match="no column 'x' for PV; its columns are clock, a, b, c"):
+    with pytest.raises(RecordError, match="no column 'x' for PV; its columns are a, b, c"):
         read_text(text, columns={"pv": "x", "op": "b"})
     with pytest.raises(RecordError, match=r"no column 9 for OP.*0 to 3"):
         read_text(text, columns={"pv": "a", "op": 9})
@@ -299,13 +299,13 @@ def test_a_unit_may_stand_behind_its_signal_without_brackets(header, unit, signa
 
 @pytest.mark.parametrize(("name", "found"), [("FC1.MA", ("FC1", "MA")), ("FC1_MA", ("FC1", "MA")), ("MA", ("", "MA"))])
 def test_a_mode_is_no_unit(name, found):
-    assert signal_of(name) == found
-    assert unit_of(name) == ""
+    assert parse_column_name(name) == found
+    assert unit_in_name(name) == ""
 
 
 def test_a_gas_is_no_controller_output():
-    assert signal_of("CO_ppm") is None
-    assert signal_of("Stack CO %") is None
+    assert parse_column_name("CO_ppm") is None
+    assert parse_column_name("Stack CO %") is None
 
 
 @pytest.mark.parametrize(
@@ -334,7 +334,7 @@ def test_op_in_milliamperes_by_its_unit_is_converted_and_said(signals, table, re
     # 0 to 20 mA, or an OP in % under a wrong unit, is left alone.
     [record] = read_text(table("time_s,PV,OP [mA]", t, pv, op))
     np.testing.assert_array_equal(record.op, op)
-    assert any("like no current of 4 to 20 mA" in guess for guess in record.provenance.assumptions)
+    assert any("unlike a signal of 4 to 20 mA" in guess for guess in record.provenance.assumptions)
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "utf-32", "latin-1"])

@@ -1,0 +1,188 @@
+"""The options of the command line that say how to read a source, the same for every verb, and the reading itself."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Group, Parameter
+
+from stiction.apps.failure import Failure, fault
+from stiction.apps.options import in_options
+from stiction.errors import ParameterError, RecordError, StictionError
+
+if TYPE_CHECKING:
+    from stiction.records import LoopRecord
+    from stiction.sources.loops import Loops
+
+__all__ = ["SOURCES", "ReadSources", "ReadingOptions", "columns_of", "read_sources"]
+
+SOURCES = (
+    "What to read: files (CSV and other text, Excel, Parquet, Feather, MATLAB; also gz, zst, zip) of one loop or many, "
+    'a folder, a pattern such as "data/*.csv", a database URL, or "-", the standard input.'
+)
+_LIBRARY_NAMES = {
+    "time_column": "time",
+    "value_column": "value",
+    "quality_column": "quality",
+    "column": "columns",
+}
+
+
+@Parameter(name="*", group=Group("Reading", sort_key=1))
+@dataclass(frozen=True)
+class ReadingOptions:
+    """How to read a source.
+
+    Parameters
+    ----------
+    tag
+        Only this loop of a source with several; the name of the loop where the source has none.
+    dt
+        Sampling period in seconds, where the source has no time or a wrong one: its rows are then taken as even.
+    column
+        SIGNAL=NAME, for example op=FIC101.OUT: which column is which, instead of guessing. SIGNAL is time, pv, sp,
+        op, mv (valve position), valve_signal (what a compensator sends to the valve), mode, bad or quality. May be
+        repeated.
+    map
+        Mapping file that settles tag, loop, role and unit of every column; `stiction read --write-map` writes one.
+    loop_type
+        flow, level, pressure, temperature, analyser (or concentration) or other; by default from the tag's letters.
+    sheet
+        Sheet of a workbook; all by default.
+    delimiter
+        Character between columns.
+    decimal
+        Decimal mark, "." or ",".
+    time_format
+        How time stamps are written, as in "%d.%m.%Y %H:%M:%S".
+    day_first
+        Whether 01/02/2026 is the first of February.
+    timezone
+        Time zone of stamps without one, such as Europe/Berlin.
+    op_range
+        OP at 0 % and at 100 % of span, where the column is not in %: two numbers.
+    mv_range
+        Valve position at 0 % and at 100 % of span, where the column is not in %: two numbers.
+    align
+        How a PV with time stamps of its own goes on the common clock: last (value, the default) or interpolate.
+    max_gap
+        Longest time in seconds over which a value is held or interpolated.
+    max_bytes
+        Size after decompression up to which a file is read (2000000000).
+    query
+        Of a database: a SELECT.
+    table
+        Of a database: a table or view, instead of a query.
+    time_column
+        Of a database: column of the time.
+    tag_column
+        Of a database with a row for each tag and time: column of the tag.
+    value_column
+        Of such a database: column of the value.
+    quality_column
+        Of such a database: column of the quality.
+    since
+        Of a database: first time, as in 2026-03-02T06:00.
+    until
+        Of a database: time before which the rows end.
+    """
+
+    tag: str | None = None
+    dt: float | None = None
+    column: Annotated[tuple[str, ...], Parameter(negative="")] = ()
+    map: str | None = None
+    loop_type: str | None = None
+    sheet: str | None = None
+    delimiter: str | None = None
+    decimal: str | None = None
+    time_format: str | None = None
+    day_first: bool | None = None
+    timezone: str | None = None
+    op_range: tuple[float, float] | None = None
+    mv_range: tuple[float, float] | None = None
+    align: Literal["last", "interpolate"] | None = None
+    max_gap: float | None = None
+    max_bytes: int | None = None
+    query: str | None = None
+    table: str | None = None
+    time_column: str | None = None
+    tag_column: str | None = None
+    value_column: str | None = None
+    quality_column: str | None = None
+    since: str | None = None
+    until: str | None = None
+
+    def arguments(self) -> dict[str, Any]:
+        """Arguments of `stiction.read`, without those that were not given."""
+        chosen = {**vars(self), "column": columns_of(self.column)}
+        return {_LIBRARY_NAMES.get(name, name): value for name, value in chosen.items() if value is not None}
+
+
+def columns_of(pairs: tuple[str, ...]) -> dict[str, str | int] | None:
+    """Return SIGNAL=NAME pairs as a mapping; a NAME of digits is an index from 0.
+
+    Examples
+    --------
+    >>> columns_of(("op=FIC101.OUT", "pv=2"))
+    {'op': 'FIC101.OUT', 'pv': 2}
+    """
+    columns: dict[str, str | int] = {}
+    for pair in pairs:
+        signal, equals, name = pair.partition("=")
+        if not (signal.strip() and equals and name.strip()):
+            raise ParameterError(f'--column "{pair}" is not SIGNAL=NAME; write for example --column op=FIC101.OUT.')
+        columns[signal.strip().lower()] = int(name) if name.strip().isdecimal() else name.strip()
+    return columns or None
+
+
+@dataclass
+class ReadSources:
+    """What came of reading several sources."""
+
+    records: list["LoopRecord"] = field(default_factory=list)
+    """Records of all sources."""
+    loops: list["Loops"] = field(default_factory=list)
+    """Loops of each source that was read, with the columns of each."""
+    failures: list[Failure] = field(default_factory=list)
+    """Sources that could not be read."""
+
+
+def read_sources(sources: Sequence[str], options: dict[str, Any]) -> ReadSources:
+    """Read each source; those that hold no loop alone, such as files of one tag each, are read together."""
+    from stiction.apps.output import track
+
+    result = ReadSources()
+    for source in track(sources, "Reading"):
+        _read_one(source, _shown(source), options, result)
+    incomplete = [failure for failure in result.failures if failure.fault is None]
+    if len(incomplete) > 1:
+        names = {failure.file for failure in incomplete}
+        together = ReadSources()
+        _read_one([source for source in sources if source in names], incomplete[0].file, options, together)
+        if together.records:
+            result.records += together.records
+            result.loops += together.loops
+            result.failures = [failure for failure in result.failures if failure not in incomplete]
+    return result
+
+
+def _read_one(source: str | list[str], name: str, options: dict[str, Any], result: ReadSources) -> None:
+    from stiction.sources import open_loops
+
+    try:
+        loops = open_loops(source, **options)
+        result.records += loops.read()
+        result.loops.append(loops)
+    except RecordError as error:
+        result.failures.append(Failure(name, None, in_options(str(error))))
+    except StictionError:
+        raise
+    except Exception as error:
+        result.failures.append(fault(name, None, error))
+
+
+def _shown(source: str) -> str:
+    """Give the name of a source without a password."""
+    from stiction.sources.database_url import is_database_url, show_url
+
+    return show_url(source) if is_database_url(source) else source

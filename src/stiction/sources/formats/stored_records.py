@@ -1,0 +1,118 @@
+"""Loop records that were stored as a Parquet file (`LoopRecord.to_parquet`): equal records, one at a time."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, fields, replace
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiction.records.parquet_writer import FORMAT_VERSION, METADATA_KEY
+from stiction.records.record import LoopRecord, Provenance
+
+if TYPE_CHECKING:
+    import os
+
+    import polars as pl
+
+__all__ = ["StoredRecords", "open_records"]
+
+
+@dataclass(eq=False)
+class StoredRecords:
+    """The records of one file; each is read when it is asked for."""
+
+    frame: pl.LazyFrame
+    """Rows of all loops, one loop after the other."""
+    loops: list[dict[str, Any]]
+    """What the file's metadata say of each loop."""
+    first_rows: list[int]
+    """First row of each loop."""
+    keep: object = None
+    """What must live as long as the file is read."""
+
+    @property
+    def tags(self) -> list[str]:
+        """Tag of each loop."""
+        return [loop["tag"] for loop in self.loops]
+
+    def select(self, tag: str) -> StoredRecords:
+        """Give the loops of this tag alone."""
+        chosen = [k for k, loop in enumerate(self.loops) if loop["tag"].casefold() == tag.casefold()]
+        return replace(self, loops=[self.loops[k] for k in chosen], first_rows=[self.first_rows[k] for k in chosen])
+
+    def read_one(self, k: int) -> LoopRecord:
+        """Read one loop."""
+        return _record(self.loops[k], self._rows(k))
+
+    def _rows(self, k: int) -> pl.DataFrame:
+        names = dict.fromkeys(["op", *self.loops[k]["signals"]])
+        return self.frame.slice(self.first_rows[k], self.loops[k]["rows"]).select("tag", *names).collect()
+
+    def is_unchanged(self) -> bool:
+        """Whether the rows of every loop still have its tag."""
+        import polars as pl
+
+        lengths = [loop["rows"] for loop in self.loops]
+        wanted = pl.Series(self.tags, dtype=pl.String).gather(np.repeat(np.arange(len(lengths)), lengths))
+        return self.frame.select("tag").collect()["tag"].equals(wanted)
+
+
+def open_records(path: str | os.PathLike[str], keep: object = None) -> StoredRecords | None:
+    """Open a file of records; None when it is no such file, or its rows were changed since it was written.
+
+    Parameters
+    ----------
+    path : str or path
+        A Parquet file.
+    keep : object
+        What must live as long as the file is read.
+    """
+    import polars as pl
+
+    try:
+        stored = json.loads(pl.read_parquet_metadata(Path(path)).get(METADATA_KEY, "null"))
+        if not isinstance(stored, dict) or stored.get("form") != FORMAT_VERSION:
+            return None
+        loops = stored["loops"]
+        frame = pl.scan_parquet(Path(path), glob=False)
+        first_rows = np.cumsum([0, *(loop["rows"] for loop in loops)]).tolist()
+        found = StoredRecords(frame, loops, first_rows, keep)
+        if frame.select(pl.len()).collect().item() != first_rows[-1] or not found.is_unchanged():
+            return None
+        for loop in loops:
+            _record(loop, pl.DataFrame(schema=dict.fromkeys(("op", *loop["signals"]), pl.Float64)))
+    except (KeyError, TypeError, ValueError, AttributeError, pl.exceptions.PolarsError):
+        return None
+    return found
+
+
+def _record(stored: dict[str, Any], rows: pl.DataFrame) -> LoopRecord:
+    """Make a record of its rows."""
+    names = dict.fromkeys(["op", *stored["signals"]])
+    signals: dict[str, Any] = {
+        name: rows[name].to_numpy() if name == "auto" else rows[name].fill_null(np.nan).to_numpy() for name in names
+    }
+    start = stored["start"] and datetime.fromisoformat(stored["start"])
+    if stored["zone"]:
+        from zoneinfo import ZoneInfo
+
+        start = start.astimezone(ZoneInfo(stored["zone"]))
+    known: dict[str, Any] = {each.name: getattr(Provenance(), each.name) for each in fields(Provenance)}
+    origin: dict[str, Any] = {
+        name: tuple(value) if isinstance(known[name], tuple) else value
+        for name, value in stored["provenance"].items()
+        if name in known
+    }
+    return LoopRecord(
+        stored["tag"],
+        stored["dt"],
+        **signals,
+        loop_type=stored["loop_type"],
+        integrating=stored["integrating"],
+        start=start,
+        provenance=Provenance(**origin),
+    )

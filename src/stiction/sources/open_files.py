@@ -1,0 +1,49 @@
+"""The files of a source: a path, a folder, a pattern, a stream, or a list of these."""
+
+from __future__ import annotations
+
+import os
+from glob import glob, has_magic
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stiction.errors import RecordError
+from stiction.sources.byte_source import open_sources
+
+if TYPE_CHECKING:
+    from stiction.sources.byte_source import ByteSource
+    from stiction.sources.options import ReadOptions
+
+__all__ = ["open_files"]
+
+
+def open_files(source: Any, options: ReadOptions) -> list[ByteSource]:
+    """Open a path, folder, pattern, "-", binary file, or list of these; an archive gives several files.
+
+    Raises
+    ------
+    RecordError
+        When there is no file, or one cannot be opened.
+    """
+    paths: list[Any] = []
+    for part in source if isinstance(source, (list, tuple)) else [source]:
+        paths += _list_files(part) if isinstance(part, (str, os.PathLike)) and part != "-" else [part]
+    if not paths:
+        raise RecordError("the list of files is empty; name one or more.")
+    return [one for path in paths for one in open_sources(path, options)]
+
+
+def _list_files(source: str | os.PathLike[str]) -> list[str]:
+    """The files of a path, a folder or a pattern."""
+    text = os.fspath(source)
+    if os.path.isdir(text):
+        files = sorted(str(path) for path in Path(text).iterdir() if path.is_file() and not path.name.startswith("."))
+        if not files:
+            raise RecordError(f"{text}: is a folder without files; name the folder that holds the exports.")
+        return files
+    if has_magic(text) and not os.path.exists(text):
+        files = sorted(path for path in glob(text, recursive=True) if os.path.isfile(path))
+        if not files:
+            raise RecordError(f"{text}: no file matches this pattern; check the folder and the spelling.")
+        return files
+    return [text]
