@@ -53,7 +53,7 @@ def simulated_section(title: str, table: pl.DataFrame, prior: float, picture: Pa
     lines = [
         f"## {title}",
         "",
-        f"{table.height} loops, {judged.height} of them judged: in control, and if sticky, with a stem that turns at least",
+        f"{table.height} loops, {judged.height} of them judged: in control; the stem of a sticky one turns at least",
         "six times.",
         "",
     ]

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
+from stiction.diagnosis.identification.own_samples import are_own_samples, shows_own_samples
 
 from stiction.diagnosis.identification import fit_controller
-from stiction.diagnosis.identification.own_samples import are_own_samples, shows_own_samples
 from stiction.display import describe_check
 from stiction.models import FOPDT, PID, Ideal, Kano, Loop
 from stiction.records import LoopRecord, assess_quality

@@ -6,11 +6,11 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
+from calibration.populations import CAUSES, plant_population, population, wandering_population
 
 import stiction as st
 from stiction.diagnosis.loop_state import assess_loop_state
 from stiction.simulation.demo import demo_plant
-from stiction.simulation.population import CAUSES, plant_population, population, wandering_population
 
 IN_CONTROL = tuple(cause for cause in CAUSES if cause != "saturation")
 

@@ -78,9 +78,7 @@ class Diagnosis:
         """The closest explanation without stiction, and twice the log likelihood ratio of the sticky valve over it."""
         ratios = {} if self.identification is None else self.identification.likelihood_ratios
         sticky = ("beside_periodic_load", "deadband")
-        found = {
-            name: ratio for name, ratio in ratios.items() if name not in sticky and math.isfinite(ratio)
-        }
+        found = {name: ratio for name, ratio in ratios.items() if name not in sticky and math.isfinite(ratio)}
         return min(found.items(), key=lambda item: item[1]) if found else None
 
     def summary(self) -> str:

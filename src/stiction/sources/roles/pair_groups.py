@@ -77,29 +77,42 @@ def parse_instrument_tag(tag: str) -> InstrumentTag | None:
 def pair_by_letters(groups: list[TagGroup], bare: list[TagColumn]) -> None:
     """Join the groups of one loop number, in place, and take the columns named by a tag alone out of `bare`."""
     members: dict[tuple[str, ...], list[tuple[str, TagGroup]]] = defaultdict(list)
+    variables: dict[tuple[str, ...], list[str]] = defaultdict(list)  # of an area, number and suffix
+    suffixes: dict[tuple[str, ...], list[str]] = defaultdict(list)  # of an area, number and variable
     for group in (*groups, *(TagGroup(column.name, {"": [column]}) for column in bare)):
         if tag := parse_instrument_tag(group.tag):
             # The tag of a controller alone may be any of its signals, so it comes last.
             kind = "alone" if tag.kind == "controller" and "" in group.columns else tag.kind
-            members[tag.area, tag.number, tag.suffix, tag.variable].append((kind, group))
+            key = (tag.area, tag.number, tag.suffix, tag.variable)
+            if key not in members:
+                variables[key[:3]].append(tag.variable)
+                suffixes[tag.area, tag.number, tag.variable].append(tag.suffix)
+            members[key].append((kind, group))
     for key in [key for key in members if key[3].startswith("Z")]:
-        loops = [other for other in members if other[:3] == key[:3] and other[3] != key[3]]
+        loops = [variable for variable in variables[key[:3]] if variable != key[3] and (*key[:3], variable) in members]
         if len(loops) == 1:  # the position ZT 4101 belongs to the only loop of its number
-            members[loops[0]] += members.pop(key)
-    for (area, number, suffix, variable), parts in list(members.items()):
+            members[*key[:3], loops[0]] += members.pop(key)
+    joined: list[TagGroup] = []
+    for (area, number, suffix, variable), parts in members.items():
         if not suffix:  # a single valve with a letter after its number belongs to the loop of that number
-            lettered = [key for key in members if (*key[:2], key[3]) == (area, number, variable) and key[2]]
-            if len(lettered) == 1 and all(kind != "controller" for kind, _ in members[lettered[0]]):
-                parts = [*parts, *members[lettered[0]]]
-        _join(sorted(parts, key=lambda part: _ORDER.index(part[0])), groups, bare)
+            letters = [letter for letter in suffixes[area, number, variable] if letter]
+            lettered = members.get((area, number, letters[0], variable), []) if len(letters) == 1 else []
+            if all(kind != "controller" for kind, _ in lettered):
+                parts = [*parts, *lettered]
+        if target := _join(sorted(parts, key=lambda part: _ORDER.index(part[0]))):
+            joined.append(target)
+    if joined:
+        moved, taken = {id(group) for group in joined}, {id(c) for group in joined for c in group.all_columns()}
+        groups[:] = [group for group in groups if group.columns and id(group) not in moved] + joined
+        bare[:] = [column for column in bare if id(column) not in taken]
 
 
-def _join(parts: list[tuple[str, TagGroup]], groups: list[TagGroup], bare: list[TagColumn]) -> None:
-    """Join the parts of one loop number into one group, where they make a loop."""
+def _join(parts: list[tuple[str, TagGroup]]) -> TagGroup | None:
+    """Join the parts of one loop number into one group and return it; None where they do not make a loop."""
     tags = {kind: group.tag for kind, group in reversed(parts)}
     controllers = [group for kind, group in parts if kind == "controller"]
     if len(parts) < 2 or len(controllers) > 1 or tags.keys() <= {"valve", "position"}:
-        return
+        return None
     target = controllers[0] if controllers else TagGroup(tags.get("alone") or tags["measurement"])
     has_both = {"pv", "op"} <= target.columns.keys()
     extra: dict[str, list[TagColumn]] = {}
@@ -111,16 +124,15 @@ def _join(parts: list[tuple[str, TagGroup]], groups: list[TagGroup], bare: list[
                 extra[wanted] = columns
                 extra |= {f"{wanted} {flag}": group.columns.get(f"{role} {flag}", []) for flag in FLAG_ROLES}
     if not extra or not TagGroup(target.tag, target.columns | extra).is_loop:
-        return
-    taken = [column for columns in extra.values() for column in columns]
+        return None
+    taken = {id(column) for columns in extra.values() for column in columns}
     for _, group in parts:
-        left = {role: [c for c in columns if c not in taken] for role, columns in group.columns.items()}
+        left = {role: [c for c in columns if id(c) not in taken] for role, columns in group.columns.items()}
         group.columns = {role: columns for role, columns in left.items() if columns}
     target.columns |= {role: columns for role, columns in extra.items() if columns}
-    groups[:] = [group for group in groups if group.columns and group is not target] + [target]
-    bare[:] = [column for column in bare if column not in taken]
     listed = list_roles({role: columns[0] for role, columns in extra.items() if role in NUMERIC_ROLES})
     target.notes.append(f"{listed} of the loop {target.tag}, by the number of the tags; {HOW_TO_OVERRULE}")
+    return target
 
 
 def pair_by_description(groups: list[TagGroup]) -> None:
