@@ -1,4 +1,4 @@
-"""What the searches of all valve models share: the cost of a position, the fit of a model, intervals, Kano's valve."""
+"""What the searches of all valve models share: costs, fits, independent samples, intervals, and Kano's valve."""
 
 from __future__ import annotations
 
