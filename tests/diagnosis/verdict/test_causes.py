@@ -48,7 +48,7 @@ def test_tuning_at_the_limit_of_stability():
     limit = make_controller(math.pi / (2.0 * 0.05 * 15.0), math.inf, Ki=0.0, form="P")
     assert main(assess(GOOD, 0.02, controller=limit, **both)) == {"tuning"}
     slow = limit._replace(Kc=0.05 * limit.Kc)
-    assert assess(GOOD, 0.02, controller=slow, **both).tuning < 0.1
+    assert assess(GOOD, 0.02, controller=slow, **both).tuning < 0.15
 
 
 def test_the_process_behind_the_more_likely_valve_counts():
@@ -120,7 +120,8 @@ def simulate(valve, *, Kc=0.25, load=None, noise=0.1, random=0.6):
     rng = np.random.default_rng(1)
     upsets = np.convolve(rng.normal(0.0, random, N), np.ones(8) / 8.0, mode="same")
     total = upsets if load is None else upsets + load
-    run = st.simulate(loop, sp=np.zeros(N), duration=float(N), disturbance=total, seed=1)
+    start = np.where(np.arange(N) < 40, 4.0, 0.0)  # without it a sticky valve would stay at rest
+    run = st.simulate(loop, sp=start, duration=float(N), disturbance=total, seed=1)
     return replace(run, op=run.op + 50.0)
 
 

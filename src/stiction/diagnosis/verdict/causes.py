@@ -56,6 +56,9 @@ def assess_causes(
     pv_step_share: float,
     spike_share: float,
     min_evidence: float = 20.0,
+    min_relay_evidence: float = 60.0,
+    sticky_sensitivity: float = 3.0,
+    good_sensitivity: float = 2.0,
 ) -> OscillationCause:
     """Judge each cause by itself.
 
@@ -74,7 +77,12 @@ def assess_causes(
     spike_share : float
         Share of the samples in which the PV jumps away and back [-].
     min_evidence : float
-        Twice the log likelihood ratio at which a load counts half [-].
+        Twice the log likelihood ratio at which a periodic load counts half [-].
+    min_relay_evidence : float
+        The same of a load that switches, which a loop near the limit of stability resembles [-].
+    sticky_sensitivity, good_sensitivity : float
+        Sensitivity at the oscillation at which tuning counts half [-]. That of a sticky valve is larger: its
+        oscillation takes a frequency at which the loop is sensitive, however it is tuned.
 
     Returns
     -------
@@ -92,12 +100,13 @@ def assess_causes(
     ratios = identification.likelihood_ratios
     good = ratios.get("good", 0.0)
     periodic, relay = (ratios.get(name, math.inf) for name in ("periodic_load", "relay_load"))
-    load = _logistic((good - min(periodic, relay) - min_evidence - max(good, 0.0) * probability) / 4.0)
+    gain = max(good - periodic - min_evidence, good - relay - min_relay_evidence)
+    load = _logistic((gain - max(good, 0.0) * probability) / 4.0)
     zone = identification.dead_zone
     dead_zone = 0.0 if zone is None else dead_zone_score(zone, good, periodic)
     sticky, linear = (
-        tuning_score(sensitivity(replace(identification, process=process), controller, oscillation.period))
-        for process in (identification.process, identification.linear)
+        tuning_score(sensitivity(replace(identification, process=process), controller, oscillation.period), critical=at)
+        for process, at in ((identification.process, sticky_sensitivity), (identification.linear, good_sensitivity))
     )
     tuning = (probability * sticky + (1.0 - probability) * linear) * (1.0 - load)
     sensor = max(_logistic((pv_step_share - 0.25) / 0.05), _logistic((spike_share - 0.02) / 0.005))
@@ -141,7 +150,7 @@ def dead_zone_score(
     good: float,
     load: float,
     *,
-    min_evidence: float = 40.0,
+    min_evidence: float = 70.0,
     min_evidence_once: float = 16.0,
     max_advantage: float = 10.0,
     max_advantage_once: float = 40.0,
