@@ -196,6 +196,15 @@ def test_costs_equal_those_of_polynomial_fits():
         assert cost == pytest.approx(index.size * np.log(best / index.size), rel=1e-6)
 
 
+def test_a_stem_that_never_moves_explains_nothing():
+    op = wandering()
+    regression = position_regression(position_signal(op, stem(st.Kano(4.0, 2.0), op)))
+    index = np.flatnonzero(regression.weight)
+    still = index.size * np.log(float(np.var(regression.position[index])))
+    for place in (50.0, 46.7, 53.123456789):
+        assert regression.cost_of_positions(np.full((1, N), place))[0] == pytest.approx(still)
+
+
 def test_the_true_valve_leaves_the_least_when_corrected():
     op = wandering(7, noise=0.05)
     observed = stem(st.Kano(4.0, 2.0), op, 0.05)

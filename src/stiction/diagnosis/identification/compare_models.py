@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.diagnosis.identification.candidates import joined
 from stiction.diagnosis.identification.identify_record import prepare_record
-from stiction.diagnosis.identification.model_fit import fit_kano
+from stiction.diagnosis.identification.model_fit import fit_kano, model_fit
 from stiction.diagnosis.identification.process_fit import fit_process
 from stiction.diagnosis.identification.regression import one_thread
 from stiction.diagnosis.identification.stenman import fit_stenman
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.diagnosis.identification.identify_record import PreparedRecord
-    from stiction.diagnosis.identification.model_fit import ModelFit
+    from stiction.diagnosis.identification.model_fit import ModelFit, PositionCosts
     from stiction.records.record import LoopRecord
 
 __all__ = ["ModelComparison", "ModelShare", "compare_models"]
@@ -161,6 +162,8 @@ def compare_models(record: LoopRecord, *, period: float | None = None, enough: f
     with one_thread():
         stenman, kano = fit_stenman(costs), fit_kano(costs)
         three = fit_three_parameter(costs, (kano, stenman))
+        stenman = _with_special_cases(costs, stenman, three, r=np.inf, rests=1.0)
+        kano = _with_special_cases(costs, kano, three, r=0.0, rests=0.0)
         fits = {"stenman": stenman, "kano": kano, "three_parameter": three}
         best = min(fits.values(), key=lambda fit: fit.cost)
         samples = best.share * costs.n_predicted
@@ -175,6 +178,18 @@ def compare_models(record: LoopRecord, *, period: float | None = None, enough: f
         ]  # fmt: skip
     compared = "pv" if prepared.position is None else "mv"
     return ModelComparison(tuple(sorted(shares, key=lambda one: one.bic)), samples, compared, enough)
+
+
+def _with_special_cases(costs: PositionCosts, fit: ModelFit, three: ModelFit, r: float, rests: float) -> ModelFit:
+    """A fit of Kano's or of Stenman's valve that also knows the three-parameter valves that are the same."""
+    rows = three.found.valves
+    same = (rows[:, 2] == r) & ((rests == 0.0) | (rows[:, 1] == 1.0))
+    if not same.any() or three.found.cost[same].min() >= fit.cost:
+        return fit
+    best = rows[same][[int(np.argmin(three.found.cost[same]))]]
+    best[:, 2] = rests
+    found = joined(costs.evaluate(best), fit.found)
+    return model_fit(costs, found, costs.positions(np.array([found.best]))[0])
 
 
 def _parameters(model: str, fit: ModelFit, prepared: PreparedRecord) -> dict[str, float]:

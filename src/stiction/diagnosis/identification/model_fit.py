@@ -1,4 +1,4 @@
-"""What the searches of all valve models share: the cost of a position, the fit of a model, intervals, Kano's valve."""
+"""What the searches of all valve models share: costs, fits, independent samples, intervals, and Kano's valve."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from stiction.diagnosis.identification.candidates import combinations, joined, pattern_search
-from stiction.diagnosis.identification.stems import as_valve_arrays, valve_positions
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -41,6 +40,10 @@ class PositionCosts(Protocol):
     @property
     def n_predicted(self) -> int:
         """Values compared [-]."""
+        ...
+
+    def positions(self, valves: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Positions of candidates (S, J / S, rests, start) [% of span]."""
         ...
 
     def evaluate(self, valves: NDArray[np.float64]) -> Candidates:
@@ -100,9 +103,7 @@ def fit_kano(costs: PositionCosts) -> ModelFit:
     found = costs.evaluate(combinations(S, np.linspace(0.0, 1.0, 6), zero, zero))
     large = costs.evaluate(combinations(S[0.3 * swing < S], np.array([0.2, 0.6]), zero, np.array([-0.6, 0.6])))
     found = pattern_search(costs.evaluate, joined(found, large), STEPS, swing, diagonal=True)
-    out = np.empty((1, costs.op.size // costs.per_block))
-    valve_positions(costs.op, costs.per_block, *as_valve_arrays(np.array([found.best])), out)
-    return model_fit(costs, found, out[0])
+    return model_fit(costs, found, costs.positions(np.array([found.best]))[0])
 
 
 STEPS = (

@@ -124,8 +124,9 @@ class PositionRegression:
         errors = []
         for lag in self.lags:
             z = _lagged(x, lag)
-            power = (z * z) @ w - (z @ w) ** 2 / self.n_predicted
-            moves = power > 1e-12
+            total = (z * z) @ w
+            power = total - (z @ w) ** 2 / self.n_predicted
+            moves = power > 1e-9 * total + 1e-12  # less is rounding: the stem rests
             errors.append(energy - np.where(moves, (z @ y) ** 2 / np.where(moves, power, 1.0), 0.0))
         return np.maximum(np.array(errors), MIN_ERROR * energy)
 

@@ -14,10 +14,8 @@ import numpy as np
 
 from stiction.diagnosis.identification.candidates import combinations, joined, pattern_search
 from stiction.diagnosis.identification.model_fit import model_fit
-from stiction.diagnosis.identification.stems import as_valve_arrays, valve_positions
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.identification.candidates import Candidates
     from stiction.diagnosis.identification.model_fit import ModelFit, PositionCosts
 
 __all__ = ["fit_stenman"]
@@ -54,11 +52,4 @@ def fit_stenman(costs: PositionCosts) -> ModelFit:
         around = d * np.exp(np.linspace(-0.03, 0.03, 241))
         found = joined(found, costs.evaluate(combinations(around, one, one, np.array([start]))))
     found = pattern_search(costs.evaluate, found, STEPS[3:], swing)
-    return _best_fit(costs, found)
-
-
-def _best_fit(costs: PositionCosts, found: Candidates) -> ModelFit:
-    """The fit of the best of some candidates (d, 1, 1, start)."""
-    out = np.empty((1, costs.op.size // costs.per_block))
-    valve_positions(costs.op, costs.per_block, *as_valve_arrays(np.array([found.best])), out)
-    return model_fit(costs, found, out[0])
+    return model_fit(costs, found, costs.positions(np.array([found.best]))[0])

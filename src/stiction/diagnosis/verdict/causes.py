@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -56,6 +56,9 @@ def assess_causes(
     pv_step_share: float,
     spike_share: float,
     min_evidence: float = 20.0,
+    min_relay_evidence: float = 60.0,
+    sticky_sensitivity: float = 3.0,
+    good_sensitivity: float = 2.0,
 ) -> OscillationCause:
     """Judge each cause by itself.
 
@@ -74,7 +77,12 @@ def assess_causes(
     spike_share : float
         Share of the samples in which the PV jumps away and back [-].
     min_evidence : float
-        Twice the log likelihood ratio at which a load counts half [-].
+        Twice the log likelihood ratio at which a periodic load counts half [-].
+    min_relay_evidence : float
+        The same of a load that switches, which a loop near the limit of stability resembles [-].
+    sticky_sensitivity, good_sensitivity : float
+        Sensitivity at the oscillation at which tuning counts half [-]. That of a sticky valve is larger: its
+        oscillation takes a frequency at which the loop is sensitive, however it is tuned.
 
     Returns
     -------
@@ -83,35 +91,36 @@ def assess_causes(
 
     Notes
     -----
-    Where nothing oscillates all scores are those of a quiet loop: a sticky valve that nothing moves drives no
-    oscillation. The score of a load compares a good valve with the load and without it.
+    Where nothing oscillates, valve, tuning and load score 0: a sticky valve that nothing moves drives no oscillation.
+    The score of a load compares a good valve with the load and without it. The sensitivity is that of the process
+    behind a good valve as far as the valve is good. It counts less where a load explains the oscillation: OP then
+    follows PV through the controller C, the identified process looks like -1 / C, and the loop like an unstable one.
     """
-    active = 1.0 if oscillating(oscillation) else 0.0
+    active = 1.0 if oscillation.oscillating else 0.0
     ratios = identification.likelihood_ratios
     good = ratios.get("good", 0.0)
-    load = max(good - ratios.get(name, good) for name in ("periodic_load", "relay_load"))
-    dead_zone = (
-        0.0 if identification.dead_zone is None else dead_zone_score(identification.dead_zone, good, good - load)
+    periodic, relay = (ratios.get(name, math.inf) for name in ("periodic_load", "relay_load"))
+    gain = max(good - periodic - min_evidence, good - relay - min_relay_evidence)
+    load = _logistic((gain - max(good, 0.0) * probability) / 4.0)
+    zone = identification.dead_zone
+    dead_zone = 0.0 if zone is None else dead_zone_score(zone, good, periodic)
+    sticky, linear = (
+        tuning_score(sensitivity(replace(identification, process=process), controller, oscillation.period), critical=at)
+        for process, at in ((identification.process, sticky_sensitivity), (identification.linear, good_sensitivity))
     )
-    tuning = tuning_score(sensitivity(identification, controller, oscillation.period))
+    tuning = (probability * sticky + (1.0 - probability) * linear) * (1.0 - load)
     sensor = max(_logistic((pv_step_share - 0.25) / 0.05), _logistic((spike_share - 0.02) / 0.005))
     others = max(probability * active, tuning, sensor, dead_zone)
-    external = max(_logistic((load - min_evidence - max(good, 0.0) * probability) / 8.0), 1.0 - others)
     return OscillationCause(
         valve=probability * active,
         tuning=tuning * active,
-        external=external * active,
+        external=max(load, 1.0 - others) * active,
         sensor=sensor,
         dead_zone=dead_zone,
     )
 
 
-def oscillating(oscillation: Oscillation) -> bool:
-    """Whether the loop oscillates."""
-    return oscillation.oscillating
-
-
-def tuning_score(sensitivity: float, *, critical: float = 4.0, width: float = 0.3) -> float:
+def tuning_score(sensitivity: float, *, critical: float = 2.0, width: float = 0.3) -> float:
     """How much the sensitivity of the loop at its oscillation speaks for tight tuning, 0 to 1.
 
     Parameters
@@ -130,8 +139,8 @@ def tuning_score(sensitivity: float, *, critical: float = 4.0, width: float = 0.
 
     Examples
     --------
-    >>> round(tuning_score(1.5), 2), round(tuning_score(4.0), 2), round(tuning_score(20.0), 2)
-    (0.04, 0.5, 1.0)
+    >>> round(tuning_score(1.0), 2), round(tuning_score(2.0), 2), round(tuning_score(20.0), 2)
+    (0.09, 0.5, 1.0)
     """
     return _logistic(math.log(sensitivity / critical) / width) if sensitivity > 0.0 else 0.0
 
@@ -141,11 +150,11 @@ def dead_zone_score(
     good: float,
     load: float,
     *,
-    min_evidence: float = 28.0,
+    min_evidence: float = 70.0,
     min_evidence_once: float = 16.0,
     max_advantage: float = 10.0,
     max_advantage_once: float = 40.0,
-    max_load_advantage: float = 30.0,
+    max_load_advantage: float = 0.0,
     width: float = 4.0,
 ) -> float:
     """How much speaks for a dead zone at fixed values of OP, 0 to 1.
@@ -157,7 +166,7 @@ def dead_zone_score(
     good : float
         Twice the log likelihood ratio of the sticky valve over a good one [-].
     load : float
-        The same over the more likely of a periodic load and one that switches [-].
+        The same over a periodic load [-]; infinite where none was searched for.
     min_evidence : float
         Twice the log likelihood ratio of the dead zone over a good valve that counts half [-].
     min_evidence_once : float
