@@ -43,7 +43,7 @@ def feature_row(loop: KnownLoop) -> dict[str, Any]:
         "cpu_s": time.process_time() - started, "state": found.loop_state.state, "probability": found.probability,
         "verdict": found.verdict, "oscillating": found.oscillation.oscillating,
         "S": None if one is None else one.S, "S_low": None if one is None else one.S_low,
-        "S_high": None if one is None else one.S_high, "S_raw": None if one is None else one.S_raw,
+        "S_high": None if one is None else one.S_high,
         "J": None if one is None else one.J,
         **{f"cause_{name}": value for name, value in found.oscillation_cause.to_dict().items()},
         **{f"x_{name}": value for name, value in found.features.items()},

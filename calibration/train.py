@@ -124,11 +124,11 @@ def fit_intervals(table: pl.DataFrame, min_probability: float = 0.5) -> dict[str
     from sklearn.linear_model import QuantileRegressor
 
     known = table.filter(
-        pl.col("sticky") & (pl.col("state") == "in_control") & pl.col("S_raw").is_not_null()
+        pl.col("sticky") & (pl.col("state") == "in_control") & pl.col("S").is_not_null()
         & (pl.col("probability") > min_probability) & (pl.col("true_S") > 0.0)
     )  # fmt: skip
     X = np.column_stack([known[f"i_{name}"].to_numpy() for name in INTERVAL_FEATURES])
-    error = np.log(known["true_S"].to_numpy() / known["S_raw"].to_numpy())
+    error = np.log(known["true_S"].to_numpy() / known["S"].to_numpy())
     ratio = known["true_J"].to_numpy() / known["true_S"].to_numpy()
 
     def fit(y: np.ndarray, q: float) -> list[float]:
@@ -136,7 +136,7 @@ def fit_intervals(table: pl.DataFrame, min_probability: float = 0.5) -> dict[str
         return [round(float(c), 5) for c in (one.intercept_, *one.coef_)]
 
     return {
-        "ln_S_error": {str(q): fit(error, q) for q in (0.025, 0.5, 0.975)},
+        "ln_S_error": {str(q): fit(error, q) for q in (0.025, 0.975)},
         "J_ratio": {str(q): fit(ratio, q) for q in (0.025, 0.975)},
     }
 

@@ -28,7 +28,7 @@ def test_one_bad_value_in_two_thousand_turns_no_verdict(sticky, name, code):
     spoilt = replace(sticky, **{name: x})
     plain, found = st.diagnose(sticky), st.diagnose(spoilt)
     assert plain.verdict == found.verdict == "stiction"
-    assert found.probability == 0.9  # as much as such data allow
+    assert found.probability == pytest.approx(plain.probability, abs=0.02)
     assert [gate.name for gate in found.quality.warnings if gate.name == "outliers"]
     assert pytest.approx(plain.identification.S, rel=0.03) == found.identification.S
     if name == "op" or abs(code) > 200.0:
@@ -160,7 +160,7 @@ def test_a_code_that_comes_again_and_again_is_one_at_any_share(sticky, name, cod
     assert spoilt.provenance.outliers == x[3::every].size
     if code in (-9999.0, 0.0):
         found = st.diagnose(replace(sticky, **{name: x}))
-        assert (found.verdict, found.probability) == ("stiction", 0.9)
+        assert found.verdict == "stiction"
         assert pytest.approx(5.0, rel=0.05) == found.identification.S
 
 
@@ -168,7 +168,7 @@ def test_codes_that_stand_side_by_side_by_chance_are_codes(sticky):
     bad = np.random.default_rng(0).random(len(sticky)) < 0.2
     op, pv = np.where(bad, -9999.0, sticky.op), np.where(bad, -9999.0, sticky.pv)
     found = st.diagnose(replace(sticky, op=op, pv=pv))
-    assert (found.verdict, found.probability) == ("stiction", 0.9)
+    assert found.verdict == "stiction"
 
 
 @pytest.mark.parametrize("code", [-9999.0, 0.0])
@@ -177,7 +177,7 @@ def test_a_code_of_op_that_stands_for_some_samples_turns_no_verdict(sticky, code
     op = sticky.op.copy()
     op[700 : 700 + length] = code
     found = st.diagnose(replace(sticky, op=op))
-    assert (found.verdict, found.probability) == ("stiction", 0.9)
+    assert found.verdict == "stiction"
     assert pytest.approx(5.0, rel=0.05) == found.identification.S
 
 

@@ -31,7 +31,7 @@ EXPECTED = {
     "beside_periodic_load": log_of(60.0),
     "over_deadband": log_of(40.0),
     "best_segment": log_of(160.0),
-    "band_to_swing": 3.9 / 8.0,
+    "band_to_swing": 4.0 / 8.0,
     "jump_ratio": 0.25,
     "fit_gain": math.log(40.0 / 10.0),
     "position": log_of(500.0),
@@ -64,7 +64,7 @@ def test_a_load_without_a_period_counts_as_a_good_valve():
 
 
 def test_ratios_are_limited():
-    found = compute_features(FeatureInput(make_identification(S_raw=99.0, fit=100.0), *_rest()))
+    found = compute_features(FeatureInput(make_identification(S=99.0, fit=100.0), *_rest()))
     assert found["band_to_swing"] == 1.5
     assert found["fit_gain"] == pytest.approx(math.log(40.0))
 

@@ -165,7 +165,6 @@ def identify_valve(
         drift=drift,
         drift_error=drift_error,
         reason="" if controller.exact else NOT_EXACT,
-        S_raw=valve.S,
         interval_features=tuple(features.tolist()),
     )  # fmt: skip
 

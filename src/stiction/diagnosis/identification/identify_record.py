@@ -227,7 +227,7 @@ def _with_model(prepared: PreparedRecord, known: Identification, fit: ModelFit, 
         known, model=model, S=S, J=S * ratio, S_low=S_range[0], S_high=S_range[1], J_low=J_range[0],
         J_high=J_range[1], mv=stem, process=in_seconds(process, signals.samples * prepared.record.dt),
         pv=pv_on_record(signals, blocks, process, prepared.op.size), fit=100.0 * (1.0 - process.error),
-        parameters=parameters, parameter_intervals=intervals, segments=(), S_raw=S, interval_features=(),
+        parameters=parameters, parameter_intervals=intervals, segments=(), interval_features=(),
     )  # fmt: skip
     if prepared.position is not None:
         residual = prepared.costs.residuals(fit.position[np.newaxis])[0]

@@ -69,7 +69,7 @@ def interval_features(
 def intervals(
     valve: Valve, features: NDArray[np.float64], max_S: float
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Estimates and 95 % intervals of S and J.
+    """95 % intervals of S and J.
 
     Parameters
     ----------
@@ -83,14 +83,15 @@ def intervals(
     Returns
     -------
     tuple of float
-        S, its lower and its upper end [% of span].
+        S as given, its lower and its upper end [% of span].
     tuple of float
         J, its lower and its upper end [% of span].
     """
     model = _model()
     x = np.concatenate([[1.0], features])
-    low, middle, high = (float(x @ np.array(model["ln_S_error"][q])) for q in ("0.025", "0.5", "0.975"))
-    S, S_low, S_high = (valve.S * float(np.exp(e)) for e in (middle, min(low, middle), max(high, middle)))
+    S = valve.S
+    low, high = (float(x @ np.array(model["ln_S_error"][q])) for q in ("0.025", "0.975"))
+    S_low, S_high = S * float(np.exp(min(low, 0.0))), S * float(np.exp(max(high, 0.0)))
     J_low, J_high = (float(np.clip(x @ np.array(model["J_ratio"][q]), 0.0, 1.0)) for q in ("0.025", "0.975"))
     ratio = valve.ratio
     limit = max(max_S, S)

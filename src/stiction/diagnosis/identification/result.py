@@ -163,14 +163,12 @@ class Identification:
     """What limits the estimate, in a sentence; empty when nothing does."""
     by_position: bool = False
     """Whether the recorded valve position was compared, not the PV."""
-    S_raw: float = math.nan
-    """S of the most likely valve before it is corrected by `intervals` [% of span]."""
     interval_features: tuple[float, ...] = ()
     """What the intervals were computed from (`intervals.INTERVAL_FEATURES`) [-]."""
     parameters: dict[str, float] = field(default_factory=dict)
     """The model's own parameters where they are not S and J: d, or sb and sj [% of span] and r [% of span / s]."""
     parameter_intervals: dict[str, tuple[float, float]] = field(default_factory=dict)
-    """Their 95 % intervals; r may reach infinity."""
+    """Their 95 % intervals [as the parameters]; r may reach infinity."""
 
     @property
     def J_undetermined(self) -> bool:

@@ -48,7 +48,7 @@ class Diagnosis:
     controller: ControllerFit | None = None
     """The controller found; None when the record did not allow a fit."""
     features: dict[str, float] = field(default_factory=dict)
-    """The features from which the probability was computed; empty where the record cannot be judged."""
+    """The features from which the probability was computed [-]; empty where the record cannot be judged."""
     contributions: tuple[Contribution, ...] = ()
     """What each feature adds to the log odds of stiction, the strongest first."""
     prior: float = 0.25

@@ -129,7 +129,7 @@ FEATURES: tuple[Feature, ...] = (
     Feature("best_segment", "strongest part of the record", "largest asinh(LLR / 20) of a part", "-", 1, _best_segment),
     Feature(
         "band_to_swing", "stiction band relative to the OP swing", "S / 98 % range of OP", "-", 1,
-        lambda found: min(found.identification.S_raw / found.op_swing, 1.5) if found.op_swing > 0.0 else math.nan,
+        lambda found: min(found.identification.S / found.op_swing, 1.5) if found.op_swing > 0.0 else math.nan,
     ),
     Feature("jump_ratio", "slip jump relative to the band", "J / S", "-", 1,
             lambda found: found.identification.J / found.identification.S),

@@ -27,7 +27,7 @@ MAX_LISTED = 20
 
 
 def assign_roles(
-    columns: Sequence[TagColumn], options: ReadOptions, map_rows: Sequence[MapRow] | None = None
+    columns: Sequence[TagColumn], options: ReadOptions, map_rows: Sequence[MapRow] | None = None, name: str = ""
 ) -> list[LoopRoles]:
     """Give each column of a source but its time columns its role in a loop.
 
@@ -35,7 +35,7 @@ def assign_roles(
     or another number, only the loop of these columns is given. A mapping file settles all roles.
     """
     if not columns:
-        raise RecordError("The source: has no columns beside the time; export PV and OP of a loop.")
+        raise RecordError(f"{name or 'The source'}: has no columns beside the time; export PV and OP of a loop.")
     source = columns[0].table.origin.name
     if map_rows is not None:
         return _choose_loop(apply_map(columns, map_rows), options, source)

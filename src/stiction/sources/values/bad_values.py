@@ -144,7 +144,8 @@ def find_common_states(
     if not {"pv", "op"} <= set(compared) or len({len(signals[role]) for role in compared}) > 1:
         return masks
     pv = signals["pv"]
-    same = np.logical_and.reduce([np.abs(signals[role] - pv) <= TOLERANCE * np.abs(pv) for role in compared[1:]])
+    with np.errstate(invalid="ignore"):  # infinite values
+        same = np.logical_and.reduce([np.abs(signals[role] - pv) <= TOLERANCE * np.abs(pv) for role in compared[1:]])
     if not same.any() or same.mean() > max_share:
         return masks
     values = np.unique(pv[same])
