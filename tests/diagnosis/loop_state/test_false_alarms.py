@@ -8,9 +8,9 @@ from functools import cache
 import pytest
 
 import stiction as st
+from calibration.populations import CAUSES, plant_population, population, wandering_population
 from stiction.diagnosis.loop_state import assess_loop_state
 from stiction.simulation.demo import demo_plant
-from stiction.simulation.population import CAUSES, plant_population, population, wandering_population
 
 IN_CONTROL = tuple(cause for cause in CAUSES if cause != "saturation")
 
