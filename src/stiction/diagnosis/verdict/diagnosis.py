@@ -48,7 +48,7 @@ class Diagnosis:
     controller: ControllerFit | None = None
     """The controller found; None when the record did not allow a fit."""
     features: dict[str, float] = field(default_factory=dict)
-    """The features from which the probability was computed; empty where the record cannot be judged."""
+    """The features from which the probability was computed [-]; empty where the record cannot be judged."""
     contributions: tuple[Contribution, ...] = ()
     """What each feature adds to the log odds of stiction, the strongest first."""
     prior: float = 0.25
@@ -78,9 +78,7 @@ class Diagnosis:
         """The closest explanation without stiction, and twice the log likelihood ratio of the sticky valve over it."""
         ratios = {} if self.identification is None else self.identification.likelihood_ratios
         sticky = ("beside_periodic_load", "deadband")
-        found = {
-            name: ratio for name, ratio in ratios.items() if name not in sticky and math.isfinite(ratio)
-        }
+        found = {name: ratio for name, ratio in ratios.items() if name not in sticky and math.isfinite(ratio)}
         return min(found.items(), key=lambda item: item[1]) if found else None
 
     def summary(self) -> str:
