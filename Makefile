@@ -37,6 +37,7 @@ check: $(VENV)/.ready-check
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 	$(BIN)/lint-imports
+	$(BIN)/python calibration/room_sizes.py
 	$(BIN)/python docs/check.py
 
 format: $(VENV)/.ready-check

@@ -1,12 +1,7 @@
-"""Draw the pictures of the documentation from simulated loops: `make picture`.
-
-python docs/pictures.py MEASURED.json draws the reliability from what population.py --json wrote.
-"""
+"""Draw the pictures of the documentation from simulated loops: `make picture`."""
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -133,39 +128,8 @@ def remedies() -> str:
     )
 
 
-def reliability(rows: list[dict[str, float]], loops: int) -> str:
-    """Share that sticks over the probability told, with the loops in each bin.
-
-    `rows` is the list of that name in the file that tests/diagnosis/verdict/population.py --json writes.
-    """
-    panel = Panel(60, 30, 360, 300, (0.0, 1.0), (0.0, 1.0))
-    ends = np.array([0.0, 1.0])
-    panel.line(ends, ends, GRID)
-    told, sticky = (np.array([row[key] for row in rows]) for key in ("told", "sticky"))
-    panel.line(told, sticky, OP)
-    for row in rows:
-        x, y = panel.at(row["told"], row["sticky"])
-        panel.parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{OP}"/>')
-        low = (0, -8) if row["told"] < 0.1 else (10, 5)
-        aside = low if row["told"] < 0.2 else (-12, 12) if row["sticky"] > 0.95 else (-6, -8)
-        panel.label(x + aside[0], y + aside[1], f"{row['loops']:.0f}", "end" if aside[0] < 0 else "start")
-    panel.ticks([0.0, 0.2, 0.4, 0.6, 0.8, 1.0], [0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
-    panel.label(60, 20, f"share of loops that stick, of {loops} simulated; the numbers are loops", colour=OP)
-    panel.label(420, 366, "probability told", "end")
-    body = "\n".join(panel.parts)
-    return (
-        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 460 380" font-family="sans-serif" font-size="13"'
-        ' role="img" aria-label="Reliability: the share of loops that stick over the probability told">\n'
-        f'<rect width="460" height="380" fill="#ffffff"/>\n{body}\n</svg>\n'
-    )
-
-
 def drawn() -> Iterator[tuple[str, str]]:
-    """Name and text of each picture; the reliability only where its numbers are given."""
-    if len(sys.argv) > 1:
-        measured = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-        yield "reliability", reliability(measured["reliability"], measured["loops"])
-        return
+    """Name and text of each picture."""
     yield "sticky-valve", picture(sticky_loop())
     yield "remedies", remedies()
 

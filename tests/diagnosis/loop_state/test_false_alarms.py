@@ -9,6 +9,7 @@ import pytest
 from calibration.populations import CAUSES, plant_population, population, wandering_population
 
 import stiction as st
+from calibration.populations import CAUSES, plant_population, population, wandering_population
 from stiction.diagnosis.loop_state import assess_loop_state
 from stiction.simulation.demo import demo_plant
 

@@ -150,6 +150,7 @@ def compare_models(record: LoopRecord, *, period: float | None = None, enough: f
     Examples
     --------
     >>> from dataclasses import replace
+    >>> import numpy as np
     >>> import stiction as st
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.1)
     >>> sp = np.repeat(np.random.default_rng(0).uniform(7.0, 13.0, 60), 35)

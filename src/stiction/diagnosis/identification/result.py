@@ -168,7 +168,7 @@ class Identification:
     parameters: dict[str, float] = field(default_factory=dict)
     """The model's own parameters where they are not S and J: d, or sb and sj [% of span] and r [% of span / s]."""
     parameter_intervals: dict[str, tuple[float, float]] = field(default_factory=dict)
-    """Their 95 % intervals [as the parameters]; r may reach infinity."""
+    """Their 95 % intervals [units of `parameters`]; r may reach infinity."""
 
     @property
     def J_undetermined(self) -> bool:

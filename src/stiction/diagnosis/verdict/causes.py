@@ -13,7 +13,7 @@ from stiction.diagnosis.verdict.features import sensitivity
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.dead_zone import DeadZone
     from stiction.diagnosis.identification.result import ControllerFit, Identification
-    from stiction.diagnosis.oscillation import Oscillation
+    from stiction.diagnosis.result import Oscillation
 
 __all__ = ["CAUSES", "OscillationCause", "assess_causes", "tuning_score"]
 
@@ -153,7 +153,7 @@ def dead_zone_score(
     min_evidence: float = 70.0,
     min_evidence_once: float = 16.0,
     max_advantage: float = 10.0,
-    max_advantage_once: float = 40.0,
+    max_advantage_once: float = 60.0,
     max_load_advantage: float = 0.0,
     width: float = 4.0,
 ) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from stiction.diagnosis.loop_state import describe_action, describe_state
 from stiction.diagnosis.verdict.features import FEATURES
@@ -11,7 +11,12 @@ from stiction.display.duration_format import format_seconds
 from stiction.display.number_format import format_interval, format_number
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.verdict.diagnosis import Diagnosis
+    from stiction.diagnosis.identification.result import Identification
+    from stiction.diagnosis.loop_state import LoopState
+    from stiction.diagnosis.result import Oscillation, Verdict
+    from stiction.diagnosis.verdict.causes import OscillationCause
+    from stiction.records.assess import Quality
+    from stiction.records.record import LoopRecord
 
 __all__ = ["explain_action", "explain_reason", "feature_label"]
 
@@ -32,12 +37,56 @@ CAUSE_ACTION = {
 """What to do about each cause other than the valve."""
 
 
+class Findings(Protocol):
+    """What the sentences need to know; a `Diagnosis` has it."""
+
+    @property
+    def record(self) -> LoopRecord:
+        """The record."""
+        ...
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict."""
+        ...
+
+    @property
+    def loop_state(self) -> LoopState:
+        """The state of the loop."""
+        ...
+
+    @property
+    def oscillation(self) -> Oscillation:
+        """The oscillation."""
+        ...
+
+    @property
+    def oscillation_cause(self) -> OscillationCause:
+        """Its causes."""
+        ...
+
+    @property
+    def quality(self) -> Quality:
+        """The data checks."""
+        ...
+
+    @property
+    def identification(self) -> Identification | None:
+        """Stiction and process."""
+        ...
+
+    @property
+    def strongest_alternative(self) -> tuple[str, float] | None:
+        """The closest explanation without stiction."""
+        ...
+
+
 def feature_label(name: str) -> str:
     """Name of a feature on screens."""
     return next(feature.label for feature in FEATURES if feature.name == name)
 
 
-def explain_reason(found: Diagnosis) -> str:
+def explain_reason(found: Findings) -> str:
     """Say why the verdict is what it is."""
     if not found.loop_state.in_control:
         return describe_state(found.loop_state, found.record.start, found.record.provenance.pv_unit)
@@ -46,7 +95,7 @@ def explain_reason(found: Diagnosis) -> str:
     return " ".join(sentence for sentence in sentences if sentence)
 
 
-def _evidence(found: Diagnosis) -> str:
+def _evidence(found: Findings) -> str:
     one, unit = found.identification, found.record.op_unit_short
     if one is None:
         return "OP or PV does not vary enough to look for a valve."
@@ -87,14 +136,14 @@ def _alternative_text(name: str, ratio: float) -> str:
     )
 
 
-def _oscillation(found: Diagnosis) -> str:
+def _oscillation(found: Findings) -> str:
     one = found.oscillation
     if not one.oscillating:
         return "The loop does not oscillate regularly."
     return f"The loop oscillates with a period of {format_seconds(one.period)}."
 
 
-def _causes(found: Diagnosis) -> str:
+def _causes(found: Findings) -> str:
     causes = found.oscillation_cause
     others = [name for name in CAUSE_ACTION if getattr(causes, name) >= 0.5]
     text = " ".join(_dead_zone(found) if name == "dead_zone" else CAUSE_TEXT[name] for name in others)
@@ -103,7 +152,7 @@ def _causes(found: Diagnosis) -> str:
     return text
 
 
-def _dead_zone(found: Diagnosis) -> str:
+def _dead_zone(found: Findings) -> str:
     zone = None if found.identification is None else found.identification.dead_zone
     if zone is None:
         return CAUSE_TEXT["dead_zone"]
@@ -120,7 +169,7 @@ def _dead_zone(found: Diagnosis) -> str:
     )
 
 
-def _left_out(found: Diagnosis) -> str:
+def _left_out(found: Findings) -> str:
     stretches = found.loop_state.stretches
     if not stretches:
         return ""
@@ -129,12 +178,12 @@ def _left_out(found: Diagnosis) -> str:
     return f"Left out: {100.0 * share:.0f} % of the record ({names})."
 
 
-def _slave(found: Diagnosis) -> str:
+def _slave(found: Findings) -> str:
     tag = found.record.provenance.secondary_tag
     return f"OP is the set point of {tag}; the valve belongs to that loop." if tag else ""
 
 
-def explain_action(found: Diagnosis) -> str:
+def explain_action(found: Findings) -> str:
     """Say what to do, in one or two imperative sentences."""
     if not found.loop_state.in_control:
         return describe_action(found.loop_state)

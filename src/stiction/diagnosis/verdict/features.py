@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stiction.diagnosis.identification.result import ControllerFit, Identification
-    from stiction.diagnosis.oscillation import Oscillation
+    from stiction.diagnosis.result import Oscillation
 
 __all__ = ["FEATURES", "Feature", "FeatureInput", "compute_features", "sensitivity"]
 

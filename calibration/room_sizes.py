@@ -1,0 +1,85 @@
+"""Size of the diagnosis: lines, files and numbers, and their limits. Part of `make check`.
+
+A line of code holds more than a comment, a docstring or nothing. A number is a numeric literal other than 0, 1 and 2
+in an assignment of a module or a class, or the default of a parameter or a field.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import sys
+import tokenize
+from pathlib import Path
+from typing import NamedTuple
+
+PACKAGE = Path(__file__).resolve().parents[1] / "src" / "stiction"
+LIMITS = {
+    "diagnosis": {"code": 5000, "lines": 8500, "numbers": 250},
+    "diagnosis/identification": {"code": 2600, "files": 22},
+    "diagnosis/verdict": {"code": 700},
+}
+"""Largest allowed size of each room."""
+ALSO_PRINTED = ("records", "sources")
+NOT_CODE = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
+
+
+class Size(NamedTuple):
+    """Size of a file or a room."""
+
+    files: int
+    code: int
+    lines: int
+    numbers: int
+
+
+def docstring_lines(tree: ast.AST) -> set[int]:
+    """Lines of strings that stand alone: docstrings of modules, classes, functions and fields."""
+    alone = [node.value for node in ast.walk(tree) if isinstance(node, ast.Expr)]
+    texts = [node for node in alone if isinstance(node, ast.Constant) and isinstance(node.value, str)]
+    return {line for node in texts for line in range(node.lineno, (node.end_lineno or node.lineno) + 1)}
+
+
+def count_code(text: str) -> int:
+    """Lines with code."""
+    tokens = tokenize.generate_tokens(io.StringIO(text).readline)
+    lines = {line for token in tokens if token.type not in NOT_CODE for line in range(token.start[0], token.end[0] + 1)}
+    return len(lines - docstring_lines(ast.parse(text)))
+
+
+def count_numbers(text: str) -> int:
+    """Numbers in assignments of modules and classes, and in defaults of parameters."""
+    tree = ast.parse(text)
+    bodies = [tree.body, *(node.body for node in ast.walk(tree) if isinstance(node, ast.ClassDef))]
+    values = [node.value for body in bodies for node in body if isinstance(node, ast.Assign | ast.AnnAssign)]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.arguments):
+            values += [*node.defaults, *node.kw_defaults]
+    literals = [node.value for value in values if value for node in ast.walk(value) if isinstance(node, ast.Constant)]
+    return sum(type(one) in (int, float) and one not in (0, 1, 2) for one in literals)
+
+
+def measure(room: str) -> Size:
+    """Size of a room with all rooms in it."""
+    texts = [path.read_text(encoding="utf-8") for path in (PACKAGE / room).rglob("*.py")]
+    code, numbers = sum(map(count_code, texts)), sum(map(count_numbers, texts))
+    return Size(len(texts), code, sum(text.count("\n") for text in texts), numbers)
+
+
+def main() -> int:
+    """Print the sizes; 1 where a limit is exceeded."""
+    exceeded: list[str] = []
+    print(f"{'room':28}{'files':>7}{'code':>7}{'lines':>7}{'numbers':>9}")
+    for room in (*LIMITS, *ALSO_PRINTED):
+        size = measure(room)
+        print(f"{room:28}{size.files:7}{size.code:7}{size.lines:7}{size.numbers:9}")
+        for name, limit in LIMITS.get(room, {}).items():
+            found = getattr(size, name)
+            if found > limit:
+                exceeded.append(f"{room}: {found} {name}, at most {limit}")
+    print("\n".join(exceeded) or "sizes: within the limits")
+    return 1 if exceeded else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
