@@ -62,7 +62,7 @@ def move_stem(op, duration, pressure, position, velocity, valve):
             if abs(force) <= static:
                 goal = position + math.copysign(static, op - position)
                 wait = left
-                if abs(op - position) > static:
+                if abs(op - position) - static > 1e-12:
                     wait = min(lag * math.log((pressure - op) / (goal - op)) + 0.2 * h, left)
                 pressure = op + (pressure - op) * math.exp(-wait / lag)
                 left -= wait

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
+
 from stiction.diagnosis.identification import fit_controller
 from stiction.display import describe_check
 from stiction.models import FOPDT, PID, Ideal, Kano, Loop

@@ -141,7 +141,9 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
     else:
         tables = [_frame_table(source)]
     columns = read_layout(tables, options)
-    return Loops(options, assign_roles(columns, options, rows, tables[0].origin.name), time_positions=_time_positions(columns))
+    return Loops(
+        options, assign_roles(columns, options, rows, tables[0].origin.name), time_positions=_time_positions(columns)
+    )
 
 
 def _frame_table(source: object) -> RawTable:

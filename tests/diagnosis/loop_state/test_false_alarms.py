@@ -6,7 +6,6 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
-from calibration.populations import CAUSES, plant_population, population, wandering_population
 
 import stiction as st
 from calibration.populations import CAUSES, plant_population, population, wandering_population

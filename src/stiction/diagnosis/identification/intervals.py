@@ -160,4 +160,4 @@ def trend(hours: NDArray[np.float64], S: NDArray[np.float64], min_points: int = 
     from scipy.stats import linregress
 
     fit = linregress(hours, S)
-    return float(fit.slope), float(fit.stderr)
+    return float(fit.slope), float(fit.stderr)  # pyright: ignore[reportAttributeAccessIssue]

@@ -141,10 +141,10 @@ def _lagged(u: NDArray[np.float64], slow: float, fast: float) -> NDArray[np.floa
         y = np.cumsum(u)
     else:
         keep = np.exp(-1.0 / max(slow, 1e-3))
-        y = lfilter([1.0 - keep], [1.0, -keep], u)
+        y = np.asarray(lfilter([1.0 - keep], [1.0, -keep], u))
     if fast > 0.0:
         keep = np.exp(-1.0 / max(fast, 1e-3))
-        y = lfilter([1.0 - keep], [1.0, -keep], y)
+        y = np.asarray(lfilter([1.0 - keep], [1.0, -keep], y))
     return y
 
 
