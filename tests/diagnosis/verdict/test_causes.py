@@ -72,8 +72,10 @@ def test_a_load_that_explains_more_than_the_valve():
 
 
 def test_a_sticky_valve_beside_a_load():
-    causes = assess({**RATIOS, "periodic_load": -200.0}, 0.9)
+    """The load is found by comparing the sticky valve with it and without it: 560 - 120 here."""
+    causes = assess({**RATIOS, "good": 900.0, "beside_periodic_load": 560.0}, 0.97)
     assert main(causes) == {"valve", "external"}
+    assert main(assess({**RATIOS, "good": 900.0}, 0.97)) == {"valve"}
 
 
 def test_an_oscillation_without_any_other_cause_comes_from_outside():
@@ -141,6 +143,13 @@ def test_simulated_load_from_outside():
 def test_simulated_sticky_valve():
     found = st.diagnose(simulate(st.Kano(5.0, 2.0), random=0.1))
     assert found.oscillation_cause.main == "valve"
+
+
+def test_simulated_sticky_valve_beside_a_load():
+    found = st.diagnose(simulate(st.Kano(5.0, 2.5), load=1.5 * WAVE))
+    assert found.verdict == "stiction"
+    assert {"valve", "external"} <= main(found.oscillation_cause)
+    assert "something else affects the loop too" in found.reason
 
 
 def test_simulated_coarse_transmitter():

@@ -92,16 +92,18 @@ def assess_causes(
     Notes
     -----
     Where nothing oscillates, valve, tuning and load score 0: a sticky valve that nothing moves drives no oscillation.
-    The score of a load compares a good valve with the load and without it. The sensitivity is that of the process
-    behind a good valve as far as the valve is good. It counts less where a load explains the oscillation: OP then
-    follows PV through the controller C, the identified process looks like -1 / C, and the loop like an unstable one.
+    The score of a load compares a valve with the load and without it, a good and a sticky one, weighted by the
+    probability of each. The sensitivity is that of the process fitted with a good valve as far as the valve is good.
+    It counts less where a load explains the oscillation: OP then follows PV through the controller C, the identified
+    process looks like -1 / C, and the loop like an unstable one.
     """
     active = 1.0 if oscillation.oscillating else 0.0
     ratios = identification.likelihood_ratios
     good = ratios.get("good", 0.0)
     periodic, relay = (ratios.get(name, math.inf) for name in ("periodic_load", "relay_load"))
-    gain = max(good - periodic - min_evidence, good - relay - min_relay_evidence)
-    load = _logistic((gain - max(good, 0.0) * probability) / 4.0)
+    beside_good = max(good - periodic - min_evidence, good - relay - min_relay_evidence)
+    beside_sticky = ratios.get("beside_periodic_load", -math.inf) - periodic - min_evidence
+    load = (1.0 - probability) * _logistic(beside_good / 4.0) + probability * _logistic(beside_sticky / 4.0)
     zone = identification.dead_zone
     dead_zone = 0.0 if zone is None else dead_zone_score(zone, good, periodic)
     sticky, linear = (
