@@ -13,7 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stiction.errors import RecordError
-from stiction.sources.values.numeric_cells import is_number, parse_number, parse_numbers
+from stiction.sources.values.number_text import is_number, parse_number
+from stiction.sources.values.numeric_cells import parse_numbers
 
 NUMBERS = np.round(np.random.default_rng(1).normal(0.0, 4000.0, 900), 3)
 WAYS = {

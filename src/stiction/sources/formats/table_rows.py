@@ -8,7 +8,7 @@ from stiction.errors import RecordError
 from stiction.sources.formats.table_shape import find_table
 from stiction.sources.roles.column_names import header_names, unit_in_name
 from stiction.sources.table import SNIFF_ROWS, RawTable
-from stiction.sources.values.numeric_cells import usual_unit
+from stiction.sources.values.number_text import usual_unit
 from stiction.sources.values.thousands import find_ambiguous_cell
 
 if TYPE_CHECKING:

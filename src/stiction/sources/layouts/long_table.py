@@ -9,7 +9,7 @@ from stiction.sources.layouts import headings
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import COLUMN_WORDS
 from stiction.sources.time.parse import is_timestamp
-from stiction.sources.values.numeric_cells import is_number
+from stiction.sources.values.number_text import is_number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

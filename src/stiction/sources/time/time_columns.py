@@ -13,7 +13,7 @@ from stiction.sources.roles.vocabulary import INDEX_WORDS, TIME_UNITS, TIME_WORD
 from stiction.sources.time.numeric_time import find_epoch, is_compact_clock
 from stiction.sources.time.text_column import parse_by_strptime
 from stiction.sources.time.text_stamps import is_clock, is_date, is_timestamp
-from stiction.sources.values.numeric_cells import is_number, parse_number
+from stiction.sources.values.number_text import is_number, parse_number
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence

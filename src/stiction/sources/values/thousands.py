@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import RecordError
-from stiction.sources.values.numeric_cells import is_number, parse_number
+from stiction.sources.values.number_text import is_number, parse_number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
