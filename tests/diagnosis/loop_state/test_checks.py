@@ -93,6 +93,12 @@ def test_a_coarse_pv_is_not_frozen():
     assert not find_pv_frozen(50.0 + NOISE, np.round(slow)).any()
 
 
+@pytest.mark.parametrize(("values", "marked"), [(9, 0), (10, 500)])
+def test_a_frozen_pv_took_several_values_before(values, marked):
+    pv = np.concatenate([np.tile(np.arange(float(values)), N)[: N // 2], np.full(N // 2, 99.0)])
+    assert find_pv_frozen(50.0 + NOISE, pv, min_values=values + 1 if not marked else values).sum() == marked
+
+
 def test_pv_and_op_that_rest_together_are_no_frozen_transmitter():
     pv = 150.0 + NOISE
     pv[300:600] = 150.0

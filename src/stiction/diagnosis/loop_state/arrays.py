@@ -18,6 +18,7 @@ __all__ = [
     "moving_average",
     "oscillation_period",
     "runs",
+    "value_range",
     "without_gaps",
 ]
 
@@ -37,6 +38,11 @@ def keep_long_runs(mask: NDArray[np.bool_], min_samples: int) -> NDArray[np.bool
     for first, last in runs(mask):
         kept[first:last] = last - first >= min_samples
     return kept
+
+
+def value_range(x: NDArray[np.float64]) -> float:
+    """Largest less smallest value, 0 when there is none."""
+    return float(np.nanmax(x) - np.nanmin(x)) if np.isfinite(x).any() else 0.0
 
 
 def find_rests(x: NDArray[np.float64]) -> list[tuple[int, int]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from stiction.diagnosis.loop_state.signals_unrelated import find_unrelated_signa
 from stiction.diagnosis.loop_state.state import STATES, LoopState, StateName, StateStretch
 from stiction.diagnosis.loop_state.valve_not_responding import find_valve_not_responding
 from stiction.records.analysis_window import forward_fill_sp
+from stiction.records.gaps import fill_short_gaps
 from stiction.records.record import mask_outliers
 
 if TYPE_CHECKING:
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
     from stiction.records.record import LoopRecord
 
 __all__ = ["assess_loop_state"]
-
-Limits = tuple[float, float]
 
 
 def assess_loop_state(record: LoopRecord, rejects: Sequence[str] = (), *, min_share: float = 0.5) -> LoopState:
@@ -69,28 +68,65 @@ def assess_loop_state(record: LoopRecord, rejects: Sequence[str] = (), *, min_sh
     pv = record.pv
     if pv is None or len(record) == 0:
         return LoopState("bad_data", 0.0, record.duration, rejects=tuple(rejects) or ("PV was not recorded.",))
+    signals = _signals(record, pv)
+    codes, wound_up = _sample_states(record, signals)
+    stretches = [
+        StateStretch(state, first, last, first * record.dt, last * record.dt, _numbers(signals, first, last))
+        for code, state in enumerate(STATES)
+        if code
+        for first, last in runs(codes == code)
+    ]
+    stretches.sort(key=lambda one: one.first)
+    if np.mean(codes != 0) > min_share:
+        return _headline(record, codes, tuple(stretches), wound_up)
+    state, numbers = _record_state(signals.op, pv, record.sp, rejects)
+    share = 1.0 if state != "in_control" else float(np.mean(codes == 0))
+    return LoopState(state, 0.0, record.duration, share, numbers, tuple(rejects), tuple(stretches))
+
+
+class _Signals(NamedTuple):
+    """The signals of a record, as the checks take them."""
+
+    op: NDArray[np.float64]
+    """Controller output [% of span], in another unit where the scale is not known."""
+    pv: NDArray[np.float64]
+    """Process variable [its unit]."""
+    sp: NDArray[np.float64] | None
+    """Set point, as recorded or as the controller's equation tells it [unit of PV]."""
+    has_sp: bool
+    """Whether the set point was recorded."""
+    limits: tuple[float, float]
+    """Output limits [% of span], infinite where the scale of OP is not known."""
+    at_limit: NDArray[np.bool_]
+    """Where OP rests at a limit."""
+
+
+def _signals(record: LoopRecord, pv: NDArray[np.float64]) -> _Signals:
+    """Take the signals from a record, OP in % of span and SP without gaps."""
     op, limits = _in_percent(record)
+    op, pv = fill_short_gaps(op), fill_short_gaps(pv)  # a short gap does not end a rest
     at_limit = find_saturated(op, limits=limits)
     recorded = forward_fill_sp(record)[0]
     sp = recorded if recorded is not None else _estimate_set_point(np.where(at_limit, np.nan, op), pv)
-    codes = np.zeros(len(record), dtype=np.int8)
+    return _Signals(op, pv, sp, recorded is not None, limits, at_limit)
+
+
+def _sample_states(record: LoopRecord, signals: _Signals) -> tuple[NDArray[np.int8], dict[StateName, WindUp]]:
+    """State of each sample as its place in `STATES`, and the wind-up found."""
+    op, pv, sp, has_sp, limits, at_limit = signals
+    codes = np.zeros(op.size, dtype=np.int8)
     wound_up: dict[StateName, WindUp] = {}
     if record.auto is None:
         _mark(codes, "manual", find_manual(op, pv, limits=limits))
     _mark(codes, "saturated", at_limit)
     if sp is not None and math.isfinite(limits[1]):
-        found = {
-            "valve_not_responding": find_valve_not_responding(op, pv, sp),
-            "not_in_command": find_not_in_command(
-                op,
-                pv,
-                sp,
-                # A valve that rests closed is in normal service, as a vent or a bypass.
-                at_limit=at_limit & (op > 0.5 * sum(limits)) if recorded is not None else None,
-                needs_integral=recorded is not None and record.loop_type == "flow",
-            ),
-        }
-        wound_up = {state: one for state in STATES if (one := found.get(state)) is not None}
+        # A valve that rests closed is in normal service, as a vent or a bypass.
+        at_top = at_limit & (op > 0.5 * sum(limits)) if has_sp else None
+        needs_integral = has_sp and record.loop_type == "flow"
+        if (stuck := find_valve_not_responding(op, pv, sp)) is not None:
+            wound_up["valve_not_responding"] = stuck
+        elif (out := find_not_in_command(op, pv, sp, at_limit=at_top, needs_integral=needs_integral)) is not None:
+            wound_up["not_in_command"] = out
         for state, one in wound_up.items():
             _mark(codes, state, slice(one.first, one.last))
     _mark(codes, "pv_frozen", find_pv_frozen(op, pv))
@@ -99,25 +135,18 @@ def assess_loop_state(record: LoopRecord, rejects: Sequence[str] = (), *, min_sh
     if record.auto is not None:
         _mark(codes, "manual", find_manual(op, pv, record.auto))
     _mark(codes, "bad_data", find_bad_data(op, pv))
-    stretches = tuple(
-        StateStretch(state, first, last, first * record.dt, last * record.dt, _numbers(op, pv, sp, first, last))
-        for code, state in enumerate(STATES)
-        if code
-        for first, last in runs(codes == code)
-    )
-    stretches = tuple(sorted(stretches, key=lambda one: one.first))
-    if np.mean(codes != 0) > min_share:
-        return _headline(record, codes, stretches, wound_up)
-    whole: tuple[StateName, dict[str, float]] = ("in_control", {})
-    if (shares := are_signals_swapped(op, pv, record.sp)) is not None:
-        whole = ("signals_swapped", {"unexplained": shares[0], "unexplained_swapped": shares[1]})
-    elif (coherences := find_unrelated_signals(op, pv, record.sp)) is not None:
-        whole = ("signals_unrelated", {"coherence": coherences[0], "coherence_shifted": coherences[1]})
-    elif rejects:
-        whole = ("bad_data", {})
-    state, numbers = whole
-    share = 1.0 if state != "in_control" else float(np.mean(codes == 0))
-    return LoopState(state, 0.0, record.duration, share, numbers, tuple(rejects), stretches)
+    return codes, wound_up
+
+
+def _record_state(
+    op: NDArray[np.float64], pv: NDArray[np.float64], sp: NDArray[np.float64] | None, rejects: Sequence[str]
+) -> tuple[StateName, dict[str, float]]:
+    """State that concerns the record as a whole, with its numbers."""
+    if (shares := are_signals_swapped(op, pv, sp)) is not None:
+        return "signals_swapped", {"unexplained": shares[0], "unexplained_swapped": shares[1]}
+    if (coherences := find_unrelated_signals(op, pv, sp)) is not None:
+        return "signals_unrelated", {"coherence": coherences[0], "coherence_shifted": coherences[1]}
+    return ("bad_data" if rejects else "in_control"), {}
 
 
 def _headline(
@@ -144,7 +173,7 @@ def _mark(codes: NDArray[np.int8], state: StateName, where: NDArray[np.bool_] | 
     codes[where] = STATES.index(state)
 
 
-def _in_percent(record: LoopRecord) -> tuple[NDArray[np.float64], Limits]:
+def _in_percent(record: LoopRecord) -> tuple[NDArray[np.float64], tuple[float, float]]:
     """OP in % of span with its limits; a scale that is not known has no limits."""
     op = record.op
     if record.op_in_percent:
@@ -165,10 +194,9 @@ def _estimate_set_point(
     return np.full(pv.size, fit.set_point)
 
 
-def _numbers(
-    op: NDArray[np.float64], pv: NDArray[np.float64], sp: NDArray[np.float64] | None, first: int, last: int
-) -> dict[str, float]:
+def _numbers(signals: _Signals, first: int, last: int) -> dict[str, float]:
     """Levels of OP and PV in a stretch, as far as they were recorded."""
+    op, pv, sp, *_ = signals
     known = np.flatnonzero(np.isfinite(op[first:last])) + first
     numbers = {"samples": float(last - first)}
     if known.size:

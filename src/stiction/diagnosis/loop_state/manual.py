@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.loop_state.arrays import find_rests
+from stiction.diagnosis.loop_state.arrays import find_rests, value_range
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -54,7 +54,8 @@ def find_manual(
     Returns
     -------
     ndarray of bool, shape (n_samples,)
-        True where the mode says so or, without a mode, where OP rests at one value while PV moves.
+        True where the mode says so or, without a mode, where OP rests at one value while PV moves. An OP that never
+        moves is marked by the mode only: the data checks reject it.
 
     Notes
     -----
@@ -66,7 +67,7 @@ def find_manual(
     --------
     >>> import numpy as np
     >>> op, pv = np.full(200, 40.0), np.sin(np.arange(200) / 9.0)
-    >>> op[:80] += pv[:80]
+    >>> op[:80] -= pv[:80]
     >>> int(find_manual(op, pv).sum())
     120
     """
@@ -82,17 +83,13 @@ def find_manual(
     elsewhere = np.ones(op.size, dtype=bool)
     for first, last in long:
         elsewhere[first:last] = False
-    ratio, step = _range(op[elsewhere]) / max(_range(pv[elsewhere]), 1e-300), _resolution(op)
+    ratio, step = value_range(op[elsewhere]) / max(value_range(pv[elsewhere]), 1e-300), _resolution(op)
     for first, last in long:
         inside = pv[first:last][np.isfinite(pv[first:last])]
-        moves = np.unique(inside).size > 2 and _range(inside) > min_pv_move * _range(pv)
-        mask[first:last] = moves and (elsewhere.mean() < 0.02 or ratio * _range(inside) > min_hidden_steps * step)
+        moves = np.unique(inside).size > 2 and value_range(inside) > min_pv_move * value_range(pv)
+        is_visible = elsewhere.mean() < 0.02 or ratio * value_range(inside) > min_hidden_steps * step
+        mask[first:last] = moves and step > 0.0 and is_visible
     return mask
-
-
-def _range(x: NDArray[np.float64]) -> float:
-    """Largest less smallest value, 0 when there is none."""
-    return float(np.nanmax(x) - np.nanmin(x)) if np.isfinite(x).any() else 0.0
 
 
 def _resolution(op: NDArray[np.float64]) -> float:

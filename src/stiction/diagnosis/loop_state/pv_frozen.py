@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.loop_state.arrays import find_rests
+from stiction.diagnosis.loop_state.arrays import find_rests, value_range
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,6 +22,9 @@ def find_pv_frozen(
     min_share: float = 0.05,
     max_rests: int = 5,
     min_length_ratio: float = 4.0,
+    min_values: int = 10,
+    min_op_move: float = 0.1,
+    max_usual: float = 0.05,
 ) -> NDArray[np.bool_]:
     """Mark the samples in which PV repeats one value although OP moves.
 
@@ -39,6 +42,13 @@ def find_pv_frozen(
         Largest number of long rests. More of them are a coarse resolution or a compressed record.
     min_length_ratio : float
         Length of the shortest long rest over that of the longest other one [-].
+    min_values : int
+        Smallest number of values that PV takes outside the long rests. With fewer its resolution is coarse.
+    min_op_move : float
+        Range of OP in a rest over its range in the record [-]. Where OP hardly moves, at a usual value of PV, the loop
+        is at rest.
+    max_usual : float
+        Share of the other samples that have the value of a rest, above which that value is usual [-].
 
     Returns
     -------
@@ -68,6 +78,12 @@ def find_pv_frozen(
     if not long.all() and min_length_ratio * lengths[~long].max() > lengths[long].min():
         return mask
     for (first, last), is_long in zip(rests, long, strict=True):
-        inside = op[first:last][np.isfinite(op[first:last])]
-        mask[first:last] |= bool(is_long) and inside.size > 0 and np.ptp(inside) > 0.0
+        mask[first:last] |= bool(is_long) and value_range(op[first:last]) > 0.0
+    elsewhere = pv[~mask & np.isfinite(pv)]
+    if elsewhere.size > 2 * min_values and np.unique(elsewhere).size < min_values:
+        return np.zeros(pv.size, dtype=bool)
+    for (first, last), is_long in zip(rests, long, strict=True):
+        is_usual = elsewhere.size > 0 and np.mean(elsewhere == pv[first]) > max_usual
+        if is_long and is_usual and value_range(op[first:last]) < min_op_move * value_range(op):
+            mask[first:last] = False
     return mask

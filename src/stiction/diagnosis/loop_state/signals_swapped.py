@@ -40,7 +40,7 @@ def fit_pi_equation(
     >>> round(fit.gain, 3), round(fit.integral_samples, 1)
     (0.5, 10.0)
     """
-    if output.size < 3:
+    if output.size < 60:
         return None
     error = -measured if sp is None else sp - measured
     columns = [np.diff(error)[1:], error[2:], np.diff(error, 2), np.ones(error.size - 2)]

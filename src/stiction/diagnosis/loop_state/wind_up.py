@@ -53,7 +53,7 @@ def find_wind_up(
     sp: NDArray[np.float64],
     *,
     min_travel: float = 15.0,
-    min_samples: int = 30,
+    min_samples: int = 20,
     max_swing_elsewhere: float = 0.5,
     max_return: float = 0.25,
     min_one_sided: float = 0.97,
