@@ -198,7 +198,8 @@ def _draw_paths(rng: np.random.Generator, source: int, near: list[int], far: lis
     ends = targets + remote
     paths = []
     for k, (start, end) in enumerate(zip(starts, ends, strict=True)):
-        gain = float(rng.uniform(0.03, 0.08) if k in (n_near - 1, len(ends) - 1) else rng.uniform(0.4, 1.2))
+        weak = k in (n_near - 1, len(ends) - 1)
+        gain = float(rng.uniform(0.03, 0.08) if weak else np.exp(rng.uniform(np.log(0.3), np.log(2.5))))
         gain *= float(rng.choice([-1.0, 1.0])) * (3.0 if start == source and not sticky else 1.0)
         paths.append(Path(start, end, gain, float(rng.uniform(5.0, 25.0)), float(rng.uniform(5.0, 25.0))))
     return paths
