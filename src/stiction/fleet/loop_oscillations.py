@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.oscillation.rhythm import octaves
+from stiction.diagnosis.oscillation.rhythm import octave
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -18,6 +18,12 @@ __all__ = ["LoopOscillation", "complex_envelope", "find_loop_oscillations", "sig
 
 SAME_PERIOD = 0.04
 """Relative difference up to which two periods count as one [-]."""
+FIRST_OCTAVE = 6.0
+"""Middle of the shortest octave, which begins near 4 samples to a period [samples]."""
+MAX_BLOCKS = 28.0
+"""Blocks to the shortest period of an octave above which every two are averaged [-]."""
+MIN_PERIODS = 3.0
+"""Periods that a record must hold [-]."""
 HARMONICS = (2, 3, 4, 5, 6, 7)
 """Orders at which a shorter period counts as a harmonic of a longer one [-]."""
 
@@ -86,15 +92,23 @@ def find_loop_oscillations(means: BlockMeans, *, min_blocks: float = 10.0) -> tu
 def _candidates(
     x: NDArray[np.float64], dt: float, low: float, high: float, signal: str
 ) -> list[tuple[LoopOscillation, float]]:
-    """Candidates with a period from `low` to `high` [s], each with its power."""
+    """Candidates with a period from `low` to `high` [s], each with its power.
+
+    Octave by octave; the samples are halved where the shortest period of the octave is longer than `MAX_BLOCKS`.
+    """
     rows = []
-    for rhythm in octaves(x):
-        period = rhythm.period * dt
-        if period >= 2.0 * high:
-            break
-        if low <= period < high:
-            one = LoopOscillation(period, rhythm.regularity, rhythm.height, bool(rhythm.regular), signal)
-            rows.append((one, rhythm.power))
+    middle = FIRST_OCTAVE
+    while 0.6 * middle * dt < high and 0.6 * middle <= x.size / MIN_PERIODS:
+        if 1.5 * middle * dt > low:
+            rhythm = octave(x, middle)
+            period = rhythm.period * dt
+            if low <= period < high:
+                one = LoopOscillation(period, rhythm.regularity, rhythm.height, bool(rhythm.regular), signal)
+                rows.append((one, rhythm.power))
+        middle *= 2.0
+        if 0.6 * middle > MAX_BLOCKS:
+            even = x.size // 2 * 2
+            x, dt, middle = x[:even].reshape(-1, 2).mean(axis=1), 2.0 * dt, 0.5 * middle
     return rows
 
 
@@ -179,6 +193,8 @@ def complex_envelope(x: NDArray[np.floating], blocks_per_period: float, *, perio
     kernel = weight * np.exp(-2j * np.pi * k / blocks_per_period)
     for shape in (np.ones(size), k - k.mean()):
         kernel = kernel - weight * shape * (kernel @ shape) / (weight @ shape**2)
-    windows = np.lib.stride_tricks.sliding_window_view(x - x.mean(), size)[::hop]
-    turn = np.exp(-2j * np.pi * hop * np.arange(windows.shape[0]) / blocks_per_period)
-    return 2.0 / weight.sum() * (windows @ kernel) * turn
+    about = x.astype(np.float64) - x.mean(dtype=np.float64)
+    windows = np.ascontiguousarray(np.lib.stride_tricks.sliding_window_view(about, size)[::hop])
+    real, imaginary = (windows @ np.column_stack([kernel.real, kernel.imag])).T
+    turn = np.exp(-2j * np.pi * hop * np.arange(real.size) / blocks_per_period)
+    return 2.0 / weight.sum() * (real + 1j * imaginary) * turn

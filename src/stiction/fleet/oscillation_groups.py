@@ -10,7 +10,14 @@ import numpy as np
 from stiction.errors import ParameterError, require_count, require_positive, require_seed
 from stiction.fleet.block_means import BlockMeans, common_clock, make_block_means
 from stiction.fleet.group import Group, Member
-from stiction.fleet.loop_oscillations import LoopOscillation, complex_envelope, find_loop_oscillations, signal_at
+from stiction.fleet.loop_oscillations import (
+    HARMONICS,
+    SAME_PERIOD,
+    LoopOscillation,
+    complex_envelope,
+    find_loop_oscillations,
+    signal_at,
+)
 from stiction.fleet.root_cause import rank_roots
 
 if TYPE_CHECKING:
@@ -27,8 +34,8 @@ SHIFTS = 200
 """Pairs of envelopes that are shifted against each other to find the coherence of unrelated loops [-]."""
 MAX_FLOOR = 0.9
 """Largest floor of the coherence [-]: two steady waves cohere at every shift."""
-HARMONICS = (2, 3, 4, 5, 6, 7)
-"""Orders at which a group counts as the harmonic of another one with the same loops [-]."""
+MAX_MERGED = 0.4
+"""Difference of the logarithms of two periods up to which groups are compared [-]."""
 
 
 class _Row(NamedTuple):
@@ -36,6 +43,15 @@ class _Row(NamedTuple):
 
     loop: int
     oscillation: LoopOscillation
+
+
+class _Found(NamedTuple):
+    """A group that was found: period [s], rows of members and of perhaps members, floor of the coherence."""
+
+    period: float
+    members: list[int]
+    perhaps: list[int]
+    floor: float
 
 
 @dataclass
@@ -47,6 +63,15 @@ class _Search:
     min_coherence: float
     rng: np.random.Generator
     used: set[int] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self.order = np.argsort([row.oscillation.period for row in self.rows], kind="stable")
+        self.logs = np.log([self.rows[k].oscillation.period for k in self.order])
+
+    def near(self, period: float, distance: float) -> list[int]:
+        """Rows whose period differs from `period` [s] by no more than `distance` in the logarithm [-]."""
+        first, last = np.searchsorted(self.logs, np.log(period) + distance * np.array([-1.0, 1.0]))
+        return [int(k) for k in self.order[first:last]]
 
     def envelopes(self, chosen: Sequence[int], period: float) -> NDArray:
         """Envelopes of the chosen rows at one period, shape (n_rows, n_windows), each of norm 1."""
@@ -104,7 +129,9 @@ def group_oscillations(
        is demodulated in windows of three periods.
     3. The coherence of two envelopes is |E E*|, normalised. The floor is the 95 % quantile of the coherence of
        envelopes that are shifted circularly against each other. Average linkage cuts at the floor.
-    4. A loop whose own autocorrelation is not regular enough, but whose envelope coheres with a group, is listed under
+    4. Groups whose common oscillations cohere at the mean of their periods are one: the period that a loop shows of an
+       irregular oscillation differs from loop to loop.
+    5. A loop whose own autocorrelation is not regular enough, but whose envelope coheres with a group, is listed under
        `perhaps_also`.
 
     The cost grows with the number of loops: only loops of one bin are compared in pairs.
@@ -126,14 +153,15 @@ def group_oscillations(
     means = _means(loops, require_count("max_blocks", max_blocks))
     rows = [_Row(k, one) for k, each in enumerate(means) for one in find_loop_oscillations(each)]
     search = _Search(means, rows, min_coherence, np.random.default_rng(require_seed(seed)))
-    found: list[tuple[float, list[int], list[int], float]] = []
+    found: list[_Found] = []
     for period, chosen, floor in _clusters(search, bin_width):
         chosen = [k for k in chosen if k not in search.used]
         if len({rows[k].loop for k in chosen}) < 2:
             continue
         members, perhaps = _grow(search, period, chosen, floor, bin_width)
         search.used |= set(members)
-        found.append((period, members, perhaps, floor))
+        found.append(_Found(period, members, perhaps, floor))
+    found = _merge(search, found)
     found = [one for one in found if not _is_harmonic(one, found, rows)]
     links = [(a, b) for a, b in connections]
     groups = [_make_group(search, *one, verdicts or {}, links, spans or {}) for one in found]
@@ -208,15 +236,11 @@ def _grow(
     """Rows of other loops with nearly this period that cohere with the group: members, and perhaps members."""
     rows = search.rows
     loops = {rows[k].loop for k in chosen}
-    near = [
-        k
-        for k, row in enumerate(rows)
-        if row.loop not in loops and k not in search.used and abs(np.log(_period(row) / period)) <= 2.0 * bin_width
-    ]
+    near = [k for k in search.near(period, 2.0 * bin_width) if rows[k].loop not in loops and k not in search.used]
     members, perhaps = list(chosen), []
     if near:
         envelopes = search.envelopes([*chosen, *near], period)
-        common = np.linalg.svd(envelopes[: len(chosen)], full_matrices=False)[2][0]
+        common = _common(envelopes[: len(chosen)])
         for k, coherence in zip(near, np.abs(envelopes[len(chosen) :] @ common.conj()), strict=True):
             if coherence >= floor and rows[k].loop not in loops:
                 loops.add(rows[k].loop)
@@ -224,12 +248,50 @@ def _grow(
     return members, perhaps
 
 
-def _is_harmonic(one: tuple, found: list[tuple], rows: list[_Row]) -> bool:
+def _merge(search: _Search, found: list[_Found]) -> list[_Found]:
+    """Join groups whose common oscillations cohere at the mean of their periods, the largest groups first."""
+    merged: list[_Found] = []
+    for one in found:
+        for k, other in enumerate(merged):
+            if abs(np.log(one.period / other.period)) > _period_uncertainty(search.rows, one, other):
+                continue
+            period = float(np.sqrt(one.period * other.period))
+            commons = [_common(search.envelopes(each.members, period)) for each in (one, other)]
+            if abs(commons[0] @ commons[1].conj()) >= other.floor:
+                members = other.members + _of_new_loops(search.rows, one.members, other.members)
+                perhaps = _of_new_loops(search.rows, other.perhaps + one.perhaps, members)
+                merged[k] = _Found(other.period, members, perhaps, other.floor)
+                break
+        else:
+            merged.append(one)
+    return merged
+
+
+def _period_uncertainty(rows: list[_Row], *groups: _Found) -> float:
+    """Difference of the logarithms of two periods that irregularity explains: two deviations, with r = T / (3 sigma)."""
+    regularity = min(float(np.median([rows[k].oscillation.regularity for k in one.members])) for one in groups)
+    return min(MAX_MERGED, 2.0 / (3.0 * regularity))
+
+
+def _of_new_loops(rows: list[_Row], chosen: list[int], present: list[int]) -> list[int]:
+    """Those of the chosen rows whose loops are not among the present ones, one for each loop."""
+    loops = {rows[k].loop for k in present}
+    first = {rows[k].loop: k for k in reversed(chosen)}
+    return [k for loop, k in first.items() if loop not in loops]
+
+
+def _common(envelopes: NDArray) -> NDArray:
+    """Common oscillation of a group: first principal component of the envelopes, shape (n_windows,)."""
+    return np.linalg.svd(envelopes, full_matrices=False)[2][0]
+
+
+def _is_harmonic(one: _Found, found: list[_Found], rows: list[_Row]) -> bool:
     """Whether most loops of a group are in another one with 2 to 7 times the period."""
-    loops = {rows[k].loop for k in one[1]}
-    for period, members, perhaps, _ in found:
-        shared = loops & {rows[k].loop for k in (*members, *perhaps)}
-        if 2 * len(shared) >= len(loops) and any(abs(period / one[0] / n - 1.0) < 0.04 for n in HARMONICS):
+    loops = {rows[k].loop for k in one.members}
+    for other in found:
+        shared = loops & {rows[k].loop for k in (*other.members, *other.perhaps)}
+        orders = (abs(other.period / one.period / n - 1.0) < SAME_PERIOD for n in HARMONICS)
+        if 2 * len(shared) >= len(loops) and any(orders):
             return True
     return False
 
@@ -248,7 +310,7 @@ def _make_group(
     rows, means = search.rows, search.means
     period = float(np.median([_period(rows[k]) for k in chosen]))
     envelopes = search.envelopes(chosen, period)
-    common = np.linalg.svd(envelopes, full_matrices=False)[2][0]
+    common = _common(envelopes)
     members = []
     for k, envelope in zip(chosen, envelopes, strict=True):
         row = rows[k]
@@ -264,7 +326,8 @@ def _make_group(
     if clock.fast_count and signal_at(means[0], period, "op")[1] == clock.fast_dt:
         duration = clock.fast_dt * clock.fast_count
     tags = {member.tag for member in members}
-    near = [_period(row) for row in rows if row.oscillation.regular and means[row.loop].tag not in tags]
+    around = [rows[k] for k in search.near(period, min(1.0, period / duration))]
+    near = [_period(row) for row in around if row.oscillation.regular and means[row.loop].tag not in tags]
     return Group(
         period, tuple(members), tuple(means[rows[k].loop].tag for k in perhaps), roots, floor,
         period**2 / duration, _remark(period, duration, near),
