@@ -92,6 +92,8 @@ class Group:
     """Coherence from which two loops counted as related [-]."""
     resolution: float
     """Difference of two periods that the record just resolves, T^2 over its length [s]."""
+    chance: float = 0.0
+    """Probability that so many unrelated loops have the same period by chance [-]."""
     remark: str = ""
     """Which other periods the record is too short to tell from this one; empty where there are none."""
 
@@ -140,5 +142,6 @@ class Group:
             "leading_roots": [root.tag for root in self.leading_roots()],
             "coherence_floor": round(self.floor, 4),
             "resolution_s": self.resolution,
+            "chance": round(self.chance, 4),
             "remark": self.remark,
         }

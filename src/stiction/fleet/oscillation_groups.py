@@ -86,6 +86,7 @@ def group_oscillations(
     spans: Mapping[str, tuple[float, float]] | None = None,
     min_coherence: float = 0.6,
     bin_width: float = 0.04,
+    max_chance: float = 0.2,
     max_blocks: int = 4096,
     seed: int = 0,
 ) -> tuple[Group, ...]:
@@ -105,6 +106,8 @@ def group_oscillations(
         Smallest coherence of the envelopes of two loops in one group [-].
     bin_width : float
         Largest relative difference of the periods that are compared [-].
+    max_chance : float
+        Largest probability that so many unrelated loops have the same period by chance [-]; 1 keeps every group.
     max_blocks : int
         Largest number of block means of a signal [-].
     seed : int
@@ -131,7 +134,10 @@ def group_oscillations(
        envelopes that are shifted circularly against each other. Average linkage cuts at the floor.
     4. Groups whose common oscillations cohere at the mean of their periods are one: the period that a loop shows of an
        irregular oscillation differs from loop to loop.
-    5. A loop whose own autocorrelation is not regular enough, but whose envelope coheres with a group, is listed under
+    5. Groups that chance explains are dropped: with m unrelated oscillations per unit of log T near the period T and a
+       record of length L, lambda = 2 m T / L loops coincide with one loop, and by Poisson's distribution n - 1 or more
+       do so with the probability `Group.chance`.
+    6. A loop whose own autocorrelation is not regular enough, but whose envelope coheres with a group, is listed under
        `perhaps_also`.
 
     The cost grows with the number of loops: only loops of one bin are compared in pairs.
@@ -164,7 +170,12 @@ def group_oscillations(
     found = _merge(search, found)
     found = [one for one in found if not _is_harmonic(one, found, rows)]
     links = [(a, b) for a, b in connections]
-    groups = [_make_group(search, *one, verdicts or {}, links, spans or {}) for one in found]
+    chances = [_chance(search, one, found) for one in found]
+    groups = [
+        _make_group(search, one, chance, verdicts or {}, links, spans or {})
+        for one, chance in zip(found, chances, strict=True)
+        if chance <= max_chance
+    ]
     return tuple(sorted(groups, key=lambda group: (-len(group.members), group.period)))
 
 
@@ -296,42 +307,57 @@ def _is_harmonic(one: _Found, found: list[_Found], rows: list[_Row]) -> bool:
     return False
 
 
+def _duration(means: BlockMeans, period: float) -> float:
+    """Length of the signals in which a period is looked at [s]."""
+    clock = means.clock
+    dt = signal_at(means, period, "op")[1]
+    return dt * (clock.fast_count if clock.fast_count and dt == clock.fast_dt else clock.count)
+
+
+def _chance(search: _Search, one: _Found, found: list[_Found], *, width: float = 0.2) -> float:
+    """Probability that the loops of a group have the same period by chance; other groups count as one loop each."""
+    from scipy.special import gammainc
+
+    loops = {search.rows[k].loop for k in (*one.members, *one.perhaps)}
+    others = {k: number for number, other in enumerate(found) if other is not one for k in other.members}
+    near = [k for k in search.near(one.period, width) if search.rows[k].oscillation.regular]
+    unrelated = {(k in others, others.get(k, k)) for k in near if search.rows[k].loop not in loops}
+    expected = len(unrelated) / (2.0 * width) * 2.0 * one.period / _duration(search.means[0], one.period)
+    return float(gammainc(len({search.rows[k].loop for k in one.members}) - 1, expected)) if expected else 0.0
+
+
 def _make_group(
     search: _Search,
-    period: float,
-    chosen: list[int],
-    perhaps: list[int],
-    floor: float,
+    found: _Found,
+    chance: float,
     verdicts: Mapping[str, LoopVerdict],
     connections: list[tuple[str, str]],
     spans: Mapping[str, tuple[float, float]],
 ) -> Group:
     """Describe one group and rank its loops."""
     rows, means = search.rows, search.means
-    period = float(np.median([_period(rows[k]) for k in chosen]))
-    envelopes = search.envelopes(chosen, period)
-    common = _common(envelopes)
-    members = []
-    for k, envelope in zip(chosen, envelopes, strict=True):
-        row = rows[k]
-        one = row.oscillation
-        phase = float(np.degrees(np.angle(envelope @ common.conj())))
-        coherence = min(1.0, float(abs(envelope @ common.conj())))
-        members.append(Member(means[row.loop].tag, _period(row), one.regularity, one.signal, coherence, phase))
-    roots = rank_roots([means[rows[k].loop] for k in chosen], period, verdicts=verdicts, connections=connections, spans=spans)
-    score = {root.tag: root.score for root in roots}
-    members.sort(key=lambda member: -score[member.tag])
-    clock = means[0].clock
-    duration = clock.dt * clock.count
-    if clock.fast_count and signal_at(means[0], period, "op")[1] == clock.fast_dt:
-        duration = clock.fast_dt * clock.fast_count
-    tags = {member.tag for member in members}
+    chosen = [rows[k] for k in found.members]
+    period = float(np.median([_period(row) for row in chosen]))
+    envelopes = search.envelopes(found.members, period)
+    along = envelopes @ _common(envelopes).conj()
+    members = [
+        Member(
+            means[row.loop].tag, _period(row), row.oscillation.regularity, row.oscillation.signal,
+            min(1.0, float(abs(part))), float(np.degrees(np.angle(part))),
+        )
+        for row, part in zip(chosen, along, strict=True)
+    ]  # fmt: skip
+    roots = rank_roots(
+        [means[row.loop] for row in chosen], period, verdicts=verdicts, connections=connections, spans=spans
+    )
+    order = {root.tag: k for k, root in enumerate(roots)}
+    members.sort(key=lambda member: order[member.tag])
+    perhaps = tuple(means[rows[k].loop].tag for k in found.perhaps)
+    duration = _duration(means[0], period)
     around = [rows[k] for k in search.near(period, min(1.0, period / duration))]
-    near = [_period(row) for row in around if row.oscillation.regular and means[row.loop].tag not in tags]
-    return Group(
-        period, tuple(members), tuple(means[rows[k].loop].tag for k in perhaps), roots, floor,
-        period**2 / duration, _remark(period, duration, near),
-    )  # fmt: skip
+    near = [_period(row) for row in around if row.oscillation.regular and means[row.loop].tag not in order]
+    remark = _remark(period, duration, near)
+    return Group(period, tuple(members), perhaps, roots, found.floor, period**2 / duration, chance, remark)
 
 
 def _remark(period: float, duration: float, near: list[float]) -> str:
