@@ -112,12 +112,15 @@ class Group:
         if second:
             root = f"The source is one of these two: {first.tag} or {second[0].tag}. Look at {first.tag} first."
         else:
-            root = f"The likeliest source is {first.tag} (probability {first.probability:.2f}). Fix it first, then look again."
+            root = (
+                f"The likeliest source is {first.tag} (probability {first.probability:.2f}). Fix it first, then look "
+                "again."
+            )
         also = f" Perhaps also: {', '.join(self.perhaps_also)}." if self.perhaps_also else ""
         remark = f" {self.remark}" if self.remark else ""
         return (
-            f"{len(self.members)} loops oscillate together every {format_seconds(self.period)}: {', '.join(self.tags)}.{also} "
-            f"{root} Evidence for {first.tag}: {first.why}.{remark}"
+            f"{len(self.members)} loops oscillate together every {format_seconds(self.period)}: "
+            f"{', '.join(self.tags)}.{also} {root} Evidence for {first.tag}: {first.why}.{remark}"
         )
 
     def to_dict(self) -> dict[str, Any]:

@@ -24,7 +24,7 @@ __all__ = ["DEFAULT_WEIGHTS", "LoopVerdict", "RootWeights", "rank_roots"]
 
 @dataclass(frozen=True, slots=True)
 class LoopVerdict:
-    """What the diagnosis says of one loop: is it a source by itself?"""
+    """What the diagnosis says of one loop: the probability that it oscillates by itself."""
 
     stiction: float = 0.0
     """Probability that the valve sticks [-]."""

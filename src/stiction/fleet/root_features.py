@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 __all__ = ["arrival_order", "harmonics_share", "nonlinearity_of", "oscillation_amplitude"]
 
 
-def harmonics_share(x: NDArray[np.floating], blocks_per_period: float, *, orders: tuple[int, ...] = (2, 3, 4, 5, 7)) -> float:
+def harmonics_share(
+    x: NDArray[np.floating], blocks_per_period: float, *, orders: tuple[int, ...] = (2, 3, 4, 5, 7)
+) -> float:
     """Power of the harmonics over the power of the fundamental.
 
     Parameters
@@ -163,7 +165,7 @@ def arrival_order(
     >>> phase = np.cumsum(2 * np.pi / 40 * (1 + 0.3 * rng.standard_normal(4000)))
     >>> late = [(-np.sin(phase)[10:3000], 1.0), (np.sin(phase)[:2990], 1.0)]
     >>> [round(float(delay), 2) for delay in np.diff(arrival_order(late, 40.0))]
-    [0.25]
+    [0.24]
     """
     n = min(x.size for x, _ in signals)
     dt = signals[0][1]

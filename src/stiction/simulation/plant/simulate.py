@@ -118,7 +118,7 @@ def simulate_plant(seed: int = 0, *, hours: float = 6.0, dt: float = 5.0, units:
     --------
     >>> plant = simulate_plant(seed=0)
     >>> len(plant.loops), len(plant.groups), plant.loops[0].record.tag
-    (56, 2, 'UNIT1/FIC-1006')
+    (56, 2, 'UNIT1/FIC-1009')
     """
     seed = require_seed(seed) or 0
     require_positive("hours", hours, "h")
