@@ -65,8 +65,6 @@ def coherence_floor(envelopes: NDArray, rng: np.random.Generator, *, quantile: f
     True
     """
     n, windows = envelopes.shape
-    if windows < 4:
-        return MAX_FLOOR
     a, b = rng.integers(0, n, (2, SHIFTS))
     shift = rng.integers(2, windows - 1, SHIFTS)
     index = (np.arange(windows) + shift[:, None]) % windows

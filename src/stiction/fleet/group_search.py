@@ -28,6 +28,9 @@ __all__ = ["FoundGroup", "GroupSearch", "OscillationRow", "search_groups", "sign
 MAX_MERGED = 0.4
 """Difference of the logarithms of two periods up to which groups are compared [-]."""
 
+MIN_WINDOWS = 4
+"""Windows of the envelopes below which loops are not compared [-]: 7.5 periods."""
+
 
 class OscillationRow(NamedTuple):
     """One oscillation of one loop."""
@@ -119,9 +122,10 @@ def _clusters(search: GroupSearch, bin_width: float) -> list[tuple[float, list[i
         if len({rows[k].loop for k in chosen}) > 1:
             period = float(np.exp(np.median(logs[first:last])))
             envelopes = search.envelopes(chosen, period)
+            enough = envelopes.shape[1] >= MIN_WINDOWS
             coherence = coherence_matrix(envelopes)
-            floor = max(search.min_coherence, coherence_floor(envelopes, search.rng))
-            for cluster in link_coherent(coherence, floor):
+            floor = max(search.min_coherence, coherence_floor(envelopes, search.rng)) if enough else 1.0
+            for cluster in link_coherent(coherence, floor) if enough else ():
                 mean = float(coherence[np.ix_(cluster, cluster)].mean())
                 found[tuple(chosen[k] for k in cluster)] = (period, mean, floor)
         first = int(np.searchsorted(logs, logs[first] + 0.5 * bin_width, side="right"))
@@ -204,12 +208,13 @@ def _chance(search: GroupSearch, one: FoundGroup, found: list[FoundGroup], *, wi
     loops = {search.rows[k].loop for k in (*one.members, *one.perhaps)}
     others = {k: number for number, other in enumerate(found) if other is not one for k in other.members}
     near = [k for k in search.near(one.period, width) if search.rows[k].oscillation.regular]
-    unrelated = {(k in others, others.get(k, k)) for k in near if search.rows[k].loop not in loops}
+    unrelated = {(k in others, others.get(k, search.rows[k].loop)) for k in near if search.rows[k].loop not in loops}
     expected = len(unrelated) / (2.0 * width) * 2.0 * one.period / signal_duration(search.means[0], one.period)
     return float(gammainc(len({search.rows[k].loop for k in one.members}) - 1, expected)) if expected else 0.0
 
 
 def _envelopes(signals: list[tuple[BlockMeans, str]], period: float) -> NDArray:
+    """Envelopes of norm 1, shape (n_signals, n_windows); zeros where a signal is missing."""
     envelopes = [complex_envelope(x, period / dt) for x, dt in (signal_at(one, period, name) for one, name in signals)]
     n = max(envelope.size for envelope in envelopes)
     stacked = np.array([np.resize(e, n) if e.size else np.zeros(n, dtype=complex) for e in envelopes])

@@ -114,11 +114,12 @@ def rank_roots(
 
     Notes
     -----
-    The findings: the loop's own verdict; the order of arrival (`arrival_order`); amplitude over span, and its share of
-    OP's variance, because a disturbance loses strength on its way; nonlinearity (`thornhill2005`) and odd harmonics,
-    because processes are low-pass filters (`thornhill2003b`); topology, as a secondary loop disturbs its primary and a
-    source must reach the other loops (`jiang2009`, `bauer2007`). A finding that is unknown of a loop counts as the
-    group's mean. The probability is exp(score) over its sum: it holds if one of the members is the source.
+    The findings: the loop's own verdict; the order of arrival (`arrival_order`; delays for this purpose: `bauer2008`);
+    amplitude over span, and its share of OP's variance, because a disturbance loses strength on its way; nonlinearity
+    (`thornhill2005`) and odd harmonics, because processes are low-pass filters (`thornhill2003b`); topology, as a
+    secondary loop disturbs its primary and a source must reach the other loops (`jiang2009`). A finding that is unknown
+    of a loop counts as the group's mean. The probability is exp(score) over its sum: it holds if one of the members is
+    the source.
 
     Examples
     --------
@@ -195,7 +196,7 @@ def _measure(one: BlockMeans, period: float, span: tuple[float, float] | None) -
         if x.size:
             index = float(np.fmax(index, nonlinearity_of(x, period / dt)))
             if signal == "error":
-                harmonics = harmonics_share(x, period / dt, orders=(3, 5, 7))
+                harmonics = harmonics_share(x, period / dt)
     return {
         "amplitude": amplitude,
         "share": share,

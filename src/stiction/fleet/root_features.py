@@ -19,9 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["arrival_order", "harmonics_share", "nonlinearity_of", "oscillation_amplitude"]
 
 
-def harmonics_share(
-    x: NDArray[np.floating], blocks_per_period: float, *, orders: tuple[int, ...] = (2, 3, 4, 5, 7)
-) -> float:
+def harmonics_share(x: NDArray[np.floating], blocks_per_period: float, *, orders: tuple[int, ...] = (3, 5, 7)) -> float:
     """Power of the harmonics over the power of the fundamental.
 
     Parameters
