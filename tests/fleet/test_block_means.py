@@ -23,6 +23,7 @@ def test_means_equal_those_by_hand():
     one = record(17280)
     clock = common_clock([one])
     means = make_block_means(one, clock)
+    assert one.pv is not None
     assert (clock.dt, clock.count) == (25.0, 3456)
     assert means.error.dtype == np.float32
     np.testing.assert_allclose(means.op, one.op.reshape(-1, 5).mean(axis=1), rtol=1e-6)

@@ -177,7 +177,7 @@ def _remark(period: float, duration: float, near: list[float]) -> str:
     close = sorted((p for p in near if abs(p - period) < resolution), key=lambda p: abs(p - period))
     if not close:
         return ""
-    difference = max(abs(close[-1] - period), 1e-3 * period)
+    difference = max(abs(close[0] - period), 1e-3 * period)
     return (
         f"{len(close)} more oscillation{'s' if len(close) > 1 else ''} with a period within {resolution:.3g} s of this "
         f"one cannot be told from it: periods {difference:.2g} s apart need {period**2 / difference / 3600.0:.3g} h of "

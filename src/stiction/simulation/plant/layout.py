@@ -109,7 +109,7 @@ def draw_layout(rng: np.random.Generator, *, units: int = 4, steady: bool = Fals
     units : int
         Units, 14 loops each [-].
     steady : bool
-        Leave out every fault, path included, of the plant that is drawn.
+        Draw the same plant with ideal valves and with a stable gain of the second source.
 
     Returns
     -------
