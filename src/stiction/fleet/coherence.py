@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 
 __all__ = ["coherence_floor", "coherence_matrix", "common_envelope", "link_coherent"]
 
-SHIFTS = 200
-"""Pairs of envelopes that are shifted against each other to find the coherence of unrelated loops [-]."""
+MIN_SHIFTS = 200
+"""Smallest number of pairs that are shifted against each other to find the coherence of unrelated loops [-]."""
 MAX_FLOOR = 0.9
 """Largest floor of the coherence [-]: two steady waves cohere at every shift."""
 
@@ -65,8 +65,9 @@ def coherence_floor(envelopes: NDArray, rng: np.random.Generator, *, quantile: f
     True
     """
     n, windows = envelopes.shape
-    a, b = rng.integers(0, n, (2, SHIFTS))
-    shift = rng.integers(2, windows - 1, SHIFTS)
+    count = max(MIN_SHIFTS, round(10.0 / (1.0 - quantile)))
+    a, b = rng.integers(0, n, (2, count))
+    shift = rng.integers(2, windows - 1, count)
     index = (np.arange(windows) + shift[:, None]) % windows
     shifted = np.abs(np.einsum("ij,ij->i", envelopes[a], np.take_along_axis(envelopes[b], index, axis=1).conj()))
     return min(MAX_FLOOR, float(np.quantile(shifted, quantile)))

@@ -117,10 +117,11 @@ class Group:
                 "again."
             )
         also = f" Perhaps also: {', '.join(self.perhaps_also)}." if self.perhaps_also else ""
+        evidence = " ".join(f"Evidence for {one.tag}: {one.why}." for one in (first, *second))
         remark = f" {self.remark}" if self.remark else ""
         return (
             f"{len(self.members)} loops oscillate together every {format_seconds(self.period)}: "
-            f"{', '.join(self.tags)}.{also} {root} Evidence for {first.tag}: {first.why}.{remark}"
+            f"{', '.join(self.tags)}.{also} {root} {evidence}{remark}"
         )
 
     def to_dict(self) -> dict[str, Any]:

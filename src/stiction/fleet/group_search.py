@@ -77,6 +77,12 @@ class GroupSearch:
         """Envelopes of the chosen rows at one period, shape (n_rows, n_windows), each of norm 1."""
         return _envelopes([(self.means[self.rows[k].loop], self.rows[k].oscillation.signal) for k in chosen], period)
 
+    def floor(self, envelopes: NDArray, period: float, bin_width: float) -> float:
+        """Coherence that of all loops near a period [s] less than one reaches by chance on average [-]."""
+        compared = len(self.near(period, 2.0 * bin_width))
+        quantile = max(0.95, 1.0 - 0.5 / max(1, compared))
+        return max(self.min_coherence, coherence_floor(envelopes, self.rng, quantile=quantile))
+
 
 def search_groups(search: GroupSearch, bin_width: float, max_chance: float) -> list[FoundGroup]:
     """Find all groups.
@@ -103,10 +109,9 @@ def search_groups(search: GroupSearch, bin_width: float, max_chance: float) -> l
         members, perhaps = _grow(search, period, chosen, floor, bin_width)
         search.used |= set(members)
         found.append(FoundGroup(period, members, perhaps, floor))
-    found = _merge(search, found)
+    found = _merge(search, _drop_chance(search, found, max_chance))
     found = [one for one in found if not _is_harmonic(one, found, search.rows)]
-    found = [one._replace(chance=_chance(search, one, found)) for one in found]
-    return [one for one in found if one.chance <= max_chance]
+    return _drop_chance(search, found, max_chance)
 
 
 def _clusters(search: GroupSearch, bin_width: float) -> list[tuple[float, list[int], float]]:
@@ -124,7 +129,7 @@ def _clusters(search: GroupSearch, bin_width: float) -> list[tuple[float, list[i
             envelopes = search.envelopes(chosen, period)
             enough = envelopes.shape[1] >= MIN_WINDOWS
             coherence = coherence_matrix(envelopes)
-            floor = max(search.min_coherence, coherence_floor(envelopes, search.rng)) if enough else 1.0
+            floor = search.floor(envelopes, period, bin_width) if enough else 1.0
             for cluster in link_coherent(coherence, floor) if enough else ():
                 mean = float(coherence[np.ix_(cluster, cluster)].mean())
                 found[tuple(chosen[k] for k in cluster)] = (period, mean, floor)
@@ -199,6 +204,12 @@ def signal_duration(means: BlockMeans, period: float) -> float:
     clock = means.clock
     dt = signal_at(means, period, "op")[1]
     return dt * (clock.fast_count if clock.fast_count and dt == clock.fast_dt else clock.count)
+
+
+def _drop_chance(search: GroupSearch, found: list[FoundGroup], max_chance: float) -> list[FoundGroup]:
+    """Keep the groups that chance does not explain."""
+    found = [one._replace(chance=_chance(search, one, found)) for one in found]
+    return [one for one in found if one.chance <= max_chance]
 
 
 def _chance(search: GroupSearch, one: FoundGroup, found: list[FoundGroup], *, width: float = 0.2) -> float:

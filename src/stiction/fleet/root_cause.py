@@ -142,7 +142,7 @@ def rank_roots(
         added = np.clip(finding.weight * about, -weights.limit, weights.limit)
         for k in np.flatnonzero(known):
             value = float(finding.values[k])
-            parts[k].append(RootEvidence(finding.name, value, float(added[k]), finding.text.format(value)))
+            parts[k].append(RootEvidence(finding.name, value, float(added[k]), _text(finding, value)))
     scores = np.array([sum(part.log_odds for part in each) for each in parts])
     odds = np.exp(scores - scores.max())
     probability, scores = odds / odds.sum(), scores - scores.mean()
@@ -174,14 +174,24 @@ def _findings(
     harmonics = columns["harmonics"]
     return [
         _Finding("verdict", own, own, weights.verdict, "own verdict, log odds {:.1f}"),
-        _Finding("arrival", delay, -delay, weights.arrival, "arrives {:+.2f} periods from the mean"),
+        _Finding("arrival", delay, -delay, weights.arrival, "arrives {:.2f} periods"),
         _Finding("amplitude", amplitude, _decades(amplitude, 0.01), weights.amplitude, "amplitude {:.2g} % of span"),
         _Finding("share", share, _decades(share, 1e-3), weights.share, "{:.0%} of the variance of OP"),
         _Finding("nonlinearity", index, np.clip(index, -1.0, 3.0), weights.nonlinearity, "nonlinearity N {:.1f}"),
         _Finding("harmonics", harmonics, _decades(harmonics, 1e-3), weights.harmonics, "odd harmonics {:.1%}"),
-        _Finding("cascade", cascade, cascade, weights.cascade, "cascade {:+.0f} (secondary +1, primary -1)"),
+        _Finding("cascade", cascade, cascade, weights.cascade, "loop of a cascade"),
         _Finding("reach", reach, reach, weights.reach, "connections lead to {:.0%} of the group"),
     ]
+
+
+def _text(finding: _Finding, value: float) -> str:
+    """Words for one loop."""
+    if finding.name == "arrival":
+        return f"{finding.text.format(abs(value))} {'before' if value < 0.0 else 'after'} the mean of the group"
+    if finding.name == "cascade":
+        role = {1.0: "secondary", -1.0: "primary", 0.0: "not a"}[value]
+        return f"{role} {finding.text}"
+    return finding.text.format(value)
 
 
 def _measure(one: BlockMeans, period: float, span: tuple[float, float] | None) -> dict[str, float]:
