@@ -14,7 +14,9 @@ __all__ = ["coherence_floor", "coherence_matrix", "common_envelope", "link_coher
 MIN_SHIFTS = 200
 """Smallest number of pairs that are shifted against each other to find the coherence of unrelated loops [-]."""
 MAX_FLOOR = 0.9
-"""Largest floor of the coherence [-]: two steady waves cohere at every shift."""
+"""Largest floor that the shifts give [-]: two steady waves cohere at every shift."""
+INDEPENDENT_SHARE = 0.9
+"""Independent windows over all windows, which overlap by half [-]."""
 
 
 def coherence_matrix(envelopes: NDArray) -> NDArray[np.float64]:
@@ -54,7 +56,8 @@ def coherence_floor(envelopes: NDArray, rng: np.random.Generator, *, quantile: f
     Returns
     -------
     float
-        The floor, at most 0.9 [-].
+        The floor [-]: the quantile of the shifted coherences, limited to 0.9, but not below the one of independent
+        noise, P(C > x) = (1 - x^2)^(K - 1) with K independent windows.
 
     Examples
     --------
@@ -70,7 +73,9 @@ def coherence_floor(envelopes: NDArray, rng: np.random.Generator, *, quantile: f
     shift = rng.integers(2, windows - 1, count)
     index = (np.arange(windows) + shift[:, None]) % windows
     shifted = np.abs(np.einsum("ij,ij->i", envelopes[a], np.take_along_axis(envelopes[b], index, axis=1).conj()))
-    return min(MAX_FLOOR, float(np.quantile(shifted, quantile)))
+    independent = max(1.5, INDEPENDENT_SHARE * windows)
+    noise = float(np.sqrt(1.0 - (1.0 - quantile) ** (1.0 / (independent - 1.0))))
+    return max(noise, min(MAX_FLOOR, float(np.quantile(shifted, quantile))))
 
 
 def common_envelope(envelopes: NDArray) -> NDArray:
