@@ -1,0 +1,131 @@
+"""Coherence of complex envelopes: how far two loops oscillate together, and how far unrelated loops would."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["coherence_floor", "coherence_matrix", "common_envelope", "link_coherent"]
+
+MIN_SHIFTS = 200
+"""Smallest number of pairs that are shifted against each other to find the coherence of unrelated loops [-]."""
+MAX_FLOOR = 0.9
+"""Largest floor that the shifts give [-]: two steady waves cohere at every shift."""
+INDEPENDENT_SHARE = 0.9
+"""Independent windows over all windows, which overlap by half [-]."""
+
+
+def coherence_matrix(envelopes: NDArray) -> NDArray[np.float64]:
+    """Coherence of every two envelopes.
+
+    Parameters
+    ----------
+    envelopes : ndarray of complex, shape (n_loops, n_windows)
+        Complex envelopes at one period, each of norm 1.
+
+    Returns
+    -------
+    ndarray, shape (n_loops, n_loops)
+        |E E*|, from 0 to 1 [-].
+
+    Examples
+    --------
+    >>> wave = np.exp(1j * np.array([[0.0, 0.1, 0.3], [2.0, 2.1, 2.3], [0.0, 2.1, 4.2]])) / np.sqrt(3.0)
+    >>> coherence_matrix(wave)[0].round(1).tolist()
+    [1.0, 1.0, 0.1]
+    """
+    return np.abs(envelopes @ envelopes.conj().T)
+
+
+def coherence_floor(envelopes: NDArray, rng: np.random.Generator, *, quantile: float = 0.95) -> float:
+    """Coherence that envelopes reach when they are shifted circularly against each other.
+
+    Parameters
+    ----------
+    envelopes : ndarray of complex, shape (n_loops, n_windows)
+        Complex envelopes at one period, each of norm 1.
+    rng : numpy.random.Generator
+        Where pairs and shifts are drawn from.
+    quantile : float
+        Quantile of the shifted coherences that is the floor [-].
+
+    Returns
+    -------
+    float
+        The floor [-]: the quantile of the shifted coherences, limited to 0.9, but not below the one of independent
+        noise, P(C > x) = (1 - x^2)^(K - 1) with K independent windows.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(0)
+    >>> noise = rng.normal(size=(10, 100)) + 1j * rng.normal(size=(10, 100))
+    >>> noise /= np.linalg.norm(noise, axis=1, keepdims=True)
+    >>> 0.1 < coherence_floor(noise, rng) < 0.25
+    True
+    """
+    n, windows = envelopes.shape
+    count = max(MIN_SHIFTS, round(10.0 / (1.0 - quantile)))
+    a, b = rng.integers(0, n, (2, count))
+    shift = rng.integers(2, windows - 1, count)
+    index = (np.arange(windows) + shift[:, None]) % windows
+    shifted = np.abs(np.einsum("ij,ij->i", envelopes[a], np.take_along_axis(envelopes[b], index, axis=1).conj()))
+    independent = max(1.5, INDEPENDENT_SHARE * windows)
+    noise = float(np.sqrt(1.0 - (1.0 - quantile) ** (1.0 / (independent - 1.0))))
+    return max(noise, min(MAX_FLOOR, float(np.quantile(shifted, quantile))))
+
+
+def common_envelope(envelopes: NDArray) -> NDArray:
+    """Find the common oscillation of some loops: the first principal component of their envelopes.
+
+    Parameters
+    ----------
+    envelopes : ndarray of complex, shape (n_loops, n_windows)
+        Complex envelopes at one period, each of norm 1.
+
+    Returns
+    -------
+    ndarray of complex, shape (n_windows,)
+        The common envelope, of norm 1.
+
+    Examples
+    --------
+    >>> wave = np.exp(1j * np.array([[0.0, 0.1, 0.3], [2.0, 2.1, 2.3]])) / np.sqrt(3.0)
+    >>> abs(wave @ common_envelope(wave).conj()).round(2).tolist()
+    [1.0, 1.0]
+    """
+    return np.linalg.svd(envelopes, full_matrices=False)[2][0]
+
+
+def link_coherent(coherence: NDArray[np.float64], floor: float) -> list[NDArray[np.intp]]:
+    """Find clusters of two or more loops by average linkage.
+
+    Parameters
+    ----------
+    coherence : ndarray, shape (n_loops, n_loops)
+        Coherence of every two loops [-].
+    floor : float
+        Mean coherence at which two clusters are still joined [-].
+
+    Returns
+    -------
+    list of ndarray
+        Indices of the loops of each cluster.
+
+    Examples
+    --------
+    >>> coherence = np.array([[1.0, 0.9, 0.1], [0.9, 1.0, 0.2], [0.1, 0.2, 1.0]])
+    >>> [cluster.tolist() for cluster in link_coherent(coherence, 0.6)]
+    [[0, 1]]
+    """
+    from scipy.cluster.hierarchy import fcluster, linkage
+    from scipy.spatial.distance import squareform
+
+    distance = np.clip(1.0 - coherence, 0.0, 1.0)
+    np.fill_diagonal(distance, 0.0)
+    labels = fcluster(linkage(squareform(distance, checks=False), "average"), 1.0 - floor, "distance")
+    clusters = [np.flatnonzero(labels == label) for label in np.unique(labels)]
+    return [cluster for cluster in clusters if cluster.size > 1]

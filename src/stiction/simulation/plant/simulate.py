@@ -1,0 +1,268 @@
+"""Run a simulated plant: sources first, then the loops that they disturb."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from datetime import datetime
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.errors import ParameterError, require_count, require_positive, require_seed
+from stiction.records.record import LoopRecord, Provenance
+from stiction.simulation.closed_loop import simulate
+from stiction.simulation.plant.cascade import simulate_cascade
+from stiction.simulation.plant.layout import PlantLayout, draw_layout
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from stiction.simulation.plant.layout import LoopLayout
+
+__all__ = ["PlantLoop", "SimulatedPlant", "simulate_plant"]
+
+START = datetime(2026, 3, 2, 6, 0)
+MIDDLE = 50.0
+"""Operating point of every loop [% of span]."""
+SETTLING = 0.25
+"""Time that the plant runs before the record starts, over the length of the record [-]."""
+CLEAR, TRACE = 1.0, 0.2
+"""Standard deviation of an oscillation over the one of the noise from which it is clear, and below which it is
+invisible [-]."""
+
+
+@dataclass(frozen=True)
+class PlantLoop:
+    """A loop of the plant: what a historian recorded, and the truth."""
+
+    record: LoopRecord
+    """SP, PV, OP and mode."""
+    cause: str
+    """What is wrong: "stiction", "tight tuning", "external disturbance", "sensor" or "none"."""
+    state: str
+    """Loop state: "in_control", "manual", "saturated" or "pv_frozen"."""
+    group: int
+    """Number of the group whose oscillation is clear in this loop; 0 when there is none."""
+    weak_group: int
+    """Number of the group whose oscillation reaches this loop without being clear in it; 0 when there is none."""
+    root: str
+    """Tag of the loop from which the oscillation of its group starts; empty outside a group."""
+    span: tuple[float, float]
+    """Range of the transmitter [engineering units]."""
+    S: float
+    """Deadband plus stickband of the valve [% of span]."""
+    J: float
+    """Slip jump of the valve [% of span]."""
+
+
+@dataclass(frozen=True)
+class SimulatedPlant:
+    """A plant whose truth is known."""
+
+    loops: tuple[PlantLoop, ...]
+    """All loops."""
+    connections: tuple[tuple[str, str], ...]
+    """Tags (from, to) of the loops that a stream or a common header connects."""
+
+    @property
+    def records(self) -> tuple[LoopRecord, ...]:
+        """The record of each loop."""
+        return tuple(loop.record for loop in self.loops)
+
+    @property
+    def spans(self) -> dict[str, tuple[float, float]]:
+        """Tag -> range of the transmitter [engineering units]."""
+        return {loop.record.tag: loop.span for loop in self.loops}
+
+    @property
+    def groups(self) -> dict[str, tuple[str, ...]]:
+        """Tag of the root -> tags of the loops in which its oscillation is clear, itself included."""
+        roots = dict.fromkeys(loop.root for loop in self.loops if loop.group)
+        return {root: tuple(one.record.tag for one in self.loops if one.root == root and one.group) for root in roots}
+
+
+def simulate_plant(seed: int = 0, *, hours: float = 6.0, dt: float = 5.0, units: int = 4) -> SimulatedPlant:
+    """Simulate a plant in which two oscillations spread from loop to loop.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the plant: loops, sources, paths, loads and noise.
+    hours : float
+        Length of the records [h].
+    dt : float
+        Sampling period [s]; at most 10.
+    units : int
+        Units of 14 loops each; at least 4 [-].
+
+    Returns
+    -------
+    SimulatedPlant
+        Records and truth. A sticky valve and a loop with too high a gain are the sources of the two groups. Besides,
+        a level loop has too short an integral time, a sticky valve disturbs no other loop, a transmitter is frozen,
+        a loop is in manual, and one rests at its output limit.
+
+    Raises
+    ------
+    ParameterError
+        When a number is outside its limits.
+
+    Notes
+    -----
+    The PV of a source, delayed and through a first-order lag, is a load of the loops that it reaches; from some of
+    these the oscillation goes on to another unit. Two loops of each group are reached only weakly. A loop belongs to a
+    group where the oscillation's standard deviation exceeds the noise's, by comparison with a run of the same plant,
+    with the same loads and noise, in which no valve sticks and no loop is tuned too tightly.
+
+    Examples
+    --------
+    >>> plant = simulate_plant(seed=0)
+    >>> len(plant.loops), len(plant.groups), plant.loops[0].record.tag
+    (56, 2, 'UNIT1/FIC-1009')
+    """
+    seed = require_seed(seed) or 0
+    require_positive("hours", hours, "h")
+    if require_positive("dt", dt, "s") > 10.0:
+        raise ParameterError(f"dt = {dt:g} s is above 10 s, too slow for the flow loops of the plant; give 10 or less.")
+    if require_count("units", units) < 4:
+        raise ParameterError(f"units = {units} is below 4; two groups spread over two units each, so give 4 or more.")
+    layout, steady = (draw_layout(np.random.default_rng(seed), units=units, steady=s) for s in (False, True))
+    records = _run(layout, seed, hours, dt)
+    visible = [_visibility(*pair) for pair in zip(records, _run(steady, seed, hours, dt), strict=True)]
+    group_of = _reached(layout)
+    loops = []
+    for k, (one, record) in enumerate(zip(layout.loops, records, strict=True)):
+        group = group_of.get(k, 0)
+        clear = visible[k] >= CLEAR
+        member = group if clear else 0
+        cause = one.cause if one.cause != "none" or not member else "external disturbance"
+        root = layout.loops[layout.sources[group - 1]].tag if member else ""
+        weak = group if TRACE <= visible[k] < CLEAR else 0
+        loops.append(PlantLoop(_in_units(record, one), cause, one.state, member, weak, root, one.span, one.S, one.J))
+    tags = [one.tag for one in layout.loops]
+    return SimulatedPlant(tuple(loops), tuple((tags[path.source], tags[path.target]) for path in layout.paths))
+
+
+def _run(layout: PlantLayout, seed: int, hours: float, dt: float) -> list[LoopRecord]:
+    """Records of all loops in percent."""
+    kept = round(hours * 3600.0 / dt)
+    n = kept + round(SETTLING * kept)
+    loads = [_draw_load(np.random.default_rng([seed, 1, k]), one.drift, n, dt) for k, one in enumerate(layout.loops)]
+    sp = [_draw_sp(np.random.default_rng([seed, 2, k]), one, n) for k, one in enumerate(layout.loops)]
+    records: dict[int, LoopRecord] = {}
+    primary = {b: a for a, b in layout.secondary.items()}
+    waiting = list(dict.fromkeys([*layout.sources, *(path.target for path in layout.paths), *range(len(loads))]))
+    for k in waiting:
+        if k in records:
+            continue
+        first = primary.get(k, k)
+        both = [first, layout.secondary[first]] if first in layout.secondary else [first]
+        for path in layout.paths:
+            if path.target in both:
+                pv = records[path.source].pv
+                assert pv is not None
+                loads[path.target] = loads[path.target] + path.gain * _spread(pv - MIDDLE, path.delay, path.lag, dt)
+        if len(both) == 2:
+            a, b = both
+            a_loop, b_loop = layout.loops[a].loop(dt), layout.loops[b].loop(dt)
+            pv, op, pv2, op2 = simulate_cascade(a_loop, b_loop, sp[a], loads[a], loads[b], seed + 7919 * a)
+            records[a] = _record(layout.loops[a], dt, sp[a], pv, op, secondary=layout.loops[b].tag)
+            records[b] = _record(layout.loops[b], dt, op, pv2, op2)
+        else:
+            records[k] = _run_single(layout.loops[k], dt, sp[k], loads[k], seed + 7919 * k)
+    return [records[k].window(n - kept, n) for k in range(len(loads))]
+
+
+def _run_single(
+    one: LoopLayout, dt: float, sp: NDArray[np.float64], load: NDArray[np.float64], seed: int
+) -> LoopRecord:
+    """Run one loop that is not in a cascade."""
+    n = sp.size
+    if one.state == "pv_frozen":
+        error = 0.02 * one.noise
+        op = np.clip(MIDDLE + one.Kc * error * (1.0 + np.arange(n) * dt / one.Ti), 0.0, 100.0)
+        return _record(one, dt, np.full(n, MIDDLE), np.full(n, MIDDLE - error), op)
+    if one.state == "saturated":
+        load = load - 75.0
+    manual = np.full(n, MIDDLE) if one.state == "manual" else None
+    run = simulate(one.loop(dt), sp, n * dt, load, seed, manual=manual, pv_start=MIDDLE, op_start=MIDDLE)
+    assert run.pv is not None
+    return _record(one, dt, sp, run.pv, run.op)
+
+
+def _record(one: LoopLayout, dt: float, sp, pv, op, *, secondary: str = "") -> LoopRecord:
+    origin = Provenance(source="simulation", rows=op.size, secondary_tag=secondary)
+    auto = np.full(op.size, one.state != "manual")
+    return LoopRecord(
+        one.tag, dt, op=op, pv=pv, sp=sp, auto=auto, loop_type=one.loop_type, start=START, provenance=origin
+    )
+
+
+def _in_units(record: LoopRecord, one: LoopLayout) -> LoopRecord:
+    """PV and SP in engineering units, with the rounding of a historian."""
+    low, high = one.span
+    assert record.pv is not None
+    assert record.sp is not None
+    scale = (high - low) / 100.0
+    pv, sp = (low + scale * np.round(x, 2) for x in (record.pv, record.sp))
+    return replace(record, pv=pv, sp=sp, op=np.round(record.op, 2), start=START)
+
+
+def _draw_load(rng: np.random.Generator, deviation: float, n: int, dt: float) -> NDArray[np.float64]:
+    """Load that wanders about zero: noise through a lag of 15 minutes."""
+    from scipy.signal import lfilter
+
+    pole = float(np.exp(-dt / 900.0))
+    steps = rng.normal(0.0, deviation * np.sqrt(1.0 - pole**2), n)
+    return np.asarray(lfilter([1.0], [1.0, -pole], steps))
+
+
+def _draw_sp(rng: np.random.Generator, one: LoopLayout, n: int) -> NDArray[np.float64]:
+    sp = np.full(n, MIDDLE)
+    for _ in range(one.sp_steps):
+        sp[int(rng.integers(n // 4, n)) :] += float(rng.uniform(-2.0, 2.0))
+    return sp
+
+
+def _spread(x: NDArray[np.float64], delay: float, lag: float, dt: float) -> NDArray[np.float64]:
+    """Delay a signal and pass it through a first-order lag."""
+    from scipy.signal import lfilter
+
+    samples, pole = round(delay / dt), float(np.exp(-dt / lag))
+    late = np.concatenate([np.zeros(samples), x[: x.size - samples]])
+    return np.asarray(lfilter([1.0 - pole], [1.0, -pole], late))
+
+
+def _reached(layout: PlantLayout) -> dict[int, int]:
+    """Loop -> number of the group whose source can reach it, cascades included."""
+    partner = layout.secondary | {b: a for a, b in layout.secondary.items()}
+    group_of: dict[int, int] = {}
+    for number, source in enumerate(layout.sources, start=1):
+        reached = {source}
+        for path in layout.paths:
+            if {path.source, partner.get(path.source)} & reached:
+                reached.add(path.target)
+        group_of |= dict.fromkeys(reached | {partner[k] for k in reached if k in partner}, number)
+    return group_of
+
+
+def _visibility(record: LoopRecord, steady: LoopRecord) -> float:
+    """Standard deviation of what the faults add over the noise of the steady plant, in the signal that shows it best.
+
+    The noise is the deviation of the first difference over the root of 2.
+    """
+    ratios = [0.0]
+    for x, calm in ((record.pv, steady.pv), (record.op, steady.op)):
+        assert x is not None
+        assert calm is not None
+        noise = float(np.diff(calm).std()) / np.sqrt(2.0)
+        if noise > 0.0:
+            ratios.append(float(_without_drift(x - calm, record.dt).std()) / noise)
+    return max(ratios)
+
+
+def _without_drift(x: NDArray[np.float64], dt: float, window: float = 1800.0) -> NDArray[np.float64]:
+    """Take off the moving mean over half an hour; the ends without a full window are cut off."""
+    width = round(window / dt)
+    mean = np.convolve(x, np.full(width, 1.0 / width), "valid")
+    return x[width // 2 : width // 2 + mean.size] - mean
