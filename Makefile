@@ -9,7 +9,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
-.PHONY: help demo test fuzz check format bench picture reference venv clean
+.PHONY: help demo test fuzz check format bench calibrate validate picture reference venv clean
 
 help:
 	@echo "make demo     diagnose simulated plant data and write a report"
@@ -18,6 +18,8 @@ help:
 	@echo "make check    lint, types, import contracts, documentation"
 	@echo "make format   let ruff mend layout and imports"
 	@echo "make bench    measure speed"
+	@echo "make calibrate  train the model of the verdict on simulated loops (some minutes)"
+	@echo "make validate   score it on other loops and write docs/validation.md"
 	@echo "make picture  draw the pictures of the documentation anew"
 	@echo "make reference write the list of public names anew"
 	@echo "make venv     make .venv with everything a developer needs"
@@ -46,6 +48,19 @@ format: $(VENV)/.ready-check
 
 bench: $(VENV)/.ready-test
 	$(BIN)/python benchmarks/run.py
+
+TABLES := calibration/out
+RECORDS := $(or $(STICTION_RECORDS),../shared/data)
+
+calibrate: $(VENV)/.ready-test
+	$(BIN)/python -m calibration.feature_table --chunks 480 --seed 7 --jobs $(WORKERS) --out $(TABLES)/train.parquet
+	$(BIN)/python -m calibration.train $(TABLES)/train.parquet
+
+validate: $(VENV)/.ready-test
+	$(BIN)/python -m calibration.feature_table --chunks 60 --seed 8 --jobs $(WORKERS) --out $(TABLES)/fresh.parquet
+	$(BIN)/python -m calibration.feature_table --sets second --chunks 60 --seed 5 --jobs $(WORKERS) --out $(TABLES)/second.parquet
+	if [ -f "$(RECORDS)/labels.csv" ]; then $(BIN)/python -m calibration.feature_table --recorded "$(RECORDS)" --out $(TABLES)/recorded.parquet; fi
+	$(BIN)/python -m calibration.validate --first $(TABLES)/fresh.parquet --second $(TABLES)/second.parquet --recorded $(TABLES)/recorded.parquet
 
 picture: $(VENV)/.ready
 	$(BIN)/python docs/pictures.py

@@ -99,15 +99,22 @@ def main() -> None:
     """Write a table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sets", nargs="+", choices=SETS, help="sets to draw; all of the first simulator by default")
+    parser.add_argument(
+        "--recorded", type=Path, help="folder of recorded loops with labels.csv, instead of simulated ones"
+    )
     parser.add_argument("--chunks", type=int, default=40, help="chunks of each set, or of the mixture")
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
-    tasks = first_simulator_tasks(given.chunks, given.seed)
-    if given.sets:
-        tasks = [(name, k, given.seed) for name in given.sets for k in range(given.chunks)]
-    table = feature_table(tasks, given.jobs, given.out.parent / "parts")
+    given.out.parent.mkdir(parents=True, exist_ok=True)
+    if given.recorded:
+        table = recorded_table(given.recorded)
+    else:
+        tasks = first_simulator_tasks(given.chunks, given.seed)
+        if given.sets:
+            tasks = [(name, k, given.seed) for name in given.sets for k in range(given.chunks)]
+        table = feature_table(tasks, given.jobs, given.out.parent / "parts")
     table.write_parquet(given.out)
     print(f"{table.height} loops in {given.out}")
 

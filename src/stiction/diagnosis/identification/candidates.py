@@ -12,7 +12,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["Candidates", "Valve", "combinations", "joined", "pattern_search"]
+__all__ = ["Candidates", "Valve", "combinations", "evaluated", "halved_steps", "joined", "pattern_search"]
+
+CHUNK = 32
+"""Candidate valves whose positions are in memory at the same time [-]."""
 
 
 class Valve(NamedTuple):
@@ -47,17 +50,7 @@ class Candidates:
         return np.argsort(np.round(self.cost, 5), kind="stable")
 
     def local_minima(self, count: int, S_distance: float, ratio_distance: float) -> NDArray[np.float64]:
-        """The best candidates that are not close to a better one, shape (<= count, 4).
-
-        Parameters
-        ----------
-        count : int
-            Number of candidates at most.
-        S_distance : float
-            Smallest distance in ln S [-].
-        ratio_distance : float
-            Smallest distance in J / S [-].
-        """
+        """Up to `count` best candidates, none within both distances in ln S and in J / S [-] of a better one."""
         order = self._order()
         rows = self.valves[order]
         log_S = np.log(rows[:, 0])
@@ -76,6 +69,17 @@ def combinations(*axes: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
 
 
+def evaluated(rows: NDArray[np.float64], cost: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> Candidates:
+    """Candidate rows with their costs, a few rows at a time."""
+    chunks = [rows[i : i + CHUNK] for i in range(0, len(rows), CHUNK)]
+    return Candidates(rows, np.concatenate([cost(one) for one in chunks]))
+
+
+def halved_steps(S: float, ratio: float, start: float, count: int) -> list[tuple[float, float, float, int]]:
+    """Six rounds of `pattern_search`: the steps halve, and the candidates refined decrease by the root of 2, to two."""
+    return [(S / 2**k, ratio / 2**k, start / 2**k, max(round(count / 2 ** (0.5 * k)), 2)) for k in range(6)]
+
+
 def pattern_search(
     evaluate: Callable[[NDArray[np.float64]], Candidates],
     found: Candidates,
@@ -86,23 +90,9 @@ def pattern_search(
 ) -> Candidates:
     """Add the neighbours of the best candidates, with smaller and smaller steps.
 
-    Parameters
-    ----------
-    evaluate : callable
-        From candidate rows to `Candidates`.
-    found : Candidates
-        Where to begin.
-    steps : sequence of tuple
-        For each round the steps in ln S, in J / S and in the start, and the number of candidates refined [-].
-    max_S : float
-        Largest S [% of span].
-    diagonal : bool
-        Try a larger S with a smaller J / S too, and the reverse: a valve that breaks loose at the same distance.
-
-    Returns
-    -------
-    Candidates
-        All of them.
+    Each round has its steps in ln S, in J / S and in the start, and its number of candidates refined [-]; `max_S` is
+    the largest S [% of span]. With `diagonal` a larger S is tried with a smaller J / S too, and the reverse: a valve
+    that breaks loose at the same distance.
     """
     for S_step, ratio_step, start_step, count in steps:
         centres = found.local_minima(count, 0.8 * S_step, 0.8 * ratio_step)

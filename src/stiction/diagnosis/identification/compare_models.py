@@ -9,10 +9,9 @@ import numpy as np
 
 from stiction.diagnosis.identification.candidates import joined
 from stiction.diagnosis.identification.identify_record import prepare_record
-from stiction.diagnosis.identification.model_fit import fit_kano, model_fit
+from stiction.diagnosis.identification.model_fit import fit_kano, fit_stenman, model_fit
 from stiction.diagnosis.identification.process_fit import fit_process
 from stiction.diagnosis.identification.regression import one_thread
-from stiction.diagnosis.identification.stenman import fit_stenman
 from stiction.diagnosis.identification.three_parameter import fit_three_parameter
 from stiction.display.number_format import finite_or_none
 

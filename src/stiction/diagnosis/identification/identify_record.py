@@ -9,12 +9,11 @@ import numpy as np
 
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.identify import identify_valve, in_seconds, pv_on_record
-from stiction.diagnosis.identification.model_fit import likely_candidates, likely_range
+from stiction.diagnosis.identification.model_fit import fit_stenman, likely_candidates, likely_range
 from stiction.diagnosis.identification.position import fit_position, with_position
 from stiction.diagnosis.identification.process_fit import fit_process
 from stiction.diagnosis.identification.regression import build_regression, one_thread
 from stiction.diagnosis.identification.signals import block_signals
-from stiction.diagnosis.identification.stenman import fit_stenman
 from stiction.diagnosis.identification.three_parameter import (
     fit_three_parameter,
     op_moves,
@@ -209,7 +208,7 @@ def _with_model(prepared: PreparedRecord, known: Identification, fit: ModelFit, 
     S, ratio, third, start = (float(x) for x in fit.best)
     r = third if model == "three_parameter" else np.inf
     rows = fit.found.valves
-    likely, bands = likely_candidates(fit), 0.5 * rows[:, 0] * (1.0 + rows[:, 1])
+    likely, bands = likely_candidates(fit.found.cost, fit.share), 0.5 * rows[:, 0] * (1.0 + rows[:, 1])
     margin = RESOLUTION * S
     S_range, J_range = likely_range(rows[:, 0], likely, margin), likely_range(rows[:, 0] * rows[:, 1], likely, margin)
     dt, signals = prepared.op_interval, prepared.signals

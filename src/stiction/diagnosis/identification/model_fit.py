@@ -1,4 +1,4 @@
-"""What the searches of all valve models share: costs, fits, independent samples, intervals, and Kano's valve."""
+"""What the searches of all valve models share: costs, fits, independent samples, intervals; Kano's and Stenman's valve."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from stiction.diagnosis.identification.candidates import combinations, joined, pattern_search
+from stiction.diagnosis.identification.candidates import combinations, halved_steps, joined, pattern_search
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -17,6 +17,7 @@ __all__ = [
     "ModelFit",
     "PositionCosts",
     "fit_kano",
+    "fit_stenman",
     "independent_share",
     "likely_candidates",
     "likely_range",
@@ -86,36 +87,42 @@ def model_fit(costs: PositionCosts, found: Candidates, position: NDArray[np.floa
 
 
 def fit_kano(costs: PositionCosts) -> ModelFit:
-    """Fit Kano's valve, whose stem moves on with OP.
-
-    Parameters
-    ----------
-    costs : PositionCosts
-        The record.
-
-    Returns
-    -------
-    ModelFit
-        Rows of (S, J / S, 0, start).
-    """
+    """Fit Kano's valve, whose stem moves on with OP: rows of (S, J / S, 0, start)."""
     swing = float(np.ptp(costs.op))
     S, zero = np.geomspace(0.04 * swing, swing, 32), np.zeros(1)
     found = costs.evaluate(combinations(S, np.linspace(0.0, 1.0, 6), zero, zero))
     large = costs.evaluate(combinations(S[0.3 * swing < S], np.array([0.2, 0.6]), zero, np.array([-0.6, 0.6])))
-    found = pattern_search(costs.evaluate, joined(found, large), STEPS, swing, diagonal=True)
+    found = pattern_search(costs.evaluate, joined(found, large), KANO_STEPS, swing, diagonal=True)
     return model_fit(costs, found, costs.positions(np.array([found.best]))[0])
 
 
-STEPS = (
-    (0.05, 0.15, 0.3, 10), (0.025, 0.08, 0.15, 8), (0.012, 0.04, 0.08, 6), (0.006, 0.02, 0.04, 4),
-    (0.003, 0.01, 0.02, 3), (0.0015, 0.005, 0.01, 2),
-)  # fmt: skip
+def fit_stenman(costs: PositionCosts) -> ModelFit:
+    r"""Fit Stenman's valve: rows of (d, 1, 1, start) [stenman2003; srinivasan2008, eq. 4].
+
+    Its :math:`d` is eq. 5 repaired with :math:`sb = sj = d` and :math:`r = \infty`: the stem breaks away when OP is more
+    than d from it, slips to OP, and rests again at once. Kano's with S = J = d then moves on with OP until OP turns or
+    stops.
+    """
+    swing = float(np.ptp(costs.op))
+    d, one = np.geomspace(0.04 * swing, swing, 300), np.ones(1)
+    found = costs.evaluate(combinations(d, one, one, np.linspace(-0.9, 0.9, 10)))
+    found = pattern_search(costs.evaluate, found, STENMAN_STEPS, swing)
+    for d, _, _, start in found.local_minima(4, 0.002, 0.0):
+        around = d * np.exp(np.linspace(-0.03, 0.03, 241))
+        found = joined(found, costs.evaluate(combinations(around, one, one, np.array([start]))))
+    found = pattern_search(costs.evaluate, found, STENMAN_STEPS[3:], swing)
+    return model_fit(costs, found, costs.positions(np.array([found.best]))[0])
+
+
+KANO_STEPS, STENMAN_STEPS = halved_steps(0.05, 0.15, 0.3, 10), halved_steps(0.006, 0.0, 0.1, 40)
 """Pattern searches: steps in ln S, in J / S and in the start, and candidates refined [-]."""
+CHI_SQUARE = 3.84
+"""95 % point of chi-square with one degree of freedom [-]."""
 
 
-def likely_candidates(fit: ModelFit, *, chi_square: float = 3.84) -> NDArray[np.bool_]:
-    """Which valves lie in the likelihood region of one parameter, 95 % at the default, shape (n_valves,)."""
-    return fit.share * (fit.found.cost - fit.cost) < chi_square
+def likely_candidates(cost: NDArray[np.float64], share: float) -> NDArray[np.bool_]:
+    """Which valves lie in the 95 % likelihood region of one parameter, shape (n_valves,)."""
+    return share * (cost - cost.min()) < CHI_SQUARE
 
 
 def likely_range(values: NDArray[np.float64], likely: NDArray[np.bool_], margin: float) -> tuple[float, float]:
@@ -124,17 +131,9 @@ def likely_range(values: NDArray[np.float64], likely: NDArray[np.bool_], margin:
 
 
 def independent_share(residual: NDArray[np.float64]) -> float:
-    r"""Share of the samples of a residual that are independent.
+    r"""Share of the samples of a residual about zero that are independent [-].
 
-    Parameters
-    ----------
-    residual : ndarray, shape (n_samples,)
-        Residual about zero [any unit].
-
-    Returns
-    -------
-    float
-        :math:`1 / (1 + 2 \sum_k \rho_k)`, with the autocorrelation up to its first zero [-].
+    It is :math:`1 / (1 + 2 \sum_k \rho_k)`, with the autocorrelation up to its first zero.
 
     Examples
     --------

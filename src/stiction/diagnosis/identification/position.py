@@ -9,7 +9,7 @@ import numpy as np
 
 from stiction.diagnosis.identification.candidates import Candidates, Valve, combinations, joined, pattern_search
 from stiction.diagnosis.identification.corrected_stem import CorrectedStems, position_noise, usual_scale
-from stiction.diagnosis.identification.model_fit import independent_share
+from stiction.diagnosis.identification.model_fit import independent_share, likely_candidates, likely_range
 from stiction.diagnosis.identification.position_regression import position_regression
 from stiction.diagnosis.identification.position_signal import position_signal
 from stiction.diagnosis.identification.stems import whole_position
@@ -60,32 +60,12 @@ def fit_position(
     min_S: float = 0.5,
     min_likelihood_ratio: float = 12.0,
     min_explained: float = 0.1,
-    max_samples: int = 6000,
 ) -> PositionFit | None:
-    """Fit a valve to a recorded position.
+    """Fit a valve to a recorded position; None where it is hardly recorded, frozen, unrelated to OP, or a copy of it.
 
-    Parameters
-    ----------
-    op : ndarray, shape (n_samples,)
-        Controller output without gaps [% of span].
-    position : ndarray, shape (n_samples,)
-        Recorded valve position [any unit]; NaN is missing.
-    min_S : float
-        Band up to which a valve in service is good [% of span].
-    min_likelihood_ratio : float
-        Evidence from which a more complex valve is taken [-].
-    min_explained : float
-        Share of the variance of the position that a valve must explain [-].
-    max_samples : int
-        Samples compared at most, those in the middle [samples].
+    Up to a band of `min_S` [% of span] a valve in service is good; a more complex valve is taken from
+    `min_likelihood_ratio` [-] on, and it must explain `min_explained` of the variance of the position [-].
 
-    Returns
-    -------
-    PositionFit or None
-        None where the position says nothing about the stem: hardly recorded, frozen, unrelated to OP, or a copy of it.
-
-    Notes
-    -----
     The stem of each candidate valve is simulated over OP and compared with the position through a straight line, a
     delay of up to five samples and a first-order lag. The residual is autocorrelated, so that the number of samples in
     the likelihood is divided by 1 + 2 times the sum of its autocorrelation up to the first zero. Where a search with
@@ -100,7 +80,7 @@ def fit_position(
     >>> found.kind, round(found.valve.S, 1)
     ('stiction', 3.0)
     """
-    signal = position_signal(op, position, max_samples=max_samples)
+    signal = position_signal(op, position)
     if signal is None:
         return None
     regression, good, play, sticky, jump = _search(position_regression(signal), min_S)
@@ -185,31 +165,17 @@ def _corrected_stems(wide: PositionRegression, valve: Valve) -> list[CorrectedSt
     return [late[delay] for delay in sorted({0, likeliest})]
 
 
-def _ranges(
-    found: Candidates, share: float, *, chi_square: float = 3.84, resolution: float = 0.05
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Intervals of S and J: those of the likely candidates, wider by the `resolution` of the search [share of S]."""
-    near = found.valves[share * (found.cost - found.cost.min()) < chi_square]
-    S, J = near[:, 0], near[:, 0] * near[:, 1]
-    margin = resolution * found.best.S
-    J_low = max(float(J.min()) - margin, 0.0)
-    return (max(float(S.min()) - margin, 0.0), float(S.max()) + margin), (J_low, float(J.max()) + margin)
+def _ranges(found: Candidates, share: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Intervals of S and J: those of the likely candidates, wider by a twentieth of S, the resolution of the search."""
+    likely, margin = likely_candidates(found.cost, share), 0.05 * found.best.S
+    S, ratio = found.valves[:, 0], found.valves[:, 1]
+    return likely_range(S, likely, margin), likely_range(S * ratio, likely, margin)
 
 
 def with_position(found: Identification, position: PositionFit) -> Identification:
     """Put S and J of the recorded position in place of those by the PV; the process stays the one by the PV.
 
-    Parameters
-    ----------
-    found : Identification
-        What OP and PV say.
-    position : PositionFit
-        What the recorded position says.
-
-    Returns
-    -------
-    Identification
-        S and J with their intervals, the stem and the explained shares are those of the position.
+    S and J with their intervals, the stem and the explained shares are those of the position.
     """
     S, J = position.valve.S, position.valve.S * position.valve.ratio
     return replace(

@@ -7,20 +7,18 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.candidates import Candidates
+from stiction.diagnosis.identification.candidates import evaluated
+from stiction.diagnosis.identification.position_signal import MAX_DELAY
+from stiction.diagnosis.identification.regression import MIN_ERROR
 from stiction.diagnosis.identification.stems import as_valve_arrays, valve_positions
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stiction.diagnosis.identification.candidates import Candidates
     from stiction.diagnosis.identification.position_signal import PositionSignal
 
 __all__ = ["PositionRegression", "StraightLine", "position_regression"]
-
-CHUNK = 32
-"""Candidate valves whose positions are in memory at the same time [-]."""
-MIN_ERROR = 1e-8
-"""Smallest residual sum of squares, as a share of the position's [-]: data without noise are rounded data."""
 
 
 class StraightLine(NamedTuple):
@@ -56,7 +54,7 @@ class PositionRegression:
     """Mean of the recorded position [its unit]."""
     lags: tuple[float, ...] = (0.0, 2.0, 6.0)
     """Time constants of the position signal that are tried [samples]."""
-    delays: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
+    delays: tuple[int, ...] = tuple(range(MAX_DELAY + 1))
     """Delays of the position that are tried [samples]."""
     per_block: int = 1
     """Samples of OP for each sample of the position [-]."""
@@ -74,8 +72,7 @@ class PositionRegression:
 
     def evaluate(self, valves: NDArray[np.float64]) -> Candidates:
         """Candidate valves with their costs."""
-        chunks = [valves[i : i + CHUNK] for i in range(0, len(valves), CHUNK)]
-        return Candidates(valves, np.concatenate([self.cost_of_positions(self.positions(one)) for one in chunks]))
+        return evaluated(valves, lambda some: self.cost_of_positions(self.positions(some)))
 
     def cost_of_positions(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """Minus twice the log likelihood of stems, but for a constant [-], shape (n_valves,)."""

@@ -11,6 +11,9 @@ if TYPE_CHECKING:
 
 __all__ = ["PositionSignal", "hold_length", "is_copy", "position_signal"]
 
+MAX_DELAY = 5
+"""Samples that a position, or a copy of OP, may come late [-]."""
+
 
 class PositionSignal(NamedTuple):
     """OP and position of the part that is compared."""
@@ -28,29 +31,11 @@ def position_signal(
     max_samples: int = 6000,
     min_values: int = 60,
     max_missing: float = 0.5,
-    max_delay: int = 5,
 ) -> PositionSignal | None:
-    """Prepare a recorded position.
+    """OP [% of span] and position [any unit] of the samples in the middle of a record, `max_samples` at most.
 
-    Parameters
-    ----------
-    op : ndarray, shape (n_samples,)
-        Controller output without gaps [% of span].
-    position : ndarray, shape (n_samples,)
-        Recorded valve position [any unit]; NaN is missing.
-    max_samples : int
-        Samples compared at most, those in the middle [samples].
-    min_values : int
-        Values of the position that are needed [-].
-    max_missing : float
-        Share of the part compared that may be missing [-].
-    max_delay : int
-        Samples that a copy of OP may come late [samples].
-
-    Returns
-    -------
-    PositionSignal or None
-        None where OP or the position does not vary, too little of it was recorded, or it is a copy of OP.
+    None where OP or the position does not vary, fewer than `min_values` or less than 1 - `max_missing` of the position
+    were recorded, or it is a copy of OP.
     """
     known = np.isfinite(position)
     if known.sum() < min_values:
@@ -62,7 +47,7 @@ def position_signal(
     if known.sum() < min_values or np.mean(~known) > max_missing or not float(np.ptp(op)) > 0.0:
         return None
     values = position[known]
-    if not float(np.ptp(values)) > 1e-9 * float(np.abs(values).max()) or is_copy(op, position, max_delay=max_delay):
+    if not float(np.ptp(values)) > 1e-9 * float(np.abs(values).max()) or is_copy(op, position):
         return None
     length, start = hold_length(position)
     position = np.where(np.arange(position.size) % length == start, position, np.nan)
@@ -72,19 +57,7 @@ def position_signal(
 
 
 def hold_length(position: NDArray[np.float64]) -> tuple[int, int]:
-    """Find how long each value of a position is held.
-
-    Parameters
-    ----------
-    position : ndarray, shape (n_samples,)
-        Recorded position [any unit]; NaN is missing.
-
-    Returns
-    -------
-    length : int
-        k where the position changes only at every k-th sample, 1 where it changes at any [samples].
-    first : int
-        First sample at which a new value may stand.
+    """k where a position changes only at every k-th sample, else 1, and the first sample of a new value.
 
     Examples
     --------
@@ -99,22 +72,10 @@ def hold_length(position: NDArray[np.float64]) -> tuple[int, int]:
     return length, int(changes[0] % length)
 
 
-def is_copy(op: NDArray[np.float64], position: NDArray[np.float64], *, max_delay: int = 5) -> bool:
-    """Whether a position is OP on another scale, late and rounded, and not a measurement.
+def is_copy(op: NDArray[np.float64], position: NDArray[np.float64]) -> bool:
+    """Whether a position is OP on another scale, up to `MAX_DELAY` samples late and rounded, and not a measurement.
 
-    Parameters
-    ----------
-    op : ndarray, shape (n_samples,)
-        Controller output [% of span].
-    position : ndarray, shape (n_samples,)
-        Recorded position [any unit]; NaN is missing.
-    max_delay : int
-        Samples that it may come late [samples].
-
-    Returns
-    -------
-    bool
-        True where a straight line from OP leaves no more than rounding: about a step of the position either way.
+    A straight line from OP then leaves no more than rounding: about a step of the position either way.
 
     Examples
     --------
@@ -123,7 +84,7 @@ def is_copy(op: NDArray[np.float64], position: NDArray[np.float64], *, max_delay
     True
     """
     known = np.isfinite(position)
-    known[:max_delay] = False
+    known[:MAX_DELAY] = False
     index = np.flatnonzero(known)
     if index.size < 3:
         return False
@@ -131,7 +92,7 @@ def is_copy(op: NDArray[np.float64], position: NDArray[np.float64], *, max_delay
     values = np.unique(y)
     step = float(np.diff(values).min()) if 1 < values.size < 0.5 * y.size else 0.0
     limit = max(0.75 * step, 1e-6 * float(np.ptp(y)))
-    return any(_largest_residual(op[index - delay], y) <= limit for delay in range(max_delay + 1))
+    return any(_largest_residual(op[index - delay], y) <= limit for delay in range(MAX_DELAY + 1))
 
 
 def _largest_residual(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:

@@ -14,18 +14,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.diagnosis.identification.candidates import Candidates
+from stiction.diagnosis.identification.candidates import evaluated
 from stiction.diagnosis.identification.stems import as_valve_arrays, valve_positions
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
-__all__ = ["Regression", "build_regression", "one_thread", "standardise"]
+    from stiction.diagnosis.identification.candidates import Candidates
 
-CHUNK = 32
-"""Candidate valves whose regressors are in memory at the same time [-]."""
+__all__ = ["Regression", "build_regression", "one_thread", "standardise"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +69,7 @@ class Regression:
 
     def evaluate(self, valves: NDArray[np.float64]) -> Candidates:
         """Candidate valves, rows of (S, J / S, rests, start), with their costs."""
-        chunks = [valves[i : i + CHUNK] for i in range(0, len(valves), CHUNK)]
-        return Candidates(valves, np.concatenate([self.cost_of_positions(self.positions(one)) for one in chunks]))
+        return evaluated(valves, lambda some: self.cost_of_positions(self.positions(some)))
 
     def cost_of_positions(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """Minus twice the log likelihood of valve positions, but for a constant [-], shape (n_valves,)."""
@@ -121,12 +117,14 @@ class Regression:
         return weights / size, error
 
 
+PV_LAGS, OP_LAGS, SINGLE_LAGS = 12, 4, 8
+"""Earlier PVs and OPs in the regression, and lags of the valve position with a weight of their own [-]."""
 TINY = 1e-150
 """Size of a regressor that is constant [-]."""
 RIDGE = 1e-10
 """Added to the diagonal of the scaled normal equations, since lags of a resting valve are collinear [-]."""
 MIN_ERROR = 1e-8
-"""Smallest variance of a prediction error, as a share of the PV's [-]: data without noise are rounded data."""
+"""Smallest error, as a share of the variance of what is compared [-]: data without noise are rounded data."""
 
 
 def standardise(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -142,57 +140,30 @@ def build_regression(
     per_block: int,
     time_scale: float,
     *,
-    pv_lags: int = 12,
-    op_lags: int = 4,
     max_position_lag: int = 48,
-    single_lags: int = 8,
-    extra: Sequence[NDArray[np.float64]] = (),
 ) -> Regression:
     """Set up the regression of one record.
 
-    Parameters
-    ----------
-    op : ndarray, shape (n_blocks * per_block,)
-        Controller output [% of span].
-    pv : ndarray, shape (n_blocks,)
-        Block means of the PV [engineering units].
-    per_block : int
-        Samples of `op` for each sample of `pv`.
-    time_scale : float
-        Period of the oscillation, or another time in which the process responds [blocks].
-    pv_lags, op_lags : int
-        Earlier PVs and OPs in the regression.
-    max_position_lag : int
-        Longest lag of the valve position [blocks]; at most 0.35 time scales are used.
-    single_lags : int
-        Lags of the valve position with a weight of their own; longer ones share weights in groups that grow by a
-        quarter from one to the next.
-    extra : sequence of ndarray, shape (n_blocks,) each
-        Other regressors that all valves share.
+    `op` [% of span] has `per_block` values for each block mean of `pv` [engineering units]; `time_scale` is the period
+    of the oscillation, or another time in which the process responds [blocks]. The longest lag of the valve position is
+    `max_position_lag` blocks, and at most 0.35 time scales; lags above `SINGLE_LAGS` share weights in groups that grow
+    by a quarter from one to the next.
 
-    Returns
-    -------
-    Regression
-        Ready to compare valves.
-
-    Notes
-    -----
     Lags begin at 1: a valve position of the same sample would predict the noise that the controller passes from the
     PV to the OP. The first cycle is not predicted, because where the stem stood before the record is not known.
     """
     n = pv.size
     longest = int(min(max(0.35 * time_scale, 8.0), max_position_lag, n // 8))
-    edges = list(range(1, min(single_lags, longest + 1) + 1))
+    edges = list(range(1, min(SINGLE_LAGS, longest + 1) + 1))
     while edges[-1] < longest + 1:
         edges.append(min(int(np.ceil(1.25 * edges[-1])), longest + 1))
-    pv_lags = min(pv_lags, n // 8)
-    op_lags = min(op_lags, pv_lags)
+    pv_lags = min(PV_LAGS, n // 8)
+    op_lags = min(OP_LAGS, pv_lags)
     first = max(int(min(time_scale, n // 4)), longest + 1, pv_lags + 1)
     y, u = standardise(pv), standardise(op.reshape(n, per_block).mean(axis=1))
     shared = [np.ones(n - first)]
     shared += [y[first - lag : n - lag] for lag in range(1, pv_lags + 1)]
     shared += [u[first - lag : n - lag] for lag in range(1, op_lags + 1)]
-    shared += [x[first:] for x in extra]
     basis = orthonormal_rows(np.array(shared))
     target = y[first:] - (y[first:] @ basis.T) @ basis
     count = max(round(2.0 * (n - first) / max(time_scale, 8.0)), 4)

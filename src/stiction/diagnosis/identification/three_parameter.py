@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.identification.candidates import Candidates, combinations, joined, pattern_search
-from stiction.diagnosis.identification.model_fit import fit_kano, likely_candidates, model_fit
-from stiction.diagnosis.identification.stenman import fit_stenman
+from stiction.diagnosis.identification.candidates import combinations, evaluated, halved_steps, joined, pattern_search
+from stiction.diagnosis.identification.model_fit import fit_kano, fit_stenman, likely_candidates, model_fit
 from stiction.models.compiled import kernel
 from stiction.models.component import TIE, ValveState
 from stiction.models.valves.srinivasan import srinivasan_step
@@ -24,12 +23,10 @@ from stiction.models.valves.srinivasan import srinivasan_step
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stiction.diagnosis.identification.candidates import Candidates
     from stiction.diagnosis.identification.model_fit import ModelFit, PositionCosts
 
 __all__ = ["fit_three_parameter", "op_moves", "rate_interval", "three_parameter_positions"]
-
-CHUNK = 32
-"""Candidate valves whose positions are in memory at the same time [-]."""
 
 
 @kernel
@@ -50,19 +47,8 @@ def three_parameter_positions(
 ) -> NDArray[np.float64]:
     """Simulate valves of eq. 5 repaired over OP.
 
-    Parameters
-    ----------
-    op : ndarray, shape (n_blocks * per_block,)
-        Controller output [% of span].
-    per_block : int
-        Samples of OP whose positions are averaged.
-    rows : ndarray, shape (n_valves, 4)
-        S = 2 sb - sj [% of span], sj / S [-], r [% of span per sample] and the first position from OP [half bands].
-
-    Returns
-    -------
-    ndarray, shape (n_valves, n_blocks)
-        Positions [% of span].
+    A row is S = 2 sb - sj [% of span], sj / S [-], r [% of span per sample] and the first position from OP [half
+    bands]. The positions are means over `per_block` samples of OP, shape (n_valves, n_blocks) [% of span].
 
     Examples
     --------
@@ -91,31 +77,18 @@ def op_moves(op: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def fit_three_parameter(costs: PositionCosts, nested: tuple[ModelFit, ...] = ()) -> ModelFit:
-    """Fit sb, sj and r.
+    """Fit sb, sj and r: rows of (S = 2 sb - sj, sj / S, r, start); r is one of `op_moves` [% of span per sample].
 
-    Parameters
-    ----------
-    costs : PositionCosts
-        The record.
-    nested : tuple of ModelFit
-        Fits of Kano's and of Stenman's valve, where they were made already.
-
-    Returns
-    -------
-    ModelFit
-        Rows of (S = 2 sb - sj, sj / S, r, start); r is one of `op_moves` [% of span per sample].
-
-    References
-    ----------
-    srinivasan2008, eq. 5; after srinivasan2005, a search over the nonlinear block around a linear one.
+    `nested` are the fits of Kano's and of Stenman's valve, where they were made already. Source: srinivasan2008, eq. 5;
+    after srinivasan2005, a search over the nonlinear block around a linear one.
     """
     kano, stenman = nested or (fit_kano(costs), fit_stenman(costs))
     moves, swing = op_moves(costs.op), float(np.ptp(costs.op))
 
     def evaluate(rows: NDArray[np.float64]) -> Candidates:
-        parts = [rows[i : i + CHUNK] for i in range(0, len(rows), CHUNK)]
-        cost = [costs.cost_of_positions(three_parameter_positions(costs.op, costs.per_block, one)) for one in parts]
-        return Candidates(rows, np.concatenate(cost))
+        return evaluated(
+            rows, lambda some: costs.cost_of_positions(three_parameter_positions(costs.op, costs.per_block, some))
+        )
 
     tried = moves[np.unique(np.linspace(0.0, moves.size - 1.0, 14).round().astype(int))]
     starts = np.concatenate([kano.found.local_minima(6, 0.03, 0.15), stenman.found.local_minima(3, 0.03, 0.15)])
@@ -125,19 +98,17 @@ def fit_three_parameter(costs: PositionCosts, nested: tuple[ModelFit, ...] = ())
     found = joined(evaluate(rows), evaluate(combinations(S, ratio, tried[::2], np.linspace(-0.75, 0.75, 4))))
     found = joined(found, evaluate(np.array([[*kano.best[:2], 0.0, kano.best[3]]])))
     found = joined(found, evaluate(np.array([[*stenman.best[:2], np.inf, stenman.best[3]]])))
-    for step, share in ROUNDS:
+    for step in STEPS:
         found = pattern_search(evaluate, found, (step,), swing, diagonal=True)
-        found = joined(found, evaluate(_other_rates(found.local_minima(step[3], 0.5 * step[0], step[1]), moves, share)))
+        near = found.local_minima(step[3], 0.5 * step[0], step[1])
+        found = joined(found, evaluate(_other_rates(near, moves, step[1])))
     found = joined(found, evaluate(_around(found, moves)))
     return model_fit(costs, found, three_parameter_positions(costs.op, costs.per_block, np.array([found.best]))[0])
 
 
-ROUNDS = (
-    ((0.02, 0.12, 0.2, 40), 0.12), ((0.02, 0.08, 0.1, 24), 0.06), ((0.012, 0.04, 0.05, 16), 0.03),
-    ((0.006, 0.02, 0.03, 10), 0.015), ((0.003, 0.01, 0.02, 8), 0.006), ((0.0015, 0.005, 0.01, 6), 0.003),
-)  # fmt: skip
-"""Pattern search of each round (steps in ln S, in J / S and in the start, candidates refined), and step of r as a share
-of all moves of OP [-]."""
+STEPS = halved_steps(0.03, 0.12, 0.2, 40)
+"""Pattern searches: steps in ln S, in J / S and in the start, and candidates refined [-]; the step of J / S is also that
+of r, as a share of all moves of OP."""
 
 
 def _other_rates(rows: NDArray[np.float64], moves: NDArray[np.float64], share: float) -> NDArray[np.float64]:
@@ -163,26 +134,14 @@ def _around(found: Candidates, moves: NDArray[np.float64]) -> NDArray[np.float64
     return combinations(S * (1.0 + offsets), ratios, np.union1d(rates, moves[[0, -1]]), np.array([start]))
 
 
-def rate_interval(fit: ModelFit, moves: NDArray[np.float64], *, margin: float = 0.02) -> tuple[float, float]:
+def rate_interval(fit: ModelFit, moves: NDArray[np.float64]) -> tuple[float, float]:
     """Interval of r, from the next smaller to the next larger move of OP that is not likely [% of span per sample].
 
-    Parameters
-    ----------
-    fit : ModelFit
-        The fit.
-    moves : ndarray
-        The moves that were tried (`op_moves`) [% of span per sample].
-    margin : float
-        Places among the moves by which the interval is wider at least, as a share of all [-].
-
-    Returns
-    -------
-    tuple of float
-        Its ends; 0 and infinity where no r is excluded.
+    It is wider by a fiftieth of the moves tried (`op_moves`) at least; 0 and infinity where no r is excluded.
     """
-    likely, rates = likely_candidates(fit), fit.found.valves[:, 2]
+    likely, rates = likely_candidates(fit.found.cost, fit.share), fit.found.valves[:, 2]
     low, high = rates[likely].min(), rates[likely].max()
-    places = int(np.ceil(margin * moves.size))
+    places = int(np.ceil(moves.size / 50))
     smaller, larger = rates[rates < low], rates[rates > high]
     first = moves[max(int(np.searchsorted(moves, low)) - places, 0)]
     last = moves[min(int(np.searchsorted(moves, high)) + places, moves.size - 1)]
