@@ -57,7 +57,7 @@ def position_signal(
 
 
 def hold_length(position: NDArray[np.float64]) -> tuple[int, int]:
-    """k where a position changes only at every k-th sample, else 1, and the first sample of a new value.
+    """The k where a position changes only at every k-th sample, else 1, and the first sample of a new value.
 
     Examples
     --------

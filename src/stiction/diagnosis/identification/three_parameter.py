@@ -107,8 +107,8 @@ def fit_three_parameter(costs: PositionCosts, nested: tuple[ModelFit, ...] = ())
 
 
 STEPS = halved_steps(0.03, 0.12, 0.2, 40)
-"""Pattern searches: steps in ln S, in J / S and in the start, and candidates refined [-]; the step of J / S is also that
-of r, as a share of all moves of OP."""
+"""Pattern searches: steps in ln S, in J / S and in the start, and candidates refined [-]; the step of J / S is also
+that of r, as a share of all moves of OP."""
 
 
 def _other_rates(rows: NDArray[np.float64], moves: NDArray[np.float64], share: float) -> NDArray[np.float64]:
