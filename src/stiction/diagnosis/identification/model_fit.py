@@ -1,4 +1,4 @@
-"""What the searches of all valve models share: costs, fits and intervals; and the fits of Kano's and Stenman's valve."""
+"""What the searches of all valve models share: costs, fits and intervals; the fits of Kano's and Stenman's valve."""
 
 from __future__ import annotations
 
@@ -100,8 +100,8 @@ def fit_stenman(costs: PositionCosts) -> ModelFit:
     r"""Fit Stenman's valve: rows of (d, 1, 1, start) [stenman2003; srinivasan2008, eq. 4].
 
     Its :math:`d` is eq. 5 repaired with :math:`sb = sj = d` and :math:`r = \infty`: the stem breaks away when OP is
-    more than d from it, slips to OP, and rests again at once. Kano's with S = J = d then moves on with OP until OP turns or
-    stops.
+    more than d from it, slips to OP, and rests again at once. Kano's with S = J = d then moves on with OP until OP
+    turns or stops.
     """
     swing = float(np.ptp(costs.op))
     d, one = np.geomspace(0.04 * swing, swing, 300), np.ones(1)
