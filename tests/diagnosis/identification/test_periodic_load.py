@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiction.diagnosis.identification.periodic_load import fundamental_period, remove_harmonics
+from stiction.diagnosis.identification.alternatives import fundamental_period, remove_harmonics
 
 K = np.arange(900)
 

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.dead_zone import search_dead_zone
-from stiction.diagnosis.identification.periodic_load import fundamental_period, remove_harmonics
-from stiction.diagnosis.identification.regression import build_regression, orthonormal_rows, standardise
+from stiction.diagnosis.identification.regression import PV_LAGS, build_regression, orthonormal_rows, standardise
 from stiction.diagnosis.identification.stems import relay_signals, valve_positions
 
 if TYPE_CHECKING:
@@ -21,7 +20,14 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.regression import Regression
 
-__all__ = ["ALTERNATIVES", "alternative_costs", "good_valve_cost", "valve_characteristics"]
+__all__ = [
+    "ALTERNATIVES",
+    "alternative_costs",
+    "fundamental_period",
+    "good_valve_cost",
+    "remove_harmonics",
+    "valve_characteristics",
+]
 
 ALTERNATIVES = ("good", "nonlinear", "dead_zone", "relay_load", "noise_gate", "periodic_load")
 """Explanations without stiction; `periodic_load` only where the loop oscillates."""
@@ -37,24 +43,10 @@ def alternative_costs(
 ) -> tuple[dict[str, float], float, tuple[float, float]]:
     """Compare the explanations without stiction.
 
-    Parameters
-    ----------
-    regression : Regression
-        The record.
-    period : float or None
-        Period of the oscillation [blocks]; None where the loop does not oscillate.
-    sticky : ndarray, shape (n_blocks,)
-        Position of the most likely sticky valve [% of span].
-
-    Returns
-    -------
-    dict of str to float
-        Name in `ALTERNATIVES` -> minus twice its log likelihood [-], on the scale of `Regression.cost`.
-    float
-        Twice the log likelihood ratio of the sticky valve over a good one with the same periodic load added to both
-        [-]; NaN where there is no period.
-    tuple of float
-        Ends of the most likely dead zone [% of span].
+    `period` is that of the oscillation [blocks], `sticky` the position of the most likely sticky valve [% of span].
+    Gives for each name in `ALTERNATIVES` minus twice its log likelihood [-]; twice the log likelihood ratio of the
+    sticky valve over a good one with the same periodic load added to both [-], NaN where there is no period; and the
+    ends of the most likely dead zone [% of span].
     """
     free = regression.op_lags
     costs = {"good": good_valve_cost(regression)}
@@ -78,7 +70,7 @@ def _op_means(regression: Regression) -> NDArray[np.float64]:
 def _with_good_valve(regression: Regression) -> Regression:
     """The regression with the lags of a good valve's position among the shared regressors, in place of those of OP."""
     n, first = regression.pv.size, regression.first
-    pv_lags = min(12, n // 8)
+    pv_lags = min(PV_LAGS, n // 8)
     shared = [np.ones(n - first), *(regression.pv[first - lag : n - lag] for lag in range(1, pv_lags + 1))]
     lag_sums = regression._lag_sums(standardise(_op_means(regression)[0])[np.newaxis])[0]
     basis = orthonormal_rows(np.vstack([shared, lag_sums]))
@@ -94,17 +86,9 @@ def _lagged(regression: Regression, signals: NDArray[np.float64]) -> NDArray[np.
 
 
 def valve_characteristics(place: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Flow through valves with bent characteristics.
+    """Flow through valves with bent characteristics [-], shape (18, n); OP is 0 and 1 at the ends of its usual range.
 
-    Parameters
-    ----------
-    place : ndarray, shape (n,)
-        OP, 0 and 1 at the ends of its usual range [-].
-
-    Returns
-    -------
-    ndarray, shape (18, n)
-        Seats, wide open ends, a change of slope (split range), equal percentage and quick opening trims [-].
+    Seats, wide open ends, a change of slope (split range), equal percentage and quick opening trims.
     """
     bent = [np.maximum(place, seat) for seat in (0.15, 0.35, 0.55, 0.75)]
     bent += [np.minimum(place, end) for end in (0.85, 0.65, 0.45, 0.25)]
@@ -173,3 +157,35 @@ def _periodic_load(
     rest = build_regression(op, pv, 1, period)
     cost = rest.cost_of_positions(np.stack([op, stem])) + 2.0 * rest.n_predicted * np.log(max(scale, 1e-12))
     return float(cost[0]) + 2.0 * harmonics, float(cost[0] - cost[1])
+
+
+def fundamental_period(x: NDArray[np.float64], period: float, harmonics: int) -> float:
+    """Period from 4/5 to 5/4 of a given one whose harmonics carry most of a signal about its mean [samples].
+
+    Examples
+    --------
+    >>> x = np.sin(2.0 * np.pi * np.arange(600) / 41.3)
+    >>> round(fundamental_period(x, 40.0, 3), 1)
+    41.3
+    """
+    size = 1 << (64 * x.size - 1).bit_length()
+    spectrum = np.fft.rfft(x, size)
+    low, high = size / (1.25 * period), size / (0.8 * period)
+    places = np.arange(int(np.ceil(low)), min(int(high), (spectrum.size - 1) // harmonics) + 1)
+    power = sum(np.abs(spectrum[h * places]) ** 2 for h in range(1, harmonics + 1))
+    return size / float(places[np.argmax(power)])
+
+
+def remove_harmonics(signals: NDArray[np.float64], period: float, harmonics: int) -> NDArray[np.float64]:
+    """Take the constant and the harmonics of a period [samples] out of signals, by least squares; shape of `signals`.
+
+    Examples
+    --------
+    >>> k = np.arange(200)
+    >>> bool(np.abs(remove_harmonics(np.sin(2.0 * np.pi * k / 20.0)[np.newaxis], 20.0, 2)).max() < 1e-9)
+    True
+    """
+    angle = 2.0 * np.pi / period * np.outer(np.arange(1, harmonics + 1), np.arange(signals.shape[1]))
+    waves = np.vstack([np.ones(signals.shape[1]), np.cos(angle), np.sin(angle)])
+    weights, *_ = np.linalg.lstsq(waves @ waves.T, waves @ signals.T, rcond=None)
+    return signals - weights.T @ waves

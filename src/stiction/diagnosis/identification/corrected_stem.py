@@ -116,16 +116,18 @@ class CorrectedStems(NamedTuple):
         return found
 
 
+MIDDLE_STEPS = (0.01, 0.025, 0.02, 4)
+"""Steps in ln S, in J / S and in the shift, and candidates refined [-]."""
 CAPS = (
     (0.05, ((0.04, 0.1, 0.1, 6), (0.03, 0.05, 0.05, 6))),
-    (0.02, ((0.02, 0.05, 0.05, 5), (0.01, 0.025, 0.02, 4))),
-    (0.0, ((0.01, 0.025, 0.02, 4), (0.005, 0.01, 0.01, 3), (0.0025, 0.005, 0.005, 2))),
+    (0.02, ((0.02, 0.05, 0.05, 5), MIDDLE_STEPS)),
+    (0.0, (MIDDLE_STEPS, (0.005, 0.01, 0.01, 3), (0.0025, 0.005, 0.005, 2))),
 )
 """Difference that corrects a stem, as a share of OP's swing [-], and the steps of the search with it. A large
 difference lets a valve with another S slip early or late."""
 
 
-def usual_scale(slope: float, *, units: tuple[float, ...] = (1.0, 0.16, 0.01), factor: float = 2.5) -> float:
+def usual_scale(slope: float, *, factor: float = 2.5) -> float:
     """Scale of a position in %, in mA of 4 to 20 or in fractions of the span, where a rough slope is near to one.
 
     Examples
@@ -133,5 +135,5 @@ def usual_scale(slope: float, *, units: tuple[float, ...] = (1.0, 0.16, 0.01), f
     >>> usual_scale(-0.8), usual_scale(0.25), usual_scale(12.0)
     (-1.0, 0.16, 12.0)
     """
-    unit = min(units, key=lambda one: abs(np.log(abs(slope) / one)))
+    unit = min((1.0, 16.0 / 100.0, 1.0 / 100.0), key=lambda one: abs(np.log(abs(slope) / one)))
     return float(np.copysign(unit, slope)) if 1.0 / factor < abs(slope) / unit < factor else slope

@@ -51,19 +51,7 @@ class DeadZone:
 def flow_outside(
     op: NDArray[np.float64], low: float | NDArray[np.float64], high: float | NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Distance of OP from a dead zone, signed; 0 inside.
-
-    Parameters
-    ----------
-    op : ndarray, shape (n,)
-        Controller output [% of span].
-    low, high : float or ndarray, shape (n_zones, 1)
-        Ends of the dead zone [% of span].
-
-    Returns
-    -------
-    ndarray, shape (n,) or (n_zones, n)
-        Distance [% of span].
+    """Distance of OP from a dead zone, signed [% of span]; 0 inside. Ends of shape (n_zones, 1) give as many rows.
 
     Examples
     --------
@@ -74,19 +62,7 @@ def flow_outside(
 
 
 def count_reversals(signal: NDArray[np.float64], min_move: float = 0.0) -> int:
-    """Count how often a signal turns back.
-
-    Parameters
-    ----------
-    signal : ndarray, shape (n,)
-        Valve position or OP [% of span].
-    min_move : float
-        Smaller moves back are no reversal [% of span].
-
-    Returns
-    -------
-    int
-        Reversals [-].
+    """Count how often a signal turns back [-]; moves up to `min_move` are no reversal [unit of the signal].
 
     Examples
     --------
@@ -104,46 +80,21 @@ def count_reversals(signal: NDArray[np.float64], min_move: float = 0.0) -> int:
     return count
 
 
-def limit_dead_zone_ratio(likelihood_ratio: float, stem_reversals: int, *, min_reversals: int = 2) -> float:
+def limit_dead_zone_ratio(likelihood_ratio: float, stem_reversals: int) -> float:
     """Limit what speaks for a sticky valve over a dead zone, where the stem has hardly turned back.
 
-    Parameters
-    ----------
-    likelihood_ratio : float
-        Twice the log likelihood ratio of the sticky valve over the dead zone [-].
-    stem_reversals : int
-        How often the stem of the sticky valve turns back [-].
-    min_reversals : int
-        With fewer reversals both explanations count as equally likely at most [-].
-
-    Returns
-    -------
-    float
-        The ratio; at most 0 with too few reversals.
+    With fewer than two reversals of the stem both count as equally likely at most: the ratio is at most 0.
 
     Examples
     --------
     >>> limit_dead_zone_ratio(20.0, 1), limit_dead_zone_ratio(20.0, 6)
     (0.0, 20.0)
     """
-    return likelihood_ratio if stem_reversals >= min_reversals else min(likelihood_ratio, 0.0)
+    return likelihood_ratio if stem_reversals >= 2 else min(likelihood_ratio, 0.0)
 
 
 def search_dead_zone(regression: Regression) -> tuple[float, float, float]:
-    """Search the most likely dead zone.
-
-    Parameters
-    ----------
-    regression : Regression
-        The record.
-
-    Returns
-    -------
-    cost : float
-        Minus twice its log likelihood [-], on the scale of `Regression.cost`.
-    low, high : float
-        Its ends [% of span].
-    """
+    """Minus twice the log likelihood of the most likely dead zone [-], and its ends [% of span]."""
     bottom, top = float(regression.op.min()), float(regression.op.max())
     centres, halves = np.linspace(bottom, top, 13)[1:-1], (top - bottom) * np.array([0.05, 0.1, 0.2, 0.3])
     best, step = (np.inf, bottom, bottom), (top - bottom) / 12.0

@@ -11,7 +11,7 @@ from stiction.diagnosis.identification.alternatives import alternative_costs, go
 from stiction.diagnosis.identification.dead_zone import DeadZone, count_reversals, limit_dead_zone_ratio
 from stiction.diagnosis.identification.intervals import interval_features, intervals, segment_estimates, trend
 from stiction.diagnosis.identification.process_fit import compared_part, fit_process, simulate_process
-from stiction.diagnosis.identification.regression import build_regression, one_thread
+from stiction.diagnosis.identification.regression import MAX_POSITION_LAG, build_regression, one_thread
 from stiction.diagnosis.identification.result import Identification, LikelihoodSurface, ProcessFit, Segment
 from stiction.diagnosis.identification.search import first_grid, search_behind_lag, search_deadband, search_valve
 from stiction.diagnosis.identification.signals import BlockSignals, block_signals, remove_local_mean
@@ -53,26 +53,14 @@ class ValveSearch:
 def search_record(op: NDArray[np.float64], pv: NDArray[np.float64], period: float | None) -> ValveSearch:
     """Search the most likely valve of a record and compare it with other explanations.
 
-    Parameters
-    ----------
-    op : ndarray, shape (n_samples,)
-        Controller output without gaps [% of span].
-    pv : ndarray, shape (n_samples,)
-        Process variable without gaps [engineering units].
-    period : float or None
-        Period of the oscillation [samples]; None where the loop does not oscillate.
-
-    Returns
-    -------
-    ValveSearch
-        The search.
+    OP [% of span] and PV [engineering units] have no gaps; the period is in samples, None without an oscillation.
     """
     signals = block_signals(op, pv, period)
     coarse = block_signals(op, pv, period, samples_per_period=16.0, min_blocks=400, max_blocks=1000, max_op_per_block=4)
     max_S = float(np.ptp(signals.op))
     with one_thread():
         fine = _regression(signals)
-        first = fine if coarse.samples == signals.samples else _regression(coarse, max_position_lag=24)
+        first = fine if coarse.samples == signals.samples else _regression(coarse, 24)
         found, grid = search_valve(first, fine, max_S)
         sticky = fine.positions(np.array([found.best]))[0]
         costs, both, zone = alternative_costs(fine, signals.period, sticky)
@@ -91,7 +79,7 @@ def search_record(op: NDArray[np.float64], pv: NDArray[np.float64], period: floa
     return ValveSearch(signals, fine, found, ratios, dead_zone, surface)
 
 
-def _regression(signals: BlockSignals, max_position_lag: int = 48) -> Regression:
+def _regression(signals: BlockSignals, max_position_lag: int = MAX_POSITION_LAG) -> Regression:
     return build_regression(
         signals.op, signals.pv, signals.per_block, signals.time_scale, max_position_lag=max_position_lag
     )
@@ -112,27 +100,10 @@ def identify_valve(
     controller: ControllerFit,
     integrating: bool | None = None,
 ) -> Identification:
-    """Identify stiction and process together.
+    """Identify stiction and process together, from OP [% of span] and PV [engineering units] without gaps.
 
-    Parameters
-    ----------
-    op : ndarray, shape (n_samples,)
-        Controller output without gaps [% of span].
-    pv : ndarray, shape (n_samples,)
-        Process variable without gaps [engineering units].
-    dt : float
-        Sampling period [s].
-    period : float or None
-        Period of the oscillation [s]; None where the loop does not oscillate.
-    controller : ControllerFit
-        The controller, which gives the sign of the process gain.
-    integrating : bool or None
-        Whether the process integrates; None tries both.
-
-    Returns
-    -------
-    Identification
-        S and J with intervals, the process, both simulations and the comparisons with other explanations.
+    Sampling period `dt` and `period` of the oscillation are in seconds, the latter None without one. The controller
+    gives the sign of the process gain; `integrating` None tries both kinds of process.
     """
     search = search_record(op, pv, None if period is None else period / dt)
     signals, regression, valve = search.signals, search.regression, search.candidates.best

@@ -29,26 +29,11 @@ INTERVAL_FEATURES = ("op_step_to_S", "op_noise_to_S", "weak_evidence", "few_half
 def interval_features(
     op: NDArray[np.float64], valve: Valve, likelihood_ratio: float, half_cycles: int, *, exact: bool
 ) -> NDArray[np.float64]:
-    """What makes S and J uncertain.
+    """What makes S and J uncertain, shape (6,) [-].
 
-    Parameters
-    ----------
-    op : ndarray, shape (n_samples,)
-        Recorded OP without gaps [% of span].
-    valve : Valve
-        The most likely valve.
-    likelihood_ratio : float
-        Twice the log likelihood ratio over a good valve [-].
-    half_cycles : int
-        Half cycles in the record.
-    exact : bool
-        Whether a controller equation explains every move of OP, so that no OP between the samples is missing.
-
-    Returns
-    -------
-    ndarray, shape (6,)
-        ln(1 + median move of OP from sample to sample / S), ln(1 + standard deviation of OP's noise / S), a number
-        that falls from 1 to 0 as the evidence grows, 1 / sqrt(half cycles), 1 where not exact, and J / S [-].
+    ln(1 + median move of OP from sample to sample / S), ln(1 + standard deviation of OP's noise / S), a number that
+    falls from 1 to 0 as the evidence grows, 1 / sqrt(half cycles), 1 where not exact, and J / S. Exact is a record in
+    which a controller equation explains every move of OP, so that no OP between the samples is missing.
     """
     moves = np.abs(np.diff(op))
     third = np.diff(op, 3)
@@ -69,24 +54,7 @@ def interval_features(
 def intervals(
     valve: Valve, features: NDArray[np.float64], max_S: float
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """95 % intervals of S and J.
-
-    Parameters
-    ----------
-    valve : Valve
-        The most likely valve.
-    features : ndarray
-        Its `interval_features`.
-    max_S : float
-        Swing of OP, which S cannot exceed [% of span].
-
-    Returns
-    -------
-    tuple of float
-        S as given, its lower and its upper end [% of span].
-    tuple of float
-        J, its lower and its upper end [% of span].
-    """
+    """S and J, each with the lower and the upper end of its 95 % interval [% of span]; S is `max_S` at most."""
     model = _model()
     x = np.concatenate([[1.0], features])
     S = valve.S
@@ -109,29 +77,10 @@ def _model() -> dict[str, Any]:
 def segment_estimates(
     regression: Regression, valve: Valve, count: int, *, reach: float = 0.4, steps: int = 17
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """S and evidence in parts of the record, the rule and J / S being those of the whole.
+    """S and evidence in `count` parts of the record, the rule and J / S being those of the whole record's `valve`.
 
-    Parameters
-    ----------
-    regression : Regression
-        The record.
-    valve : Valve
-        The most likely valve of the whole record.
-    count : int
-        Number of parts.
-    reach : float
-        How far ln S is tried either way [-].
-    steps : int
-        Values of S tried.
-
-    Returns
-    -------
-    S : ndarray, shape (count,)
-        Most likely S of each part [% of span].
-    likelihood_ratio : ndarray, shape (count,)
-        Twice the log likelihood ratio over a good valve in each [-].
-    ends : ndarray of int, shape (count + 1,)
-        First predicted block of each part, and the end of the last.
+    ln S is tried up to `reach` either way. Gives the most likely S of each part [% of span], twice its log likelihood
+    ratio over a good valve [-], and the first predicted block of each part with the end of the last.
     """
     sizes = valve.S * np.exp(np.linspace(-reach, reach, steps))
     rows = np.column_stack([sizes, *(np.full(steps, x) for x in valve[1:])])

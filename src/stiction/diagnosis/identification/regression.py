@@ -119,6 +119,8 @@ class Regression:
 
 PV_LAGS, OP_LAGS, SINGLE_LAGS = 12, 4, 8
 """Earlier PVs and OPs in the regression, and lags of the valve position with a weight of their own [-]."""
+MAX_POSITION_LAG = 48
+"""Longest lag of the valve position [blocks]."""
 TINY = 1e-150
 """Size of a regressor that is constant [-]."""
 RIDGE = 1e-10
@@ -140,7 +142,7 @@ def build_regression(
     per_block: int,
     time_scale: float,
     *,
-    max_position_lag: int = 48,
+    max_position_lag: int = MAX_POSITION_LAG,
 ) -> Regression:
     """Set up the regression of one record.
 

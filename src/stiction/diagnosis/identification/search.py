@@ -17,29 +17,17 @@ if TYPE_CHECKING:
 __all__ = ["first_grid", "search_behind_lag", "search_deadband", "search_valve"]
 
 
-def first_grid(max_S: float, min_share: float = 0.04) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def first_grid(max_S: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Values of S [% of span] and of J / S [-] of the first search."""
-    return np.geomspace(min_share * max_S, max_S, 28), np.linspace(0.0, 1.0, 5)
+    return np.geomspace(0.04 * max_S, max_S, 28), np.linspace(0.0, 1.0, 5)
 
 
 def search_valve(coarse: Regression, fine: Regression, max_S: float) -> tuple[Candidates, Candidates]:
     """Find the most likely sticky valve.
 
-    Parameters
-    ----------
-    coarse : Regression
-        The record in few samples, for the grid.
-    fine : Regression
-        The record in all samples used, for the final comparison; it may be `coarse`.
-    max_S : float
-        Largest S [% of span]: a stem that moves in both directions sticks by no more than the swing of OP.
-
-    Returns
-    -------
-    found : Candidates
-        All valves compared on `fine`.
-    grid : Candidates
-        Those of the first grid, compared on `coarse`, in the order S, J / S, rule.
+    `coarse` is the record in few samples, for the grid, `fine` the one in all samples used; they may be the same. S is
+    `max_S` at most [% of span]: a stem that moves in both directions sticks by no more than the swing of OP. Gives all
+    valves compared on `fine`, and those of the first grid on `coarse`, in the order S, J / S, rule.
     """
     S, ratio = first_grid(max_S)
     rules = np.array([0.0, 1.0])
@@ -50,7 +38,7 @@ def search_valve(coarse: Regression, fine: Regression, max_S: float) -> tuple[Ca
     return pattern_search(fine.evaluate, found, FINE_STEPS, max_S), grid
 
 
-START_PLACES = np.array([-0.6, 0.6])
+START_PLACES = 0.6 * np.array([-1.0, 1.0])
 """First positions tried for a large S, whose stem may not move for a while [half bands from OP]."""
 COARSE_STEPS = ((0.05, 0.16, 0.3, 10), (0.03, 0.08, 0.15, 8), (0.012, 0.04, 0.08, 6))
 """Pattern searches on the coarse signals: steps in ln S, in J / S and in the start, and candidates refined [-]."""
@@ -70,28 +58,14 @@ def search_deadband(fine: Regression, found: Candidates, max_S: float) -> float:
 def search_behind_lag(
     coarse: Regression, fine: Regression, best: Valve, max_S: float, *, lag_worth: float = 8.0
 ) -> float:
-    """Smallest cost of a valve whose actuator follows OP with a lag.
+    """Smallest cost of a valve whose actuator follows OP with a lag [-], with what the lag is worth by chance.
 
-    Parameters
-    ----------
-    coarse, fine : Regression
-        As in `search_valve`.
-    best : Valve
-        The most likely valve without a lag: by OP alone a lagging valve looks stickier than it is.
-    max_S : float
-        Largest S [% of span].
-    lag_worth : float
-        What the additional parameter is worth by chance [-].
-
-    Returns
-    -------
-    float
-        The cost with the best of the lags [-].
+    `best` is the most likely valve without a lag; by OP alone a lagging valve looks stickier than it is.
     """
     S = np.minimum(best.S * np.exp(np.linspace(-0.6, 0.1, 10)), max_S)
     grid = combinations(S, np.linspace(0.0, 1.0, 4), np.array([best.rests]), np.zeros(1))
     lowest = np.inf
-    for lag in ACTUATOR_LAGS:
+    for lag in ACTUATOR_LAGS.tolist():
         slow, slow_fine = (one.behind_lag(lag * one.per_block / fine.per_block) for one in (coarse, fine))
         rows = slow.evaluate(grid).local_minima(3, 0.05, 0.2)
         lowest = min(
@@ -100,7 +74,7 @@ def search_behind_lag(
     return lowest + lag_worth
 
 
-ACTUATOR_LAGS = (0.8, 1.6, 3.2)
+ACTUATOR_LAGS = 0.8 * np.array([1.0, 2.0, 2.0**2])
 """Time constants of the actuator that are tried [samples of OP]."""
 LAG_STEPS = ((0.04, 0.15, 0.2, 2), (0.015, 0.06, 0.1, 2))
 """Pattern searches behind a lag, as `FINE_STEPS` [-]."""

@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = [
+    "LONG_REST",
+    "LONG_SHARE",
+    "OP_LIMITS",
     "block_means",
     "find_rests",
     "keep_long_runs",
@@ -21,6 +24,13 @@ __all__ = [
     "value_range",
     "without_gaps",
 ]
+
+OP_LIMITS = (0.0, 100.0)
+"""Output limits [% of span]."""
+LONG_REST = 60
+"""Shortest rest at one value that counts [samples]."""
+LONG_SHARE = 0.05
+"""Shortest rest that counts, as a share of the record [-]."""
 
 
 def without_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:

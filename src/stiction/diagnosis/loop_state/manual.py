@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.loop_state.arrays import find_rests, value_range
+from stiction.diagnosis.loop_state.arrays import LONG_REST, LONG_SHARE, OP_LIMITS, find_rests, value_range
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -19,9 +19,9 @@ def find_manual(
     pv: NDArray[np.float64],
     auto: NDArray[np.bool_] | None = None,
     *,
-    limits: tuple[float, float] = (0.0, 100.0),
-    min_rest: int = 60,
-    min_rest_share: float = 0.05,
+    limits: tuple[float, float] = OP_LIMITS,
+    min_rest: int = LONG_REST,
+    min_rest_share: float = LONG_SHARE,
     min_pv_move: float = 0.05,
     min_length_spread: float = 0.25,
     min_hidden_steps: float = 3.0,

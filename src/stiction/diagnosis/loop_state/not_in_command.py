@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.loop_state.arrays import block_means, without_gaps
-from stiction.diagnosis.loop_state.wind_up import WindUp, find_wind_up, smooth_error
+from stiction.diagnosis.loop_state.wind_up import MIN_ONE_SIDED, WindUp, find_wind_up, smooth_error
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,8 +23,7 @@ def find_not_in_command(
     *,
     at_limit: NDArray[np.bool_] | None = None,
     needs_integral: bool = False,
-    min_travel: float = 15.0,
-    min_one_sided: float = 0.97,
+    min_one_sided: float = MIN_ONE_SIDED,
     min_error_ratio: float = 1.5,
     min_at_limit: float = 0.5,
     min_proportional: float = 0.95,
@@ -41,8 +40,6 @@ def find_not_in_command(
         True where OP rests at a limit.
     needs_integral : bool
         Whether a controller of this kind always has integral action, as that of a flow.
-    min_travel : float
-        Smallest travel of OP in one direction that PV does not answer [% of span].
     min_one_sided : float
         Share of the record in which PV stays on one side of SP [-].
     min_error_ratio : float
@@ -73,7 +70,7 @@ def find_not_in_command(
     >>> find_not_in_command(op, pv, np.full(900, 156.0)).op_end > 99.0
     True
     """
-    found = find_wind_up(op, pv, sp, min_travel=min_travel)
+    found = find_wind_up(op, pv, sp)
     if found is not None:
         return found if math.isfinite(found.period) else None
     op, error = without_gaps(op), smooth_error(pv, sp)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.loop_state.arrays import find_rests, value_range
+from stiction.diagnosis.loop_state.arrays import LONG_REST, LONG_SHARE, find_rests, value_range
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -18,8 +18,8 @@ def find_pv_frozen(
     op: NDArray[np.float64],
     pv: NDArray[np.float64],
     *,
-    min_samples: int = 60,
-    min_share: float = 0.05,
+    min_samples: int = LONG_REST,
+    min_share: float = LONG_SHARE,
     max_rests: int = 5,
     min_length_ratio: float = 4.0,
     min_values: int = 10,

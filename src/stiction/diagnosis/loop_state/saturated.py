@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.loop_state.arrays import keep_long_runs
+from stiction.diagnosis.loop_state.arrays import OP_LIMITS, keep_long_runs
 from stiction.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ __all__ = ["find_saturated"]
 def find_saturated(
     op: NDArray[np.float64],
     *,
-    limits: tuple[float, float] = (0.0, 100.0),
+    limits: tuple[float, float] = OP_LIMITS,
     tolerance: float = 0.1,
     min_samples: int = 10,
     min_visits: int = 3,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.loop_state.arrays import keep_long_runs
+from stiction.diagnosis.loop_state.arrays import LONG_SHARE, keep_long_runs
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,7 +23,7 @@ def find_shut_in(
     max_flow: float = 0.02,
     min_opening: float = 2.0,
     min_samples: int = 30,
-    min_share: float = 0.05,
+    min_share: float = LONG_SHARE,
 ) -> NDArray[np.bool_]:
     """Mark the samples in which the flow is zero although the valve is asked to open.
 

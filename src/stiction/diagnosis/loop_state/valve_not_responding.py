@@ -15,7 +15,7 @@ __all__ = ["find_valve_not_responding"]
 
 
 def find_valve_not_responding(
-    op: NDArray[np.float64], pv: NDArray[np.float64], sp: NDArray[np.float64], *, min_travel: float = 15.0
+    op: NDArray[np.float64], pv: NDArray[np.float64], sp: NDArray[np.float64]
 ) -> WindUp | None:
     """Find the travel of OP to which the valve does not respond.
 
@@ -25,8 +25,6 @@ def find_valve_not_responding(
         Controller output [% of span]; NaN is missing.
     pv, sp : ndarray, shape (n_samples,)
         Process variable and set point [unit of PV].
-    min_travel : float
-        Smallest travel of OP in one direction [% of span].
 
     Returns
     -------
@@ -49,5 +47,5 @@ def find_valve_not_responding(
     >>> round(found.mean_error)
     4
     """
-    found = find_wind_up(op, pv, sp, min_travel=min_travel)
+    found = find_wind_up(op, pv, sp)
     return found if found is not None and math.isnan(found.period) else None

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 __all__ = ["WindUp", "find_wind_up", "smooth_error"]
 
+MIN_ONE_SIDED = 0.97
+"""Share of the samples in which an error with one sign has that sign [-]."""
 BLOCKS = 10
 """Blocks into which the travel of OP is divided; its first and last three are compared."""
 
@@ -56,7 +58,7 @@ def find_wind_up(
     min_samples: int = 20,
     max_swing_elsewhere: float = 0.5,
     max_return: float = 0.25,
-    min_one_sided: float = 0.97,
+    min_one_sided: float = MIN_ONE_SIDED,
     min_error_ratio: float = 1.2,
     min_error_left: float = 0.5,
     max_answer: float = 0.3,

@@ -31,7 +31,7 @@ APART = 0.15  # periods closer than this to the main one are the same wave, comi
 IN_TUNE = 0.04  # periods that meet a simple ratio this closely are what a wandering cycle leaves of its harmonics
 MAJORITY = 0.5  # autocorrelation one period later: the part of its octave that a sine in noise carries
 LASTS = 0.3  # the smaller of its amplitudes in both halves of the record over the larger
-HARMONICS = (1.0 / 3.0, 1.0 / 2.0, 2.0, 3.0, 4.0, 5.0)
+HARMONICS = (1.0 / 3.0, 1.0 / 2.0, *np.arange(2.0, 6.0).tolist())
 
 
 def further_oscillations(
