@@ -54,8 +54,7 @@ def find_manual(
     Returns
     -------
     ndarray of bool, shape (n_samples,)
-        True where the mode says so or, without a mode, where OP rests at one value while PV moves. An OP that never
-        moves is marked by the mode only: the data checks reject it.
+        True where the mode says so or, without a mode, where OP rests at one value while PV moves.
 
     Notes
     -----
@@ -87,8 +86,7 @@ def find_manual(
     for first, last in long:
         inside = pv[first:last][np.isfinite(pv[first:last])]
         moves = np.unique(inside).size > 2 and value_range(inside) > min_pv_move * value_range(pv)
-        is_visible = elsewhere.mean() < 0.02 or ratio * value_range(inside) > min_hidden_steps * step
-        mask[first:last] = moves and step > 0.0 and is_visible
+        mask[first:last] = moves and (elsewhere.mean() < 0.02 or ratio * value_range(inside) > min_hidden_steps * step)
     return mask
 
 
