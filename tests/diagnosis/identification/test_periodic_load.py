@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiction.diagnosis.identification.alternatives import fundamental_period, remove_harmonics
+from stiction.diagnosis.identification.periodic_load import fundamental_period, remove_harmonics
 
 K = np.arange(900)
 
@@ -19,7 +19,7 @@ def test_the_period_of_a_square_wave_in_noise_is_found(period, off):
 
 def test_the_period_lies_in_the_range_searched():
     wave = np.sin(2.0 * np.pi * K / 100.0)
-    found = fundamental_period(wave, 30.0, 2, search=(0.8, 1.25))
+    found = fundamental_period(wave, 30.0, 2)
     assert 0.8 * 30.0 <= found <= 1.25 * 30.0
 
 

@@ -14,8 +14,12 @@ import naive
 import stiction as st
 from stiction.diagnosis.identification.corrected_stem import CorrectedStems, position_noise
 from stiction.diagnosis.identification.position import fit_position
-from stiction.diagnosis.identification.position_regression import position_regression
-from stiction.diagnosis.identification.position_signal import hold_length, is_copy, position_signal
+from stiction.diagnosis.identification.position_regression import (
+    hold_length,
+    is_copy,
+    position_regression,
+    position_signal,
+)
 
 N = 2000
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.dead_zone import search_dead_zone
+from stiction.diagnosis.identification.periodic_load import fundamental_period, remove_harmonics
 from stiction.diagnosis.identification.regression import PV_LAGS, build_regression, orthonormal_rows, standardise
 from stiction.diagnosis.identification.stems import relay_signals, valve_positions
 
@@ -20,14 +21,7 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.regression import Regression
 
-__all__ = [
-    "ALTERNATIVES",
-    "alternative_costs",
-    "fundamental_period",
-    "good_valve_cost",
-    "remove_harmonics",
-    "valve_characteristics",
-]
+__all__ = ["ALTERNATIVES", "alternative_costs", "good_valve_cost", "valve_characteristics"]
 
 ALTERNATIVES = ("good", "nonlinear", "dead_zone", "relay_load", "noise_gate", "periodic_load")
 """Explanations without stiction; `periodic_load` only where the loop oscillates."""
@@ -157,35 +151,3 @@ def _periodic_load(
     rest = build_regression(op, pv, 1, period)
     cost = rest.cost_of_positions(np.stack([op, stem])) + 2.0 * rest.n_predicted * np.log(max(scale, 1e-12))
     return float(cost[0]) + 2.0 * harmonics, float(cost[0] - cost[1])
-
-
-def fundamental_period(x: NDArray[np.float64], period: float, harmonics: int) -> float:
-    """Period from 4/5 to 5/4 of a given one whose harmonics carry most of a signal about its mean [samples].
-
-    Examples
-    --------
-    >>> x = np.sin(2.0 * np.pi * np.arange(600) / 41.3)
-    >>> round(fundamental_period(x, 40.0, 3), 1)
-    41.3
-    """
-    size = 1 << (64 * x.size - 1).bit_length()
-    spectrum = np.fft.rfft(x, size)
-    low, high = size / (1.25 * period), size / (0.8 * period)
-    places = np.arange(int(np.ceil(low)), min(int(high), (spectrum.size - 1) // harmonics) + 1)
-    power = sum(np.abs(spectrum[h * places]) ** 2 for h in range(1, harmonics + 1))
-    return size / float(places[np.argmax(power)])
-
-
-def remove_harmonics(signals: NDArray[np.float64], period: float, harmonics: int) -> NDArray[np.float64]:
-    """Take the constant and the harmonics of a period [samples] out of signals, by least squares; shape of `signals`.
-
-    Examples
-    --------
-    >>> k = np.arange(200)
-    >>> bool(np.abs(remove_harmonics(np.sin(2.0 * np.pi * k / 20.0)[np.newaxis], 20.0, 2)).max() < 1e-9)
-    True
-    """
-    angle = 2.0 * np.pi / period * np.outer(np.arange(1, harmonics + 1), np.arange(signals.shape[1]))
-    waves = np.vstack([np.ones(signals.shape[1]), np.cos(angle), np.sin(angle)])
-    weights, *_ = np.linalg.lstsq(waves @ waves.T, waves @ signals.T, rcond=None)
-    return signals - weights.T @ waves

@@ -10,8 +10,7 @@ import numpy as np
 from stiction.diagnosis.identification.candidates import Candidates, Valve, combinations, joined, pattern_search
 from stiction.diagnosis.identification.corrected_stem import CorrectedStems, position_noise, usual_scale
 from stiction.diagnosis.identification.model_fit import independent_share, likely_candidates, likely_range
-from stiction.diagnosis.identification.position_regression import position_regression
-from stiction.diagnosis.identification.position_signal import position_signal
+from stiction.diagnosis.identification.position_regression import position_regression, position_signal
 from stiction.diagnosis.identification.stems import whole_position
 
 if TYPE_CHECKING:
