@@ -144,3 +144,18 @@ def test_decimals_beside_whole_numbers_are_no_thousands(signals, table, read_tex
     assert read_text(table("time_s;PV;OP", t, short, op, delimiter=";"))[0].pv[1] == 1.01
     notes = [f"{x},100,,note" if k == 7 else repr(float(x)) for k, x in enumerate(op)]
     read_text(table("time_s,PV,OP", t, pv, notes))
+
+
+@pytest.mark.parametrize(("mark", "given", "word"), [(",", ".", "comma"), (".", ",", "point")])
+def test_a_decimal_mark_that_is_not_the_one_of_the_numbers_is_refused(mark, given, word, table, read_text):
+    k = np.arange(400)
+    pv = [f"{150 + np.sin(i / 9):.3f}".rstrip("0").replace(".", mark) for i in k]
+    op = [f"{50 + np.cos(i / 9):.3f}".replace(".", mark) for i in k]
+    text = table("time_s;PV;OP", map(str, k), pv, op, delimiter=";")
+    says = rf"column PV: .* % of its cells, such as 1\d\d\{mark}\d*, are numbers only with a decimal {word}; leave out"
+    with pytest.raises(RecordError, match=says):
+        read_text(text, decimal=given)
+    np.testing.assert_allclose(read_text(text, decimal=mark)[0].pv, 150 + np.sin(k / 9), atol=6e-4)
+    pv[7:17] = ["Bad"] * 10  # words are bad values, not numbers of the other mark
+    text = table("time_s;PV;OP", map(str, k), pv, op, delimiter=";")
+    assert read_text(text, decimal=mark)[0].provenance.bad_values == {"Bad": 10}

@@ -20,6 +20,7 @@ from stiction.sources.values.bad_values import find_bad_values
 from stiction.sources.values.mode import automatic_mask
 from stiction.sources.values.numeric_cells import parse_numbers
 from stiction.sources.values.span import op_to_percent, position_to_percent
+from stiction.sources.values.thousands import refuse_other_decimal
 
 if TYPE_CHECKING:
     from collections import Counter
@@ -229,12 +230,10 @@ def _numbers(
     texts: dict[str, Counter[str]] = {}
     flags: dict[str, tuple[str, pl.Series]] = {}
     for role, column in columns.items():
-        found = parse_numbers(
-            column.cells,
-            column.table.decimal,
-            where=f"{column.table.origin.name}, column {column_label(column)}",
-            decimal_is_given=decimal_is_given,
-        )
+        decimal, where = column.table.decimal, f"{column.table.origin.name}, column {column_label(column)}"
+        found = parse_numbers(column.cells, decimal, where=where, decimal_is_given=decimal_is_given)
+        if decimal_is_given:
+            refuse_other_decimal(found.texts, len(column.cells), decimal, where)
         values[role], texts[role] = found.values, found.texts
         units[role] = _one_unit(loop, role, found.unit)
         if column.quality is not None:

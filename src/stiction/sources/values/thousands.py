@@ -12,12 +12,12 @@ from stiction.errors import RecordError
 from stiction.sources.values.number_text import is_number, parse_number
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     import polars as pl
     from numpy.typing import NDArray
 
-__all__ = ["GROUPS", "find_ambiguous_cell", "find_torn_number", "refuse_ambiguous_thousands"]
+__all__ = ["GROUPS", "find_ambiguous_cell", "find_torn_number", "refuse_ambiguous_thousands", "refuse_other_decimal"]
 
 GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
 _ONE_GROUP = {mark: rf"[+-]?[1-9][0-9]{{0,2}}{re.escape(mark)}[0-9]{{3}}" for mark in ".,"}
@@ -80,6 +80,24 @@ def refuse_ambiguous_thousands(
         f"{where}: {largest_whole!r} beside {marked[0]!r} may be thousands separated by {decimal!r}; give "
         f"decimal={_OTHER_MARK[decimal]!r} if they are, decimal={decimal!r} if not."
     )
+
+
+def refuse_other_decimal(
+    texts: Mapping[str, int], n_cells: int, decimal: str, where: str, *, max_share: float = 0.03
+) -> None:
+    """Refuse a column of which more than `max_share` [-] of the cells are numbers only with the other decimal mark.
+
+    `texts` are those of `parse_numbers`: text that is no number -> cells.
+    """
+    other = _OTHER_MARK[decimal]
+    numbers = {text: n for text, n in texts.items() if other in text and is_number(text, other)}
+    found = sum(numbers.values())
+    if found > max(1.0, max_share * n_cells):
+        raise RecordError(
+            f"{where}: {100.0 * found / n_cells:.2g} % of its cells, such as {max(numbers, key=numbers.__getitem__)}, "
+            f"are numbers only with a decimal {'comma' if other == ',' else 'point'}; leave out decimal= or "
+            f"--decimal, or give decimal={other!r}."
+        )
 
 
 def find_torn_number(row: Sequence[str]) -> str:
