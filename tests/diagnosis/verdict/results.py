@@ -56,6 +56,6 @@ def make_diagnosis(probability=0.95, state="in_control", *, causes=None, oscilla
         "oscillation": make_oscillation(oscillating=oscillating),
         "oscillation_cause": OscillationCause(**{**CAUSES, **(causes or {})}),
         "quality": Quality((), True, 1000, 1000.0, 0.0, 0, 1000), "identification": make_identification(),
-        "controller": make_controller(),
+        "controller": make_controller(), "costs": costs or Costs(),
     }  # fmt: skip
     return Diagnosis(**{**values, **changes})

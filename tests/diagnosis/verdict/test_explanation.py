@@ -8,6 +8,7 @@ from itertools import product
 import pytest
 
 from stiction.diagnosis.loop_state import LoopState, StateStretch
+from stiction.diagnosis.verdict.decision import Costs
 from stiction.diagnosis.verdict.explanation import ALTERNATIVE_TEXT, feature_label
 from stiction.diagnosis.verdict.features import FEATURES
 from stiction.records.record import Provenance
@@ -42,6 +43,22 @@ def test_the_verdict_and_the_closest_alternative(probability, start):
     assert found.reason.startswith(start)
     assert found.strongest_alternative == ("noise_gate", 80.0)
     assert f"{ALTERNATIVE_TEXT['noise_gate']}, the closest other explanation, is 80" in found.reason
+
+
+def test_costs_change_the_verdict_and_not_the_evidence():
+    found = make_diagnosis(0.92, costs=Costs(100.0, 1.0, 1.0))
+    assert found.verdict == "no_stiction"
+    assert found.reason.startswith("A valve with a stiction band S of")
+    assert "With these costs the verdict is 'no stiction' at this probability." in found.reason
+    assert "With" not in make_diagnosis(0.92, costs=Costs(2.0, 1.0, 0.2)).reason
+
+
+def test_the_prior_changes_the_probability_and_not_the_evidence():
+    found = make_diagnosis(0.1, prior=0.01)
+    assert found.reason.startswith("The evidence does not decide")
+    sure = make_diagnosis(0.15, prior=0.01)
+    assert (sure.verdict, sure.reason.startswith("A valve with a stiction band S of")) == ("no_stiction", True)
+    assert "With a prior of 0.01 the probability of stiction is 0.15." in sure.reason
 
 
 def test_every_alternative_has_a_sentence():

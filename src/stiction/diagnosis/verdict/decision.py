@@ -10,7 +10,10 @@ from stiction.errors import require_not_negative
 if TYPE_CHECKING:
     from stiction.diagnosis.result import Verdict
 
-__all__ = ["Costs", "decide"]
+__all__ = ["DEFAULT_PRIOR", "Costs", "decide", "shift_prior"]
+
+DEFAULT_PRIOR = 0.25
+"""Share of sticky valves assumed where none is given [-]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,3 +64,15 @@ def decide(probability: float, costs: Costs = Costs()) -> Verdict:
     }
     best = min(expected, key=lambda call: expected[call])
     return best if expected[best] <= costs.ask else "undecided"
+
+
+def shift_prior(probability: float, prior: float, new: float = DEFAULT_PRIOR) -> float:
+    """Return the probability that the same evidence gives with another prior, by Bayes' rule [-].
+
+    Examples
+    --------
+    >>> round(shift_prior(0.1, 0.01), 3), shift_prior(0.7, 0.25), shift_prior(1.0, 0.01)
+    (0.786, 0.7, 1.0)
+    """
+    sticky, good = probability * new / prior, (1.0 - probability) * (1.0 - new) / (1.0 - prior)
+    return sticky / (sticky + good)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from stiction.diagnosis.loop_state import describe_action, describe_state
-from stiction.diagnosis.verdict.decision import Costs
+from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR, Costs
 from stiction.diagnosis.verdict.explanation import explain_action, explain_reason
 from stiction.display.number_format import format_probability
 
@@ -51,7 +51,7 @@ class Diagnosis:
     """The features from which the probability was computed [-]; empty where the record cannot be judged."""
     contributions: tuple[Contribution, ...] = ()
     """What each feature adds to the log odds of stiction, the strongest first."""
-    prior: float = 0.25
+    prior: float = DEFAULT_PRIOR
     """Share of sticky valves assumed before the record is looked at [-]."""
     costs: Costs = field(default_factory=Costs)
     """Costs of a wrong call."""

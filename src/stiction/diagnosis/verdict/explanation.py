@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from stiction.diagnosis.loop_state import describe_action, describe_state
+from stiction.diagnosis.verdict.decision import Costs, decide, shift_prior
 from stiction.diagnosis.verdict.features import FEATURES
 from stiction.display.check_text import describe_check
 from stiction.display.duration_format import format_seconds
-from stiction.display.number_format import format_interval, format_number
+from stiction.display.number_format import format_interval, format_number, format_probability
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.result import Identification
@@ -51,6 +52,21 @@ class Findings(Protocol):
         ...
 
     @property
+    def probability(self) -> float:
+        """Probability that the valve sticks [-]."""
+        ...
+
+    @property
+    def prior(self) -> float:
+        """Share of sticky valves assumed before the record is looked at [-]."""
+        ...
+
+    @property
+    def costs(self) -> Costs:
+        """Costs of a wrong call."""
+        ...
+
+    @property
     def loop_state(self) -> LoopState:
         """The state of the loop."""
         ...
@@ -90,7 +106,7 @@ def explain_reason(found: Findings) -> str:
     """Say why the verdict is what it is."""
     if not found.loop_state.in_control:
         return describe_state(found.loop_state, found.record.start, found.record.provenance.pv_unit)
-    sentences = [_evidence(found), _oscillation(found), _causes(found), _left_out(found), _slave(found)]
+    sentences = [_evidence(found), _judgement(found), _oscillation(found), _causes(found), _left_out(found), _slave(found)]
     sentences += [describe_check(check) for check in found.quality.rejections[:2]]
     return " ".join(sentence for sentence in sentences if sentence)
 
@@ -105,11 +121,23 @@ def _evidence(found: Findings) -> str:
     signal = "valve position" if one.by_position else "PV"
     gain = found.strongest_alternative
     against = "" if gain is None else f" {_alternative_text(*gain)}"
-    if found.verdict == "stiction":
+    supported = decide(shift_prior(found.probability, found.prior))
+    if supported == "stiction":
         return f"A valve with a stiction band S of {size} predicts the {signal} better than a good valve.{against}"
-    if found.verdict == "no_stiction":
+    if supported == "no_stiction":
         return f"A sticky valve does not predict the {signal} clearly better than other explanations.{against}"
     return f"The evidence does not decide: the most likely sticky valve has S of {size}.{against}"
+
+
+def _judgement(found: Findings) -> str:
+    """Say so where the costs or the prior, and not the evidence, make the verdict."""
+    usual, verdict = decide(found.probability), found.verdict.replace("_", " ")
+    if found.costs != Costs() and found.verdict != usual:
+        return f"With these costs the verdict is '{verdict}' at this probability."
+    if usual != decide(shift_prior(found.probability, found.prior)):
+        probability = format_probability(found.probability)
+        return f"With a prior of {found.prior:g} the probability of stiction is {probability}."
+    return ""
 
 
 def _ends(value: float, low: float, high: float) -> tuple[str, str]:
