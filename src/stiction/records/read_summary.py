@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import asdict, dataclass
+from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,11 +15,18 @@ from stiction.records.gaps import missing_mask
 from stiction.records.runs import run_lengths, runs
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from stiction.records.record import LoopRecord
 
 __all__ = ["LoopSummary", "ReadSummary", "summarise"]
+
+MAX_BAD_VALUES = 5
+"""Kinds of bad values that the text lists, the most frequent first [-]."""
+MAX_UNUSED = 20
+"""Unused columns that the text lists [-]."""
+MAX_LOOPS = 3
+"""Loops that the text names before an assumption [-]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +63,10 @@ class LoopSummary:
     """Columns that stand beside a signal of the loop and were not used."""
     bad_values: dict[str, int]
     """Kind of bad value -> how often."""
+    start: str | None = None
+    """Time of the first sample, ISO 8601; None when the source has no date."""
+    end: str | None = None
+    """Time of the last sample."""
 
     def summary(self) -> str:
         """Return the loop as text."""
@@ -62,14 +75,17 @@ class LoopSummary:
             f" ({count_noun(self.gaps, 'gap')}, the longest {format_seconds(self.longest_gap_s)})" if self.gaps else ""
         )
         auto = "" if self.auto_percent is None else f", {self.auto_percent:.3g} % in automatic"
+        span = f" from {self.start} to {self.end}" if self.start else ""
+        unit = f"; PV in {self.pv_unit}" if self.pv_unit else ""
         lines = [
             f"{self.tag} ({self.loop_type}) from {self.source}: {self.rows} rows, {self.samples} samples every "
-            f"{self.dt:.6g} s, {self.bad_percent:.3g} % without OP or PV{gaps}{auto}; {columns}"
+            f"{self.dt:.6g} s{span}, {self.bad_percent:.3g} % without OP or PV{gaps}{auto}; {columns}{unit}"
         ]
         if self.bad_values:
-            lines.append("  bad values: " + ", ".join(f"{n} x {kind!r}" for kind, n in self.bad_values.items()))
+            kinds = [f"{n} x {kind!r}" for kind, n in Counter(self.bad_values).most_common()]
+            lines.append(f"  bad values: {_first(kinds, MAX_BAD_VALUES)}")
         if self.unused_columns:
-            lines.append("  not used: " + ", ".join(self.unused_columns))
+            lines.append(f"  not used: {_first(self.unused_columns, MAX_UNUSED)}")
         return "\n".join(lines)
 
 
@@ -80,7 +96,7 @@ class ReadSummary:
     loops: tuple[LoopSummary, ...]
     """One for each loop."""
     assumptions: tuple[str, ...]
-    """What the reader assumed, each sentence once."""
+    """What the reader assumed, each sentence once; after the names of its loops, unless it holds for all."""
 
     def summary(self) -> str:
         """Return the summary as text."""
@@ -114,13 +130,32 @@ def summarise(records: Iterable[LoopRecord]) -> ReadSummary:
     2
     """
     records = list(records)
-    assumptions = dict.fromkeys(text for record in records for text in record.provenance.assumptions)
-    return ReadSummary(tuple(_loop_summary(record) for record in records), tuple(assumptions))
+    tags = Counter(record.tag for record in records)
+    names = [one.tag if tags[one.tag] == 1 else f"{one.tag} from {one.provenance.source}" for one in records]
+    owners: dict[str, list[str]] = {}
+    for name, record in zip(names, records, strict=True):
+        for text in dict.fromkeys(record.provenance.assumptions):
+            owners.setdefault(text, []).append(name)
+    return ReadSummary(
+        tuple(_loop_summary(record) for record in records),
+        tuple(
+            text if len(of) == len(records) else f"{_first(list(dict.fromkeys(of)), MAX_LOOPS)}: {text}"
+            for text, of in owners.items()
+        ),
+    )
+
+
+def _first(texts: Sequence[str], most: int) -> str:
+    """List the first texts, and say how many more there are."""
+    more = f" and {len(texts) - most} more" if len(texts) > most else ""
+    return ", ".join(texts[:most]) + more
 
 
 def _loop_summary(record: LoopRecord) -> LoopSummary:
     origin = record.provenance
     gaps = runs(missing_mask(record.op, record.pv))
+    start = record.start
+    end = start and start + timedelta(seconds=max(0, len(record) - 1) * record.dt)
     return LoopSummary(
         tag=record.tag,
         source=origin.source,
@@ -137,4 +172,6 @@ def _loop_summary(record: LoopRecord) -> LoopSummary:
         columns=dict(origin.columns),
         unused_columns=origin.unused_columns,
         bad_values=dict(origin.bad_values),
+        start=start and start.isoformat(),
+        end=end and end.isoformat(),
     )
