@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 import stiction as st
+from report.diagnoses import diagnosis, identification, record
+from stiction.diagnosis.identification.dead_zone import DeadZone
 from stiction.diagnosis.loop_state import HEADLINES
+from stiction.diagnosis.verdict.causes import OscillationCause
+from stiction.report import labels
 
 
 def sticky(n=1500):
@@ -46,3 +50,18 @@ def test_the_identification_covers_the_analysed_part(tmp_path):
     assert found.identification is not None
     assert found.identification.pv.shape == (len(run) - 400,)
     assert st.write_report([found], tmp_path / "page.html").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(("op_reversals", "confidence"), [(1, "Low confidence, as"), (20, "High confidence")])
+def test_a_dead_zone_without_an_oscillation(op_reversals, confidence):
+    zone = DeadZone(47.0, 53.0, 44.0, 56.0, 50.0, 20, op_reversals)
+    run = record()
+    found = diagnosis(
+        verdict="no_stiction",
+        run=run,
+        identification=identification(run, dead_zone=zone),
+        oscillation_cause=OscillationCause(0.0, 0.0, 0.0, 0.0, 0.9),
+    )
+    found = replace(found, oscillation=replace(found.oscillation, oscillating=False))
+    assert labels.headline(found).endswith("likely cause of the poor control: dead zone at a fixed OP")
+    assert labels.confidence_text(found).startswith(confidence)

@@ -25,6 +25,7 @@ __all__ = [
     "VERDICTS",
     "VERDICT_ICONS",
     "cause_label",
+    "cause_title",
     "citation",
     "confidence_text",
     "count_noun",
@@ -168,7 +169,12 @@ def headline(diagnosis: Diagnosis) -> str:
         return "Valve stiction" if found is None else f"Valve stiction: {stiction_size(found, diagnosis.record)}"
     says = "No valve stiction found" if diagnosis.verdict == "no_stiction" else "Cannot tell whether the valve sticks"
     cause = cause_label(diagnosis)
-    return says if cause in ("none", CAUSES["valve"]) else f"{says}; likely cause of the oscillation: {cause}"
+    return says if cause in ("none", CAUSES["valve"]) else f"{says}; likely {cause_title(diagnosis)}: {cause}"
+
+
+def cause_title(diagnosis: Diagnosis) -> str:
+    """Say what the main cause is the cause of: a loop that does not oscillate may be controlled poorly all the same."""
+    return f"cause of the {'oscillation' if diagnosis.oscillation.oscillating else 'poor control'}"
 
 
 def cause_label(diagnosis: Diagnosis) -> str:
@@ -185,5 +191,7 @@ def confidence_text(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "undecided":
         return f"No verdict ({text})"
     certainty = p if diagnosis.verdict == "stiction" else 1.0 - p
+    if diagnosis.zone_is_unclear:
+        return f"Low confidence, as a sticky valve and a dead zone look the same in this record ({text})"
     word = "High" if certainty >= MIN_HIGH_CONFIDENCE else "Moderate" if certainty >= MIN_MODERATE_CONFIDENCE else "Low"
     return f"{word} confidence ({text})"

@@ -81,7 +81,7 @@ def _facts(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     else:
         facts.append(("Oscillation", "none found"))
     if diagnosis.loop_state.in_control:
-        facts.append(("Main cause of the oscillation", labels.cause_label(diagnosis)))
+        facts.append((f"Main {labels.cause_title(diagnosis)}", labels.cause_label(diagnosis)))
     if found is not None:
         sticky, good = labels.format_number(found.fit, "%", 2), labels.format_number(found.fit_linear, "%", 2)
         facts.append(("PV explained, sticky / good valve", f"{sticky} / {good}"))

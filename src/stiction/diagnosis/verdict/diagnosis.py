@@ -74,6 +74,12 @@ class Diagnosis:
         return self.oscillation_cause.main
 
     @property
+    def zone_is_unclear(self) -> bool:
+        """Whether a dead zone is found that OP crosses too few times to tell it from a sticky valve."""
+        zone = None if self.identification is None else self.identification.dead_zone
+        return zone is not None and zone.crossed_rarely and self.oscillation_cause.dead_zone >= 0.5
+
+    @property
     def strongest_alternative(self) -> tuple[str, float] | None:
         """The closest explanation without stiction, and twice the log likelihood ratio of the sticky valve over it."""
         ratios = {} if self.identification is None else self.identification.likelihood_ratios
