@@ -8,7 +8,15 @@ from stiction.errors import ParameterError, RecordError
 from stiction.sources.roles.by_data import find_roles_by_data
 from stiction.sources.roles.column_names import normalise_name, parse_column_name
 from stiction.sources.roles.group_columns import add_bare_tags, group_columns, shorten_block_tags, use_weaker_words
-from stiction.sources.roles.loop_roles import FLAG_ROLES, ROLES, LoopRoles, TagGroup, column_label, list_roles
+from stiction.sources.roles.loop_roles import (
+    FLAG_ROLES,
+    NUMERIC_ROLES,
+    ROLES,
+    LoopRoles,
+    TagGroup,
+    column_label,
+    list_roles,
+)
 from stiction.sources.roles.map_file import apply_map
 from stiction.sources.roles.pair_groups import pair_by_description, pair_by_letters, parse_instrument_tag
 from stiction.sources.roles.vocabulary import INDEX_WORDS, loop_type_of
@@ -116,9 +124,11 @@ def _make_loops(
         known = [list_roles({role: found[0]}) for group in groups for role, found in group.columns.items()]
         recognised = f" (recognised: {', '.join(known[:MAX_LISTED])})" if known else ""
         names = ", ".join(column.name for column in columns[:MAX_LISTED] if column.name) or "(no header)"
+        found = {role for group in groups for role in group.columns}
+        no_op = "the controller output OP is missing: export it too, or " if "pv" in found and "op" not in found else ""
         raise RecordError(
             f"{source}, line {max(1, columns[0].table.first_line - 1)}: no loop with PV and OP was found among the "
-            f"columns {names}{recognised}; say which is which with "
+            f"columns {names}{recognised}; {no_op}say which is which with "
             "columns={'pv': ..., 'op': ...}, or with a map."
         )
     doubled = {id(group): text for group in usable if (text := _role_with_two(group))}
@@ -136,7 +146,7 @@ def _make_loops(
         for group in usable
         if id(group) not in doubled
     ]
-    _name_unused(columns, loops)
+    _name_unused(columns, loops, None if wanted is None else loops[0])
     return loops
 
 
@@ -164,12 +174,20 @@ def _choose_loop(loops: list[LoopRoles], options: ReadOptions, source: str) -> l
     if not chosen:
         stem = loops[0].roles["op"].table.origin.stem
         listed = ", ".join(loop.tag or stem for loop in loops[:MAX_LISTED])
+        if len(loops) == 1 and options.map is None and set(options.columns) & set(NUMERIC_ROLES):
+            raise RecordError(
+                f"{source}: columns (--column) names columns of the loop {listed}, tag (--tag) the loop {options.tag}; "
+                "leave one of them out."
+            )
         raise RecordError(f"{source}: has no loop {options.tag!r}; its loops are {listed}.")
     return chosen[:1]
 
 
-def _name_unused(columns: Sequence[TagColumn], loops: list[LoopRoles]) -> None:
-    """Name each unused column in the loop of its tag or number, or in that of the next used column to its left."""
+def _name_unused(columns: Sequence[TagColumn], loops: list[LoopRoles], wanted: LoopRoles | None) -> None:
+    """Name each unused column in the loop of its tag or number, or in that of the next used column to its left.
+
+    Where the user names the columns of the `wanted` loop, those of all others are unused too.
+    """
 
     def number_of(tag: str) -> tuple[str, ...]:
         parts = parse_instrument_tag(tag)
@@ -186,7 +204,7 @@ def _name_unused(columns: Sequence[TagColumn], loops: list[LoopRoles]) -> None:
         pair = parse_column_name(column.name)
         tag = pair[0] if pair else column.name
         loop = by_tag.get(tag.upper()) or by_tag.get(number_of(tag))
-        if loop is None and (not pair or not pair[0]) and normalise_name(column.name) not in INDEX_WORDS:
-            loop = left
+        if loop is None and normalise_name(column.name) not in INDEX_WORDS:
+            loop = wanted if pair and pair[0] else wanted or left
         if loop is not None:
             loop.unused.append(column_label(column))
