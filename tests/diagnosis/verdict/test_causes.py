@@ -59,6 +59,14 @@ def test_the_process_behind_the_more_likely_valve_counts():
     assert assess(GOOD, 0.05, controller=limit, process=stable, linear=unstable).tuning > 0.8
 
 
+def test_a_small_prior_is_no_evidence_of_tight_tuning_or_of_a_load():
+    process, limit = ProcessFit(0.05, 0.0, 15.0, True), make_controller(math.pi / 1.5, math.inf, Ki=0.0, form="P")
+    stable, clear = ProcessFit(0.005, 0.0, 15.0, True), {**dict.fromkeys(RATIOS, 700.0), "deadband": 5.0}
+    causes = assess(clear, 0.1, controller=limit, process=stable, linear=process)
+    assert (main(causes), causes.valve) == (set(), 0.1)
+    assert assess(clear, 0.1, controller=limit, process=process, linear=process).main == "tuning"
+
+
 def test_a_load_makes_the_sensitivity_uncertain():
     process, limit = ProcessFit(0.05, 0.0, 15.0, True), make_controller(math.pi / 1.5, math.inf, Ki=0.0, form="P")
     driven = {**GOOD, "good": 50.0, "periodic_load": -300.0}

@@ -11,14 +11,18 @@ import numpy as np
 from stiction.diagnosis.verdict.features import sensitivity
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from stiction.diagnosis.identification.dead_zone import DeadZone
     from stiction.diagnosis.identification.result import ControllerFit, Identification
     from stiction.diagnosis.result import Oscillation
 
-__all__ = ["CAUSES", "OscillationCause", "assess_causes", "tuning_score"]
+__all__ = ["CAUSES", "OscillationCause", "assess_causes", "closest_alternative", "tuning_score"]
 
 CAUSES = ("valve", "tuning", "external", "sensor", "dead_zone")
 """Causes of an oscillation, in the order of the JSON."""
+STICKY_TOO = ("beside_periodic_load", "deadband")
+"""Compared as well, and no explanation without stiction: a load beside both valves, a sticky valve without slip jump."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +61,7 @@ def assess_causes(
     spike_share: float,
     min_evidence: float = 20.0,
     min_relay_evidence: float = 60.0,
+    min_sticky_evidence: float = 60.0,
     sticky_sensitivity: float = 3.0,
     good_sensitivity: float = 2.0,
 ) -> OscillationCause:
@@ -80,6 +85,9 @@ def assess_causes(
         Twice the log likelihood ratio at which a periodic load counts half [-].
     min_relay_evidence : float
         The same of a load that switches, which a loop near the limit of stability resembles [-].
+    min_sticky_evidence : float
+        Twice the log likelihood ratio of the sticky valve over the closest other explanation at which the sticky valve
+        counts at least half, however small its prior probability [-].
     sticky_sensitivity, good_sensitivity : float
         Sensitivity at the oscillation at which tuning counts half [-]. That of a sticky valve is larger: its
         oscillation takes a frequency at which the loop is sensitive, however it is tuned.
@@ -93,26 +101,30 @@ def assess_causes(
     -----
     Where nothing oscillates, valve, tuning and load score 0: a sticky valve that nothing moves drives no oscillation.
     The score of a load compares a valve with the load and without it, a good and a sticky one, weighted by the
-    probability of each. The sensitivity is that of the process fitted with a good valve as far as the valve is good.
+    probability of each. A valve that the record shows to stick counts as sticky for the load and the tuning even where a
+    small prior makes its probability small: the prior is no evidence of another cause. The sensitivity is that of the process fitted with a good valve as far as the valve is good.
     It counts less where a load explains the oscillation: OP then follows PV through the controller C, the identified
     process looks like -1 / C, and the loop like an unstable one.
     """
     active = 1.0 if oscillation.oscillating else 0.0
     ratios = identification.likelihood_ratios
+    closest = closest_alternative(ratios)
+    shown = 0.0 if closest is None else _logistic((closest[1] - min_sticky_evidence) / 4.0)
+    sticks = max(probability, shown)
     good = ratios.get("good", 0.0)
     periodic, relay = (ratios.get(name, math.inf) for name in ("periodic_load", "relay_load"))
     beside_good = max(good - periodic - min_evidence, good - relay - min_relay_evidence)
     beside_sticky = ratios.get("beside_periodic_load", -math.inf) - periodic - min_evidence
-    load = (1.0 - probability) * _logistic(beside_good / 4.0) + probability * _logistic(beside_sticky / 4.0)
+    load = (1.0 - sticks) * _logistic(beside_good / 4.0) + sticks * _logistic(beside_sticky / 4.0)
     zone = identification.dead_zone
     dead_zone = 0.0 if zone is None else dead_zone_score(zone, good, periodic)
     sticky, linear = (
         tuning_score(sensitivity(replace(identification, process=process), controller, oscillation.period), critical=at)
         for process, at in ((identification.process, sticky_sensitivity), (identification.linear, good_sensitivity))
     )
-    tuning = (probability * sticky + (1.0 - probability) * linear) * (1.0 - load)
+    tuning = (sticks * sticky + (1.0 - sticks) * linear) * (1.0 - load)
     sensor = max(_logistic((pv_step_share - 0.25) / 0.05), _logistic((spike_share - 0.02) / 0.005))
-    others = max(probability * active, tuning, sensor, dead_zone)
+    others = max(sticks * active, tuning, sensor, dead_zone)
     return OscillationCause(
         valve=probability * active,
         tuning=tuning * active,
@@ -120,6 +132,18 @@ def assess_causes(
         sensor=sensor,
         dead_zone=dead_zone,
     )
+
+
+def closest_alternative(likelihood_ratios: Mapping[str, float]) -> tuple[str, float] | None:
+    """Return the closest explanation without stiction, and twice the log likelihood ratio of the sticky valve over it.
+
+    Examples
+    --------
+    >>> closest_alternative({"good": 310.0, "deadband": 12.0, "nonlinear": 45.0})
+    ('nonlinear', 45.0)
+    """
+    found = {k: ratio for k, ratio in likelihood_ratios.items() if k not in STICKY_TOO and math.isfinite(ratio)}
+    return min(found.items(), key=lambda item: item[1]) if found else None
 
 
 def tuning_score(sensitivity: float, *, critical: float = 2.0, width: float = 0.3) -> float:

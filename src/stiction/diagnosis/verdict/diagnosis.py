@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from stiction.diagnosis.loop_state import describe_action, describe_state
+from stiction.diagnosis.verdict.causes import closest_alternative
 from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR, Costs
 from stiction.diagnosis.verdict.explanation import explain_action, explain_reason
 from stiction.display.number_format import format_probability
@@ -82,10 +82,7 @@ class Diagnosis:
     @property
     def strongest_alternative(self) -> tuple[str, float] | None:
         """The closest explanation without stiction, and twice the log likelihood ratio of the sticky valve over it."""
-        ratios = {} if self.identification is None else self.identification.likelihood_ratios
-        sticky = ("beside_periodic_load", "deadband")
-        found = {name: ratio for name, ratio in ratios.items() if name not in sticky and math.isfinite(ratio)}
-        return min(found.items(), key=lambda item: item[1]) if found else None
+        return None if self.identification is None else closest_alternative(self.identification.likelihood_ratios)
 
     def summary(self) -> str:
         """The verdict in a sentence or two."""
