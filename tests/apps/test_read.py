@@ -66,6 +66,13 @@ def test_a_map_is_written_edited_and_read_back(run, plant, folder):
     (folder / "edited.csv").write_text(text)
     assert run("read", plant, "--map", "edited.csv", "--out", "loops.parquet").code == 0
     np.testing.assert_allclose(read("loops.parquet")[0].op, OP / 2.0)
+    assert run("read", plant, "--write-map", "map.csv").code == 0  # the same rows
+    done = run("read", plant, "--write-map", "edited.csv", "--out", "more.parquet")
+    assert (done.code, done.out) == (3, "")
+    assert "edited.csv exists and has other rows" in done.err
+    assert "name another file with --write-map, or delete it first." in done.err
+    assert (folder / "edited.csv").read_text() == text
+    assert not (folder / "more.parquet").exists()
 
 
 @pytest.mark.parametrize(

@@ -81,6 +81,17 @@ def test_each_mistake_has_its_message(text, message, columns, write):
     assert str(caught.value).startswith(str(path))
 
 
+def test_loops_of_a_plant_wide_map_that_are_not_in_the_source_are_left_out(columns, write):
+    other = "X1,F8,op\nX2,F8,pv\n"
+    [loop] = assign_roles(columns, ReadOptions(), read_map(write("tag,loop,role\n" + other + GOOD)))
+    assert (loop.tag, loop.notes) == (
+        "F1",
+        ["2 of 4 tags of the map are not in the source; their loops are left out."],
+    )
+    with pytest.raises(RecordError, match="line 2: tag 'X1' is not in the source"):
+        assign_roles(columns, ReadOptions(), read_map(write("tag,loop,role\n" + other)))
+
+
 def test_a_map_that_cannot_be_read(tmp_path):
     with pytest.raises(RecordError, match="cannot be read"):
         read_map(tmp_path / "none.csv")

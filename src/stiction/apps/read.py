@@ -12,6 +12,7 @@ from stiction.errors import ParameterError, RecordError
 
 if TYPE_CHECKING:
     from stiction.apps.failure import Failure
+    from stiction.sources.roles.loop_roles import LoopRoles
 
 __all__ = ["read"]
 
@@ -37,6 +38,7 @@ def read(
         Parquet file to write the loops to; reading it gives equal loops at once.
     write_map
         Mapping file to write, in which each column's loop, role and unit can be corrected; read it back with --map.
+        An existing map with other rows is left alone.
     as_json
         Print an object with the loops, the assumptions and the sources that could not be read, and nothing else.
     """
@@ -52,6 +54,9 @@ def read(
     found = read_sources(sources, reading.arguments())
     if write_map is not None and not any(loops.roles for loops in found.loops) and not found.failures:
         raise RecordError("the source holds stored loops without columns to map; leave --write-map out.")
+    roles = [loop for loops in found.loops for loop in loops.roles]
+    if "--write-map" in targets and not found.failures:
+        _keep_edited_map(targets["--write-map"], roles)
     summary = summarise(found.records)
     if as_json:
         print_json({**summary.to_dict(), "failures": [_as_object(failure) for failure in found.failures]})
@@ -69,10 +74,21 @@ def read(
     if "--write-map" in targets:
         from stiction.sources.roles.map_file import write_map as write
 
-        write([loop for loops in found.loops for loop in loops.roles], targets["--write-map"])
+        write(roles, targets["--write-map"])
     for option, target in targets.items():
         (note if as_json else say)(f"{'Loops' if option == '--out' else 'Map'}: {target}")
     return 0
+
+
+def _keep_edited_map(target: Path, roles: "list[LoopRoles]") -> None:
+    """Refuse to replace a map with other rows, which may have been edited by hand."""
+    from stiction.sources.roles.map_file import map_text
+
+    if target.exists() and target.read_bytes() != map_text(roles).encode():
+        raise RecordError(
+            f"{target} exists and has other rows than the map to be written, perhaps edited by hand; name another file "
+            "with --write-map, or delete it first."
+        )
 
 
 def _failure_error(failures: "list[Failure]") -> Exception:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.tag_column import TagColumn
 
-__all__ = ["MapRow", "apply_map", "read_map", "write_map"]
+__all__ = ["MapRow", "apply_map", "map_text", "read_map", "write_map"]
 
 MAP_ROLES = (*ROLES, *(f"{role} {flag}" for role in ("pv", "sp", "op", "mv") for flag in ("bad", "quality")))
 
@@ -129,10 +129,16 @@ def _check(rows: list[MapRow], path: str) -> None:
 
 
 def apply_map(columns: Sequence[TagColumn], rows: Sequence[MapRow]) -> list[LoopRoles]:
-    """Give the columns the roles of a mapping file: one `LoopRoles` for each loop, in the order of the map."""
+    """Give the columns the roles of a mapping file: one `LoopRoles` for each loop, in the order of the map.
+
+    A loop of which the source has no column is left out with a note, unless it has none of any loop.
+    """
     by_name = {column.name.strip().lower(): column for column in reversed(columns)}
+    present = {row.loop.lower() for row in rows if row.tag.lower() in by_name}
+    used = [row for row in rows if row.loop.lower() in present]
+    left = f"{len(rows) - len(used)} of {len(rows)} tags of the map are not in the source; their loops are left out."
     loops: dict[str, LoopRoles] = {}
-    for row in rows:
+    for row in used or rows:
         column = by_name.get(row.tag.lower())
         if column is None:
             listed = ", ".join(column.name for column in columns[:20])
@@ -145,11 +151,13 @@ def apply_map(columns: Sequence[TagColumn], rows: Sequence[MapRow]) -> list[Loop
             loop.units[row.role] = row.unit
         if row.low is not None and row.high is not None:
             loop.spans[row.role] = (row.low, row.high)
+    for loop in loops.values():
+        loop.notes += [left] if len(used) < len(rows) else []
     return list(loops.values())
 
 
-def write_map(loops: Sequence[LoopRoles], path: str | PathLike[str]) -> None:
-    """Write the roles of loops as a mapping file to edit; an existing file is replaced in one step."""
+def map_text(loops: Sequence[LoopRoles]) -> str:
+    """Give the roles of loops as the text of a mapping file to edit."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
@@ -159,7 +167,12 @@ def write_map(loops: Sequence[LoopRoles], path: str | PathLike[str]) -> None:
             tag = loop.tag or column.table.origin.stem
             row = MapRow(column.name, tag, role, loop.unit_of(role), low, high, loop.area, loop.master, loop.importance)
             writer.writerow(["" if cell is None else cell for cell in astuple(row)[:-1]])
+    return text.getvalue()
+
+
+def write_map(loops: Sequence[LoopRoles], path: str | PathLike[str]) -> None:
+    """Write the roles of loops as a mapping file; an existing file is replaced in one step."""
     target = Path(path)
     draft = target.with_name(f".{target.name}.part")
-    draft.write_text(text.getvalue(), encoding="utf-8")
+    draft.write_text(map_text(loops), encoding="utf-8")
     draft.replace(target)
