@@ -140,24 +140,7 @@ class PreparedRecord:
 def prepare_record(record: LoopRecord, period: float | None = None) -> PreparedRecord:
     """Prepare a record for the search of valve models.
 
-    Parameters
-    ----------
-    record : LoopRecord
-        A record with OP and PV.
-    period : float, optional
-        Period of the oscillation [s]; it is found where it is not given, `inf` says that nothing oscillates.
-
-    Returns
-    -------
-    PreparedRecord
-        The part that is analysed, its oscillation and controller.
-
-    Raises
-    ------
-    RecordError
-        When the record has no PV, OP or PV does not vary, or fewer than 30 samples can be analysed.
-    ParameterError
-        When `period` is not positive or shorter than four samples.
+    The part that is analysed, its oscillation and controller. Arguments and errors are those of `identify`.
     """
     require_record(record)
     _check_period(record, period)

@@ -34,19 +34,7 @@ def simulate_process(
 ) -> NDArray[np.float64]:
     """Simulate the PV about its local mean from a valve position.
 
-    Parameters
-    ----------
-    position : ndarray, shape (n_blocks,)
-        Valve position [% of span].
-    process : FittedProcess
-        The process.
-    period : float or None
-        Period over which the local mean is taken [blocks].
-
-    Returns
-    -------
-    ndarray, shape (n_blocks,)
-        PV about its local mean [engineering units].
+    The position is in % of span, the period of its local mean in blocks; the PV comes in engineering units.
     """
     answer = _lagged(remove_local_mean(position, period), process.slow, process.fast)
     return process.gain * _delayed(answer - answer.mean(), process.dead_time)
@@ -61,23 +49,8 @@ def fit_process(
 ) -> FittedProcess:
     """Fit a process of one or two lags, or an integrator, with dead time.
 
-    Parameters
-    ----------
-    position : ndarray, shape (n_blocks,)
-        Valve position [% of span].
-    pv : ndarray, shape (n_blocks,)
-        Process variable [engineering units].
-    period : float or None
-        Period of the oscillation; deviations from the moving average over it are compared [blocks].
-    sign : float
-        Sign that the gain must have; 0 for any.
-    integrating : bool or None
-        Whether the process integrates; None tries both.
-
-    Returns
-    -------
-    FittedProcess
-        The process with the smallest error; a gain of 0 where none explains anything.
+    Position [% of span] and PV [engineering units] are compared about their moving averages over the period [blocks].
+    The gain must have the `sign`, 0 for any; it is 0 where no process explains anything. `integrating` None tries both.
 
     Notes
     -----

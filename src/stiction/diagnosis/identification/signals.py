@@ -46,25 +46,9 @@ def block_signals(
 ) -> BlockSignals:
     """Average a long record over blocks.
 
-    Parameters
-    ----------
-    op : ndarray, shape (n_samples,)
-        Controller output without gaps [% of span].
-    pv : ndarray, shape (n_samples,)
-        Process variable without gaps [engineering units].
-    period : float or None
-        Period of the oscillation [samples].
-    samples_per_period : float
-        Blocks that a period keeps at least.
-    min_blocks, max_blocks : int
-        Records are not averaged to fewer blocks; of more, those in the middle are used.
-    max_op_per_block : int
-        OP keeps this many values per block, since a valve trips between two samples of the PV too.
-
-    Returns
-    -------
-    BlockSignals
-        OP and PV.
+    OP [% of span] and PV [engineering units] have no gaps; the period [samples] keeps `samples_per_period` blocks at
+    least. Records are not averaged to fewer than `min_blocks`; of more than `max_blocks` those in the middle are used.
+    OP keeps up to `max_op_per_block` values per block, since a valve trips between two samples of the PV too.
 
     Examples
     --------
@@ -95,17 +79,7 @@ def remove_local_mean(x: NDArray[np.float64], period: float | None) -> NDArray[n
 
     An oscillation of that period passes unchanged; constants and ramps vanish, so that a slow load does not matter.
 
-    Parameters
-    ----------
-    x : ndarray, shape (..., n_samples)
-        Signals [any unit].
-    period : float or None
-        Period [samples].
-
-    Returns
-    -------
-    ndarray, shape of `x`
-        The deviations; at the ends, where no whole period is centred, those from the nearest average.
+    The period is in samples. At the ends, where no whole period is centred, the nearest average is taken off.
     """
     n = x.shape[-1]
     half = 0 if period is None else min(max(round(period / 2.0), 2), max((n - 1) // 4, 1))
