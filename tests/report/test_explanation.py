@@ -12,7 +12,7 @@ from report.diagnoses import diagnosis, identification, record
 from stiction.diagnosis.identification.result import ControllerFit, ProcessFit
 from stiction.diagnosis.loop_state import LoopState, StateStretch
 from stiction.diagnosis.verdict.features import FEATURES
-from stiction.diagnosis.verdict.model import log_odds, stiction_model
+from stiction.diagnosis.verdict.model import log_odds
 from stiction.report import labels
 from stiction.report.explanation import describe_controller, describe_identification, explanation_steps
 
@@ -42,20 +42,23 @@ def test_a_judged_loop_has_every_step_in_order(found):
 
 def test_the_contributions_add_up_to_the_probability(found):
     step = steps_of(found)[PROBABILITY]
-    assert len(step.table.rows) == len(FEATURES)
-    model = stiction_model()
-    total = model.intercept + log_odds(found.prior) - log_odds(model.training_prior)
-    total += sum(float(row[2]) for row in step.table.rows)
-    assert total == pytest.approx(log_odds(found.probability), abs=0.005 * len(FEATURES) + 1e-9)
+    assert len(step.table.rows) == len(FEATURES) + 1
+    assert step.table.rows[-1][0] == "average of all loops"
+    total = log_odds(found.prior) + sum(float(row[2]) for row in step.table.rows)
+    assert total == pytest.approx(log_odds(found.probability), abs=0.005 * (len(FEATURES) + 1) + 1e-9)
+    data = found.to_dict()
+    total = log_odds(data["prior"]) + data["average_log_odds"] + sum(one["log_odds"] for one in data["features"])
+    assert total == pytest.approx(log_odds(found.probability), abs=0.001)
     assert labels.format_probability(found.probability) in step.lines[0]
 
 
 def test_the_alternatives_are_those_of_the_identification(found):
-    rows = steps_of(found)[ALTERNATIVES].table.rows
-    ratios = sorted(found.identification.likelihood_ratios.values())
-    assert [row[1] for row in rows] == [labels.format_number(ratio) for ratio in ratios]
+    table, ratios = steps_of(found)[ALTERNATIVES].table, found.identification.likelihood_ratios
+    assert table.columns[1] == "2 ln(likelihood ratio) [-]"
+    assert sorted(row[1] for row in table.rows) == sorted(map(labels.format_number, ratios.values()))
+    assert table.rows[0][1] == labels.format_number(found.strongest_alternative[1])
     assert [row[0] for row in steps_of(diagnosis())[ALTERNATIVES].table.rows] == [
-        "periodic load", "deadband without slip jump", "nonlinear valve characteristic", "good valve",
+        "periodic load", "nonlinear valve characteristic", "good valve", "apart: sticky valve without slip jump",
     ]  # fmt: skip
 
 

@@ -69,6 +69,7 @@ def failed_diagnosis_dict(failure: Failure) -> dict[str, Any]:
         "controller": None,
         "oscillation": None,
         "oscillation_cause": None,
+        "average_log_odds": None,
         "features": [],
         "evidence": [],
         "quality": None,

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from stiction.diagnosis.loop_state import HEADLINES, describe_state
 from stiction.diagnosis.verdict.causes import CAUSES
+from stiction.diagnosis.verdict.model import log_odds
 from stiction.report import labels
 from stiction.report.figures.contributions import feature_table
-from stiction.report.figures.likelihood_ratios import finite_likelihood_ratios
+from stiction.report.figures.likelihood_ratios import RATIO_LABEL, finite_likelihood_ratios
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.result import ControllerFit, Identification, ProcessFit
@@ -62,7 +63,8 @@ def explanation_steps(diagnosis: Diagnosis) -> list[ExplanationStep]:
     if diagnosis.controller is not None:
         steps.append(ExplanationStep("Which controller moves OP?", [describe_controller(diagnosis.controller, unit)]))
     if found is not None:
-        sentences = [text for _, text in describe_identification(found, unit)]
+        parts = describe_identification(found, unit)
+        sentences = [f"{name}: {text}" if name.startswith("Process") else text for name, text in parts]
         steps += [ExplanationStep("Which valve and process explain the PV?", sentences), _alternatives(found)]
     if diagnosis.contributions:
         steps.append(_probability(diagnosis))
@@ -147,15 +149,20 @@ def _process(found: ProcessFit, unit: str) -> str:
 
 def _alternatives(found: Identification) -> ExplanationStep:
     rows = [[name, labels.format_number(ratio)] for name, ratio in finite_likelihood_ratios(found)]
-    line = "Twice the log likelihood ratio of the sticky valve over each explanation; negative: the other fits better."
-    columns = ["Other explanation", "Likelihood ratio [-]"]
-    return ExplanationStep("Which other explanation comes close?", [line], StepTable(columns, rows, columns[1:]))
+    lines = [
+        "Twice the log likelihood ratio of the sticky valve over each explanation; negative: the other fits better.",
+        "Those apart are not counted among the other explanations: a valve with deadband sticks too, without a slip "
+        "jump, and a load added to both valves is compared to judge the load.",
+    ]
+    columns = ["Other explanation", RATIO_LABEL]
+    return ExplanationStep("Which other explanation comes close?", lines, StepTable(columns, rows, columns[1:]))
 
 
 def _probability(diagnosis: Diagnosis) -> ExplanationStep:
     line = (
-        f"The prior {labels.format_probability(diagnosis.prior)} and the contributions of the features give a "
-        f"probability of stiction of {labels.format_probability(diagnosis.probability)}."
+        f"The log odds below and those of the prior {labels.format_probability(diagnosis.prior)} "
+        f"({log_odds(diagnosis.prior):+.2f}) add up to those of the probability of stiction, "
+        f"{labels.format_probability(diagnosis.probability)}."
     )
     rows = [[name, value, log_odds] for name, _, value, log_odds in feature_table(diagnosis)]
     columns = ["Feature", "Value", "Log odds"]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.result import ControllerFit, Identification
     from stiction.diagnosis.result import Oscillation
 
-__all__ = ["CAUSES", "OscillationCause", "assess_causes", "closest_alternative", "tuning_score"]
+__all__ = ["CAUSES", "STICKY_TOO", "OscillationCause", "assess_causes", "closest_alternative", "tuning_score"]
 
 CAUSES = ("valve", "tuning", "external", "sensor", "dead_zone")
 """Causes of an oscillation, in the order of the JSON."""

@@ -9,6 +9,7 @@ from stiction.diagnosis.loop_state import describe_action, describe_state
 from stiction.diagnosis.verdict.causes import closest_alternative
 from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR, Costs
 from stiction.diagnosis.verdict.explanation import explain_action, explain_reason
+from stiction.diagnosis.verdict.model import log_odds, stiction_model
 from stiction.display.number_format import format_probability
 
 if TYPE_CHECKING:
@@ -74,6 +75,15 @@ class Diagnosis:
         return self.oscillation_cause.main
 
     @property
+    def average_log_odds(self) -> float:
+        """Log odds that the average of all training loops adds to those of the prior [-].
+
+        The log odds of the prior, this and the contributions add up to the log odds of the probability.
+        """
+        model = stiction_model()
+        return model.intercept - log_odds(model.training_prior)
+
+    @property
     def zone_is_unclear(self) -> bool:
         """Whether a dead zone is found that OP crosses too few times to tell it from a sticky valve."""
         zone = None if self.identification is None else self.identification.dead_zone
@@ -113,6 +123,7 @@ class Diagnosis:
             "controller": self.controller.to_dict() if self.controller is not None else None,
             "oscillation": self.oscillation.to_dict(),
             "oscillation_cause": self.oscillation_cause.to_dict(),
+            "average_log_odds": round(self.average_log_odds, 4) if self.contributions else None,
             "features": [one.to_dict() for one in self.contributions],
             "evidence": [row.to_dict() for row in self.evidence],
             "quality": self.quality.to_dict(),

@@ -22,7 +22,7 @@ MIN_PLOTTED = 0.005
 
 def contributions(view: LoopView) -> Figure | None:
     """Return a bar for each feature that contributes, the strongest at the top; None where no feature does."""
-    rows = zip(feature_table(view.diagnosis), view.diagnosis.contributions, strict=True)
+    rows = zip(feature_table(view.diagnosis)[:-1], view.diagnosis.contributions, strict=True)
     plotted = [(row, one.log_odds) for row, one in rows if abs(one.log_odds) >= MIN_PLOTTED]
     if not plotted:
         return None
@@ -31,7 +31,8 @@ def contributions(view: LoopView) -> Figure | None:
     plot = horizontal_bars(names, log_odds, text, "Log odds of stiction [-]")
     caption = (
         "A bar to the right speaks for stiction, a bar to the left against it. With a prior of "
-        f"{labels.format_probability(view.diagnosis.prior)} they give a probability of stiction of "
+        f"{labels.format_probability(view.diagnosis.prior)} and the average of all loops "
+        f"({view.diagnosis.average_log_odds:+.2f}) they give a probability of stiction of "
         f"{labels.format_probability(view.diagnosis.probability)}."
     )
     if others := len(view.diagnosis.contributions) - len(plotted):
@@ -40,11 +41,11 @@ def contributions(view: LoopView) -> Figure | None:
 
 
 def feature_table(diagnosis: Diagnosis) -> list[list[str]]:
-    """Return name, formula, value and log odds of each feature, the strongest first."""
+    """Return name, formula, value and log odds of each feature, the strongest first, and of the average last."""
     from stiction.diagnosis.verdict.features import FEATURES
 
     features = {feature.name: feature for feature in FEATURES}
-    return [
+    rows = [
         [
             features[one.feature].label,
             features[one.feature].formula,
@@ -53,3 +54,4 @@ def feature_table(diagnosis: Diagnosis) -> list[list[str]]:
         ]
         for one in diagnosis.contributions
     ]
+    return [*rows, ["average of all loops", "constant of the model", "\u2013", f"{diagnosis.average_log_odds:+.2f}"]]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.verdict.causes import STICKY_TOO
 from stiction.diagnosis.verdict.features import log_evidence
 from stiction.report import labels
 from stiction.report.blocks import Figure
@@ -16,19 +17,21 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.result import Identification
     from stiction.report.loop_view import LoopView
 
-__all__ = ["ALTERNATIVES", "finite_likelihood_ratios", "likelihood_ratios"]
+__all__ = ["ALTERNATIVES", "RATIO_LABEL", "finite_likelihood_ratios", "likelihood_ratios"]
 
 ALTERNATIVES = {
     "good": "good valve",
-    "deadband": "deadband without slip jump",
+    "deadband": "apart: sticky valve without slip jump",
     "nonlinear": "nonlinear valve characteristic",
     "dead_zone": "dead zone at a fixed OP",
     "relay_load": "switching load",
     "periodic_load": "periodic load",
-    "beside_periodic_load": "good valve, periodic load added to both",
+    "beside_periodic_load": "apart: good valve, periodic load added to both",
     "noise_gate": "good valve, PV without noise",
 }
-"""Explanation without a sticky valve -> its name."""
+"""Explanation -> its name; those "apart" are not counted among the other explanations."""
+RATIO_LABEL = "2 ln(likelihood ratio) [-]"
+"""Name of the numbers."""
 TICKS = (-10000, -1000, -100, -20, 0, 20, 100, 1000, 10000, 100000)
 """Likelihood ratios marked on the axis [-]."""
 
@@ -41,20 +44,19 @@ def likelihood_ratios(view: LoopView) -> Figure | None:
         return None
     x = np.array([log_evidence(ratio) for _, ratio in ratios])
     text = [labels.format_number(ratio) for _, ratio in ratios]
-    plot = horizontal_bars([name for name, _ in ratios], x, text, "Likelihood ratio [-]")
+    plot = horizontal_bars([name for name, _ in ratios], x, text, RATIO_LABEL)
     ticks = [tick for tick in TICKS if min(x.min(), 0.0) - 0.1 <= log_evidence(tick) <= max(x.max(), 0.0) + 0.1]
     plot["layout"]["xaxis"] |= {"tickvals": [log_evidence(tick) for tick in ticks], "ticktext": [f"{k}" for k in ticks]}
     caption = (
         "Twice the log likelihood ratio of the sticky valve over each explanation. Bar to the right: the sticky valve "
-        "predicts the PV better; to the left: the other explanation does. The first is the strongest alternative. The "
+        "predicts the PV better; to the left: the other explanation does. The first is the strongest alternative; those apart are not counted among the other explanations. The "
         "axis is linear up to 20 and logarithmic beyond."
     )
     return Figure(plot, "Sticky valve against other explanations", caption, height=90 + 36 * len(ratios))
 
 
 def finite_likelihood_ratios(found: Identification) -> list[tuple[str, float]]:
-    """Return name and twice the log likelihood ratio of each other explanation that was compared, smallest first."""
-    ratios = [
-        (ALTERNATIVES.get(name, name.replace("_", " ")), ratio) for name, ratio in found.likelihood_ratios.items()
-    ]
-    return sorted(((name, ratio) for name, ratio in ratios if math.isfinite(ratio)), key=lambda one: one[1])
+    """Return name and twice the log likelihood ratio of each explanation compared, smallest first, those apart last."""
+    finite = [(name, ratio) for name, ratio in found.likelihood_ratios.items() if math.isfinite(ratio)]
+    ranked = sorted(finite, key=lambda one: (one[0] in STICKY_TOO, one[1]))
+    return [(ALTERNATIVES.get(name, name.replace("_", " ")), ratio) for name, ratio in ranked]
