@@ -227,6 +227,24 @@ def test_what_is_not_ours_is_not_replaced(run, folder, sticky_csv):
     assert (folder / "a.csv").read_text() == sticky_csv
 
 
+@pytest.mark.parametrize("name", ["r.pdf", "r", "html"])
+def test_a_report_is_named_html(name, run, folder, healthy_csv):
+    (folder / "a.csv").write_text(healthy_csv)
+    done = run("diagnose", "a.csv", "--report", name)
+    assert done.code == 2
+    assert f"--report writes HTML, not {name}; give a name that ends in .html or .htm." in done.err
+    assert [path.name for path in folder.iterdir()] == ["a.csv"]
+
+
+def test_a_loop_that_is_not_judged_has_no_probability_in_the_table(run, folder, healthy_csv):
+    (folder / "healthy.csv").write_text(healthy_csv)
+    (folder / "rest.csv").write_text(rows(lambda k: 50.0, wave))
+    done = run("diagnose", "healthy.csv", "rest.csv", "--report", "r.HTM")
+    [row] = [line for line in done.out.splitlines() if line.startswith("rest ") and "Cannot tell" in line]
+    assert "0.25" not in row
+    assert " - " in row
+
+
 def test_our_own_report_is_replaced(run, folder, healthy_csv):
     old = '<html><head>\n<meta name="generator" content="stiction 0.0.1">'
     (folder / "stiction-report.html").write_text(old)

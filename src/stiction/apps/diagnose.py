@@ -31,12 +31,13 @@ def diagnose(
 ) -> int:
     """Say of each loop in a record whether its valve sticks, how badly, how sure that is, and what to do.
 
-    Exit code 1 when a valve sticks, 0 when none does, 3 when no file could be used.
+    "Cannot tell" in a table is the verdict "undecided". Exit code 1 when a valve sticks, 0 when none does, 3 when no
+    file could be used.
 
     Parameters
     ----------
     report
-        HTML file to write; stiction-report.html in this folder when not given, none with --json.
+        HTML file to write, named .html or .htm; stiction-report.html in this folder when not given, none with --json.
     no_report
         Write no report.
     as_json
@@ -45,10 +46,11 @@ def diagnose(
         Explain each verdict step by step: data, loop state, oscillation, controller, valve, other explanations,
         probability, causes, methods. Not with --json, which holds the same numbers.
     prior
-        Share of sticky valves among the loops that the records come from, between 0 and 1.
+        Share of sticky valves among the loops that the records come from, between 0 and 1; 0.25 when not given.
     costs
-        Cost of a false alarm, of a missed sticky valve, and of an open question: three numbers in any unit. The verdict
-        is "undecided" where either answer is expected to cost more than an open question.
+        Cost of a false alarm, of a missed sticky valve, and of an open question: three numbers in any unit; 1 1
+        0.2 when not given. The verdict is "undecided" where either answer is expected to cost more than an open
+        question.
     """
     refuse_options(files, diagnose)
     if not files:
@@ -71,6 +73,8 @@ def diagnose(
             target = check_report(report or DEFAULT_REPORT)
         except RecordError as error:
             raise RecordError(str(error) if report else f"{error} Or add --no-report.") from None
+        if target.suffix.lower() not in (".html", ".htm"):
+            raise ParameterError(f"--report writes HTML, not {target.name}; give a name that ends in .html or .htm.")
     judgement = {"prior": prior, "costs": costs}
     return diagnose_files(files, options, judgement, target, as_json=as_json, explain=explain)
 

@@ -82,7 +82,7 @@ def _row(diagnosis: Diagnosis) -> list[str]:
     return [
         labels.VERDICTS[diagnosis.verdict],
         labels.cause_label(diagnosis),
-        labels.format_probability(diagnosis.probability),
+        labels.format_probability(diagnosis.probability) if diagnosis.loop_state.in_control else "-",
         format_S(diagnosis),
         labels.format_duration(oscillation.period) if oscillation.oscillating else "",
         diagnosis.action,

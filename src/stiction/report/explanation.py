@@ -171,7 +171,9 @@ def _probability(diagnosis: Diagnosis) -> ExplanationStep:
 
 def _causes(diagnosis: Diagnosis) -> ExplanationStep:
     main = labels.cause_label(diagnosis)
-    line = "No cause reaches a score of 0.5." if main == "none" else f"The main {labels.cause_title(diagnosis)} is {main}."
+    line = (
+        "No cause reaches a score of 0.5." if main == "none" else f"The main {labels.cause_title(diagnosis)} is {main}."
+    )
     rows = [[labels.CAUSES[name], f"{getattr(diagnosis.oscillation_cause, name):.2f}"] for name in CAUSES]
     columns = ["Cause", "Score [-]"]
     return ExplanationStep("What makes the loop oscillate?", [line], StepTable(columns, rows, columns[1:]))

@@ -71,7 +71,9 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
     order = f"{_RANK[diagnosis.verdict]} {verdict}"
     data, data_icon = _data_quality(diagnosis)
     trend = record.op if record.pv is None else record.pv
-    period = swing = NOTHING
+    period = swing = probability = NOTHING
+    if diagnosis.loop_state.in_control:
+        probability = Cell(labels.format_probability(diagnosis.probability), sort=_finite(diagnosis.probability))
     if oscillation.oscillating:
         period = Cell(labels.format_duration(oscillation.period), sort=_finite(oscillation.period))
         swing = Cell(
@@ -81,7 +83,7 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
     return [
         Cell(name, href=f"#{loop_anchor(k)}"),
         Cell(verdict, sort=order, mark=labels.VERDICT_ICONS[diagnosis.verdict]),
-        Cell(labels.format_probability(diagnosis.probability), sort=_finite(diagnosis.probability)),
+        probability,
         size,
         period,
         swing,

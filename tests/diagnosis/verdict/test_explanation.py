@@ -86,6 +86,15 @@ def test_parts_left_out_are_said():
     assert "Left out: 20 % of the record (pv frozen)." in make_diagnosis(loop_state=state).reason
 
 
+def test_the_analysed_share_is_said_where_it_is_small():
+    stretch = StateStretch("pv_frozen", 560, 630, 560.0, 630.0)
+    state = LoopState("in_control", 0.0, 1000.0, 0.93, stretches=(stretch,))
+    found = make_diagnosis(loop_state=state)
+    assert "Analysed" not in found.reason
+    part = replace(found, quality=replace(found.quality, first=630, last=1000))
+    assert "Left out: 7 % of the record (pv frozen). Analysed: 37 % of the record, samples 630 to 999." in part.reason
+
+
 def test_the_inner_loop_of_a_cascade_is_said():
     found = make_diagnosis()
     record = replace(found.record, provenance=replace(Provenance(), secondary_tag="FIC-102"))

@@ -22,7 +22,7 @@ __all__ = ["CAUSES", "STICKY_TOO", "OscillationCause", "assess_causes", "closest
 CAUSES = ("valve", "tuning", "external", "sensor", "dead_zone")
 """Causes of an oscillation, in the order of the JSON."""
 STICKY_TOO = ("beside_periodic_load", "deadband")
-"""Compared as well, and no explanation without stiction: a load beside both valves, a sticky valve without slip jump."""
+"""Compared as well, but with stiction: a load beside both valves, and a sticky valve without slip jump."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,10 +101,11 @@ def assess_causes(
     -----
     Where nothing oscillates, valve, tuning and load score 0: a sticky valve that nothing moves drives no oscillation.
     The score of a load compares a valve with the load and without it, a good and a sticky one, weighted by the
-    probability of each. A valve that the record shows to stick counts as sticky for the load and the tuning even where a
-    small prior makes its probability small: the prior is no evidence of another cause. The sensitivity is that of the process fitted with a good valve as far as the valve is good.
-    It counts less where a load explains the oscillation: OP then follows PV through the controller C, the identified
-    process looks like -1 / C, and the loop like an unstable one.
+    probability of each. A valve that the record shows to stick counts as sticky for the load and the tuning even where
+    a small prior makes its probability small: the prior is no evidence of another cause. The sensitivity is that of the
+    process fitted with a good valve as far as the valve is good. It counts less where a load explains the oscillation:
+    OP then follows PV through the controller C, the identified process looks like -1 / C, and the loop like an unstable
+    one.
     """
     active = 1.0 if oscillation.oscillating else 0.0
     ratios = identification.likelihood_ratios

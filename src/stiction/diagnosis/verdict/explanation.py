@@ -37,6 +37,9 @@ CAUSE_ACTION = {
 }
 """What to do about each cause other than the valve."""
 
+MIN_ANALYSED_SHARE = 0.8
+"""Share of the record in the analysed part below which the share is said [-]."""
+
 
 class Findings(Protocol):
     """What the sentences need to know; a `Diagnosis` has it."""
@@ -106,7 +109,14 @@ def explain_reason(found: Findings) -> str:
     """Say why the verdict is what it is."""
     if not found.loop_state.in_control:
         return describe_state(found.loop_state, found.record.start, found.record.provenance.pv_unit)
-    sentences = [_evidence(found), _judgement(found), _oscillation(found), _causes(found), _left_out(found), _slave(found)]
+    sentences = [
+        _evidence(found),
+        _judgement(found),
+        _oscillation(found),
+        _causes(found),
+        _left_out(found),
+        _slave(found),
+    ]
     sentences += [describe_check(check) for check in found.quality.rejections[:2]]
     return " ".join(sentence for sentence in sentences if sentence)
 
@@ -203,7 +213,12 @@ def _left_out(found: Findings) -> str:
         return ""
     names = ", ".join(dict.fromkeys(one.state.replace("_", " ") for one in stretches))
     share = sum(one.last - one.first for one in stretches) / max(len(found.record), 1)
-    return f"Left out: {100.0 * share:.0f} % of the record ({names})."
+    text = f"Left out: {100.0 * share:.0f} % of the record ({names})."
+    first, last = found.quality.first, found.quality.last
+    analysed = (last - first) / max(len(found.record), 1)
+    if analysed < MIN_ANALYSED_SHARE:
+        text += f" Analysed: {100.0 * analysed:.0f} % of the record, samples {first} to {last - 1}."
+    return text
 
 
 def _slave(found: Findings) -> str:
