@@ -86,7 +86,7 @@ def test_loops_of_a_plant_wide_map_that_are_not_in_the_source_are_left_out(colum
     [loop] = assign_roles(columns, ReadOptions(), read_map(write("tag,loop,role\n" + other + GOOD)))
     assert (loop.tag, loop.notes) == (
         "F1",
-        ["2 of 4 tags of the map are not in the source; their loops are left out."],
+        ["Left out: F8, as 2 of 4 tags of the map are not in the source."],
     )
     with pytest.raises(RecordError, match="line 2: tag 'X1' is not in the source"):
         assign_roles(columns, ReadOptions(), read_map(write("tag,loop,role\n" + other)))

@@ -136,7 +136,9 @@ def apply_map(columns: Sequence[TagColumn], rows: Sequence[MapRow]) -> list[Loop
     by_name = {column.name.strip().lower(): column for column in reversed(columns)}
     present = {row.loop.lower() for row in rows if row.tag.lower() in by_name}
     used = [row for row in rows if row.loop.lower() in present]
-    left = f"{len(rows) - len(used)} of {len(rows)} tags of the map are not in the source; their loops are left out."
+    absent = list(dict.fromkeys(row.loop for row in rows if row.loop.lower() not in present))
+    listed = ", ".join(absent[:10]) + (" ..." if absent[10:] else "")
+    left = f"Left out: {listed}, as {len(rows) - len(used)} of {len(rows)} tags of the map are not in the source."
     loops: dict[str, LoopRoles] = {}
     for row in used or rows:
         column = by_name.get(row.tag.lower())
