@@ -238,7 +238,7 @@ def test_a_report_is_named_html(name, run, folder, healthy_csv):
 
 def test_a_loop_that_is_not_judged_has_no_probability_in_the_table(run, folder, healthy_csv):
     (folder / "healthy.csv").write_text(healthy_csv)
-    (folder / "rest.csv").write_text(rows(lambda k: 50.0, wave))
+    (folder / "rest.csv").write_text(rows(lambda _: 50.0, wave))
     done = run("diagnose", "healthy.csv", "rest.csv", "--report", "r.HTM")
     [row] = [line for line in done.out.splitlines() if line.startswith("rest ") and "Cannot tell" in line]
     assert "0.25" not in row

@@ -160,7 +160,7 @@ def _alternatives(found: Identification) -> ExplanationStep:
 
 def _probability(diagnosis: Diagnosis) -> ExplanationStep:
     line = (
-        f"The log odds below and those of the prior {labels.format_probability(diagnosis.prior)} "
+        f"The log odds below and those of the prior {diagnosis.prior:g} "
         f"({log_odds(diagnosis.prior):+.2f}) add up to those of the probability of stiction, "
         f"{labels.format_probability(diagnosis.probability)}."
     )
