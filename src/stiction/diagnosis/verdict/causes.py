@@ -105,7 +105,7 @@ def assess_causes(
     a small prior makes its probability small: the prior is no evidence of another cause. The sensitivity is that of the
     process fitted with a good valve as far as the valve is good. It counts less where a load explains the oscillation:
     OP then follows PV through the controller C, the identified process looks like -1 / C, and the loop like an unstable
-    one.
+    one. A PV of few values stands still as over a dead zone, which then counts less.
     """
     active = 1.0 if oscillation.oscillating else 0.0
     ratios = identification.likelihood_ratios
@@ -118,13 +118,13 @@ def assess_causes(
     beside_sticky = ratios.get("beside_periodic_load", -math.inf) - periodic - min_evidence
     load = (1.0 - sticks) * _logistic(beside_good / 4.0) + sticks * _logistic(beside_sticky / 4.0)
     zone = identification.dead_zone
-    dead_zone = 0.0 if zone is None else dead_zone_score(zone, good, periodic)
+    sensor = max(_logistic((pv_step_share - 0.25) / 0.05), _logistic((spike_share - 0.02) / 0.005))
+    dead_zone = 0.0 if zone is None else (1.0 - sensor) * dead_zone_score(zone, good, periodic)
     sticky, linear = (
         tuning_score(sensitivity(replace(identification, process=process), controller, oscillation.period), critical=at)
         for process, at in ((identification.process, sticky_sensitivity), (identification.linear, good_sensitivity))
     )
     tuning = (sticks * sticky + (1.0 - sticks) * linear) * (1.0 - load)
-    sensor = max(_logistic((pv_step_share - 0.25) / 0.05), _logistic((spike_share - 0.02) / 0.005))
     others = max(sticks * active, tuning, sensor, dead_zone)
     return OscillationCause(
         valve=probability * active,
