@@ -13,26 +13,22 @@ from stiction.records.record import LoopRecord, Provenance
 from stiction.sources.layouts.headings import table_headings
 from stiction.sources.roles.loop_roles import NUMERIC_ROLES, column_label
 from stiction.sources.roles.vocabulary import loop_type_of
+from stiction.sources.signal_values import parse_signals, refuse_without_numbers
 from stiction.sources.time.align import TagSeries, align_tags
 from stiction.sources.time.grid import Grid, regular_grid
 from stiction.sources.time.parse import missing_time_error
 from stiction.sources.values.bad_values import find_bad_values
 from stiction.sources.values.mode import automatic_mask
-from stiction.sources.values.numeric_cells import parse_numbers
 from stiction.sources.values.span import op_to_percent, position_to_percent
-from stiction.sources.values.thousands import refuse_other_decimal
 
 if TYPE_CHECKING:
-    from collections import Counter
     from datetime import datetime
 
-    import polars as pl
     from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.roles.loop_roles import LoopRoles
     from stiction.sources.tag_column import TagColumn
-    from stiction.sources.values.bad_values import BadValues
 
 __all__ = ["MIN_ROWS", "RecordBuilder"]
 
@@ -58,14 +54,14 @@ class RecordBuilder:
         columns = {role: loop.roles[role] for role in NUMERIC_ROLES if role in loop.roles}
         origin = columns["op"].table.origin
         notes = [*dict.fromkeys(note for column in columns.values() for note in column.table.notes), *loop.notes]
-        values, units, bad = _numbers(loop, columns, decimal_is_given=self.options.decimal is not None)
+        values, units, bad = parse_signals(loop, columns, decimal_is_given=self.options.decimal is not None)
         notes += bad.notes
         sampled = self._sample(loop, columns, values)
         notes += sampled.notes
         signals = sampled.signals
         for role in ("op", "pv"):
             if role in signals and not np.isfinite(signals[role]).any():
-                _no_numbers(loop, role, bad)
+                refuse_without_numbers(loop, role, bad)
         position = signals.get("mv")
         op = op_to_percent(
             signals["op"], units["op"],
@@ -219,62 +215,3 @@ def _last_written(rows: NDArray[np.int64]) -> NDArray[np.int64]:
     written = np.where(rows >= 0, np.arange(rows.size), -1)
     last = np.maximum.accumulate(written)
     return np.where(last < 0, int(np.argmax(rows >= 0)), last)
-
-
-def _numbers(
-    loop: LoopRoles, columns: dict[str, TagColumn], *, decimal_is_given: bool
-) -> tuple[dict[str, NDArray[np.float64]], dict[str, str], BadValues]:
-    """Values of each role, NaN where they are bad, and their units."""
-    values: dict[str, NDArray[np.float64]] = {}
-    units: dict[str, str] = {}
-    texts: dict[str, Counter[str]] = {}
-    flags: dict[str, tuple[str, pl.Series]] = {}
-    for role, column in columns.items():
-        decimal, where = column.table.decimal, f"{column.table.origin.name}, column {column_label(column)}"
-        found = parse_numbers(column.cells, decimal, where=where, decimal_is_given=decimal_is_given)
-        if decimal_is_given:
-            refuse_other_decimal(found.texts, len(column.cells), decimal, where)
-        values[role], texts[role] = found.values, found.texts
-        units[role] = _one_unit(loop, role, found.unit)
-        if column.quality is not None:
-            flags[f"{role} quality"] = (f"quality of {column_label(column)}", column.quality())
-    for role, column in loop.roles.items():
-        if role not in columns and role != "mode":
-            flags.setdefault(role, (column_label(column), column.cells))
-    labels = {role: column_label(column) for role, column in columns.items()}
-    bad = find_bad_values(values, texts=texts, flags=flags, labels=labels)
-    for role, mask in bad.masks.items():
-        if mask.any():
-            values[role] = np.where(mask, np.nan, values[role])
-    return values, units, bad
-
-
-def _one_unit(loop: LoopRoles, role: str, in_cells: str) -> str:
-    """Unit of a signal by its header or map, or by its cells; they must not disagree."""
-    written, column = loop.unit_of(role), loop.roles[role]
-    if written and in_cells and written.upper() != in_cells.upper():
-        raise RecordError(
-            f"{column.table.origin.name}, column {column_label(column)}: is in {written} by its header and in "
-            f"{in_cells} by its numbers; correct the one that is wrong."
-        )
-    if in_cells and in_cells != "%" and not column.table.header and not written:
-        raise RecordError(
-            f"{column.table.origin.name}: has numbers in {in_cells} without a header; write one, to say what they are."
-        )
-    return written or in_cells
-
-
-def _no_numbers(loop: LoopRoles, role: str, bad: BadValues) -> None:
-    """Raise the error of a signal without a number."""
-    column = loop.roles[role]
-    table, label = column.table, column_label(column)
-    if role in bad.masks and bad.masks[role].all():
-        raise RecordError(
-            f"{table.origin.name}: all values of {label} are flagged as bad; export good values, or leave out the "
-            "column of the flags if it is wrong."
-        )
-    cells = column.cells.drop_nulls().head(1).to_list() or [""]
-    raise RecordError(
-        f"{table.origin.name}, line {table.first_line}, column {label}: holds no number for {role.upper()} (it begins "
-        f"with {str(cells[0])!r}); check the column or name another one with columns= (--column)."
-    )

@@ -14,6 +14,7 @@ from weakref import finalize
 
 from stiction.errors import RecordError
 from stiction.sources.compression import ByteLimit, inflate
+from stiction.sources.refused_kinds import refuse_kind
 from stiction.sources.table import Origin
 
 if TYPE_CHECKING:
@@ -29,22 +30,6 @@ CHUNK_BYTES = 1 << 20
 MAX_DIGEST_BYTES = 256_000_000
 """Size of a file above which no digest is made [bytes]."""
 
-_REFUSED = {
-    b"%PDF": ("a PDF document", "export the trend as CSV"),
-    **dict.fromkeys((b"\x7fELF", b"MZ\x90\x00", b"\xcf\xfa\xed\xfe"), ("a program", "name the data file")),
-    **dict.fromkeys(
-        (b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\x00", b"MM\x00*"),
-        ("a picture", "export the numbers of the trend as CSV"),
-    ),
-    b"\x93NUMPY": ("a NumPy array", "save it with column names as CSV or Parquet"),
-    b"SQLite format 3\x00": ("an SQLite database", "give its URL, sqlite:///FILE, and a table or a query"),
-    **dict.fromkeys(
-        (b"7z\xbc\xaf\x27\x1c", b"Rar!", b"BZh91AY&SY", b"\xfd7zXZ"),
-        ("an archive of a kind that is not read", "unpack it first"),
-    ),
-}
-"""First bytes -> what holds no records, and the remedy."""
-_HTML = (b"<!doctype html", b"<html")
 _BLANK = b" \t\r\n\0\xef\xbb\xbf\xff\xfe"
 
 
@@ -137,7 +122,7 @@ def open_sources(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) 
     try:
         sources = list(_decompress(_store(path, options.max_bytes, scratch)))
         for source in sources:
-            _refuse_kind(source.origin.name, source.head)
+            refuse_kind(source.origin.name, source.head)
     except BaseException:
         scratch.delete()
         raise
@@ -212,7 +197,7 @@ def _copy(file: BinaryIO, name: str, max_bytes: int, copy: BinaryIO) -> tuple[in
         if not isinstance(chunk, bytes):
             raise RecordError(f"{name}: was opened as text; open it with mode 'rb'.")
         if limit.size == 0:
-            _refuse_kind(name, chunk)
+            refuse_kind(name, chunk)
         limit.add(len(chunk))
         has_content = has_content or bool(chunk.strip(_BLANK))
         digest.update(chunk)
@@ -249,18 +234,3 @@ def _decompress(source: ByteSource, *, is_member: bool = False) -> Iterator[Byte
 def _read_head(path: Path) -> bytes:
     with open(path, "rb") as file:
         return file.read(HEAD_BYTES)
-
-
-def _refuse_kind(name: str, head: bytes) -> None:
-    """Refuse by its first bytes what holds no records, before the rest of a long stream is read."""
-    kind = next((kind for start, kind in _REFUSED.items() if head.startswith(start)), None)
-    if head[:2] in (b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"):
-        kind = "a Python pickle, which may run code when it is read", "save the frame as CSV or Parquet"
-    elif head[257:262] == b"ustar":
-        kind = "a tar archive", "unpack it first"
-    elif head[:64].lstrip().lower().startswith(_HTML):
-        kind = "an HTML page", "open it in a spreadsheet program and save it as CSV or xlsx"
-    elif len(head) >= HEAD_BYTES and not head.strip(b"\0"):
-        kind = "binary and begins with zeros only", "export the loop as CSV"
-    if kind:
-        raise RecordError(f"{name}: is {kind[0]}; {kind[1]}.")

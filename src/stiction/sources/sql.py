@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
 from datetime import datetime
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stiction.errors import MissingExtraError, ParameterError, RecordError
-from stiction.sources.database_url import hide_password, show_url
+from stiction.errors import ParameterError, RecordError
+from stiction.sources.database_url import show_url
 from stiction.sources.options import MAX_BYTES
+from stiction.sources.sql_connection import connect, make_engine, refused_as
 from stiction.sources.table import Origin
 from stiction.sources.typed_table import make_series, typed_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     import polars as pl
-    from sqlalchemy import Column, Connection, Engine, Table
+    from sqlalchemy import Column, Connection, Table
 
     from stiction.sources.table import RawTable
 
 __all__ = ["read_database"]
 
 CHUNK_ROWS = 50_000
-CONNECT_TIMEOUT_S = 10
 MAX_NAMES = 10
 """Names that a message lists [-]."""
 
@@ -101,12 +99,12 @@ def read_database(
         raise ParameterError(f"tag = {tag!r} says that the table is long; give its columns time and value too.")
     if query is not None and (since is not None or until is not None):
         raise ParameterError("since and until go with table; write them into the query.")
-    engine = _make_engine(url)
+    engine = make_engine(url)
     roles = {"Time": time, "Tag": tag, "Value": value, "Quality": quality}
     wanted = list(columns.values()) if hasattr(columns, "values") else list(columns or ())  # pyright: ignore
     wanted = [name for name in wanted if isinstance(name, str)]
     try:
-        with _connect(engine, url) as connection:
+        with connect(engine, url) as connection:
             if table is not None:
                 stored = _reflect(connection, table, url)
                 select = _select(stored, roles, wanted, tags or (), since, until, url)
@@ -129,83 +127,12 @@ def read_database(
     return [typed_table(Origin(where, table or engine.url.database or "query"), frame)]
 
 
-def _make_engine(url: str) -> Engine:
-    """Make the engine of a URL; no connection is made yet."""
-    from sqlalchemy import create_engine, exc
-
-    shown = show_url(url)
-    try:
-        is_postgresql = url.startswith("postgresql")
-        engine = create_engine(url, connect_args={"connect_timeout": CONNECT_TIMEOUT_S} if is_postgresql else {})
-    except exc.NoSuchModuleError:
-        raise ParameterError(
-            f"{shown}: is of an unknown kind of database; give for example postgresql+psycopg://, or install its "
-            "SQLAlchemy dialect."
-        ) from None
-    except ImportError as error:
-        module = error.name or "the driver"
-        remedy = "pip install 'stiction[sql]'" if module == "psycopg" else f"pip install {module}"
-        raise MissingExtraError(f"{shown}: needs {module}, which is not installed; {remedy}.") from None
-    except (exc.ArgumentError, ValueError, TypeError):
-        raise ParameterError(
-            f"{shown}: is no database URL; write KIND+DRIVER://USER:PASSWORD@HOST:PORT/DATABASE, with special "
-            "characters of the password encoded (%40 for @)."
-        ) from None
-    file = engine.url.database
-    if engine.dialect.name == "sqlite" and not (file and (file.startswith("file:") or Path(file).is_file())):
-        raise RecordError(f"{shown}: no such file; check the name and the folder.")
-    return engine
-
-
-@contextmanager
-def _connect(engine: Engine, url: str) -> Iterator[Connection]:
-    """Open a connection on which nothing is written."""
-    from sqlalchemy import exc
-
-    try:
-        connection = engine.connect()
-    except (exc.SQLAlchemyError, OSError, ValueError) as error:
-        raise RecordError(
-            f"{show_url(url)}: cannot be reached ({_reason(error, url)}); check host, port, user and password, and "
-            "that the server runs."
-        ) from None
-    with connection:
-        with _refused_as("cannot be read", url, "check the rights of the user"):
-            if engine.dialect.name == "sqlite":
-                connection.exec_driver_sql("PRAGMA query_only = ON")
-            if engine.dialect.name == "postgresql":
-                connection = connection.execution_options(postgresql_readonly=True)
-                connection.exec_driver_sql("SET TIME ZONE 'UTC'")
-        yield connection
-        connection.rollback()
-
-
-@contextmanager
-def _refused_as(what: str, url: str, remedy: str) -> Iterator[None]:
-    """Turn an error of the database into a `RecordError` without passwords."""
-    from sqlalchemy import exc
-
-    try:
-        yield
-    except (exc.SQLAlchemyError, ValueError, OverflowError) as error:
-        if isinstance(error, (RecordError, ParameterError)):
-            raise
-        raise RecordError(f"{show_url(url)}: {what} ({_reason(error, url)}); {remedy}.") from None
-
-
-def _reason(error: Exception, url: str) -> str:
-    """Give the message of the driver, in one line, without passwords."""
-    text = str(getattr(error, "orig", None) or error)
-    lines = [line.strip() for line in hide_password(text, url).splitlines() if line.strip()]
-    return " ".join(lines)[:300].rstrip(".") or type(error).__name__
-
-
 def _reflect(connection: Connection, name: str, url: str) -> Table:
     """Read the columns of a table from the database."""
     from sqlalchemy import MetaData, Table, exc, inspect
 
     schema, _, bare = name.rpartition(".")
-    with _refused_as("cannot be read", url, "check the rights of the user"):
+    with refused_as("cannot be read", url, "check the rights of the user"):
         try:
             try:
                 return Table(name, MetaData(), autoload_with=connection)
@@ -270,7 +197,7 @@ def _fetch(connection: Connection, statement: Any, url: str, max_bytes: int) -> 
     import polars as pl
 
     options = {"stream_results": True, "yield_per": CHUNK_ROWS}
-    with _refused_as("refuses the query", url, "correct it"):
+    with refused_as("refuses the query", url, "correct it"):
         if isinstance(statement, str):
             # sent as it is: neither colons nor per cent signs are placeholders
             result = connection.exec_driver_sql(statement, execution_options={**options, "no_parameters": True})
