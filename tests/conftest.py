@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import tempfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import settings
 
@@ -56,3 +58,40 @@ def records() -> Path:
     if not folder.is_dir():
         pytest.skip(f"real records: {'STICTION_RECORDS' if named else '../shared/data'} is not a folder")
     return folder
+
+
+@pytest.fixture(scope="session")
+def signals():
+    """A made-up loop, rounded so that every text form carries it exactly: seconds, PV, OP, SP."""
+    k = np.arange(120)
+    rng = np.random.default_rng(7)
+    pv = np.round(50 + 3 * np.sin(k / 5) + rng.normal(0, 0.2, 120), 3)
+    op = np.round(40 + 4 * np.cos(k / 5) + rng.normal(0, 0.1, 120), 3)
+    return k.astype(float), pv, op, np.full(120, 50.5)
+
+
+@pytest.fixture(scope="session")
+def table():
+    """Write columns as text: ``table(header, column, ...)``; cells are written with repr unless they are text."""
+
+    def write(header, *columns, delimiter=",", decimal=".", end="\n"):
+        def cell(x):
+            return x if isinstance(x, str) else repr(float(x)).replace(".", decimal)
+
+        rows = [delimiter.join(cell(x) for x in row) for row in zip(*columns, strict=True)]
+        lines = [header] if isinstance(header, str) else list(header)
+        return end.join([*lines, *rows]) + end
+
+    return write
+
+
+@pytest.fixture(scope="session")
+def read_text():
+    """Read a text as if it stood in a file."""
+
+    def reading(text, encoding="utf-8", **options):
+        from stiction.sources import read
+
+        return read(io.BytesIO(text.encode(encoding)), **options)
+
+    return reading
