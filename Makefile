@@ -26,7 +26,7 @@ help:
 	@echo "make clean    remove .venv and caches"
 
 demo: $(VENV)/.ready
-	@$(BIN)/stiction demo
+	@$(BIN)/stiction demo || [ $$? -eq 1 ]  # 1: a verdict differs from the truth, as the table shows
 
 test: $(VENV)/.ready-test
 	$(BIN)/python -m pytest -n $(WORKERS)
