@@ -51,8 +51,7 @@ def action(op: NDArray[np.float64], error: NDArray[np.float64]) -> float:
 
     A stable loop's gain has the sign of the controller's, and a PID controller moves OP by Kc times the error's step,
     Kc dt / Ti times the error between two samples and Kc Td / dt times the change of the step. Least squares of OP's
-    steps on all three gives the sign of the second. Of 303 flow and pressure loops (`simulation.population`, seeds 7
-    and 8) it is wrong in 22, of which a historian touched 12.
+    steps on all three gives the sign of the second.
 
     Parameters
     ----------
