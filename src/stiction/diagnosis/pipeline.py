@@ -75,7 +75,7 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
     state = assess_loop_state(conditioned.record)
     judged = conditioned.without(_left_out(state)) if state.in_control else conditioned
     oscillation = find_oscillation(judged.part)
-    quality = assess_quality(judged.record, oscillation.period if oscillation.oscillating else None)
+    quality = assess_quality(judged, oscillation.period if oscillation.oscillating else None)
     if state.in_control and not (quality.usable and judged.moves):
         state = _bad_data(state, quality)
     if not state.in_control:

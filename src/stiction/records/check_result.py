@@ -11,11 +11,11 @@ import numpy as np
 from stiction.display.check_text import describe_check
 from stiction.records.gaps import forward_fill
 from stiction.records.quality.quantisation import quantisation_step
-from stiction.records.quality.saturation import find_saturation
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stiction.records.masks import RecordMasks
     from stiction.records.record import LoopRecord
 
 __all__ = ["MIN_CYCLES", "MIN_SAMPLES", "CheckInput", "CheckResult", "Severity", "check_maximum", "check_minimum"]
@@ -59,6 +59,8 @@ class CheckInput:
 
     record: LoopRecord
     """The whole record."""
+    masks: RecordMasks
+    """Where its OP is at a limit or moved in manual, and where its PV is frozen."""
     part: LoopRecord
     """Its longest usable segment."""
     period: float | None
@@ -74,11 +76,6 @@ class CheckInput:
     def steps(self) -> tuple[float, float]:
         """Quantisation steps of OP and PV [units of the record]."""
         return quantisation_step(self.whole[0]), quantisation_step(self.whole[1])
-
-    @cached_property
-    def at_limit(self) -> NDArray[np.bool_]:
-        """Where OP of the record is at a limit, shape (n_samples,)."""
-        return find_saturation(self.record.op, self.record.pv, self.record.auto)
 
     @cached_property
     def op(self) -> NDArray[np.float64]:

@@ -11,7 +11,7 @@ from stiction.records.quantiles import quantiles
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["count_levels", "is_coarse", "peak_to_peak", "quantisation_step", "robust_range"]
+__all__ = ["count_levels", "count_values", "is_coarse", "peak_to_peak", "quantisation_step", "robust_range"]
 
 ROUNDING = 1e-9
 """Share of a signal's range below which a difference is rounding of the arithmetic [-]."""
@@ -108,6 +108,18 @@ def count_levels(x: NDArray[np.float64], step: float | None = None) -> float:
     return round(width / step + 1.0, 6)  # a conversion of units must not decide at a limit
 
 
+def count_values(x: NDArray[np.float64], most: int) -> int:
+    """Count the different values of a signal, at most so many: a few samples show that there are more.
+
+    Examples
+    --------
+    >>> count_values(np.array([1.0, 2.0, 1.0, 3.0]), 10), count_values(np.arange(900.0), 10)
+    (3, 10)
+    """
+    few = x[:: x.size // (4 * most) + 1]
+    return most if np.unique(few).size >= most else min(np.unique(x).size, most)
+
+
 def is_coarse(x: NDArray[np.float64], *, max_values: int = 50) -> bool:
     """Whether a signal returns to the same few values again and again.
 
@@ -129,5 +141,5 @@ def is_coarse(x: NDArray[np.float64], *, max_values: int = 50) -> bool:
     >>> is_coarse(np.round(x)), is_coarse(x), is_coarse(np.repeat(x[::20], 20))
     (True, False, False)
     """
-    values = np.unique(x).size
+    values = count_values(x, max_values + 1)
     return values <= max_values and 2 * values < int(np.count_nonzero(np.diff(x)))
