@@ -72,7 +72,7 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
     _check(record, prior)
     costs = costs or Costs()
     conditioned = condition(record)
-    state = assess_loop_state(conditioned.record)
+    state = assess_loop_state(conditioned)
     judged = conditioned.without(_left_out(state)) if state.in_control else conditioned
     oscillation = find_oscillation(judged.part)
     quality = assess_quality(judged, oscillation.period if oscillation.oscillating else None)

@@ -102,8 +102,7 @@ def assess_quality(record: LoopRecord | Conditioned, period: float | None = None
     if period is not None:
         period = require_positive("period", period, "s")
     made = record if isinstance(record, Conditioned) else condition(record)
-    record, first, last = made.record, made.first, made.last
-    data = CheckInput(record, made.masks, record.window(first, last), period)
+    record, data = made.record, CheckInput(made, period)
     checks = tuple(result for check in (*LOOP_CHECKS, *STORAGE_CHECKS) if (result := check(data)) is not None)
     usable = not any(check.severity == "reject" for check in checks)
-    return Quality(checks, usable, len(record), record.duration, record.missing_percent, first, last)
+    return Quality(checks, usable, len(record), record.duration, record.missing_percent, made.first, made.last)

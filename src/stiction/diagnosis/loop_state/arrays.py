@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.runs import runs
+from stiction.records.runs import run_bounds, run_lengths, runs
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -15,6 +15,7 @@ __all__ = [
     "LONG_REST",
     "LONG_SHARE",
     "OP_LIMITS",
+    "about_line",
     "block_means",
     "find_rests",
     "keep_long_runs",
@@ -45,8 +46,9 @@ def without_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
 def keep_long_runs(mask: NDArray[np.bool_], min_samples: int) -> NDArray[np.bool_]:
     """Keep the runs of True that are at least `min_samples` long."""
     kept = np.zeros(mask.size, dtype=bool)
-    for first, last in runs(mask):
-        kept[first:last] = last - first >= min_samples
+    bounds = run_bounds(mask)
+    for first, last in bounds[run_lengths(bounds) >= min_samples].tolist():
+        kept[first:last] = True
     return kept
 
 
@@ -55,9 +57,9 @@ def value_range(x: NDArray[np.float64]) -> float:
     return float(np.nanmax(x) - np.nanmin(x)) if np.isfinite(x).any() else 0.0
 
 
-def find_rests(x: NDArray[np.float64]) -> list[tuple[int, int]]:
-    """First and one past the last sample of each stretch of two or more equal values; gaps take no part."""
-    return [(first, last + 1) for first, last in runs(np.diff(x) == 0.0)]
+def find_rests(x: NDArray[np.float64]) -> NDArray[np.int64]:
+    """First and one past the last sample of each stretch of two or more equal values, shape (n_stretches, 2)."""
+    return run_bounds(np.diff(x) == 0.0) + (0, 1)
 
 
 def moving_average(x: NDArray[np.float64], width: int) -> NDArray[np.float64]:
@@ -74,6 +76,13 @@ def block_means(x: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     return np.array([block.mean() for block in np.array_split(x, count)])
 
 
+def about_line(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Signals less their least-squares straight line along the last axis [unit of `x`]."""
+    t = np.arange(x.shape[-1]) - 0.5 * (x.shape[-1] - 1.0)
+    level = x - x.mean(axis=-1, keepdims=True)
+    return level - (level @ t / max(float(t @ t), 1.0))[..., np.newaxis] * t
+
+
 def oscillation_period(
     x: NDArray[np.float64], *, min_share: float = 0.7, min_cycles: float = 4.0, min_correlation: float = 0.5
 ) -> float:
@@ -85,9 +94,12 @@ def oscillation_period(
     """
     if x.size < 32 or not np.ptp(x) > 0.0:
         return float("nan")
-    samples = np.arange(x.size)
-    detrended = x - np.polyval(np.polyfit(samples, x, 1), samples)
-    power = np.abs(np.fft.rfft(detrended * np.hanning(x.size))) ** 2
+    from scipy.fft import next_fast_len, rfft
+
+    # The transform of a length with a large prime factor takes ten times as long.
+    x = x[: next(n for n in range(x.size, 0, -1) if next_fast_len(n, real=True) == n)]
+    detrended = about_line(x)
+    power = np.abs(rfft(detrended * np.hanning(x.size))) ** 2
     power[0] = 0.0
     peak = int(np.argmax(power))
     if peak < min_cycles or peak > x.size / 5:

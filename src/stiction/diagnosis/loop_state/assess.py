@@ -19,6 +19,7 @@ from stiction.diagnosis.loop_state.signals_unrelated import find_unrelated_signa
 from stiction.diagnosis.loop_state.state import STATES, LoopState, StateName, StateStretch
 from stiction.diagnosis.loop_state.valve_not_responding import find_valve_not_responding
 from stiction.records.analysis_window import forward_fill_sp
+from stiction.records.conditioned import Conditioned
 from stiction.records.gaps import fill_short_gaps
 from stiction.records.record import mask_outliers
 
@@ -33,13 +34,15 @@ if TYPE_CHECKING:
 __all__ = ["assess_loop_state"]
 
 
-def assess_loop_state(record: LoopRecord, rejects: Sequence[str] = (), *, min_share: float = 0.5) -> LoopState:
+def assess_loop_state(
+    record: LoopRecord | Conditioned, rejects: Sequence[str] = (), *, min_share: float = 0.5
+) -> LoopState:
     """Say whether the controller of a record moves the valve and the process answers.
 
     Parameters
     ----------
-    record : LoopRecord
-        A record with OP and PV.
+    record : LoopRecord or Conditioned
+        A record with OP and PV, or one that is ready for analysis.
     rejects : sequence of str
         What the data checks that reject the record say.
     min_share : float
@@ -64,7 +67,7 @@ def assess_loop_state(record: LoopRecord, rejects: Sequence[str] = (), *, min_sh
     >>> assess_loop_state(st.LoopRecord("FIC-101", 1.0, op=op, pv=pv, loop_type="flow")).state
     'shut_in'
     """
-    record = mask_outliers(record)
+    record = record.record if isinstance(record, Conditioned) else mask_outliers(record)
     pv = record.pv
     if pv is None or len(record) == 0:
         return LoopState("bad_data", 0.0, record.duration, rejects=tuple(rejects) or ("PV was not recorded.",))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.loop_state.arrays import LONG_REST, LONG_SHARE, OP_LIMITS, find_rests, value_range
+from stiction.records.runs import run_lengths
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -74,9 +75,10 @@ def find_manual(
         return ~auto
     mask = np.zeros(op.size, dtype=bool)
     shortest = max(min_rest, int(min_rest_share * op.size))
-    rests = [(first, last) for first, last in find_rests(op) if last - first >= shortest]
-    long = [(first, last) for first, last in rests if limits[0] < op[first] < limits[1]]
-    lengths = np.array([last - first for first, last in long])
+    rests = find_rests(op)
+    rests = rests[run_lengths(rests) >= shortest]
+    long = rests[(limits[0] < op[rests[:, 0]]) & (op[rests[:, 0]] < limits[1])].tolist()
+    lengths = run_lengths(long)
     if lengths.size >= 6 and lengths.std() < min_length_spread * lengths.mean():
         return mask
     elsewhere = np.ones(op.size, dtype=bool)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.loop_state.arrays import without_gaps
+from stiction.diagnosis.loop_state.arrays import about_line, without_gaps
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -76,10 +76,11 @@ def find_unrelated_signals(
     ):
         return None
     inputs = [signals[1]]
-    if sp is not None and np.isfinite(sp).any() and np.ptp(error := without_gaps(sp) - signals[1]) > 0.0:
-        inputs.append(error)
-    spectra = [_spectra(x, length) for x in inputs]
-    found = max(_coherence(_spectra(signals[0], length), one) for one in spectra)
+    if sp is not None and np.isfinite(sp).any() and np.ptp(sp := without_gaps(sp)) > 0.0:
+        error = sp - signals[1]
+        inputs += [error] if np.ptp(error) > 0.0 else []  # a constant set point would leave the coherence as it is
+    own, spectra = _spectra(signals[0], length), [_spectra(x, length) for x in inputs]
+    found = max(_coherence(own, one) for one in spectra)
     if found > max_coherence:
         return None
     steps = np.linspace(length, op.size - length, shifts).astype(int)
@@ -90,10 +91,10 @@ def find_unrelated_signals(
 
 def _spectra(x: NDArray[np.float64], length: int) -> NDArray[np.complex128]:
     """Spectra of half overlapping segments about their straight line, shape (n_segments, n_frequencies)."""
-    starts = range(0, x.size - length + 1, max(1, length // 2))
-    samples = np.arange(length)
-    parts = [x[k : k + length] - np.polyval(np.polyfit(samples, x[k : k + length], 1), samples) for k in starts]
-    return np.fft.rfft(np.array(parts) * np.hanning(length))[:, 1:]
+    from scipy.fft import next_fast_len, rfft
+
+    parts = about_line(np.lib.stride_tricks.sliding_window_view(x, length)[:: max(1, length // 2)])
+    return rfft(parts * np.hanning(length), next_fast_len(length, real=True))[:, 1:]
 
 
 def _coherence(x: NDArray[np.complex128], y: NDArray[np.complex128]) -> float:

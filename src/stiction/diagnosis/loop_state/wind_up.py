@@ -125,8 +125,7 @@ def find_wind_up(
     (88, 600)
     """
     op, pv, sp = without_gaps(op), without_gaps(pv), without_gaps(sp)
-    error = smooth_error(pv, sp)
-    if op.size < 2 * min_samples or not np.isfinite([op, error, pv]).all():
+    if op.size < 2 * min_samples or not np.ptp(op) >= min_travel:
         return None
     direction = 1.0 if _largest_rise(op)[0] >= _largest_rise(-op)[0] else -1.0
     travel, start, top = _largest_rise(direction * op)
@@ -140,6 +139,9 @@ def find_wind_up(
     last = last_move + int(returned[0]) if returned.size else x.size
     elsewhere = np.concatenate([x[:first], x[last:]])
     if last_move - first < min_samples or (elsewhere.size and np.ptp(elsewhere) > max_swing_elsewhere * travel):
+        return None
+    error = smooth_error(pv, sp)
+    if not np.isfinite([error, pv]).all():
         return None
     side = math.copysign(1.0, float(error[first : last_move + 1].mean()))
     before = np.flatnonzero(side * error[first : (first + last_move) // 2] <= 0.0)

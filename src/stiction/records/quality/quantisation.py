@@ -65,13 +65,21 @@ def quantisation_step(x: NDArray[np.float64], *, tolerance: float = 0.02, min_sh
     if gaps.size == 0:
         return 0.0
     smallest = float(gaps.min())
+    few = gaps[:: gaps.size // 1000 + 1]
     for divisor in (1, 2, 3):
+        if np.mean(_from_whole(few * (divisor / smallest)) < tolerance) < 0.5 * min_share:
+            continue
         multiples = gaps * (divisor / smallest)
         whole = np.round(multiples)
-        if np.mean(np.abs(multiples - whole) < tolerance) >= min_share:
+        if np.mean(_from_whole(multiples) < tolerance) >= min_share:
             is_line = gaps.size > 0.95 * x.size > 9.0 and np.mean(whole == 1.0) > 0.95
             return 0.0 if is_line else float(f"{gaps.sum() / whole.sum():.9g}")
     return 0.0
+
+
+def _from_whole(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distance from the next whole number [-]."""
+    return np.abs(x - np.round(x))
 
 
 def count_levels(x: NDArray[np.float64], step: float | None = None) -> float:
