@@ -80,7 +80,7 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
         state = _bad_data(state, quality)
     if not state.in_control:
         return _undecided(conditioned.record, state, oscillation, quality, prior, costs)
-    controller = fit_controller(judged.record.window(judged.first, judged.last))
+    controller = _fit_controller(judged, quality)
     valve = _identify(judged, oscillation, controller)
     position = _position(judged)
     found = FeatureInput(
@@ -142,6 +142,12 @@ def _undecided(
         record, "undecided", prior, state, oscillation, OscillationCause(0.0, 0.0, 0.0, 0.0, 0.0), quality,
         prior=prior, costs=costs,
     )  # fmt: skip
+
+
+def _fit_controller(judged: Conditioned, quality: Quality) -> ControllerFit:
+    part = judged.record.window(judged.first, judged.last)
+    is_averaged = any(check.name == "moving average" for check in quality.checks)
+    return fit_controller(part, (judged.op_step, judged.pv_step), is_averaged)
 
 
 def _identify(judged: Conditioned, oscillation: Oscillation, controller: ControllerFit) -> Identification:
