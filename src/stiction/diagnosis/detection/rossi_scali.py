@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.detection.evidence import half_periods, judge, objections
-from stiction.diagnosis.detection.shapes import relay_misfit, sine_misfit, triangle_misfit
+from stiction.diagnosis.detection.shapes import relay_misfit, relay_shapes, sine_misfit, triangle_misfit
 from stiction.diagnosis.oscillation import error_name
 from stiction.models.compiled import kernel
 
@@ -23,7 +23,10 @@ if TYPE_CHECKING:
     from stiction.diagnosis.result import Evidence, Oscillation
     from stiction.records.record import LoopRecord
 
-__all__ = ["relay_indices", "rossi_scali"]
+__all__ = ["LAGS", "relay_indices", "rossi_scali"]
+
+LAGS = 12
+"""Relay responses that are tried, of a half period of 0.5, 0.8, ... 88 time constants [-]."""
 
 
 def rossi_scali(record: LoopRecord, oscillation: Oscillation) -> Evidence:
@@ -73,16 +76,22 @@ def relay_indices(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[np.
     [-1.0]
     """
     values = np.empty(cuts.shape[0])
-    _fit(y, cuts, values)
+    lengths = cuts[:, 1] - cuts[:, 0]
+    _fit(y, cuts, np.argsort(lengths), np.empty((LAGS, int(lengths.max(initial=0)) + 1)), values)
     return values
 
 
 @kernel
-def _fit(y, cuts, values):
-    for k in range(cuts.shape[0]):
+def _fit(y, cuts, order, shapes, values):
+    """Fill `values`, in order of the lengths: half periods of one length share their `shapes`."""
+    last = 0
+    for k in order:
         m = cuts[k, 1] - cuts[k, 0]
+        if m != last:
+            relay_shapes(m, shapes)
+            last = m
         sine = sine_misfit(y, cuts[k, 0], cuts[k, 1]) / (m - 1.0)
         triangle = triangle_misfit(y, cuts[k, 0], cuts[k, 1])
-        relay = min(triangle, relay_misfit(y, cuts[k, 0], cuts[k, 1])) / max(m - 2.0, 1.0)
+        relay = min(triangle, relay_misfit(y, cuts[k, 0], cuts[k, 1], shapes)) / max(m - 2.0, 1.0)
         both = sine + relay
         values[k] = (sine - relay) / both if both > 0.0 else 0.0

@@ -101,7 +101,7 @@ def octaves(x: NDArray[np.float64]) -> Iterator[tuple[float, Rhythm]]:
     longest, around, width = x.shape[0] / FEWEST, 0.75 * 2.0 * SHORTEST, 1
     for i in range(int(np.log2(max(longest / SHORTEST, 1.0))) + 1):
         if i > 2 and x.shape[0] > LONG:
-            x, width = x[: x.shape[0] // 2 * 2].reshape(-1, 2).mean(axis=1), 2 * width
+            x, width = 0.5 * (x[:-1:2] + x[1::2]), 2 * width
         found = octave(x, around * 2.0**i / width)
         if found.period > 0.0:
             yield around * 2.0**i, found._replace(period=width * found.period)
