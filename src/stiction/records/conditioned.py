@@ -106,13 +106,14 @@ def _conditioned(record: LoopRecord) -> Conditioned:
     first, last = analysis_window(record, masks)
     part = usable_segment(record, (first, last))
     cut = record.window(first, last)
-    steps = (quantisation_step(cut.op), 0.0 if cut.pv is None else quantisation_step(cut.pv))
     op = interpolate_gaps(cut.op)
     pv = np.empty(0) if cut.pv is None else interpolate_gaps(cut.pv)
     known = (np.isfinite(op).all() and np.isfinite(pv).all()) and op.size > 0
     op, pv = (op, pv) if known else (np.empty(0), np.empty(0))
     return Conditioned(
-        record, masks, first, last, part, op, pv, *(robust_range(x) if x.size else 0.0 for x in (op, pv)), *steps,
+        record, masks, first, last, part, op, pv,
+        op_swing=robust_range(op) if op.size else 0.0, pv_swing=robust_range(pv) if pv.size else 0.0,
+        op_step=quantisation_step(cut.op), pv_step=0.0 if cut.pv is None else quantisation_step(cut.pv),
     )  # fmt: skip
 
 

@@ -53,8 +53,8 @@ class RecordMasks:
     @cached_property
     def manual(self) -> NDArray[np.bool_]:
         """Where the loop is in manual, shape (n_samples,)."""
-        known = {"at_limit": self.at_limit, "steps": self.manual_steps}
-        return find_manual(self.record.op, self.record.pv, self.record.auto, **known)
+        op, pv, auto = self.record.op, self.record.pv, self.record.auto
+        return find_manual(op, pv, auto, at_limit=self.at_limit, steps=self.manual_steps)
 
     @cached_property
     def frozen(self) -> NDArray[np.bool_]:

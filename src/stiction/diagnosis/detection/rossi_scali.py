@@ -23,10 +23,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.result import Evidence, Oscillation
     from stiction.records.record import LoopRecord
 
-__all__ = ["LAGS", "relay_indices", "rossi_scali"]
-
-LAGS = 12
-"""Relay responses that are tried, of a half period of 0.5, 0.8, ... 88 time constants [-]."""
+__all__ = ["relay_indices", "rossi_scali"]
 
 
 def rossi_scali(record: LoopRecord, oscillation: Oscillation) -> Evidence:
@@ -55,18 +52,7 @@ def rossi_scali(record: LoopRecord, oscillation: Oscillation) -> Evidence:
 
 
 def relay_indices(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[np.float64]:
-    """S_I of each half period [-], shape (n_half_periods,).
-
-    Parameters
-    ----------
-    y : ndarray, shape (n_samples,)
-        Control error about its drift.
-    cuts : ndarray, shape (n_half_periods, 2)
-        First sample and the one past the last of each.
-
-    Returns
-    -------
-    ndarray
+    """S_I of each half period [-], shape (n_half_periods,), of what `half_periods` gives.
 
     Examples
     --------
@@ -77,7 +63,8 @@ def relay_indices(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[np.
     """
     values = np.empty(cuts.shape[0])
     lengths = cuts[:, 1] - cuts[:, 0]
-    _fit(y, cuts, np.argsort(lengths), np.empty((LAGS, int(lengths.max(initial=0)) + 1)), values)
+    shapes = np.empty((12, int(lengths.max(initial=0)) + 1))  # half periods of 0.5, 0.8, ... 88 time constants
+    _fit(y, cuts, np.argsort(lengths), shapes, values)
     return values
 
 

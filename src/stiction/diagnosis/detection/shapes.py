@@ -64,8 +64,9 @@ def triangle_misfit(y, start, stop):
 def relay_shapes(m, shapes):
     """Fill `shapes` with responses of a first-order lag to a relay, from near a triangle to near a square.
 
-    It has a row per lag: the sum of squares, then the `m` samples of a half period. In a steady cycle the response rises as 1 - exp(-t/tau) from its zero crossing and, when the relay turns at D,
-    falls as (2 - exp(-D/tau)) exp(-(t-D)/tau) - 1. It must be zero after the half period m, so that
+    It has a row per lag: the sum of squares, then the `m` samples of a half period. In a steady cycle the response
+    rises as 1 - exp(-t/tau) from its zero crossing and, when the relay turns at D, falls as
+    (2 - exp(-D/tau)) exp(-(t-D)/tau) - 1. It must be zero after the half period m, so that
     D/tau = log((1 + exp(m/tau)) / 2): one free number, m/tau.
     """
     lags = 0.5

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.runs import run_bounds, run_lengths, runs
+from stiction.records.fast_length import previous_fast_length
+from stiction.records.runs import run_bounds, run_lengths
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,9 +22,6 @@ __all__ = [
     "keep_long_runs",
     "moving_average",
     "oscillation_period",
-    "runs",
-    "value_range",
-    "without_gaps",
 ]
 
 OP_LIMITS = (0.0, 100.0)
@@ -32,15 +30,6 @@ LONG_REST = 60
 """Shortest rest at one value that counts [samples]."""
 LONG_SHARE = 0.05
 """Shortest rest that counts, as a share of the record [-]."""
-
-
-def without_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Draw a straight line over each gap; an array without a value stays as it is."""
-    known = np.isfinite(x)
-    if known.all() or not known.any():
-        return x
-    samples = np.arange(x.size)
-    return np.interp(samples, samples[known], x[known])
 
 
 def keep_long_runs(mask: NDArray[np.bool_], min_samples: int) -> NDArray[np.bool_]:
@@ -52,14 +41,9 @@ def keep_long_runs(mask: NDArray[np.bool_], min_samples: int) -> NDArray[np.bool
     return kept
 
 
-def value_range(x: NDArray[np.float64]) -> float:
-    """Largest less smallest value, 0 when there is none."""
-    return float(np.nanmax(x) - np.nanmin(x)) if np.isfinite(x).any() else 0.0
-
-
 def find_rests(x: NDArray[np.float64]) -> NDArray[np.int64]:
     """First and one past the last sample of each stretch of two or more equal values, shape (n_stretches, 2)."""
-    return run_bounds(np.diff(x) == 0.0) + (0, 1)
+    return run_bounds(np.diff(x) == 0.0) - (0, -1)
 
 
 def moving_average(x: NDArray[np.float64], width: int) -> NDArray[np.float64]:
@@ -94,12 +78,9 @@ def oscillation_period(
     """
     if x.size < 32 or not np.ptp(x) > 0.0:
         return float("nan")
-    from scipy.fft import next_fast_len, rfft
-
-    # The transform of a length with a large prime factor takes ten times as long.
-    x = x[: next(n for n in range(x.size, 0, -1) if next_fast_len(n, real=True) == n)]
+    x = x[: previous_fast_length(x.size)]
     detrended = about_line(x)
-    power = np.abs(rfft(detrended * np.hanning(x.size))) ** 2
+    power = np.abs(np.fft.rfft(detrended * np.hanning(x.size))) ** 2
     power[0] = 0.0
     peak = int(np.argmax(power))
     if peak < min_cycles or peak > x.size / 5:

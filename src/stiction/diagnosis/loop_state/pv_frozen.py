@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.loop_state.arrays import LONG_REST, LONG_SHARE, find_rests, value_range
-from stiction.records.quality.quantisation import count_values
+from stiction.diagnosis.loop_state.arrays import LONG_REST, LONG_SHARE, find_rests
+from stiction.records.quality.quantisation import count_values, peak_to_peak
 from stiction.records.runs import run_lengths
 
 if TYPE_CHECKING:
@@ -80,12 +80,12 @@ def find_pv_frozen(
     if not long.all() and min_length_ratio * lengths[~long].max() > lengths[long].min():
         return mask
     for first, last in rests[long].tolist():
-        mask[first:last] |= value_range(op[first:last]) > 0.0
+        mask[first:last] |= peak_to_peak(op[first:last]) > 0.0
     elsewhere = pv[~mask & np.isfinite(pv)]
     if elsewhere.size > 2 * min_values and count_values(elsewhere, min_values) < min_values:
         return np.zeros(pv.size, dtype=bool)
     for first, last in rests[long].tolist():
         is_usual = elsewhere.size > 0 and np.mean(elsewhere == pv[first]) > max_usual
-        if is_usual and value_range(op[first:last]) < min_op_move * value_range(op):
+        if is_usual and peak_to_peak(op[first:last]) < min_op_move * peak_to_peak(op):
             mask[first:last] = False
     return mask

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.loop_state.arrays import block_means, moving_average, oscillation_period, without_gaps
+from stiction.diagnosis.loop_state.arrays import block_means, moving_average, oscillation_period
+from stiction.records.gaps import interpolate_gaps
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -43,10 +44,10 @@ class WindUp:
 
 def smooth_error(pv: NDArray[np.float64], sp: NDArray[np.float64]) -> NDArray[np.float64]:
     """SP less PV, averaged over one period of a regular oscillation of PV, else over a hundredth of the record."""
-    pv = without_gaps(pv)
+    pv = interpolate_gaps(pv)
     period = oscillation_period(pv)
     width = max(5, pv.size // 100) if math.isnan(period) else round(period)
-    return moving_average(without_gaps(sp) - pv, width)
+    return moving_average(interpolate_gaps(sp) - pv, width)
 
 
 def find_wind_up(
@@ -124,7 +125,7 @@ def find_wind_up(
     >>> round(found.op_end), found.last
     (88, 600)
     """
-    op, pv, sp = without_gaps(op), without_gaps(pv), without_gaps(sp)
+    op, pv, sp = interpolate_gaps(op), interpolate_gaps(pv), interpolate_gaps(sp)
     if op.size < 2 * min_samples or not np.ptp(op) >= min_travel:
         return None
     direction = 1.0 if _largest_rise(op)[0] >= _largest_rise(-op)[0] else -1.0

@@ -124,12 +124,11 @@ def cycle_average(x: NDArray[np.float64], samples_per_period: float) -> NDArray[
 
 def _wave(x: NDArray[np.float64], samples_per_period: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The fundamental, whose zero crossings cut the cycles, and the signal about its drift, shape (n_samples,) each."""
-    return tuple(about_drift(one, samples_per_period) for one in (smooth(x, samples_per_period / 2.0), x))
+    fundamental = about_drift(smooth(x, samples_per_period / 2.0), samples_per_period)
+    return fundamental, about_drift(x, samples_per_period)
 
 
-def _average(
-    swing: NDArray[np.float64], band: NDArray[np.float64], samples_per_period: float
-) -> NDArray[np.float64]:
+def _average(swing: NDArray[np.float64], band: NDArray[np.float64], samples_per_period: float) -> NDArray[np.float64]:
     """Mean cycle of `swing`, laid out along the cycles that begin where `band` rises through zero."""
     positive = band > 0.0
     at = np.flatnonzero(~positive[:-1] & positive[1:])

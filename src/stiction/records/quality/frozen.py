@@ -107,7 +107,8 @@ def find_frozen(
     20
     """
     unchanged = unchanged_mask(pv)
-    return _long_runs(unchanged, run_bounds(unchanged), min_samples_if_moving, max(min_samples, int(min_share * pv.size)))
+    usual = max(min_samples, int(min_share * pv.size))
+    return _long_runs(unchanged, run_bounds(unchanged), min_samples_if_moving, usual)
 
 
 def find_outages(
@@ -149,9 +150,7 @@ def find_outages(
     return _long_runs(op_unchanged | pv_unchanged, together, min_samples, max(60, op.size // 20))
 
 
-def _long_runs(
-    unchanged: NDArray[np.bool_], found: NDArray[np.int64], if_moving: int, usual: int
-) -> NDArray[np.bool_]:
+def _long_runs(unchanged: NDArray[np.bool_], found: NDArray[np.int64], if_moving: int, usual: int) -> NDArray[np.bool_]:
     """Mark the long ones of constant runs, when they are at most five and all others at most a quarter as long.
 
     `if_moving` samples are long when almost no other sample is `unchanged`, else `usual` ones.

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.fast_length import next_fast_length
 from stiction.records.quality.compression import EXACT
 from stiction.records.quality.quantisation import ROUNDING, peak_to_peak
 
@@ -70,9 +71,7 @@ def detect_averaging_window(
     window = _window_from_echo(op, pv)
     if window > longest or longest < 2 or any(_drawn_share_exceeds(x, max_drawn_share) for x in (op, pv)):
         return window if window > longest else 0
-    from scipy.fft import next_fast_len
-
-    n, taper = next_fast_len(len(op) - 2, real=True), np.hanning(len(op))[1:-1]
+    n, taper = next_fast_length(len(op) - 2), np.hanning(len(op))[1:-1]
     powers = [_power((z - z.mean()) * taper, n) for z in (np.diff(op, 2), np.diff(pv, 2))]
     # A window has the notches of its divisors too: the longest one counts.
     return next((w for w in range(longest, 1, -1) if _has_notches(powers, n, w, max_notch_power)), 0)
@@ -110,9 +109,7 @@ def _has_notches(powers: Sequence[NDArray[np.float64]], n: int, window: int, max
 
 def _power(x: NDArray[np.float64], size: int) -> NDArray[np.float64]:
     """Power spectrum of a signal, zeros added up to so many samples."""
-    from scipy.fft import rfft
-
-    spectrum = rfft(x, size)
+    spectrum = np.fft.rfft(x, size)
     return spectrum.real**2 + spectrum.imag**2
 
 
@@ -132,14 +129,12 @@ def _window_from_echo(op: NDArray[np.float64], pv: NDArray[np.float64]) -> int:
     n = len(op) - 3
     if n < 100:
         return 0
-    from scipy.fft import irfft, next_fast_len
-
     differences = [np.diff(x, 3) for x in (op, pv)]
     if any(peak_to_peak(z) == 0.0 or np.median(np.abs(z)) < 0.3 * z.std() for z in differences):
         return 0
-    size = next_fast_len(n + n // 4 + 1, real=True)
+    size = next_fast_length(n + n // 4 + 1)
     powers = [_power(z - z.mean(), size) / (2.0 * n * z.var()) for z in differences]
-    echo = irfft(powers[0] + powers[1], size)[: n // 4 + 1]
+    echo = np.fft.irfft(powers[0] + powers[1], size)[: n // 4 + 1]
     if echo.size < 13:
         return 0
     window = 4 + int(np.argmin(echo[4 : echo.size // 2 - 1]))
