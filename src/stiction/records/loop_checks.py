@@ -165,16 +165,20 @@ def _op_scale(data: CheckInput) -> CheckResult | None:
 
 def _op_resolution(data: CheckInput) -> CheckResult | None:
     """Quantisation steps that OP covers."""
-    return _resolution("OP", data.op, data.steps[0], 6)
+    return _resolution("OP", data.op, data.steps[0], data.conditioned.op_values, 6)
 
 
 def _pv_resolution(data: CheckInput) -> CheckResult | None:
     """Quantisation steps that PV covers: few look like stick and slip."""
-    return None if data.record.pv is None else _resolution("PV", data.pv, data.steps[1], 3)
+    if data.record.pv is None:
+        return None
+    return _resolution("PV", data.pv, data.steps[1], data.conditioned.pv_values, 3)
 
 
-def _resolution(signal: str, x: NDArray[np.float64], step: float, reject: float) -> CheckResult | None:
-    levels = count_levels(x, step)
+def _resolution(
+    signal: str, x: NDArray[np.float64], step: float, values: NDArray[np.float64], reject: float
+) -> CheckResult | None:
+    levels = count_levels(x, step, values)
     if np.isnan(levels):
         return None
     return check_minimum(
