@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.records.gaps import MAX_FILLED_GAP, fill_short_gaps, forward_fill, missing_mask
+from stiction.records.masks import RecordMasks
 from stiction.records.quality.clock_jumps import find_discontinuities
-from stiction.records.quality.frozen import find_frozen, find_manual
-from stiction.records.quality.saturation import find_clipping, find_shutdown
+from stiction.records.quality.saturation import find_shutdown
 from stiction.records.runs import runs
 
 if TYPE_CHECKING:
@@ -21,13 +21,15 @@ if TYPE_CHECKING:
 __all__ = ["analysis_window", "forward_fill_sp", "usable_segment"]
 
 
-def analysis_window(record: LoopRecord) -> tuple[int, int]:
+def analysis_window(record: LoopRecord, masks: RecordMasks | None = None) -> tuple[int, int]:
     """Find the longest segment in automatic, OP not clipped or shut down, PV not frozen, no clock jump or long gap.
 
     Parameters
     ----------
     record : LoopRecord
         A record of one loop.
+    masks : RecordMasks, optional
+        Those of the record, when they are known.
 
     Returns
     -------
@@ -42,11 +44,11 @@ def analysis_window(record: LoopRecord) -> tuple[int, int]:
     (0, 4)
     """
     op, pv, auto = record.op, record.pv, record.auto
+    masks = masks or RecordMasks(record)
     missing = missing_mask(op, pv)
-    blocked = find_clipping(op, pv, auto) | find_shutdown(op, auto) | find_manual(op, pv, auto)
+    blocked = masks.clipped | masks.manual | masks.frozen | find_shutdown(op, auto)
     if pv is not None:
-        jumps = min(record.provenance.clock_jumps, 20)
-        blocked |= find_frozen(pv) | find_discontinuities(op, pv, max_count=jumps)
+        blocked |= find_discontinuities(op, pv, max_count=min(record.provenance.clock_jumps, 20))
     good = ~(missing | blocked)
     for first, last in runs(missing):
         inside = first > 0 and last < len(missing) and good[first - 1] and good[last]
@@ -55,13 +57,15 @@ def analysis_window(record: LoopRecord) -> tuple[int, int]:
     return max(runs(good), key=lambda run: run[1] - run[0], default=(0, 0))
 
 
-def usable_segment(record: LoopRecord) -> LoopRecord:
+def usable_segment(record: LoopRecord, window: tuple[int, int] | None = None) -> LoopRecord:
     """Cut the analysis window as a record of its own, with short gaps filled.
 
     Parameters
     ----------
     record : LoopRecord
         A record of one loop.
+    window : (int, int), optional
+        What `analysis_window` gives for it, when it is known.
 
     Returns
     -------
@@ -78,7 +82,7 @@ def usable_segment(record: LoopRecord) -> LoopRecord:
     >>> part.op.tolist(), part.provenance.missing_samples, part.provenance.assumptions
     ([50.0, 51.0, 51.0, 52.0], 1, ('1 missing samples were filled with the last value.',))
     """
-    first, last = analysis_window(record)
+    first, last = window or analysis_window(record)
     part = record.window(first, last)
     if not len(part):
         return part
