@@ -20,7 +20,7 @@ __all__ = ["damage_refused", "join_levels", "make_series", "typed_table"]
 
 MAX_SAMPLED_CELLS = 4000
 """Cells in the sample of a wide table [-]."""
-MAX_SAMPLED_FLOAT_COLUMNS = 12
+MAX_SAMPLED_FLOAT_COLUMNS = 6
 """Columns of floats of which the sample holds cells; those of the others are empty, as reading all takes long."""
 
 

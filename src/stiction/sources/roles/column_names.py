@@ -67,17 +67,24 @@ def unit_in_name(name: str) -> str:
     """Give the unit at the end of a column name, in brackets or after the word of a signal, as written."""
     if found := _UNIT_IN_BRACKETS.search(name):
         return found[1].strip()
-    found = _WORD_UNIT.fullmatch(name)
+    found = _match_word_and_unit(name)
     return found[2] if found else ""
+
+
+@lru_cache(maxsize=4096)
+def _match_word_and_unit(name: str) -> re.Match[str] | None:
+    """Match a name that ends in the word of a signal and a unit; the blank between them is looked for first."""
+    return _WORD_UNIT.fullmatch(name) if "_" in name or len(name.split(maxsplit=1)) > 1 else None
 
 
 def _without_unit(name: str) -> str:
     return " ".join(_UNIT_IN_BRACKETS.sub("", name).strip().strip("\"'").split())
 
 
+@lru_cache(maxsize=4096)
 def normalise_name(name: str) -> str:
     """Give a column name in capitals, without its unit, quotes and repeated blanks."""
-    found = _WORD_UNIT.fullmatch(name)
+    found = _match_word_and_unit(name)
     return _without_unit(found[1] if found else name).upper()
 
 

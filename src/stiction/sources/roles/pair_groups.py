@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -52,6 +53,7 @@ class InstrumentTag(NamedTuple):
     suffix: str
 
 
+@lru_cache(maxsize=4096)
 def parse_instrument_tag(tag: str) -> InstrumentTag | None:
     """Read area, letters and number of an ISA-5.1 tag; None when the text is no such tag.
 

@@ -59,8 +59,10 @@ def find_first_unread(cells: pl.Series, seconds: NDArray[np.float64]) -> tuple[i
     import polars as pl
 
     rows = np.flatnonzero(np.isnan(seconds))
+    if not rows.size:
+        return None
     texts = cells.gather(rows).cast(pl.String).fill_null("").str.strip_chars()
-    row = (texts != "").arg_max() if rows.size else None
+    row = (texts != "").arg_max()
     return (int(rows[row]), texts[row]) if row is not None and texts[row] else None
 
 

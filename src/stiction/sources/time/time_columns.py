@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -50,6 +51,7 @@ class TimeColumns:
     """Assumptions, a sentence each."""
 
 
+@lru_cache(maxsize=4096)
 def is_time_heading(name: str) -> bool:
     """Whether a column name is one of time, such as "Time [s]" or "time_ms"."""
     word = _heading_word(name).lstrip("_")
@@ -129,6 +131,7 @@ def is_numeric_column(table: RawTable, position: int) -> bool:
     return 2 * sum(is_number(cell, table.decimal) for cell in cells) > len(cells)
 
 
+@lru_cache(maxsize=4096)
 def _heading_word(name: str) -> str:
     return " ".join(_UNIT_IN_BRACKETS.sub("", name).strip().strip("\"'").upper().split())
 
