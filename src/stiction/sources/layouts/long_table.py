@@ -111,9 +111,10 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
         clock, time = headings.find_clock(table, options, only=stamped[0]) if stamped else (None, set())
     if clock is None:
         raise RecordError(f"{table.origin.name}: is a long table without a time column; export the time stamps too.")
-    table.load({*time, *found.values()})
+    # One kind of column after the other, and none for longer than it is needed: a text column takes much memory.
     readable = headings.readable_rows(table, clock.stamps)
     table.drop(time - set(found.values()))
+    table.load(found[key] for key in _TEXTS if key in found)
     texts = {key: table.column(found[key]).cast(pl.String).fill_null("") for key in _TEXTS if key in found}
     keys = [key for key in ("owner", "tag") if key in found]
     tags = (
@@ -127,6 +128,8 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
         .with_columns(pl.lit("").alias(key) for key in _TEXTS if key not in found)
         .collect()
     )
+    del texts
+    table.drop(found[key] for key in _TEXTS if key in found)
     if tags.height > MAX_TAGS:
         raise RecordError(
             f"{table.origin.name}: holds {tags.height} tags; {MAX_TAGS} are read at once, export fewer loops."
