@@ -44,13 +44,7 @@ class RecordBuilder:
     grids: dict[int, Grid] = field(default_factory=dict)
 
     def build(self, loop: LoopRoles) -> LoopRecord:
-        """Build the record of one loop.
-
-        Raises
-        ------
-        RecordError
-            When OP or PV holds no number, all values are bad, or the time stamps cannot be used.
-        """
+        """Build the record of one loop."""
         columns = {role: loop.roles[role] for role in NUMERIC_ROLES if role in loop.roles}
         origin = columns["op"].table.origin
         notes = [*dict.fromkeys(note for column in columns.values() for note in column.table.notes), *loop.notes]

@@ -75,15 +75,7 @@ class ByteSource:
 
 
 def open_source(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -> ByteSource:
-    """Open a source that is one file; see `open_sources`.
-
-    Examples
-    --------
-    >>> import gzip, io
-    >>> from stiction.sources.options import ReadOptions
-    >>> open_source(io.BytesIO(gzip.compress(b"time,PV,OP")), ReadOptions()).head
-    b'time,PV,OP'
-    """
+    """Open a source that is one file; see `open_sources`."""
     source, *others = open_sources(path, options)
     if others:
         raise RecordError(f"{source.origin.name}: is one of {1 + len(others)} files in an archive; unpack it first.")
@@ -91,32 +83,15 @@ def open_source(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -
 
 
 def open_sources(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -> list[ByteSource]:
-    """Open a path, "-" (standard input) or a binary file; gz, zst and zip are decompressed.
-
-    Parameters
-    ----------
-    path : str, path or binary file
-        What to read.
-    options : ReadOptions
-        `max_bytes` limits the size after decompression.
-
-    Returns
-    -------
-    list of ByteSource
-        One, or one for each file of a zip archive.
-
-    Raises
-    ------
-    RecordError
-        When there is no such file, it is a folder, empty, damaged, too large or of a kind that holds no records.
+    """Open a path, "-" (standard input) or a binary file, decompressed; a zip archive gives several sources.
 
     Examples
     --------
-    >>> import io
+    >>> import gzip, io
     >>> from stiction.sources.options import ReadOptions
-    >>> [source] = open_sources(io.BytesIO(b"time,PV,OP"), ReadOptions())
-    >>> source.origin.name, source.size
-    ('stream', 10)
+    >>> [source] = open_sources(io.BytesIO(gzip.compress(b"time,PV,OP")), ReadOptions())
+    >>> source.origin.name, source.size, source.head
+    ('stream', 10, b'time,PV,OP')
     """
     scratch = ScratchFolder()
     try:

@@ -18,13 +18,7 @@ _SECRET_OPTION = re.compile(
 
 
 def is_database_url(text: str) -> bool:
-    """Say whether a text is the URL of a database, not a file name or a web address.
-
-    Examples
-    --------
-    >>> is_database_url("postgresql+psycopg://host/plant"), is_database_url("C:/trend.csv")
-    (True, False)
-    """
+    """Whether a text is the URL of a database, not a file name or a web address."""
     match = _SCHEME.match(text)
     return match is not None and text.split("://")[0].split("+")[0].lower() not in _NOT_DATABASES
 
@@ -43,25 +37,7 @@ def show_url(url: str) -> str:
 
 
 def hide_password(text: str, url: str) -> str:
-    """Give a text, such as the message of a driver, with ``***`` in place of the passwords of a database URL.
-
-    Parameters
-    ----------
-    text : str
-        The text.
-    url : str
-        The URL, whose passwords are hidden as written, encoded and decoded.
-
-    Returns
-    -------
-    str
-        The text without them.
-
-    Examples
-    --------
-    >>> hide_password("no user ana with s@crt or s%40CRT", "postgresql://ana:s%40crt@host/plant")
-    'no user ana with *** or ***'
-    """
+    """Give a text, such as the message of a driver, with ``***`` in place of the passwords of a URL in any writing."""
     found = [match["secret"] for match in _SECRET_OPTION.finditer(url)]
     if match := _PASSWORD.match(url):
         found += [match["secret"], match["secret"].split("@")[0]]

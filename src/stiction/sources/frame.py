@@ -19,14 +19,7 @@ __all__ = ["frame_to_table", "is_frame"]
 
 
 def is_frame(source: object) -> bool:
-    """Say whether an object is a data frame that can be read.
-
-    Examples
-    --------
-    >>> import polars as pl
-    >>> is_frame(pl.DataFrame({"pv": [1.0]})), is_frame("FIC-101.csv")
-    (True, False)
-    """
+    """Whether an object is a data frame that can be read."""
     if isinstance(source, str | bytes) or source is None:
         return False
     from narwhals import exceptions, from_native
@@ -38,33 +31,11 @@ def is_frame(source: object) -> bool:
 
 
 def frame_to_table(frame: Any, name: str = "") -> RawTable:
-    """Make a table of a data frame.
+    """Make a table of a data frame of pandas, polars, pyarrow or another library that narwhals knows, with its types.
 
-    Parameters
-    ----------
-    frame : data frame
-        Of pandas, polars (eager or lazy), pyarrow or another library that narwhals knows. The index of a pandas frame
-        is a column where it holds anything but row numbers. Column names of several levels are joined by a dot. Units
-        are read from ``frame.attrs["units"]`` (column -> unit, pandas) and from the fields' metadata (pyarrow).
-    name : str, optional
-        Tag of a loop whose columns name none; by default ``frame.attrs["tag"]``, or "frame".
-
-    Returns
-    -------
-    RawTable
-        With the types of the frame.
-
-    Raises
-    ------
-    RecordError
-        When it is no data frame, or two columns have the same name.
-
-    Examples
-    --------
-    >>> import polars as pl
-    >>> table = frame_to_table(pl.DataFrame({"time_s": [0.0, 1.0], "FIC-101.PV": [3.0, 3.1]}))
-    >>> table.header, table.column(1).to_list()
-    ([['time_s', 'FIC-101.PV']], [3.0, 3.1])
+    The index of a pandas frame is a column where it holds anything but row numbers; column names of several levels are
+    joined by a dot. Units are read from ``frame.attrs["units"]`` (pandas) and from the fields' metadata (pyarrow). A
+    loop whose columns name none has the tag `name`, else ``frame.attrs["tag"]``, else "frame".
     """
     import narwhals as nw
     import polars as pl

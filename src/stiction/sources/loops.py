@@ -51,13 +51,7 @@ class Loops:
         return len(self.roles) + sum(len(file.tags) for file in self.stored)
 
     def read_one(self, k: int) -> LoopRecord:
-        """Read the loop number `k`, from 0; only its columns are read.
-
-        Raises
-        ------
-        RecordError
-            When it cannot be read.
-        """
+        """Read the loop number `k`, from 0; only its columns are read."""
         if self.roles:
             _load_columns([self.roles[k]], self.time_positions)
             return self._builder.build(self.roles[k])
@@ -68,13 +62,7 @@ class Loops:
         raise IndexError(k)
 
     def read(self) -> list[LoopRecord]:
-        """Read all loops.
-
-        Raises
-        ------
-        RecordError
-            When none can be read. A loop that cannot, while others can, is an assumption of the others.
-        """
+        """Read all loops. A loop that cannot be read, while others can, is an assumption of the others."""
         _load_columns(self.roles, self.time_positions)
         records, read_roles, failures = [], [], []
         for k in range(len(self)):
@@ -98,26 +86,7 @@ class Loops:
 def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
     """Find the loops of a source without reading their signals, as far as its format allows.
 
-    Parameters
-    ----------
-    source : str, path, binary file or data frame
-        As in `read`.
-    options : ReadOptions
-        What the user said about the source.
-    **database
-        Arguments of `stiction.sources.sql.read_database`.
-
-    Returns
-    -------
-    Loops
-        The loops.
-
-    Raises
-    ------
-    RecordError
-        When the source cannot be opened, or holds no loop.
-    ParameterError
-        When an option does not fit the source.
+    `database` are arguments of `stiction.sources.sql.read_database`.
     """
     from stiction.sources.layouts import read_layout
     from stiction.sources.roles.assign import assign_roles

@@ -24,36 +24,12 @@ MAX_DIGEST_BYTES = 8_000_000
 
 
 def recognises(head: bytes, name: str) -> bool:  # noqa: ARG001
-    """Say whether a file is Parquet by its first bytes.
-
-    Examples
-    --------
-    >>> recognises(b"PAR1....", "loops.parquet"), recognises(b"time,PV", "loops.parquet")
-    (True, False)
-    """
+    """Whether a file is Parquet, by its first bytes."""
     return head.startswith((b"PAR1", b"PARE"))
 
 
 def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
-    """Read a Parquet file as one table.
-
-    Parameters
-    ----------
-    source : ByteSource
-        The file.
-    options : ReadOptions
-        `max_bytes` limits the columns that are read at once.
-
-    Returns
-    -------
-    list of RawTable
-        One table with the types of the file; its `metadata` holds the key and value pairs of the file.
-
-    Raises
-    ------
-    RecordError
-        When the file is damaged or encrypted.
-    """
+    """Read a Parquet file as one table with its types; of its columns only those asked for."""
     return [_table([source], options)]
 
 

@@ -26,23 +26,7 @@ __all__ = ["make_table", "ragged_note", "table_from_rows"]
 def table_from_rows(
     origin: Origin, rows: list[list[str]], options: ReadOptions, *, first_line: int = 1
 ) -> RawTable | None:
-    """Make a table of rows of text cells, such as a sheet of a workbook.
-
-    Parameters
-    ----------
-    origin : Origin
-        Where the rows come from.
-    rows : list of list of str
-        All rows, title and header included; empty cells are "".
-    options : ReadOptions
-        `decimal`.
-    first_line : int
-        Number of the first of `rows` in its source.
-
-    Returns
-    -------
-    RawTable or None
-        None when there is no row of numbers.
+    """Make a table of rows of text cells, title and header included; None when there is no row of numbers.
 
     Examples
     --------

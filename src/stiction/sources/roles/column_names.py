@@ -118,12 +118,6 @@ def header_names(header: Sequence[Sequence[str]]) -> HeaderNames:
     """Choose names, units and descriptions out of the header rows of a table, in any order.
 
     The tag may also stand in one row and the signal in the next.
-
-    Examples
-    --------
-    >>> names = header_names([["", "FIC-1", ""], ["Time", "PV", "OP"], ["s", "t/h", "%"]])
-    >>> names.names, names.units
-    (['Time', 'FIC-1.PV', 'FIC-1.OP'], ['s', 't/h', '%'])
     """
     from stiction.sources.time.parse import is_time_heading
 

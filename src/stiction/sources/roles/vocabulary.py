@@ -43,13 +43,6 @@ def loop_type_of(tag: str, *, numbered: bool = False) -> str:
     """Give the loop type that a tag names by ISA-5.1 letters or in one plain word, else "other".
 
     `numbered` accepts letters only when a number follows them, for a text that may be a word, such as a file name.
-
-    Examples
-    --------
-    >>> loop_type_of("2111LIC23001"), loop_type_of("12-FC-135A"), loop_type_of("Tank level"), loop_type_of("CHEM1")
-    ('level', 'flow', 'level', 'other')
-    >>> loop_type_of("fit", numbered=True), loop_type_of("fic_101_june", numbered=True)
-    ('other', 'flow')
     """
     if found := (_NUMBERED if numbered else _FUNCTION_LETTERS).search(tag.upper()):
         return _LOOP_TYPES[found.group(1)]
