@@ -10,7 +10,7 @@ import polars as pl
 import pytest
 
 from stiction.errors import RecordError
-from stiction.sources.byte_source import open_source
+from stiction.sources.byte_source import open_sources
 from stiction.sources.formats import text as text_format
 from stiction.sources.frame import frame_to_table
 from stiction.sources.layouts import long_table, read_layout
@@ -27,7 +27,7 @@ def signal(seed):
 
 def table_of(text, **options):
     options = ReadOptions(**options)
-    [table] = text_format.read(open_source(io.BytesIO(text.encode()), options), options)
+    [table] = text_format.read(open_sources(io.BytesIO(text.encode()), options)[0], options)
     return table
 
 

@@ -13,7 +13,7 @@ import polars as pl
 import pytest
 
 from stiction.errors import RecordError
-from stiction.sources.byte_source import open_source
+from stiction.sources.byte_source import open_sources
 from stiction.sources.formats import arrow, parquet
 from stiction.sources.options import ReadOptions
 
@@ -32,7 +32,7 @@ def loop_frame(n: int = 100, tag: str = "FIC101", start: datetime = START) -> pl
 
 
 def read(path: Path, options: ReadOptions | None = None) -> RawTable:
-    source = open_source(path, options or ReadOptions())
+    source = open_sources(path, options or ReadOptions())[0]
     page = next(page for page in (parquet, arrow) if page.recognises(source.head, path.name))
     [table] = page.read(source, options or ReadOptions())
     return table
@@ -82,7 +82,7 @@ def test_one_loop_of_300_columns_is_quick(tmp_path: Path) -> None:
     names = [f"FIC{k // 2}.{'PV' if k % 2 == 0 else 'OP'}" for k in range(300)]
     frame = pl.DataFrame(values, schema=names).insert_column(0, loop_frame(17_280)["Time"])
     frame.write_parquet(tmp_path / "a.parquet")
-    source = open_source(tmp_path / "a.parquet", ReadOptions())
+    source = open_sources(tmp_path / "a.parquet", ReadOptions())[0]
     seconds = []
     for _ in range(5):
         began = time.process_time()
@@ -105,7 +105,7 @@ def test_data_set_of_several_files(tmp_path: Path) -> None:
     }
     for name, frame in frames.items():
         frame.write_parquet(tmp_path / f"{name}.parquet")
-    sources = [open_source(tmp_path / f"{name}.parquet", ReadOptions()) for name in sorted(frames)]
+    sources = [open_sources(tmp_path / f"{name}.parquet", ReadOptions())[0] for name in sorted(frames)]
     tables = parquet.read_data_set(sources, ReadOptions())
     assert [(table.origin.stem, len(table.column(0))) for table in tables] == [
         *(("b", 200), ("c", 100), ("d", 100), ("e", 100))
@@ -117,7 +117,7 @@ def test_long_data_set_is_one_table(tmp_path: Path) -> None:
     for k in range(3):
         long = loop_frame(tag=f"FIC{k}").unpivot(index="Time", variable_name="Tag", value_name="Value")
         long.write_parquet(tmp_path / f"{k}.parquet")
-    sources = [open_source(tmp_path / f"{k}.parquet", ReadOptions()) for k in range(3)]
+    sources = [open_sources(tmp_path / f"{k}.parquet", ReadOptions())[0] for k in range(3)]
     [table] = parquet.read_data_set(sources, ReadOptions())
     assert table.column(1).n_unique() == 6
     assert len(table.column(2)) == 600

@@ -12,8 +12,7 @@ from stiction.sources.roles.assign import assign_roles
 from stiction.sources.roles.by_data import find_roles_by_data
 from stiction.sources.roles.cascade import find_secondary_tags
 from stiction.sources.roles.column_names import header_names, parse_column_name
-from stiction.sources.table import Origin, RawTable
-from stiction.sources.tag_column import TagColumn
+from stiction.sources.table import Origin, RawTable, TagColumn
 
 N = 400
 

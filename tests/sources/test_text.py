@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stiction.errors import RecordError
-from stiction.sources.byte_source import open_source
+from stiction.sources.byte_source import open_sources
 from stiction.sources.formats import text
 from stiction.sources.formats.text_lines import BLOCK_BYTES
 from stiction.sources.options import ReadOptions
@@ -27,7 +27,7 @@ def lines(rows=ROWS, header=(NAMES,), mark=",", end="\n"):
 def read_table(data, encoding="utf-8", **options):
     chosen = ReadOptions(**options)
     data = data if isinstance(data, bytes) else data.encode(encoding)
-    [table] = text.read(open_source(io.BytesIO(data), chosen), chosen)
+    [table] = text.read(open_sources(io.BytesIO(data), chosen)[0], chosen)
     return table
 
 

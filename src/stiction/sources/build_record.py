@@ -16,10 +16,10 @@ from stiction.sources.roles.vocabulary import loop_type_of
 from stiction.sources.signal_values import parse_signals, refuse_without_numbers
 from stiction.sources.time.align import TagSeries, align_tags
 from stiction.sources.time.grid import Grid, regular_grid
-from stiction.sources.time.parse import missing_time_error
+from stiction.sources.time.time_columns import missing_time_error
 from stiction.sources.values.bad_values import find_bad_values
-from stiction.sources.values.mode import automatic_mask
 from stiction.sources.values.span import op_to_percent, position_to_percent
+from stiction.sources.values.status_codes import automatic_mask
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.roles.loop_roles import LoopRoles
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import TagColumn
 
 __all__ = ["MIN_ROWS", "RecordBuilder"]
 

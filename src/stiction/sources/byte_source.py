@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.options import ReadOptions
 
-__all__ = ["HEAD_BYTES", "ByteSource", "open_source", "open_sources"]
+__all__ = ["HEAD_BYTES", "ByteSource", "open_sources"]
 
 HEAD_BYTES = 65_536
 """Bytes by which a format is recognised."""
@@ -72,14 +72,6 @@ class ByteSource:
     def close(self) -> None:
         """Delete the temporary files, of an archive those of all its files."""
         self.scratch.delete()
-
-
-def open_source(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -> ByteSource:
-    """Open a source that is one file; see `open_sources`."""
-    source, *others = open_sources(path, options)
-    if others:
-        raise RecordError(f"{source.origin.name}: is one of {1 + len(others)} files in an archive; unpack it first.")
-    return source
 
 
 def open_sources(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -> list[ByteSource]:

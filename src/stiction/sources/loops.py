@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from stiction.sources.byte_source import ByteSource
     from stiction.sources.formats.stored_records import StoredRecords
     from stiction.sources.roles.loop_roles import LoopRoles
-    from stiction.sources.table import RawTable
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import RawTable, TagColumn
 
 __all__ = ["Loops", "find_loops"]
 

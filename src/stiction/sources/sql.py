@@ -6,9 +6,8 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError, RecordError
-from stiction.sources.database_url import show_url
+from stiction.sources.database_url import connect, make_engine, refused_as, show_url
 from stiction.sources.options import MAX_BYTES
-from stiction.sources.sql_connection import connect, make_engine, refused_as
 from stiction.sources.table import Origin
 from stiction.sources.typed_table import make_series, typed_table
 

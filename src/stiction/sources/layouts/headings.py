@@ -14,8 +14,10 @@ from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
 from stiction.sources.roles.column_names import HeaderNames, header_names, is_unit, parse_column_name, role_of
 from stiction.sources.roles.vocabulary import COLUMN_WORDS, TAG_WORDS, UNIT_HEADINGS
-from stiction.sources.tag_column import Clock, TagColumn
-from stiction.sources.time.parse import find_time_columns, is_time_heading, is_timestamp, parse_time
+from stiction.sources.table import Clock, TagColumn
+from stiction.sources.time.parse import parse_time
+from stiction.sources.time.text_stamps import is_timestamp
+from stiction.sources.time.time_columns import find_time_columns, is_time_heading
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

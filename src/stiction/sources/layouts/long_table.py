@@ -8,15 +8,14 @@ from stiction.errors import RecordError
 from stiction.sources.layouts import headings
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import COLUMN_WORDS
-from stiction.sources.time.parse import is_timestamp
+from stiction.sources.time.text_stamps import is_timestamp
 from stiction.sources.values.number_text import is_number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiction.sources.options import ReadOptions
-    from stiction.sources.table import RawTable
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import RawTable, TagColumn
 
 __all__ = ["find_long_columns", "read", "recognises"]
 

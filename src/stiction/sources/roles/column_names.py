@@ -119,7 +119,7 @@ def header_names(header: Sequence[Sequence[str]]) -> HeaderNames:
 
     The tag may also stand in one row and the signal in the next.
     """
-    from stiction.sources.time.parse import is_time_heading
+    from stiction.sources.time.time_columns import is_time_heading
 
     if not header:
         return HeaderNames([], [], [])

@@ -24,7 +24,7 @@ from stiction.sources.roles.loop_roles import (
 from stiction.sources.roles.vocabulary import GENERIC_WORDS
 
 if TYPE_CHECKING:
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import TagColumn
 
 __all__ = ["InstrumentTag", "pair_by_description", "pair_by_letters", "parse_instrument_tag"]
 
