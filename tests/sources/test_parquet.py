@@ -12,6 +12,7 @@ import pandas as pd
 import polars as pl
 import pytest
 
+import stiction as st
 from stiction.errors import RecordError
 from stiction.sources.byte_source import open_sources
 from stiction.sources.formats import arrow, parquet
@@ -95,32 +96,22 @@ def test_one_loop_of_300_columns_is_quick(tmp_path: Path) -> None:
 
 
 def test_data_set_of_several_files(tmp_path: Path) -> None:
-    day = timedelta(days=1)
     frames = {
-        "b": loop_frame(start=START),
-        "a": loop_frame(start=START + day),  # the same loop, the next day
+        "a": loop_frame(start=START),
+        "b": loop_frame(start=START + timedelta(seconds=500)),  # the same loop, later
         "c": loop_frame(tag="FIC102"),
-        "d": loop_frame(tag="X").rename({"X.PV": "PV", "X.OP": "OP"}),
-        "e": loop_frame(tag="X").rename({"X.PV": "PV", "X.OP": "OP"}),  # another loop at the same time
     }
     for name, frame in frames.items():
         frame.write_parquet(tmp_path / f"{name}.parquet")
-    sources = [open_sources(tmp_path / f"{name}.parquet", ReadOptions())[0] for name in sorted(frames)]
-    tables = parquet.read_data_set(sources, ReadOptions())
-    assert [(table.origin.stem, len(table.column(0))) for table in tables] == [
-        *(("b", 200), ("c", 100), ("d", 100), ("e", 100))
-    ]
-    assert tables[0].column(0).is_sorted()
+    records = {record.tag: record for record in st.read(tmp_path)}
+    assert {tag: record.provenance.rows for tag, record in records.items()} == {"FIC101": 200, "FIC102": 100}
 
 
 def test_long_data_set_is_one_table(tmp_path: Path) -> None:
     for k in range(3):
         long = loop_frame(tag=f"FIC{k}").unpivot(index="Time", variable_name="Tag", value_name="Value")
         long.write_parquet(tmp_path / f"{k}.parquet")
-    sources = [open_sources(tmp_path / f"{k}.parquet", ReadOptions())[0] for k in range(3)]
-    [table] = parquet.read_data_set(sources, ReadOptions())
-    assert table.column(1).n_unique() == 6
-    assert len(table.column(2)) == 600
+    assert [(record.tag, len(record)) for record in st.read(tmp_path)] == [(f"FIC{k}", 100) for k in range(3)]
 
 
 def test_columns_larger_than_allowed_are_refused(tmp_path: Path) -> None:

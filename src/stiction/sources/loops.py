@@ -87,6 +87,7 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
 
     `database` are arguments of `stiction.sources.sql.read_database`.
     """
+    from stiction.sources.formats import read_format
     from stiction.sources.layouts import read_layout
     from stiction.sources.roles.assign import assign_roles
     from stiction.sources.roles.map_file import read_map
@@ -105,7 +106,7 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
         files = open_files(source, options)
         if stored := _open_stored_records(files, options):
             return Loops(options, stored=stored)
-        tables = _read_tables(files, options)
+        tables = [table for one in files for table in read_format(one, options)]
     else:
         tables = [_frame_table(source)]
     columns = read_layout(tables, options)
@@ -146,14 +147,6 @@ def _open_stored_records(files: list[ByteSource], options: ReadOptions) -> list[
         names = ", ".join(tag for one in found for tag in one.tags[:10])
         raise RecordError(f"{files[0].origin.name}: has no loop {options.tag!r}; give one of {names}.")
     return chosen
-
-
-def _read_tables(files: list[ByteSource], options: ReadOptions) -> list[RawTable]:
-    from stiction.sources.formats import parquet, read_format
-
-    if len(files) > 1 and all(parquet.recognises(one.head, one.origin.name) for one in files):
-        return parquet.read_data_set(files, options)
-    return [table for one in files for table in read_format(one, options)]
 
 
 def _time_positions(columns: list[TagColumn]) -> dict[RawTable, set[int]]:
