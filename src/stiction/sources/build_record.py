@@ -115,11 +115,8 @@ class RecordBuilder:
         grid = self._grid(column, [*loop.roles.values()])
         rows = grid.source_row
         signals = {role: np.where(rows >= 0, x[rows], np.nan) for role, x in values.items()}
-        auto, notes = None, list(grid.notes)
-        if "mode" in loop.roles and len(loop.roles["mode"].cells) > rows.max():
-            mask, mode_notes = automatic_mask(loop.roles["mode"].cells)
-            notes += mode_notes
-            auto = None if mask is None else mask[rows[_last_written(rows)]]
+        notes = list(grid.notes)
+        auto = _automatic(loop, rows, notes)
         held = int(np.sum((np.diff(rows) == 0) & (rows[1:] >= 0)))
         return _Sampled(signals, auto, grid.dt, grid.start, notes, held, grid.clock_jumps, grid.dst_changes)
 
@@ -180,12 +177,8 @@ class RecordBuilder:
         signals = {role: x for role, x in zip(tags, found.values, strict=True) if x is not None}
         states = find_bad_values(signals)
         signals = {role: np.where(states.masks[role], np.nan, x) for role, x in signals.items()}
-        auto, notes = None, [*found.notes, *states.notes]
-        if "mode" in tags:
-            rows = found.rows[list(tags).index("mode")]
-            mask, mode_notes = automatic_mask(loop.roles["mode"].cells)
-            notes += mode_notes
-            auto = None if mask is None else mask[rows[_last_written(rows)]]
+        notes = [*found.notes, *states.notes]
+        auto = _automatic(loop, found.rows[list(tags).index("mode")], notes) if "mode" in tags else None
         held = max(n for role, n in zip(tags, found.held_samples, strict=True) if role in ("op", "pv"))
         return _Sampled(signals, auto, found.dt, found.start, notes, held, found.clock_jumps, found.dst_changes)
 
@@ -204,8 +197,12 @@ class _Sampled:
     dst_changes: int
 
 
-def _last_written(rows: NDArray[np.int64]) -> NDArray[np.int64]:
-    """For each sample the last sample up to it that has a row; the first that has one before that."""
-    written = np.where(rows >= 0, np.arange(rows.size), -1)
-    last = np.maximum.accumulate(written)
-    return np.where(last < 0, int(np.argmax(rows >= 0)), last)
+def _automatic(loop: LoopRoles, rows: NDArray[np.int64], notes: list[str]) -> NDArray[np.bool_] | None:
+    """Mark the samples in automatic by the rows that stand at them, the last row where none does; add to the notes."""
+    if "mode" not in loop.roles or len(loop.roles["mode"].cells) <= rows.max():
+        return None
+    mask, mode_notes = automatic_mask(loop.roles["mode"].cells)
+    notes += mode_notes
+    last = np.maximum.accumulate(np.where(rows >= 0, np.arange(rows.size), -1))
+    last = np.where(last < 0, int(np.argmax(rows >= 0)), last)
+    return None if mask is None else mask[rows[last]]

@@ -15,19 +15,7 @@ if TYPE_CHECKING:
     from narwhals import Series
 
 
-__all__ = ["frame_to_table", "is_frame"]
-
-
-def is_frame(source: object) -> bool:
-    """Whether an object is a data frame that can be read."""
-    if isinstance(source, str | bytes) or source is None:
-        return False
-    from narwhals import exceptions, from_native
-
-    try:
-        return hasattr(from_native(source, pass_through=True), "collect_schema")
-    except exceptions.DuplicateError:  # two columns of one name, which `frame_to_table` refuses
-        return True
+__all__ = ["frame_to_table"]
 
 
 def frame_to_table(frame: Any, name: str = "") -> RawTable:
@@ -40,8 +28,6 @@ def frame_to_table(frame: Any, name: str = "") -> RawTable:
     import narwhals as nw
     import polars as pl
 
-    if not is_frame(frame):
-        raise RecordError(f"{type(frame).__name__} is no data frame; give one of pandas, polars or pyarrow.")
     attrs: dict[str, Any] = dict(getattr(frame, "attrs", None) or {})
     units = {join_levels(column): str(unit) for column, unit in dict(attrs.get("units") or {}).items()}
     origin = Origin("frame", name or str(attrs.get("tag") or "frame"))
@@ -62,6 +48,11 @@ def frame_to_table(frame: Any, name: str = "") -> RawTable:
     except nw.exceptions.DuplicateError as error:
         text = " ".join(str(error).split())
         raise RecordError(f"frame: {text}; give each column a name of its own.") from None
+    except TypeError:
+        raise RecordError(
+            f"cannot read {type(frame).__name__} as a record; give a file name, an open binary file, a data frame or a "
+            "database URL."
+        ) from None
     native = nw.to_native(data)
     if isinstance(data, nw.DataFrame) and not data.implementation.is_polars():
         native = pl.DataFrame([_to_polars(data[name]).alias(name) for name in data.columns])

@@ -75,7 +75,8 @@ class Loops:
         if not records:
             raise failures[0]
         linked = _link_cascades(records, read_roles) if self.roles else records
-        return _with_notes(linked, tuple(f"Left out: {error}" for error in failures))
+        notes = tuple(f"Left out: {error}" for error in failures)
+        return [_with_provenance(one, assumptions=(*one.provenance.assumptions, *notes)) for one in linked]
 
     @cached_property
     def _builder(self) -> RecordBuilder:
@@ -88,6 +89,7 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
     `database` are arguments of `stiction.sources.sql.read_database`.
     """
     from stiction.sources.formats import read_format
+    from stiction.sources.frame import frame_to_table
     from stiction.sources.layouts import read_layout
     from stiction.sources.roles.assign import assign_roles
     from stiction.sources.roles.map_file import read_map
@@ -108,22 +110,11 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
             return Loops(options, stored=stored)
         tables = [table for one in files for table in read_format(one, options)]
     else:
-        tables = [_frame_table(source)]
+        tables = [frame_to_table(source)]
     columns = read_layout(tables, options)
     return Loops(
         options, assign_roles(columns, options, rows, tables[0].origin.name), time_positions=_time_positions(columns)
     )
-
-
-def _frame_table(source: object) -> RawTable:
-    from stiction.sources.frame import frame_to_table, is_frame
-
-    if not is_frame(source):
-        raise RecordError(
-            f"cannot read {type(source).__name__} as a record; give a file name, an open binary file, a data frame or "
-            "a database URL."
-        )
-    return frame_to_table(source)
 
 
 def _open_stored_records(files: list[ByteSource], options: ReadOptions) -> list[StoredRecords]:
@@ -178,16 +169,10 @@ def _link_cascades(records: list[LoopRecord], loops: list[LoopRoles]) -> list[Lo
 
     masters = {loop.tag: loop.master for loop in loops if loop.master}
     found = find_secondary_tags(records, masters)
-    return [
-        replace(record, provenance=replace(record.provenance, secondary_tag=name)) if name else record
-        for record, name in zip(records, found, strict=True)
-    ]
+    return [_with_provenance(record, secondary_tag=name) for record, name in zip(records, found, strict=True)]
 
 
-def _with_notes(records: list[LoopRecord], notes: tuple[str, ...]) -> list[LoopRecord]:
-    if not notes:
-        return records
-    return [
-        replace(one, provenance=replace(one.provenance, assumptions=(*one.provenance.assumptions, *notes)))
-        for one in records
-    ]
+def _with_provenance(record: LoopRecord, **changes: Any) -> LoopRecord:
+    """Change the provenance of a record; the same record where nothing changes."""
+    origin = replace(record.provenance, **changes)
+    return record if origin == record.provenance else replace(record, provenance=origin)

@@ -11,11 +11,11 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from stiction.display.number_format import count_noun
-from stiction.errors import RecordError
 from stiction.sources.roles.column_names import HeaderNames, header_names, is_unit, parse_column_name, role_of
 from stiction.sources.roles.vocabulary import COLUMN_WORDS, TAG_WORDS, UNIT_HEADINGS
 from stiction.sources.table import Clock, TagColumn
 from stiction.sources.time.parse import parse_time
+from stiction.sources.time.stamps import unread_stamp_error
 from stiction.sources.time.text_stamps import is_timestamp
 from stiction.sources.time.time_columns import find_time_columns, is_time_heading
 
@@ -185,11 +185,7 @@ def readable_rows(table: RawTable, stamps: Stamps, *, ignored: Rows | None = Non
     """Mark the rows whose time stamp was understood, and note how many were not, `ignored` ones aside."""
     readable = np.isfinite(stamps.seconds)
     if readable.sum() < 2:
-        row, cell = stamps.first_unread or (0, "")
-        raise RecordError(
-            f"{table.origin.name}, line {table.first_line + row}: {cell!r} is no time stamp known here; "
-            "give time_format='...' (--time-format)."
-        )
+        raise unread_stamp_error(stamps, table.origin.name, table.first_line)
     counted = ~readable
     counted[[] if ignored is None else ignored] = False
     if lost := int(counted.sum()):
