@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+import stiction as st
 from stiction.errors import RecordError
 from stiction.sources.byte_source import open_sources
 from stiction.sources.formats import text as text_format
@@ -224,3 +225,10 @@ def test_influx_blocks_each_under_a_header_of_its_own():
     columns = columns_of("\r\n".join(lines))
     assert (numbers(columns["FIC-1.PV"]), numbers(columns["FIC-1.OP"])) == (PV.tolist(), OP.tolist())
     assert columns["FIC-1.PV"].clock.stamps.kind == "utc"
+
+
+def test_mode_in_a_long_table_holds_until_the_next_one():
+    rows = [(f"FIC-1.{word}", stamp(k), x[k]) for k in range(N) for word, x in (("PV", PV), ("OP", OP))]
+    rows += [("FIC-1.MODE", stamp(0), "AUTO"), ("FIC-1.MODE", stamp(20), "MAN"), ("FIC-1.MODE", stamp(45), "AUTO")]
+    [record] = st.read(io.BytesIO(write("Tag,Time,Value", rows).encode()))
+    assert record.auto.tolist() == [True] * 20 + [False] * 25 + [True] * (N - 45)

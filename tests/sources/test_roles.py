@@ -219,3 +219,8 @@ def test_masters_of_the_map_overrule_the_data():
     assert find_secondary_tags(records, {"F3": "T1"}) == ["F3", "", ""]
     with pytest.raises(RecordError, match="'T9' as a master"):
         find_secondary_tags(records, {"F3": "T9"})
+
+
+def test_a_column_named_by_the_tag_alone_is_the_pv():
+    roles = assigned("HEATER,HEATER.OP,TANK,TANK.OP")
+    assert roles == {tag: {"op": f"{tag}.OP", "pv": tag} for tag in ("HEATER", "TANK")}

@@ -181,11 +181,6 @@ BAD = {
         "commas between columns and within numbers, such as 1,0",
     ),
     "a missing name": (lines([[f"{k}", *row] for k, row in enumerate(ROWS)]).encode(), "has 3 names over 4 columns"),
-    "units without a header": (lines([[a, f"{b} bar", c] for a, b, c in ROWS], ()).encode(), "numbers in bar without"),
-    "two units": (
-        lines([[a, b, f"{c} %"] for a, b, c in ROWS], [["t", "PV", "OP [mA]"]]).encode(),
-        "in mA by its header",
-    ),
 }
 
 
