@@ -20,8 +20,10 @@ __all__ = ["damage_refused", "join_levels", "make_series", "typed_table"]
 
 MAX_SAMPLED_CELLS = 4000
 """Cells in the sample of a wide table [-]."""
-MAX_SAMPLED_FLOAT_COLUMNS = 6
+MAX_SAMPLED_FLOAT_COLUMNS = 12
 """Columns of floats of which the sample holds cells; those of the others are empty, as reading all takes long."""
+MIN_SPARSE_ROWS = 20
+"""Rows below which the sample does not show that columns are sparse, so that one column of floats is enough [-]."""
 
 
 def typed_table(
@@ -57,7 +59,9 @@ def typed_table(
     units = stored_units | dict(units or {})
 
     types = dict(schema)
-    unsampled = set([name for name in names if types[name].is_float()][MAX_SAMPLED_FLOAT_COLUMNS:])
+    n_rows = max(8, min(SNIFF_ROWS, MAX_SAMPLED_CELLS // max(1, len(names))))
+    n_floats = MAX_SAMPLED_FLOAT_COLUMNS if n_rows >= MIN_SPARSE_ROWS else 1
+    unsampled = set([name for name in names if types[name].is_float()][n_floats:])
 
     @cache
     def count_rows() -> int:
@@ -73,7 +77,6 @@ def typed_table(
             return lazy.select(_to_plain_type(names[k], types[names[k]]) for k in positions).collect()
 
     sampled = [k for k, name in enumerate(names) if name not in unsampled]
-    n_rows = max(8, min(SNIFF_ROWS, MAX_SAMPLED_CELLS // max(1, len(names))))
     sample: list[list[str]] = []
     with damage_refused(origin.name):
         columns = [_to_plain_type(names[k], types[names[k]]) for k in sampled]
