@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
@@ -35,6 +35,7 @@ MARKS = "\"'[]#:= "
 _TYPE_CODE = re.compile(r"[IDSBRF](?:[48]|16|32|64)|[IDSB]")
 _TAG_LINE = re.compile(rf"(?:(?:{'|'.join(map(re.escape, TAG_WORDS))})\s*[:=,]\s*)?([^:,=]{{1,80}})", re.IGNORECASE)
 _UNIT_LINE = re.compile(rf"(?:{'|'.join(map(re.escape, UNIT_HEADINGS))})\s*[:=,]\s*([^,\s]{{1,12}})", re.IGNORECASE)
+_header_names = lru_cache(maxsize=32)(header_names)  # the files of a data set have one header
 _HEADINGS: WeakKeyDictionary[RawTable, HeaderNames] = WeakKeyDictionary()
 
 
@@ -45,8 +46,8 @@ def table_headings(table: RawTable) -> HeaderNames:
     ``#TYPES`` may stand between the names and the data (Ignition).
     """
     if table not in _HEADINGS:
-        header = [row for row in table.header if not _are_types(row)]
-        found = header_names(header)
+        header = tuple(tuple(row) for row in table.header if not _are_types(row))
+        found = _header_names(header)
         above = [row for row in table.above if len(row) == table.width and any(map(is_time_heading, row))]
         if above and not any(map(parse_column_name, found.names)):
             other = header_names([*above, *header])
