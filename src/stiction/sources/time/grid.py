@@ -144,7 +144,8 @@ def _place_rows(
     steps = np.diff(t)
     median = float(np.median(steps))
     period = dt or median
-    whole = np.maximum(np.round(steps / period), 1.0)
+    with np.errstate(over="ignore"):  # a damaged file may hold steps of 1e-300 s: the error below names them
+        whole = np.maximum(np.round(steps / period), 1.0)
     place = np.concatenate([[0.0], np.cumsum(whole)])
     if place[-1] > max(20 * len(t), 10_000):
         k = int(np.argmax(steps))
