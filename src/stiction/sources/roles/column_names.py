@@ -31,7 +31,6 @@ _TAG_WORD = re.compile(rf"(.*?[^,./\\:|_\s-])\s*[,./\\:|_\s-]+({_any_of(_ROLE_OF
 _WORD_TAG = re.compile(rf"({_any_of(_ROLE_OF_WORD)})(?:[._\s:-]+(?=.*\d)(.+)|(\d+))")
 # The value of an item: of a signal after # (PCS 7), of the PV of a loop after a comma (800xA).
 _ITEM_VALUE = re.compile(r"(.*\S)\s*([#,])\s*VALUE", re.IGNORECASE)
-_UNIT_IN_BRACKETS = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
 _MEASURED = _any_of(word for word, role in _ROLE_OF_WORD.items() if role in ("pv", "sp", "op", "mv"))
 # After a space CO may be a gas: `Stack CO %`.
 _WORD_UNIT = re.compile(
@@ -65,7 +64,7 @@ def is_unit(cell: str) -> bool:
 
 def unit_in_name(name: str) -> str:
     """Give the unit at the end of a column name, in brackets or after the word of a signal, as written."""
-    if found := _UNIT_IN_BRACKETS.search(name):
+    if found := vocabulary.UNIT_IN_BRACKETS.search(name):
         return found[1].strip()
     found = _match_word_and_unit(name)
     return found[2] if found else ""
@@ -77,15 +76,11 @@ def _match_word_and_unit(name: str) -> re.Match[str] | None:
     return _WORD_UNIT.fullmatch(name) if "_" in name or len(name.split(maxsplit=1)) > 1 else None
 
 
-def _without_unit(name: str) -> str:
-    return " ".join(_UNIT_IN_BRACKETS.sub("", name).strip().strip("\"'").split())
-
-
 @lru_cache(maxsize=4096)
 def normalise_name(name: str) -> str:
     """Give a column name in capitals, without its unit, quotes and repeated blanks."""
     found = _match_word_and_unit(name)
-    return _without_unit(found[1] if found else name).upper()
+    return vocabulary.without_unit(found[1] if found else name).upper()
 
 
 @lru_cache(maxsize=4096)
@@ -101,7 +96,7 @@ def parse_column_name(name: str) -> tuple[str, str] | None:
     >>> parse_column_name("FIC-101/SP#Value"), parse_column_name("FIC-101,Value"), parse_column_name("Tank level OP mA")
     (('FIC-101', 'SP'), ('FIC-101', 'PV'), ('Tank level', 'OP'))
     """
-    plain, word = _without_unit(name), normalise_name(name)
+    plain, word = vocabulary.without_unit(name), normalise_name(name)
     if item := _ITEM_VALUE.fullmatch(plain):
         return parse_column_name(item[1]) or ((item[1], "PV") if item[2] == "," else None)
     for whole in (word, word.replace("_", " ")):
