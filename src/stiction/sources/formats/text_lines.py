@@ -147,7 +147,7 @@ class RowRepair:
         if len(row) != self.width:
             self.ragged_rows += 1
             self.first_ragged_line = self.first_ragged_line or number
-            if len(row) > self.width and (torn := find_torn_number(row)):
+            if self.delimiter == "," and len(row) > self.width and (torn := find_torn_number(row)):
                 self.torn_numbers.append(torn)
         cells = [cell.strip() for cell in row[: self.width]] + [""] * (self.width - len(row))
         joined = self.delimiter.join(cells)
