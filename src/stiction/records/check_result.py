@@ -119,20 +119,10 @@ class CheckInput:
 
 
 def check_minimum(
-    name: str,
-    value: float,
-    unit: str,
-    *,
-    warn: float,
-    reject: float = -np.inf,
-    finding: str = "",
-    remedy: str = "",
-    fields: dict[str, float | str] | None = None,
+    name: str, value: float, unit: str, *, warn: float, reject: float = -np.inf, **codes: Any
 ) -> CheckResult:
     """Compare a value with the smallest ones that pass: below `warn` it warns, below `reject` it rejects [`unit`]."""
-    mirrored = check_maximum(
-        name, -value, unit, warn=-warn, reject=-reject, finding=finding, remedy=remedy, fields=fields
-    )
+    mirrored = check_maximum(name, -value, unit, warn=-warn, reject=-reject, **codes)
     return replace(mirrored, value=float(value), limit=-mirrored.limit)
 
 

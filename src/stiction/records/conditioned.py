@@ -60,18 +60,7 @@ class Conditioned:
         return peak_to_peak(self.op) > 1e-9 * _size(self.op) and peak_to_peak(self.pv) > 1e-9 * _size(self.pv)
 
     def without(self, stretches: Iterable[tuple[int, int]]) -> Conditioned:
-        """Leave stretches of samples out, and choose the part to analyse again.
-
-        Parameters
-        ----------
-        stretches : iterable of (int, int)
-            First and one past the last sample of each.
-
-        Returns
-        -------
-        Conditioned
-            The same where there are none.
-        """
+        """Leave out stretches of samples (first, one past the last), and choose the part to analyse again."""
         bounds = list(stretches)
         if not bounds or self.record.pv is None:
             return self
@@ -82,17 +71,7 @@ class Conditioned:
 
 
 def condition(record: LoopRecord) -> Conditioned:
-    """Make a record ready for analysis.
-
-    Parameters
-    ----------
-    record : LoopRecord
-        A record of one loop.
-
-    Returns
-    -------
-    Conditioned
-        Its signals; the part is empty when nothing can be analysed.
+    """Make a record ready for analysis; the part is empty when nothing can be analysed.
 
     Examples
     --------

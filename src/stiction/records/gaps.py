@@ -29,19 +29,9 @@ def missing_mask(op: NDArray[np.float64], pv: NDArray[np.float64] | None = None)
 
 
 def forward_fill(x: NDArray[np.float64], *, fill_start: bool = False) -> NDArray[np.float64]:
-    """Replace each missing value by the last value before it.
+    """Replace each missing value by the last value before it, shape (n_samples,) [unit of `x`].
 
-    Parameters
-    ----------
-    x : ndarray, shape (n_samples,)
-        A signal [any unit]; NaN is missing.
-    fill_start : bool
-        Whether missing values before the first value get that first value; by default they stay NaN.
-
-    Returns
-    -------
-    ndarray, shape (n_samples,)
-        The filled signal [unit of `x`].
+    Missing values before the first value stay NaN, or get that first value with `fill_start`.
 
     Examples
     --------
@@ -57,17 +47,7 @@ def forward_fill(x: NDArray[np.float64], *, fill_start: bool = False) -> NDArray
 
 
 def interpolate_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Replace missing values by straight lines between their neighbours, and by the nearest value at the ends.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n_samples,)
-        A signal [any unit]; NaN is missing.
-
-    Returns
-    -------
-    ndarray, shape (n_samples,)
-        The filled signal [unit of `x`]; unchanged when all values are missing.
+    """Replace missing values by lines between their neighbours, and by the nearest value at the ends [unit of `x`].
 
     Examples
     --------
@@ -79,19 +59,7 @@ def interpolate_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def fill_short_gaps(x: NDArray[np.float64], max_gap: int = MAX_FILLED_GAP) -> NDArray[np.float64]:
-    """Replace missing values by the last value before them in gaps of at most `max_gap` samples.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n_samples,)
-        A signal [any unit]; NaN is missing.
-    max_gap : int
-        Longest gap that is filled [samples].
-
-    Returns
-    -------
-    ndarray, shape (n_samples,)
-        The signal [unit of `x`]; longer gaps stay NaN.
+    """Replace missing values by the last value before them in gaps of at most `max_gap` samples [unit of `x`].
 
     Examples
     --------
