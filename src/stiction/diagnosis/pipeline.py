@@ -152,7 +152,9 @@ def _fit_controller(judged: Conditioned, quality: Quality) -> ControllerFit:
 
 def _identify(judged: Conditioned, oscillation: Oscillation, controller: ControllerFit) -> Identification:
     period = oscillation.period if oscillation.oscillating else None
-    return identify_valve(judged.op, judged.pv, judged.record.dt, period, controller, judged.record.integrating)
+    return identify_valve(
+        judged.op, judged.pv, judged.record.dt, period, controller, judged.record.integrating, judged.gaps
+    )
 
 
 def _position(judged: Conditioned) -> PositionFit | None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.gaps import MAX_FILLED_GAP, fill_short_gaps, forward_fill, missing_mask
+from stiction.records.gaps import MAX_BRIDGED_GAP, fill_short_gaps, forward_fill, interpolate_gaps, missing_mask
 from stiction.records.masks import RecordMasks
 from stiction.records.quality.clock_jumps import find_discontinuities
 from stiction.records.quality.saturation import find_shutdown
@@ -39,7 +39,7 @@ def analysis_window(record: LoopRecord, masks: RecordMasks | None = None) -> tup
     Examples
     --------
     >>> from stiction.records import LoopRecord, analysis_window
-    >>> op = [50.0, 51.0, float("nan"), 52.0] + 9 * [float("nan")] + [50.0, 51.0]
+    >>> op = [50.0, 51.0, float("nan"), 52.0] + 30 * [float("nan")] + [50.0, 51.0]
     >>> analysis_window(LoopRecord("FIC-101", 1.0, op=op, pv=op))
     (0, 4)
     """
@@ -52,7 +52,7 @@ def analysis_window(record: LoopRecord, masks: RecordMasks | None = None) -> tup
     good = ~(missing | blocked)
     for first, last in runs(missing):
         inside = first > 0 and last < len(missing) and good[first - 1] and good[last]
-        if inside and last - first <= MAX_FILLED_GAP and not blocked[first:last].any():
+        if inside and last - first <= MAX_BRIDGED_GAP and not blocked[first:last].any():
             good[first:last] = True
     return max(runs(good), key=lambda run: run[1] - run[0], default=(0, 0))
 
@@ -71,7 +71,7 @@ def usable_segment(record: LoopRecord, window: tuple[int, int] | None = None) ->
     -------
     LoopRecord
         The samples of `analysis_window`; empty when there is none. OP, PV, valve position and valve signal keep the
-        last value over at most five missing samples, the set point over any gap (see `forward_fill_sp`). In its
+        last value over at most five missing samples, and a straight line over a longer gap; the set point over any gap (see `forward_fill_sp`). In its
         provenance `missing_samples` counts the filled samples, and the assumptions say what was filled.
 
     Examples
@@ -88,7 +88,7 @@ def usable_segment(record: LoopRecord, window: tuple[int, int] | None = None) ->
         return part
     sp, about_sp = forward_fill_sp(record, first, last)
     signals = {name: getattr(part, name) for name in ("op", "pv", "mv", "valve_signal")}
-    filled = {name: fill_short_gaps(x) for name, x in signals.items() if x is not None}
+    filled = {name: interpolate_gaps(fill_short_gaps(x)) for name, x in signals.items() if x is not None}
     count = int(missing_mask(part.op, part.pv).sum())
     about_gaps = f"{count} missing samples were filled with the last value." if count else ""
     added = tuple(text for text in (about_gaps, about_sp) if text)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.records.analysis_window import analysis_window, usable_segment
-from stiction.records.gaps import interpolate_gaps
+from stiction.records.gaps import fill_short_gaps, interpolate_gaps, missing_mask
 from stiction.records.masks import RecordMasks
 from stiction.records.quality.quantisation import different_values, peak_to_peak, quantisation_step, robust_range
 from stiction.records.record import mask_outliers
@@ -41,6 +41,8 @@ class Conditioned:
     """OP of the part, gaps interpolated [% of span]."""
     pv: NDArray[np.float64]
     """PV of the part, gaps interpolated [engineering units]; empty when it was not recorded."""
+    gaps: NDArray[np.bool_]
+    """Whether a sample of the part stands in a gap too long to fill with the last value."""
     op_values: NDArray[np.float64]
     """Different values of OP in the part, in ascending order [% of span]."""
     pv_values: NDArray[np.float64]
@@ -95,11 +97,15 @@ def _conditioned(record: LoopRecord) -> Conditioned:
     known = (np.isfinite(op).all() and np.isfinite(pv).all()) and op.size > 0
     op, pv = (op, pv) if known else (np.empty(0), np.empty(0))
     return Conditioned(
-        record, masks, first, last, part, op, pv, *values,
+        record, masks, first, last, part, op, pv, _long_gaps(cut), *values,
         op_swing=robust_range(op) if op.size else 0.0, pv_swing=robust_range(pv) if pv.size else 0.0,
         op_step=quantisation_step(cut.op, values[0]),
         pv_step=0.0 if cut.pv is None else quantisation_step(cut.pv, values[1]),
     )  # fmt: skip
+
+
+def _long_gaps(cut: LoopRecord) -> NDArray[np.bool_]:
+    return missing_mask(fill_short_gaps(cut.op), None if cut.pv is None else fill_short_gaps(cut.pv))
 
 
 def _size(x: NDArray[np.float64]) -> float:

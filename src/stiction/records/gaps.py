@@ -11,10 +11,21 @@ from stiction.records.runs import runs
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["MAX_FILLED_GAP", "fill_short_gaps", "forward_fill", "interpolate_gaps", "missing_mask", "unchanged_mask"]
+__all__ = [
+    "MAX_BRIDGED_GAP",
+    "MAX_FILLED_GAP",
+    "fill_short_gaps",
+    "forward_fill",
+    "interpolate_gaps",
+    "missing_mask",
+    "unchanged_mask",
+]
 
 MAX_FILLED_GAP = 5
 """Missing samples in a row that the last value may replace [samples]."""
+MAX_BRIDGED_GAP = 20
+"""Missing samples in a row that do not end the part of a record that is analysed [samples]. Of a longer gap it is not
+known what the loop did meanwhile."""
 
 
 def missing_mask(op: NDArray[np.float64], pv: NDArray[np.float64] | None = None) -> NDArray[np.bool_]:
