@@ -47,7 +47,7 @@ class StictionFeatures(TransformerMixin, BaseEstimator):
     True
     """
 
-    def fit(self, X: Iterable[LoopRecord], y: object = None) -> StictionFeatures:
+    def fit(self, X: Iterable[LoopRecord], y: object = None) -> StictionFeatures:  # noqa: ARG002
         """Check that `X` holds records.
 
         Parameters
@@ -95,7 +95,7 @@ class StictionFeatures(TransformerMixin, BaseEstimator):
             len(rows), len(names)
         )
 
-    def get_feature_names_out(self, input_features: object = None) -> NDArray[np.object_]:
+    def get_feature_names_out(self, input_features: object = None) -> NDArray[np.object_]:  # noqa: ARG002
         """Names of the features, shape (n_features,)."""
         return np.array([feature.name for feature in FEATURES], dtype=object)
 

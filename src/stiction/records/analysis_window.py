@@ -71,8 +71,9 @@ def usable_segment(record: LoopRecord, window: tuple[int, int] | None = None) ->
     -------
     LoopRecord
         The samples of `analysis_window`; empty when there is none. OP, PV, valve position and valve signal keep the
-        last value over at most five missing samples, and a straight line over a longer gap; the set point over any gap (see `forward_fill_sp`). In its
-        provenance `missing_samples` counts the filled samples, and the assumptions say what was filled.
+        last value over at most five missing samples and follow a straight line over a longer gap; the set point keeps
+        it over any gap (see `forward_fill_sp`). In its provenance `missing_samples` counts the filled samples, and the
+        assumptions say what was filled.
 
     Examples
     --------

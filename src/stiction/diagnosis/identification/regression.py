@@ -159,7 +159,8 @@ def build_regression(
     by a quarter from one to the next.
 
     Lags begin at 1: a valve position of the same sample would predict the noise that the controller passes from the
-    PV to the OP. A PV in one of the `gaps` predicts nothing. The first cycle is not predicted, because where the stem stood before the record is not known.
+    PV to the OP. A PV in one of the `gaps` neither is predicted nor predicts. The first cycle is not predicted, because
+    where the stem stood before the record is not known.
     """
     n = pv.size
     longest = int(min(max(0.35 * time_scale, 8.0), max_position_lag, n // 8))

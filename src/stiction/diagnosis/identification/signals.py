@@ -49,9 +49,10 @@ def block_signals(
 ) -> BlockSignals:
     """Average a long record over blocks.
 
-    OP [% of span] and PV [engineering units] are filled where `gaps` says that nothing was recorded; the period [samples] keeps `samples_per_period` blocks at
-    least. Records are not averaged to fewer than `min_blocks`; of more than `max_blocks` those in the middle are used.
-    OP keeps up to `max_op_per_block` values per block, since a valve trips between two samples of the PV too.
+    OP [% of span] and PV [engineering units] are filled where `gaps` says that nothing was recorded; the period
+    [samples] keeps `samples_per_period` blocks at least. Records are not averaged to fewer than `min_blocks`; of more
+    than `max_blocks` those in the middle are used. OP keeps up to `max_op_per_block` values per block, since a valve
+    trips between two samples of the PV too.
 
     Examples
     --------
