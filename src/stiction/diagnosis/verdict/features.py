@@ -106,7 +106,8 @@ def _tuning(found: FeatureInput) -> float:
 
 FEATURES: tuple[Feature, ...] = (
     Feature("over_good", "sticky valve against good valve", "asinh(LLR / 20)", "-", 1, _evidence("good")),
-    Feature("over_closest", "sticky valve against the closest other explanation", "smallest asinh(LLR / 20) but for the dead zone",
+    Feature("over_closest", "sticky valve against the closest other explanation",
+            "smallest asinh(LLR / 20) but for the dead zone",
             "-", 1, _over_closest),
     Feature("kept_share", "share of the evidence that the closest explanation leaves",
             "smallest LLR / max(LLR over good, 20), within -1 and 1", "-", 1, _kept_share),
