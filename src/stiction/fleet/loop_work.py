@@ -154,7 +154,11 @@ def screen_loop(place: LoopPlace, settings: WorkSettings) -> Screened:
     }
     if main is not None and main.regular:
         row |= {"oscillating": True, "period_s": main.period, "regularity": main.regularity}
-    if state.state in RESTING_STATES:
+    if state.state == "in_control" and not _moves(record):
+        action = "Check the signals, and record while the controller moves the valve."
+        row |= {"status": "skipped", "loop_state": "bad_data", "probability": settings.prior}
+        row |= {"reason": "OP or PV is constant over the whole record.", "action": action}
+    elif state.state in RESTING_STATES:
         row |= {
             "status": "skipped",
             "probability": settings.prior,
@@ -210,6 +214,11 @@ def diagnose_loop(place: LoopPlace, settings: WorkSettings, screened: dict[str, 
 def main_oscillation(oscillations: Sequence[LoopOscillation]) -> LoopOscillation | None:
     """The regular oscillation with the highest autocorrelation, else the highest of all; None when there is none."""
     return max(oscillations, key=lambda one: (one.regular, one.height), default=None)
+
+
+def _moves(record: LoopRecord) -> bool:
+    """Whether OP and PV change at all."""
+    return all(x is not None and np.isfinite(x).any() and np.nanmax(x) > np.nanmin(x) for x in (record.op, record.pv))
 
 
 def _describe_record(record: LoopRecord) -> dict[str, Any]:

@@ -32,7 +32,7 @@ __all__ = [
 
 MAX_OPEN_PARTS = 4
 """Parts that a process keeps open [-]."""
-_open_parts: OrderedDict[SourcePart, Loops] = OrderedDict()
+_open_parts: OrderedDict[tuple[SourcePart, Any], Loops] = OrderedDict()
 
 
 @dataclass(frozen=True)
@@ -56,13 +56,14 @@ class SourcePart:
         """Open the part, or give it as it was opened before in this process."""
         from stiction.sources import open_loops
 
-        if self not in _open_parts:
+        key = self, self._file_states()
+        if key not in _open_parts:
             while len(_open_parts) >= MAX_OPEN_PARTS:
                 _open_parts.popitem(last=False)
             source = self.names[0] if len(self.names) == 1 else list(self.names)
-            _open_parts[self] = open_loops(source, **json.loads(self.options))
-        _open_parts.move_to_end(self)
-        return _open_parts[self]
+            _open_parts[key] = open_loops(source, **json.loads(self.options))
+        _open_parts.move_to_end(key)
+        return _open_parts[key]
 
     def fingerprint(self) -> str:
         """Digest of names, sizes and times of the files: a change means that the loops are audited again.
@@ -75,11 +76,13 @@ class SourcePart:
         if is_database_url(self.names[0]):
             record = self.open().read_one(0)
             digest.update(repr((len(record), record.start)).encode())
-        for name in self.names:
-            path = Path(name)
-            stat = path.stat() if path.is_file() else None
-            digest.update(repr((show_url(name), stat and stat.st_size, stat and stat.st_mtime_ns)).encode())
+        digest.update(repr(([show_url(name) for name in self.names], self._file_states())).encode())
         return digest.hexdigest()[:16]
+
+    def _file_states(self) -> tuple[tuple[int, int] | None, ...]:
+        """Size and time of each file; None of what is no file."""
+        stats = [path.stat() if (path := Path(name)).is_file() else None for name in self.names]
+        return tuple(stat and (stat.st_size, stat.st_mtime_ns) for stat in stats)
 
 
 @dataclass(frozen=True)
