@@ -22,7 +22,15 @@ if TYPE_CHECKING:
     from stiction.diagnosis.loop_state import LoopState
     from stiction.records.record import LoopRecord
 
-__all__ = ["RESTING_STATES", "WorkSettings", "diagnose_loop", "empty_row", "main_oscillation", "screen_loop"]
+__all__ = [
+    "RESTING_STATES",
+    "WorkSettings",
+    "diagnose_loop",
+    "empty_row",
+    "main_oscillation",
+    "screen_loop",
+    "screen_record",
+]
 
 RESTING_STATES = ("manual", "saturated", "pv_frozen", "shut_in", "bad_data")
 """Loop states in which the valve cannot be judged or rests: the loop is not diagnosed."""
@@ -131,9 +139,13 @@ def screen_loop(place: LoopPlace, settings: WorkSettings) -> Screened:
     RecordError
         When the loop cannot be read.
     """
+    return screen_record(place, cut_time(read_loop(place), settings.since, settings.until), settings)
+
+
+def screen_record(place: LoopPlace, record: LoopRecord, settings: WorkSettings) -> Screened:
+    """Screen the record of a loop, as `screen_loop` does."""
     from stiction.diagnosis.loop_state import assess_loop_state, describe_action, describe_state
 
-    record = cut_time(read_loop(place), settings.since, settings.until)
     row = empty_row(place) | _describe_record(record)
     if len(record) < MIN_SAMPLES or record.pv is None:
         what = "no PV" if record.pv is None else f"{len(record)} samples, fewer than {MIN_SAMPLES},"
@@ -190,10 +202,14 @@ def diagnose_loop(place: LoopPlace, settings: WorkSettings, screened: dict[str, 
     RecordError
         When the loop cannot be read.
     """
+    return diagnose_record(cut_time(read_loop(place), settings.since, settings.until), settings, screened)
+
+
+def diagnose_record(record: LoopRecord, settings: WorkSettings, screened: dict[str, Any]) -> dict[str, Any]:
+    """Diagnose the record of a loop, as `diagnose_loop` does."""
     from stiction.diagnosis import diagnose
     from stiction.diagnosis.verdict.decision import Costs
 
-    record = cut_time(read_loop(place), settings.since, settings.until)
     periods = [LoopOscillation(**one) for one in screened["oscillations"]]
     main = main_oscillation(periods)
     shorter = reduce_record(record, main.period if main is not None else float("nan"))
