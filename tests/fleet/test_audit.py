@@ -124,6 +124,9 @@ def test_window_and_last(tmp_path):
     assert len(second.read(second.rows[0]["tag"])) == 600
     part = st.audit(tmp_path / "plant.parquet", tmp_path / "audit", workers=1, until="2026-03-02T06:05")
     assert {row["samples"] for row in part.rows} == {300}
+    trend = part.history(records(2)[0].tag)
+    assert [row["end"][11:16] for row in trend] == ["06:05", "06:10", "06:20"]
+    assert [row["S"] for row in trend[1:]] == pytest.approx([5.0, 5.0], abs=2.0)
 
 
 def test_loops_that_fail_are_rows(tmp_path):

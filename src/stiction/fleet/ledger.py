@@ -189,6 +189,17 @@ class Ledger:
             for row in rows
         }
 
+    def read_history(self, loop: int) -> list[tuple[str, dict[str, Any]]]:
+        """Read all rows of one loop: window and row of each."""
+        import sqlalchemy as sa
+
+        table = self.results
+        query = sa.select(table.c.window, table.c.body).where(table.c.loop_id == loop)
+        return [
+            (row.window, json.loads(row.body))
+            for row in self._write(lambda connection: connection.execute(query).all())
+        ]
+
     def used_signals(self) -> set[str]:
         """Names of the parts of block means that a row refers to."""
         import sqlalchemy as sa
