@@ -12,7 +12,7 @@ from stiction.fleet.batch import Batch, LoopTask
 from stiction.fleet.block_means import common_clock
 from stiction.fleet.engine import Engine, ProcessEngine, warm_kernels
 from stiction.fleet.ledger import StoredResult
-from stiction.fleet.loop_work import WorkSettings
+from stiction.fleet.loop_row import WorkSettings
 from stiction.fleet.rank import screen_order
 from stiction.fleet.signals import clock_from_dict, clock_to_dict, read_signals, remove_unused_parts, write_signals
 from stiction.fleet.source_parts import LoopPlace, place_to_dict, read_loop
