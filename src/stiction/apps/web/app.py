@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from contextlib import asynccontextmanager
 from importlib import resources
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
@@ -13,6 +13,7 @@ from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, R
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
+from stiction.apps.web import textbook_routes, whatif_routes
 from stiction.apps.web.bodies import read_json
 from stiction.apps.web.guard import Guard
 from stiction.apps.web.workers import TimeLimitError, Workers
@@ -37,7 +38,7 @@ def static_folder() -> Path:
 
 def make_app(access: Access, workspace: Workspace) -> Guard:
     """Build the application inside its guard; `app.state` holds what the routes share: workers and workspace."""
-    screens: list[Any] = []  # the routes of each screen
+    screens = [*whatif_routes.ROUTES, *textbook_routes.ROUTES]
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:

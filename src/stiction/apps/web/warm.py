@@ -12,7 +12,10 @@ __all__ = ["warm_background", "warm_quick"]
 
 def warm_quick() -> None:
     """Import and compile what a simulation and a zoom need."""
+    from stiction.apps.web.simulation_answers import warm_simulations
+
     _simulate_loop(600.0)
+    warm_simulations()
 
 
 def warm_background() -> None:

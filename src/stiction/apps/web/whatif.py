@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,6 +41,12 @@ class Trend:
     """How PV swings in it."""
     sentence: str
     """What is seen, in a sentence or two."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain texts, numbers and arrays."""
+        names = ("time", "pv", "op", "mv", "sentence")
+        swings = {"op_swing": asdict(self.op_swing), "pv_swing": asdict(self.pv_swing)}
+        return {**{name: getattr(self, name) for name in names}, **swings}
 
 
 def simulate_trend(settings: WhatIfSettings, width: int = 1200) -> Trend:

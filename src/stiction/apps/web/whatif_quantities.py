@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 __all__ = ["COMPENSATORS", "QUANTITIES", "VALVE_MODELS", "Quantity", "require_within"]
 
@@ -72,7 +75,7 @@ QUANTITIES = {
 """Name in the address -> what the number is."""
 
 
-def require_within(name: str, value: Any) -> float:
+def require_within(name: str, value: Any, quantities: Mapping[str, Quantity] = QUANTITIES) -> float:
     """Return a value of the quantity called `name` as a number within its limits.
 
     Raises
@@ -85,7 +88,7 @@ def require_within(name: str, value: Any) -> float:
     >>> require_within("S", "3.5")
     3.5
     """
-    quantity = QUANTITIES[name]
+    quantity = quantities[name]
     unit = f" {quantity.unit}" if quantity.unit else ""
     try:
         number = float(value)

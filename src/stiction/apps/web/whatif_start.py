@@ -43,12 +43,11 @@ class WhatIfStart:
     """How the record oscillates."""
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        record = {name: [_or_none(x) for x in series.tolist()] for name, series in self.record.items()}
+        """Plain texts, numbers and arrays."""
         return {
             "settings": self.settings.to_dict(),
             "remarks": list(self.remarks),
-            "record": record,
+            "record": self.record,
             "sentence": self.sentence,
         }
 
@@ -197,7 +196,3 @@ def _describe(diagnosis: Diagnosis, op: NDArray[np.float64], dt: float) -> str:
 
 def _ends(middle: float, amplitude: float) -> str:
     return f"{middle - amplitude:.4g} and {middle + amplitude:.4g}"
-
-
-def _or_none(x: float) -> float | None:
-    return x if np.isfinite(x) else None
