@@ -13,7 +13,7 @@ from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, R
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
-from stiction.apps.web import textbook_routes, whatif_routes
+from stiction.apps.web import loop_routes, loop_sets, readings, textbook_routes, uploads, whatif_routes
 from stiction.apps.web.bodies import read_json
 from stiction.apps.web.guard import Guard
 from stiction.apps.web.workers import TimeLimitError, Workers
@@ -38,12 +38,14 @@ def static_folder() -> Path:
 
 def make_app(access: Access, workspace: Workspace) -> Guard:
     """Build the application inside its guard; `app.state` holds what the routes share: workers and workspace."""
-    screens = [*whatif_routes.ROUTES, *textbook_routes.ROUTES]
+    pages = (uploads, readings, loop_sets, loop_routes, whatif_routes, textbook_routes)
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         app.state.workers = Workers()
         app.state.workers.start()
+        if workspace.files:
+            workspace.readings.start(app.state.workers, workspace.files, {})
         yield
         app.state.workers.stop()
 
@@ -54,7 +56,7 @@ def make_app(access: Access, workspace: Workspace) -> Guard:
             Route("/favicon.ico", _favicon),
             Route("/api/start", _start),
             Route("/api/session", _session, methods=["GET", "POST"]),
-            *screens,
+            *(route for page in pages for route in page.ROUTES),
             Mount("/static", StaticFiles(directory=static_folder())),
         ],
         exception_handlers={
