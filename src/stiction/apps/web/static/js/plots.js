@@ -5,14 +5,14 @@ import { h } from "./dom.js";
 
 const DASHES = { pv: [], sp: [8, 4], op: [], mv: [3, 3], model: [7, 3, 2, 3], ghost: [] };
 const RESIZE_DELAY_MS = 60;
-const live = new Set();
+export const live = new Set();
 
 /** The value of a colour of the page, such as color("pv"). */
 export function color(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 }
 
-function axis(label, options = {}) {
+export function axis(label, options = {}) {
   return {
     label,
     stroke: () => color("muted"),
