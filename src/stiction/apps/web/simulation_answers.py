@@ -72,19 +72,20 @@ def paper_part_answer(part: str) -> bytes:
     return pack({"blocks": paper_part(part)})
 
 
-def start_answer(record: Any) -> bytes:
-    """Diagnose a record and return where the what-if screen starts.
+def start_answer(record_path: str) -> bytes:
+    """Diagnose the record of a loop and return where the what-if screen starts.
 
     Parameters
     ----------
-    record : LoopRecord
-        The record.
+    record_path : str
+        File that holds one record.
     """
+    import stiction as st
     from stiction.apps.web.packed import pack
     from stiction.apps.web.whatif_start import identified_start
-    from stiction.diagnosis import diagnose
 
-    return pack(identified_start(diagnose(record)).to_dict())
+    [record] = st.read(record_path)
+    return pack(identified_start(st.diagnose(record)).to_dict())
 
 
 def warm_simulations() -> None:

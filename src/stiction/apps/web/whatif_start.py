@@ -41,6 +41,10 @@ class WhatIfStart:
     """Part of the record: time [s], pv [PV units], op [% of span] and, where recorded, mv; shape (n_points,) each."""
     sentence: str
     """How the record oscillates."""
+    tag: str = ""
+    """Name of the loop."""
+    pv_unit: str = ""
+    """Unit of the PV; empty where it is not known."""
 
     def to_dict(self) -> dict[str, Any]:
         """Plain texts, numbers and arrays."""
@@ -49,6 +53,8 @@ class WhatIfStart:
             "remarks": list(self.remarks),
             "record": self.record,
             "sentence": self.sentence,
+            "tag": self.tag,
+            "pv_unit": self.pv_unit,
         }
 
 
@@ -90,11 +96,14 @@ def identified_start(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfStart:
     except (RecordError, ParameterError) as error:
         found, remarks = _of_identification(diagnosis)
         remarks.insert(0, f"The simulated loop was not compared with the record: {error}")
+    rounded = {name: _round(value) if isinstance(value, float) else value for name, value in {**base, **found}.items()}
     return WhatIfStart(
-        WhatIfSettings(**{**base, **found}),
+        WhatIfSettings(**rounded),
         tuple(remarks),
         _part(segment, base["duration"], width),
         _describe(diagnosis, segment.op, segment.dt),
+        diagnosis.record.tag,
+        diagnosis.record.provenance.pv_unit or "",
     )
 
 
@@ -126,7 +135,7 @@ def _of_twin(twin: Twin) -> tuple[dict[str, Any], list[str]]:
         **_of_controller(loop.controller.Kc, loop.controller.Ti, loop.controller.Td),
         **limits,
     }
-    return settings, [twin.reason]
+    return settings, [twin.reason.replace("The twin", "The simulated loop")]
 
 
 def _of_identification(diagnosis: Diagnosis) -> tuple[dict[str, Any], list[str]]:
@@ -192,6 +201,11 @@ def _describe(diagnosis: Diagnosis, op: NDArray[np.float64], dt: float) -> str:
         f"{format_number(oscillation.amplitude_op, significant=3)} %, PV amplitude "
         f"{format_number(oscillation.amplitude_pv, significant=3)}."
     )
+
+
+def _round(value: float) -> float:
+    """Four significant digits: more than any identification gives."""
+    return float(f"{value:.4g}")
 
 
 def _ends(middle: float, amplitude: float) -> str:

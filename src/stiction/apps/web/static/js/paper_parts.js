@@ -2,7 +2,7 @@
 
 import { h, problem } from "./dom.js";
 import { drawBlock } from "./report_blocks.js";
-import { unpack } from "./simulation.js";
+import { getPacked } from "./simulation.js";
 
 const MAIN = ["figure2", "figure3", "figure4", "figure5", "figure6", "figure7", "figure8"];
 
@@ -18,7 +18,7 @@ export function drawPaper(options, signal) {
       if (!fold.open || begun) return;
       begun = true;
       try {
-        const blocks = (await load(name, signal)).map(drawBlock);
+        const blocks = (await getPacked(`/api/textbook/parts/${name}`, signal)).blocks.map(drawBlock);
         drawn.push(...blocks);
         body.replaceChildren(...blocks.map((block) => block.element));
       } catch (error) {
@@ -53,9 +53,3 @@ const SUBJECTS = {
   "equations6and7": "the describing function",
   errata: "what is wrong in print, with proofs",
 };
-
-async function load(name, signal) {
-  const response = await fetch(`/api/textbook/parts/${name}`, { signal });
-  if (!response.ok) throw new Error((await response.json()).error);
-  return unpack(await response.arrayBuffer()).blocks;
-}

@@ -1,6 +1,6 @@
 // Questions to the simulation: one question of a kind is on its way at a time, and only the latest one waits.
 
-import { openSocket } from "./api.js";
+import { ServerError, openSocket } from "./api.js";
 
 const RECONNECT_DELAY_MS = 1000;
 const LOST = "The connection to the server was lost. The page tries again; if stiction serve has ended, start it once more.";
@@ -12,6 +12,13 @@ export function unpack(buffer) {
   return JSON.parse(text, (_, value) =>
     Array.isArray(value?.$array) ? new Float32Array(buffer, 4 + length + 4 * value.$array[0], value.$array[1]) : value,
   );
+}
+
+/** GET an answer with arrays. */
+export async function getPacked(path, signal) {
+  const response = await fetch(path, { signal });
+  if (!response.ok) throw new ServerError((await response.json().catch(() => ({}))).error ?? `The server answered ${response.status}.`, response.status);
+  return unpack(await response.arrayBuffer());
 }
 
 /** A connection that asks questions. `onLost(text)` is called when it breaks, with "" when it is there again. */

@@ -118,7 +118,7 @@ function rampSection(context) {
   let answer = null;
   const ask = () => context.ask("ramp", "ramp", time.figure.clientWidth || 600, draw);
   const controls = sliders(context, "ramp", ["S", "J", "r", "rate", "height"], ask);
-  const time = xyPlot({ title: "OP and valve position over time", curves: [], xLabel: "Time [s]", yLabel: "% of span", height: 330, legend: false, onDrag: dragRamp, sentence: "Drag the ramp: up and down for its height, left and right for its rate." });
+  const time = xyPlot({ title: "OP and valve position over time", curves: [], xLabel: "Time [s]", yLabel: "% of span", height: 330, onDrag: dragRamp, sentence: "Drag the ramp: up and down for its height, left and right for its rate." });
   const signature = xyPlot({ title: "Valve position over OP", curves: [], xLabel: "OP (controller output) [% of span]", yLabel: "Valve position [% of span]", height: 330, sentence: "The signature of each model: the width of the loop is S, and a step is a slip jump." });
   const rows = h("tbody", {});
   function dragRamp(dx, dy, plot) {
@@ -214,8 +214,8 @@ function loopSection(context) {
 /** The example loop of the paper in a limit cycle, and the pulse that moves it to another. */
 function jumpSection(context) {
   const sentence = h("p", { class: "answer", role: "status" });
-  const panels = { op: "OP [% of span]", mv: "Valve position [% of span]", pv: "PV [PV units]" };
-  const plots = Object.entries(panels).map(([name, label]) => [name, xyPlot({ title: `${label} over time`, curves: [], xLabel: name === "pv" ? "Time [s]" : "", yLabel: label, height: name === "pv" ? 170 : 150, legend: false, sentence: name === "pv" ? "Shaded: the pulse. The valve position shows the levels at which the stem rests before and after it." : "" })]);
+  const panels = { op: "OP [%]", mv: "Stem [%]", pv: "PV" };
+  const plots = Object.entries(panels).map(([name, label]) => [name, xyPlot({ title: `${label} over time`, curves: [], xLabel: name === "pv" ? "Time [s]" : "", yLabel: label, height: name === "pv" ? 180 : 165, legend: false, sentence: name === "pv" ? "Shaded: the pulse. The valve position shows the levels at which the stem rests before and after it." : "" })]);
   const ask = () => context.ask("jump", "jump", plots[0][1].figure.clientWidth || 800, draw);
   const controls = sliders(context, "jump", ["pulse", "length"], ask);
   function draw(answer) {

@@ -4,7 +4,7 @@ import { getJson } from "./api.js";
 import { choice, shortNumber, slider } from "./controls.js";
 import { h, number, problem } from "./dom.js";
 import { color, linePlot } from "./plots.js";
-import { Simulation, unpack } from "./simulation.js";
+import { Simulation, getPacked } from "./simulation.js";
 
 export const title = "What-if";
 
@@ -31,18 +31,15 @@ function valuesOf(query, start) {
 export async function render(root, { query, signal }) {
   const options = await getJson("/api/whatif/options", signal);
   const loop = query.get("key") === null ? null : { set: query.get("set") ?? "", key: query.get("key") };
-  root.append(h("h1", {}, loop ? `What if? ${loop.key}` : "What if?"));
+  const heading = h("h1", {}, "What if?");
   const waiting = h("p", { class: "note" }, loop ? "The loop is identified from its record. This takes some seconds …" : "");
-  root.append(waiting);
-  const start = loop ? await loadStart(loop, signal) : { settings: options.example, remarks: [], record: null, sentence: "" };
+  root.append(heading, waiting);
+  const example = { settings: options.example, remarks: [], record: null, sentence: "", tag: "", pv_unit: "" };
+  const path = loop && `/api/whatif/start/${encodeURIComponent(loop.set)}/${encodeURIComponent(loop.key)}`;
+  const start = loop ? await getPacked(path, signal).finally(() => waiting.remove()) : example;
   waiting.remove();
+  if (start.tag) heading.textContent = `What if? ${start.tag}`;
   return drawScreen(root, { options, loop, start, values: valuesOf(query, start.settings) });
-}
-
-async function loadStart(loop, signal) {
-  const response = await fetch(`/api/whatif/start?${new URLSearchParams(loop)}`, { signal });
-  if (!response.ok) throw new Error((await response.json()).error);
-  return unpack(await response.arrayBuffer());
 }
 
 function drawScreen(root, { options, loop, start, values }) {
@@ -52,7 +49,7 @@ function drawScreen(root, { options, loop, start, values }) {
   const cyclesText = h("p", { class: "cycles-sentence", role: "status" });
   const cyclesTable = h("div", { class: "scroll" });
   const trouble = h("div", { class: "trouble" });
-  const plots = drawPlots(record, () => cycles);
+  const plots = drawPlots(record, start.pv_unit, () => cycles);
   const controls = {};
   let cycles = null;
 
@@ -169,7 +166,7 @@ async function copyAddress(button, writeAddress) {
 }
 
 /** PV and OP over time, the record in grey behind, and lines at the amplitude of each stable limit cycle. */
-function drawPlots(record, cyclesOf) {
+function drawPlots(record, pvUnit, cyclesOf) {
   let middle = { pv: 0, op: 0 };
   const common = (name) => ({
     xLabel: "Time [s]",
@@ -181,7 +178,7 @@ function drawPlots(record, cyclesOf) {
     },
   });
   const ghost = record ? [{ label: "Record", kind: "ghost", stroke: () => color("ghost") }] : [];
-  const pv = linePlot({ ...common("pv"), title: "PV over time", yLabel: "PV [PV units]", height: 250, data: [[0, 1], [null, null], [null, null], ...ghost.map(() => [null, null])], series: [{ label: "Set point", kind: "sp" }, { label: "PV, simulated", kind: "pv", width: 2 }, ...ghost] });
+  const pv = linePlot({ ...common("pv"), title: "PV over time", yLabel: `PV [${pvUnit || "PV units"}]`, height: 250, data: [[0, 1], [null, null], [null, null], ...ghost.map(() => [null, null])], series: [{ label: "Set point", kind: "sp" }, { label: "PV, simulated", kind: "pv", width: 2 }, ...ghost] });
   const op = linePlot({ ...common("op"), title: "OP and valve position over time", yLabel: "OP [% of span]", height: 270, data: [[0, 1], [null, null], [null, null], ...ghost.map(() => [null, null])], series: [{ label: "OP (controller output)", kind: "op", width: 2 }, { label: "Valve position", kind: "mv", width: 2 }, ...ghost] });
   return {
     elements: [h("h2", {}, "Process variable"), pv.figure, h("h2", {}, "Controller output and valve position"), op.figure],
@@ -206,7 +203,7 @@ function drawPlots(record, cyclesOf) {
   };
 }
 
-const ends = (swing) => `${shortNumber(swing.middle - swing.amplitude)} and ${shortNumber(swing.middle + swing.amplitude)}`;
+const ends = (swing) => [swing.middle - swing.amplitude, swing.middle + swing.amplitude].map((value) => Number(value.toPrecision(4))).join(" and ");
 
 /** Range of the y axis that holds the simulated signal and the record. */
 function withRecord(low, high, recorded) {

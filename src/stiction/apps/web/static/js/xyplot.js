@@ -55,6 +55,11 @@ function drawCurve(plot, curve) {
     drawMarker(context, curve.symbol ?? "circle", x, y, size);
     if (curve.text?.[k]) {
       context.font = `${12 * scale}px system-ui, sans-serif`;
+      context.save();
+      context.strokeStyle = color("card");
+      context.lineWidth = 4 * scale;
+      context.strokeText(curve.text[k], x + 1.4 * size, y + 2.6 * size);
+      context.restore();
       context.fillText(curve.text[k], x + 1.4 * size, y + 2.6 * size);
     }
   }
@@ -155,7 +160,7 @@ export function xyPlot({ title, sentence = "", curves, xLabel, yLabel, height = 
       legend: { show: false },
       cursor: { points: { show: false }, drag: onDrag ? { x: false, y: false } : { x: true, y: true, uni: 30 } },
       scales: { x: { time: false }, y: {} },
-      axes: [axis(xLabel), axis(yLabel, { size: 62 })],
+      axes: [xLabel ? axis(xLabel) : axis(undefined, { labelSize: 0, size: 30 }), axis(yLabel, { size: 62 })],
       series: [{}, { show: true, stroke: "transparent", points: { show: false } }],
       hooks: { draw: [paint] },
     };
