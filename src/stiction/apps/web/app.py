@@ -13,7 +13,15 @@ from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, R
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
-from stiction.apps.web import loop_routes, loop_sets, readings, textbook_routes, uploads, whatif_routes
+from stiction.apps.web import (
+    loop_routes,
+    loop_sets,
+    note_routes,
+    readings,
+    textbook_routes,
+    uploads,
+    whatif_routes,
+)
 from stiction.apps.web.bodies import read_json
 from stiction.apps.web.guard import Guard
 from stiction.apps.web.workers import TimeLimitError, Workers
@@ -38,7 +46,7 @@ def static_folder() -> Path:
 
 def make_app(access: Access, workspace: Workspace) -> Guard:
     """Build the application inside its guard; `app.state` holds what the routes share: workers and workspace."""
-    pages = (uploads, readings, loop_sets, loop_routes, whatif_routes, textbook_routes)
+    pages = (uploads, readings, loop_sets, loop_routes, note_routes, whatif_routes, textbook_routes)
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:

@@ -33,6 +33,7 @@ class SessionLoops:
     id = "session"
     name = "Dropped files"
     can_run = True
+    notes_remark = "Notes on dropped files last until the server ends. Notes on an audit stay in its folder."
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -97,6 +98,16 @@ class SessionLoops:
         del workers
         self._row(key)
         return self._records[key]
+
+    async def tag_of(self, workers: Workers, key: int) -> str:
+        """Tag of a loop."""
+        del workers
+        return self._row(key)["tag"]
+
+    def set_label(self, key: int, label: str) -> None:
+        """Show the newest note of a loop in its row."""
+        self.rows[key]["label"] = label
+        self._touch(key)
 
     def start(self, workers: Workers) -> None:
         """Begin, or go on, to diagnose the loops that wait."""
