@@ -17,6 +17,7 @@ ROOMS = {
     "stiction.diagnosis": "Diagnosis",
     "stiction.valvetests": "Valve tests",
     "stiction.compensation": "Until the repair",
+    "stiction.fleet": "Many loops",
     "stiction.report": "Reports",
     "stiction.errors": "What can go wrong",
 }

@@ -31,6 +31,11 @@ VERBS = {
         "Say of each loop whether its valve sticks.",
     ),
     "serve": ("stiction.apps.serve:serve", "[AUDIT|SOURCE...]", "Open a local web page for files and audits."),
+    "audit": (
+        "stiction.apps.audit:audit",
+        "SOURCE... --out FOLDER",
+        "Diagnose all loops of a plant, rank and group them.",
+    ),
     "read": ("stiction.apps.read:read", "SOURCE...", "Say what a source holds, convert it, write its map."),
     "compensate": (
         "stiction.apps.compensate:compensate",

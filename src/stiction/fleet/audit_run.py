@@ -55,7 +55,7 @@ class Progress:
     sticky: int = 0
     """Sticky valves found so far [-]."""
     details: dict[str, Any] | None = None
-    """Of "plan": loops, parts, samples of a loop, workers."""
+    """Of "plan": loops, parts of the source, samples of a loop, loops that are left, workers."""
 
     @property
     def rate(self) -> float:
@@ -121,8 +121,15 @@ class AuditRun:
         settings = WorkSettings(
             clock, *self.span, prior=self.options.prior, costs=self.options.costs, time_limit=self.options.time_limit
         )
-        self._report("plan", 0, 0, details={"loops": len(self.places), "parts": len(set(self.fingerprints.values()))})
-        if self._left("screen") or self._left("diagnose"):
+        left = set(self._left("screen")) | set(self._left("diagnose"))
+        details = {
+            "loops": len(self.places),
+            "parts": len({one.part for one in self.places.values()}),
+            "left": len(left),
+        }
+        details |= {"workers": self._open_engine().workers, "samples": round(clock.count * clock.dt / clock.fast_dt)}
+        self._report("plan", 0, 0, details=details)
+        if left:
             self._report("compile", 0, 0)
             warm_kernels()
         for stage in ("screen", "diagnose"):

@@ -20,14 +20,14 @@ from stiction.fleet.ledger import FORMAT_VERSION
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-__all__ = ["SETTINGS_FILE", "lock_folder", "options_digest", "prepare_folder", "read_settings", "write_settings"]
+__all__ = ["SETTINGS_FILE", "check_folder", "lock_folder", "options_digest", "read_settings", "write_settings"]
 
 SETTINGS_FILE = "audit.toml"
 LOCK_FILE = "audit.lock"
 
 
-def prepare_folder(folder: Path) -> None:
-    """Make the folder of an audit, or check that an existing one is empty or holds an audit of this format.
+def check_folder(folder: Path) -> None:
+    """Check that a folder can take an audit: it does not exist, is empty, or holds an audit of this format.
 
     Raises
     ------
@@ -36,17 +36,18 @@ def prepare_folder(folder: Path) -> None:
     """
     if folder.exists() and not folder.is_dir():
         raise RecordError(f"{folder}: is a file; name a folder for the results with out (--out).")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        entries = [path.name for path in folder.iterdir() if path.name != LOCK_FILE]
-    except OSError as error:
-        raise RecordError(f"{folder}: cannot be made ({error.strerror or error}); name another folder.") from None
+    nearest = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    if not os.access(nearest, os.W_OK):
+        raise RecordError(f"{folder}: cannot be written to; name a folder that you may write to with out (--out).")
     if (folder / SETTINGS_FILE).exists():
         read_settings(folder)
-    elif entries:
-        raise RecordError(
-            f"{folder}: is no audit and not empty ({entries[0]}, ...); name a new folder with out (--out)."
-        )
+    elif folder.exists():
+        ours = (LOCK_FILE, "ledger.sqlite", "ledger.sqlite-wal", "ledger.sqlite-shm")
+        others = sorted(path.name for path in folder.iterdir() if path.name not in ours)
+        if others:
+            raise RecordError(
+                f"{folder}: is no audit and not empty (it has {others[0]}); name a new folder with out (--out)."
+            )
 
 
 def read_settings(folder: Path) -> dict[str, Any]:

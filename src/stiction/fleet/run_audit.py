@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from stiction.errors import ParameterError, RecordError
 from stiction.fleet.audit import Audit, read_audit
 from stiction.fleet.audit_run import AuditRun, Progress, RunOptions
-from stiction.fleet.folder import lock_folder, options_digest, prepare_folder, write_settings
+from stiction.fleet.folder import check_folder, lock_folder, options_digest, write_settings
 from stiction.fleet.ledger import FORMAT_VERSION, Ledger, sqlite_url
 from stiction.fleet.source_parts import find_loop_places
 from stiction.fleet.time_text import parse_duration, parse_moment
@@ -128,17 +128,20 @@ def audit(
         budget=None if budget is None else parse_duration("budget", budget), connections=links,
     )  # fmt: skip
     first, last = since if since == "last" else parse_moment("since", since), parse_moment("until", until)
-    places = find_loop_places(sources, options, pattern=loops)
     folder = Path(out)
-    prepare_folder(folder)
+    check_folder(folder)
+    places = None if first == "last" else find_loop_places(sources, _with_times(options, first, last), pattern=loops)
+    folder.mkdir(parents=True, exist_ok=True)
     with lock_folder(folder):
         book = Ledger(ledger or sqlite_url(folder / "ledger.sqlite"))
         try:
             book.create()
-            settings = _settings(sources, options, loops, ledger, signals)
-            write_settings(folder, settings)
             digest = options_digest({"reading": options, "prior": prior, "costs": costs})
             key, span = resolve_window(book, digest, first, last)
+            if places is None:
+                places = find_loop_places(sources, _with_times(options, *span), pattern=loops)
+            settings = _settings(sources, options, loops, ledger, signals)
+            write_settings(folder, settings)
             run = AuditRun(folder, settings, book, key, span, places, chosen, progress or _ignore)
             try:
                 run.run(subset=loops is not None)
@@ -175,6 +178,14 @@ def read_connections(path: str | os.PathLike[str]) -> list[tuple[str, str]]:
             raise RecordError(f"{path}, line {number}: from or to is empty; write two tags, or delete the line.")
         links.append((cells["from"], cells["to"]))
     return links
+
+
+def _with_times(options: dict[str, Any], since: Any, until: Any) -> dict[str, Any]:
+    """Options for reading; a database whose time column is named is asked for the audited time alone."""
+    if "time" not in options or "table" not in options:
+        return options
+    times = {"since": since and since.isoformat(), "until": until and until.isoformat()}
+    return options | {name: text for name, text in times.items() if text}
 
 
 def _settings(

@@ -65,10 +65,16 @@ class SourcePart:
         return _open_parts[self]
 
     def fingerprint(self) -> str:
-        """Digest of names, sizes and times of the files: a change means that the loops are audited again."""
-        from stiction.sources.database_url import show_url
+        """Digest of names, sizes and times of the files: a change means that the loops are audited again.
+
+        Of a database it is the length and the start of the first record.
+        """
+        from stiction.sources.database_url import is_database_url, show_url
 
         digest = hashlib.sha256()
+        if is_database_url(self.names[0]):
+            record = self.open().read_one(0)
+            digest.update(repr((len(record), record.start)).encode())
         for name in self.names:
             path = Path(name)
             stat = path.stat() if path.is_file() else None
