@@ -95,10 +95,10 @@ def require_within(name: str, value: Any, quantities: Mapping[str, Quantity] = Q
     except (TypeError, ValueError):
         number = math.nan
     if math.isnan(number):
-        raise ParameterError(f"{quantity.label} ({name}) must be a number in {quantity.unit}, got {value!r}.")
+        raise ParameterError(f"{quantity.label} must be a number in {quantity.unit}, got {value!r}.")
     if not quantity.low <= number <= quantity.high:
         raise ParameterError(
-            f"{quantity.label} ({name}) = {number:g}{unit} is outside {quantity.low:g} to {quantity.high:g}{unit}. "
+            f"{quantity.label} = {number:g}{unit} is outside {quantity.low:g} to {quantity.high:g}{unit}. "
             "Give a value within these limits."
         )
     return number

@@ -45,7 +45,7 @@ export async function render(root, { query, signal }) {
 function drawScreen(root, { options, loop, start, values }) {
   const record = start.record;
   const widest = widestOf(start.settings);
-  const answer = h("p", { class: "answer", id: "whatif-answer", role: "status" }, "…");
+  const answer = h("p", { class: "answer", id: "whatif-answer", role: "status" }, "The simulation is starting …");
   const cyclesText = h("p", { class: "cycles-sentence", role: "status" });
   const cyclesTable = h("div", { class: "scroll" });
   const trouble = h("div", { class: "trouble" });
@@ -85,12 +85,15 @@ function drawScreen(root, { options, loop, start, values }) {
   function changed() {
     simulation.ask("trend", values, plots.width(), drawTrend, (text) => {
       showTrouble(text);
+      answer.textContent = "These settings cannot be simulated.";
+      cyclesText.textContent = "";
+      cyclesTable.replaceChildren();
       root.dispatchEvent(new CustomEvent("drawn"));
     });
     cycles = null;
-    cyclesText.textContent = "Limit cycles: calculating …";
+    cyclesText.textContent = "Calculating …";
     clearTimeout(cyclesDelay);
-    cyclesDelay = setTimeout(() => simulation.ask("cycles", values, 100, drawCycles, (text) => (cyclesText.textContent = `Limit cycles: ${text}`)), CYCLES_DELAY_MS);
+    cyclesDelay = setTimeout(() => simulation.ask("cycles", values, 100, drawCycles, drawNoCycles), CYCLES_DELAY_MS);
     clearTimeout(addressDelay);
     addressDelay = setTimeout(writeAddress, ADDRESS_DELAY_MS);
   }
@@ -111,6 +114,12 @@ function drawScreen(root, { options, loop, start, values }) {
     cyclesText.textContent = found.sentence;
     cyclesTable.replaceChildren(...(cycles.length ? [tableOfCycles(cycles)] : []));
     plots.redraw();
+  }
+  /** No prediction; a wrong number is told once, above the plots. */
+  function drawNoCycles(text) {
+    const told = trouble.textContent === text;
+    cyclesText.textContent = told ? "" : `No prediction: ${text}`;
+    cyclesTable.replaceChildren();
   }
   function setAll(next) {
     for (const [name, value] of Object.entries(next)) {

@@ -1,0 +1,115 @@
+"""The socket of the what-if and textbook screens with a client and workers made by the test."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from starlette.websockets import WebSocketDisconnect
+
+from stiction.apps.web.simulation_answers import answer
+from stiction.apps.web.simulation_socket import LatestValue, answer_questions
+from stiction.errors import ParameterError
+
+
+class Pool:
+    """A pool that runs the call after a while, and remembers which questions it was given."""
+
+    def __init__(self, seconds: float, fault: Exception | None = None) -> None:
+        self.seconds = seconds
+        self.fault = fault
+        self.questions: list[int] = []
+
+    async def call(self, function: Any, *arguments: Any, limit_s: float) -> bytes:
+        """Stand for a worker."""
+        assert function is answer
+        assert limit_s > 0.0
+        self.questions.append(arguments[1])
+        await asyncio.sleep(self.seconds)
+        if self.fault is not None:
+            raise self.fault
+        return f"answer {arguments[1]}".encode()
+
+
+class Client:
+    """A socket that sends prepared messages with a pause after each, waits, and leaves."""
+
+    def __init__(self, messages: list[str], quick: Pool, background: Pool, pause: float = 0.01) -> None:
+        self.messages = messages
+        self.pause = pause
+        self.sent: list[Any] = []
+        self.app = SimpleNamespace(state=SimpleNamespace(workers=SimpleNamespace(quick=quick, background=background)))
+
+    async def accept(self) -> None:
+        """Nothing to do."""
+
+    async def receive_text(self) -> str:
+        """Give the next message; after the last one wait and leave."""
+        await asyncio.sleep(self.pause)
+        if self.messages:
+            return self.messages.pop(0)
+        await asyncio.sleep(0.3)
+        raise WebSocketDisconnect
+
+    async def send_bytes(self, body: bytes) -> None:
+        """Remember an answer."""
+        self.sent.append(body)
+
+    async def send_json(self, body: dict[str, Any]) -> None:
+        """Remember a message."""
+        self.sent.append(body)
+
+
+def question(kind: str, number: int) -> str:
+    """A question as the page sends it."""
+    return json.dumps({"kind": kind, "id": number, "values": {}, "width": 500})
+
+
+def talk(messages: list[str], quick: Pool, background: Pool) -> list[Any]:
+    """What the client got."""
+    client = Client(messages, quick, background)
+    asyncio.run(answer_questions(client))  # pyright: ignore[reportArgumentType]
+    return client.sent
+
+
+def test_of_the_questions_that_wait_only_the_latest_is_answered() -> None:
+    slow = Pool(0.1)
+    sent = talk([question("trend", k) for k in range(1, 9)], slow, Pool(0.0))
+    assert slow.questions == [1, 8]
+    assert sent == [b"answer 1", b"answer 8"]
+
+
+def test_a_slow_prediction_does_not_hold_up_the_trend() -> None:
+    quick, background = Pool(0.0), Pool(0.15)
+    sent = talk([question("cycles", 1), question("trend", 2), question("trend", 3)], quick, background)
+    assert sent == [b"answer 2", b"answer 3", b"answer 1"]
+    assert (quick.questions, background.questions) == ([2, 3], [1])
+
+
+def test_an_error_is_told_and_the_next_question_is_answered() -> None:
+    quick = Pool(0.0, ParameterError("S = 300 % is too large."))
+    sent = talk([question("trend", 1), question("trend", 2)], quick, Pool(0.0))
+    assert sent == [{"kind": "trend", "id": k, "error": "S = 300 % is too large."} for k in (1, 2)]
+
+
+@pytest.mark.parametrize(
+    "message", ["", "no json", "[]", "{}", '{"kind": "trend"}', question("magic", 1), "x" * 30_000]
+)
+def test_a_message_that_is_no_question_is_refused_and_the_socket_stays(message: str) -> None:
+    sent = talk([message, question("trend", 7)], Pool(0.0), Pool(0.0))
+    assert sent == [{"kind": "", "id": 0, "error": "The server did not understand the question."}, b"answer 7"]
+
+
+def test_a_value_that_was_taken_is_not_given_again() -> None:
+    async def use() -> None:
+        place = LatestValue()
+        place.put(1)
+        place.put(2)
+        assert await place.take() == 2
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(place.take(), 0.05)
+
+    asyncio.run(use())
