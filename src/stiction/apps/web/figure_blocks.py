@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.report import Figure, Heading, SideBySide, Table, Text
-from stiction.report.blocks import Cell
+from stiction.report.blocks import Cell, TrustedHtml
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -102,8 +102,9 @@ def _cell(value: Any) -> dict[str, Any]:
 
     mark = value.mark if isinstance(value, Cell) else ""
     plain = value.value if isinstance(value, Cell) else value
-    if plain is None or (isinstance(plain, float) and math.isnan(plain)):
-        text = "-"
-    else:
-        text = plain if isinstance(plain, str) else format_number(float(plain), significant=4)
-    return {"text": text, "mark": mark}
+    if isinstance(plain, str):
+        return {"text": plain, "mark": mark}
+    if isinstance(plain, TrustedHtml):
+        raise TypeError("The web page shows no markup of a report in a table.")
+    number = math.nan if plain is None else float(plain)
+    return {"text": "-" if math.isnan(number) else format_number(number, significant=4), "mark": mark}

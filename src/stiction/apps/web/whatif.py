@@ -92,7 +92,7 @@ def simulate_trend(settings: WhatIfSettings, width: int = 1200) -> Trend:
     op_swing, pv_swing = (measure_swing(x, dt, noisy=settings.noise > 0.0) for x in (op, pv))
     keep = thin((pv, op, mv), width)
     sentence = describe_trend(settings, op_swing, pv_swing, op, pv)
-    return Trend(keep * dt, pv[keep], op[keep], mv[keep], op_swing, pv_swing, sentence)
+    return Trend(dt * keep.astype(np.float64), pv[keep], op[keep], mv[keep], op_swing, pv_swing, sentence)
 
 
 def start_load(settings: WhatIfSettings, n: int) -> NDArray[np.float64]:

@@ -96,7 +96,9 @@ def identified_start(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfStart:
     except (RecordError, ParameterError) as error:
         found, remarks = _of_identification(diagnosis)
         remarks.insert(0, f"The simulated loop was not compared with the record: {error}")
-    rounded = {name: _round(value) if isinstance(value, float) else value for name, value in {**base, **found}.items()}
+    rounded: dict[str, Any] = {
+        name: _round(value) if isinstance(value, float) else value for name, value in {**base, **found}.items()
+    }
     return WhatIfStart(
         WhatIfSettings(**rounded),
         tuple(remarks),
