@@ -14,6 +14,7 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from stiction.apps.web import (
+    audit_routes,
     loop_routes,
     loop_sets,
     note_routes,
@@ -46,7 +47,7 @@ def static_folder() -> Path:
 
 def make_app(access: Access, workspace: Workspace) -> Guard:
     """Build the application inside its guard; `app.state` holds what the routes share: workers and workspace."""
-    pages = (uploads, readings, loop_sets, loop_routes, note_routes, whatif_routes, textbook_routes)
+    pages = (uploads, readings, loop_sets, loop_routes, note_routes, audit_routes, whatif_routes, textbook_routes)
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
@@ -55,6 +56,8 @@ def make_app(access: Access, workspace: Workspace) -> Guard:
         if workspace.files:
             workspace.readings.start(app.state.workers, workspace.files, {})
         yield
+        for one in workspace.audits.values():
+            await one.stop()
         app.state.workers.stop()
 
     app = Starlette(

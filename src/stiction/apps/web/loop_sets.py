@@ -8,6 +8,8 @@ from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
+from stiction.apps.web.audit_files import audit_sparks
+from stiction.apps.web.audit_loops import AuditLoops
 from stiction.apps.web.bodies import json_bytes, read_json
 from stiction.apps.web.export_table import FORMATS, export_table
 
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
 
 __all__ = ["ROUTES", "find_set"]
 
+MAX_SPARKS = 200
+"""Small trends of one request [-]."""
 MAX_EXPORT_BYTES = 30_000_000
 """Size of a table that may be exported [bytes]."""
 
@@ -46,22 +50,32 @@ async def _rows(request: Request) -> Response:
         since = int(request.query_params.get("since", "0"))
     except ValueError:
         raise HTTPException(400, "The version is no number.") from None
-    changes = find_set(request).changes(since)
-    if hasattr(changes, "__await__"):
-        return json_bytes(await changes)
-    return JSONResponse(changes)
+    return json_bytes(await find_set(request).changes(request.app.state.workers, since))
+
+
+async def _sparks(request: Request) -> Response:
+    """Small trends of the rows in view."""
+    texts = request.query_params.get("keys", "").split(",")[:MAX_SPARKS]
+    if not all(text.isdecimal() for text in texts):
+        raise HTTPException(400, "The loops are no numbers.")
+    loops = find_set(request)
+    if not isinstance(loops, AuditLoops):
+        return JSONResponse({"sparks": {}})
+    call = (audit_sparks, str(loops.folder), [int(text) for text in texts])
+    return JSONResponse({"sparks": await request.app.state.workers.quick.call(*call)})
 
 
 async def _run(request: Request) -> Response:
     """Stop, or go on with, the diagnoses of a set."""
     loops = find_set(request)
     body = await read_json(request)
-    if not loops.can_run:
-        raise HTTPException(409, "This audit is complete; nothing is left to do.")
     if body.get("run"):
-        loops.start(request.app.state.workers)
+        others = request.app.state.workspace.audits.values()
+        if loops in others and any(one.is_running for one in others if one is not loops):
+            raise HTTPException(409, "Another audit is running. Stop it first: one runs at a time.")
+        await loops.start(request.app.state.workers)
     else:
-        loops.stop()
+        await loops.stop()
     return JSONResponse(loops.progress())
 
 
@@ -81,6 +95,7 @@ async def _export(request: Request) -> Response:
 ROUTES = [
     Route("/api/sets", _list),
     Route("/api/sets/{set}/rows", _rows),
+    Route("/api/sets/{set}/sparks", _sparks),
     Route("/api/sets/{set}/run", _run, methods=["POST"]),
     Route("/api/export", _export, methods=["POST"]),
 ]

@@ -208,7 +208,7 @@ async def _diagnose(request: Request) -> Response:
         if source.state == "read" and not source.added:
             keys += workspace.session.add(source.answer["loops"])
             source.added = True
-    workspace.session.start(request.app.state.workers)
+    await workspace.session.start(request.app.state.workers)
     return JSONResponse({"set": workspace.session.id, "keys": keys})
 
 

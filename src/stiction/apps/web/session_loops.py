@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import time
 from typing import TYPE_CHECKING, Any
 
@@ -109,7 +110,7 @@ class SessionLoops:
         self.rows[key]["label"] = label
         self._touch(key)
 
-    def start(self, workers: Workers) -> None:
+    async def start(self, workers: Workers) -> None:
         """Begin, or go on, to diagnose the loops that wait."""
         if self._running:
             return
@@ -124,7 +125,7 @@ class SessionLoops:
         if not self._tasks:
             self._running = False
 
-    def stop(self) -> None:
+    async def stop(self) -> None:
         """Diagnose no further loop; those in work are finished."""
         self._running = False
 
@@ -156,10 +157,12 @@ class SessionLoops:
         except Exception as error:
             return _failure("failed", f"a fault of the program, not yours ({error}); please report it.")
 
-    def changes(self, since: int) -> dict[str, Any]:
-        """Rows that changed after a version, and the progress."""
+    async def changes(self, workers: Workers, since: int) -> bytes:
+        """Rows that changed after a version, and the progress, as JSON."""
+        del workers
         rows = [row for row, version in zip(self.rows, self._changed, strict=True) if version > since]
-        return {"version": self._version, "rows": rows, "progress": self.progress()}
+        answer = {"version": self._version, "rows": rows, "progress": self.progress()}
+        return json.dumps(answer, separators=(",", ":"), allow_nan=False).encode()
 
     def progress(self) -> dict[str, Any]:
         """Counts, rate and time left of the diagnoses."""

@@ -6,6 +6,7 @@ import asyncio
 import multiprocessing
 import os
 import signal
+import sys
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import StictionError
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["TimeLimitError", "Worker", "WorkerLostError", "WorkerPool", "Workers"]
 
+WARM_PAUSE_S = 0.2
+"""Time between two workers that are warmed [s]."""
 TIME_LIMIT_S = 60.0
 """Longest time of a call when the caller names none [s]."""
 
@@ -130,16 +133,28 @@ class WorkerPool:
         return len(self._all)
 
     def start(self) -> None:
-        """Start all processes and warm them. Calls made meanwhile wait."""
-        for worker in self._all:
-            self._keep(asyncio.create_task(self._start(worker)))
+        """Start all processes, and warm one after the other, so that the others answer meanwhile."""
+        self._keep(asyncio.create_task(self._warm_in_turn()))
 
-    async def _start(self, worker: Worker) -> None:
-        await asyncio.to_thread(worker.start)
-        try:
-            await worker.warm()
-        finally:
+    async def _warm_in_turn(self) -> None:
+        for worker in self._all:
+            await asyncio.to_thread(worker.start)
+        for worker in self._all[1:]:
             self._free.put_nowait(worker)
+        cold = set(self._all)
+        worker = self._all[0]
+        while cold:
+            try:
+                if worker in cold:
+                    await worker.warm()
+            except (WorkerLostError, TimeLimitError) as error:
+                print(f"stiction: a worker process could not be prepared: {error}", file=sys.stderr)
+            finally:
+                cold.discard(worker)
+                self._free.put_nowait(worker)
+            if cold:
+                await asyncio.sleep(WARM_PAUSE_S)
+                worker = await self._free.get()
 
     def stop(self) -> None:
         """End all processes at once."""
@@ -176,7 +191,7 @@ class Workers:
     def __init__(self, background_count: int | None = None) -> None:
         from stiction.apps.web.warm import warm_background, warm_quick
 
-        self.quick = WorkerPool(1, warm_quick)
+        self.quick = WorkerPool(2, warm_quick)
         """Simulations, zooms and tables: at most some 50 ms each."""
         self.background = WorkerPool(background_count or max(1, (os.cpu_count() or 2) - 1), warm_background)
         """Reading, diagnoses, limit cycles: seconds each."""

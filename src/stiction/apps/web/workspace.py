@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stiction.apps.web.audit_loops import AuditLoops
 from stiction.apps.web.readings import Readings
 from stiction.apps.web.session_loops import SessionLoops
 from stiction.apps.web.uploads import Uploads
@@ -34,7 +35,7 @@ class Workspace:
     session: SessionLoops
     files: list[tuple[str, str]] = field(default_factory=list)
     """Path and shown name of each file that the command line named."""
-    audits: dict[str, Any] = field(default_factory=dict)
+    audits: dict[str, AuditLoops] = field(default_factory=dict)
     """Audits that the command line named, by id."""
 
     def sets(self) -> dict[str, Any]:
@@ -64,7 +65,7 @@ def open_workspace(sources: Sequence[str] = ()) -> Iterator[Workspace]:
             Readings(folder / "readings"),
             SessionLoops(folder / "session"),
             files,
-            {},
+            {one.id: one for one in (AuditLoops(path, folder / "audits") for path in folders)},
         )
     finally:
         shutil.rmtree(folder, ignore_errors=True)
