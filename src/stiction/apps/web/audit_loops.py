@@ -32,7 +32,6 @@ _numbers: Iterator[int] = count(1)
 class AuditLoops:
     """An audit that the command line named; nothing but `labels.csv` is written into its folder."""
 
-    can_run = True
     notes_remark = "Notes are kept in labels.csv in the folder of the audit."
 
     def __init__(self, folder: Path, cache: Path) -> None:

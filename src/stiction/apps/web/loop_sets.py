@@ -41,7 +41,11 @@ def find_set(request: Request) -> Any:
 
 async def _list(request: Request) -> Response:
     sets = request.app.state.workspace.sets().values()
-    return JSONResponse({"sets": [{"id": one.id, "name": one.name, "can_run": one.can_run} for one in sets]})
+    return JSONResponse({"sets": [_describe(one) for one in sets]})
+
+
+def _describe(loops: Any) -> dict[str, Any]:
+    return {"id": loops.id, "name": loops.name, "is_audit": isinstance(loops, AuditLoops)}
 
 
 async def _rows(request: Request) -> Response:

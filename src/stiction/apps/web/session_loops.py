@@ -33,7 +33,6 @@ class SessionLoops:
 
     id = "session"
     name = "Dropped files"
-    can_run = True
     notes_remark = "Notes on dropped files last until the server ends. Notes on an audit stay in its folder."
 
     def __init__(self, folder: Path) -> None:

@@ -4,6 +4,7 @@ import { fetchFile, getJson, saveFile, sendJson } from "./api.js";
 import { CAUSES, STATES, chip, verdictChip, verdictWord } from "./chips.js";
 import { sparkline } from "./column_table.js";
 import { duration, h, number, problem } from "./dom.js";
+import { setChoice } from "./set_choice.js";
 import { virtualTable } from "./virtual_table.js";
 
 export const title = "Loops";
@@ -15,7 +16,7 @@ const memory = new Map();
 
 const stateWord = (row) => (row.loop_state ? STATES[row.loop_state] ?? row.loop_state.replaceAll("_", " ") : "");
 const causeWord = (row) => (row.oscillation_cause ? CAUSES[row.oscillation_cause] ?? row.oscillation_cause : "");
-const verdictRank = (row) => (row.verdict in RANKS ? RANKS[row.verdict] : 3);
+const verdictRank = (row) => (row.verdict in RANKS ? RANKS[row.verdict] : 3) - 0.5 * (row.probability ?? 0);
 
 function columnsOf(setId, hasArea, hasPriority, sparks) {
   const text = (name, label, value, className) => ({ name, label, value, cell: (row) => value(row) ?? "", className });
@@ -44,19 +45,21 @@ function trendCell(row, sparks) {
 }
 
 export async function render(root, { parts, signal }) {
-  const { sets } = await getJson("/api/sets", signal);
-  const current = sets.find((one) => one.id === parts[0]) ?? sets[0];
   root.append(h("h1", {}, "Loops"));
+  const { element: setElement, current, sets } = await setChoice("loops", parts[0], signal);
   if (parts[0] && !sets.some((one) => one.id === parts[0])) root.append(problem("This audit is not open. Another set of loops is shown."));
   if (!current) {
     root.append(h("p", {}, "There is no loop yet. ", h("a", { href: "#/drop" }, "Drop a file"), " first."));
     return null;
   }
   const setId = current.id;
+  const wait = h("p", { class: "note", role: "status" }, "Loading the table …");
+  root.append(wait);
   const rows = new Map();
   const sparks = new Map();
   let version = 0;
   let answer = await getJson(`/api/sets/${setId}/rows?since=0`, signal);
+  wait.remove();
   take(answer);
   const all = [...rows.values()];
   const columns = columnsOf(setId, all.some((row) => row.area), all.some((row) => row.priority), sparks);
@@ -70,13 +73,12 @@ export async function render(root, { parts, signal }) {
   };
   choices.area.parentElement.hidden = choices.area.options.length < 3;
   const count = h("span", { class: "note", role: "status" });
-  const progress = progressBar(setId, current.can_run, signal);
+  const progress = progressBar(setId, signal);
   const message = h("div", {});
   const exports = ["xlsx", "csv", "parquet"].map((format) =>
     h("button", { onclick: () => exportShown(format).catch((error) => message.replaceChildren(problem(error.message))) }, format));
-  const setChoice = sets.length > 1 ? h("select", { "aria-label": "Set of loops", onchange: (event) => (location.hash = `#/loops/${event.target.value}`) }, sets.map((one) => h("option", { value: one.id, selected: one.id === setId }, one.name))) : h("span", { class: "note" }, current.name);
   root.append(
-    h("div", { class: "row tools" }, setChoice, search, ...Object.values(choices).map((one) => one.parentElement), count, h("span", { class: "row exports" }, "Export", exports)),
+    h("div", { class: "row tools" }, setElement, search, ...Object.values(choices).map((one) => one.parentElement), count, h("span", { class: "row exports" }, "Export", exports)),
     progress.element, message, table.element);
 
   function take(next) {
@@ -160,7 +162,7 @@ function choice(label, options, value) {
   return select;
 }
 
-function progressBar(setId, canRun, signal) {
+function progressBar(setId, signal) {
   const text = h("span", {});
   const bar = h("progress", { "aria-label": "Loops diagnosed" });
   const button = h("button", {});
@@ -184,7 +186,6 @@ function progressBar(setId, canRun, signal) {
     const rate = progress.per_second ? `, ${number(progress.per_second)} loops a second, ${duration(progress.left_s)} left` : "";
     text.textContent = `${progress.done} of ${progress.total} loops diagnosed${isRunning ? rate : ", stopped"}`;
     button.textContent = isRunning ? "Stop" : "Go on";
-    button.hidden = !canRun;
   }
   return { element, show };
 }

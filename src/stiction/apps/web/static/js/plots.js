@@ -4,6 +4,16 @@ import uPlot from "/static/vendor/uPlot.esm.js";
 import { h } from "./dom.js";
 
 const DASHES = { pv: [], sp: [8, 4], op: [], mv: [3, 3], model: [7, 3, 2, 3], ghost: [] };
+/** Clock times of the x axis, 24 hours: step [s], text, and texts at the start of a new year, month, day, minute, second. */
+const CLOCK = [
+  [31536000, "{YYYY}", null, null, null, null, null, null, 1],
+  [2419200, "{MMM}", "\n{YYYY}", null, null, null, null, null, 1],
+  [86400, "{DD} {MMM}", "\n{YYYY}", null, null, null, null, null, 1],
+  [3600, "{HH}:{mm}", "\n{DD} {MMM} {YYYY}", null, "\n{DD} {MMM}", null, null, null, 1],
+  [60, "{HH}:{mm}", "\n{DD} {MMM} {YYYY}", null, "\n{DD} {MMM}", null, null, null, 1],
+  [1, "{HH}:{mm}:{ss}", "\n{DD} {MMM} {YYYY}", null, "\n{DD} {MMM}", null, null, null, 1],
+  [0.001, ":{ss}.{fff}", "\n{DD} {MMM} {HH}:{mm}", null, "\n{DD} {MMM} {HH}:{mm}", null, "\n{HH}:{mm}", null, 1],
+];
 const RESIZE_DELAY_MS = 60;
 export const live = new Set();
 
@@ -60,7 +70,7 @@ export function linePlot(options) {
     legend: { show: legend, live: true },
     cursor: { drag: { x: true, y: false, setScale: !onZoom }, sync: sync ? { key: sync, setSeries: false } : undefined },
     scales: { x: { time: xTime, ...(options.xRange ? { range: options.xRange } : {}) }, y: options.yRange ? { range: options.yRange } : {} },
-    axes: [axis(xLabel), axis(yLabel, { size: 62 })],
+    axes: [axis(xLabel, xTime ? { values: CLOCK } : {}), axis(yLabel, { size: 62 })],
     series: [{ label: options.xName ?? "Time" }, ...series.map(seriesOptions)],
     hooks: {
       setSelect: [

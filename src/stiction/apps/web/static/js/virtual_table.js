@@ -18,9 +18,9 @@ export function virtualTable({ columns, label, open, shown = () => {} }) {
   let last = -1;
   const buttons = new Map();
   const head = h("tr", {}, columns.map((column) => {
-    const button = h("button", { class: "sort", type: "button", title: column.hint ?? null, onclick: () => sortBy(column.name) }, column.label);
+    const button = column.isPicture ? column.label : h("button", { class: "sort", type: "button", title: column.hint ?? null, onclick: () => sortBy(column.name) }, column.label);
     const cell = h("th", { scope: "col", class: column.number ? "number" : null, role: "columnheader" }, button);
-    buttons.set(column.name, cell);
+    if (!column.isPicture) buttons.set(column.name, cell);
     return cell;
   }));
   const above = h("tr", { "aria-hidden": "true", class: "spacer" }, h("td", { colspan: String(columns.length) }));
