@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,6 +13,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from stiction.apps.web.simulation_answers import answer
 from stiction.apps.web.simulation_socket import LatestValue, answer_questions
+from stiction.apps.web.workers import TimeLimitError, WorkerLostError
 from stiction.errors import ParameterError
 
 
@@ -71,8 +73,14 @@ def question(kind: str, number: int) -> str:
 def talk(messages: list[str], quick: Pool, background: Pool) -> list[Any]:
     """What the client got."""
     client = Client(messages, quick, background)
-    asyncio.run(answer_questions(client))  # pyright: ignore[reportArgumentType]
+    run(answer_questions(client))  # pyright: ignore[reportArgumentType]
     return client.sent
+
+
+def run(task: Any) -> None:
+    """Run a task in a thread of its own: the browser of other tests keeps a loop in this one."""
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(asyncio.run, task).result()
 
 
 def test_of_the_questions_that_wait_only_the_latest_is_answered() -> None:
@@ -95,6 +103,12 @@ def test_an_error_is_told_and_the_next_question_is_answered() -> None:
     assert sent == [{"kind": "trend", "id": k, "error": "S = 300 % is too large."} for k in (1, 2)]
 
 
+@pytest.mark.parametrize("fault", [TimeLimitError("Too long."), WorkerLostError("Lost.")])
+def test_a_fault_that_may_pass_asks_the_page_to_try_again(fault: Exception) -> None:
+    sent = talk([question("trend", 1)], Pool(0.0, fault), Pool(0.0))
+    assert sent == [{"kind": "trend", "id": 1, "error": str(fault), "again": True}]
+
+
 @pytest.mark.parametrize(
     "message", ["", "no json", "[]", "{}", '{"kind": "trend"}', question("magic", 1), "x" * 30_000]
 )
@@ -112,4 +126,4 @@ def test_a_value_that_was_taken_is_not_given_again() -> None:
         with pytest.raises(TimeoutError):
             await asyncio.wait_for(place.take(), 0.05)
 
-    asyncio.run(use())
+    run(use())

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from starlette.websockets import WebSocketDisconnect
 
 from stiction.apps.web.simulation_answers import QUICK_KINDS, SLOW_KINDS, answer
-from stiction.apps.web.workers import TimeLimitError, WorkerLostError
+from stiction.apps.web.workers import TimeLimitError, WorkerFaultError, WorkerLostError
 from stiction.errors import StictionError
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ __all__ = ["LatestValue", "answer_questions"]
 
 MAX_MESSAGE_CHARS = 20_000
 """Longest question [characters]."""
-QUICK_LIMIT_S, SLOW_LIMIT_S = 10.0, 60.0
+QUICK_LIMIT_S, SLOW_LIMIT_S = 30.0, 60.0
 """Longest time of an answer [s]."""
 
 
@@ -48,7 +48,7 @@ async def answer_questions(socket: WebSocket) -> None:
     """Answer the questions of one client until it leaves.
 
     A question is `{"kind", "id", "values", "width"}`. The answer is binary (see `packed`), or a text
-    `{"kind", "id", "error"}`.
+    `{"kind", "id", "error"}`, with `"again": true` where the same question may be answered later.
     """
     workers = socket.app.state.workers
     await socket.accept()
@@ -98,5 +98,7 @@ async def _answer_latest(socket: WebSocket, place: LatestValue, pool: WorkerPool
         try:
             body = await pool.call(answer, kind, request_id, question["values"], question["width"], limit_s=limit_s)
             await socket.send_bytes(body)
-        except (StictionError, TimeLimitError, WorkerLostError, RuntimeError) as error:
+        except (StictionError, WorkerFaultError) as error:
             await socket.send_json({"kind": kind, "id": request_id, "error": str(error)})
+        except (TimeLimitError, WorkerLostError) as error:
+            await socket.send_json({"kind": kind, "id": request_id, "error": str(error), "again": True})

@@ -59,7 +59,7 @@ export class Simulation {
   }
 
   send(kind) {
-    if (this.socket.readyState !== WebSocket.OPEN || this.asked.has(kind)) return;
+    if (this.socket.readyState !== WebSocket.OPEN || this.asked.has(kind) || !this.waiting.has(kind)) return;
     const question = this.waiting.get(kind);
     this.waiting.delete(kind);
     this.asked.set(kind, question);
@@ -72,6 +72,12 @@ export class Simulation {
     const question = this.asked.get(answer.kind);
     if (!question || question.id !== answer.id) return;
     this.asked.delete(answer.kind);
+    if (answer.again && !this.waiting.has(answer.kind)) {
+      this.waiting.set(answer.kind, question);
+      setTimeout(() => !this.closed && this.send(answer.kind), RECONNECT_DELAY_MS);
+      this.onLost(answer.error);
+      return;
+    }
     if (answer.error) question.onError(answer.error);
     else question.onAnswer(answer, this.waiting.has(answer.kind));
     if (this.waiting.has(answer.kind)) this.send(answer.kind);
