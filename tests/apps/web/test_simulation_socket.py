@@ -6,7 +6,7 @@ import asyncio
 import json
 from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from starlette.websockets import WebSocketDisconnect
@@ -16,32 +16,36 @@ from stiction.apps.web.simulation_socket import LatestValue, answer_questions
 from stiction.apps.web.workers import TimeLimitError, WorkerLostError
 from stiction.errors import ParameterError
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
 
 class Pool:
-    """A pool that runs the call after a while, and remembers which questions it was given."""
+    """A pool whose calls end when `is_ready()`, and that remembers which questions it was given."""
 
-    def __init__(self, seconds: float, fault: Exception | None = None) -> None:
-        self.seconds = seconds
+    def __init__(self, fault: Exception | None = None) -> None:
         self.fault = fault
         self.questions: list[int] = []
+        self.is_ready: Callable[[], bool] = lambda: True
 
     async def call(self, function: Any, *arguments: Any, limit_s: float) -> bytes:
         """Stand for a worker."""
         assert function is answer
         assert limit_s > 0.0
         self.questions.append(arguments[1])
-        await asyncio.sleep(self.seconds)
+        while not self.is_ready():
+            await asyncio.sleep(0.001)
         if self.fault is not None:
             raise self.fault
         return f"answer {arguments[1]}".encode()
 
 
 class Client:
-    """A socket that sends prepared messages with a pause after each, waits, and leaves."""
+    """A socket that sends prepared messages, each when the server has dealt with the one before, and then leaves."""
 
-    def __init__(self, messages: list[str], quick: Pool, background: Pool, pause: float = 0.01) -> None:
+    def __init__(self, messages: list[str], answers: int, quick: Pool, background: Pool) -> None:
         self.messages = messages
-        self.pause = pause
+        self.answers = answers
         self.sent: list[Any] = []
         self.app = SimpleNamespace(state=SimpleNamespace(workers=SimpleNamespace(quick=quick, background=background)))
 
@@ -49,11 +53,15 @@ class Client:
         """Nothing to do."""
 
     async def receive_text(self) -> str:
-        """Give the next message; after the last one wait and leave."""
-        await asyncio.sleep(self.pause)
+        """Give the next message; after the last one wait for the answers and leave."""
+        for _ in range(20):
+            await asyncio.sleep(0.0)
         if self.messages:
             return self.messages.pop(0)
-        await asyncio.sleep(0.3)
+        while len(self.sent) < self.answers:
+            await asyncio.sleep(0.001)
+        for _ in range(20):
+            await asyncio.sleep(0.0)
         raise WebSocketDisconnect
 
     async def send_bytes(self, body: bytes) -> None:
@@ -70,9 +78,9 @@ def question(kind: str, number: int) -> str:
     return json.dumps({"kind": kind, "id": number, "values": {}, "width": 500})
 
 
-def talk(messages: list[str], quick: Pool, background: Pool) -> list[Any]:
-    """What the client got."""
-    client = Client(messages, quick, background)
+def talk(messages: list[str], answers: int, quick: Pool, background: Pool) -> list[Any]:
+    """What the client got after its messages and so many answers."""
+    client = Client(messages, answers, quick, background)
     run(answer_questions(client))  # pyright: ignore[reportArgumentType]
     return client.sent
 
@@ -84,28 +92,31 @@ def run(task: Any) -> None:
 
 
 def test_of_the_questions_that_wait_only_the_latest_is_answered() -> None:
-    slow = Pool(0.1)
-    sent = talk([question("trend", k) for k in range(1, 9)], slow, Pool(0.0))
-    assert slow.questions == [1, 8]
+    messages, quick = [question("trend", k) for k in range(1, 9)], Pool()
+    quick.is_ready = lambda: not messages
+    sent = talk(messages, 2, quick, Pool())
+    assert quick.questions == [1, 8]
     assert sent == [b"answer 1", b"answer 8"]
 
 
 def test_a_slow_prediction_does_not_hold_up_the_trend() -> None:
-    quick, background = Pool(0.0), Pool(0.15)
-    sent = talk([question("cycles", 1), question("trend", 2), question("trend", 3)], quick, background)
-    assert sent == [b"answer 2", b"answer 3", b"answer 1"]
-    assert (quick.questions, background.questions) == ([2, 3], [1])
+    quick, background = Pool(), Pool()
+    background.is_ready = lambda: quick.questions == [2, 3]
+    sent = talk([question("cycles", 1), question("trend", 2), question("trend", 3)], 3, quick, background)
+    assert sorted(sent) == [b"answer 1", b"answer 2", b"answer 3"]
+    assert sent[0] == b"answer 2"
+    assert background.questions == [1]
 
 
 def test_an_error_is_told_and_the_next_question_is_answered() -> None:
-    quick = Pool(0.0, ParameterError("S = 300 % is too large."))
-    sent = talk([question("trend", 1), question("trend", 2)], quick, Pool(0.0))
+    quick = Pool(ParameterError("S = 300 % is too large."))
+    sent = talk([question("trend", 1), question("trend", 2)], 2, quick, Pool())
     assert sent == [{"kind": "trend", "id": k, "error": "S = 300 % is too large."} for k in (1, 2)]
 
 
 @pytest.mark.parametrize("fault", [TimeLimitError("Too long."), WorkerLostError("Lost.")])
 def test_a_fault_that_may_pass_asks_the_page_to_try_again(fault: Exception) -> None:
-    sent = talk([question("trend", 1)], Pool(0.0, fault), Pool(0.0))
+    sent = talk([question("trend", 1)], 1, Pool(fault), Pool())
     assert sent == [{"kind": "trend", "id": 1, "error": str(fault), "again": True}]
 
 
@@ -113,7 +124,7 @@ def test_a_fault_that_may_pass_asks_the_page_to_try_again(fault: Exception) -> N
     "message", ["", "no json", "[]", "{}", '{"kind": "trend"}', question("magic", 1), "x" * 30_000]
 )
 def test_a_message_that_is_no_question_is_refused_and_the_socket_stays(message: str) -> None:
-    sent = talk([message, question("trend", 7)], Pool(0.0), Pool(0.0))
+    sent = talk([message, question("trend", 7)], 2, Pool(), Pool())
     assert sent == [{"kind": "", "id": 0, "error": "The server did not understand the question."}, b"answer 7"]
 
 
