@@ -188,7 +188,7 @@ def test_the_screen_starts_from_the_loop_that_made_the_record() -> None:
     assert (found.gain, found.dead_time + found.tau) == pytest.approx((3.0, 20.0), rel=0.15)
     assert start.tag == "FIC-1"
     assert start.sentence.startswith("The record oscillates with a period of")
-    assert set(start.record) == {"time", "pv", "op", "mv"}
+    assert set(start.record) == {"time", "pv", "op"}
     simulated = simulate_trend(found).op_swing
     recorded = measure_swing(start.record["op"], 1.0, noisy=True)
     assert simulated.amplitude == pytest.approx(recorded.amplitude, rel=0.2)

@@ -38,7 +38,7 @@ class WhatIfStart:
     remarks: tuple[str, ...]
     """What had to be assumed, and how far the simulated loop can be trusted, in sentences."""
     record: dict[str, NDArray[np.float64]]
-    """Part of the record: time [s], pv [PV units], op [% of span] and, where recorded, mv; shape (n_points,) each."""
+    """Part of the record: time [s], pv [PV units], op [% of span], shape (n_points,) each."""
     sentence: str
     """How the record oscillates."""
     tag: str = ""
@@ -187,10 +187,9 @@ def _part(segment: Any, duration: float, width: int) -> dict[str, NDArray[np.flo
     start = max((len(segment) - 2 * n) // 2, 0)
     first = start + first_rise(segment.op[start : start + n])
     stop = min(first + n, len(segment))
-    names = [name for name in ("pv", "op", "mv") if getattr(segment, name) is not None]
-    signals = tuple(getattr(segment, name)[first:stop] for name in names)
-    keep = thin(signals, width)
-    return {"time": keep * segment.dt, **{name: x[keep] for name, x in zip(names, signals, strict=True)}}
+    pv, op = segment.pv[first:stop], segment.op[first:stop]
+    keep = thin((pv, op), width)
+    return {"time": keep * segment.dt, "pv": pv[keep], "op": op[keep]}
 
 
 def _describe(diagnosis: Diagnosis, op: NDArray[np.float64], dt: float) -> str:

@@ -248,7 +248,7 @@ function drawRecord(plot, record, name) {
   context.restore();
 }
 
-/** Dashed lines at the highest and lowest value of each stable limit cycle. */
+/** Dotted lines at the highest and lowest value of each stable limit cycle. */
 function drawAmplitudes(plot, cycles, middle, name) {
   if (!cycles) return;
   const context = plot.ctx;
@@ -289,7 +289,7 @@ function tableOfCycles(cycles) {
   return h(
     "table",
     {},
-    h("caption", { class: "caption" }, "A stable limit cycle lasts; from an unstable one or a boundary the loop moves to a stable one or to rest. Dashed lines in the plots: stable ones."),
+    h("caption", { class: "caption" }, "A stable limit cycle lasts; from an unstable one or a boundary the loop moves to a stable one or to rest. Dotted lines in the plots: the amplitude of the stable ones."),
     h("thead", {}, h("tr", {}, head)),
     h("tbody", {}, rows),
   );
