@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import json
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -138,3 +140,10 @@ def test_a_value_that_was_taken_is_not_given_again() -> None:
             await asyncio.wait_for(place.take(), 0.05)
 
     run(use())
+
+
+def test_the_server_process_imports_no_numbers_for_these_screens() -> None:
+    modules = "stiction.apps.web.whatif_routes, stiction.apps.web.textbook_routes"
+    code = f"import sys, {modules}; print(sorted({{'numpy', 'numba', 'scipy', 'polars'}} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -12,7 +12,7 @@ import stiction as st
 
 expect = pytest.importorskip("playwright.sync_api").expect
 
-WAIT_MS = 120_000
+WAIT_MS = 180_000
 """Longest time until the kernels of a new server are warm [ms]."""
 
 

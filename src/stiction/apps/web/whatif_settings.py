@@ -64,8 +64,8 @@ class WhatIfSettings:
     Examples
     --------
     >>> settings = WhatIfSettings(S=3.0, J=1.0)
-    >>> settings.valve()
-    Kano(S=3.0, J=1.0, travel=(-inf, inf))
+    >>> settings.valve().S, settings.loop.process.order
+    (3.0, 1)
     """
 
     model: str = "kano"

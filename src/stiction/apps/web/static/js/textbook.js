@@ -215,7 +215,12 @@ function loopSection(context) {
 function jumpSection(context) {
   const sentence = h("p", { class: "answer", role: "status" });
   const panels = { op: "OP [%]", mv: "Stem [%]", pv: "PV" };
-  const plots = Object.entries(panels).map(([name, label]) => [name, xyPlot({ title: `${label} over time`, curves: [], xLabel: name === "pv" ? "Time [s]" : "", yLabel: label, height: name === "pv" ? 180 : 165, legend: false, sentence: name === "pv" ? "Shaded: the pulse. The valve position shows the levels at which the stem rests before and after it." : "" })]);
+  const sentences = {
+    op: "OP: amplitude and period change when the loop moves to another limit cycle.",
+    mv: "Stem: the levels at which it rests before and after the pulse (shaded).",
+    pv: "PV: it follows the stem through the process.",
+  };
+  const plots = Object.entries(panels).map(([name, label]) => [name, xyPlot({ title: `${label} over time`, curves: [], xLabel: name === "pv" ? "Time [s]" : "", yLabel: label, height: name === "pv" ? 180 : 165, legend: false, sentence: sentences[name] })]);
   const ask = () => context.ask("jump", "jump", plots[0][1].figure.clientWidth || 800, draw);
   const controls = sliders(context, "jump", ["pulse", "length"], ask);
   function draw(answer) {
