@@ -7,6 +7,7 @@ from pathlib import Path
 
 import polars as pl
 import pytest
+import python_calamine
 
 import stiction as st
 from stiction.apps.files import csv_text
@@ -76,24 +77,24 @@ def test_from_a_dropped_file_to_a_saved_report(serve, open_page, tmp_path):
     page.set_input_files(
         "input[type=file] >> nth=0", [{"name": "trend.csv", "mimeType": "text/csv", "buffer": sticky_csv().encode()}]
     )
-    page.wait_for_selector("text=say which is which in the table of columns")
-    picture(page, "files-error")
+    page.wait_for_selector("text=One loop was found.")  # by the data, under the name of the file
+    page.click("summary:has-text('Which column is which')")
     for column, role in (("A1", "sp"), ("B2", "pv"), ("C3", "op")):
         page.get_by_label(f"Role of {column}").select_option(role)
         page.get_by_label(f"Loop of {column}").fill("FIC-101")
     assert serious_faults(page) == []
     page.click("text=Read again with these columns")
-    page.wait_for_selector("text=One loop was found.")
+    page.wait_for_selector("td:text-is('FIC-101')")
+    page.click("summary:has-text('Which column is which')")
+    picture(page, "files")
     with page.expect_download() as download:
-        page.click("summary:has-text('Which column is which')")
         page.click("text=Download the map")
     saved = tmp_path / "map.csv"
     download.value.save_as(saved)
     source = tmp_path / "trend.csv"
     source.write_text(sticky_csv())
     [record] = st.read(source, map=saved)
-    assert record.tag == "FIC-101"
-    picture(page, "files")
+    assert (record.tag, record.provenance.columns["pv"]) == ("FIC-101", "B2")
 
     page.click("text=Diagnose the loop")
     page.wait_for_selector("h1:has-text('FIC-101')")
@@ -168,8 +169,8 @@ def test_an_audit_is_browsed_exported_and_noted(serve, open_page, audit_folder, 
     assert frame["Loop"].to_list() == ["FIC-101"]
     assert frame["S [%]"].dtype == pl.Float64
     assert frame["S [%]"][0] == pytest.approx(5.0, abs=1.0)
-    book = pl.read_excel(tmp_path / "loops.xlsx", engine="calamine")
-    assert book["Loop"].to_list() == ["FIC-101"]
+    sheet = python_calamine.load_workbook(tmp_path / "loops.xlsx").get_sheet_by_index(0).to_python()
+    assert [row[0] for row in sheet] == ["Loop", "FIC-101"]
     assert pl.read_csv(tmp_path / "loops.csv").columns == frame.columns
 
     page.locator(".virtual-box").focus()
@@ -265,10 +266,7 @@ def test_loop_prints_on_one_page(serve, open_page, audit_folder, tmp_path):
     pdf = page.pdf(path=tmp_path / "loop.pdf", format="A4", prefer_css_page_size=True)
     if SCREENSHOTS:
         Path(SCREENSHOTS, "loop.pdf").write_bytes(pdf)
-    assert (
-        pdf.count(b"/Type /Page\n") + pdf.count(b"/Type /Page/") + pdf.count(b"/Type/Page/") == 1
-        or count_pages(pdf) == 1
-    )
+    assert count_pages(pdf) == 1
 
 
 def count_pages(pdf: bytes) -> int:

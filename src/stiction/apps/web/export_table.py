@@ -18,12 +18,10 @@ FORMATS = {
     "parquet": "application/vnd.apache.parquet",
 }
 """Format -> media type."""
-FORMULA_SIGNS = ("=", "+", "-", "@", "\t", "\r")
-"""First characters by which a spreadsheet takes a text for a formula."""
 
 
 def export_table(kind: str, columns: Sequence[dict[str, str]], rows: Sequence[Sequence[Any]]) -> bytes:
-    """Write a table.
+    r"""Write a table.
 
     Parameters
     ----------
@@ -86,7 +84,4 @@ def _without_formulas(frame: Any) -> Any:
     """Put an apostrophe before a text that a spreadsheet would take for a formula."""
     import polars as pl
 
-    text = pl.col(pl.String)
-    return frame.with_columns(
-        pl.when(text.str.contains(r"^[=+\-@\t\r]")).then(pl.concat_str(pl.lit("'"), text)).otherwise(text).name.keep()
-    )
+    return frame.with_columns(pl.col(pl.String).str.replace(r"^([=+\-@\t\r])", "'${1}"))

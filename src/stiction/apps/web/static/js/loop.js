@@ -130,7 +130,7 @@ function showRemedies(box, found) {
 }
 
 function evidenceCard(loop) {
-  const card = h("section", { class: "card", "aria-label": "Published methods" }, h("h2", {}, "Published methods"));
+  const card = h("section", { class: "card not-printed", "aria-label": "Published methods" }, h("h2", {}, "Published methods"));
   if (!loop.evidence.length) {
     card.append(h("p", { class: "note" }, "No published method was applied to this record."));
     return card;

@@ -14,6 +14,10 @@ const CLOCK = [
   [1, "{HH}:{mm}:{ss}", "\n{DD} {MMM} {YYYY}", null, "\n{DD} {MMM}", null, null, null, 1],
   [0.001, ":{ss}.{fff}", "\n{DD} {MMM} {HH}:{mm}", null, "\n{DD} {MMM} {HH}:{mm}", null, "\n{HH}:{mm}", null, 1],
 ];
+/** Sizes of the plots on an A4 page [px]. */
+const PRINT_WIDTH = 750;
+const PRINT_HALF = 360;
+const PRINT_HEIGHT = 160;
 const RESIZE_DELAY_MS = 60;
 export const live = new Set();
 
@@ -87,7 +91,7 @@ export function linePlot(options) {
   let delay = 0;
   const watcher = new ResizeObserver(() => {
     clearTimeout(delay);
-    delay = setTimeout(() => plot && box.clientWidth > 0 && plot.setSize({ width: box.clientWidth, height }), RESIZE_DELAY_MS);
+    delay = setTimeout(() => plot && box.clientWidth > 0 && !matchMedia("print").matches && plot.setSize({ width: box.clientWidth, height }), RESIZE_DELAY_MS);
   });
   // uPlot needs the width of a box that is in the page.
   const draw = () => {
@@ -121,6 +125,17 @@ export function linePlot(options) {
     },
   };
 }
+
+/** Fit the plots to an A4 page before it is printed, and to the screen again afterwards. */
+addEventListener("beforeprint", () => {
+  for (const plot of live) {
+    plot.screenSize = { width: plot.width, height: plot.height };
+    plot.setSize({ width: plot.root.closest(".columns") ? PRINT_HALF : PRINT_WIDTH, height: Math.min(plot.height, PRINT_HEIGHT) });
+  }
+});
+addEventListener("afterprint", () => {
+  for (const plot of live) if (plot.screenSize) plot.setSize(plot.screenSize);
+});
 
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
   for (const plot of live) plot.redraw(false, true);

@@ -182,7 +182,7 @@ export function xyPlot({ title, sentence = "", curves, xLabel, yLabel, height = 
   let delay = 0;
   const watcher = new ResizeObserver(() => {
     clearTimeout(delay);
-    delay = setTimeout(() => plot && box.clientWidth > 0 && plot.setSize({ width: box.clientWidth, height }), RESIZE_DELAY_MS);
+    delay = setTimeout(() => plot && box.clientWidth > 0 && !matchMedia("print").matches && plot.setSize({ width: box.clientWidth, height }), RESIZE_DELAY_MS);
   });
   const darkness = matchMedia("(prefers-color-scheme: dark)");
   const recolor = () => legend && plot && keys.replaceChildren(legendOf(curves));
