@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -202,3 +203,38 @@ def test_a_loop_without_stiction_starts_with_a_good_valve() -> None:
     assert diagnosis.verdict == "no_stiction"
     assert start.settings.model == "ideal"
     assert "comes to rest" in simulate_trend(start.settings).sentence
+
+
+def quiet_diagnosis() -> st.Diagnosis:
+    """Diagnosis of a loop with a good valve."""
+    truth = st.Loop(st.PID(0.2, 10.0), st.Ideal(), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.3)
+    return st.diagnose(st.simulate(truth, 150.0, 3000.0, None, 1, pv_start=150.0, op_start=50.0))
+
+
+def test_a_process_gain_against_the_controller_is_turned_and_said() -> None:
+    diagnosis = quiet_diagnosis()
+    found, controller = diagnosis.identification, diagnosis.controller
+    assert found is not None
+    assert controller is not None
+    wrong = replace(found, linear=replace(found.linear, gain=-abs(found.linear.gain)))
+    start = identified_start(replace(diagnosis, identification=wrong, controller=controller._replace(Kc=0.2)))
+    assert start.settings.gain > 0.0
+    assert any("wrong sign" in text for text in start.remarks)
+
+
+def test_an_impossible_identification_starts_from_usual_values_and_is_said() -> None:
+    diagnosis = quiet_diagnosis()
+    assert diagnosis.identification is not None
+    wild = replace(diagnosis.identification, linear=replace(diagnosis.identification.linear, gain=3e14))
+    start = identified_start(replace(diagnosis, identification=wild))
+    assert start.settings.gain == WhatIfSettings().gain
+    assert start.remarks[0].startswith("What was identified cannot be simulated: Process gain = 3e+14")
+
+
+def test_an_unstable_identification_is_said() -> None:
+    diagnosis = quiet_diagnosis()
+    found = diagnosis.identification
+    assert found is not None
+    strong = replace(found, linear=replace(found.linear, gain=50.0, time_constant=10.0, dead_time=10.0, lag=0.0))
+    start = identified_start(replace(diagnosis, identification=strong))
+    assert any("unstable even with a good valve" in text for text in start.remarks)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.apps.web.trend_signals import first_rise, measure_swing, thin
+from stiction.apps.web.whatif_identified import identified_values
 from stiction.apps.web.whatif_settings import WhatIfSettings
 from stiction.display.duration_format import format_seconds
 from stiction.display.number_format import format_number
@@ -16,7 +17,6 @@ from stiction.errors import ParameterError, RecordError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.compensation.twin import Twin
     from stiction.diagnosis import Diagnosis
 
 __all__ = ["WhatIfStart", "identified_start"]
@@ -25,8 +25,6 @@ PERIODS_SHOWN = 5.0
 """Periods of the record that are shown [-]."""
 SHORTEST_RECORD_SAMPLES = 10
 """Fewest samples of the record that are drawn [-]."""
-NO_INTEGRAL_TI = 1e7
-"""Integral time that stands for a controller without integral part [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,11 +71,20 @@ def identified_start(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfStart:
     WhatIfStart
         Settings of the loop's twin where one can be built, else of the identification and the fitted controller, else
         usual ones; `remarks` says which.
+
+    Raises
+    ------
+    RecordError
+        When the record holds no PV, or too few samples.
     """
-    from stiction.compensation.twin import analysed_segment, build_twin
+    from stiction.compensation.twin import analysed_segment
 
     segment = analysed_segment(diagnosis)
-    assert segment.pv is not None
+    if segment.pv is None or len(segment) < SHORTEST_RECORD_SAMPLES:
+        raise RecordError(
+            f"{diagnosis.record.tag}: {len(segment)} samples of PV and OP are left to simulate; record at least "
+            f"{SHORTEST_RECORD_SAMPLES}."
+        )
     oscillation = diagnosis.oscillation
     known = np.isfinite(oscillation.period) and oscillation.period > 0.0
     period = oscillation.period if known else segment.duration / PERIODS_SHOWN
@@ -88,20 +95,15 @@ def identified_start(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfStart:
         "sp": float(np.nanmean(segment.pv if segment.sp is None else segment.sp)),
         "op": float(np.nanmean(segment.op)),
     }
+    found, remarks = identified_values(diagnosis)
     try:
-        if diagnosis.verdict == "no_stiction":
-            found, remarks = _of_identification(diagnosis)
-        else:
-            found, remarks = _of_twin(build_twin(diagnosis))
-    except (RecordError, ParameterError) as error:
-        found, remarks = _of_identification(diagnosis)
-        remarks.insert(0, f"The simulated loop was not compared with the record: {error}")
-    rounded: dict[str, Any] = {
-        name: _round(value) if isinstance(value, float) else value for name, value in {**base, **found}.items()
-    }
+        settings = _settings({**base, **found})
+    except ParameterError as error:
+        settings = _settings({**base, "model": "ideal"})
+        remarks = [f"What was identified cannot be simulated: {error} The values shown are usual ones."]
     return WhatIfStart(
-        WhatIfSettings(**rounded),
-        tuple(remarks),
+        settings,
+        (*remarks, *_doubts(settings)),
         _part(segment, base["duration"], width),
         _describe(diagnosis, segment.op, segment.dt),
         diagnosis.record.tag,
@@ -109,76 +111,26 @@ def identified_start(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfStart:
     )
 
 
-def _of_twin(twin: Twin) -> tuple[dict[str, Any], list[str]]:
-    """Settings of the twin, and what its comparison with the record says."""
-    from stiction.compensation.repair import stiction_of
+def _doubts(settings: WhatIfSettings) -> list[str]:
+    """What speaks against the settings as they were identified."""
+    from stiction.limitcycle.predict import runs_away
 
-    loop = twin.loop
-    process: Any = loop.process
-    den = np.trim_zeros(np.asarray(process.den, dtype=float), "f")
-    S, J = stiction_of(loop.valve) or (0.0, 0.0)
-    integrating = bool(den[-1] == 0.0)
-    lags = sorted((-1.0 / root.real for root in np.roots(den) if root != 0.0), reverse=True)
-    tau, lag = (*lags, 0.0, 0.0)[:2]
-    low, high = loop.controller.op_limits
-    limits = {"op_low": max(low, -1e9), "op_high": min(high, 1e9)}
-    settings = {
-        "S": S,
-        "J": J,
-        "gain": float(process.num[-1] / (den[-2] if integrating else den[-1])),
-        "tau": tau,
-        "lag": 0.0 if integrating else lag,
-        "dead_time": process.dead_time,
-        "integrating": integrating,
-        "noise": loop.noise,
-        "dt": loop.dt,
-        "sp": twin.sp,
-        "op": twin.op,
-        **_of_controller(loop.controller.Kc, loop.controller.Ti, loop.controller.Td),
-        **limits,
+    if not runs_away(settings.loop):
+        return []
+    return [
+        "The loop as identified is unstable even with a good valve, which the record is not. Enter your process and "
+        "controller, or lower the process gain."
+    ]
+
+
+def _settings(values: dict[str, Any]) -> WhatIfSettings:
+    """Settings of four significant digits: more than any identification gives."""
+    rounded: dict[str, Any] = {
+        name: float(f"{value:.4g}") if isinstance(value, float) else value for name, value in values.items()
     }
-    return settings, [twin.reason.replace("The twin", "The simulated loop")]
-
-
-def _of_identification(diagnosis: Diagnosis) -> tuple[dict[str, Any], list[str]]:
-    """Settings of what was identified, and what is missing."""
-    found, controller = diagnosis.identification, diagnosis.controller
-    if found is None:
-        return {"model": "ideal"}, ["No valve and no process were identified: the values shown are usual ones."]
-    good = diagnosis.verdict == "no_stiction"
-    process = found.linear if good else found.process
-    remarks = ["The verdict is no stiction, so the simulated loop starts with a good valve."] if good else []
-    settings: dict[str, Any] = {
-        "model": "ideal" if good else "kano",
-        "S": found.S,
-        "J": found.J,
-        "gain": process.gain,
-        "tau": process.time_constant - process.lag,
-        "lag": 0.0 if process.integrating else process.lag,
-        "dead_time": process.dead_time,
-        "integrating": process.integrating,
-    }
-    if controller is not None and controller.Kc and controller.Ti > 0.0:
-        settings |= _of_controller(controller.Kc, controller.Ti, max(controller.Td, 0.0))
-    else:
-        settings |= _usual_controller(settings)
-        remarks.append(
-            "No controller was found in the record: Kc and Ti are usual values for this process. Enter yours."
-        )
-    return settings, remarks
-
-
-def _of_controller(Kc: float, Ti: float, Td: float) -> dict[str, float]:
-    return {"Kc": Kc, "Ti": min(Ti, NO_INTEGRAL_TI), "Td": Td}
-
-
-def _usual_controller(process: dict[str, Any]) -> dict[str, float]:
-    """A PI by the SIMC rule with a closed-loop time constant of the dead time."""
-    delay = max(process["dead_time"] + process["lag"] / 2.0, 0.1 * process["tau"], 1e-3)
-    if process["integrating"]:
-        return {"Kc": 1.0 / (process["gain"] * 2.0 * delay), "Ti": 8.0 * delay}
-    tau = max(process["tau"] + process["lag"] / 2.0, 1e-3)
-    return {"Kc": tau / (process["gain"] * 2.0 * delay), "Ti": min(tau, 8.0 * delay)}
+    settings = WhatIfSettings(**rounded)
+    _ = settings.loop  # to see whether it can be made
+    return settings
 
 
 def _part(segment: Any, duration: float, width: int) -> dict[str, NDArray[np.float64]]:
@@ -202,11 +154,6 @@ def _describe(diagnosis: Diagnosis, op: NDArray[np.float64], dt: float) -> str:
         f"{format_number(oscillation.amplitude_op, significant=3)} %, PV amplitude "
         f"{format_number(oscillation.amplitude_pv, significant=3)}."
     )
-
-
-def _round(value: float) -> float:
-    """Four significant digits: more than any identification gives."""
-    return float(f"{value:.4g}")
 
 
 def _ends(middle: float, amplitude: float) -> str:
