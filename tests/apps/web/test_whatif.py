@@ -123,7 +123,8 @@ def test_a_number_outside_its_limits_is_refused_with_both_limits(name: str, side
         ({"Q": 1.0}, "'Q' is no setting of the what-if screen"),
         ({"model": "magic"}, "use one of kano"),
         ({"compensator": "magic"}, "use one of none"),
-        ({"dt": 0.001, "duration": 1000.0}, "at most 200,000"),
+        ({"dt": 0.001, "duration": 1000.0}, "at most 20 s are simulated"),
+        ({"dt": 0.01, "duration": 100.0, "dead_time": 3000.0}, "longer than 200,000 samples"),
         ({"duration": 5.0}, "less than 10 samples"),
         ({"op_low": 60.0, "op_high": 40.0}, "raise the upper one"),
     ],
@@ -145,6 +146,16 @@ def test_settings_that_make_no_loop_are_refused(values: dict[str, object], words
 def test_a_loop_that_cannot_be_made_says_what_to_move(values: dict[str, object], words: str) -> None:
     with pytest.raises(ParameterError, match=words):
         simulate_trend(WhatIfSettings.from_mapping(values))
+
+
+def test_a_slow_process_and_a_long_record_are_simulated() -> None:
+    assert math.isfinite(simulate_trend(WhatIfSettings(tau=1e6, dead_time=1e4)).op_swing.amplitude)
+    diagnosis = quiet_diagnosis()
+    record = diagnosis.record
+    long = replace(record, **{name: np.tile(getattr(record, name), 40) for name in ("op", "pv", "sp")}, mv=None)
+    start = identified_start(replace(st.diagnose(long), identification=diagnosis.identification))
+    assert start.settings.duration <= WhatIfSettings.max_duration(start.settings.dt)
+    assert start.record["time"][-1] <= start.settings.duration
 
 
 def test_texts_of_an_address_are_read_as_settings() -> None:

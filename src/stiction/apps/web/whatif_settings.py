@@ -99,11 +99,15 @@ class WhatIfSettings:
             raise ParameterError(
                 f"The lower limit of OP is {self.op_low:g} % and the upper {self.op_high:g} %: raise the upper one."
             )
-        needed = (self.settling_time + 2.0 * self.duration) / self.dt
-        if needed > MAX_SAMPLES or self.dead_time > MAX_SAMPLES * self.dt:
+        if self.duration > self.max_duration(self.dt):
             raise ParameterError(
-                f"The simulation needs {needed:.3g} samples of {self.dt:g} s, and at most {MAX_SAMPLES:,} are "
-                "made. Shorten the time shown, Ti, the time constant or the dead time, or lengthen the sampling period."
+                f"The time shown, {self.duration:g} s, is too long for a sampling period of {self.dt:g} s: at most "
+                f"{self.max_duration(self.dt):g} s are simulated. Shorten it, or lengthen the sampling period."
+            )
+        if self.dead_time > MAX_SAMPLES * self.dt:
+            raise ParameterError(
+                f"The dead time, {self.dead_time:g} s, is longer than {MAX_SAMPLES:,} samples of {self.dt:g} s: "
+                "shorten it, or lengthen the sampling period."
             )
         if self.duration < 10.0 * self.dt:
             raise ParameterError(
@@ -138,11 +142,16 @@ class WhatIfSettings:
         """JSON-ready form, as `from_mapping` takes it."""
         return asdict(self)
 
+    @staticmethod
+    def max_duration(dt: float) -> float:
+        """Return the longest time that can be shown with a sampling period `dt` [s]."""
+        return 0.5 * MAX_SAMPLES * dt / (SETTLING_WINDOWS + 2.0)
+
     @property
     def settling_time(self) -> float:
         """Time simulated before the part that is shown [s]."""
         slowest = 10.0 * (self.tau + self.lag + self.dead_time)
-        return max(SETTLING_WINDOWS * self.duration, slowest)
+        return max(SETTLING_WINDOWS * self.duration, min(slowest, 0.5 * MAX_SAMPLES * self.dt))
 
     def valve(self) -> Valve:
         """Make the valve with S and J in the form of its model.

@@ -88,14 +88,15 @@ def identified_start(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfStart:
     oscillation = diagnosis.oscillation
     known = np.isfinite(oscillation.period) and oscillation.period > 0.0
     period = oscillation.period if known else segment.duration / PERIODS_SHOWN
-    shown = min(PERIODS_SHOWN * period, segment.duration)
+    found, remarks = identified_values(diagnosis)
+    longest = min(segment.duration, WhatIfSettings.max_duration(found.get("dt", segment.dt)))
+    shown = max(min(PERIODS_SHOWN * period, longest), SHORTEST_RECORD_SAMPLES * segment.dt)
     base = {
         "dt": segment.dt,
-        "duration": max(shown, SHORTEST_RECORD_SAMPLES * segment.dt),
+        "duration": shown,
         "sp": float(np.nanmean(segment.pv if segment.sp is None else segment.sp)),
         "op": float(np.nanmean(segment.op)),
     }
-    found, remarks = identified_values(diagnosis)
     try:
         settings = _settings({**base, **found})
     except ParameterError as error:
@@ -104,7 +105,7 @@ def identified_start(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfStart:
     return WhatIfStart(
         settings,
         (*remarks, *_doubts(settings)),
-        _part(segment, base["duration"], width),
+        _part(segment, shown, width),
         _describe(diagnosis, segment.op, segment.dt),
         diagnosis.record.tag,
         diagnosis.record.provenance.pv_unit or "",
