@@ -63,7 +63,9 @@ def _check_installation() -> None:
         import uvicorn
         import websockets
     except ImportError:
-        raise MissingExtraError("stiction serve", "web") from None
+        raise MissingExtraError(
+            "the packages of the web page are not installed; pip install 'stiction[web]'."
+        ) from None
     del starlette, uvicorn, websockets
     from stiction.apps.web.app import static_folder
 

@@ -23,7 +23,7 @@ from stiction.apps.web import (
     uploads,
     whatif_routes,
 )
-from stiction.apps.web.bodies import read_json
+from stiction.apps.web.bodies import read_json, without_folders
 from stiction.apps.web.guard import Guard
 from stiction.apps.web.workers import TimeLimitError, Workers
 from stiction.errors import StictionError
@@ -114,7 +114,7 @@ async def _session(request: Request) -> Response:
 
 
 def _refuse(_: Request, error: Exception) -> Response:
-    return JSONResponse({"error": str(error)}, 422)
+    return JSONResponse({"error": without_folders(str(error))}, 422)
 
 
 def _http_error(_: Request, error: Exception) -> Response:
@@ -124,4 +124,4 @@ def _http_error(_: Request, error: Exception) -> Response:
 
 def _server_error(_: Request, error: Exception) -> Response:
     print(f"stiction: {type(error).__name__}: {error}", file=sys.stderr)
-    return JSONResponse({"error": str(error)}, 500)
+    return JSONResponse({"error": without_folders(str(error))}, 500)

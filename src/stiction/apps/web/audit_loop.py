@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.apps.web.audit_files import load_audit, tag_of_loop
+from stiction.apps.web.bodies import without_folders
 from stiction.apps.web.diagnose_loop import loop_content
 from stiction.errors import StictionError
 
@@ -43,7 +44,7 @@ def prepare_audit_loop(folder: str, key: int, target: str) -> None:
     try:
         record = audit.read(tag)
     except (StictionError, OSError) as error:
-        source = f"because {row['source']} cannot be read: {_without_folder(str(error))}"
+        source = f"because {row['source']} cannot be read: {without_folders(str(error))}"
         content = _content_of_row(row) | {"pvop": None}
         _write_means(audit, tag, place, f"block means of the audit, {source}")
     else:
@@ -161,10 +162,3 @@ def _write_means(audit: Audit, tag: str, place: Path, note: str) -> None:
         record = LoopRecord(tag, means.clock.dt, **full, start=means.clock.start)
     record = replace(record, provenance=Provenance(pv_unit="PV less SP"))
     save_signals(place / "signals.npz", record, None, note)
-
-
-def _without_folder(message: str) -> str:
-    """Return a message in which files stand without their folders."""
-    import re
-
-    return re.sub(r"(?:[A-Za-z]:)?(?:[/\\][^/\\\s:]+)+[/\\]([^/\\\s:]+)", r"\1", message)

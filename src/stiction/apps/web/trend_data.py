@@ -128,7 +128,7 @@ def thin_columns(
     >>> y = np.zeros(1000)
     >>> y[321] = 5.0
     >>> samples, thinned = thin_columns({"pv": y}, 10)
-    >>> len(samples), thinned["pv"].max()
+    >>> len(samples), float(thinned["pv"].max())
     (20, 5.0)
     """
     n = max((len(y) for y in signals.values()), default=0)
