@@ -7,6 +7,7 @@ import statistics
 import subprocess
 import sys
 from contextlib import contextmanager
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from bench import Row, Section
@@ -49,10 +50,13 @@ After every tenth move a longer pause lets the prediction of the limit cycles be
 
 def whatif() -> Section:
     """Median and 95 % of the moves; the kernels are warm."""
+    chromium = shutil.which("chromium") or shutil.which("google-chrome")
+    if chromium is None or find_spec("playwright") is None:
+        return Section("What-if: slider to picture", [], ("not measured: no chromium, or playwright is not installed",))
     from playwright.sync_api import sync_playwright
 
     with serve() as address, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1920, "height": 1080})
         page.goto(address)
         page.wait_for_selector("main h1")

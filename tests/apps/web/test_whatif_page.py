@@ -173,9 +173,10 @@ def test_the_figures_of_the_paper_are_drawn_when_they_are_opened(page: Any) -> N
 
 @pytest.mark.parametrize("screen", ["whatif", "textbook"])
 @pytest.mark.parametrize("width", [390, 1280, 3840])
-def test_no_screen_is_wider_than_the_window(page: Any, screen: str, width: int) -> None:
+def test_no_screen_is_wider_than_the_window_or_hard_to_use(page: Any, screen: str, width: int) -> None:
     page.set_viewport_size({"width": width, "height": 900})
     open_screen(page, screen)
     expect(page.locator(".uplot").first).to_be_visible(timeout=WAIT_MS)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     assert page.locator("figure:not([aria-label])").count() == 0
+    assert serious_faults(page) == []

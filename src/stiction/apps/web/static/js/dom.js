@@ -46,3 +46,8 @@ export function duration(seconds) {
   if (seconds >= 120) return number(seconds / 60, "min");
   return number(seconds, "s");
 }
+
+/** A box that scrolls sideways; the keyboard can reach and move it. */
+export function scrollBox(label, ...children) {
+  return h("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": label }, ...children);
+}

@@ -1,6 +1,6 @@
 // Blocks of a report: headings, texts, tables and figures, from the plain data that the server sends.
 
-import { h } from "./dom.js";
+import { h, scrollBox } from "./dom.js";
 import { xyPlot } from "./xyplot.js";
 
 const MARKS = { good: ["✓", "agrees"], alert: ["✗", "differs"], unknown: ["?", "unknown"] };
@@ -12,14 +12,13 @@ function cell({ text, mark }) {
 }
 
 function table({ columns, rows, caption }) {
-  return h(
-    "div",
-    { class: "scroll" },
+  return scrollBox(
+    caption || "Table",
     h(
       "table",
       {},
       caption ? h("caption", { class: "caption" }, caption) : null,
-      h("thead", {}, h("tr", {}, columns.map((text) => h("th", { scope: "col" }, text)))),
+      h("thead", {}, h("tr", {}, columns.map((text) => (text ? h("th", { scope: "col" }, text) : h("td", {}))))),
       h("tbody", {}, rows.map((row) => h("tr", {}, row.map(cell)))),
     ),
   );

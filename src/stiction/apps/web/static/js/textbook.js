@@ -2,7 +2,7 @@
 
 import { getJson } from "./api.js";
 import { choice, slider } from "./controls.js";
-import { h, problem } from "./dom.js";
+import { h, problem, scrollBox } from "./dom.js";
 import { drawPaper } from "./paper_parts.js";
 import { drawBlock } from "./report_blocks.js";
 import { Simulation } from "./simulation.js";
@@ -156,7 +156,7 @@ function rampSection(context) {
   const element = section(
     "A valve under a ramp",
     "All models have the same S and J. A slow ramp shows which of them go in stairs, a fast one which of them follow.",
-    [h("div", { class: "columns" }, time.figure, signature.figure), h("div", { class: "scroll" }, table)],
+    [h("div", { class: "columns" }, time.figure, signature.figure), scrollBox("What each model does", table)],
     elements(controls),
   );
   return { element, start: ask, destroy: () => (time.destroy(), signature.destroy()) };
@@ -170,7 +170,7 @@ function loopSection(context) {
   const sine = xyPlot({ title: "A sine at the valve, and the stem", curves: [], xLabel: "Phase [degrees]", yLabel: "% of span", height: 330, xRange: [0, 360], sentence: "" });
   const plane = xyPlot({ title: "Nyquist plot", curves: [], xLabel: "Real part", yLabel: "Imaginary part", height: 380 });
   const sentence = h("p", { class: "answer", role: "status" });
-  const table = h("div", { class: "scroll" });
+  const table = h("div", {});
   const askSine = () => context.ask("sine", "loop", 600, drawSine);
   const askLoop = () => {
     sentence.textContent = "Limit cycles: calculating …";

@@ -2,7 +2,7 @@
 
 import { getJson } from "./api.js";
 import { choice, slider } from "./controls.js";
-import { h, problem } from "./dom.js";
+import { h, problem, scrollBox } from "./dom.js";
 import { Simulation, getPacked } from "./simulation.js";
 import { drawPlots, tableOfCycles } from "./whatif_plots.js";
 
@@ -54,7 +54,7 @@ function drawScreen(root, { options, loop, start, values }) {
   const widest = widestOf(start.settings);
   const answer = h("p", { class: "answer", id: "whatif-answer", role: "status" }, "The simulation is starting …");
   const cyclesText = h("p", { class: "cycles-sentence", role: "status" });
-  const cyclesTable = h("div", { class: "scroll" });
+  const cyclesTable = scrollBox("Table of limit cycles");
   const trouble = h("div", { class: "trouble" });
   const plots = drawPlots(record, start.pv_unit, () => cycles);
   const controls = {};
