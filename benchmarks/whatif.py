@@ -73,9 +73,7 @@ def whatif() -> Section:
             Row("95 %", statistics.quantiles(times, n=20)[-1], "ms"),
             Row("longest", max(times), "ms"),
         ],
-        (
-            "bounds: median 50 ms, 95 % 100 ms; two plots of 600 samples; limit cycles are predicted after every tenth move",
-        ),
+        ("bounds: median 50 ms, 95 % 100 ms; limit cycles are predicted after every tenth move",),
     )
 
 

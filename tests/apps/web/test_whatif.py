@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.apps.web.trend_signals import first_rise, measure_swing, thin
-from stiction.apps.web.whatif import limit_cycles, simulate_trend, start_load
+from stiction.apps.web.trend_signals import find_first_rise, measure_swing, thin
+from stiction.apps.web.whatif import make_start_load, predict_cycles, simulate_trend
 from stiction.apps.web.whatif_quantities import COMPENSATORS, QUANTITIES, VALVE_MODELS
 from stiction.apps.web.whatif_settings import WhatIfSettings
-from stiction.apps.web.whatif_start import identified_start
+from stiction.apps.web.whatif_start import start_from_diagnosis
 from stiction.errors import ParameterError
 
 
@@ -23,7 +23,7 @@ def test_the_trend_is_a_part_of_the_simulation_of_the_same_loop() -> None:
         st.PID(0.15, 12.0, N=10.0, op_limits=(0.0, 100.0)), st.Kano(4.0, 1.5), st.FOPDT(2.0, 15.0, 5.0), dt=1.0
     )
     n = round(settings.settling_time) + 2 * 400
-    record = st.simulate(loop, settings.sp, float(n), start_load(settings, n), pv_start=settings.sp, op_start=50.0)
+    record = st.simulate(loop, settings.sp, float(n), make_start_load(settings, n), pv_start=settings.sp, op_start=50.0)
     trend = simulate_trend(settings)
     windows = np.lib.stride_tricks.sliding_window_view(record.op, 400)
     [first, *_] = np.flatnonzero((windows == trend.op).all(axis=1))
@@ -86,7 +86,7 @@ def test_a_gain_of_the_wrong_sign_is_said() -> None:
 
 
 def test_limit_cycles_are_those_of_the_library_without_the_compensator() -> None:
-    found = limit_cycles(WhatIfSettings(compensator="Knocker"))
+    found = predict_cycles(WhatIfSettings(compensator="Knocker"))
     loop = st.Loop(st.PID(0.2, 10.0, N=10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
     [cycle] = st.predict_limit_cycles(loop)
     exact = cycle.exact
@@ -97,7 +97,7 @@ def test_limit_cycles_are_those_of_the_library_without_the_compensator() -> None
 
 
 def test_no_limit_cycle_is_explained() -> None:
-    assert limit_cycles(WhatIfSettings(model="ideal")) == {
+    assert predict_cycles(WhatIfSettings(model="ideal")) == {
         "sentence": "No limit cycle: the valve does not stick.",
         "cycles": [],
     }
@@ -153,7 +153,7 @@ def test_a_slow_process_and_a_long_record_are_simulated() -> None:
     diagnosis = quiet_diagnosis()
     record = diagnosis.record
     long = replace(record, **{name: np.tile(getattr(record, name), 40) for name in ("op", "pv", "sp")}, mv=None)
-    start = identified_start(replace(st.diagnose(long), identification=diagnosis.identification))
+    start = start_from_diagnosis(replace(st.diagnose(long), identification=diagnosis.identification))
     assert start.settings.duration <= WhatIfSettings.max_duration(start.settings.dt)
     assert start.record["time"][-1] <= start.settings.duration
 
@@ -186,14 +186,14 @@ def test_the_swing_of_a_sine_is_its_own_and_noise_is_averaged_out() -> None:
     assert noisy.period == pytest.approx(120.0, rel=0.02)
     assert noisy.amplitude == pytest.approx(3.0, rel=0.15)
     assert math.isnan(measure_swing(np.full(100, 2.0), 1.0).period)
-    assert first_rise(np.array([3.0, 0.0, 0.0, 2.0, 3.0])) == 3
+    assert find_first_rise(np.array([3.0, 0.0, 0.0, 2.0, 3.0])) == 3
 
 
 def test_the_screen_starts_from_the_loop_that_made_the_record() -> None:
     truth = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.1)
     kick = np.r_[np.full(30, 3.0), np.zeros(2970)]
     record = st.simulate(truth, 150.0, 3000.0, kick, 3, pv_start=150.0, op_start=50.0, tag="FIC-1")
-    start = identified_start(st.diagnose(record))
+    start = start_from_diagnosis(st.diagnose(record))
     found = start.settings
     assert pytest.approx((5.0, 2.0), rel=0.1) == (found.S, found.J)
     assert (found.Kc, found.Ti) == pytest.approx((0.2, 10.0), rel=0.1)
@@ -210,7 +210,7 @@ def test_a_loop_without_stiction_starts_with_a_good_valve() -> None:
     truth = st.Loop(st.PID(0.2, 10.0), st.Ideal(), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.3)
     record = st.simulate(truth, 150.0, 3000.0, None, 1, pv_start=150.0, op_start=50.0)
     diagnosis = st.diagnose(record)
-    start = identified_start(diagnosis)
+    start = start_from_diagnosis(diagnosis)
     assert diagnosis.verdict == "no_stiction"
     assert start.settings.model == "ideal"
     assert "comes to rest" in simulate_trend(start.settings).sentence
@@ -228,7 +228,7 @@ def test_a_process_gain_against_the_controller_is_turned_and_said() -> None:
     assert found is not None
     assert controller is not None
     wrong = replace(found, linear=replace(found.linear, gain=-abs(found.linear.gain)))
-    start = identified_start(replace(diagnosis, identification=wrong, controller=controller._replace(Kc=0.2)))
+    start = start_from_diagnosis(replace(diagnosis, identification=wrong, controller=controller._replace(Kc=0.2)))
     assert start.settings.gain > 0.0
     assert any("wrong sign" in text for text in start.remarks)
 
@@ -237,7 +237,7 @@ def test_an_impossible_identification_starts_from_usual_values_and_is_said() -> 
     diagnosis = quiet_diagnosis()
     assert diagnosis.identification is not None
     wild = replace(diagnosis.identification, linear=replace(diagnosis.identification.linear, gain=3e14))
-    start = identified_start(replace(diagnosis, identification=wild))
+    start = start_from_diagnosis(replace(diagnosis, identification=wild))
     assert start.settings.gain == WhatIfSettings().gain
     assert start.remarks[0].startswith("What was identified cannot be simulated: Process gain = 3e+14")
 
@@ -247,5 +247,5 @@ def test_an_unstable_identification_is_said() -> None:
     found = diagnosis.identification
     assert found is not None
     strong = replace(found, linear=replace(found.linear, gain=50.0, time_constant=10.0, dead_time=10.0, lag=0.0))
-    start = identified_start(replace(diagnosis, identification=strong))
+    start = start_from_diagnosis(replace(diagnosis, identification=strong))
     assert any("unstable even with a good valve" in text for text in start.remarks)

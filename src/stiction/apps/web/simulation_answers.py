@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["QUICK_KINDS", "SLOW_KINDS", "answer", "paper_part_answer", "start_answer", "warm_simulations"]
+__all__ = ["QUICK_KINDS", "SLOW_KINDS", "answer", "answer_paper_part", "answer_start", "warm_simulations"]
 
 QUICK_KINDS = ("trend", "ramp", "sine", "jump")
 """Questions that are answered within some milliseconds."""
@@ -50,29 +50,29 @@ def answer(kind: str, request_id: int, values: Mapping[str, Any], width: int) ->
     if kind == "trend":
         body = whatif.simulate_trend(WhatIfSettings.from_mapping(values), width).to_dict()
     elif kind == "cycles":
-        body = whatif.limit_cycles(WhatIfSettings.from_mapping(values))
+        body = whatif.predict_cycles(WhatIfSettings.from_mapping(values))
     else:
         settings = TextbookSettings.from_mapping(values)
         if kind == "ramp":
-            body = textbook.ramp_signatures(settings, width)
+            body = textbook.simulate_ramps(settings, width)
         elif kind == "sine":
-            body = textbook.describing_sine(settings)
+            body = textbook.drive_by_sine(settings)
         elif kind == "jump":
-            body = textbook.jump_between_cycles(settings, width)
+            body = textbook.simulate_jump(settings, width)
         else:
-            body = textbook.nyquist_plot(settings)
+            body = textbook.draw_nyquist(settings)
     return pack({"kind": kind, "id": request_id, **body})
 
 
-def paper_part_answer(part: str) -> bytes:
+def answer_paper_part(part: str) -> bytes:
     """Compute one part of the paper, a name of `paper_text.PARTS`."""
     from stiction.apps.web.packed import pack
-    from stiction.apps.web.textbook import paper_part
+    from stiction.apps.web.textbook import compute_paper_part
 
-    return pack({"blocks": paper_part(part)})
+    return pack({"blocks": compute_paper_part(part)})
 
 
-def start_answer(record_path: str) -> bytes:
+def answer_start(record_path: str) -> bytes:
     """Diagnose the record of a loop and return where the what-if screen starts.
 
     Parameters
@@ -82,10 +82,10 @@ def start_answer(record_path: str) -> bytes:
     """
     import stiction as st
     from stiction.apps.web.packed import pack
-    from stiction.apps.web.whatif_start import identified_start
+    from stiction.apps.web.whatif_start import start_from_diagnosis
 
     [record] = st.read(record_path)
-    return pack(identified_start(st.diagnose(record)).to_dict())
+    return pack(start_from_diagnosis(st.diagnose(record)).to_dict())
 
 
 def warm_simulations() -> None:

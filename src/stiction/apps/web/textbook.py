@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stiction.apps.web.textbook_quantities import TextbookSettings
     from stiction.models import Loop
 
-__all__ = ["describing_sine", "jump_between_cycles", "nyquist_plot", "paper_part", "ramp_signatures"]
+__all__ = ["compute_paper_part", "draw_nyquist", "drive_by_sine", "simulate_jump", "simulate_ramps"]
 
 RAMP_SAMPLES = 800
 """Samples of the rising part of the ramp, and of the falling part [-]."""
@@ -32,7 +32,7 @@ REST_LEVELS_PER_BAND = 10.0
 """Rest levels of the stem are counted to this share of the stiction band [1/band]."""
 
 
-def ramp_signatures(settings: TextbookSettings, width: int = 1200) -> dict[str, Any]:
+def simulate_ramps(settings: TextbookSettings, width: int = 1200) -> dict[str, Any]:
     """Stroke each valve model up a ramp and down again.
 
     Parameters
@@ -50,7 +50,7 @@ def ramp_signatures(settings: TextbookSettings, width: int = 1200) -> dict[str, 
     Examples
     --------
     >>> from stiction.apps.web.textbook_quantities import TextbookSettings
-    >>> ramp_signatures(TextbookSettings(S=5.0, J=2.0))["behaviour"]["Ideal"]
+    >>> simulate_ramps(TextbookSettings(S=5.0, J=2.0))["behaviour"]["Ideal"]
     'The stem follows OP.'
     """
     from stiction.simulation import stroke
@@ -72,7 +72,7 @@ def ramp_signatures(settings: TextbookSettings, width: int = 1200) -> dict[str, 
     }
 
 
-def describing_sine(settings: TextbookSettings) -> dict[str, Any]:
+def drive_by_sine(settings: TextbookSettings) -> dict[str, Any]:
     """Drive the valve by a sine and compare the stem with the fundamental that N(A) describes.
 
     Parameters
@@ -111,7 +111,7 @@ def describing_sine(settings: TextbookSettings) -> dict[str, Any]:
     }
 
 
-def nyquist_plot(settings: TextbookSettings) -> dict[str, Any]:
+def draw_nyquist(settings: TextbookSettings) -> dict[str, Any]:
     """Cross L(j omega) of the paper's example loop with -1/N(A); takes up to 1 s, so that it runs in another process.
 
     Parameters
@@ -139,7 +139,7 @@ def nyquist_plot(settings: TextbookSettings) -> dict[str, Any]:
     }
 
 
-def jump_between_cycles(settings: TextbookSettings, width: int = 1200) -> dict[str, Any]:
+def simulate_jump(settings: TextbookSettings, width: int = 1200) -> dict[str, Any]:
     """Disturb the paper's example loop in its limit cycle by a pulse of load, as in Fig. 8.
 
     Parameters
@@ -177,7 +177,7 @@ def jump_between_cycles(settings: TextbookSettings, width: int = 1200) -> dict[s
     }
 
 
-def paper_part(part: str) -> list[dict[str, Any]]:
+def compute_paper_part(part: str) -> list[dict[str, Any]]:
     """Compute one part of the paper, printed and repaired; takes up to 6 s, so that it runs in another process.
 
     Parameters

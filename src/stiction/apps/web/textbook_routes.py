@@ -10,7 +10,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 
 from stiction.apps.paper_text import PARTS, SOURCE, TITLE
-from stiction.apps.web.simulation_answers import paper_part_answer
+from stiction.apps.web.simulation_answers import answer_paper_part
 from stiction.apps.web.simulation_socket import answer_questions
 from stiction.apps.web.textbook_quantities import TEXTBOOK_MODELS, TEXTBOOK_QUANTITIES, TextbookSettings
 
@@ -42,7 +42,7 @@ async def _part(request: Request) -> Response:
         raise HTTPException(404, f"The paper has no part {part!r}; use one of {', '.join(PARTS)}.")
     cache: dict[str, bytes] = request.app.state.__dict__.setdefault("paper_parts", {})
     if part not in cache:
-        cache[part] = await request.app.state.workers.background.call(paper_part_answer, part, limit_s=PART_LIMIT_S)
+        cache[part] = await request.app.state.workers.background.call(answer_paper_part, part, limit_s=PART_LIMIT_S)
     return Response(cache[part], media_type="application/octet-stream")
 
 

@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Swing", "first_rise", "measure_swing", "thin"]
+__all__ = ["Swing", "find_first_rise", "measure_swing", "thin"]
 
 SMOOTHING_SHARE = 24.0
 """Length of a period over that of the moving average that takes the noise out of an amplitude [-]."""
@@ -30,9 +30,9 @@ class Swing:
     """Middle between the lowest and the highest value."""
 
 
-def first_rise(x: NDArray[np.float64]) -> int:
+def find_first_rise(x: NDArray[np.float64]) -> int:
     """Return the sample at which a signal first rises through the middle of its range; 0 where it does not."""
-    rises = _rises(x)
+    rises = _find_rises(x)
     return int(rises[0]) if rises.size else 0
 
 
@@ -47,7 +47,7 @@ def measure_swing(x: NDArray[np.float64], dt: float, *, noisy: bool = False) -> 
     >>> round(wave.period, 2), round(wave.amplitude, 2), round(wave.middle, 2)
     (50.0, 2.0, 50.0)
     """
-    rises = _rises(x)
+    rises = _find_rises(x)
     samples = float(np.mean(np.diff(rises))) if rises.size > 1 else float("nan")
     window = round(samples / SMOOTHING_SHARE) if noisy and rises.size > 1 else 1
     calm = np.convolve(x, np.full(window, 1.0 / window), "valid") if window > 1 else x
@@ -55,7 +55,7 @@ def measure_swing(x: NDArray[np.float64], dt: float, *, noisy: bool = False) -> 
     return Swing(samples * dt, (high - low) / 2.0, (high + low) / 2.0)
 
 
-def _rises(x: NDArray[np.float64]) -> NDArray[np.intp]:
+def _find_rises(x: NDArray[np.float64]) -> NDArray[np.intp]:
     """Samples at which `x` first stands above its middle after having been in its lowest quarter."""
     low, high = np.nanmin(x), np.nanmax(x)
     if not high - low > MIN_AMPLITUDE:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.apps.web.trend_signals import Swing, first_rise, measure_swing, thin
+from stiction.apps.web.trend_signals import Swing, find_first_rise, measure_swing, thin
 from stiction.apps.web.whatif_text import describe_cycles, describe_trend
 from stiction.limitcycle.bands import bands
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stiction.apps.web.whatif_settings import WhatIfSettings
     from stiction.limitcycle import LimitCycle
 
-__all__ = ["Trend", "limit_cycles", "simulate_trend", "start_load"]
+__all__ = ["Trend", "make_start_load", "predict_cycles", "simulate_trend"]
 
 NOISE_SEED = 0
 """Seed of the simulated noise, so that the same settings give the same picture."""
@@ -81,13 +81,13 @@ def simulate_trend(settings: WhatIfSettings, width: int = 1200) -> Trend:
     loop, dt = settings.loop, settings.dt
     settled, shown = round(settings.settling_time / dt), round(settings.duration / dt)
     n = settled + 2 * shown
-    load = start_load(settings, n)
+    load = make_start_load(settings, n)
     record = simulate(
         loop, settings.sp, n * dt, load, NOISE_SEED, pv_start=settings.sp, op_start=settings.op, tag="what-if"
     )
     assert record.pv is not None
     assert record.mv is not None
-    first = settled + first_rise(record.op[settled : settled + shown])
+    first = settled + find_first_rise(record.op[settled : settled + shown])
     pv, op, mv = (x[first : first + shown] for x in (record.pv, record.op, record.mv))
     op_swing, pv_swing = (measure_swing(x, dt, noisy=settings.noise > 0.0) for x in (op, pv))
     keep = thin((pv, op, mv), width)
@@ -95,7 +95,7 @@ def simulate_trend(settings: WhatIfSettings, width: int = 1200) -> Trend:
     return Trend(dt * keep.astype(np.float64), pv[keep], op[keep], mv[keep], op_swing, pv_swing, sentence)
 
 
-def start_load(settings: WhatIfSettings, n: int) -> NDArray[np.float64]:
+def make_start_load(settings: WhatIfSettings, n: int) -> NDArray[np.float64]:
     """Return the load that starts the oscillation [% of span], shape (n,): a pulse that breaks the stem loose.
 
     A stem that only rests and jumps would return to the point where it started and stay there, so half a jump of
@@ -109,7 +109,7 @@ def start_load(settings: WhatIfSettings, n: int) -> NDArray[np.float64]:
     return load
 
 
-def limit_cycles(settings: WhatIfSettings) -> dict[str, Any]:
+def predict_cycles(settings: WhatIfSettings) -> dict[str, Any]:
     """Predict the limit cycles of the loop; takes 0.02 to 1.4 s, so that it runs in another process.
 
     Parameters

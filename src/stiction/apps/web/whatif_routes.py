@@ -10,7 +10,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 
 from stiction.apps.web.loop_routes import find_set
-from stiction.apps.web.simulation_answers import start_answer
+from stiction.apps.web.simulation_answers import answer_start
 from stiction.apps.web.simulation_socket import answer_questions
 from stiction.apps.web.whatif_quantities import COMPENSATORS, QUANTITIES, VALVE_MODELS
 from stiction.apps.web.whatif_settings import WhatIfSettings
@@ -45,7 +45,7 @@ async def _start(request: Request) -> Response:
     place = (loops.id, key)
     if place not in cache:
         path = await loops.record_path(state.workers, key)
-        cache[place] = await state.workers.background.call(start_answer, path, limit_s=START_LIMIT_S)
+        cache[place] = await state.workers.background.call(answer_start, path, limit_s=START_LIMIT_S)
     cache.move_to_end(place)
     body = cache[place]
     while len(cache) > MAX_KEPT_STARTS:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.apps.web.trend_signals import first_rise, measure_swing, thin
-from stiction.apps.web.whatif_identified import identified_values
+from stiction.apps.web.trend_signals import find_first_rise, measure_swing, thin
 from stiction.apps.web.whatif_settings import WhatIfSettings
+from stiction.apps.web.whatif_values import values_from_diagnosis
 from stiction.display.duration_format import format_seconds
 from stiction.display.number_format import format_number
 from stiction.errors import ParameterError, RecordError
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis import Diagnosis
 
-__all__ = ["WhatIfStart", "identified_start"]
+__all__ = ["WhatIfStart", "start_from_diagnosis"]
 
 PERIODS_SHOWN = 5.0
 """Periods of the record that are shown [-]."""
@@ -56,7 +56,7 @@ class WhatIfStart:
         }
 
 
-def identified_start(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfStart:
+def start_from_diagnosis(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfStart:
     """Return the settings that repeat a diagnosed loop; takes seconds, so that it runs in another process.
 
     Parameters
@@ -88,7 +88,7 @@ def identified_start(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfStart:
     oscillation = diagnosis.oscillation
     known = np.isfinite(oscillation.period) and oscillation.period > 0.0
     period = oscillation.period if known else segment.duration / PERIODS_SHOWN
-    found, remarks = identified_values(diagnosis)
+    found, remarks = values_from_diagnosis(diagnosis)
     longest = min(segment.duration, WhatIfSettings.max_duration(found.get("dt", segment.dt)))
     shown = max(min(PERIODS_SHOWN * period, longest), SHORTEST_RECORD_SAMPLES * segment.dt)
     base = {
@@ -98,21 +98,21 @@ def identified_start(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfStart:
         "op": float(np.nanmean(segment.op)),
     }
     try:
-        settings = _settings({**base, **found})
+        settings = _make_settings({**base, **found})
     except ParameterError as error:
-        settings = _settings({**base, "model": "ideal"})
+        settings = _make_settings({**base, "model": "ideal"})
         remarks = [f"What was identified cannot be simulated: {error} The values shown are usual ones."]
     return WhatIfStart(
         settings,
-        (*remarks, *_doubts(settings)),
-        _part(segment, shown, width),
-        _describe(diagnosis, segment.op, segment.dt),
+        (*remarks, *_find_doubts(settings)),
+        _middle_part(segment, shown, width),
+        _describe_record(diagnosis, segment.op, segment.dt),
         diagnosis.record.tag,
         diagnosis.record.provenance.pv_unit or "",
     )
 
 
-def _doubts(settings: WhatIfSettings) -> list[str]:
+def _find_doubts(settings: WhatIfSettings) -> list[str]:
     """What speaks against the settings as they were identified."""
     from stiction.limitcycle.predict import runs_away
 
@@ -124,7 +124,7 @@ def _doubts(settings: WhatIfSettings) -> list[str]:
     ]
 
 
-def _settings(values: dict[str, Any]) -> WhatIfSettings:
+def _make_settings(values: dict[str, Any]) -> WhatIfSettings:
     """Settings of four significant digits: more than any identification gives."""
     rounded: dict[str, Any] = {
         name: float(f"{value:.4g}") if isinstance(value, float) else value for name, value in values.items()
@@ -134,18 +134,18 @@ def _settings(values: dict[str, Any]) -> WhatIfSettings:
     return settings
 
 
-def _part(segment: Any, duration: float, width: int) -> dict[str, NDArray[np.float64]]:
+def _middle_part(segment: Any, duration: float, width: int) -> dict[str, NDArray[np.float64]]:
     """The middle of the record, from a rise of OP through its middle."""
     n = min(round(duration / segment.dt), len(segment))
     start = max((len(segment) - 2 * n) // 2, 0)
-    first = start + first_rise(segment.op[start : start + n])
+    first = start + find_first_rise(segment.op[start : start + n])
     stop = min(first + n, len(segment))
     pv, op = segment.pv[first:stop], segment.op[first:stop]
     keep = thin((pv, op), width)
     return {"time": keep * segment.dt, "pv": pv[keep], "op": op[keep]}
 
 
-def _describe(diagnosis: Diagnosis, op: NDArray[np.float64], dt: float) -> str:
+def _describe_record(diagnosis: Diagnosis, op: NDArray[np.float64], dt: float) -> str:
     oscillation = diagnosis.oscillation
     if not oscillation.oscillating:
         swing = measure_swing(op, dt)

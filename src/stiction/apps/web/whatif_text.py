@@ -84,7 +84,7 @@ def describe_cycles(settings: WhatIfSettings, loop: Loop, cycles: Sequence[Mappi
     loop : Loop
         The loop without its compensator.
     cycles : sequence of mapping
-        The cycles, as `limit_cycles` returns them.
+        The cycles, as `predict_cycles` returns them.
 
     Returns
     -------

@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from stiction.compensation.twin import Twin
     from stiction.diagnosis import Diagnosis
 
-__all__ = ["identified_values"]
+__all__ = ["values_from_diagnosis"]
 
 NO_INTEGRAL_TI = 1e7
 """Integral time that stands for a controller without integral part [s]."""
 
 
-def identified_values(diagnosis: Diagnosis) -> tuple[dict[str, Any], list[str]]:
+def values_from_diagnosis(diagnosis: Diagnosis) -> tuple[dict[str, Any], list[str]]:
     """Return values of `WhatIfSettings` as identified, and remarks on them.
 
     Parameters
