@@ -200,7 +200,8 @@ function loopSection(context) {
     if (!nyquist) return;
     const [panel] = nyquist.panels;
     const point = inverse ? [{ name: "-1/N(A) at the chosen amplitude", x: [inverse[0]], y: [inverse[1]], color: "op", mode: "markers", symbol: "square" }] : [];
-    plane.setCurves([...panel.series, ...point], { xRange: nyquist.x_range, yRange: panel.range });
+    const widened = (range, value) => (range && inverse ? [Math.min(range[0], 1.1 * value), Math.max(range[1], 1.1 * value)] : range);
+    plane.setCurves([...panel.series, ...point], { xRange: widened(nyquist.x_range, inverse?.[0]), yRange: widened(panel.range, inverse?.[1]) });
   }
   const element = section(
     "Why the loop cycles: the describing function",

@@ -4,6 +4,9 @@ import { shortNumber } from "./controls.js";
 import { h, number } from "./dom.js";
 import { color, linePlot } from "./plots.js";
 
+/** Amplitude of OP up to which the loop is said to rest [% of span]. */
+const REST_AMPLITUDE = 0.01;
+
 /** PV and OP over time, the record in grey behind, and lines at the amplitude of each stable limit cycle. */
 export function drawPlots(record, pvUnit, cyclesOf) {
   let middle = { pv: 0, op: 0 };
@@ -29,7 +32,8 @@ export function drawPlots(record, pvUnit, cyclesOf) {
       op.setData([trend.time, trend.op, trend.mv, ...empty]);
       const grey = record ? " Grey: the record." : "";
       pv.setSentence(`PV moves between ${ends(trend.pv_swing)} about the set point of ${shortNumber(values.sp)}.${grey}`);
-      op.setSentence(`OP moves between ${ends(trend.op_swing)} %; the valve position stays where it is until OP has moved far enough.${grey}`);
+      const motion = trend.op_swing.amplitude > REST_AMPLITUDE ? `OP moves between ${ends(trend.op_swing)} %; the valve position stays where it is until OP has moved far enough.` : "OP and the valve position are at rest.";
+      op.setSentence(motion + grey);
     },
     redraw() {
       pv.plot?.redraw(false);
