@@ -109,7 +109,9 @@ def measure(page: Any) -> list[Row]:
         page.evaluate(OPEN, ["#/drop", ".drop-zone"])
         table.append(page.evaluate(OPEN, ["#/loops", ".virtual tbody td.tag"]))
     sorts = [page.evaluate(SORT, name) for _ in range(REPEATS) for name in ("Loop", "Probability", "Verdict")]
-    filters = [page.evaluate(FILTER, text) for text in ("fic", "fic-12", "stiction", "control u7", "tuning", "", "u99")]
+    filters = [
+        page.evaluate(FILTER, text) for text in ("fic-12", "no stiction", "u7", "u99/fic-1", "", "cannot tell", "fic-9")
+    ]
     page.evaluate(FILTER, "")
     key = page.evaluate("document.querySelector('.virtual tbody tr:not(.spacer)').dataset.key")
     days = []
