@@ -109,9 +109,8 @@ def measure(page: Any) -> list[Row]:
         page.evaluate(OPEN, ["#/drop", ".drop-zone"])
         table.append(page.evaluate(OPEN, ["#/loops", ".virtual tbody td.tag"]))
     sorts = [page.evaluate(SORT, name) for _ in range(REPEATS) for name in ("Loop", "Probability", "Verdict")]
-    filters = [
-        page.evaluate(FILTER, text) for text in ("fic-12", "no stiction", "u7", "u99/fic-1", "", "cannot tell", "fic-9")
-    ]
+    texts = ("fic-12", "no stiction", "u7", "u99/fic-1", "", "cannot tell", "fic-9")
+    filters = [page.evaluate(FILTER, text) for text in texts]
     page.evaluate(FILTER, "")
     key = page.evaluate("document.querySelector('.virtual tbody tr:not(.spacer)').dataset.key")
     days = []
@@ -124,9 +123,13 @@ def measure(page: Any) -> list[Row]:
         page.evaluate(OPEN, ["#/drop", ".drop-zone"])
         again.append(page.evaluate(OPEN, [f"#/loop/audit1/{int(key) + k}", ".trends .u-over"]))
     return [
-        *pair("table, first paint", table), *pair("sort", sorts), *pair("filter", filters), *pair("day, first time", days),
-        *pair("day, again", again), *pair("zoom", zooms),
-    ]  # fmt: skip
+        *pair("table, first paint", table),
+        *pair("sort", sorts),
+        *pair("filter", filters),
+        *pair("day, first time", days),
+        *pair("day, again", again),
+        *pair("zoom", zooms),
+    ]
 
 
 def pair(what: str, times: list[float]) -> list[Row]:

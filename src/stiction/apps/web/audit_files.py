@@ -24,8 +24,8 @@ __all__ = [
 ]
 
 ROW_NAMES = (
-    "tag", "area", "source", "status", "verdict", "probability", "loop_state", "oscillation_cause", "period_s", "S", "J",
-    "priority", "action", "group",
+    "tag", "area", "source", "status", "verdict", "probability", "loop_state", "oscillation_cause", "period_s", "S",
+    "J", "priority", "action", "group",
 )  # fmt: skip
 """What the table of loops shows of a row."""
 SPARKLINE_POINTS = 60

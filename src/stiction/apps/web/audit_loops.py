@@ -9,7 +9,6 @@ import json
 import signal
 import sys
 from itertools import count
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from starlette.exceptions import HTTPException
@@ -21,6 +20,7 @@ from stiction.errors import StictionError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from stiction.apps.web.workers import Workers
 
