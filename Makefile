@@ -9,7 +9,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
-.PHONY: help demo test fuzz check format bench calibrate validate picture reference venv clean
+.PHONY: help demo test fuzz check format web-assets bench calibrate validate picture reference venv clean
 
 help:
 	@echo "make demo     diagnose simulated plant data and write a report"
@@ -17,6 +17,7 @@ help:
 	@echo "make fuzz     read 20 000 damaged inputs of all formats"
 	@echo "make check    lint, types, import contracts, documentation"
 	@echo "make format   let ruff mend layout and imports"
+	@echo "make web-assets  fetch the plot library of stiction serve (needed once in a clone)"
 	@echo "make bench    measure speed"
 	@echo "make calibrate  train the model of the verdict on simulated loops (some minutes)"
 	@echo "make validate   score it on other loops and write docs/validation.md"
@@ -45,6 +46,9 @@ check: $(VENV)/.ready-check
 format: $(VENV)/.ready-check
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+web-assets: $(VENV)/.ready-check
+	$(BIN)/python .ci/web_assets.py
 
 bench: $(VENV)/.ready-test
 	$(BIN)/python benchmarks/run.py
