@@ -32,7 +32,7 @@ extensions = [
 exclude_patterns = ["_build", "templates", "extensions", "**/README.rst"]
 templates_path = ["templates"]
 source_suffix = {".rst": "restructuredtext", ".md": "markdown"}
-myst_enable_extensions = ["colon_fence", "dollarmath"]
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 default_role = "name"
 nitpicky = False
@@ -40,7 +40,7 @@ nitpicky = False
 autosummary_generate = True
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
-autodoc_default_options = {"members": True}
+
 napoleon_google_docstring = False
 napoleon_use_ivar = True
 napoleon_use_rtype = False

@@ -36,7 +36,12 @@ def write_pages(app: Sphinx) -> None:
     """Write all pages; files that do not change keep their time."""
     folder = Path(app.srcdir) / "reference" / "generated"
     folder.mkdir(parents=True, exist_ok=True)
-    pages = {"api.rst": api_page(), "command-line.md": command_page(), "words.md": words_page(), "sources.md": sources_page()}
+    pages = {
+        "api.rst": api_page(),
+        "command-line.md": command_page(),
+        "words.md": words_page(),
+        "sources.md": sources_page(),
+    }
     for name, text in pages.items():
         target = folder / name
         if not target.exists() or target.read_text(encoding="utf-8") != text:
@@ -63,10 +68,10 @@ def command_page() -> str:
     """The help text of every command."""
     from stiction.apps.cli import VERBS
 
-    parts = ["# Command line\n\nWhat `stiction COMMAND --help` prints. Exit codes are on a [page of their own](../exit-codes.md).\n"]
-    for verb in ("", *VERBS):
-        parts.append(f"\n## stiction {verb}".rstrip() + f"\n\n```text\n{help_text(verb)}\n```\n")
-    return "".join(parts)
+    head = "# Command line\n\nWhat `stiction COMMAND --help` prints. The [exit codes](../exit-codes.md) have their own page.\n"
+    commands = [f"stiction {verb}".strip() for verb in ("", *VERBS)]
+    texts = [f"\n## {name}\n\n```text\n{help_text(name.removeprefix('stiction'))}\n```\n" for name in commands]
+    return "".join([head, *texts])
 
 
 def help_text(verb: str) -> str:
@@ -88,7 +93,7 @@ def help_text(verb: str) -> str:
 def words_page() -> str:
     """The words that plants use, by meaning."""
     table = tomllib.loads(files("stiction.sources.roles").joinpath("vocabulary.toml").read_text(encoding="utf-8"))
-    parts = ["# Words in column names and cells\n\nUpper and lower case are the same. A mapping file names any other column.\n"]
+    parts = ["# Words in column names\n\nUpper and lower case are the same. A mapping file names any other column.\n"]
     for section, rows in table.items():
         title = section.replace("_", " ").capitalize()
         parts.append(f"\n## {title}\n\n| meaning | words |\n|---|---|\n")
@@ -114,7 +119,9 @@ def sources_page() -> str:
     """The bibliography; each entry can be linked to by its key."""
     parts = ["# Sources\n"]
     for key, entry in sorted(bibliography().items()):
-        where = entry.get("journal") or entry.get("booktitle") or entry.get("publisher") or entry.get("howpublished", "")
+        where = (
+            entry.get("journal") or entry.get("booktitle") or entry.get("publisher") or entry.get("howpublished", "")
+        )
         line = ", ".join(filter(None, (entry.get("author", ""), entry.get("title", ""), where, entry.get("year", ""))))
         parts.append(f"\n(source-{key})=\n**{key}**: {re.sub(r'[{}]', '', line)}\n")
     return "".join(parts)

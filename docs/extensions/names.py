@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
-import stiction as st
 from generated_pages import bibliography
+
+import stiction as st
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -28,7 +30,14 @@ def name_role(_role, rawtext, text, _line, inliner, _options=None, _content=None
     return [pending_xref("", code, refdoc=document, refwarn=False, **target)], []
 
 
+def link_sources(_app, _what, _name, _thing, _options, lines: list[str]) -> None:
+    """Put backticks around keys of the bibliography in a docstring, so that they become links."""
+    keys = re.compile(rf"(?<![`\w])({'|'.join(bibliography())})(?![`\w])")
+    lines[:] = [line if line.lstrip().startswith((">>>", "...")) else keys.sub(r"`\1`", line) for line in lines]
+
+
 def setup(app: Sphinx) -> dict:
     """Register the role."""
     app.add_role("name", name_role)
+    app.connect("autodoc-process-docstring", link_sources)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -2,8 +2,8 @@
 Kano: the two-parameter model
 =============================
 
-Kano's valve has a stiction band S and a slip jump J. OP goes up and down; the stem stays behind at each reversal, then jumps and
-follows.
+Kano's valve has a stiction band S and a slip jump J. OP goes up and down; the stem stays behind at
+each reversal, then jumps and follows.
 """
 
 import matplotlib.pyplot as plt
