@@ -39,9 +39,16 @@ class Page(HTMLParser):
             self.loads.append(values[name])
 
 
+def page_paths(site: Path) -> list[Path]:
+    """All pages, without the templates of the theme."""
+    return sorted(path for path in site.rglob("*.html") if "_static" not in path.parts)
+
+
 def check_files(site: Path) -> list[str]:
     """Return what is wrong with the files."""
-    pages = {path: Page(path.read_text(encoding="utf-8")) for path in site.rglob("*.html") if "_static" not in path.parts}
+    pages = {
+        path: Page(path.read_text(encoding="utf-8")) for path in site.rglob("*.html") if "_static" not in path.parts
+    }
     wrong = []
     for path, page in pages.items():
         name = path.relative_to(site)
@@ -63,17 +70,19 @@ def check_files(site: Path) -> list[str]:
 
 
 def check_in_browser(site: Path) -> list[str]:
-    """Open pages from disk: no request to a host, no script error, nothing that axe calls serious, a search that finds."""
+    """Open pages from disk: no request to a host, no script error, nothing serious for axe, and a search that finds."""
     from axe_playwright_python.sync_playwright import Axe
     from playwright.sync_api import sync_playwright
 
     wrong: list[str] = []
-    names = sorted(path for path in site.rglob("*.html") if "_static" not in path.parts)
-    shown = [path for path in names if "names" not in path.parts] + [path for path in names if "names" in path.parts][:6]
+    api = [path for path in page_paths(site) if "names" in path.parts]
+    shown = [path for path in page_paths(site) if path not in api] + api[:6]
     with sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1300, "height": 900})
-        page.on("request", lambda one: None if one.url.startswith(("file:", "data:")) else wrong.append(f"asks {one.url}"))
+        page.on(
+            "request", lambda one: None if one.url.startswith(("file:", "data:")) else wrong.append(f"asks {one.url}")
+        )
         page.on("pageerror", lambda error: wrong.append(f"{page.url}: {error}"))
         for path in shown:
             page.goto(path.as_uri())

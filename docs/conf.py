@@ -52,9 +52,11 @@ html_theme = "pydata_sphinx_theme"
 html_title = "stiction"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
+html_js_files = ["accessible.js"]
 html_copy_source = False
 html_show_sourcelink = False
 html_use_opensearch = ""
+html_show_search_summary = False  # a page opened from disk may not read others
 html_theme_options = {
     "logo": {"text": "stiction"},
     "navbar_end": ["theme-switcher"],
@@ -70,10 +72,13 @@ html_theme_options = {
 }
 
 
+GALLERY = ("verdict", "models", "cycles", "valve_tests", "remedies", "reading", "fleet", "paper")
+
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "gallery",
     "filename_pattern": r"\.py$",
+    "subsection_order": [f"../examples/{name}" for name in GALLERY],
     "within_subsection_order": "FileNameSortKey",
     "abort_on_example_error": True,
     "write_computation_times": False,

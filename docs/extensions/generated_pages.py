@@ -68,7 +68,7 @@ def command_page() -> str:
     """The help text of every command."""
     from stiction.apps.cli import VERBS
 
-    head = "# Command line\n\nWhat `stiction COMMAND --help` prints. The [exit codes](../exit-codes.md) have their own page.\n"
+    head = "# Command line\n\nWhat `stiction COMMAND --help` prints. See also the [exit codes](../exit-codes.md).\n"
     commands = [f"stiction {verb}".strip() for verb in ("", *VERBS)]
     texts = [f"\n## {name}\n\n```text\n{help_text(name.removeprefix('stiction'))}\n```\n" for name in commands]
     return "".join([head, *texts])

@@ -16,7 +16,7 @@ process = st.FOPDT(3.0, 10.0, 10.0)
 
 def make_loop(k: int) -> st.LoopRecord:
     """Simulate one loop; every third valve sticks."""
-    valve = st.Kano(S=5.0, J=2.0) if k % 3 == 0 else st.Kano(S=0.3, J=0.1)
+    valve = st.Kano(S=5.0, J=2.0) if k % 3 == 0 else st.Ideal()
     loop = st.Loop(st.PID(0.2, 10.0), valve, process, dt=1.0, noise=0.2)
     return st.simulate(loop, sp=10.0, duration=900.0, seed=k, tag=f"FIC-{k:03d}", loop_type="flow")
 

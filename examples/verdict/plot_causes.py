@@ -7,29 +7,21 @@ is too high, a load that swings.
 """
 
 import matplotlib.pyplot as plt
-import numpy as np
 
 import stiction as st
+from stiction.simulation.demo import demo_plant
 
-process = st.FOPDT(3.0, 10.0, 10.0)
-good, sticky = st.Kano(S=0.3, J=0.1), st.Kano(S=5.0, J=2.0)
-time = np.arange(2400.0)
-load = 2.0 * np.sin(2 * np.pi * time / 130.0)
-runs = {
-    "sticky valve": st.simulate(st.Loop(st.PID(0.2, 10.0), sticky, process, dt=1.0, noise=0.1), 10.0, 2400.0, seed=1),
-    "gain too high": st.simulate(st.Loop(st.PID(0.54, 17.0), good, process, dt=1.0, noise=0.3), 10.0, 2400.0, seed=2),
-    "outside load": st.simulate(
-        st.Loop(st.PID(0.15, 12.0), good, process, dt=1.0, noise=0.1), 10.0, 2400.0, seed=3, disturbance=load
-    ),
-}
-figure, axes = plt.subplots(len(runs), 2, figsize=(10, 7), sharex="col")
-for (left, right), (name, record) in zip(axes, runs.items(), strict=True):
+loops = {loop.record.tag: loop for loop in demo_plant()}
+shown = {"FIC-101": "valve sticks", "TIC-105": "gain too high", "FIC-106": "supply pressure swings"}
+causes = ("valve", "tuning", "external", "sensor", "dead_zone")
+
+figure, axes = plt.subplots(len(shown), 2, figsize=(10, 7), width_ratios=(2, 1))
+for (left, right), (tag, truth) in zip(axes, shown.items(), strict=True):
+    record = loops[tag].record
     found = st.diagnose(record)
-    left.plot(record.time, record.pv, color="#1a7f37")
-    left.set_title(f"{name}: {found.verdict}, probability {found.probability:.2f}", fontsize=10, loc="left")
-    causes = ("valve", "tuning", "external", "sensor", "dead_zone")
+    left.plot(record.time / 60, record.pv, color="#1a7f37")
+    left.set(xlim=(0, 60 if record.dt > 1 else 20), xlabel="time [min]", ylabel="PV")
+    left.set_title(f"{tag}, {truth}: {found.verdict}, probability {found.probability:.2f}", fontsize=10, loc="left")
     right.barh(causes, [getattr(found.oscillation_cause, cause) for cause in causes])
-    right.set_xlim(0, 1)
-axes[-1][0].set_xlabel("time [s]")
-axes[-1][1].set_xlabel("score of the cause")
+    right.set(xlim=(0, 1), xlabel="score of the cause")
 plt.show()

@@ -103,7 +103,7 @@ def test_record_with_nothing_to_draw(op):
 @pytest.mark.parametrize("kind", KINDS[1:])
 def test_plot_draws_on_the_given_axes(results, kind):
     plt = pytest.importorskip("matplotlib.pyplot")
-    figure, ax = plt.subplots()
+    _, ax = plt.subplots()
     try:
         assert results[kind].plot(ax) is ax
         assert ax.has_data()

@@ -15,6 +15,8 @@ from stiction.sources.roles.column_names import header_names, parse_column_name
 from stiction.sources.table import Origin, RawTable
 from stiction.sources.tag_column import TagColumn
 
+pytestmark = pytest.mark.quick
+
 N = 400
 
 

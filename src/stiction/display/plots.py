@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
 __all__ = ["plot_group", "plot_identification", "plot_record", "plot_trial", "plot_verdict"]
@@ -37,14 +39,15 @@ def plot_record(record: Any, axes: Any = None) -> NDArray[np.object_]:
     return axes
 
 
-def plot_verdict(found: Any, ax: Any = None) -> Any:
-    """Draw what each feature adds to the log odds of stiction; return the Axes."""
+def plot_verdict(found: Any, labels: Mapping[str, str], ax: Any = None) -> Any:
+    """Draw what each feature adds to the log odds of stiction; `labels` names the features; return the Axes."""
     ax = _one_axes(ax)
     parts = list(found.contributions)[::-1]
-    names = [one.feature.replace("_", " ") for one in parts]
+    names = [labels.get(one.feature, one.feature) for one in parts]
     values = [one.log_odds for one in parts]
     ax.barh(names, values, color=[COLOURS["mv"] if value > 0 else COLOURS["op"] for value in values])
     ax.axvline(0.0, color="0.5", linewidth=0.8)
+    ax.tick_params(axis="y", labelsize="small")
     ax.set_xlabel("contribution to the log odds of stiction")
     ax.set_title(f"{found.record.tag}: {found.verdict}, probability {found.probability:.2f}")
     return ax
@@ -77,11 +80,14 @@ def plot_group(group: Any, ax: Any = None) -> Any:
 def plot_trial(trial: Any, ax: Any = None) -> Any:
     """Draw PV deviation over stem travel of each remedy; return the Axes."""
     ax = _one_axes(ax)
-    for one in trial.remedies:
+    for number, one in enumerate(trial.remedies, 1):
         chosen = one.name == trial.recommended
         x, y = one.behaviour.travel, one.behaviour.pv_std
-        ax.plot(x, y, "o", markersize=10 if chosen else 6, color=COLOURS["mv"] if chosen else COLOURS["op"])
-        ax.annotate(one.name, (x, y), xytext=(6, 4), textcoords="offset points", fontsize="small")
+        color = COLOURS["mv"] if chosen else COLOURS["op"]
+        ax.plot(x, y, "o", markersize=10 if chosen else 6, color=color, label=f"{number} {one.name}")
+        ax.annotate(str(number), (x, y), xytext=(6, 4), textcoords="offset points", fontsize="small")
+    if trial.remedies:
+        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="small", handlelength=0.8, frameon=False)
     ax.set_xlabel("stem travel [% of span per h]")
     ax.set_ylabel("standard deviation of PV")
     ax.set_title(f"{trial.tag}: {trial.recommended or 'no advice'}")

@@ -200,25 +200,7 @@ class LoopRecord:
         to_parquet(self, path)
 
     def plot(self, axes: Any = None) -> NDArray[np.object_]:
-        """Draw PV with set point, and below it OP with the valve position.
-
-        Parameters
-        ----------
-        axes : sequence of two matplotlib Axes, optional
-            Where to draw; new ones when not given.
-
-        Returns
-        -------
-        ndarray of matplotlib Axes, shape (2,)
-            The Axes of PV and of OP.
-
-        Raises
-        ------
-        ParameterError
-            When `axes` is not two Axes.
-        MissingExtraError
-            When matplotlib is not installed.
-        """
+        """Draw PV with set point, and below it OP with the valve position, on new or two given Axes; return these."""
         import_extra("matplotlib", "plot")
         from stiction.display.plots import plot_record
 

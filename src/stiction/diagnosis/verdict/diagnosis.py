@@ -121,9 +121,10 @@ class Diagnosis:
             When matplotlib is not installed.
         """
         import_extra("matplotlib", "plot")
+        from stiction.diagnosis.verdict.features import FEATURES
         from stiction.display.plots import plot_verdict
 
-        return plot_verdict(self, ax)
+        return plot_verdict(self, {feature.name: feature.label for feature in FEATURES}, ax)
 
     def _repr_html_(self) -> str:
         from stiction.display.notebook import verdict_html
