@@ -30,6 +30,11 @@ VERBS = {
         "SOURCE...",
         "Say of each loop whether its valve sticks.",
     ),
+    "audit": (
+        "stiction.apps.audit:audit",
+        "SOURCE... --out FOLDER",
+        "Diagnose all loops of a plant, rank and group them.",
+    ),
     "read": ("stiction.apps.read:read", "SOURCE...", "Say what a source holds, convert it, write its map."),
     "compensate": (
         "stiction.apps.compensate:compensate",

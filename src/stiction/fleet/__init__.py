@@ -1,25 +1,42 @@
-"""Many loops: block means of their signals, numbers of each loop, oscillations that loops share, and their source."""
+"""Many loops: audits of whole plants, numbers of each loop, oscillations that loops share, and their source."""
 
+from stiction.fleet.audit import Audit, open_audit
+from stiction.fleet.audit_run import Progress
 from stiction.fleet.block_means import BlockMeans, Clock, common_clock, make_block_means
+from stiction.fleet.compare import compare_audits, confirmed_share
+from stiction.fleet.exports import write_exports
 from stiction.fleet.group import Group, Member, RootCandidate, RootEvidence
+from stiction.fleet.labels import Label, LabelConflictError, append_label, read_labels
 from stiction.fleet.loop_metrics import LoopMetrics, compute_priority, loop_metrics
 from stiction.fleet.oscillation_groups import group_oscillations
 from stiction.fleet.root_cause import LoopVerdict, RootWeights, rank_roots
+from stiction.fleet.run_audit import audit
 
 __all__ = [
+    "Audit",
     "BlockMeans",
     "Clock",
     "Group",
+    "Label",
+    "LabelConflictError",
     "LoopMetrics",
     "LoopVerdict",
     "Member",
+    "Progress",
     "RootCandidate",
     "RootEvidence",
     "RootWeights",
+    "append_label",
+    "audit",
     "common_clock",
+    "compare_audits",
     "compute_priority",
+    "confirmed_share",
     "group_oscillations",
     "loop_metrics",
     "make_block_means",
+    "open_audit",
     "rank_roots",
+    "read_labels",
+    "write_exports",
 ]

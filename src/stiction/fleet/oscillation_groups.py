@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from stiction.fleet.group_search import FoundGroup
+    from stiction.fleet.loop_oscillations import LoopOscillation
     from stiction.fleet.root_cause import LoopVerdict
     from stiction.records.record import LoopRecord
 
@@ -30,6 +31,7 @@ def group_oscillations(
     verdicts: Mapping[str, LoopVerdict] | None = None,
     connections: Iterable[tuple[str, str]] = (),
     spans: Mapping[str, tuple[float, float]] | None = None,
+    oscillations: Mapping[str, Sequence[LoopOscillation]] | None = None,
     min_coherence: float = 0.6,
     bin_width: float = 0.04,
     max_chance: float = 0.2,
@@ -48,6 +50,8 @@ def group_oscillations(
         Tags (from, to) of loops that a stream, a common header or a control signal connects.
     spans : mapping of str to (float, float), optional
         Tag -> range of the transmitter [engineering units].
+    oscillations : mapping of str to sequence of LoopOscillation, optional
+        Tag -> what `find_loop_oscillations` found; computed where it is not given.
     min_coherence : float
         Smallest coherence of the envelopes of two loops in one group [-].
     bin_width : float
@@ -104,7 +108,9 @@ def group_oscillations(
     if not loops:
         return ()
     means = _to_block_means(loops, require_count("max_blocks", max_blocks))
-    rows = [OscillationRow(k, one) for k, each in enumerate(means) for one in find_loop_oscillations(each)]
+    known = oscillations or {}
+    found_of = [known[each.tag] if each.tag in known else find_loop_oscillations(each) for each in means]
+    rows = [OscillationRow(k, one) for k, each in enumerate(found_of) for one in each]
     search = GroupSearch(means, rows, min_coherence, np.random.default_rng(require_seed(seed)))
     found = search_groups(search, bin_width, max_chance)
     links = [(a, b) for a, b in connections]

@@ -4,6 +4,7 @@
 """
 
 from stiction.report.blocks import Block, Cell, Collapsible, Figure, Heading, SideBySide, Table, Text, TrustedHtml
+from stiction.report.fleet_page import loop_page_path, write_audit_page, write_loop_page
 from stiction.report.page import render_page, write_page
 from stiction.report.report import write_report
 
@@ -17,7 +18,10 @@ __all__ = [
     "Table",
     "Text",
     "TrustedHtml",
+    "loop_page_path",
     "render_page",
+    "write_audit_page",
+    "write_loop_page",
     "write_page",
     "write_report",
 ]

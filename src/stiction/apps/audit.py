@@ -1,0 +1,180 @@
+"""``stiction audit``: many loops, ranked, grouped, resumable."""
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Group, Parameter
+
+from stiction.apps.options import Json, in_options, refuse_options
+from stiction.apps.reading_options import ReadingOptions
+from stiction.errors import ParameterError, StictionError
+
+if TYPE_CHECKING:
+    from stiction.fleet import Audit
+
+__all__ = ["audit", "print_audit"]
+
+SOURCES = "What to read: files, folders, patterns or database URLs, as `stiction diagnose` takes them."
+Results = Group("Results", sort_key=2)
+
+
+def audit(
+    *sources: Annotated[str, Parameter(name="SOURCE", help=SOURCES, allow_leading_hyphen=True)],
+    out: Annotated[str | None, Parameter(group=Results)] = None,
+    as_json: Json = False,
+    workers: int | None = None,
+    dask: str | None = None,
+    budget: str | None = None,
+    loops: str | None = None,
+    connections: str | None = None,
+    ledger: Annotated[str | None, Parameter(group=Results)] = None,
+    signals: Annotated[str | None, Parameter(group=Results)] = None,
+    compare: Annotated[str | None, Parameter(group=Results)] = None,
+    pages: Annotated[int, Parameter(group=Results)] = 10,
+    page: Annotated[tuple[str, ...], Parameter(group=Results, negative="")] = (),
+    retry: Annotated[bool, Parameter(negative="")] = False,
+    time_limit: float = 60.0,
+    prior: float = 0.25,
+    costs: tuple[float, float, float] = (1.0, 1.0, 0.2),
+    reading: ReadingOptions = ReadingOptions(),  # noqa: B008 (frozen)
+) -> int:
+    """Audit the loops of a plant: screen all, diagnose worst first, rank them, group shared oscillations.
+
+    Ctrl-C stops; the same command goes on. Without SOURCE it shows the audit in --out again. Exit code 1 when a valve
+    sticks, 0 when none does, 3 when the source or the folder cannot be used.
+
+    Parameters
+    ----------
+    out
+        Folder for the results: a new one, or the one of an earlier audit.
+    as_json
+        Print one object with loops (ranked), groups and counts, and nothing else, on the output.
+    workers
+        Worker processes; one for each core when not given.
+    dask
+        Address of a Dask scheduler, or local.
+    budget
+        Time after which no further loop is begun, such as 10m; the same command without it does the rest.
+    loops
+        Only loops whose tag matches this pattern, such as "FIC*".
+    connections
+        CSV file with the columns from and to: loops that a stream or a signal connects.
+    ledger
+        URL of a PostgreSQL database for the results; a file in --out when not given.
+    signals
+        Folder for the averaged signals; signals in --out when not given.
+    compare
+        Folder of an earlier audit: say what is new, worse, same, better and gone.
+    pages
+        Write a page for each of this many loops, the worst first; 10 when not given.
+    page
+        Write the page of the loop with this tag too. May be repeated.
+    retry
+        Try loops again that failed before.
+    time_limit
+        Longest time for one loop in seconds; 60 when not given.
+    prior
+        Share of sticky valves in the plant, between 0 and 1; 0.25 when not given.
+    costs
+        Cost of a false alarm, of a missed sticky valve, and of an open question; 1 1 0.2 when not given.
+    """
+    from stiction.apps.output import note, print_json, say
+
+    refuse_options(sources, audit)
+    if out is None:
+        raise ParameterError("no folder for the results was named; give one with --out FOLDER.")
+    if pages < 0:
+        raise ParameterError(f"--pages {pages} is negative; give 0 or more.")
+    found = _run(sources, out, locals()) if sources else _open(out, ledger)
+    changes = None
+    if compare is not None:
+        from stiction.fleet import compare_audits
+
+        changes = compare_audits(found, _open(compare, None))
+    files = _write(found, changes, pages, page)
+    if as_json:
+        print_json(found.to_dict() | ({} if changes is None else {"changes": changes}))
+    else:
+        print_audit(found, changes)
+    (note if as_json else say)(f"Results: {files}")
+    return int(found.counts["stiction"] > 0)
+
+
+def _run(sources: tuple[str, ...], out: str, given: dict[str, Any]) -> "Audit":
+    """Run the audit with a progress bar; the results that are there are shown after Ctrl-C too."""
+    from stiction.apps.audit_progress import AuditBar
+    from stiction.apps.output import note
+    from stiction.fleet import audit as run_audit
+
+    reading = given["reading"].arguments()
+    since, until, map_file = (reading.pop(name, None) for name in ("since", "until", "map"))
+    names = ("workers", "dask", "budget", "loops", "connections", "ledger", "signals", "retry")
+    names += ("time_limit", "prior", "costs")
+    chosen = {name: given[name] for name in names}
+    try:
+        with AuditBar(quiet=given["as_json"]) as bar:
+            return run_audit(
+                sources, out, since=since, until=until, map=map_file, reading=reading, progress=bar.update, **chosen
+            )
+    except KeyboardInterrupt:
+        note("Stopped. What is done is kept; the same command goes on.")
+        raise
+    except StictionError as error:
+        raise type(error)(in_options(str(error))) from None
+
+
+def _open(folder: str, ledger: str | None) -> "Audit":
+    from stiction.fleet import open_audit
+
+    return open_audit(folder, ledger=ledger)
+
+
+def _write(found: "Audit", changes: list[dict[str, Any]] | None, pages: int, tags: tuple[str, ...]) -> str:
+    """Write all files that people look at, and give the path of the first one to open."""
+    from stiction.fleet import write_exports
+    from stiction.report import write_audit_page, write_loop_page
+
+    write_exports(found)
+    chosen = [row["tag"] for row in found.worst(pages) if row["status"] == "diagnosed"]
+    for tag in dict.fromkeys([*chosen, *tags]):
+        write_loop_page(found, tag)
+    return str(write_audit_page(found, changes=changes))
+
+
+def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> None:
+    """Print counts, the ten worst loops, the groups, and what changed."""
+    from stiction.apps.output import print_table, say
+    from stiction.display import format_probability, format_seconds
+    from stiction.report import labels
+
+    counts = found.counts
+    say("")
+    say(
+        f"{counts['loops']} loops: {counts['diagnosed']} diagnosed, {counts['screened']} screened only, "
+        f"{counts['skipped']} at rest or without usable data, "
+        f"{counts['error'] + counts['timeout'] + counts['crashed']} failed."
+    )
+    rows = [
+        [
+            row["tag"],
+            labels.VERDICTS[row["verdict"]] if row["status"] == "diagnosed" else row["status"],
+            (row["loop_state"] or "").replace("_", " "),
+            row["oscillation_cause"].replace("_", " "),
+            "" if row["probability"] is None else format_probability(row["probability"]),
+            "" if row["S"] is None else f"{row['S']:.2g}",
+            format_seconds(row["period_s"]) if row["period_s"] else "",
+            f"{row['priority']:.2f}",
+        ]
+        for row in found.worst(10)
+    ]
+    columns = ["Loop", "Verdict", "State", "Cause", "Probability", "S [%]", "Period", "Priority"]
+    print_table(columns, rows, right=["Probability", "S [%]", "Period", "Priority"])
+    for group in found.groups:
+        say(f"\nGroup {group['number']}: {group['summary']}")
+    if changes is not None:
+        say("")
+        if not changes:
+            say("No loop has a finding in one of the two audits.")
+            return
+        names = ("change", "tag", "verdict", "verdict_before", "why")
+        rows = [[row[name] or "" for name in names] for row in changes]
+        print_table(["Change", "Loop", "Verdict", "Before", "Why"], rows)

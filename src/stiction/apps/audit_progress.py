@@ -1,0 +1,88 @@
+"""The plan and the progress bar of an audit, on the error stream."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import TYPE_CHECKING, Any
+
+from stiction.apps.output import note
+from stiction.display import format_seconds
+
+if TYPE_CHECKING:
+    from stiction.fleet import Progress
+
+__all__ = ["AuditBar"]
+
+STAGES = {"compile": "Compiling", "screen": "Screening", "diagnose": "Diagnosing", "group": "Grouping"}
+SECONDS_PER_LOOP = 0.25
+"""Processor time of one loop, for the plan [s]."""
+LINE_EVERY_S = 30.0
+"""Time between two lines where the error stream is no terminal [s]."""
+
+
+class AuditBar:
+    """Shows the plan, then a bar with rate, time left and findings; lines where there is no terminal."""
+
+    def __init__(self, *, quiet: bool = False) -> None:
+        self.quiet = quiet
+        self._bar: Any = None
+        self._task: Any = None
+        self._last = time.monotonic()
+
+    def __enter__(self) -> AuditBar:
+        if sys.stderr.isatty():
+            from rich.console import Console
+            from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+            looks = (
+                TextColumn("{task.description}"),
+                BarColumn(),
+                MofNCompleteColumn(),
+                TextColumn("{task.fields[text]}"),
+            )
+            self._bar = Progress(*looks, console=Console(stderr=True), transient=True)
+            self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def update(self, progress: Progress) -> None:
+        """Show how far the audit is."""
+        if progress.stage == "plan":
+            self._show_plan(progress.details or {})
+            return
+        text = _describe(progress)
+        if self._bar is not None:
+            if self._task is None:
+                self._task = self._bar.add_task(STAGES[progress.stage], text=text)
+            self._bar.update(
+                self._task, description=STAGES[progress.stage], completed=progress.done, total=progress.total, text=text
+            )
+        elif not self.quiet and time.monotonic() - self._last > LINE_EVERY_S:
+            self._last = time.monotonic()
+            note(f"{STAGES[progress.stage]}: {progress.done} of {progress.total} loops. {text}")
+
+    def _show_plan(self, details: dict[str, Any]) -> None:
+        if self.quiet:
+            return
+        time_text = format_seconds(max(1.0, SECONDS_PER_LOOP * details["left"] / max(1, details["workers"])))
+        left = "all" if details["left"] == details["loops"] else f"{details['left']}"
+        about = f"about {time_text}" if details["left"] else "no time"
+        note(
+            f"{details['loops']} loops in {details['parts']} parts of the source, about {details['samples']:,} samples "
+            f"each; {left} to do with {details['workers']} workers, {about}."
+        )
+
+
+def _describe(progress: Progress) -> str:
+    parts = []
+    if progress.rate:
+        parts.append(f"{progress.rate:.1f} loops/s")
+    if progress.seconds_left is not None and progress.done < progress.total:
+        parts.append(f"{format_seconds(max(1.0, progress.seconds_left))} left")
+    if progress.stage in ("screen", "diagnose"):
+        parts.append(f"{progress.sticky} sticky so far")
+    return ", ".join(parts)

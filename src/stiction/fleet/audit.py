@@ -1,0 +1,225 @@
+"""The result of an audit: its rows, ranked, and its groups, read from its folder."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections import Counter
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stiction.errors import ParameterError, RecordError
+from stiction.fleet.folder import read_settings
+from stiction.fleet.labels import newest_labels, read_labels
+from stiction.fleet.ledger import Ledger, ResultKey, sqlite_url
+from stiction.fleet.rank import rank_rows
+
+if TYPE_CHECKING:
+    import os
+
+    from stiction.fleet.block_means import BlockMeans
+    from stiction.fleet.source_parts import LoopPlace
+    from stiction.records.record import LoopRecord
+
+__all__ = ["Audit", "open_audit"]
+
+
+@dataclass(frozen=True)
+class Audit:
+    """Many loops, diagnosed and ranked.
+
+    Examples
+    --------
+    >>> Audit(Path("plant"), [], [], {}, {}).worst(3)
+    []
+    """
+
+    folder: Path
+    """Folder of the audit."""
+    rows: list[dict[str, Any]] = field(repr=False)
+    """One row for each loop, the highest priority first: the objects that `stiction audit --json` prints."""
+    groups: list[dict[str, Any]] = field(repr=False)
+    """Loops that share an oscillation, as `Group.to_dict` gives them; `number` counts from 1."""
+    settings: dict[str, Any] = field(repr=False)
+    """What was asked for: sources, options, version."""
+    run: dict[str, Any] = field(repr=False)
+    """The newest run: `started`, `finished` (None while it is at work), `window`, `since` and `until`."""
+    signal_parts: dict[str, tuple[int, str]] = field(default_factory=dict, repr=False)
+    """Tag -> number of the loop and name of the part that holds its block means."""
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Loops by status and by verdict: "loops", "diagnosed", "screened", "skipped", "error", ..., "stiction", ..."""
+        status = Counter(row["status"] for row in self.rows)
+        verdict = Counter(row["verdict"] for row in self.rows if row["status"] == "diagnosed")
+        names = ("diagnosed", "screened", "skipped", "error", "timeout", "crashed")
+        verdicts = {name: verdict[name] for name in ("stiction", "no_stiction", "undecided")}
+        return {"loops": len(self.rows), **{name: status[name] for name in names}, **verdicts}
+
+    def worst(self, n: int = 10) -> list[dict[str, Any]]:
+        """The first `n` rows [-]."""
+        return self.rows[:n]
+
+    def row(self, tag: str) -> dict[str, Any]:
+        """Row of one loop.
+
+        Raises
+        ------
+        ParameterError
+            When the audit has no such loop.
+        """
+        for row in self.rows:
+            if row["tag"] == tag:
+                return row
+        raise ParameterError(f"{self.folder}: has no loop {tag!r}; give one of its {len(self.rows)} tags.")
+
+    def to_frame(self, native: str = "polars") -> Any:
+        """Rows as a data frame of polars, pandas or pyarrow, without what is not a number or text."""
+        import polars as pl
+
+        flat = [{k: v for k, v in row.items() if not isinstance(v, (dict, list))} for row in self.rows]
+        for row, full in zip(flat, self.rows, strict=True):
+            row["data_warnings"] = ", ".join(full["data_warnings"])
+        frame = pl.DataFrame(flat, infer_schema_length=None)
+        if native not in ("polars", "pandas", "pyarrow"):
+            raise ParameterError(f"native = {native!r} is unknown; give 'polars', 'pandas' or 'pyarrow'.")
+        return frame if native == "polars" else frame.to_arrow() if native == "pyarrow" else frame.to_pandas()
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready form, as `stiction audit --json` prints it."""
+        return {"loops": self.rows, "groups": self.groups, "counts": self.counts, "run": self.run}
+
+    def signals(self, tag: str) -> BlockMeans | None:
+        """Block means of one loop; None when it has none."""
+        from stiction.fleet.signals import read_signals
+
+        number, part = self.signal_parts.get(tag, (0, ""))
+        return read_signals(self.signals_folder, {number: part}).get(number) if part else None
+
+    @property
+    def signals_folder(self) -> Path:
+        """Folder of the block means."""
+        return Path(self.settings["signals"]) if self.settings.get("signals") else self.folder / "signals"
+
+    def source_of(self, tag: str) -> LoopPlace:
+        """Where the record of one loop is.
+
+        Raises
+        ------
+        ParameterError
+            When the audit has no such loop.
+        """
+        from stiction.fleet.source_parts import place_from_dict
+
+        self.row(tag)
+        return place_from_dict(json.loads(self.settings["places"][tag]))
+
+    def read(self, tag: str) -> LoopRecord:
+        """Read the record of one loop, cut to the window of the audit.
+
+        Raises
+        ------
+        RecordError
+            When the source is gone, or cannot be read.
+        """
+        from stiction.fleet.reduced_record import cut_time
+        from stiction.fleet.source_parts import read_loop
+
+        since, until = (text and datetime.fromisoformat(text) for text in (self.run["since"], self.run["until"]))
+        return cut_time(read_loop(self.source_of(tag)), since or None, until or None)
+
+    def labels(self) -> dict[str, Any]:
+        """Tag -> newest row of `labels.csv` of that tag."""
+        return newest_labels(read_labels(self.folder))
+
+    def summary(self) -> str:
+        """The audit in a few lines."""
+        counts = self.counts
+        lines = [
+            f"{counts['loops']} loops: {counts['diagnosed']} diagnosed, {counts['screened']} screened only, "
+            f"{counts['skipped']} not judged, {counts['error'] + counts['timeout'] + counts['crashed']} failed. "
+            f"{counts['stiction']} sticky valves, {counts['undecided']} undecided, {len(self.groups)} groups."
+        ]
+        lines += [f"{k}. {row['tag']}: {row['verdict']}, {row['reason']}" for k, row in enumerate(self.worst(), 1)]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        """Counts and the ten worst loops, for a notebook."""
+        columns = ("tag", "area", "verdict", "probability", "loop_state", "oscillation_cause", "period_s", "priority")
+        head = "".join(f"<th>{name.replace('_', ' ')}</th>" for name in columns)
+        lines = []
+        for row in self.worst():
+            cells = (
+                f"{x:.3g}" if isinstance(x := row[name], float) else "" if x is None else str(x) for name in columns
+            )
+            lines.append("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>")
+        text = html.escape(self.summary().splitlines()[0])
+        return f"<p>{text}</p><table><thead><tr>{head}</tr></thead><tbody>{''.join(lines)}</tbody></table>"
+
+
+def open_audit(folder: str | os.PathLike[str], *, ledger: str | None = None) -> Audit:
+    """Open the audit in a folder, finished or not.
+
+    Parameters
+    ----------
+    folder : path
+        The folder that `audit` wrote.
+    ledger : str, optional
+        URL of the ledger, where it is not in the folder.
+
+    Returns
+    -------
+    Audit
+        The newest run.
+
+    Raises
+    ------
+    RecordError
+        When the folder holds no audit, or one of another format, or the ledger cannot be reached.
+
+    Examples
+    --------
+    >>> open_audit("no-such-folder")
+    Traceback (most recent call last):
+    ...
+    stiction.errors.RecordError: no-such-folder: is no audit (it has no audit.toml); make one with `stiction audit`.
+    """
+    folder = Path(folder)
+    settings = read_settings(folder)
+    if ledger is None and settings.get("ledger"):
+        import os
+
+        ledger = os.environ.get("STICTION_LEDGER")
+        if ledger is None:
+            raise RecordError(
+                f"{folder}: its ledger is {settings['ledger']}; give its URL with ledger (--ledger) or in the "
+                "environment variable STICTION_LEDGER."
+            )
+    book = Ledger(ledger or sqlite_url(folder / "ledger.sqlite"))
+    try:
+        return read_audit(folder, settings, book)
+    finally:
+        book.close()
+
+
+def read_audit(folder: Path, settings: dict[str, Any], book: Ledger) -> Audit:
+    """Read the newest run from an open ledger."""
+    runs = book.read_runs()
+    if not runs:
+        return Audit(folder, [], [], settings, {"started": None, "finished": None, "since": None, "until": None})
+    run = runs[-1]
+    key = ResultKey(*(run[name] for name in ResultKey._fields))
+    loops = book.read_loops()
+    chosen = set(run["body"]["loops"]) if run["body"].get("loops") is not None else None
+    results = {k: v for k, v in book.read_results(key).items() if chosen is None or k in chosen}
+    finished = [one for one in runs if one["finished"] and ResultKey(*(one[n] for n in ResultKey._fields)) == key]
+    groups = finished[-1]["body"].get("groups", []) if finished else []
+    group_of = {tag: group["number"] for group in groups for tag in group["members"]}
+    rows = [one.body | {"group": group_of.get(one.body["tag"])} for one in results.values()]
+    places = {one.body["tag"]: loops[k] for k, one in results.items()}
+    parts = {one.body["tag"]: (k, one.signals) for k, one in results.items()}
+    about = {name: run[name] for name in ("started", "finished", "window", "version")}
+    about |= {name: run["body"].get(name) for name in ("since", "until", "interrupted")}
+    return Audit(folder, rank_rows(rows), groups, settings | {"places": places}, about, parts)

@@ -1,0 +1,288 @@
+"""One run of an audit: plan, screen, diagnosis, groups. It alone writes to the ledger and the folder."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import time
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from stiction.fleet.batch import Batch, LoopTask
+from stiction.fleet.block_means import common_clock
+from stiction.fleet.engine import Engine, ProcessEngine, warm_kernels
+from stiction.fleet.ledger import StoredResult
+from stiction.fleet.loop_work import WorkSettings
+from stiction.fleet.rank import screen_order
+from stiction.fleet.signals import clock_from_dict, clock_to_dict, read_signals, remove_unused_parts, write_signals
+from stiction.fleet.source_parts import LoopPlace, place_to_dict, read_loop
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from datetime import datetime
+    from pathlib import Path
+
+    from stiction.fleet.batch import Outcome
+    from stiction.fleet.block_means import Clock
+    from stiction.fleet.ledger import Ledger, ResultKey
+
+__all__ = ["AuditRun", "Progress", "RunOptions"]
+
+BATCH_LOOPS = 16
+"""Loops of one batch, which is written to the ledger at once [-]."""
+SORTED_LOOPS = 32
+"""Batches whose loops are sorted by their file, so that a file is not opened for each loop [-]."""
+MAX_PROBED_PARTS = 32
+"""Parts of the source of which a loop is read to find the common clock [-]."""
+FAILED = ("error", "timeout", "crashed")
+"""Status of loops that could not be done."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run is."""
+
+    stage: str
+    """"plan", "compile", "screen", "diagnose", "group" or "done"."""
+    done: int
+    """Loops of this stage that are done, those of earlier runs included [-]."""
+    total: int
+    """Loops of this stage [-]."""
+    seconds: float
+    """Time since the stage began [s]."""
+    new: int = 0
+    """Loops of this stage that this run did [-]."""
+    sticky: int = 0
+    """Sticky valves found so far [-]."""
+    details: dict[str, Any] | None = None
+    """Of "plan": loops, parts of the source, samples of a loop, loops that are left, workers."""
+
+    @property
+    def rate(self) -> float:
+        """Loops per second [1/s]; 0 before the first."""
+        return self.new / self.seconds if self.seconds > 0.0 else 0.0
+
+    @property
+    def seconds_left(self) -> float | None:
+        """Expected time to the end of the stage [s]; None before the first loop."""
+        return (self.total - self.done) / self.rate if self.rate > 0.0 else None
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """How a run works; see `audit`."""
+
+    workers: int | None = None
+    dask: str | None = None
+    prior: float = 0.25
+    costs: tuple[float, float, float] = (1.0, 1.0, 0.2)
+    time_limit: float = 60.0
+    budget: float | None = None
+    retry: bool = False
+    connections: tuple[tuple[str, str], ...] | list[tuple[str, str]] = ()
+
+
+class AuditRun:
+    """One run of an audit over its loops."""
+
+    def __init__(
+        self,
+        folder: Path,
+        settings: dict[str, Any],
+        book: Ledger,
+        key: ResultKey,
+        span: tuple[datetime | None, datetime | None],
+        places: list[LoopPlace],
+        options: RunOptions,
+        progress: Callable[[Progress], None],
+    ) -> None:
+        from pathlib import Path as AnyPath
+
+        self.book, self.key, self.span, self.options, self.progress = book, key, span, options, progress
+        self.signals = AnyPath(settings["signals"]) if settings["signals"] else folder / "signals"
+        numbers = book.register([(one.tag, json.dumps(place_to_dict(one))) for one in places])
+        self.places = {numbers[one.tag]: one for one in places}
+        prints = {part: part.fingerprint() for part in dict.fromkeys(one.part for one in places)}
+        self.fingerprints = {k: prints[one.part] for k, one in self.places.items()}
+        self.results = book.read_results(key)
+        self.began = time.monotonic()
+        self._engine: Engine | None = None
+
+    def run(self, *, subset: bool) -> None:
+        """Do what is left to do."""
+        clock = self._clock()
+        body = {
+            "since": self.span[0] and self.span[0].isoformat(),
+            "until": self.span[1] and self.span[1].isoformat(),
+            "clock": clock_to_dict(clock),
+            "loops": sorted(self.places) if subset else None,
+        }
+        number = self.book.begin_run(self.key, body)
+        settings = WorkSettings(
+            clock, *self.span, prior=self.options.prior, costs=self.options.costs, time_limit=self.options.time_limit
+        )
+        left = set(self._left("screen")) | set(self._left("diagnose"))
+        details = {
+            "loops": len(self.places),
+            "parts": len({one.part for one in self.places.values()}),
+            "left": len(left),
+        }
+        details |= {"workers": self._open_engine().workers, "samples": round(clock.count * clock.dt / clock.fast_dt)}
+        self._report("plan", 0, 0, details=details)
+        if left:
+            self._report("compile", 0, 0)
+            warm_kernels()
+        for stage in ("screen", "diagnose"):
+            self._do(stage, settings)
+        groups = self._group()
+        self.book.end_run(number, body | {"groups": groups})
+        with contextlib.suppress(OSError):
+            remove_unused_parts(self.signals, self.book.used_signals())
+
+    def close(self) -> None:
+        """End the workers."""
+        if self._engine is not None:
+            self._engine.close()
+
+    def _do(self, stage: str, settings: WorkSettings) -> None:
+        """Screen or diagnose what is left."""
+        left = self._left(stage)
+        done = self._total(stage) - len(left)
+        began, new = time.monotonic(), 0
+        self._report(stage, done, self._total(stage))
+        if not left:
+            return
+        outcomes = self._open_engine().run(self._batches(left, stage, settings), lambda: self._goes_on(stage))
+        for found in outcomes:
+            self._store(stage, found)
+            new += len(found)
+            self._report(stage, done + new, self._total(stage), new, time.monotonic() - began)
+
+    def _left(self, stage: str) -> list[int]:
+        """Loops that are to be done: all that are not, for the screen; those that were only screened, worst first."""
+        if stage == "screen":
+            return [k for k in self.places if not self._is_done(k)]
+        rows = {k: self.results[k].body for k in self.places if k in self.results}
+        return sorted(
+            (k for k, row in rows.items() if row["status"] == "screened"), key=lambda k: screen_order(rows[k])
+        )
+
+    def _is_done(self, number: int) -> bool:
+        """Whether the loop has a row of the present state of its source."""
+        stored = self.results.get(number)
+        if stored is None or stored.fingerprint != self.fingerprints[number]:
+            return False
+        return not (self.options.retry and stored.body["status"] in FAILED)
+
+    def _total(self, stage: str) -> int:
+        if stage == "screen":
+            return len(self.places)
+        rows = [self.results[k] for k in self.places if k in self.results]
+        return sum(one.body["status"] == "screened" or one.stage == "diagnose" for one in rows)
+
+    def _goes_on(self, stage: str) -> bool:
+        """Whether the budget allows another batch; the screen is always finished."""
+        budget = self.options.budget
+        return budget is None or stage == "screen" or time.monotonic() - self.began < budget
+
+    def _batches(self, left: list[int], stage: str, settings: WorkSettings) -> Iterator[Batch]:
+        size = BATCH_LOOPS * SORTED_LOOPS if self.options.budget is not None and stage == "diagnose" else len(left)
+        for first in range(0, len(left), size):
+            chosen = sorted(
+                left[first : first + size], key=lambda k: (self.places[k].part.names, self.places[k].number)
+            )
+            for start in range(0, len(chosen), BATCH_LOOPS):
+                yield Batch(tuple(self._task(k, stage) for k in chosen[start : start + BATCH_LOOPS]), settings)
+
+    def _task(self, number: int, stage: str) -> LoopTask:
+        screened = self.results[number].body if stage == "diagnose" else None
+        return LoopTask(number, self.places[number], screened)
+
+    def _store(self, stage: str, outcomes: list[Outcome]) -> None:
+        """Write the signals of a batch, then its rows in one transaction."""
+        means = {one.number: one.means for one in outcomes if one.means is not None}
+        part = write_signals(self.signals, means, self.key) if means else ""
+        rows = []
+        for one in outcomes:
+            name = part if one.number in means else ""
+            if stage == "diagnose":
+                name = self.results[one.number].signals
+            rows.append((StoredResult(one.number, self.fingerprints[one.number], stage, name, one.row), one.cpu_s))
+        self.book.write_results(self.key, rows)
+        self.results |= {row.loop: row for row, _ in rows}
+
+    def _clock(self) -> Clock:
+        """The clock of an earlier run with the same key, or one that fits a sample of the loops."""
+        for run in reversed(self.book.read_runs()):
+            if (run["window"], run["options"], run["version"]) == tuple(self.key) and self.results:
+                return clock_from_dict(run["body"]["clock"])
+        from stiction.errors import RecordError
+        from stiction.fleet.reduced_record import cut_time
+
+        first_of_part = {place.part: place for place in reversed(self.places.values())}
+        probed = list(first_of_part.values())[::-1]
+        step = -(-len(probed) // MAX_PROBED_PARTS)
+        records, failure = [], None
+        for place in probed[::step] + list(self.places.values())[:4]:
+            try:
+                record = cut_time(read_loop(place), *self.span)
+                records += [record] if len(record) else []
+            except RecordError as error:
+                failure = error
+        if not records:
+            raise failure or RecordError("No loop has samples in this time; give an earlier since or a later until.")
+        dated = [one for one in records if one.start is not None]
+        return common_clock(dated or records)
+
+    def _group(self) -> list[dict[str, Any]]:
+        """Groups of the loops that oscillate, from their block means."""
+        from stiction.fleet.loop_oscillations import LoopOscillation
+        from stiction.fleet.oscillation_groups import group_oscillations
+        from stiction.fleet.root_cause import LoopVerdict
+
+        rows = {k: self.results[k] for k in self.places if k in self.results}
+        chosen = {k: one for k, one in rows.items() if one.signals and one.body["oscillations"]}
+        self._report("group", 0, len(chosen))
+        if len(chosen) < 2:
+            return []
+        means = read_signals(self.signals, {k: one.signals for k, one in chosen.items()})
+        secondary = {place.master: place.tag for place in self.places.values() if place.master}
+        loops = [
+            replace(one, secondary_tag=secondary.get(one.tag, one.secondary_tag)) for _, one in sorted(means.items())
+        ]
+        verdicts, oscillations, spans = {}, {}, {}
+        for k, one in chosen.items():
+            tag = self.places[k].tag
+            oscillations[tag] = tuple(LoopOscillation(**each) for each in one.body["oscillations"])
+            if one.body["status"] == "diagnosed" and one.body["loop_state"] == "in_control":
+                verdicts[tag] = LoopVerdict(one.body["probability"], one.body["oscillation_causes"]["tuning"])
+            if self.places[k].span is not None:
+                spans[tag] = self.places[k].span
+        groups = group_oscillations(
+            loops, verdicts=verdicts, connections=self.options.connections, spans=spans, oscillations=oscillations
+        )
+        return [group.to_dict() | {"number": k, "summary": group.summary()} for k, group in enumerate(groups, 1)]
+
+    def _open_engine(self) -> Engine:
+        if self._engine is None:
+            if self.options.dask is None:
+                self._engine = ProcessEngine(self.options.workers)
+            else:
+                from stiction.fleet.dask_engine import DaskEngine
+
+                engine = DaskEngine(self.options.dask, self.options.workers)
+                self._engine = engine
+                engine.check_workers(next(iter(self.places.values())))
+        return self._engine
+
+    def _report(
+        self,
+        stage: str,
+        done: int,
+        total: int,
+        new: int = 0,
+        seconds: float = 0.0,
+        details: dict[str, Any] | None = None,
+    ) -> None:
+        sticky = sum(one.body["verdict"] == "stiction" for one in self.results.values())
+        self.progress(Progress(stage, done, total, seconds, new, sticky, details))

@@ -1,0 +1,136 @@
+"""A batch of loops in a worker: each with a time limit, each failure a row."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from stiction.errors import StictionError
+from stiction.fleet.loop_work import WorkSettings, diagnose_loop, empty_row, require_row, screen_loop
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from stiction.fleet.block_means import BlockMeans
+    from stiction.fleet.source_parts import LoopPlace
+
+__all__ = ["Batch", "LoopTask", "Outcome", "failed_row", "run_batch"]
+
+KILL_FACTOR = 3.0
+"""Time over the limit of a loop after which its process ends itself [-], for code that no signal interrupts."""
+
+
+@dataclass(frozen=True)
+class LoopTask:
+    """One loop and what to do with it."""
+
+    number: int
+    """Number of the loop in the ledger."""
+    place: LoopPlace
+    """Where it is."""
+    screened: dict[str, Any] | None = None
+    """Its row of the screen, for the diagnosis; None for the screen."""
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Loops that one worker does in one go."""
+
+    tasks: tuple[LoopTask, ...]
+    """The loops."""
+    settings: WorkSettings
+    """What the work depends on."""
+    parent: int = field(default_factory=os.getpid)
+    """Process that made the batch."""
+
+    def split(self) -> list[Batch]:
+        """One batch for each loop."""
+        return [Batch((task,), self.settings, self.parent) for task in self.tasks]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of one loop."""
+
+    number: int
+    """Number of the loop in the ledger."""
+    row: dict[str, Any]
+    """Its row."""
+    cpu_s: float
+    """Processor time [s]."""
+    means: BlockMeans | None = field(default=None, repr=False)
+    """Its block means, from the screen."""
+
+
+class _LoopTimeoutError(Exception):
+    """The time limit of a loop is over."""
+
+
+def run_batch(batch: Batch) -> list[Outcome]:
+    """Screen or diagnose each loop of a batch; a loop that fails is a row with the reason."""
+    _leave_interrupts_to_parent(batch.parent)
+    return [_run_task(task, batch.settings) for task in batch.tasks]
+
+
+def failed_row(place: LoopPlace, status: str, reason: str) -> dict[str, Any]:
+    """Row of a loop that could not be done: status "error", "timeout" or "crashed"."""
+    return empty_row(place) | {"status": status, "reason": reason}
+
+
+def _run_task(task: LoopTask, settings: WorkSettings) -> Outcome:
+    began = time.process_time()
+    place, means = task.place, None
+    try:
+        with _time_limit(settings.time_limit):
+            if task.screened is None:
+                screened = screen_loop(place, settings)
+                row, means = screened.row, screened.means
+            else:
+                row = diagnose_loop(place, settings, task.screened)
+            require_row(row)
+    except _LoopTimeoutError:
+        reason = f"The loop took more than {settings.time_limit:g} s; raise time_limit, or shorten the record."
+        row, means = failed_row(place, "timeout", reason), None
+    except StictionError as error:
+        row, means = failed_row(place, "error", str(error)), None
+    except Exception as error:
+        text = " ".join(f"{type(error).__name__}: {error}".split())
+        row, means = failed_row(place, "error", f"a fault of the program, not yours ({text}); please report it."), None
+    return Outcome(task.number, row, time.process_time() - began, means)
+
+
+@contextmanager
+def _time_limit(seconds: float) -> Iterator[None]:
+    """Raise `_LoopTimeoutError` after some time, where signals exist; end the process after 3 times that."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    watchdog = threading.Timer(KILL_FACTOR * seconds, os._exit, (3,))
+    watchdog.daemon = True
+    watchdog.start()
+    timer = hasattr(signal, "setitimer")
+
+    def expire(*_: object) -> None:
+        raise _LoopTimeoutError
+
+    before = signal.signal(signal.SIGALRM, expire) if timer else None
+    try:
+        if timer:
+            signal.setitimer(signal.ITIMER_REAL, seconds)
+        yield
+    finally:
+        if timer:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            signal.signal(signal.SIGALRM, before)
+        watchdog.cancel()
+
+
+def _leave_interrupts_to_parent(parent: int) -> None:
+    """Ignore Ctrl-C in a worker: the parent ends its workers."""
+    if os.getpid() != parent and threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, signal.SIG_IGN)

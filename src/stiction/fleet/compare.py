@@ -1,0 +1,105 @@
+"""What changed since another audit, and how often people confirmed a verdict."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+from stiction.fleet.rank import FAULT_STATES
+
+if TYPE_CHECKING:
+    from stiction.fleet.audit import Audit
+
+__all__ = ["compare_audits", "confirmed_share", "has_finding"]
+
+CHANGES = ("new", "worse", "same", "better", "gone")
+CONFIRMED, REFUTED = ("stiction", "repaired"), ("not stiction",)
+
+
+def compare_audits(
+    audit: Audit, other: Audit, *, min_change: float = 0.05, relative_change: float = 0.2
+) -> list[dict[str, Any]]:
+    """Compare the findings of two audits, loop by loop.
+
+    Parameters
+    ----------
+    audit, other : Audit
+        The later and the earlier audit.
+    min_change : float
+        Change of the priority that counts, at least [-].
+    relative_change : float
+        Change of the priority that counts, over the larger of the two [-].
+
+    Returns
+    -------
+    list of dict
+        Each loop with a finding in one of the two: `tag`, `change` ("new", "worse", "same", "better" or "gone"), `why`,
+        and `verdict`, `priority`, `S`, `S_low`, `S_high` of both (`verdict_before`, ...); "new" first.
+
+    Notes
+    -----
+    A finding is a sticky valve, a cause of an oscillation, or a loop state that is a fault. "worse" and "better" mean
+    that the priority changed by more than the two limits, or that the intervals of S are apart.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from stiction.fleet.audit import Audit
+    >>> empty = Audit(Path("a"), [], [], {}, {})
+    >>> compare_audits(empty, empty)
+    []
+    """
+    now, before = ({row["tag"]: row for row in one.rows} for one in (audit, other))
+    rows = []
+    for tag in dict.fromkeys([*now, *before]):
+        new, old = now.get(tag), before.get(tag)
+        change, why = _change(new, old, min_change, relative_change)
+        if change:
+            row: dict[str, Any] = {"tag": tag, "change": change, "why": why}
+            for name in ("verdict", "priority", "S", "S_low", "S_high"):
+                row |= {name: new and new[name], f"{name}_before": old and old[name]}
+            rows.append(row)
+    return sorted(rows, key=lambda row: (CHANGES.index(row["change"]), -(row["priority"] or 0.0), row["tag"]))
+
+
+def has_finding(row: dict[str, Any] | None) -> bool:
+    """Whether a row says that something is wrong with the loop."""
+    if row is None:
+        return False
+    in_control = row["loop_state"] == "in_control" and row["status"] == "diagnosed"
+    return row["loop_state"] in FAULT_STATES or (
+        in_control and (row["verdict"] == "stiction" or row["oscillation_cause"] != "none")
+    )
+
+
+def confirmed_share(audit: Audit) -> dict[str, Any]:
+    """Count how many verdicts "stiction" people confirmed.
+
+    Returns
+    -------
+    dict
+        `confirmed` (labels "stiction" and "repaired"), `refuted` ("not stiction"), and `precision`, the share of the
+        confirmed ones [-]; None when there is no label yet.
+    """
+    sticky = {row["tag"] for row in audit.rows if row["verdict"] == "stiction"}
+    counts = Counter(label.label for tag, label in audit.labels().items() if tag in sticky)
+    confirmed, refuted = sum(counts[name] for name in CONFIRMED), sum(counts[name] for name in REFUTED)
+    total = confirmed + refuted
+    return {"confirmed": confirmed, "refuted": refuted, "precision": confirmed / total if total else None}
+
+
+def _change(new: Any, old: Any, min_change: float, relative_change: float) -> tuple[str, str]:
+    if not has_finding(old):
+        why = "No finding before." if old else "The loop was not in the earlier audit."
+        return ("new", why) if has_finding(new) else ("", "")
+    if not has_finding(new):
+        return "gone", "No finding any more." if new else "The loop is not in this audit."
+    if new["S"] is not None and old["S"] is not None and new["S_low"] is not None and old["S_low"] is not None:
+        for one, two, change in ((new, old, "worse"), (old, new, "better")):
+            if one["S_low"] > two["S_high"]:
+                return change, f"S was {old['S']:.2g} %, and is {new['S']:.2g} %; the intervals are apart."
+    difference = new["priority"] - old["priority"]
+    if abs(difference) > max(min_change, relative_change * max(new["priority"], old["priority"])):
+        text = f"The priority was {old['priority']:.2g}, and is {new['priority']:.2g}."
+        return ("worse" if difference > 0.0 else "better"), text
+    return "same", ""

@@ -1,0 +1,254 @@
+"""The ledger of an audit: which loops there are, what was found in each, in SQLite or PostgreSQL."""
+
+from __future__ import annotations
+
+import json
+import time
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from pathlib import Path
+    from typing import TypeVar
+
+    from sqlalchemy import Connection, Engine
+
+    Value = TypeVar("Value")
+
+__all__ = ["FORMAT_VERSION", "Ledger", "ResultKey", "StoredResult", "sqlite_url"]
+
+FORMAT_VERSION = 1
+"""Version of the tables."""
+RECONNECT_S = 120.0
+"""Time for which a server that does not answer is asked again [s]."""
+
+
+class ResultKey(NamedTuple):
+    """What a result belongs to, besides its loop."""
+
+    window: str
+    """Start and end of the audited time, as asked for."""
+    options: str
+    """Digest of the options that results depend on."""
+    version: str
+    """Version of the package."""
+
+
+class StoredResult(NamedTuple):
+    """One row of the ledger."""
+
+    loop: int
+    """Number of the loop in the ledger."""
+    fingerprint: str
+    """State of the source when it was read."""
+    stage: str
+    """"screen" or "diagnose": how far the loop came."""
+    signals: str
+    """Name of the part that holds its block means; empty when there are none."""
+    body: dict[str, Any]
+    """The row of the audit."""
+
+
+class Ledger:
+    """The tables of one audit. One process writes at a time."""
+
+    def __init__(self, url: str) -> None:
+        import sqlalchemy as sa
+
+        self.url = url
+        self.engine = _make_engine(url)
+        data = sa.MetaData()
+        self.loops = sa.Table(
+            "stiction_loop", data, sa.Column("id", sa.Integer, primary_key=True),
+            sa.Column("tag", sa.Text, nullable=False, unique=True), sa.Column("source", sa.Text, nullable=False),
+        )  # fmt: skip
+        self.results = sa.Table(
+            "stiction_result", data, sa.Column("loop_id", sa.Integer, sa.ForeignKey("stiction_loop.id")),
+            *(sa.Column(name, sa.String(80)) for name in ResultKey._fields),
+            sa.Column("fingerprint", sa.String(32)), sa.Column("stage", sa.String(16)), sa.Column("signals", sa.Text),
+            sa.Column("cpu_s", sa.Float), sa.Column("body", sa.Text),
+            sa.PrimaryKeyConstraint("loop_id", "window", "options", "version"),
+        )  # fmt: skip
+        self.runs = sa.Table(
+            "stiction_run", data, sa.Column("id", sa.Integer, primary_key=True), sa.Column("started", sa.String(40)),
+            sa.Column("finished", sa.String(40)), *(sa.Column(name, sa.String(80)) for name in ResultKey._fields),
+            sa.Column("body", sa.Text),
+        )  # fmt: skip
+        self._data = data
+
+    def create(self) -> None:
+        """Make the tables that are missing.
+
+        Raises
+        ------
+        RecordError
+            When the database cannot be reached or written to.
+        """
+        with self._errors("cannot be opened as a ledger"):
+            self._data.create_all(self.engine)
+
+    def close(self) -> None:
+        """Close all connections."""
+        self.engine.dispose()
+
+    def register(self, loops: Sequence[tuple[str, str]]) -> dict[str, int]:
+        """Give each loop (tag, source) a number, or find the one that it has: tag -> number."""
+        import sqlalchemy as sa
+
+        def write(connection: Connection) -> dict[str, int]:
+            stored = sa.select(self.loops.c.tag, self.loops.c.id, self.loops.c.source)
+            known = {row.tag: row for row in connection.execute(stored)}
+            new = [{"tag": tag, "source": source} for tag, source in loops if tag not in known]
+            moved = [(known[tag].id, source) for tag, source in loops if tag in known and known[tag].source != source]
+            if new:
+                connection.execute(self.loops.insert(), new)
+            for number, source in moved:
+                connection.execute(self.loops.update().where(self.loops.c.id == number), {"source": source})
+            return {row.tag: row.id for row in connection.execute(stored)}
+
+        return self._write(write)
+
+    def read_loops(self) -> dict[int, str]:
+        """Read where each loop is: number -> source, as JSON."""
+        import sqlalchemy as sa
+
+        query = sa.select(self.loops.c.id, self.loops.c.source)
+        return {row.id: row.source for row in self._write(lambda connection: connection.execute(query).all())}
+
+    def write_results(self, key: ResultKey, rows: Sequence[tuple[StoredResult, float]]) -> None:
+        """Write rows, each with its processor time [s], in one transaction; a row of the same loop is replaced."""
+        import sqlalchemy as sa
+
+        table = self.results
+        columns = [{**key._asdict(), **_columns(row), "cpu_s": round(cpu_s, 4)} for row, cpu_s in rows]
+        if not columns:
+            return
+
+        def write(connection: Connection) -> None:
+            mine = sa.and_(table.c.window == key.window, table.c.options == key.options, table.c.version == key.version)
+            numbers = [row.loop for row, _ in rows]
+            connection.execute(table.delete().where(mine, table.c.loop_id.in_(numbers)))
+            connection.execute(table.insert(), columns)
+
+        self._write(write)
+
+    def read_results(self, key: ResultKey) -> dict[int, StoredResult]:
+        """Read all rows of a key: number of the loop -> row."""
+        import sqlalchemy as sa
+
+        table = self.results
+        chosen = [table.c.loop_id, table.c.fingerprint, table.c.stage, table.c.signals, table.c.body]
+        query = sa.select(*chosen).where(
+            table.c.window == key.window, table.c.options == key.options, table.c.version == key.version
+        )
+        rows = self._write(lambda connection: connection.execute(query).mappings().all())
+        return {
+            row["loop_id"]: StoredResult(
+                row["loop_id"], row["fingerprint"], row["stage"], row["signals"], json.loads(row["body"])
+            )
+            for row in rows
+        }
+
+    def used_signals(self) -> set[str]:
+        """Names of the parts of block means that a row refers to."""
+        import sqlalchemy as sa
+
+        query = sa.select(self.results.c.signals).distinct()
+        return {row[0] for row in self._write(lambda connection: connection.execute(query).all()) if row[0]}
+
+    def processor_time(self, key: ResultKey) -> float:
+        """Sum of the processor time of all rows of a key [s]."""
+        import sqlalchemy as sa
+
+        table = self.results
+        query = sa.select(sa.func.sum(table.c.cpu_s)).where(
+            table.c.window == key.window, table.c.options == key.options, table.c.version == key.version
+        )
+        return float(self._write(lambda connection: connection.execute(query).scalar()) or 0.0)
+
+    def begin_run(self, key: ResultKey, body: Mapping[str, Any]) -> int:
+        """Note the start of a run and give its number."""
+        row = {"started": _now(), "finished": None, **key._asdict(), "body": json.dumps(body)}
+
+        def write(connection: Connection) -> int:
+            return int(connection.execute(self.runs.insert().returning(self.runs.c.id), row).scalar_one())
+
+        return self._write(write)
+
+    def end_run(self, number: int, body: Mapping[str, Any]) -> None:
+        """Note the end of a run, with its groups and counts."""
+        change = self.runs.update().where(self.runs.c.id == number)
+        self._write(lambda connection: connection.execute(change, {"finished": _now(), "body": json.dumps(body)}))
+
+    def read_runs(self) -> list[dict[str, Any]]:
+        """Read all runs, the first one first."""
+        query = self.runs.select().order_by(self.runs.c.id)
+        rows = self._write(lambda connection: connection.execute(query).mappings().all())
+        return [{**row, "body": json.loads(row["body"])} for row in rows]
+
+    def _write(self, work: Callable[[Connection], Value]) -> Value:
+        """Do work in one transaction; a server that restarts is waited for."""
+        from sqlalchemy import exc
+
+        deadline = time.monotonic() + RECONNECT_S
+        with self._errors("cannot be used as a ledger"):
+            while True:
+                try:
+                    with self.engine.begin() as connection:
+                        return work(connection)
+                except (exc.OperationalError, exc.InterfaceError, exc.InternalError):
+                    if self.engine.dialect.name == "sqlite" or time.monotonic() > deadline:
+                        raise
+                    self.engine.dispose()
+                    time.sleep(0.5)
+
+    @contextmanager
+    def _errors(self, what: str) -> Iterator[None]:
+        """Turn errors of the database into a `RecordError` without passwords."""
+        from stiction.sources.sql_connection import refused_as
+
+        with refused_as(what, self.url, "check host, rights and free space; results that are there stay"):
+            yield
+
+
+def _columns(row: StoredResult) -> dict[str, Any]:
+    body = json.dumps(row.body, allow_nan=False, separators=(",", ":"))
+    return {
+        "loop_id": row.loop, "fingerprint": row.fingerprint, "stage": row.stage, "signals": row.signals, "body": body
+    }  # fmt: skip
+
+
+def _now() -> str:
+    from datetime import datetime
+
+    return datetime.now().astimezone().isoformat(timespec="seconds")
+
+
+def sqlite_url(path: Path) -> str:
+    """URL of the ledger in a file."""
+    return f"sqlite:///{path}"
+
+
+def _make_engine(url: str) -> Engine:
+    from sqlalchemy import event
+
+    from stiction.errors import ParameterError
+    from stiction.sources.database_url import is_database_url
+    from stiction.sources.sql_connection import make_engine
+
+    if url.startswith("sqlite:///"):
+        from sqlalchemy import create_engine
+
+        engine = create_engine(url, connect_args={"timeout": 30.0})
+
+        @event.listens_for(engine, "connect")
+        def _configure(connection: Any, _: Any) -> None:
+            connection.execute("PRAGMA journal_mode = WAL")
+            connection.execute("PRAGMA synchronous = NORMAL")
+            connection.execute("PRAGMA foreign_keys = ON")
+
+        return engine
+    if not is_database_url(url):
+        raise ParameterError(f"ledger = {url!r} is no database URL; give postgresql+psycopg://USER:PASSWORD@HOST/NAME.")
+    return make_engine(url)

@@ -1,0 +1,64 @@
+"""The time that a run audits."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import TYPE_CHECKING
+
+from stiction.errors import ParameterError
+from stiction.fleet.ledger import Ledger, ResultKey
+
+if TYPE_CHECKING:
+    Span = tuple[datetime | None, datetime | None]
+
+__all__ = ["resolve_window"]
+
+
+def resolve_window(
+    book: Ledger, digest: str, since: datetime | str | None, until: datetime | None
+) -> tuple[ResultKey, Span]:
+    """Find the key of the results and the times of a run.
+
+    Parameters
+    ----------
+    book : Ledger
+        The ledger, which tells where the data of the last audit ended.
+    digest : str
+        Digest of the options.
+    since : datetime, "last" or None
+        First time; "last" is the end of the data of the last finished run, or the `since` of an unfinished run that
+        asked for "last" too.
+    until : datetime, optional
+        Time before which the samples end.
+
+    Returns
+    -------
+    tuple
+        The key, and first and last time.
+
+    Raises
+    ------
+    ParameterError
+        When "last" has nothing to go on from, or `since` is not before `until`.
+    """
+    from stiction import __version__
+
+    if isinstance(since, str):
+        since = _end_of_last_run(book, digest)
+    if since is not None and until is not None and since.replace(tzinfo=None) >= until.replace(tzinfo=None):
+        raise ParameterError(f"since = {since} is not before until = {until}; give an earlier since or a later until.")
+    window = f"{since.isoformat() if since else ''}..{until.isoformat() if until else ''}"
+    return ResultKey(window, digest, __version__), (since, until)
+
+
+def _end_of_last_run(book: Ledger, digest: str) -> datetime:
+    runs = book.read_runs()
+    if runs and not runs[-1]["finished"] and runs[-1]["body"].get("since") and runs[-1]["options"] == digest:
+        return datetime.fromisoformat(runs[-1]["body"]["since"])
+    for run in reversed(runs):
+        if run["finished"]:
+            results = book.read_results(ResultKey(*(run[name] for name in ResultKey._fields)))
+            ends = [one.body["end"] for one in results.values() if one.body["end"]]
+            if ends:
+                return max(datetime.fromisoformat(end) for end in ends)
+    raise ParameterError("since = 'last' needs a finished audit in this folder, with times; run one without it first.")
