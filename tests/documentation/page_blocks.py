@@ -46,8 +46,13 @@ def blocks(page: Path) -> list[Block]:
 
 
 def write_example_files(folder: Path) -> None:
-    """Write the records that pages take as those of the reader: one loop, and the same as a German export."""
+    """Write the files that pages take as those of the reader: a loop, the same as a German export, and a small plant."""
     import stiction as st
+    from stiction.apps.demo_plant import write_plant_files
+    from stiction.simulation.plant import simulate_plant
+
+    (folder / "stiction-plant").mkdir()
+    write_plant_files(simulate_plant(0, hours=2.0), folder / "stiction-plant")
 
     loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.1)
     run = st.simulate(loop, sp=51.0, duration=3600.0, seed=1, pv_start=50.0, op_start=50.0)

@@ -7,6 +7,7 @@ import doctest
 import io
 import re
 import shlex
+import shutil
 import subprocess
 from typing import TYPE_CHECKING
 
@@ -40,10 +41,9 @@ def files(tmp_path_factory):
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks(page)], ids=page_id)
 def test_blocks_of_page_run(page, files, tmp_path, monkeypatch):
     """All blocks of a page in one folder and one namespace, from the first to the last."""
-    for file in files.iterdir():
-        (tmp_path / file.name).write_bytes(file.read_bytes())
+    shutil.copytree(files, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
-    namespace: dict[str, object] = {"__name__": "page"}
+    namespace: dict[str, object] = {"__name__": "__main__"}
     for block in blocks(page):
         if block.why_not:
             continue
