@@ -46,7 +46,7 @@ def blocks(page: Path) -> list[Block]:
 
 
 def write_example_files(folder: Path) -> None:
-    """Write the files that pages take as those of the reader: a loop, the same as a German export, and a small plant."""
+    """Write the files that pages take as those of the reader: a loop, the same in German, and a small plant."""
     import stiction as st
     from stiction.apps.demo_plant import write_plant_files
     from stiction.simulation.plant import simulate_plant
