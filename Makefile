@@ -9,7 +9,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
-.PHONY: help demo test fuzz check format bench calibrate validate docs picture wheelhouse release-check venv clean
+.PHONY: help demo test fuzz check format web-assets bench calibrate validate docs picture wheelhouse release-check venv clean
 
 help:
 	@echo "make demo     diagnose simulated plant data and write a report"
@@ -17,6 +17,7 @@ help:
 	@echo "make fuzz     read 20 000 damaged inputs of all formats"
 	@echo "make check    lint, types, import contracts, documentation"
 	@echo "make format   let ruff mend layout and imports"
+	@echo "make web-assets  fetch the plot library of stiction serve (needed once in a clone)"
 	@echo "make bench    measure speed"
 	@echo "make calibrate  train the model of the verdict on simulated loops (some minutes)"
 	@echo "make validate   score it on other loops and write docs/validation.md"
@@ -47,6 +48,9 @@ format: $(VENV)/.ready-check
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
+web-assets: $(VENV)/.ready-check
+	$(BIN)/python .ci/web_assets.py
+
 bench: $(VENV)/.ready-test
 	$(BIN)/python benchmarks/run.py
 
@@ -71,10 +75,12 @@ picture: $(VENV)/.ready-docs
 	$(BIN)/python docs/pictures.py
 	$(BIN)/python docs/trust_numbers.py
 
-wheelhouse: $(VENV)/.made
+wheelhouse: $(VENV)/.ready-release
+	$(BIN)/python .ci/web_assets.py
 	$(BIN)/python -m pip wheel --quiet --wheel-dir dist/wheelhouse .
 
 release-check: $(VENV)/.ready-release
+	$(BIN)/python .ci/web_assets.py
 	$(BIN)/python .ci/release_check.py
 
 venv: $(VENV)/.ready-check

