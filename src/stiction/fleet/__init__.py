@@ -11,6 +11,7 @@ from stiction.fleet.loop_metrics import LoopMetrics, compute_priority, loop_metr
 from stiction.fleet.oscillation_groups import group_oscillations
 from stiction.fleet.root_cause import LoopVerdict, RootWeights, rank_roots
 from stiction.fleet.run_audit import audit
+from stiction.fleet.source_parts import LoopPlace, find_loop_places
 
 __all__ = [
     "Audit",
@@ -20,6 +21,7 @@ __all__ = [
     "Label",
     "LabelConflictError",
     "LoopMetrics",
+    "LoopPlace",
     "LoopVerdict",
     "Member",
     "Progress",
@@ -32,6 +34,7 @@ __all__ = [
     "compare_audits",
     "compute_priority",
     "confirmed_share",
+    "find_loop_places",
     "group_oscillations",
     "loop_metrics",
     "make_block_means",

@@ -102,7 +102,8 @@ class AuditRun:
         self.signals = AnyPath(settings["signals"]) if settings["signals"] else folder / "signals"
         numbers = book.register([(one.tag, json.dumps(place_to_dict(one))) for one in places])
         self.places = {numbers[one.tag]: one for one in places}
-        prints = {part: part.fingerprint() for part in dict.fromkeys(one.part for one in places)}
+        states: dict[str, str] = {}
+        prints = {part: part.fingerprint(states) for part in dict.fromkeys(one.part for one in places)}
         self.fingerprints = {k: prints[one.part] for k, one in self.places.items()}
         self.results = book.read_results(key)
         self.began = time.monotonic()

@@ -22,7 +22,15 @@ if TYPE_CHECKING:
     from stiction.diagnosis.loop_state import LoopState
     from stiction.records.record import LoopRecord
 
-__all__ = ["RESTING_STATES", "WorkSettings", "diagnose_loop", "empty_row", "main_oscillation", "screen_loop"]
+__all__ = [
+    "RESTING_STATES",
+    "WorkSettings",
+    "diagnose_loop",
+    "empty_row",
+    "main_oscillation",
+    "screen_loop",
+    "screen_record",
+]
 
 RESTING_STATES = ("manual", "saturated", "pv_frozen", "shut_in", "bad_data")
 """Loop states in which the valve cannot be judged or rests: the loop is not diagnosed."""
@@ -131,9 +139,13 @@ def screen_loop(place: LoopPlace, settings: WorkSettings) -> Screened:
     RecordError
         When the loop cannot be read.
     """
+    return screen_record(place, cut_time(read_loop(place), settings.since, settings.until), settings)
+
+
+def screen_record(place: LoopPlace, record: LoopRecord, settings: WorkSettings) -> Screened:
+    """Screen the record of a loop, as `screen_loop` does."""
     from stiction.diagnosis.loop_state import assess_loop_state, describe_action, describe_state
 
-    record = cut_time(read_loop(place), settings.since, settings.until)
     row = empty_row(place) | _describe_record(record)
     if len(record) < MIN_SAMPLES or record.pv is None:
         what = "no PV" if record.pv is None else f"{len(record)} samples, fewer than {MIN_SAMPLES},"
@@ -154,7 +166,11 @@ def screen_loop(place: LoopPlace, settings: WorkSettings) -> Screened:
     }
     if main is not None and main.regular:
         row |= {"oscillating": True, "period_s": main.period, "regularity": main.regularity}
-    if state.state in RESTING_STATES:
+    if state.state == "in_control" and not _moves(record):
+        action = "Check the signals, and record while the controller moves the valve."
+        row |= {"status": "skipped", "loop_state": "bad_data", "probability": settings.prior}
+        row |= {"reason": "OP or PV is constant over the whole record.", "action": action}
+    elif state.state in RESTING_STATES:
         row |= {
             "status": "skipped",
             "probability": settings.prior,
@@ -186,10 +202,14 @@ def diagnose_loop(place: LoopPlace, settings: WorkSettings, screened: dict[str, 
     RecordError
         When the loop cannot be read.
     """
+    return diagnose_record(cut_time(read_loop(place), settings.since, settings.until), settings, screened)
+
+
+def diagnose_record(record: LoopRecord, settings: WorkSettings, screened: dict[str, Any]) -> dict[str, Any]:
+    """Diagnose the record of a loop, as `diagnose_loop` does."""
     from stiction.diagnosis import diagnose
     from stiction.diagnosis.verdict.decision import Costs
 
-    record = cut_time(read_loop(place), settings.since, settings.until)
     periods = [LoopOscillation(**one) for one in screened["oscillations"]]
     main = main_oscillation(periods)
     shorter = reduce_record(record, main.period if main is not None else float("nan"))
@@ -210,6 +230,11 @@ def diagnose_loop(place: LoopPlace, settings: WorkSettings, screened: dict[str, 
 def main_oscillation(oscillations: Sequence[LoopOscillation]) -> LoopOscillation | None:
     """The regular oscillation with the highest autocorrelation, else the highest of all; None when there is none."""
     return max(oscillations, key=lambda one: (one.regular, one.height), default=None)
+
+
+def _moves(record: LoopRecord) -> bool:
+    """Whether OP and PV change at all."""
+    return all(x is not None and np.isfinite(x).any() and np.nanmax(x) > np.nanmin(x) for x in (record.op, record.pv))
 
 
 def _describe_record(record: LoopRecord) -> dict[str, Any]:

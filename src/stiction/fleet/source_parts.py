@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError, RecordError
+from stiction.fleet.database_parts import find_loops_of_table, find_table_state
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -32,7 +33,7 @@ __all__ = [
 
 MAX_OPEN_PARTS = 4
 """Parts that a process keeps open [-]."""
-_open_parts: OrderedDict[SourcePart, Loops] = OrderedDict()
+_open_parts: OrderedDict[tuple[SourcePart, Any], Loops] = OrderedDict()
 
 
 @dataclass(frozen=True)
@@ -56,30 +57,36 @@ class SourcePart:
         """Open the part, or give it as it was opened before in this process."""
         from stiction.sources import open_loops
 
-        if self not in _open_parts:
+        key = self, self._file_states()
+        if key not in _open_parts:
             while len(_open_parts) >= MAX_OPEN_PARTS:
                 _open_parts.popitem(last=False)
             source = self.names[0] if len(self.names) == 1 else list(self.names)
-            _open_parts[self] = open_loops(source, **json.loads(self.options))
-        _open_parts.move_to_end(self)
-        return _open_parts[self]
+            _open_parts[key] = open_loops(source, **json.loads(self.options))
+        _open_parts.move_to_end(key)
+        return _open_parts[key]
 
-    def fingerprint(self) -> str:
+    def fingerprint(self, states: dict[str, str]) -> str:
         """Digest of names, sizes and times of the files: a change means that the loops are audited again.
 
-        Of a database it is the length and the start of the first record.
+        Of a database it is the newest time in the table, unless the audited time ends; `states` keeps it for the other
+        parts of the same table.
         """
         from stiction.sources.database_url import is_database_url, show_url
 
-        digest = hashlib.sha256()
+        state = repr(self._file_states())
         if is_database_url(self.names[0]):
-            record = self.open().read_one(0)
-            digest.update(repr((len(record), record.start)).encode())
-        for name in self.names:
-            path = Path(name)
-            stat = path.stat() if path.is_file() else None
-            digest.update(repr((show_url(name), stat and stat.st_size, stat and stat.st_mtime_ns)).encode())
-        return digest.hexdigest()[:16]
+            options = {name: value for name, value in json.loads(self.options).items() if name != "tags"}
+            key = repr((self.names[0], options))
+            if key not in states:
+                states[key] = find_table_state(self.names[0], options)
+            state = states[key]
+        return hashlib.sha256(repr(([show_url(name) for name in self.names], state)).encode()).hexdigest()[:16]
+
+    def _file_states(self) -> tuple[tuple[int, int] | None, ...]:
+        """Size and time of each file; None of what is no file."""
+        stats = [path.stat() if (path := Path(name)).is_file() else None for name in self.names]
+        return tuple(stat and (stat.st_size, stat.st_mtime_ns) for stat in stats)
 
 
 @dataclass(frozen=True)
@@ -91,7 +98,7 @@ class LoopPlace:
     part: SourcePart
     """The part of the source."""
     number: int
-    """Number of the loop in the part, from 0."""
+    """Number of the loop in the part, from 0; -1 where it is found by its tag."""
     area: str = ""
     """Area of the plant."""
     importance: float = 1.0
@@ -157,7 +164,8 @@ def read_loop(place: LoopPlace) -> LoopRecord:
     """
     from dataclasses import replace
 
-    record = place.part.open().read_one(place.number)
+    loops = place.part.open()
+    record = loops.read_one(place.number if place.number >= 0 else _find_tag(loops, place))
     return record if record.tag == place.tag else replace(record, tag=place.tag)
 
 
@@ -195,6 +203,8 @@ def _places_of(source: str, options: Mapping[str, Any]) -> list[LoopPlace]:
     names = [source] if is_database_url(source) or source == "-" else _list_files(source)
     if source == "-":
         raise RecordError("an audit cannot read the standard input, because several processes read it; name a file.")
+    if is_database_url(source) and (found := find_loops_of_table(source, options)):
+        return [place for loops in found for place in _places_of_table(source, options, loops)]
     parts = _split(names, json.dumps(dict(options)))
     folders = {Path(name).parent for name in names}
     places = []
@@ -246,6 +256,33 @@ def _describe(part: SourcePart, loops: Loops, folder: str) -> list[LoopPlace]:
         span, master = (role.spans.get("pv"), role.master) if role else (None, "")
         places.append(LoopPlace(tag, part, number, area, importance, span, master))
     return places
+
+
+def _places_of_table(source: str, options: Mapping[str, Any], loops: list[tuple[str, list[str]]]) -> list[LoopPlace]:
+    """Loops of one part of a long database table; what the map says of them is kept."""
+    from stiction.sources.roles.map_file import read_map
+
+    rows = read_map(options["map"]) if options.get("map") else []
+    part = SourcePart((source,), json.dumps({**options, "tags": [tag for _, tags in loops for tag in tags]}))
+    places = []
+    for loop, _ in loops:
+        mine = [row for row in rows if row.loop == loop]
+        area = next((row.area for row in mine if row.area), "") or area_of_tag(loop)
+        importance = _importance(next((row.importance for row in mine if row.importance), ""), loop)
+        spans = [
+            (row.low, row.high) for row in mine if row.role == "pv" and row.low is not None and row.high is not None
+        ]
+        master = next((row.master for row in mine if row.master), "")
+        places.append(LoopPlace(loop, part, -1, area, importance, spans[0] if spans else None, master))
+    return places
+
+
+def _find_tag(loops: Loops, place: LoopPlace) -> int:
+    """Number of a loop in its part, by its tag."""
+    for number, tag in enumerate(loops.tags):
+        if tag.casefold() == place.tag.casefold():
+            return number
+    raise RecordError(f"{place.tag}: {place.part.shown} gives no OP and PV of it in this time; check the map.")
 
 
 def _importance(text: str, tag: str) -> float:
