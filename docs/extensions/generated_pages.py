@@ -12,6 +12,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from messages_page import messages_page
+
 import stiction as st
 
 if TYPE_CHECKING:
@@ -41,6 +43,7 @@ def write_pages(app: Sphinx) -> None:
         "command-line.md": command_page(),
         "words.md": words_page(),
         "sources.md": sources_page(),
+        "messages.md": messages_page(),
     }
     for name, text in pages.items():
         target = folder / name
