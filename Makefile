@@ -78,7 +78,7 @@ picture: $(VENV)/.ready-docs
 
 wheelhouse: $(VENV)/.ready-release
 	$(BIN)/python .ci/web_assets.py
-	$(BIN)/python -m pip wheel --quiet --wheel-dir dist/wheelhouse .
+	$(BIN)/python -m pip wheel --quiet --wheel-dir dist/wheelhouse '.[control,dask,matlab,plot,sql,web]'
 
 release-check: $(VENV)/.ready-release
 	$(BIN)/python .ci/web_assets.py
