@@ -35,7 +35,7 @@ source_suffix = {".rst": "restructuredtext", ".md": "markdown"}
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 default_role = "name"
-nitpicky = False
+smartquotes = False  # "--option" stays as it is
 
 autosummary_generate = True
 autodoc_typehints = "none"
