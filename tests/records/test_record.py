@@ -16,6 +16,8 @@ import stiction as st
 from stiction.errors import RecordError
 from stiction.records import LoopRecord, Provenance, assess_quality, summarise, usable_segment
 
+pytestmark = pytest.mark.quick
+
 N = 2000
 NOON = datetime(2026, 3, 2, 12, 0, tzinfo=UTC)
 SIGNALS = ("op", "pv", "sp", "mv", "valve_signal", "auto")

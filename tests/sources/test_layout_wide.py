@@ -14,6 +14,8 @@ from stiction.sources.formats import text as text_format
 from stiction.sources.layouts import read_layout
 from stiction.sources.options import ReadOptions
 
+pytestmark = pytest.mark.quick
+
 START = datetime(2026, 2, 1, 10)
 ZERO = (START - datetime(1970, 1, 1)).total_seconds()
 N = 300

@@ -14,6 +14,8 @@ from stiction.sources.roles.cascade import find_secondary_tags
 from stiction.sources.roles.column_names import header_names, parse_column_name
 from stiction.sources.table import Origin, RawTable, TagColumn
 
+pytestmark = pytest.mark.quick
+
 N = 400
 
 

@@ -60,7 +60,7 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
 
     Notes
     -----
-    The stages are those of the code below, each a function of the results before it. See docs/verdict.md.
+    The stages are those of the code below, each a function of the results before it. See docs/understand/verdict.md.
 
     Examples
     --------

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.display.number_format import count_noun
-from stiction.errors import ParameterError, RecordError, as_floats, require_positive
+from stiction.errors import ParameterError, RecordError, as_floats, import_extra, require_positive
 from stiction.records.gaps import missing_mask
 from stiction.records.provenance import Provenance
 from stiction.records.quality.movement import detect_op_scale
@@ -198,6 +198,20 @@ class LoopRecord:
         from stiction.records.parquet_writer import to_parquet
 
         to_parquet(self, path)
+
+    def plot(self, axes: Any = None) -> NDArray[np.object_]:
+        """Draw PV with set point, and below it OP with the valve position, on new or two given Axes; return these."""
+        import_extra("matplotlib", "plot")
+        from stiction.display.plots import plot_record
+
+        if axes is not None and np.shape(np.asarray(axes, dtype=object)) != (2,):
+            raise ParameterError("axes is not a sequence of two Axes; give one for PV and one for OP.")
+        return plot_record(self, axes)
+
+    def _repr_html_(self) -> str:
+        from stiction.display.notebook import record_html
+
+        return record_html(self)
 
     @property
     def time(self) -> NDArray[np.float64]:

@@ -20,6 +20,8 @@ from stiction.diagnosis.detection.rossi_scali import relay_indices
 from stiction.diagnosis.detection.shapes import relay_misfit, relay_shapes, sine_misfit, triangle_misfit
 from stiction.diagnosis.detection.singhal_salsbury import area_ratios
 
+pytestmark = pytest.mark.quick
+
 M = 2001
 T = (np.arange(M) + 0.5) / M
 TAU = 0.3
