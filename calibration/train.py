@@ -23,6 +23,8 @@ __all__ = ["fit_intervals", "fit_model", "stored_trees", "trainable"]
 PRIOR = 0.25
 """Share of sticky valves for which the model is trained [-]."""
 NAMES = [feature.name for feature in FEATURES]
+VALIDATION_SETS = ("split_range",)
+"""Sets of the first simulator that only validate."""
 ROOT = Path(__file__).resolve().parents[1] / "src" / "stiction" / "diagnosis"
 
 
@@ -61,7 +63,7 @@ def fit_model(table: pl.DataFrame) -> dict[str, Any]:
     dict
         Intercept, training prior and trees as `stiction.diagnosis.verdict.model` reads them.
     """
-    table = trainable(table)
+    table = trainable(table.filter(~pl.col("set").is_in(VALIDATION_SETS)))
     X, sticky = features_of(table), table["sticky"].to_numpy()
     model = make_classifier().fit(X, sticky, sample_weight=weights_of(table))
     return stored_trees(model, X, weights_of(table))

@@ -72,7 +72,7 @@ def search_record(
         surface = _surface(first, grid, max_S)
         own = float(found.cost.min())
         deadband = search_deadband(fine, found, max_S)
-        best = min(own, search_behind_lag(first, fine, found.best, max_S))
+        best = min(own, deadband, search_behind_lag(first, fine, found.best, max_S))
     ratios = {name: cost - best for name, cost in costs.items()}
     ratios["deadband"] = deadband - min(own, deadband)
     if np.isfinite(both):

@@ -180,7 +180,7 @@ def dead_zone_score(
     min_evidence: float = 70.0,
     min_evidence_once: float = 16.0,
     max_advantage: float = 10.0,
-    max_advantage_once: float = 60.0,
+    max_advantage_once: float = 100.0,
     max_load_advantage: float = 0.0,
     width: float = 4.0,
 ) -> float:
