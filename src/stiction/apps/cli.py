@@ -30,6 +30,7 @@ VERBS = {
         "SOURCE...",
         "Say of each loop whether its valve sticks.",
     ),
+    "serve": ("stiction.apps.serve:serve", "[AUDIT|SOURCE...]", "Open a local web page for files and audits."),
     "audit": (
         "stiction.apps.audit:audit",
         "SOURCE... --out FOLDER",

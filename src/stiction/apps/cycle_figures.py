@@ -8,6 +8,7 @@ import numpy as np
 
 from stiction.limitcycle import basin_map, bifurcation
 from stiction.limitcycle.branches import families_of, family_of
+from stiction.limitcycle.crossing import frequency_grid
 from stiction.limitcycle.exact.run import machine
 from stiction.limitcycle.linear import linear_part
 from stiction.report import Figure, labels, style
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.limitcycle import LimitCycle
+    from stiction.limitcycle.linear import LinearPart
     from stiction.models import Loop
 
 __all__ = ["basins", "bifurcations", "exact_of", "in_time", "motion", "nyquist", "phase_portrait"]
@@ -44,7 +46,7 @@ def nyquist(loop: Loop, found: Sequence[LimitCycle], *, sp: float, disturbance: 
     """Return L(j omega) with -1/N(A) of each family, the crossings marked by kind."""
     linear = linear_part(loop, sp=sp, disturbance=disturbance)
     predicted = [cycle for cycle in found if cycle.method == "describing function"] or list(found)
-    rates = [cycle.omega for cycle in predicted]
+    rates = [cycle.omega for cycle in predicted] or [_frequency_at_180(linear)]
     omega = np.geomspace(min(rates) / 20.0, max(rates) * 20.0, 1200)
     data = [_curve(linear.at(1j * omega), "L(jω)", style.line_style(style.PV, 1.8))]
     for k, name in enumerate(families_of(loop.valve)):
@@ -185,6 +187,14 @@ def _nominal(loop: Loop, over: str) -> float:
         if isinstance(value, (int, float)) and value:
             return float(value)
     return 0.0
+
+
+def _frequency_at_180(linear: LinearPart) -> float:
+    """Frequency at which L lags by nearest to 180 degrees [rad/s], for a loop without a cycle."""
+    omega = frequency_grid(linear, 1.0)
+    if not omega.size:
+        return 1.0
+    return float(omega[np.argmin(np.abs(np.unwrap(np.angle(linear.at(1j * omega))) + np.pi))])
 
 
 def _inverse(family: Any, amplitude: NDArray[Any], omega: float) -> NDArray[Any]:

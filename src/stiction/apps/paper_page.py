@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from stiction.limitcycle import LimitCycle
 
-__all__ = ["write_paper_page"]
+__all__ = ["part_blocks", "write_paper_page"]
 
 LEAD = (
     "A walk through the paper in its order: what it says, what its models do when they are run as printed and as "
@@ -35,9 +35,14 @@ def write_paper_page(parts: Mapping[str, Any], path: Path) -> Path:
     """Write the parts of the paper that were computed, in its order."""
     blocks: list[Block] = [Text(LEAD, kind="lead"), Text(ORIGIN)]
     for part, data in parts.items():
-        blocks += _SECTIONS[part](data)
+        blocks += part_blocks(part, data)
     title = TITLE if len(parts) > 1 else f"{PARTS[next(iter(parts))]}: {TITLE}"
     return write_page(title, blocks, path, subtitle=SOURCE)
+
+
+def part_blocks(part: str, data: Any) -> Sequence[Block]:
+    """Return headings, texts, figures and tables of one part of the paper, a name of `paper_text.PARTS`."""
+    return _SECTIONS[part](data)
 
 
 def _table1(data: Any) -> list[Block]:

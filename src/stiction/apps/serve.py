@@ -1,0 +1,107 @@
+"""``stiction serve``: a local web page for files and audits."""
+
+from __future__ import annotations
+
+import socket
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from stiction.apps.options import refuse_options
+from stiction.errors import MissingExtraError, ParameterError, RecordError
+
+if TYPE_CHECKING:
+    from stiction.apps.web.guard import Guard
+
+__all__ = ["serve"]
+
+MAX_MESSAGE_BYTES = 100_000
+"""Size of a message over the WebSocket above which the connection is closed [bytes]."""
+
+
+def serve(
+    *sources: Annotated[str, Parameter(name="SOURCE", allow_leading_hyphen=True)],
+    port: int = 0,
+    open: bool = True,  # noqa: A002 (--no-open)
+) -> int:
+    """Open a local web page: drop files, look at loops and audits, try remedies with sliders.
+
+    The page is served on this computer only (127.0.0.1). The first line of the output is its address. Ctrl-C ends it.
+
+    Parameters
+    ----------
+    sources
+        Folder of an audit, or what `stiction diagnose` reads: files, a folder, a pattern.
+    port
+        Port of the address; a free one when not given.
+    open
+        Open the page in the browser.
+    """
+    refuse_options(sources, serve)
+    if not 0 <= port <= 65535:
+        raise ParameterError(f"--port {port} is no port; give a number between 1 and 65535, or leave it out.")
+    _check_installation()
+    from stiction.apps.web.access import Access
+    from stiction.apps.web.app import make_app
+    from stiction.apps.web.workspace import open_workspace
+
+    with open_workspace(sources) as workspace, _listen(port) as listener:
+        access = Access(listener.getsockname()[1])
+        print(access.address, flush=True)
+        if open:
+            import webbrowser
+
+            webbrowser.open(access.address)
+        _run(make_app(access, workspace), listener)
+    return 0
+
+
+def _check_installation() -> None:
+    """Say what is missing: the extra, or in a clone the plot library."""
+    try:
+        import starlette
+        import uvicorn
+        import websockets
+    except ImportError:
+        raise MissingExtraError(
+            "the packages of the web page are not installed; pip install 'stiction[web]'."
+        ) from None
+    del starlette, uvicorn, websockets
+    from stiction.apps.web.app import static_folder
+
+    if not static_folder().joinpath("vendor", "uPlot.esm.js").is_file():
+        raise RecordError("the plot library of the page is missing in this clone; run make web-assets once.")
+
+
+def _listen(port: int) -> socket.socket:
+    """Open the port on the loopback address, and on no other."""
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    if hasattr(socket, "SO_REUSEPORT"):  # not on Windows, where SO_REUSEADDR lets two servers share a port
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind(("127.0.0.1", port))
+    except OSError as error:
+        listener.close()
+        raise ParameterError(
+            f"--port {port} cannot be opened ({error.strerror}); give another port, or leave --port out."
+        ) from None
+    return listener
+
+
+def _run(app: Guard, listener: socket.socket) -> None:
+    """Answer requests until Ctrl-C."""
+    import uvicorn
+
+    config = uvicorn.Config(
+        app,
+        log_level="warning",
+        access_log=False,
+        server_header=False,
+        timeout_graceful_shutdown=2,
+        ws_max_size=MAX_MESSAGE_BYTES,
+    )
+    try:
+        uvicorn.Server(config).run(sockets=[listener])
+    except KeyboardInterrupt as interrupt:
+        if type(interrupt) is not KeyboardInterrupt:
+            raise

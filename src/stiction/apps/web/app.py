@@ -1,0 +1,127 @@
+"""The web application: its routes, its guard and its errors."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import asynccontextmanager
+from importlib import resources
+from typing import TYPE_CHECKING
+
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
+from starlette.routing import Mount, Route
+from starlette.staticfiles import StaticFiles
+
+from stiction.apps.web import (
+    audit_routes,
+    loop_routes,
+    loop_sets,
+    note_routes,
+    readings,
+    textbook_routes,
+    uploads,
+    whatif_routes,
+)
+from stiction.apps.web.bodies import read_json, without_folders
+from stiction.apps.web.guard import Guard
+from stiction.apps.web.workers import TimeLimitError, Workers
+from stiction.errors import StictionError
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    from starlette.requests import Request
+
+    from stiction.apps.web.access import Access
+    from stiction.apps.web.workspace import Workspace
+
+__all__ = ["make_app", "static_folder"]
+
+
+def static_folder() -> Path:
+    """Folder of the pages, styles and scripts."""
+    return resources.files("stiction.apps.web").joinpath("static")  # pyright: ignore[reportReturnType]
+
+
+def make_app(access: Access, workspace: Workspace) -> Guard:
+    """Build the application inside its guard; `app.state` holds what the routes share: workers and workspace."""
+    pages = (uploads, readings, loop_sets, loop_routes, note_routes, audit_routes, whatif_routes, textbook_routes)
+
+    @asynccontextmanager
+    async def lifespan(app: Starlette) -> AsyncIterator[None]:
+        app.state.workers = Workers()
+        app.state.workers.start([one.preload(app.state.workers) for one in workspace.audits.values()])
+        if workspace.files:
+            workspace.readings.start(app.state.workers, workspace.files, {})
+        yield
+        for one in workspace.audits.values():
+            await one.stop()
+        app.state.workers.stop()
+
+    app = Starlette(
+        routes=[
+            Route("/", _shell),
+            Route("/healthz", lambda _: PlainTextResponse("ok")),
+            Route("/favicon.ico", _favicon),
+            Route("/api/start", _start),
+            Route("/api/session", _session, methods=["GET", "POST"]),
+            *(route for page in pages for route in page.ROUTES),
+            Mount("/static", StaticFiles(directory=static_folder())),
+        ],
+        exception_handlers={
+            StictionError: _refuse,
+            HTTPException: _http_error,
+            TimeLimitError: _server_error,
+            Exception: _server_error,
+        },
+        lifespan=lifespan,
+    )
+    app.state.access = access
+    app.state.workspace = workspace
+    return Guard(app, access)
+
+
+async def _shell(_: Request) -> Response:
+    return FileResponse(static_folder() / "index.html")
+
+
+async def _favicon(_: Request) -> Response:
+    return FileResponse(static_folder() / "favicon.svg", media_type="image/svg+xml")
+
+
+async def _start(request: Request) -> Response:
+    """The screen to open first."""
+    return JSONResponse({"screen": "loops" if request.app.state.workspace.audits else "drop"})
+
+
+async def _session(request: Request) -> Response:
+    """Exchange the token of the link for the cookie; GET tells whether the cookie is valid."""
+    access: Access = request.app.state.access
+    if request.method == "GET":
+        return JSONResponse({"signed_in": access.is_cookie(request.cookies.get(access.cookie_name, ""))})
+    body = await read_json(request)
+    if not access.is_token(str(body.get("token", ""))):
+        message = (
+            "The token in this address is wrong, or belongs to an earlier run of stiction serve. "
+            "Open the address that the command printed."
+        )
+        return JSONResponse({"error": message}, 403)
+    response = JSONResponse({"signed_in": True})
+    response.set_cookie(access.cookie_name, access.cookie, httponly=True, samesite="strict", path="/")
+    return response
+
+
+def _refuse(_: Request, error: Exception) -> Response:
+    return JSONResponse({"error": without_folders(str(error))}, 422)
+
+
+def _http_error(_: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    return JSONResponse({"error": error.detail}, error.status_code)
+
+
+def _server_error(_: Request, error: Exception) -> Response:
+    print(f"stiction: {type(error).__name__}: {error}", file=sys.stderr)
+    return JSONResponse({"error": without_folders(str(error))}, 500)

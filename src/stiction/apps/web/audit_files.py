@@ -1,0 +1,232 @@
+"""Answers from the folder of an audit, made in a worker."""
+
+from __future__ import annotations
+
+import json
+import math
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stiction.errors import RecordError
+
+if TYPE_CHECKING:
+    from stiction.fleet import Audit
+
+__all__ = [
+    "audit_rows",
+    "audit_sparks",
+    "compare_with",
+    "describe_groups",
+    "load_audit",
+    "preload_audit",
+    "tag_of_loop",
+]
+
+ROW_NAMES = (
+    "tag", "area", "source", "status", "verdict", "probability", "loop_state", "oscillation_cause", "period_s", "S",
+    "J", "priority", "action", "group",
+)  # fmt: skip
+"""What the table of loops shows of a row."""
+SPARKLINE_POINTS = 60
+GROUP_POINTS = 700
+"""Points of a trend in a group [-]."""
+GROUP_PERIODS = 8
+"""Periods of the trends of a group [-]."""
+MAX_GROUP_TRENDS = 24
+"""Members of a group that are drawn [-]."""
+MIN_SPECTRUM_BLOCKS = 16
+"""Block means of which a spectrum is drawn, at least [-]."""
+
+
+def load_audit(folder: str) -> Audit:
+    """Open an audit, or give it as it was opened before if its results did not change since."""
+    return _load(folder, result_version(folder))
+
+
+def preload_audit(folder: str) -> None:
+    """Open an audit, so that the next call finds it open."""
+    load_audit(folder)
+
+
+@lru_cache(maxsize=4)
+def _load(folder: str, version: int) -> Audit:
+    del version
+    from stiction.fleet import open_audit
+
+    return open_audit(folder)
+
+
+def audit_version(folder: str) -> int:
+    """Time of the last change of results or notes [ms since 1970]."""
+    return max(result_version(folder), _changed(Path(folder), ("labels.csv",)))
+
+
+def result_version(folder: str) -> int:
+    """Time of the last change of results [ms since 1970]."""
+    return _changed(Path(folder), ("audit.toml", "ledger.sqlite", "ledger.sqlite-wal"))
+
+
+def _changed(folder: Path, names: tuple[str, ...]) -> int:
+    times = [path.stat().st_mtime_ns // 1_000_000 for name in names if (path := folder / name).is_file()]
+    return max(times, default=0)
+
+
+def _key_of(audit: Audit, tag: str) -> int:
+    """Number of a loop, which stays the same in later runs."""
+    return audit.signal_parts[tag][0]
+
+
+def tag_of_loop(folder: str, key: int) -> str:
+    """Tag of a loop.
+
+    Raises
+    ------
+    RecordError
+        When the audit has no such loop.
+    """
+    for tag, (number, _) in load_audit(folder).signal_parts.items():
+        if number == key:
+            return tag
+    raise RecordError("This loop is not in the audit. Open it from the table of loops.")
+
+
+def audit_rows(folder: str, since: int) -> bytes:
+    """Return rows and progress as JSON; no row when nothing changed after `since`."""
+    version = audit_version(folder)
+    audit = load_audit(folder)
+    counts = audit.counts
+    done = counts["loops"] - counts["screened"]
+    answer: dict[str, Any] = {
+        "version": version,
+        "rows": [] if since == version else _rows(audit),
+        "progress": {
+            "total": counts["loops"], "done": done, "running": False, "per_second": None, "left_s": None,
+            "started": audit.run["started"], "finished": audit.run["finished"],
+        },
+    }  # fmt: skip
+    return json.dumps(answer, separators=(",", ":"), allow_nan=False).encode()
+
+
+def _rows(audit: Audit) -> list[dict[str, Any]]:
+    labels = audit.labels()
+    rows = []
+    for row in audit.rows:
+        tag = row["tag"]
+        short = {name: _rounded(row[name]) for name in ROW_NAMES if row[name] is not None}
+        short |= {"key": _key_of(audit, tag), "has_signals": bool(audit.signal_parts[tag][1])}
+        if row["status"] in ("error", "timeout", "crashed"):
+            short["error"] = row["reason"]
+            short.pop("verdict", None)
+        elif row["status"] == "screened":
+            short.pop("verdict", None)
+        if tag in labels:
+            short["label"] = labels[tag].label
+        rows.append(short)
+    return rows
+
+
+def _rounded(value: object) -> object:
+    return float(f"{value:.4g}") if isinstance(value, float) and math.isfinite(value) else value
+
+
+def audit_sparks(folder: str, keys: list[int]) -> dict[str, list[float | None]]:
+    """Return small trends of some loops by their key: PV less SP, block means."""
+    import numpy as np
+
+    from stiction.apps.web.trend_data import thin_values
+    from stiction.fleet.signals import read_signals
+
+    audit = load_audit(folder)
+    parts = {number: part for number, part in audit.signal_parts.values() if number in set(keys) and part}
+    means = read_signals(audit.signals_folder, parts)
+    return {str(k): thin_values(-one.error.astype(np.float64), SPARKLINE_POINTS) for k, one in means.items()}
+
+
+def describe_groups(folder: str) -> bytes:
+    """Return the groups with keys, verdicts, trends in phase order and spectra of their members, as JSON."""
+    audit = load_audit(folder)
+    rows = {row["tag"]: row for row in audit.rows}
+    groups = [_describe_group(audit, rows, group) for group in audit.groups]
+    return json.dumps({"groups": groups, "version": audit_version(folder)}, allow_nan=False).encode()
+
+
+def _describe_group(audit: Audit, rows: dict[str, dict[str, Any]], group: dict[str, Any]) -> dict[str, Any]:
+    details = sorted(group["member_details"], key=lambda one: -one["phase_deg"])
+    members = [
+        {**one, "key": _key_of(audit, one["tag"])}
+        | {name: rows[one["tag"]][name] for name in ("verdict", "status", "probability", "area")}
+        for one in details
+        if one["tag"] in rows
+    ]
+    drawn = _draw_members(audit, members[:MAX_GROUP_TRENDS], group["period_s"])
+    names = (
+        "number",
+        "period_s",
+        "roots",
+        "leading_roots",
+        "perhaps_also",
+        "remark",
+        "summary",
+        "resolution_s",
+        "chance",
+    )
+    return {**{name: group.get(name) for name in names}, "members": members, **drawn}
+
+
+def _draw_members(audit: Audit, members: list[dict[str, Any]], period: float) -> dict[str, Any]:
+    """Trends over some periods in the middle, and spectra over the period; each from -1 to 1, or 0 to 1."""
+    import numpy as np
+
+    from stiction.apps.web.trend_data import thin_columns, to_list
+    from stiction.fleet.signals import read_signals
+
+    parts = {one["key"]: audit.signal_parts[one["tag"]][1] for one in members}
+    means = read_signals(audit.signals_folder, {key: part for key, part in parts.items() if part})
+    trends, spectra = {}, {}
+    times: list[float | None] = []
+    for member in members:
+        one = means.get(member["key"])
+        if one is None:
+            continue
+        is_fast = one.fast_error.size > 0 and period < 2 * 10 * one.clock.dt
+        dt = one.clock.fast_dt if is_fast else one.clock.dt
+        error, op = (one.fast_error, one.fast_op) if is_fast else (one.error, one.op)
+        signal = (op if member["signal"] == "op" else -error).astype(np.float64)
+        if signal.size < MIN_SPECTRUM_BLOCKS or not np.ptp(signal) > 0.0:
+            continue
+        shown = min(signal.size, max(MIN_SPECTRUM_BLOCKS, round(GROUP_PERIODS * period / dt)))
+        first = (signal.size - shown) // 2
+        samples, thinned = thin_columns({"y": signal[first : first + shown]}, GROUP_POINTS // 2)
+        part = thinned["y"]
+        trends[str(member["key"])] = to_list((part - part.mean()) / (np.ptp(part) or 1.0))
+        times = to_list(samples * dt)
+        spectra[str(member["key"])] = _spectrum(signal, dt, period)
+    return {"time": times, "trends": trends, "spectra": spectra}
+
+
+def _spectrum(signal: Any, dt: float, period: float) -> dict[str, list[float | None]]:
+    """Amplitudes from 0.4 to 8 times the frequency of a group, the largest is 1."""
+    import numpy as np
+
+    from stiction.apps.web.trend_data import to_list
+
+    power = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(signal.size)))
+    ratio = np.fft.rfftfreq(signal.size, dt) * period
+    inside = (ratio > 0.4) & (ratio < 8.0)
+    level = power[inside] / max(power[inside].max(initial=0.0), 1e-300)
+    return {"ratio": to_list(ratio[inside]), "level": to_list(level)}
+
+
+def compare_with(folder: str, other: str) -> bytes:
+    """Return what changed since another audit, as JSON."""
+    from stiction.fleet.compare import compare_audits
+
+    now, before = load_audit(folder), load_audit(other)
+    rows = [
+        {name: _rounded(value) for name, value in row.items()}
+        | {"key": _key_of(now, row["tag"]) if row["tag"] in now.signal_parts else None}
+        for row in compare_audits(now, before)
+    ]
+    runs = {"started": now.run["started"], "started_before": before.run["started"]}
+    return json.dumps({"rows": rows, **runs}, allow_nan=False).encode()

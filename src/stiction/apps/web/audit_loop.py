@@ -1,0 +1,170 @@
+"""The page of one loop of an audit: the audit's diagnosis again, with raw samples of the source where it is there."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stiction.apps.web.audit_files import load_audit, tag_of_loop
+from stiction.apps.web.bodies import without_folders
+from stiction.apps.web.diagnose_loop import loop_content
+from stiction.errors import StictionError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from stiction.fleet import Audit
+    from stiction.records import LoopRecord
+
+__all__ = ["prepare_audit_loop", "write_audit_record"]
+
+
+def prepare_audit_loop(folder: str, key: int, target: str) -> None:
+    """Write content and signals of the page of a loop.
+
+    Parameters
+    ----------
+    folder : str
+        Folder of the audit.
+    key : int
+        Number of the loop.
+    target : str
+        Folder for `content.json` and `signals.npz`.
+    """
+    audit = load_audit(folder)
+    tag = tag_of_loop(folder, key)
+    row = audit.row(tag)
+    place = Path(target)
+    place.mkdir(parents=True, exist_ok=True)
+    try:
+        record = audit.read(tag)
+    except (StictionError, OSError) as error:
+        source = f"because {row['source']} cannot be read: {without_folders(str(error))}"
+        content = _content_of_row(row) | {"pvop": None}
+        _write_means(audit, tag, place, f"block means of the audit, {source}")
+    else:
+        note = "raw samples of the source" + _change_note(audit, tag, row, record)
+        content = _diagnose(audit, row, record)
+        _write_signals(record, content.pop("arrays"), place, note)
+    draft = place / "content.json.part"
+    draft.write_text(json.dumps(content, allow_nan=False), encoding="utf-8")
+    os.replace(draft, place / "content.json")
+
+
+def write_audit_record(folder: str, key: int, path: str) -> None:
+    """Write the record of a loop as a Parquet file.
+
+    Raises
+    ------
+    RecordError
+        When the source cannot be read any more.
+    """
+    if not Path(path).is_file():
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        load_audit(folder).read(tag_of_loop(folder, key)).to_parquet(path)
+
+
+def _diagnose(audit: Audit, row: dict[str, Any], record: LoopRecord) -> dict[str, Any]:
+    """Diagnose the shortened record as the audit did; where its row says something else, the row counts."""
+    from stiction import diagnose
+    from stiction.fleet.loop_oscillations import LoopOscillation
+    from stiction.fleet.loop_work import main_oscillation
+    from stiction.fleet.reduced_record import reduce_record
+    from stiction.report.loop_view import LoopView
+
+    del audit
+    if record.pv is None:
+        return _content_of_row(row) | {"pvop": None, "arrays": {}}
+    main = main_oscillation([LoopOscillation(**one) for one in row["oscillations"]])
+    shorter = reduce_record(record, main.period if main is not None else float("nan"))
+    diagnosis = diagnose(shorter)
+    content = loop_content(diagnosis)
+    if row["status"] == "diagnosed" and diagnosis.verdict != row["verdict"]:
+        content |= {
+            name: _content_of_row(row)[name] for name in ("verdict", "verdict_label", "headline", "reason", "action")
+        }
+        content["confidence"] = (
+            "The source now gives another verdict than at the time of the audit; run the audit again"
+        )
+    view = LoopView(diagnosis)
+    same = len(shorter) == len(record)
+    content["arrays"] = {"model": view.model, "position": view.valve_position} if same else {}
+    return content
+
+
+def _content_of_row(row: dict[str, Any]) -> dict[str, Any]:
+    """What the page shows when there is only the row of the audit."""
+    from stiction.diagnosis.loop_state import HEADLINES
+    from stiction.report import labels
+
+    verdict, state = row["verdict"], row["loop_state"] or "in_control"
+    p = row["probability"]
+    size = ""
+    if verdict == "stiction" and row["S"] is not None:
+        size = f": S = {labels.format_number(row['S'])} % of span, J = {labels.format_number(row['J'])} %"
+    title = {"stiction": "Valve stiction", "no_stiction": "No valve stiction found"}.get(
+        verdict, "Cannot tell whether the valve sticks"
+    )
+    if state != "in_control":
+        title = f"{HEADLINES[state]}: cannot tell whether the valve sticks"
+    facts = [["Status", str(row["status"])]]
+    if row["period_s"] is not None:
+        facts.append(["Period", labels.format_duration(row["period_s"])])
+    return {
+        "diagnosis": None, "tag": row["tag"], "verdict": verdict, "verdict_label": labels.VERDICTS[verdict],
+        "headline": title + size, "reason": row["reason"], "action": row["action"],
+        "confidence": "" if p is None else f"Probability of stiction {labels.format_probability(p)}",
+        "state": {"name": state, "title": HEADLINES[state], "why": "", "action": "", "stretches": []},
+        "facts": facts, "identified": [], "contributions": [], "contributions_sentence": "", "evidence": [],
+        "checks": [{"name": name, "severity": "warn", "why": "see the report"} for name in row["data_warnings"]],
+        "origin": [["Source", row["source"]], ["From", str(row["start"] or "")], ["To", str(row["end"] or "")]],
+        "units": {"pv": row["pv_unit"] or "engineering units", "op": "% of span"},
+    }  # fmt: skip
+
+
+def _change_note(audit: Audit, tag: str, row: dict[str, Any], record: LoopRecord) -> str:
+    """Say when the source was changed after the audit."""
+    started = audit.run["started"]
+    times = [Path(name).stat().st_mtime for name in audit.source_of(tag).part.names if Path(name).is_file()]
+    is_newer = started and times and max(times) > datetime.fromisoformat(started).timestamp()
+    if is_newer or (row["samples"] is not None and row["samples"] != len(record)):
+        return f" ({row['source']} was changed after the audit; run it again)"
+    return ""
+
+
+def _write_signals(record: LoopRecord, arrays: dict[str, NDArray[np.float64]], place: Path, note: str) -> None:
+    from stiction.apps.web.trend_data import save_signals
+
+    save_signals(place / "signals.npz", record, arrays, note)
+
+
+def _write_means(audit: Audit, tag: str, place: Path, note: str) -> None:
+    """Write the block means as signals; the PV is known as its distance from the set point alone."""
+    import numpy as np
+
+    from stiction.apps.web.trend_data import save_signals
+    from stiction.records import LoopRecord, Provenance
+
+    means = audit.signals(tag)
+    if means is None:
+        nothing = np.full(2, np.nan)
+        record = LoopRecord(tag, 1.0, op=nothing, pv=nothing)
+        note = note.replace("block means of the audit", "nothing is stored")
+    else:
+        n = max(means.error.size, means.op.size)
+        op, pv = (_whole(x, n) for x in (means.op, -means.error))
+        record = LoopRecord(tag, means.clock.dt, op, pv, start=means.clock.start)
+    record = replace(record, provenance=Provenance(pv_unit="PV less SP"))
+    save_signals(place / "signals.npz", record, None, note)
+
+
+def _whole(x: NDArray[np.float32], n: int) -> NDArray[np.float64]:
+    """Block means of a signal; NaN where it is missing or does not move."""
+    import numpy as np
+
+    return x.astype(np.float64) if x.size == n else np.full(n, np.nan)

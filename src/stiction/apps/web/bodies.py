@@ -1,0 +1,58 @@
+"""Bodies of requests and answers: JSON with a limit on its size."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import TYPE_CHECKING, Any
+
+from starlette.exceptions import HTTPException
+from starlette.responses import Response
+
+if TYPE_CHECKING:
+    from starlette.requests import Request
+
+__all__ = ["json_bytes", "read_json", "without_folders"]
+
+MAX_JSON_BYTES = 2_000_000
+"""Size of a JSON body above which it is refused [bytes]."""
+
+
+async def read_json(request: Request, max_bytes: int = MAX_JSON_BYTES) -> dict[str, Any]:
+    """Return the JSON object that a request sends.
+
+    Raises
+    ------
+    HTTPException
+        413 when it is too large, 400 when it is no JSON object.
+    """
+    body = bytearray()
+    async for chunk in request.stream():
+        body += chunk
+        if len(body) > max_bytes:
+            raise HTTPException(413, f"The request is larger than {max_bytes} bytes.")
+    try:
+        value = json.loads(bytes(body))
+    except ValueError:
+        raise HTTPException(400, "The request is no valid JSON.") from None
+    if not isinstance(value, dict):
+        raise HTTPException(400, "The request is no JSON object.")
+    return value
+
+
+def json_bytes(body: bytes) -> Response:
+    """Return an answer whose JSON text a worker has written."""
+    return Response(body, media_type="application/json")
+
+
+def without_folders(message: str) -> str:
+    """Return a message in which files stand without their folders.
+
+    Examples
+    --------
+    >>> without_folders("/home/ana/plant/audit: is an audit of format 9.")
+    'audit: is an audit of format 9.'
+    >>> without_folders("PV of UNIT1/FIC/101 in m3/h")
+    'PV of UNIT1/FIC/101 in m3/h'
+    """
+    return re.sub(r"""(?<![^\s'"(])(?:[A-Za-z]:)?(?:[/\\][^/\\\s:]+)*[/\\]([^/\\\s:]+)""", r"\1", message)

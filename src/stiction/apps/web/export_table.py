@@ -1,0 +1,87 @@
+"""Export of a table as the page shows it, in a worker."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+from stiction.errors import ParameterError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["FORMATS", "export_table"]
+
+FORMATS = {
+    "csv": "text/csv; charset=utf-8",
+    "xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
+    "parquet": "application/vnd.apache.parquet",
+}
+"""Format -> media type."""
+
+
+def export_table(kind: str, columns: Sequence[dict[str, str]], rows: Sequence[Sequence[Any]]) -> bytes:
+    r"""Write a table.
+
+    Parameters
+    ----------
+    kind : {"csv", "xlsx", "parquet"}
+        Format.
+    columns : sequence of dict
+        `name`, and `type`: "number" or "text".
+    rows : sequence of sequence
+        Cells in the order of the columns; None is empty.
+
+    Returns
+    -------
+    bytes
+        The file.
+
+    Raises
+    ------
+    ParameterError
+        When a row has another number of cells than there are columns, or a number is none.
+
+    Examples
+    --------
+    >>> export_table("csv", [{"name": "Loop", "type": "text"}, {"name": "S", "type": "number"}], [["=A1", 2.5]])
+    b"Loop,S\n'=A1,2.5\n"
+    """
+    import polars as pl
+
+    if any(len(row) != len(columns) for row in rows):
+        raise ParameterError("The table has rows of different length; load the page again.")
+    series = []
+    for k, column in enumerate(columns):
+        cells = [row[k] for row in rows]
+        if column.get("type") == "number":
+            if any(not isinstance(cell, (int, float, type(None))) for cell in cells):
+                raise ParameterError(f"The column {column.get('name')} holds a text among its numbers.")
+            series.append(pl.Series(str(column["name"]), cells, dtype=pl.Float64, strict=False))
+        else:
+            texts = [None if cell is None else str(cell) for cell in cells]
+            series.append(pl.Series(str(column["name"]), texts, dtype=pl.String))
+    frame = pl.DataFrame(series)
+    file = io.BytesIO()
+    if kind == "parquet":
+        frame.write_parquet(file)
+    elif kind == "xlsx":
+        _write_excel(frame, file)
+    else:
+        _without_formulas(frame).write_csv(file)
+    return file.getvalue()
+
+
+def _write_excel(frame: Any, file: io.BytesIO) -> None:
+    import xlsxwriter
+
+    options = {"strings_to_formulas": False, "strings_to_urls": False, "in_memory": True}
+    with xlsxwriter.Workbook(file, options) as book:
+        frame.write_excel(book, "Loops", autofit=True, freeze_panes=(1, 0))
+
+
+def _without_formulas(frame: Any) -> Any:
+    """Put an apostrophe before a text that a spreadsheet would take for a formula."""
+    import polars as pl
+
+    return frame.with_columns(pl.col(pl.String).str.replace(r"^([=+\-@\t\r])", "'${1}"))

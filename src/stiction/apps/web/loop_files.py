@@ -1,0 +1,79 @@
+"""Answers about one loop from its files, made in a worker."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from stiction.compensation import CompensationTrial
+
+__all__ = ["read_content", "read_trend", "try_remedies", "write_loop_report"]
+
+
+def read_content(folder: str) -> bytes:
+    """Return what the page of a loop shows beside its trends, as JSON."""
+    return (Path(folder) / "content.json").read_bytes()
+
+
+def read_trend(folder: str, start: float | None, end: float | None, points: int) -> bytes:
+    """Return a window of the signals of a loop; see `load_trend`."""
+    from stiction.apps.web.trend_data import load_trend
+
+    return load_trend(str(Path(folder) / "signals.npz"), start, end, points)
+
+
+def write_loop_report(record_path: str, folder: str) -> tuple[str, str]:
+    """Write the full report of a loop; return its path and the name under which it is saved."""
+    import stiction as st
+
+    [record] = st.read(record_path)
+    path = Path(folder) / "report.html"
+    if not path.is_file():
+        st.write_report([st.diagnose(record)], path)
+    return str(path), f"{re.sub(r'[^A-Za-z0-9._-]+', '_', record.tag)[:60] or 'loop'}-report.html"
+
+
+def try_remedies(record_path: str, folder: str) -> bytes:
+    """Try repair, retuning and compensators on the simulated loop; return the table as JSON."""
+    import stiction as st
+
+    path = Path(folder) / "remedies.json"
+    if not path.is_file():
+        [record] = st.read(record_path)
+        path.write_text(json.dumps(_remedies(st.compensate(st.diagnose(record))), allow_nan=False), encoding="utf-8")
+    return path.read_bytes()
+
+
+def _remedies(trial: CompensationTrial) -> dict[str, Any]:
+    """The trials as rows of a table; numbers are relative to doing nothing."""
+    from stiction.apps.remedy_output import format_change, headline, remedy_note, retuning_text, settings_text
+    from stiction.compensation.remedies import NOTHING
+    from stiction.report.labels import format_number
+
+    rows = []
+    if trial.remedies:
+        now = trial[NOTHING].behaviour
+        rows = [
+            [
+                one.name, format_change(_ratio(one.behaviour.pv_std, now.pv_std)),
+                format_number(_ratio(one.behaviour.travel, now.travel)), format_number(one.behaviour.reversals),
+                f"{one.cost:.2f}", settings_text(one), remedy_note(one, trial),
+            ]
+            for one in trial.remedies
+        ]  # fmt: skip
+    return {
+        "headline": headline(trial),
+        "reason": trial.reason,
+        "risk": "" if trial.refused else trial.risk,
+        "retuning": retuning_text(trial),
+        "columns": ["Remedy", "PV std", "Valve travel", "Reversals per hour", "Price", "Settings", "Note"],
+        "rows": rows,
+    }
+
+
+def _ratio(value: float, base: float) -> float:
+    return value / base if base > 0.0 else math.nan

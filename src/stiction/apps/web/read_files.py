@@ -1,0 +1,251 @@
+"""Reading of files in a worker: their loops as records, what was assumed, and the columns to correct."""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stiction.errors import RecordError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stiction.sources.loops import Loops
+    from stiction.sources.tag_column import TagColumn
+
+__all__ = ["MAP_COLUMNS", "in_page_words", "map_as_csv", "read_files"]
+
+MAX_PREVIEWS = 60
+"""Columns of a source of which a preview is drawn [-]."""
+PREVIEW_POINTS = 120
+"""Points of a preview [-]."""
+MAX_COLUMNS = 20_000
+"""Columns of a source above which it is refused [-]."""
+MAP_COLUMNS = ("tag", "loop", "role", "unit", "low", "high", "area", "master", "importance")
+"""Columns of a map, in the order of its file."""
+OPTIONS = {
+    "columns": "the table of columns",
+    "dt": "the sampling period",
+    "time_format": "the format of the time",
+    "day_first": "day first",
+    "timezone": "the time zone",
+    "delimiter": "the delimiter",
+    "decimal": "the decimal mark",
+    "op_range": "the range of OP",
+    "sheet": "the sheet",
+    "map": "the table of columns",
+}
+"""Option of the reader -> its name on the page."""
+
+
+class _NamedFile:
+    """A stored file under the name that the user gave it."""
+
+    def __init__(self, path: str, name: str) -> None:
+        self._file = Path(path).open("rb")  # noqa: SIM115 (closed with the object)
+        self.name = name
+        self.read = self._file.read
+        self.seek = self._file.seek
+
+
+def read_files(
+    files: Sequence[tuple[str, str]],
+    options: dict[str, Any],
+    map_rows: Sequence[dict[str, str]] | None,
+    folder: str,
+    max_bytes: int,
+) -> dict[str, Any]:
+    """Read files together as one source and write the record of each loop into a folder.
+
+    Parameters
+    ----------
+    files : sequence of (str, str)
+        Path of each file and the name to show.
+    options : dict
+        Options of `stiction.read`.
+    map_rows : sequence of dict, optional
+        Corrected columns: tag, loop, role, unit and so on; those without a role are not used.
+    folder : str
+        Existing folder for the records.
+    max_bytes : int
+        Size of a file after decompression up to which it is read [bytes].
+
+    Returns
+    -------
+    dict
+        `error` (text or None), `loops` (summary of each, with `path` of its record), `assumptions`, `columns`.
+    """
+    sources = [path if path == name else _NamedFile(path, name) for path, name in files]
+    target = Path(folder)
+    chosen = {**options, "max_bytes": max_bytes}
+    answer: dict[str, Any] = {"error": None, "loops": [], "assumptions": [], "columns": []}
+    try:
+        if map_rows is not None:
+            chosen["map"] = _write_map(map_rows, target)
+        loops, columns = _open(sources, chosen)
+        answer["columns"] = columns
+        answer |= _read(loops, target)
+    except RecordError as error:
+        answer["error"] = in_page_words(_without_folders(str(error), [*(path for path, _ in files), chosen.get("map")]))
+        answer["columns"] = answer["columns"] or _columns_of(sources, options, max_bytes)
+    return answer
+
+
+def _open(sources: list[Any], options: dict[str, Any]) -> tuple[Loops, list[dict[str, Any]]]:
+    from stiction.sources import open_loops
+
+    _rewind(sources)
+    loops = open_loops(sources, **options)
+    used: dict[int, dict[str, Any]] = {}
+    columns: dict[int, TagColumn] = {}
+    for loop in loops.roles:
+        for role, column in loop.roles.items():
+            low, high = loop.spans.get(role, ("", ""))
+            tag = loop.tag or column.table.origin.stem
+            columns[id(column)] = column
+            used[id(column)] = {
+                "loop": tag, "role": role, "unit": loop.unit_of(role), "low": low, "high": high,
+                "area": loop.area, "master": loop.master, "importance": loop.importance,
+            }  # fmt: skip
+    plain = {name: value for name, value in options.items() if name not in ("map", "max_bytes")}
+    listed = [] if loops.stored else _list_columns(sources, plain, options["max_bytes"])
+    by_name = {column.name: used[key] for key, column in columns.items()}
+    return loops, [_describe(column, k, by_name.get(column.name)) for k, column in enumerate(listed)]
+
+
+def _columns_of(sources: list[Any], options: dict[str, Any], max_bytes: int) -> list[dict[str, Any]]:
+    """Columns of a source in which no loop was found; none when it cannot be read as a table."""
+    try:
+        return [_describe(column, k, None) for k, column in enumerate(_list_columns(sources, options, max_bytes))]
+    except RecordError:
+        return []
+
+
+def _list_columns(sources: list[Any], options: dict[str, Any], max_bytes: int) -> list[TagColumn]:
+    from stiction.sources.formats import read_format
+    from stiction.sources.layouts import read_layout
+    from stiction.sources.open_files import open_files
+    from stiction.sources.options import ReadOptions
+
+    _rewind(sources)
+    chosen = ReadOptions(**options, max_bytes=max_bytes)
+    tables = [table for one in open_files(sources, chosen) for table in read_format(one, chosen)]
+    columns = read_layout(tables, chosen)
+    if len(columns) > MAX_COLUMNS:
+        raise RecordError(f"The source has {len(columns)} columns; at most {MAX_COLUMNS} can be read. Split the file.")
+    return columns
+
+
+def _rewind(sources: list[Any]) -> None:
+    for source in sources:
+        if not isinstance(source, str):
+            source.seek(0)
+
+
+def _describe(column: TagColumn, k: int, use: dict[str, Any] | None) -> dict[str, Any]:
+    """One row of the table of columns."""
+    empty = {
+        "loop": "",
+        "role": "",
+        "unit": column.unit,
+        "low": "",
+        "high": "",
+        "area": "",
+        "master": "",
+        "importance": "",
+    }
+    row = {"tag": column.name, "description": column.description, **empty, **(use or {})}
+    row["preview"] = _preview(column) if k < MAX_PREVIEWS else []
+    return row
+
+
+def _preview(column: TagColumn) -> list[float | None]:
+    """Some values of a column; empty when it holds no numbers."""
+    import numpy as np
+    import polars as pl
+
+    from stiction.apps.web.trend_data import thin_values
+
+    try:
+        values = column.cells.cast(pl.Float64, strict=False).to_numpy()
+    except (pl.exceptions.PolarsError, RecordError):
+        return []
+    return [] if not np.isfinite(values).any() else thin_values(values, PREVIEW_POINTS)
+
+
+def _read(loops: Loops, folder: Path) -> dict[str, Any]:
+    """Write the records and summarise them."""
+    from stiction.records import summarise
+    from stiction.records.parquet_writer import to_parquet
+
+    records = loops.read()
+    areas = [one.area for one in loops.roles] if len(loops.roles) == len(records) else [""] * len(records)
+    summary = summarise(records).to_dict()
+    for k, (record, entry, area) in enumerate(zip(records, summary["loops"], areas, strict=True)):
+        path = folder / f"{k}.parquet"
+        to_parquet(record, path)
+        entry |= {"path": str(path), "area": area}
+    return {"loops": summary["loops"], "assumptions": [in_page_words(text) for text in summary["assumptions"]]}
+
+
+def _write_map(rows: Sequence[dict[str, str]], folder: Path) -> str:
+    path = folder / "map.csv"
+    path.write_text(map_as_csv(rows), encoding="utf-8")
+    return str(path)
+
+
+def map_as_csv(rows: Sequence[dict[str, str]]) -> str:
+    r"""Return the columns that have a role as the text of a mapping file.
+
+    Examples
+    --------
+    >>> map_as_csv([{"tag": "CO1", "loop": "FIC-101", "role": "op"}, {"tag": "X", "loop": "", "role": ""}])
+    'tag,loop,role,unit,low,high,area,master,importance\nCO1,FIC-101,op,,,,,,\n'
+    """
+    import csv
+
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(MAP_COLUMNS)
+    for row in rows:
+        if str(row.get("role", "")).strip():
+            writer.writerow([_one_line(row.get(name, "")) for name in MAP_COLUMNS])
+    return text.getvalue()
+
+
+def _one_line(value: object) -> str:
+    return " ".join(str(value).split())
+
+
+def _without_folders(message: str, paths: Sequence[str | None]) -> str:
+    """Return a message in which files are named without their folders."""
+    for path in paths:
+        if path is not None:
+            message = message.replace(str(Path(path).parent) + "/", "").replace(f"{path}: ", "")
+    return re.sub(r"^map\.csv, line (\d+): ", "Table of columns: ", message)
+
+
+def in_page_words(sentence: str) -> str:
+    """Return what the reader says with its arguments in the words of the page.
+
+    Examples
+    --------
+    >>> in_page_words("no loop was found; say which is which with columns={'pv': ..., 'op': ...}, or with a map.")
+    'no loop was found; say which is which in the table of columns.'
+    >>> in_page_words("give dt= (--dt).")
+    'give the sampling period.'
+    """
+    sentence = re.sub(
+        r"with columns=\{[^}]*\}(?:, or with a map)?(?: \(--columns\))?", "in the table of columns", sentence
+    )
+    sentence = re.sub(r"columns=\{[^}]*\}(?: \(--columns\))?", "the table of columns", sentence)
+    sentence = sentence.replace("columns= or a map", "the roles in the table of columns")
+    names = "|".join(OPTIONS)
+    sentence = re.sub(
+        rf"\b({names})=(?:'[^']*'|\([^)]*\)|True|False)?(?: (?:or )?\(?--[a-z-]+\)?)?",
+        lambda m: OPTIONS[m[1]],
+        sentence,
+    )
+    return re.sub(r" \(--[a-z-]+\)", "", sentence)

@@ -1,0 +1,97 @@
+// Groups: loops of an audit that share an oscillation; the likeliest root, trends in phase order, spectra.
+
+import { getJson } from "./api.js";
+import { VERDICTS, chip, verdictChip } from "./chips.js";
+import { duration, h, number, svg } from "./dom.js";
+import { setChoice } from "./set_choice.js";
+import { xyPlot } from "./xyplot.js";
+
+export const title = "Groups";
+const COLORS = ["pv", "op", "mv", "violet", "ochre", "alert", "sp", "model"];
+const ROW_HEIGHT = 34;
+const WIDTH = 600;
+
+export async function render(root, { parts, signal }) {
+  root.append(h("h1", {}, "Groups"));
+  const { element, current } = await setChoice("groups", parts[0], signal, (one) => one.is_audit);
+  root.append(element);
+  if (!current) {
+    root.append(h("p", {}, "Groups are found by an audit of many loops. Start the server with one: ", h("code", {}, "stiction serve AUDIT"), "."));
+    return null;
+  }
+  const wait = h("p", { class: "note", role: "status" }, "Loading …");
+  root.append(wait);
+  const { groups } = await getJson(`/api/sets/${current.id}/groups`, signal);
+  wait.remove();
+  root.append(h("p", { class: "note" }, groups.length
+    ? `${groups.length} ${groups.length === 1 ? "group shares" : "groups share"} an oscillation. Repair the root first, then look again: the others often settle.`
+    : "No loops share an oscillation."));
+  const destroy = [];
+  for (const group of groups) root.append(groupCard(group, current.id, destroy));
+  return () => destroy.forEach((one) => one());
+}
+
+function groupCard(group, setId, destroy) {
+  const colors = new Map(group.members.map((one, k) => [one.key, COLORS[k % COLORS.length]]));
+  const byTag = new Map(group.members.map((one) => [one.tag, one]));
+  const loopLink = (tag) => (byTag.has(tag) ? h("a", { href: `#/loop/${setId}/${byTag.get(tag).key}` }, tag) : tag);
+  const roots = group.leading_roots;
+  const first = roots.length === 1 ? ["Fix this first: ", loopLink(roots[0])] : ["One of these two is the root: ", loopLink(roots[0]), " or ", loopLink(roots[1])];
+  const card = h("section", { class: "card", "aria-label": `Group ${group.number}` },
+    h("h2", {}, `Group ${group.number}: ${group.members.length} loops, period ${duration(group.period_s)}`),
+    h("p", { class: "lead" }, first),
+    group.remark ? h("p", { class: "note" }, group.remark) : null,
+    h("div", { class: "columns" }, stackedTrends(group, colors, loopLink), spectra(group, colors, destroy)),
+    rootTable(group, loopLink),
+    h("details", {}, h("summary", {}, "Members"), memberTable(group, loopLink)));
+  if (group.perhaps_also?.length) card.append(h("p", { class: "note" }, "Perhaps also: ", group.perhaps_also.slice(0, 20).map((one) => one.tag ?? one).join(", ")));
+  return card;
+}
+
+function stackedTrends(group, colors, loopLink) {
+  const drawn = group.members.filter((one) => String(one.key) in group.trends);
+  const lines = drawn.map((one) => {
+    const values = group.trends[one.key];
+    const points = values.map((value, k) => (value === null ? "" : `${((k / Math.max(1, values.length - 1)) * WIDTH).toFixed(1)},${(ROW_HEIGHT / 2 - value * (ROW_HEIGHT - 8)).toFixed(1)}`)).join(" ");
+    const line = svg("polyline", { points, class: `stack-${colors.get(one.key)}` });
+    return h("div", { class: "stack-row" }, h("span", { class: "stack-name" }, loopLink(one.tag)), svg("svg", { viewBox: `0 0 ${WIDTH} ${ROW_HEIGHT}`, preserveAspectRatio: "none", "aria-hidden": "true" }, line));
+  });
+  const last = group.time.at(-1);
+  return h("figure", { class: "plot" }, h("h3", {}, "Trends in phase order"), h("div", { class: "stack" }, lines),
+    h("figcaption", {}, `${drawn.length} loops over ${duration(last)}, each over its own range; the earliest in phase on top. All repeat every ${duration(group.period_s)}.`));
+}
+
+function spectra(group, colors, destroy) {
+  const drawn = group.members.filter((one) => String(one.key) in group.spectra).slice(0, COLORS.length);
+  const plot = xyPlot({
+    title: "Spectra",
+    sentence: `Amplitude over frequency, the largest of each loop is 1. All have a peak at 1, a period of ${duration(group.period_s)}; peaks at 3 and 5 point to a sticky valve.`,
+    curves: drawn.map((one) => ({ name: one.tag, x: group.spectra[one.key].ratio, y: group.spectra[one.key].level, color: colors.get(one.key), width: 1.4 })),
+    xLabel: "Frequency / frequency of the group [-]",
+    yLabel: "Amplitude [-]",
+    xRange: [0, 6],
+    yRange: [0, 1.05],
+    height: 260,
+  });
+  destroy.push(plot.destroy);
+  return h("div", {}, h("h3", {}, "Spectra"), plot.figure);
+}
+
+function rootTable(group, loopLink) {
+  const rows = group.roots.slice(0, 5).map((one) => h("tr", {},
+    h("td", {}, loopLink(one.tag)), h("td", { class: "number" }, one.probability.toFixed(2)), h("td", { class: "number" }, number(one.score)),
+    h("td", {}, h("ul", { class: "plain" }, one.parts.filter((part) => Math.abs(part.log_odds) >= 0.05).map((part) => h("li", {}, `${part.text} (${part.log_odds >= 0 ? "+" : "−"}${Math.abs(part.log_odds).toFixed(1)})`))))));
+  return h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Likely roots" }, h("h3", {}, "Likely roots, with the log odds of each reason"),
+    h("table", {}, 
+      h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Loop"), h("th", { scope: "col", class: "number" }, "Probability"), h("th", { scope: "col", class: "number" }, "Score"), h("th", { scope: "col" }, "Reasons"))),
+      h("tbody", {}, rows)));
+}
+
+function memberTable(group, loopLink) {
+  const heads = ["Loop", "Verdict", "Period", "Regularity", "Coherence", "Phase"];
+  return h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Members" },
+    h("table", {}, h("thead", {}, h("tr", {}, heads.map((head, k) => h("th", { scope: "col", class: k > 1 ? "number" : null }, head)))),
+      h("tbody", {}, group.members.map((one) => h("tr", {},
+        h("td", {}, loopLink(one.tag)), h("td", {}, one.status === "diagnosed" ? chip(...VERDICTS[one.verdict]) : verdictChip({ status: one.status })),
+        h("td", { class: "number" }, duration(one.period_s)), h("td", { class: "number" }, number(one.regularity)), h("td", { class: "number" }, number(one.coherence)), h("td", { class: "number" }, `${Math.round(one.phase_deg)}°`))))));
+}

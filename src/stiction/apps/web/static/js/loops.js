@@ -1,0 +1,193 @@
+// Loops: the table of all loops of a set, worst first; filters, progress, export of what is shown.
+
+import { fetchFile, getJson, saveFile, sendJson } from "./api.js";
+import { CAUSES, STATES, chip, verdictChip, verdictWord } from "./chips.js";
+import { sparkline } from "./column_table.js";
+import { duration, h, number, problem } from "./dom.js";
+import { setChoice } from "./set_choice.js";
+import { virtualTable } from "./virtual_table.js";
+
+export const title = "Loops";
+const POLL_MS = 700;
+const SLOW_POLL_MS = 4000;
+const TYPING_MS = 80;
+const RANKS = { stiction: 0, undecided: 1, no_stiction: 2 };
+const memory = new Map();
+const loaded = new Map();
+
+const stateWord = (row) => (row.loop_state ? STATES[row.loop_state] ?? row.loop_state.replaceAll("_", " ") : "");
+const causeWord = (row) => (row.oscillation_cause ? CAUSES[row.oscillation_cause] ?? row.oscillation_cause : "");
+const verdictRank = (row) => (row.verdict in RANKS ? RANKS[row.verdict] : 3) - 0.5 * (row.probability ?? 0);
+
+function columnsOf(setId, hasArea, hasPriority, sparks) {
+  const text = (name, label, value, className) => ({ name, label, value, cell: (row) => value(row) ?? "", className });
+  const numeric = (name, label, unit, hint) => ({ name, label, hint, number: true, value: (row) => row[name] ?? null, cell: (row) => number(row[name], unit) });
+  const columns = [
+    { name: "tag", label: "Loop", value: (row) => row.tag, cell: (row) => h("a", { href: `#/loop/${setId}/${row.key}` }, row.tag), className: "tag" },
+    hasArea && text("area", "Area", (row) => row.area),
+    { name: "verdict", label: "Verdict", value: verdictRank, text: (row) => verdictWord(row)[1], cell: verdictChip },
+    { ...numeric("probability", "Probability", "", "Probability of stiction"), cell: (row) => (row.probability === null || row.probability === undefined ? "–" : row.probability > 0.99 ? ">0.99" : row.probability.toFixed(2)) },
+    numeric("S", "S [%]", "", "Deadband plus stickband, % of span"),
+    numeric("J", "J [%]", "", "Slip jump, % of span"),
+    { ...numeric("period_s", "Period", "", "Period of the oscillation"), cell: (row) => duration(row.period_s) },
+    text("loop_state", "State", stateWord),
+    text("oscillation_cause", "Cause", causeWord),
+    hasPriority && numeric("priority", "Priority", "", "Severity × confidence × importance"),
+    { name: "spark", label: "PV trend", value: () => null, cell: (row) => trendCell(row, sparks), isPicture: true },
+    { name: "label", label: "Note", value: (row) => row.label ?? "", cell: (row) => (row.label ? chip("plain", row.label) : "") },
+    text("action", "What to do", (row) => row.action ?? row.error ?? "", "long"),
+  ];
+  return columns.filter(Boolean);
+}
+
+function trendCell(row, sparks) {
+  const values = row.spark ?? sparks.get(row.key);
+  return values ? sparkline(values, `PV trend of ${row.tag}`, 110, 28) : "";
+}
+
+export async function render(root, { parts, signal }) {
+  root.append(h("h1", {}, "Loops"));
+  const { element: setElement, current, sets } = await setChoice("loops", parts[0], signal);
+  if (parts[0] && !sets.some((one) => one.id === parts[0])) root.append(problem("This audit is not open. Another set of loops is shown."));
+  if (!current) {
+    root.append(h("p", {}, "There is no loop yet. ", h("a", { href: "#/drop" }, "Drop a file"), " first."));
+    return null;
+  }
+  const setId = current.id;
+  const wait = h("p", { class: "note", role: "status" }, "Loading the table …");
+  root.append(wait);
+  // Rows stay in memory, so that the table is there at once when the user comes back.
+  const kept = loaded.get(setId) ?? { rows: new Map(), sparks: new Map(), version: 0 };
+  loaded.set(setId, kept);
+  const { rows, sparks } = kept;
+  let answer = await getJson(`/api/sets/${setId}/rows?since=${kept.version}`, signal);
+  wait.remove();
+  take(answer);
+  const all = [...rows.values()];
+  const columns = columnsOf(setId, all.some((row) => row.area), all.some((row) => row.priority), sparks);
+  const table = virtualTable({ columns, label: "Loops", open: (row) => (location.hash = `#/loop/${setId}/${row.key}`), shown: fetchSparks });
+  const filters = memory.get(setId) ?? { text: "", area: "", verdict: "", state: "" };
+  const search = h("input", { type: "search", placeholder: "Filter by text", "aria-label": "Filter by text", value: filters.text });
+  const choices = {
+    area: choice("Area", [...new Set(all.map((row) => row.area).filter(Boolean))].sort(), filters.area),
+    verdict: choice("Verdict", ["Stiction", "Cannot tell", "No stiction", "Screened only", "Not diagnosed", "Waiting"], filters.verdict),
+    state: choice("State", [...new Set(all.map(stateWord).filter(Boolean))].sort(), filters.state),
+  };
+  choices.area.parentElement.hidden = choices.area.options.length < 3;
+  const count = h("span", { class: "note", role: "status" });
+  const progress = progressBar(setId, signal);
+  const message = h("div", {});
+  const exports = ["xlsx", "csv", "parquet"].map((format) =>
+    h("button", { onclick: () => exportShown(format).catch((error) => message.replaceChildren(problem(error.message))) }, format));
+  root.append(
+    h("div", { class: "row tools" }, setElement, search, ...Object.values(choices).map((one) => one.parentElement), count, h("span", { class: "row exports" }, "Export", exports)),
+    progress.element, message, table.element);
+
+  function take(next) {
+    kept.version = next.version;
+    kept.progress = next.progress ?? kept.progress;
+    for (const row of next.rows) {
+      row.words = `${row.tag} ${row.area ?? ""} ${verdictWord(row)[1]} ${stateWord(row)} ${causeWord(row)} ${row.label ?? ""} ${row.action ?? ""} ${row.error ?? ""}`.toLowerCase();
+      rows.set(row.key, row);
+    }
+  }
+
+  function filter(keepPlace = false) {
+    const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const { area, verdict, state } = Object.fromEntries(Object.entries(choices).map(([name, one]) => [name, one.value]));
+    memory.set(setId, { text: search.value, area, verdict, state, sorting: table.sorting() });
+    const matching = [...rows.values()].filter((row) =>
+      words.every((word) => row.words.includes(word)) && (!area || row.area === area) && (!verdict || verdictWord(row)[1] === verdict) && (!state || stateWord(row) === state));
+    table.setRows(matching, keepPlace);
+    count.textContent = matching.length === rows.size ? `${rows.size} loops` : `${matching.length} of ${rows.size} loops`;
+  }
+
+  async function fetchSparks(visible) {
+    const missing = visible.filter((row) => !row.spark && !sparks.has(row.key) && row.has_signals).map((row) => row.key);
+    if (!missing.length) return;
+    for (const key of missing) sparks.set(key, null);
+    try {
+      const { sparks: found } = await getJson(`/api/sets/${setId}/sparks?keys=${missing.join(",")}`, signal);
+      for (const [key, values] of Object.entries(found)) sparks.set(Number(key), values);
+      if (!signal.aborted) table.redraw();
+    } catch {
+      for (const key of missing) sparks.delete(key);
+    }
+  }
+
+  async function exportShown(format) {
+    const written = columns.filter((column) => !column.isPicture);
+    const body = {
+      format,
+      columns: written.map((column) => ({ name: column.name === "period_s" ? "Period [s]" : column.label, type: column.number ? "number" : "text" })),
+      rows: table.rows().map((row) => written.map((column) => (column.text ?? column.value)(row) ?? null)),
+    };
+    saveFile(await fetchFile("POST", "/api/export", body));
+  }
+
+  let typing = 0;
+  search.addEventListener("input", () => {
+    clearTimeout(typing);
+    typing = setTimeout(() => filter(), TYPING_MS);
+  });
+  for (const one of Object.values(choices)) one.addEventListener("change", () => filter());
+  table.sortBy(filters.sorting?.name ?? (all.some((row) => row.priority) ? "priority" : "verdict"), filters.sorting?.descending);
+  filter();
+  progress.show(kept.progress);
+
+  let timer = 0;
+  async function poll() {
+    try {
+      answer = await getJson(`/api/sets/${setId}/rows?since=${kept.version}`, signal);
+      take(answer);
+      progress.show(kept.progress);
+      if (answer.rows.length) filter(true);
+      message.replaceChildren();
+    } catch (error) {
+      if (error.name === "AbortError") return;
+      message.replaceChildren(problem(error.message));
+    }
+    if (!signal.aborted) timer = setTimeout(poll, kept.progress?.running ? POLL_MS : SLOW_POLL_MS);
+  }
+  timer = setTimeout(poll, POLL_MS);
+  return () => {
+    clearTimeout(timer);
+    memory.set(setId, { ...memory.get(setId), sorting: table.sorting() });
+    table.destroy();
+  };
+}
+
+function choice(label, options, value) {
+  const select = h("select", { "aria-label": label }, h("option", { value: "" }, `${label}: all`), options.map((one) => h("option", { value: one, selected: one === value }, one)));
+  h("span", {}, select);
+  return select;
+}
+
+function progressBar(setId, signal) {
+  const text = h("span", {});
+  const bar = h("progress", { "aria-label": "Loops diagnosed" });
+  const button = h("button", {});
+  const element = h("div", { class: "row progress-row", hidden: true }, bar, text, button);
+  let isRunning = false;
+  button.addEventListener("click", async () => {
+    button.disabled = true;
+    try {
+      show(await sendJson("POST", `/api/sets/${setId}/run`, { run: !isRunning }, signal));
+    } catch (error) {
+      text.textContent = error.message;
+    }
+    button.disabled = false;
+  });
+  function show(progress) {
+    if (!progress) return;
+    element.hidden = progress.done >= progress.total;
+    if (element.hidden) return;
+    isRunning = progress.running;
+    bar.max = progress.total;
+    bar.value = progress.done;
+    const rate = progress.per_second ? `, ${number(progress.per_second)} loops a second, ${duration(progress.left_s)} left` : "";
+    text.textContent = `${progress.done} of ${progress.total} loops diagnosed${isRunning ? rate : ", stopped"}`;
+    button.textContent = isRunning ? "Stop" : "Go on";
+  }
+  return { element, show };
+}

@@ -1,0 +1,61 @@
+"""Routes of the what-if screen."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route, WebSocketRoute
+
+from stiction.apps.web.loop_routes import find_set
+from stiction.apps.web.simulation_answers import answer_start
+from stiction.apps.web.simulation_socket import answer_questions
+from stiction.apps.web.whatif_quantities import COMPENSATORS, QUANTITIES, VALVE_MODELS
+from stiction.apps.web.whatif_settings import WhatIfSettings
+
+if TYPE_CHECKING:
+    from starlette.requests import Request
+
+__all__ = ["ROUTES"]
+
+START_LIMIT_S = 120.0
+"""Longest time of an identification [s]."""
+MAX_KEPT_STARTS = 50
+"""Loops whose start is kept for the next visit [-]."""
+
+
+async def _options(_: Request) -> Response:
+    """What the screen can move, and the example that it shows without a record."""
+    body: dict[str, Any] = {
+        "quantities": {name: asdict(one) for name, one in QUANTITIES.items()},
+        "models": VALVE_MODELS,
+        "compensators": COMPENSATORS,
+        "example": WhatIfSettings().to_dict(),
+    }
+    return JSONResponse(body)
+
+
+async def _start(request: Request) -> Response:
+    """Where the screen starts for a loop: its identified settings and part of its record."""
+    state = request.app.state
+    loops, key = find_set(request), request.path_params["key"]
+    cache: OrderedDict[tuple[str, int], bytes] = state.__dict__.setdefault("whatif_starts", OrderedDict())
+    place = (loops.id, key)
+    if place not in cache:
+        path = await loops.record_path(state.workers, key)
+        cache[place] = await state.workers.background.call(answer_start, path, limit_s=START_LIMIT_S)
+    cache.move_to_end(place)
+    body = cache[place]
+    while len(cache) > MAX_KEPT_STARTS:
+        cache.popitem(last=False)
+    return Response(body, media_type="application/octet-stream")
+
+
+ROUTES: list[Any] = [
+    Route("/api/whatif/options", _options),
+    Route("/api/whatif/start/{set}/{key:int}", _start),
+    WebSocketRoute("/api/whatif/socket", answer_questions),
+]
+"""Routes for `make_app`."""

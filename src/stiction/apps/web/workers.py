@@ -1,0 +1,214 @@
+"""Worker processes: they read, diagnose and simulate, so that the server answers at once and stays small."""
+
+from __future__ import annotations
+
+import asyncio
+import multiprocessing
+import os
+import signal
+import sys
+from typing import TYPE_CHECKING, Any
+
+from stiction.errors import StictionError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine, Sequence
+    from multiprocessing.connection import Connection
+
+__all__ = ["TimeLimitError", "Worker", "WorkerLostError", "WorkerPool", "Workers"]
+
+WARM_PAUSE_S = 0.2
+"""Time between two workers that are warmed [s]."""
+TIME_LIMIT_S = 60.0
+"""Longest time of a call when the caller names none [s]."""
+
+
+class WorkerLostError(RuntimeError):
+    """A worker process ended during a call."""
+
+
+class TimeLimitError(RuntimeError):
+    """A call took too long, and its worker process was ended."""
+
+
+class WorkerFaultError(RuntimeError):
+    """A call failed by a fault of the program."""
+
+
+def _answer_calls(connection: Connection) -> None:
+    """Run the calls of the server until it closes the connection. Runs in the worker process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    while True:
+        try:
+            function, arguments = connection.recv()
+        except (EOFError, OSError):
+            return
+        try:
+            answer = (True, function(*arguments))
+        except StictionError as error:
+            answer = (False, error)
+        except Exception as error:
+            import traceback
+
+            traceback.print_exc()
+            answer = (False, WorkerFaultError(f"{type(error).__name__}: {error}"))
+        try:
+            connection.send(answer)
+        except OSError:
+            return
+
+
+class Worker:
+    """One worker process. It runs one call at a time and is started again when it ends."""
+
+    def __init__(self, warm: Callable[[], object]) -> None:
+        self._warm = warm
+        self._process: Any = None
+        self._connection: Connection | None = None
+
+    def start(self) -> None:
+        """Start the process, if it does not run."""
+        if self._process is not None and self._process.is_alive():
+            return
+        context = multiprocessing.get_context("spawn")
+        self._connection, other = context.Pipe()
+        self._process = context.Process(target=_answer_calls, args=(other,), daemon=True)
+        self._process.start()
+        other.close()
+
+    def stop(self) -> None:
+        """End the process at once."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.join()
+            self._process = None
+        if self._connection is not None:
+            self._connection.close()
+            self._connection = None
+
+    async def warm(self) -> None:
+        """Import and compile what the calls need."""
+        await self.call(self._warm)
+
+    async def call(self, function: Callable[..., Any], *arguments: Any, limit_s: float = 600.0) -> Any:
+        """Run a function of a module in the process and return what it returns.
+
+        Raises
+        ------
+        WorkerLostError, TimeLimitError
+            When the process ended, or took more than `limit_s`; the next call starts another.
+        """
+        self.start()
+        connection = self._connection
+        assert connection is not None
+        try:
+            connection.send((function, arguments))
+            done, answer = await asyncio.wait_for(asyncio.to_thread(connection.recv), limit_s)
+        except TimeoutError:
+            self._process.kill()
+            raise TimeLimitError(f"This took more than {limit_s:g} s and was stopped.") from None
+        except (EOFError, OSError):
+            self.stop()
+            raise WorkerLostError(
+                "A worker process ended unexpectedly, perhaps for lack of memory. It was started again; try once more."
+            ) from None
+        if done:
+            return answer
+        raise answer
+
+
+class WorkerPool:
+    """Some worker processes; each call goes to the first that is free."""
+
+    def __init__(self, count: int, warm: Callable[[], object]) -> None:
+        self._all = [Worker(warm) for _ in range(count)]
+        self._free: asyncio.Queue[Worker] = asyncio.Queue()
+        self._tasks: set[asyncio.Task[Any]] = set()
+
+    @property
+    def count(self) -> int:
+        """Number of processes."""
+        return len(self._all)
+
+    def start(self, ready: asyncio.Event) -> None:
+        """Start all processes; warm one after the other when `ready` is set, so that the others answer meanwhile."""
+        self._keep(asyncio.create_task(self._start(ready)))
+
+    async def _start(self, ready: asyncio.Event) -> None:
+        for worker in self._all:
+            await asyncio.to_thread(worker.start)
+            self._free.put_nowait(worker)
+        await ready.wait()
+        cold = set(self._all)
+        while cold:
+            worker = await self._free.get()
+            try:
+                if worker in cold:
+                    cold.discard(worker)
+                    await worker.warm()
+            except (WorkerLostError, TimeLimitError) as error:
+                print(f"stiction: a worker process could not be prepared: {error}", file=sys.stderr)
+            finally:
+                self._free.put_nowait(worker)
+            await asyncio.sleep(WARM_PAUSE_S)
+
+    def stop(self) -> None:
+        """End all processes at once."""
+        for task in self._tasks:
+            task.cancel()
+        for worker in self._all:
+            worker.stop()
+
+    async def call(self, function: Callable[..., Any], *arguments: Any, limit_s: float = TIME_LIMIT_S) -> Any:
+        """Run a function of a module, with arguments that can be pickled, in a worker process.
+
+        A caller that is cancelled leaves the call running: its worker is free again when it has ended.
+        """
+        return await asyncio.shield(self._keep(asyncio.create_task(self._call(function, arguments, limit_s))))
+
+    async def _call(self, function: Callable[..., Any], arguments: tuple[Any, ...], limit_s: float) -> Any:
+        worker = await self._free.get()
+        try:
+            return await worker.call(function, *arguments, limit_s=limit_s)
+        finally:
+            self._free.put_nowait(worker)
+
+    def _keep(self, task: asyncio.Task[Any]) -> asyncio.Task[Any]:
+        """Hold a reference to a task until it ends, and read its exception."""
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        task.add_done_callback(lambda one: one.cancelled() or one.exception())
+        return task
+
+
+class Workers:
+    """The two pools of the server: quick answers, and long work."""
+
+    def __init__(self, background_count: int | None = None) -> None:
+        from stiction.apps.web.warm import warm_background, warm_quick
+
+        self.quick = WorkerPool(2, warm_quick)
+        """Simulations, zooms and tables: at most some 50 ms each."""
+        self.background = WorkerPool(background_count or max(1, (os.cpu_count() or 2) - 1), warm_background)
+        """Reading, diagnoses, limit cycles: seconds each."""
+
+    def start(self, first: Sequence[Coroutine[Any, Any, None]] = ()) -> None:
+        """Start all processes, and warm them when the work of `first` is done."""
+        ready = asyncio.Event()
+        self.quick.start(ready)
+        self.background.start(ready)
+        self._first = asyncio.create_task(self._run_first(first, ready))
+
+    @staticmethod
+    async def _run_first(first: Sequence[Coroutine[Any, Any, None]], ready: asyncio.Event) -> None:
+        try:
+            await asyncio.gather(*first, return_exceptions=True)
+        finally:
+            ready.set()
+
+    def stop(self) -> None:
+        """End all processes."""
+        self.quick.stop()
+        self.background.stop()
