@@ -284,8 +284,7 @@ def _make_engine(url: str) -> Engine:
     from sqlalchemy import event
 
     from stiction.errors import ParameterError
-    from stiction.sources.database_url import is_database_url
-    from stiction.sources.database_url import make_engine
+    from stiction.sources.database_url import is_database_url, make_engine
 
     if url.startswith("sqlite:///"):
         from sqlalchemy import create_engine

@@ -145,7 +145,7 @@ def audit(
                 write_settings(folder, settings)
                 run = AuditRun(folder, settings, book, key, span, places, chosen, progress or _ignore)
                 try:
-                    run.run(subset=loops is not None)
+                    run.run()
                 finally:
                     run.close()
                 return read_audit(folder, settings, book)
