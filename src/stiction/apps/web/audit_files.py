@@ -215,7 +215,7 @@ def _spectrum(signal: Any, dt: float, period: float) -> dict[str, list[float | N
     ratio = np.fft.rfftfreq(signal.size, dt) * period
     inside = (ratio > 0.4) & (ratio < 8.0)
     level = power[inside] / max(power[inside].max(initial=0.0), 1e-300)
-    return {"ratio": to_list(ratio[inside]), "level": to_list(level)}
+    return {"ratio": to_list(ratio[inside].astype(np.float64)), "level": to_list(level)}
 
 
 def compare_with(folder: str, other: str) -> bytes:
