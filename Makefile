@@ -9,7 +9,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
-.PHONY: help demo test fuzz check format web-assets bench calibrate validate picture reference venv clean
+.PHONY: help demo test fuzz check format web-assets bench calibrate validate docs picture wheelhouse release-check venv clean
 
 help:
 	@echo "make demo     diagnose simulated plant data and write a report"
@@ -21,8 +21,10 @@ help:
 	@echo "make bench    measure speed"
 	@echo "make calibrate  train the model of the verdict on simulated loops (some minutes)"
 	@echo "make validate   score it on other loops and write docs/validation.md"
-	@echo "make picture  draw the pictures of the documentation anew"
-	@echo "make reference write the list of public names anew"
+	@echo "make docs     build the documentation site into docs/_build/html and check it"
+	@echo "make picture  draw the pictures of README and documentation anew"
+	@echo "make wheelhouse  collect all packages for a computer without internet in dist/wheelhouse"
+	@echo "make release-check  build the package, install it with each extra, run the demo"
 	@echo "make venv     make .venv with everything a developer needs"
 	@echo "make clean    remove .venv and caches"
 
@@ -41,7 +43,6 @@ check: $(VENV)/.ready-check
 	$(BIN)/pyright
 	$(BIN)/lint-imports
 	$(BIN)/python calibration/room_sizes.py
-	$(BIN)/python docs/check.py
 
 format: $(VENV)/.ready-check
 	$(BIN)/ruff check --fix .
@@ -65,12 +66,23 @@ validate: $(VENV)/.ready-test
 	$(BIN)/python -m calibration.feature_table --sets second --chunks 60 --seed 5 --jobs $(WORKERS) --out $(TABLES)/second.parquet
 	if [ -f "$(RECORDS)/labels.csv" ]; then $(BIN)/python -m calibration.feature_table --recorded "$(RECORDS)" --out $(TABLES)/recorded.parquet; fi
 	$(BIN)/python -m calibration.validate --first $(TABLES)/fresh.parquet --second $(TABLES)/second.parquet --recorded $(TABLES)/recorded.parquet
+	$(BIN)/python docs/trust_numbers.py
 
-picture: $(VENV)/.ready
+docs: $(VENV)/.ready-docs
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --fresh-env --quiet docs docs/_build/html
+	$(BIN)/python docs/check_site.py docs/_build/html
+
+picture: $(VENV)/.ready-docs
 	$(BIN)/python docs/pictures.py
+	$(BIN)/python docs/trust_numbers.py
 
-reference: $(VENV)/.ready
-	$(BIN)/python docs/reference.py
+wheelhouse: $(VENV)/.ready-release
+	$(BIN)/python .ci/web_assets.py
+	$(BIN)/python -m pip wheel --quiet --wheel-dir dist/wheelhouse '.[control,dask,matlab,plot,sql,web]'
+
+release-check: $(VENV)/.ready-release
+	$(BIN)/python .ci/web_assets.py
+	$(BIN)/python .ci/release_check.py
 
 venv: $(VENV)/.ready-check
 
@@ -93,3 +105,11 @@ $(VENV)/.ready-test: pyproject.toml | $(VENV)/.made
 $(VENV)/.ready-check: pyproject.toml | $(VENV)/.made
 	$(PIP) --editable '.[test,check]'
 	@touch $@ $(VENV)/.ready-test $(VENV)/.ready
+
+$(VENV)/.ready-docs: pyproject.toml | $(VENV)/.made
+	$(PIP) --editable '.[docs]'
+	@touch $@ $(VENV)/.ready-test $(VENV)/.ready
+
+$(VENV)/.ready-release: pyproject.toml | $(VENV)/.made
+	$(PIP) --editable '.[release]'
+	@touch $@ $(VENV)/.ready

@@ -73,10 +73,11 @@ def main() -> None:
     for loops in asked.loops:
         found = measure(asked.plant, loops, asked.workers)
         screen, rest = found["diagnose"] - found["screen"], found["group"] - found["diagnose"]
+        cpu = 1e3 * found["cpu"] / loops
         print(
             f"{loops} loops: screened in {screen:.0f} s, diagnosed in {rest:.0f} s, grouped in "
-            f"{found['end'] - found['group']:.0f} s, all in {found['end']:.0f} s; "
-            f"{1e3 * found['cpu'] / loops:.0f} ms of processor time a loop; peak PSS {found['MB']:.0f} MB; {found['counts']}, {found['groups']} groups",
+            f"{found['end'] - found['group']:.0f} s, all in {found['end']:.0f} s; {cpu:.0f} ms of processor time "
+            f"a loop; peak PSS {found['MB']:.0f} MB; {found['counts']}, {found['groups']} groups",
             flush=True,
         )
 

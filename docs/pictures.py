@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -134,9 +136,29 @@ def drawn() -> Iterator[tuple[str, str]]:
     yield "remedies", remedies()
 
 
+def report_picture(target: Path) -> None:
+    """Photograph the first lines of the report of a sticky loop; it needs Chromium and playwright."""
+    from playwright.sync_api import sync_playwright
+
+    loop = st.Loop(st.PID(Kc=0.2, Ti=10.0), st.Kano(S=5.0, J=2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.1)
+    record = st.simulate(
+        loop, sp=51.0, duration=3600.0, seed=1, pv_start=50.0, op_start=50.0, loop_type="flow", tag="FIC-101"
+    )
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as driver:
+        page_file = Path(folder) / "report.html"
+        st.write_report([st.diagnose(record)], page_file)
+        browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1100, "height": 760}, color_scheme="light")
+        page.goto(page_file.as_uri())
+        page.wait_for_timeout(1500)
+        page.screenshot(path=str(target))
+        browser.close()
+
+
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
     for name, text in drawn():
         target = FOLDER / f"{name}.svg"
         target.write_text(text, encoding="utf-8")
         print(target)
+    report_picture(FOLDER / "report.png")

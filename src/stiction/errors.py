@@ -14,9 +14,10 @@ and name the quantity, the value, the limit and the remedy.
 
 from __future__ import annotations
 
+import importlib
 import math
 from reprlib import repr as brief
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -28,6 +29,7 @@ __all__ = [
     "RecordError",
     "StictionError",
     "as_floats",
+    "import_extra",
     "require_count",
     "require_finite",
     "require_kind",
@@ -62,6 +64,40 @@ class ConvergenceError(StictionError, RuntimeError):
 
 class MissingExtraError(StictionError, ImportError):
     """An optional dependency is not installed."""
+
+
+def import_extra(module: str, extra: str) -> Any:
+    """Import a module of an optional dependency, or say how to install it.
+
+    Parameters
+    ----------
+    module : str
+        Name of the module.
+    extra : str
+        Extra of the package that brings it.
+
+    Returns
+    -------
+    module
+        The module.
+
+    Raises
+    ------
+    MissingExtraError
+        When it is not installed.
+
+    Examples
+    --------
+    >>> import_extra("no_such_module", "plot")
+    Traceback (most recent call last):
+    stiction.errors.MissingExtraError: no_such_module is not installed; install it with: pip install "stiction[plot]"
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        package = module.partition(".")[0]
+        message = f'{package} is not installed; install it with: pip install "stiction[{extra}]"'
+        raise MissingExtraError(message) from None
 
 
 def require_kind(name: str, value: object, kind: type | tuple[type, ...], remedy: str) -> None:

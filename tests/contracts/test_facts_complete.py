@@ -14,6 +14,8 @@ import pytest
 import stiction
 from stiction.models import Valve, switch
 
+pytestmark = pytest.mark.quick
+
 PACKAGE = Path(stiction.__file__).parent
 ROOT = Path(__file__).resolve().parents[2]
 REFERENCE = ROOT / "tests" / "reference"

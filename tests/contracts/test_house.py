@@ -14,7 +14,7 @@ import stiction
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "src" / "stiction"
-KEPT = ("src", "tests", "docs", "benchmarks", ".ci")
+KEPT = ("src", "tests", "docs", "examples", "benchmarks", ".ci")
 TEXT = {".py", ".md", ".toml", ".yaml", ".yml", ".cff", ".bib", ".html", ".css", ".js", ".csv", ".json", ".svg", ""}
 
 
@@ -100,7 +100,30 @@ def test_no_real_record():
 
 
 def test_one_version():
+    """The package's version is the one of the citation and of the newest heading of the changelog."""
     project = tomllib.loads(text_of(ROOT / "pyproject.toml"))["project"]
-    assert stiction.__version__ == project["version"]
-    assert f"version: {project['version']}\n" in text_of(ROOT / "CITATION.cff")
-    assert f"## [{project['version']}]" in text_of(ROOT / "CHANGELOG.md")
+    assert "version" not in project
+    assert f"version: {stiction.__version__}\n" in text_of(ROOT / "CITATION.cff")
+    assert re.search(r"^## \[(.+?)\]", text_of(ROOT / "CHANGELOG.md"), re.M)[1] == stiction.__version__
+
+
+def test_no_call_that_only_posix_has():
+    """`os.fork`, `os.geteuid` and the like are missing on Windows; signals of POSIX are asked for by `getattr`."""
+    calls = "fork|getuid|geteuid|getpgid|killpg|setsid|mkfifo|uname|getloadavg"
+    posix = re.compile(rf"\bos\.({calls})\b|^import (fcntl|resource|pwd)\b", re.M)
+    assert not {name_of(p): m.group() for p in PACKAGE.rglob("*.py") if (m := posix.search(text_of(p)))}
+
+
+def test_readme_has_the_numbers_of_the_validation():
+    sys.path.insert(0, str(ROOT / "docs"))
+    try:
+        import trust_numbers
+    finally:
+        sys.path.pop(0)
+    assert trust_numbers.readme_with_numbers() == text_of(ROOT / "README.md"), "run python docs/trust_numbers.py"
+
+
+def test_news_fragments_have_a_kind():
+    kinds = re.compile(r"^\+[a-z0-9-]+\.(added|changed|fixed|removed)\.md$")
+    names = [p.name for p in (ROOT / "changes").iterdir() if p.name != "README.md"]
+    assert not [name for name in names if not kinds.match(name)]

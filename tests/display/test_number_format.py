@@ -8,6 +8,8 @@ from hypothesis import strategies as some
 
 from stiction.display.number_format import format_interval, format_probability
 
+pytestmark = pytest.mark.quick
+
 
 @pytest.mark.parametrize(
     ("told", "numbers"),

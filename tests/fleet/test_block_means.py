@@ -11,6 +11,8 @@ from stiction.errors import RecordError
 from stiction.fleet import common_clock, make_block_means
 from stiction.records import LoopRecord
 
+pytestmark = pytest.mark.quick
+
 START = datetime(2026, 3, 2)
 
 

@@ -13,6 +13,8 @@ from tests import naive
 import stiction as st
 from stiction.models.controllers.pid import pid_at_rest, pid_step
 
+pytestmark = pytest.mark.quick
+
 
 def drive(controller, sp, pv, dt, manual=None):
     """The controller alone, over given set points and PVs."""

@@ -14,6 +14,8 @@ from stiction.paper.eqs1to3 import equations1to3
 from stiction.paper.eqs6to7 import measured
 from stiction.paper.plain import plain
 
+pytestmark = pytest.mark.quick
+
 
 @pytest.fixture(scope="module")
 def found():

@@ -9,6 +9,8 @@ import pytest
 
 import stiction as st
 
+pytestmark = pytest.mark.quick
+
 
 def loop(valve=None, controller=None, noise=0.0, process=None, dt=1.0):
     return st.Loop(

@@ -10,6 +10,8 @@ from hypothesis import strategies as hs
 import stiction as st
 from stiction.simulation import binary_sequence, ramp, random_walk, sine, staircase, triangle
 
+pytestmark = pytest.mark.quick
+
 LEVELS = hs.floats(-100.0, 100.0)
 
 

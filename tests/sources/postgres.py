@@ -21,18 +21,19 @@ if TYPE_CHECKING:
 PASSWORD = "s/e:c@r %t+ü"
 
 
-@contextmanager
-def postgres_server() -> Iterator[str]:
-    """Start a server with password authentication, give the URL of its database, stop it."""
-    path = os.pathsep.join([os.environ.get("PATH", ""), *sorted(glob("/usr/lib/postgresql/*/bin"), reverse=True)])
-    initdb, postgres = shutil.which("initdb", path=path), shutil.which("postgres", path=path)
-    if initdb is None or postgres is None:
-        raise FileNotFoundError("initdb and postgres: install PostgreSQL (Debian: postgresql)")
-    user = "postgres" if os.geteuid() == 0 else pwd.getpwuid(os.geteuid()).pw_name  # initdb refuses root
-    drop = {"user": user, "group": pwd.getpwnam(user).pw_gid, "extra_groups": []} if os.geteuid() == 0 else {}
-    with tempfile.TemporaryDirectory(prefix="stiction-pg-", dir="/tmp") as folder:
-        Path(folder).chmod(0o755)
-        home = Path(folder, "server")
+class PostgresServer:
+    """A server with password authentication that can be stopped and started again."""
+
+    def __enter__(self) -> PostgresServer:
+        path = os.pathsep.join([os.environ.get("PATH", ""), *sorted(glob("/usr/lib/postgresql/*/bin"), reverse=True)])
+        initdb, postgres = shutil.which("initdb", path=path), shutil.which("postgres", path=path)
+        if initdb is None or postgres is None:
+            raise FileNotFoundError("initdb and postgres: install PostgreSQL (Debian: postgresql)")
+        user = "postgres" if os.geteuid() == 0 else pwd.getpwuid(os.geteuid()).pw_name  # initdb refuses root
+        drop = {"user": user, "group": pwd.getpwnam(user).pw_gid, "extra_groups": []} if os.geteuid() == 0 else {}
+        self._folder = tempfile.TemporaryDirectory(prefix="stiction-pg-", dir="/tmp")
+        Path(self._folder.name).chmod(0o755)
+        home = Path(self._folder.name, "server")
         home.mkdir()
         password = home / "password"
         password.write_text(PASSWORD + "\n", encoding="utf-8")
@@ -41,25 +42,43 @@ def postgres_server() -> Iterator[str]:
                 shutil.chown(place, user)
         data = home / "data"
         init = [initdb, "-D", str(data), "-U", "plant", "-A", "scram-sha-256", "--pwfile", str(password)]
-        run = {"cwd": home, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, **drop}
-        done = subprocess.run([*init, "-E", "UTF8", "--locale=C.UTF-8", "--no-sync"], check=False, **run)
+        self._run = {"cwd": home, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, **drop}
+        done = subprocess.run([*init, "-E", "UTF8", "--locale=C.UTF-8", "--no-sync"], check=False, **self._run)
         if done.returncode:
             raise RuntimeError(f"initdb failed: {done.stdout.decode(errors='replace')[-500:]}")
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
-            port = probe.getsockname()[1]
-        options = ["-h", "127.0.0.1", "-p", str(port), "-k", str(home), "-c", "fsync=off", "-c", "lc_messages=C"]
-        server = subprocess.Popen([postgres, "-D", str(data), *options], **run)
+            self.port = probe.getsockname()[1]
+        options = ["-h", "127.0.0.1", "-p", str(self.port), "-k", str(home), "-c", "fsync=off", "-c", "lc_messages=C"]
+        self._command = [postgres, "-D", str(data), *options]
+        self.url = f"postgresql+psycopg://plant:{quote(PASSWORD, safe='')}@127.0.0.1:{self.port}/postgres"
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+        self._folder.cleanup()
+
+    def start(self) -> None:
+        """Start the server, and wait until it answers."""
+        self._server = subprocess.Popen(self._command, **self._run)
+        wait_until_open(self._server, self.port)
+
+    def stop(self) -> None:
+        """Stop the server without waiting for open connections."""
+        self._server.send_signal(signal.SIGINT)
         try:
-            wait_until_open(server, port)
-            yield f"postgresql+psycopg://plant:{quote(PASSWORD, safe='')}@127.0.0.1:{port}/postgres"
-        finally:
-            server.send_signal(signal.SIGINT)  # "fast": does not wait for open connections
-            try:
-                server.communicate(timeout=20)
-            except subprocess.TimeoutExpired:
-                server.kill()
-                server.communicate()
+            self._server.communicate(timeout=20)
+        except subprocess.TimeoutExpired:
+            self._server.kill()
+            self._server.communicate()
+
+
+@contextmanager
+def postgres_server() -> Iterator[str]:
+    """Start a server, give the URL of its database, stop it."""
+    with PostgresServer() as server:
+        yield server.url
 
 
 def wait_until_open(server: subprocess.Popen[bytes], port: int) -> None:

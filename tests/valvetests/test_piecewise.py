@@ -11,6 +11,8 @@ from stiction.valvetests.hidden_stairs import hidden_stairs
 from stiction.valvetests.ramp_split import OpRamp
 from stiction.valvetests.segmentation import Segment, noise_std, quantisation_step, segment_penalty, segment_signal
 
+pytestmark = pytest.mark.quick
+
 
 def price_of(time, signal, sigma, pieces) -> float:
     total = 0.0

@@ -159,7 +159,7 @@ def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> 
             labels.VERDICTS[row["verdict"]] if row["status"] == "diagnosed" else row["status"],
             (row["loop_state"] or "").replace("_", " "),
             row["oscillation_cause"].replace("_", " "),
-            "" if row["probability"] is None else format_probability(row["probability"]),
+            format_probability(row["probability"]) if row["status"] == "diagnosed" else "",
             "" if row["S"] is None else f"{row['S']:.2g}",
             format_seconds(row["period_s"]) if row["period_s"] else "",
             f"{row['priority']:.2f}",

@@ -1,7 +1,10 @@
 """``stiction demo``: the main job on a small simulated plant whose truth is known."""
 
 import sys
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
 
 from stiction.apps.options import Json, Report
 
@@ -14,7 +17,13 @@ __all__ = ["demo", "verdict_is_correct"]
 DEFAULT_REPORT = "stiction-demo.html"
 
 
-def demo(*, report: Report = None, open: bool | None = None, as_json: Json = False) -> int:  # noqa: A002 (--open)
+def demo(
+    *,
+    report: Report = None,
+    open: bool | None = None,  # noqa: A002 (--open)
+    as_json: Json = False,
+    plant: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
     """Diagnose nine simulated loops, four of them with sticky valves, and set each verdict beside the truth.
 
     Writes the report, and beside it a folder of the same name with the records as CSV, to try `stiction diagnose` on.
@@ -28,7 +37,12 @@ def demo(*, report: Report = None, open: bool | None = None, as_json: Json = Fal
         Whether to open the report in a browser; by default on a terminal with a display.
     as_json
         Print truth and verdict of each loop as JSON.
+    plant
+        Audit a plant of 56 simulated loops instead, with cascades and oscillations that spread from loop to loop; its
+        files go to the folder stiction-plant, or to the one named by --report without its ending.
     """
+    if plant:
+        return _audit_plant(report, open, as_json=as_json)
     from dataclasses import replace
 
     from stiction import diagnose, read
@@ -36,33 +50,46 @@ def demo(*, report: Report = None, open: bool | None = None, as_json: Json = Fal
     from stiction.apps.output import print_json, say, track
     from stiction.report import write_report
     from stiction.report.atomic_write import write_atomically
-    from stiction.simulation.demo import demo_plant
+    from stiction.simulation.demo import demo_plant as simulated_loops
 
     target = check_report(report or DEFAULT_REPORT)
     folder = check_folder(target.with_suffix("") if target.suffix else target.with_name(f"{target.name}-records"))
-    plant = demo_plant()
+    simulated = simulated_loops()
     if not as_json:
-        say(f"A simulated plant of {len(plant)} loops; its records are in {folder}.")
+        say(f"A simulated plant of {len(simulated)} loops; its records are in {folder}.")
     diagnoses: list[Diagnosis] = []
-    for loop in track(plant, "Diagnosing"):
+    for loop in track(simulated, "Diagnosing"):
         file = write_atomically(plant_csv(loop.record), folder / f"{loop.record.tag}.csv")
         found = diagnose(read(file)[0])
         diagnoses.append(replace(found, settings={**found.settings, "truth": loop.story}))
     write_report(diagnoses, target, title="Demo plant", settings={"data": "simulated by stiction demo"})
-    right = [verdict_is_correct(loop, found) for loop, found in zip(plant, diagnoses, strict=True)]
+    right = [verdict_is_correct(loop, found) for loop, found in zip(simulated, diagnoses, strict=True)]
     if as_json:
-        loops = [_object(loop, found) for loop, found in zip(plant, diagnoses, strict=True)]
+        loops = [_object(loop, found) for loop, found in zip(simulated, diagnoses, strict=True)]
         print_json({"report": str(target), "records": str(folder), "right": sum(right), "loops": loops})
     else:
-        _tell(plant, diagnoses)
-        say(f"\n{sum(right)} of {len(plant)} loops: verdict and cause are right.")
+        _tell(simulated, diagnoses)
+        say(f"\n{sum(right)} of {len(simulated)} loops: verdict and cause are right.")
         say(f"Report: {target}")
-        say(f"Try:    stiction diagnose {folder / plant[0].record.tag}.csv")
-    if open or (open is None and not as_json and _display()):
+        say(f"Try:    stiction diagnose {folder / simulated[0].record.tag}.csv")
+    _show(target, open, as_json)
+    return int(not all(right))
+
+
+def _audit_plant(report: str | None, open_page: bool | None, *, as_json: bool) -> int:
+    from stiction.apps.demo_plant import FOLDER, demo_plant_audit
+
+    code, page = demo_plant_audit(Path(report).with_suffix("") if report else Path(FOLDER), as_json=as_json)
+    _show(page, open_page, as_json)
+    return code
+
+
+def _show(page: Path, open_page: bool | None, as_json: bool) -> None:
+    """Open a page in the browser where that was asked for, or somebody sits at a screen."""
+    if open_page or (open_page is None and not as_json and _display()):
         import webbrowser
 
-        webbrowser.open(target.resolve().as_uri())
-    return int(not all(right))
+        webbrowser.open(page.resolve().as_uri())
 
 
 EXPECTED = {

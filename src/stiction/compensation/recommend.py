@@ -23,7 +23,7 @@ LEAST_REPAIR = 0.10
 """Share by which a good valve must lower it for the valve to be worth compensating [-]."""
 FORESEEN = ("knocker", "constant reinforcement")
 """Remedies whose improvement the twin of a record predicts: whether those that rest in a band rest at all, and what
-other settings do, hangs on more of valve and process than a record shows (docs/repair-retune-compensate.md)."""
+other settings do, hangs on more of valve and process than a record shows (docs/understand/remedies.md)."""
 SURE = 0.90
 """PV deviation over that of doing nothing that the remedy must keep to on the twin of a record with S and J off by 30 %
 [-]."""

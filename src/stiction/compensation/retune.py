@@ -4,7 +4,7 @@ A limit cycle needs 1 + N(A) L(j omega) = 0 at some amplitude A. Lowering Kc or 
 smallest |1 + N L| over amplitudes and frequencies is the margin. With J = 0 and a self-regulating process under PI no
 cycle exists, since -1/N tends to infinity along the negative imaginary axis; with a slip jump and integral action
 there is always one, as the stem can seldom rest where the PV meets its set point, and retuning only makes it slower
-or smaller (after `mohammad2012`; J = 0 derived, see docs/repair-retune-compensate.md). The describing function is
+or smaller (after `mohammad2012`; J = 0 derived, see docs/understand/remedies.md). The describing function is
 only the first look: it is up to half off in period for a PI on first order with dead time. Every setting is simulated.
 
 Detuning costs control. A setting may take no more than `load_limit` times the IAE of the present one after a step of

@@ -48,6 +48,8 @@ class Audit:
     """The newest run: `started`, `finished` (None while it is at work), `window`, `since` and `until`."""
     signal_parts: dict[str, tuple[int, str]] = field(default_factory=dict, repr=False)
     """Tag -> number of the loop and name of the part that holds its block means."""
+    ledger_url: str = field(default="", repr=False)
+    """URL of the ledger; empty where it is in the folder."""
 
     @property
     def counts(self) -> dict[str, int]:
@@ -129,6 +131,22 @@ class Audit:
 
         since, until = (text and datetime.fromisoformat(text) for text in (self.run["since"], self.run["until"]))
         return cut_time(read_loop(self.source_of(tag)), since or None, until or None)
+
+    def history(self, tag: str) -> list[dict[str, Any]]:
+        """Verdicts and sizes of one valve in all audited times of this folder, the earliest first.
+
+        Each has `window`, `start`, `end`, `verdict`, `probability`, `priority`, `S`, `S_low` and `S_high` [% of span]:
+        the trend of S.
+        """
+        self.row(tag)
+        book = Ledger(self.ledger_url or sqlite_url(self.folder / "ledger.sqlite"))
+        try:
+            stored = book.read_history(self.signal_parts[tag][0])
+        finally:
+            book.close()
+        names = ("start", "end", "verdict", "probability", "priority", "S", "S_low", "S_high")
+        rows = [{"window": window, **{name: row[name] for name in names}} for window, row in stored]
+        return sorted(rows, key=lambda row: (row["end"] or "", row["window"]))
 
     def labels(self) -> dict[str, Any]:
         """Tag -> newest row of `labels.csv` of that tag."""
@@ -222,4 +240,5 @@ def read_audit(folder: Path, settings: dict[str, Any], book: Ledger) -> Audit:
     parts = {one.body["tag"]: (k, one.signals) for k, one in results.items()}
     about = {name: run[name] for name in ("started", "finished", "window", "version")}
     about |= {name: run["body"].get(name) for name in ("since", "until", "interrupted")}
-    return Audit(folder, rank_rows(rows), groups, settings | {"places": places}, about, parts)
+    url = book.url if settings.get("ledger") else ""
+    return Audit(folder, rank_rows(rows), groups, settings | {"places": places}, about, parts, url)

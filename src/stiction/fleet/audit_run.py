@@ -12,7 +12,7 @@ from stiction.fleet.batch import Batch, LoopTask
 from stiction.fleet.block_means import common_clock
 from stiction.fleet.engine import Engine, ProcessEngine, warm_kernels
 from stiction.fleet.ledger import StoredResult
-from stiction.fleet.loop_work import WorkSettings
+from stiction.fleet.loop_row import WorkSettings
 from stiction.fleet.rank import screen_order
 from stiction.fleet.signals import clock_from_dict, clock_to_dict, read_signals, remove_unused_parts, write_signals
 from stiction.fleet.source_parts import LoopPlace, place_to_dict, read_loop
@@ -102,7 +102,8 @@ class AuditRun:
         self.signals = AnyPath(settings["signals"]) if settings["signals"] else folder / "signals"
         numbers = book.register([(one.tag, json.dumps(place_to_dict(one))) for one in places])
         self.places = {numbers[one.tag]: one for one in places}
-        prints = {part: part.fingerprint() for part in dict.fromkeys(one.part for one in places)}
+        states: dict[str, str] = {}
+        prints = {part: part.fingerprint(states) for part in dict.fromkeys(one.part for one in places)}
         self.fingerprints = {k: prints[one.part] for k, one in self.places.items()}
         self.results = book.read_results(key)
         self.began = time.monotonic()

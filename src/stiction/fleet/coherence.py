@@ -30,7 +30,7 @@ def coherence_matrix(envelopes: NDArray) -> NDArray[np.float64]:
     Returns
     -------
     ndarray, shape (n_loops, n_loops)
-        |E E*|, from 0 to 1 [-].
+        ``abs(E E*)``, from 0 to 1 [-].
 
     Examples
     --------

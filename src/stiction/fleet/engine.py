@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import threading
+import time
 from concurrent.futures import FIRST_COMPLETED, wait
 from typing import TYPE_CHECKING, Protocol
 
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
 
     from joblib.externals.loky import ProcessPoolExecutor
 
-__all__ = ["Engine", "ProcessEngine", "crashed_outcomes", "warm_kernels"]
+__all__ = ["Engine", "ProcessEngine", "crashed_outcomes", "end_with_parent", "warm_kernels"]
 
 MAX_SINGLE_TRIES = 2
 """Times that a loop may end its worker when it is alone in it [-]."""
@@ -103,8 +105,22 @@ class ProcessEngine:
         from joblib.externals.loky import ProcessPoolExecutor
 
         if self._pool is None:
-            self._pool = ProcessPoolExecutor(workers, timeout=300, env=ONE_THREAD)
+            self._pool = ProcessPoolExecutor(
+                workers, timeout=300, env=ONE_THREAD, initializer=end_with_parent, initargs=(os.getpid(),)
+            )
         return self._pool
+
+
+def end_with_parent(parent: int, *, every: float = 0.5) -> None:
+    """End this process when its parent was killed, which is asked for after each `every` [s]."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(every)
+        os._exit(1)
+
+    if os.name != "nt":  # there a parent keeps its number when it is gone, and idle workers end by their timeout
+        threading.Thread(target=watch, daemon=True).start()
 
 
 ONE_THREAD = dict.fromkeys(

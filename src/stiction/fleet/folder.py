@@ -20,7 +20,15 @@ from stiction.fleet.ledger import FORMAT_VERSION
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-__all__ = ["SETTINGS_FILE", "check_folder", "lock_folder", "options_digest", "read_settings", "write_settings"]
+__all__ = [
+    "SETTINGS_FILE",
+    "check_folder",
+    "lock_folder",
+    "options_digest",
+    "process_name",
+    "read_settings",
+    "write_settings",
+]
 
 SETTINGS_FILE = "audit.toml"
 LOCK_FILE = "audit.lock"
@@ -118,7 +126,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
             owner = file.read().strip() or "another process"
             raise RecordError(f"{folder}: an audit is at work in it ({owner}); wait for its end, or stop it.") from None
         file.truncate(0)
-        file.write(f"{_user()} on {socket.gethostname()}, process {os.getpid()}, since {datetime.now():%Y-%m-%d %H:%M}")
+        file.write(f"{process_name()}, since {datetime.now():%Y-%m-%d %H:%M}")
         file.flush()
         try:
             yield
@@ -138,11 +146,13 @@ def _lock(file: Any) -> None:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
-def _user() -> str:
+def process_name() -> str:
+    """User, machine and number of this process."""
     try:
-        return getpass.getuser()
+        user = getpass.getuser()
     except (KeyError, OSError):
-        return "somebody"
+        user = "somebody"
+    return f"{user} on {socket.gethostname()}, process {os.getpid()}"
 
 
 def _toml(value: Any) -> str:

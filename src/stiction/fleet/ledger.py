@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+from stiction.errors import RecordError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -20,6 +22,8 @@ __all__ = ["FORMAT_VERSION", "Ledger", "ResultKey", "StoredResult", "sqlite_url"
 
 FORMAT_VERSION = 1
 """Version of the tables."""
+LOCK_KEY = 517_834_621
+"""Key of the advisory lock of a PostgreSQL ledger."""
 RECONNECT_S = 120.0
 """Time for which a server that does not answer is asked again [s]."""
 
@@ -92,6 +96,41 @@ class Ledger:
         """Close all connections."""
         self.engine.dispose()
 
+    @contextmanager
+    def lock(self, owner: str) -> Iterator[None]:
+        """Keep audits from other folders out of a PostgreSQL ledger; SQLite is locked with its folder.
+
+        Raises
+        ------
+        RecordError
+            When another audit is at work in it; the message names it.
+        """
+        if self.engine.dialect.name != "postgresql":
+            yield
+            return
+        import sqlalchemy as sa
+        from sqlalchemy import exc
+
+        engine = sa.create_engine(self.engine.url, poolclass=sa.NullPool)
+        with self._errors("cannot be locked"):
+            connection = engine.connect().execution_options(isolation_level="AUTOCOMMIT")
+            connection.execute(sa.text("SELECT set_config('application_name', :name, false)"), {"name": owner[:60]})
+            taken = connection.execute(sa.text("SELECT pg_try_advisory_lock(:key)"), {"key": LOCK_KEY}).scalar()
+            query = "SELECT a.application_name FROM pg_locks l JOIN pg_stat_activity a USING (pid) "
+            query += "WHERE l.locktype = 'advisory' AND l.objid = :key AND l.granted"
+            holder = None if taken else connection.execute(sa.text(query), {"key": LOCK_KEY}).scalar()
+        try:
+            if not taken:
+                from stiction.sources.database_url import show_url
+
+                who = holder or "another process"
+                raise RecordError(f"{show_url(self.url)}: an audit is at work in it ({who}); wait for its end.")
+            yield
+        finally:
+            with suppress(exc.SQLAlchemyError):
+                connection.close()
+            engine.dispose()
+
     def register(self, loops: Sequence[tuple[str, str]]) -> dict[str, int]:
         """Give each loop (tag, source) a number, or find the one that it has: tag -> number."""
         import sqlalchemy as sa
@@ -149,6 +188,17 @@ class Ledger:
             )
             for row in rows
         }
+
+    def read_history(self, loop: int) -> list[tuple[str, dict[str, Any]]]:
+        """Read all rows of one loop: window and row of each."""
+        import sqlalchemy as sa
+
+        table = self.results
+        query = sa.select(table.c.window, table.c.body).where(table.c.loop_id == loop)
+        return [
+            (row.window, json.loads(row.body))
+            for row in self._write(lambda connection: connection.execute(query).all())
+        ]
 
     def used_signals(self) -> set[str]:
         """Names of the parts of block means that a row refers to."""

@@ -80,7 +80,7 @@ def group_oscillations(
     1. Each loop: periods from the zero crossings of the autocorrelation of control error and OP (`thornhill2003`).
     2. Regular oscillations are collected in overlapping bins of the logarithm of the period. In each bin every signal
        is demodulated in windows of three periods.
-    3. The coherence of two envelopes is |E E*|, normalised. The floor is a quantile of the coherence of
+    3. The coherence of two envelopes is ``abs(E E*)``, normalised. The floor is a quantile of the coherence of
        envelopes that are shifted circularly against each other: 0.95, or 1 - 0.5 / n for n oscillations near the
        period, so that in a large plant less than one exceeds it by chance. Average linkage cuts at the floor.
     4. Groups whose common oscillations cohere at the mean of their periods are one: the period that a loop shows of an

@@ -60,7 +60,7 @@ def average_blocks(record: LoopRecord, width: int) -> LoopRecord:
 
 
 def reduce_record(
-    record: LoopRecord, period: float, *, min_per_period: float = 30.0, max_samples: int = 4320, max_width: int = 8
+    record: LoopRecord, period: float, *, min_per_period: float = 30.0, max_samples: int = 3000, max_width: int = 8
 ) -> LoopRecord:
     """Shorten a record for the diagnosis.
 
@@ -89,7 +89,7 @@ def reduce_record(
     >>> from stiction.records import LoopRecord
     >>> record = LoopRecord("FIC-101", 5.0, op=np.arange(17280.0))
     >>> [(one.dt, len(one)) for one in (reduce_record(record, period) for period in (60.0, 1500.0))]
-    [(5.0, 4320), (20.0, 4320)]
+    [(5.0, 3000), (30.0, 2880)]
     """
     widest = max(1, min(max_width, -(-len(record) // max_samples)))
     width = widest if not np.isfinite(period) else max(1, min(widest, int(period / (min_per_period * record.dt))))

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from stiction.errors import ParameterError, RecordError
 from stiction.fleet.audit import Audit, read_audit
 from stiction.fleet.audit_run import AuditRun, Progress, RunOptions
-from stiction.fleet.folder import check_folder, lock_folder, options_digest, write_settings
+from stiction.fleet.find_loops import find_loop_places
+from stiction.fleet.folder import check_folder, lock_folder, options_digest, process_name, write_settings
 from stiction.fleet.ledger import FORMAT_VERSION, Ledger, sqlite_url
-from stiction.fleet.source_parts import find_loop_places
 from stiction.fleet.time_text import parse_duration, parse_moment
 from stiction.fleet.window import resolve_window
 
@@ -136,18 +136,19 @@ def audit(
         book = Ledger(ledger or sqlite_url(folder / "ledger.sqlite"))
         try:
             book.create()
-            digest = options_digest({"reading": options, "prior": prior, "costs": costs})
-            key, span = resolve_window(book, digest, first, last)
-            if places is None:
-                places = find_loop_places(sources, _with_times(options, *span), pattern=loops)
-            settings = _settings(sources, options, loops, ledger, signals)
-            write_settings(folder, settings)
-            run = AuditRun(folder, settings, book, key, span, places, chosen, progress or _ignore)
-            try:
-                run.run(subset=loops is not None)
-            finally:
-                run.close()
-            return read_audit(folder, settings, book)
+            with book.lock(process_name()):
+                digest = options_digest({"reading": options, "prior": prior, "costs": costs})
+                key, span = resolve_window(book, digest, first, last)
+                if places is None:
+                    places = find_loop_places(sources, _with_times(options, *span), pattern=loops)
+                settings = _settings(sources, options, loops, ledger, signals)
+                write_settings(folder, settings)
+                run = AuditRun(folder, settings, book, key, span, places, chosen, progress or _ignore)
+                try:
+                    run.run(subset=loops is not None)
+                finally:
+                    run.close()
+                return read_audit(folder, settings, book)
         finally:
             book.close()
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.display.number_format import count_noun
-from stiction.errors import ParameterError, RecordError, as_floats, require_positive
+from stiction.errors import ParameterError, RecordError, as_floats, import_extra, require_positive
 from stiction.records.gaps import missing_mask
 from stiction.records.provenance import Provenance
 from stiction.records.quality.movement import detect_op_scale
@@ -199,6 +199,20 @@ class LoopRecord:
 
         to_parquet(self, path)
 
+    def plot(self, axes: Any = None) -> NDArray[np.object_]:
+        """Draw PV with set point, and below it OP with the valve position, on new or two given Axes; return these."""
+        import_extra("matplotlib", "plot")
+        from stiction.display.plots import plot_record
+
+        if axes is not None and np.shape(np.asarray(axes, dtype=object)) != (2,):
+            raise ParameterError("axes is not a sequence of two Axes; give one for PV and one for OP.")
+        return plot_record(self, axes)
+
+    def _repr_html_(self) -> str:
+        from stiction.display.notebook import record_html
+
+        return record_html(self)
+
     @property
     def time(self) -> NDArray[np.float64]:
         """Time of each sample since the start [s], shape (n_samples,)."""
@@ -285,15 +299,7 @@ class LoopRecord:
 def mask_outliers(record: LoopRecord) -> LoopRecord:
     """Return a record in which outliers of OP, PV and valve position are missing, and counted.
 
-    Parameters
-    ----------
-    record : LoopRecord
-        A record of one loop.
-
-    Returns
-    -------
-    LoopRecord
-        The same record when there are none, or when they were masked before: the rest would show others.
+    It is the same record when there are none, or when they were masked before: the rest would show others.
 
     Examples
     --------
@@ -319,12 +325,7 @@ def mask_outliers(record: LoopRecord) -> LoopRecord:
 
 
 def require_record(record: object) -> None:
-    """Raise a RecordError unless `record` is a LoopRecord.
-
-    Examples
-    --------
-    >>> require_record(LoopRecord("FIC-101", 1.0, op=np.arange(40.0)))
-    """
+    """Raise a RecordError unless `record` is a LoopRecord."""
     if isinstance(record, LoopRecord):
         return
     if isinstance(record, (list, tuple)):
@@ -340,13 +341,7 @@ def require_record(record: object) -> None:
 
 
 def missing_pv_hint(record: LoopRecord) -> str:
-    """Say how to read a record with its PV: MV is also a measured value (ABB), which is read as the valve position.
-
-    Examples
-    --------
-    >>> missing_pv_hint(LoopRecord("FIC-101", 1.0, op=[50.0]))
-    "Read the file again with the column of the PV named: columns={'pv': ...}."
-    """
+    """Say how to read a record with its PV: MV is also a measured value (ABB), which is read as the valve position."""
     column = record.provenance.columns.get("mv")
     if column is None:
         return "Read the file again with the column of the PV named: columns={'pv': ...}."

@@ -10,6 +10,8 @@ import pytest
 import stiction as st
 from stiction.diagnosis.verdict.decision import Costs, decide
 
+pytestmark = pytest.mark.quick
+
 
 @pytest.mark.parametrize(
     ("probability", "costs", "call"),

@@ -22,8 +22,13 @@
 
   const plain = (value) => (value === null || value === "" ? "–" : String(value).replaceAll("_", " "));
   const verdictText = (row) => (row[at.status] === "diagnosed" ? WORDS[row[at.verdict]] : plain(row[at.status]));
-  const cellText = (row, name) =>
-    name === "verdict" ? verdictText(row) : name === "probability" && row[at.probability] !== null ? row[at.probability].toFixed(2) : plain(row[at[name]]);
+  const isJudged = (row) => row[at.status] === "diagnosed" && row[at.loop_state] === "in_control";
+  function cellText(row, name) {
+    const value = row[at[name]];
+    if (name === "verdict") return verdictText(row);
+    if (name === "probability") return isJudged(row) ? value.toFixed(2) : "–";
+    return name === "priority" ? value.toFixed(2) : plain(value);
+  }
 
   function sort(name) {
     sorted = { name, down: sorted.name === name ? !sorted.down : NUMBERS.has(name) };

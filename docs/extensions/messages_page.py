@@ -1,0 +1,68 @@
+"""The list of messages that a user can meet, collected from the code: errors with their texts, findings, remedies."""
+
+from __future__ import annotations
+
+import ast
+from html import escape
+from pathlib import Path
+
+import stiction
+from stiction.display.check_text import FINDINGS, REMEDIES
+
+ERRORS = {
+    "ParameterError": "Wrong arguments (exit code 2)",
+    "RecordError": "Problems with data or files (exit code 3)",
+    "MissingExtraError": "Missing extras (exit code 3)",
+    "ConvergenceError": "Searches without a result (exit code 3)",
+}
+"""Class of an error -> heading of its messages."""
+
+
+def collect_errors() -> dict[str, list[tuple[str, str]]]:
+    """Return for each class of error its messages, values replaced by an ellipsis, and where each is raised."""
+    root = Path(stiction.__file__).parent
+    found: dict[str, list[tuple[str, str]]] = {name: [] for name in ERRORS}
+    for path in sorted(root.rglob("*.py")):
+        place = path.relative_to(root).with_suffix("").as_posix()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ERRORS):
+                continue
+            text = _text(node.args[0]) if node.args else ""
+            if text.strip(" …"):
+                found[node.func.id].append((" ".join(text.split()), place))
+    return {name: sorted(set(rows)) for name, rows in found.items()}
+
+
+def _text(node: ast.expr) -> str:
+    """Literal parts of a string; an ellipsis stands for a value."""
+    if isinstance(node, ast.Constant):
+        return str(node.value)
+    if isinstance(node, ast.JoinedStr):
+        return "".join(_text(part) for part in node.values)
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
+        return _text(node.left) + _text(node.right)
+    return "…"
+
+
+def messages_page() -> str:
+    """The page."""
+    errors = collect_errors()
+    count = sum(map(len, errors.values())) + len(FINDINGS) + len(REMEDIES)
+    parts = [
+        f"# Messages\n\nThe {count} messages of errors and data checks. An ellipsis stands for a name or a number.\n"
+    ]
+    for name, rows in errors.items():
+        parts.append(f"\n## {ERRORS[name]}\n\n| message | from |\n|---|---|\n")
+        parts += [f"| {_cell(text)} | {place} |\n" for text, place in rows]
+    for title, table in (("Findings of the data checks", FINDINGS), ("Remedies of the data checks", REMEDIES)):
+        parts.append(f"\n## {title}\n\n| name | text |\n|---|---|\n")
+        parts += [f"| {name} | {_cell(text)} |\n" for name, text in table.items()]
+    return "".join(parts)
+
+
+def _cell(text: str) -> str:
+    """A text in a cell of a table, without its signs being taken for Markdown."""
+    shown = escape(text, quote=False)
+    for sign in "\\`*_[]$|":
+        shown = shown.replace(sign, f"&#{ord(sign)};")
+    return shown

@@ -1,0 +1,154 @@
+"""``stiction demo --plant``: an audit of a simulated plant whose truth is known."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from stiction.fleet import Audit
+    from stiction.simulation.plant import PlantLoop, SimulatedPlant
+
+__all__ = ["demo_plant_audit", "plant_truth", "write_plant_files"]
+
+FOLDER = "stiction-plant"
+
+
+def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int, Path]:
+    """Simulate a plant, write its files, audit it, and print the truth beside each finding.
+
+    Returns
+    -------
+    tuple of (int, Path)
+        The exit code, 0 when every finding is right, and the page of the audit.
+    """
+    from stiction.apps.audit import print_audit
+    from stiction.apps.audit_progress import AuditBar
+    from stiction.apps.files import check_folder
+    from stiction.apps.output import print_json, print_table, say
+    from stiction.fleet import audit, write_exports
+    from stiction.report import write_audit_page
+    from stiction.simulation.plant import simulate_plant
+
+    plant = simulate_plant(seed)
+    check_folder(folder)
+    files = write_plant_files(plant, folder)
+    if not as_json:
+        say(f"A simulated plant of {len(plant.loops)} loops, 6 hours at 5 s; its records are in {files[0]}.")
+    with AuditBar(quiet=as_json) as bar:
+        found = audit(files[0], folder / "audit", map=files[1], connections=files[2], progress=bar.update)
+    write_exports(found)
+    page = write_audit_page(found)
+    rows = plant_truth(plant, found)
+    groups = _group_truth(plant, found)
+    right = sum(row["right"] for row in rows)
+    if as_json:
+        print_json({"report": str(page), "records": str(files[0]), "right": right, "loops": rows, "groups": groups})
+    else:
+        print_audit(found)
+        say("\nThe truth beside each finding (loops without a fault that were found healthy are left out):")
+        shown = [row for row in rows if row["truth"] != "nothing wrong" or not row["right"]]
+        columns = ["", "Loop", "Truth", "Found"]
+        print_table(
+            columns, [["ok" if row["right"] else "WRONG", row["tag"], row["truth"], row["found"]] for row in shown]
+        )
+        for group in groups:
+            say(f"{'ok' if group['right'] else 'WRONG'}  {group['text']}")
+        say(f"\n{right} of {len(rows)} loops are right.")
+        say(f"Page:   {page}")
+        say(f"Try:    stiction audit {files[0]} --map {files[1]} --connections {files[2]} --out my-audit")
+    return int(right < len(rows) or not all(group["right"] for group in groups)), page
+
+
+def write_plant_files(plant: SimulatedPlant, folder: Path) -> tuple[Path, Path, Path]:
+    """Write records as one wide Parquet file, a map with areas and spans, and the connections."""
+    from datetime import timedelta
+
+    import polars as pl
+
+    from stiction.report.atomic_write import write_atomically
+
+    first = plant.records[0]
+    start = first.start
+    assert start is not None
+    columns = [pl.Series("Time", [start + timedelta(seconds=k * first.dt) for k in range(len(first))])]
+    rows = []
+    master = {one.provenance.secondary_tag: one.tag for one in plant.records if one.provenance.secondary_tag}
+    for loop in plant.loops:
+        record = loop.record
+        area = record.tag.split("/")[0]
+        for name in ("sp", "pv", "op"):
+            columns.append(pl.Series(f"{record.tag}.{name.upper()}", getattr(record, name)))
+            low, high = ("", "") if name == "op" else loop.span
+            unit = "%" if name == "op" else ""
+            rows.append(
+                [f"{record.tag}.{name.upper()}", record.tag, name, unit, low, high, area, master.get(record.tag, "")]
+            )
+        mode = ["AUTO" if on else "MAN" for on in (record.auto if record.auto is not None else [])]
+        columns.append(pl.Series(f"{record.tag}.MODE", mode))
+        rows.append([f"{record.tag}.MODE", record.tag, "mode", "", "", "", area, ""])
+    data, map_file, links = folder / "plant.parquet", folder / "map.csv", folder / "connections.csv"
+    pl.DataFrame(columns).write_parquet(data)
+    head = ["tag", "loop", "role", "unit", "low", "high", "area", "master"]
+    write_atomically(_csv_text([head, *rows]), map_file)
+    write_atomically(_csv_text([["from", "to"], *plant.connections]), links)
+    return data, map_file, links
+
+
+def plant_truth(plant: SimulatedPlant, found: Audit) -> list[dict[str, Any]]:
+    """Truth and finding of each loop.
+
+    A loop is right when a sticky valve is called "stiction" and no other is, and the loop state is the true one; of a
+    loop at rest the verdict must be "undecided".
+    """
+    rows = []
+    for loop in plant.loops:
+        row = found.row(loop.record.tag)
+        sticky, is_called = loop.cause == "stiction", row["verdict"] == "stiction"
+        right = sticky == is_called and (row["loop_state"] == loop.state or (loop.state == "in_control" and not sticky))
+        rows.append({"tag": row["tag"], "truth": _truth_text(loop), "found": _found_text(row), "right": right})
+    return rows
+
+
+def _truth_text(loop: PlantLoop) -> str:
+    if loop.state != "in_control":
+        return loop.state.replace("_", " ")
+    if loop.cause == "stiction":
+        return f"sticky valve, S = {loop.S:.1f} %"
+    if loop.cause == "external disturbance":
+        return f"oscillates because of {loop.root}"
+    return "nothing wrong" if loop.cause == "none" else loop.cause
+
+
+def _found_text(row: dict[str, Any]) -> str:
+    if row["loop_state"] != "in_control":
+        return (row["loop_state"] or row["status"]).replace("_", " ")
+    text = row["verdict"].replace("_", " ")
+    if row["S"] is not None and row["verdict"] == "stiction":
+        text += f", S = {row['S']:.1f} %"
+    cause = row["oscillation_cause"].replace("_", " ")
+    return f"{text}, cause {cause}" + (f", group {row['group']}" if row["group"] else "")
+
+
+def _group_truth(plant: SimulatedPlant, found: Audit) -> list[dict[str, Any]]:
+    """Each true group with the group found that shares most loops with it."""
+    rows = []
+    for root, tags in plant.groups.items():
+        best = max(found.groups, key=lambda group: len(set(group["members"]) & set(tags)), default=None)
+        leading = best["leading_roots"] if best else []
+        shared = len(set(best["members"]) & set(tags)) if best else 0
+        text = f"group of {len(tags)} loops with the source {root}: {shared} of them found, "
+        text += f"source named: {' or '.join(leading) or 'none'}"
+        rows.append({"root": root, "members": list(tags), "shared": shared, "leading_roots": leading, "text": text,
+                     "right": root in leading})  # fmt: skip
+    return rows
+
+
+def _csv_text(rows: list[Any]) -> str:
+    import csv
+    import io
+
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()

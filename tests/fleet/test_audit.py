@@ -1,0 +1,230 @@
+"""Audits of a small plant: verdicts against the truth, going on, windows, failures, bad input."""
+
+from __future__ import annotations
+
+import shutil
+from datetime import datetime, timedelta
+
+import numpy as np
+import pytest
+
+import stiction as st
+from fleet.small_plant import records, require_same, require_sound_ledger, write_plant
+from stiction.errors import ParameterError, RecordError
+from stiction.fleet import Progress, compare_audits, confirmed_share, find_loop_places
+from stiction.fleet.labels import append_label
+from stiction.fleet.reduced_record import cut_time, reduce_record
+from stiction.records.parquet_writer import to_parquet
+
+
+@pytest.fixture(scope="module")
+def plant(tmp_path_factory):
+    return write_plant(tmp_path_factory.mktemp("plant") / "plant.parquet")
+
+
+@pytest.fixture(scope="module")
+def found(plant, tmp_path_factory):
+    return st.audit(plant, tmp_path_factory.mktemp("audit") / "audit", workers=2)
+
+
+@pytest.fixture
+def copy(found, tmp_path):
+    """A copy of the audit that a test may change."""
+    return shutil.copytree(found.folder, tmp_path / "audit")
+
+
+def test_rows_tell_the_truth(found):
+    assert len(found.rows) == 24
+    for k, record in enumerate(records()):
+        row = found.row(record.tag)
+        assert (row["area"], row["samples"], row["dt_s"]) == (f"U{k % 2}", 600, 1.0)
+        assert row["status"] == ("skipped" if k % 5 == 4 else "diagnosed")
+        assert (row["verdict"] == "stiction") == (k % 3 == 0 and k % 5 != 4), row
+        if row["verdict"] == "stiction":
+            assert row["S"] == pytest.approx(5.0, abs=2.0)
+    assert found.counts["skipped"] == 4
+    assert found.counts["stiction"] == 7
+    require_sound_ledger(found.folder, 24)
+
+
+def test_verdicts_are_those_of_the_full_record(found):
+    """Short records are not averaged: their verdicts are the ones of `diagnose`."""
+    for record in records()[:6]:
+        row = found.row(record.tag)
+        if row["status"] == "diagnosed":
+            assert row["probability"] == st.diagnose(found.read(record.tag)).to_dict()["probability"]
+
+
+def test_rows_are_ranked_and_sum_up(found):
+    priorities = [row["priority"] for row in found.rows]
+    assert priorities == sorted(priorities, reverse=True)
+    for row in found.rows:
+        assert row["priority"] == pytest.approx(row["severity"] * row["confidence"] * row["importance"])
+        assert row["severity"] == pytest.approx(1.0 - np.prod([1.0 - part for part in row["severity_parts"].values()]))
+    assert found.worst(3) == found.rows[:3]
+    assert found.to_frame().height == 24
+    assert found.to_frame("pandas")["tag"].tolist() == [row["tag"] for row in found.rows]
+
+
+def test_opened_audit_is_equal(found):
+    require_same(st.open_audit(found.folder), found)
+
+
+def test_second_call_does_nothing(plant, copy, found):
+    seen: list[Progress] = []
+    again = st.audit(plant, copy, workers=1, progress=seen.append)
+    assert {one.stage for one in seen} == {"plan", "screen", "diagnose", "group"}
+    assert all(one.new == 0 for one in seen)
+    require_same(again, found)
+
+
+def test_changed_source_is_audited_again(tmp_path):
+    source = write_plant(tmp_path / "plant.parquet", 3)
+    first = st.audit(source, tmp_path / "audit", workers=1)
+    write_plant(source, 3, samples=700)
+    second = st.audit(source, tmp_path / "audit", workers=1)
+    assert [row["samples"] for row in first.rows] == [600] * 3
+    assert [row["samples"] for row in second.rows] == [700] * 3
+    require_sound_ledger(second.folder, 3)
+
+
+def test_budget_screens_all_and_the_next_run_does_the_rest(plant, tmp_path, found):
+    some = st.audit(plant, tmp_path / "audit", workers=1, budget=0.001)
+    assert some.counts["screened"] == 20
+    assert some.counts["diagnosed"] == 0
+    require_same(st.audit(plant, tmp_path / "audit", workers=2), found)
+
+
+def test_interrupt_keeps_what_is_done(plant, tmp_path, found):
+    def stop(progress):
+        if progress.stage == "diagnose" and progress.new:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        st.audit(plant, tmp_path / "audit", workers=1, progress=stop)
+    half = st.open_audit(tmp_path / "audit")
+    assert half.run["finished"] is None
+    assert half.counts["diagnosed"] == 16
+    require_same(st.audit(plant, tmp_path / "audit", workers=2), found)
+
+
+def test_window_and_last(tmp_path):
+    start = datetime(2026, 3, 2, 6, 0)
+
+    def write(samples):
+        dated = [st.LoopRecord(one.tag, one.dt, one.op, one.pv, one.sp, start=start) for one in records(2, 1200)]
+        to_parquet([one.window(0, samples) for one in dated], tmp_path / "plant.parquet")
+
+    write(600)
+    first = st.audit(tmp_path / "plant.parquet", tmp_path / "audit", workers=1)
+    assert first.rows[0]["end"] == "2026-03-02T06:10:00"
+    write(1200)
+    second = st.audit(tmp_path / "plant.parquet", tmp_path / "audit", workers=1, since="last")
+    assert [(row["start"], row["samples"]) for row in second.rows] == [("2026-03-02T06:10:00", 600)] * 2
+    assert len(second.read(second.rows[0]["tag"])) == 600
+    part = st.audit(tmp_path / "plant.parquet", tmp_path / "audit", workers=1, until="2026-03-02T06:05")
+    assert {row["samples"] for row in part.rows} == {300}
+    trend = part.history(records(2)[0].tag)
+    assert [row["end"][11:16] for row in trend] == ["06:05", "06:10", "06:20"]
+    assert [row["S"] for row in trend[1:]] == pytest.approx([5.0, 5.0], abs=2.0)
+
+
+def test_loops_that_fail_are_rows(tmp_path):
+    """A broken loop, one without movement, and one that is too short, beside a good one."""
+    good = records(1)[0]
+    flat = st.LoopRecord("FLAT", 1.0, op=np.full(600, 50.0), pv=np.full(600, 3.0))
+    short = st.LoopRecord("SHORT", 1.0, op=np.arange(20.0), pv=np.arange(20.0))
+    for record in (good, flat, short):
+        to_parquet(record, tmp_path / f"{record.tag.replace('/', '-')}.parquet")
+    rows = {row["tag"]: row for row in st.audit(tmp_path, tmp_path.parent / "mixed", workers=1).rows}
+    assert rows[good.tag]["verdict"] == "stiction"
+    assert [rows[tag]["status"] for tag in ("FLAT", "SHORT")] == ["skipped", "skipped"]
+    assert "20 samples" in rows["SHORT"]["reason"]
+
+
+def test_time_limit_is_a_row(tmp_path):
+    source = write_plant(tmp_path / "plant.parquet", 2)
+    found = st.audit(source, tmp_path / "audit", workers=1, time_limit=0.001)
+    assert [row["status"] for row in found.rows] == ["timeout", "timeout"]
+    assert "time_limit" in found.rows[0]["reason"]
+    again = st.audit(source, tmp_path / "audit", workers=1, retry=True)
+    assert [row["status"] for row in again.rows] == ["diagnosed", "diagnosed"]
+
+
+def test_pattern_map_and_places(plant, tmp_path):
+    places = find_loop_places([str(plant)], {}, pattern="u1/*")
+    assert len(places) == 12
+    csv = tmp_path / "one.csv"
+    signal = records(1)[0]
+    lines = ["t,A.CO,A.MEAS", *(f"{k},{op},{pv}" for k, (op, pv) in enumerate(zip(signal.op, signal.pv, strict=True)))]
+    csv.write_text("\n".join(lines))
+    mapping = tmp_path / "map.csv"
+    mapping.write_text("tag,loop,role,low,high,area,importance\nA.CO,A,op,,,West,2.5\nA.MEAS,A,pv,100,200,West,2.5\n")
+    [place] = find_loop_places([str(csv)], {"map": str(mapping)})
+    assert (place.tag, place.area, place.importance, place.span) == ("A", "West", 2.5, (100.0, 200.0))
+    row = st.audit(csv, tmp_path / "audit", map=mapping, workers=1).rows[0]
+    assert row["importance"] == 2.5
+    assert row["priority"] == pytest.approx(2.5 * row["severity"] * row["confidence"])
+
+
+def test_compare_and_labels(found, copy):
+    audit = st.open_audit(copy)
+    assert {row["change"] for row in compare_audits(audit, found)} == {"same"}
+    sticky = [row["tag"] for row in audit.rows if row["verdict"] == "stiction"]
+    healed = st.open_audit(copy)
+    row = healed.row(sticky[0])
+    row |= {"verdict": "no_stiction", "S": None, "S_low": None, "oscillation_cause": "none"}
+    changes = {one["tag"]: one["change"] for one in compare_audits(healed, found)}
+    assert changes[sticky[0]] == "gone"
+    assert {one["tag"]: one["change"] for one in compare_audits(found, healed)}[sticky[0]] == "new"
+    worse = st.open_audit(copy)
+    worse.row(sticky[1]).update(S=90.0, S_low=80.0, S_high=95.0)
+    assert {one["tag"]: one["change"] for one in compare_audits(worse, found)}[sticky[1]] == "worse"
+    assert confirmed_share(audit)["precision"] is None
+    for tag, label in ((sticky[0], "repaired"), (sticky[1], "not stiction"), (sticky[2], "stiction")):
+        append_label(copy, tag, label)
+    assert confirmed_share(audit)["precision"] == pytest.approx(2 / 3)
+
+
+def test_bad_input_names_what_to_do(plant, tmp_path, copy):
+    with pytest.raises(RecordError, match="no such file"):
+        st.audit(tmp_path / "none.csv", tmp_path / "a")
+    with pytest.raises(ParameterError, match="matches none of the 24 loops"):
+        st.audit(plant, tmp_path / "a", loops="XYZ*")
+    with pytest.raises(ParameterError, match="budget = 'soon' is no time"):
+        st.audit(plant, tmp_path / "a", budget="soon")
+    with pytest.raises(ParameterError, match="not before until"):
+        st.audit(plant, tmp_path / "a", since="2026-03-02", until="2026-03-01")
+    with pytest.raises(ParameterError, match="needs a finished audit"):
+        st.audit(plant, tmp_path / "a2", since="last")
+    links = tmp_path / "links.csv"
+    links.write_text("from;to\nA;B\n")
+    with pytest.raises(RecordError, match=r"write from,to"):
+        st.audit(plant, tmp_path / "a", connections=links)
+    full = tmp_path / "full"
+    full.mkdir()
+    (full / "letter.txt").write_text("mine")
+    with pytest.raises(RecordError, match="no audit and not empty"):
+        st.audit(plant, full)
+    with pytest.raises(RecordError, match="is no audit"):
+        st.open_audit(full)
+    with pytest.raises(RecordError, match=r"cannot be (used|opened) as a ledger"):
+        st.audit(plant, tmp_path / "b", ledger="postgresql+psycopg://x:y@127.0.0.1:9/none")
+    (copy / "audit.toml").write_text('format = 99\nversion = "9.9"\n')
+    with pytest.raises(RecordError, match=r"audit of format 99, written by stiction 9\.9"):
+        st.audit(plant, copy)
+
+
+def test_short_records_keep_periods():
+    t = np.arange(17280.0)
+    record = st.LoopRecord("A", 5.0, op=np.sin(2 * np.pi * t / 240), pv=np.cos(2 * np.pi * t / 240))
+    slow = reduce_record(record, 1200.0)
+    assert slow.dt == 30.0
+    assert np.allclose(slow.op, record.op[: len(slow) * 6].reshape(-1, 6).mean(axis=1))
+    fast = reduce_record(record, 60.0)
+    assert (fast.dt, len(fast)) == (5.0, 3000)
+    dated = st.LoopRecord("A", 5.0, op=t, pv=t, start=datetime(2026, 3, 2))
+    cut = cut_time(dated, datetime(2026, 3, 2, 1), datetime(2026, 3, 2, 2))
+    assert (len(cut), cut.start) == (720, datetime(2026, 3, 2) + timedelta(hours=1))
+    with pytest.raises(RecordError, match="has no times"):
+        cut_time(record, datetime(2026, 3, 2), None)

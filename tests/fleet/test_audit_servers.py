@@ -1,0 +1,99 @@
+"""Audits with a PostgreSQL ledger whose server restarts, and on a Dask cluster whose workers are killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+
+import pytest
+import sqlalchemy as sa
+
+import stiction as st
+from fleet.small_plant import require_same, write_plant
+from sources.postgres import PASSWORD, PostgresServer
+from stiction.errors import RecordError
+from stiction.fleet.ledger import Ledger
+
+
+@pytest.fixture(scope="module")
+def plant(tmp_path_factory):
+    return write_plant(tmp_path_factory.mktemp("plant") / "plant.parquet")
+
+
+@pytest.fixture(scope="module")
+def found(plant, tmp_path_factory):
+    return st.audit(plant, tmp_path_factory.mktemp("audit") / "audit", workers=2)
+
+
+@pytest.fixture(scope="module")
+def server():
+    try:
+        with PostgresServer() as running:
+            yield running
+    except (FileNotFoundError, KeyError) as error:
+        if os.environ.get("CI") == "true":
+            raise
+        pytest.skip(f"PostgreSQL: {error}")
+
+
+def test_postgresql_ledger_survives_a_restart(plant, found, server, tmp_path):
+    restarts = []
+
+    def restart(progress):
+        if progress.stage in ("screen", "diagnose") and progress.new and progress.stage not in restarts:
+            restarts.append(progress.stage)
+            server.stop()
+            threading.Timer(1.0, server.start).start()
+
+    audit = st.audit(plant, tmp_path / "audit", workers=2, ledger=server.url, progress=restart)
+    assert restarts == ["screen", "diagnose"]
+    require_same(audit, found)
+    engine = sa.create_engine(server.url)
+    with engine.connect() as connection:
+        rows = connection.execute(sa.text("SELECT COUNT(*), COUNT(DISTINCT loop_id) FROM stiction_result")).one()
+    engine.dispose()
+    assert tuple(rows) == (24, 24)
+    assert PASSWORD not in (tmp_path / "audit" / "audit.toml").read_text()
+    with pytest.raises(RecordError, match="STICTION_LEDGER"):
+        st.open_audit(tmp_path / "audit")
+    require_same(st.open_audit(tmp_path / "audit", ledger=server.url), found)
+
+
+def test_second_audit_of_a_ledger_is_refused(plant, server, tmp_path):
+    book = Ledger(server.url)
+    book.create()
+    with book.lock("Ana on machine A"), pytest.raises(RecordError, match="an audit is at work in it"):
+        st.audit(plant, tmp_path / "other", workers=1, ledger=server.url)
+    book.close()
+
+
+def test_dask_gives_the_same_rows(plant, found, tmp_path):
+    pytest.importorskip("distributed")
+    require_same(st.audit(plant, tmp_path / "audit", workers=2, dask="local"), found)
+
+
+def test_killed_dask_worker_costs_nothing(plant, found, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0") as cluster:
+        killed = []
+
+        def kill(progress):
+            if progress.stage == "diagnose" and not killed:
+                killed.append(next(iter(cluster.workers.values())).process.process.pid)
+                time.sleep(0.5)
+                os.kill(killed[0], signal.SIGKILL)
+
+        audit = st.audit(plant, tmp_path / "audit", dask=cluster.scheduler_address, progress=kill)
+        assert killed
+    require_same(audit, found)
+
+
+def test_dask_workers_that_do_not_fit_are_refused(plant, tmp_path, monkeypatch):
+    pytest.importorskip("distributed")
+    with pytest.raises(RecordError, match="the scheduler cannot be reached"):
+        st.audit(plant, tmp_path / "a", dask="tcp://127.0.0.1:9")
+    monkeypatch.setattr("stiction.__version__", "0.0.0")
+    with pytest.raises(RecordError, match=r"worker tcp://\S+ has stiction .*, here is 0\.0\.0"):
+        st.audit(plant, tmp_path / "b", dask="local", workers=1)
