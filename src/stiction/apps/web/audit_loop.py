@@ -73,7 +73,7 @@ def _diagnose(audit: Audit, row: dict[str, Any], record: LoopRecord) -> dict[str
     """Diagnose the shortened record as the audit did; where its row says something else, the row counts."""
     from stiction import diagnose
     from stiction.fleet.loop_oscillations import LoopOscillation
-    from stiction.fleet.loop_work import main_oscillation
+    from stiction.fleet.loop_row import main_oscillation
     from stiction.fleet.reduced_record import reduce_record
     from stiction.report.loop_view import LoopView
 
