@@ -93,12 +93,15 @@ def tag_of_loop(folder: str, key: int) -> str:
 
 def audit_rows(folder: str, since: int) -> bytes:
     """Return rows and progress as JSON; no row when nothing changed after `since`."""
+    from stiction.fleet.compare import confirmed_share
+
     version = audit_version(folder)
     audit = load_audit(folder)
     counts = audit.counts
     done = counts["loops"] - counts["screened"]
     answer: dict[str, Any] = {
         "version": version,
+        "confirmed": confirmed_share(audit),
         "rows": [] if since == version else _rows(audit),
         "progress": {
             "total": counts["loops"], "done": done, "running": False, "per_second": None, "left_s": None,
