@@ -10,6 +10,7 @@ import pytest
 import python_calamine
 
 import stiction as st
+from apps.web.running import start_server
 from stiction.apps.files import csv_text
 
 pytest.importorskip("playwright.sync_api")
@@ -46,6 +47,15 @@ def audit_folder(tmp_path_factory):
     to_parquet(records[1:], folder / "before.parquet")
     st.audit(folder / "before.parquet", folder / "before", workers=1)
     return folder
+
+
+@pytest.fixture(scope="module")
+def audit_server(web_assets, audit_folder):
+    """A server with the audit, for tests that leave it as it was."""
+    started = start_server(str(audit_folder / "now"), cwd=audit_folder)
+    yield started
+    started.process.kill()
+    started.process.communicate()
 
 
 def picture(page, name: str) -> None:
@@ -185,6 +195,7 @@ def test_an_audit_is_browsed_exported_and_noted(serve, open_page, audit_folder, 
 
     server = serve(str(audit_folder / "now"), str(audit_folder / "before"))
     page = open_page(server)
+    page.wait_for_selector("text=notes confirm 1 of 1 verdicts")
     page.click(".virtual td.tag a:has-text('FIC-101')")
     page.wait_for_selector(".notes li:has-text('packing replaced')")
     for place, wanted in (("#/groups", "text=/group|No loops share/"), ("#/compare", "td:has-text('FIC-101')")):
@@ -243,8 +254,8 @@ def test_unknown_places_are_said(server, open_page, place, message):
     page.wait_for_selector(f"text={message}")
 
 
-def test_phone_and_wide_screens_do_not_scroll_sideways(serve, open_page, audit_folder):
-    server = serve(str(audit_folder / "now"))
+def test_phone_and_wide_screens_do_not_scroll_sideways(audit_server, open_page):
+    server = audit_server
     for width in (390, 1280, 3840):
         page = open_page(server, viewport={"width": width, "height": 900})
         for place in ("#/drop", "#/loops", "#/loop/audit1/" + first_key(server), "#/groups", "#/compare"):
@@ -258,8 +269,8 @@ def first_key(server) -> str:
     return str(server.call("GET", "/api/sets/audit1/rows?since=0").json["rows"][0]["key"])
 
 
-def test_loop_prints_on_one_page(serve, open_page, audit_folder, tmp_path):
-    server = serve(str(audit_folder / "now"))
+def test_loop_prints_on_one_page(audit_server, open_page, tmp_path):
+    server = audit_server
     page = open_page(server, f"#/loop/audit1/{first_key(server)}")
     page.wait_for_selector(".trends .u-over")
     page.wait_for_timeout(500)

@@ -210,3 +210,21 @@ def children(process: int) -> list[Path]:
         except (OSError, ValueError):
             continue
     return found
+
+
+def test_interrupted_audit_goes_on(serve, tmp_path):
+    """An audit whose budget allowed only the screen is finished by the page, in a process of its own."""
+    import stiction as st
+
+    loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
+    record = st.simulate(loop, 150.0, 1200.0, seed=1, pv_start=148.0, op_start=50.0, tag="FIC-101")
+    record.to_parquet(tmp_path / "p.parquet")
+    found = st.audit(tmp_path / "p.parquet", tmp_path / "audit", workers=1, budget=0.001)
+    assert found.rows[0]["status"] == "screened"
+    server = serve(str(tmp_path / "audit"))
+    [row] = server.call("GET", "/api/sets/audit1/rows?since=0").json["rows"]
+    assert (row["status"], "verdict" in row) == ("screened", False)
+    assert server.call("POST", "/api/sets/audit1/run", {"run": True}).json["running"]
+    ended = server.wait_for("/api/sets/audit1/rows?since=0", lambda one: one["rows"][0]["status"] == "diagnosed")
+    assert ended["rows"][0]["verdict"] == "stiction"
+    assert ended["rows"][0]["key"] == row["key"]

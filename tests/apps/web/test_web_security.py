@@ -322,3 +322,15 @@ def test_folder_on_the_command_line_is_not_left_by_links(tmp_path):
     (folder / "link.csv").symlink_to(secret)
     with open_workspace([str(folder)]) as workspace:
         assert [name for _, name in workspace.files] == ["own.csv"]
+
+
+def test_scripts_make_no_markup_from_text():
+    """Tags of a plant go into the page as text: no script parses markup or code."""
+    from apps.web.running import ASSETS
+
+    scripts = list(ASSETS.parents[1].glob("js/*.js"))
+    assert len(scripts) > 5
+    forbidden = re.compile(r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function|DOMParser")
+    assert [path.name for path in scripts if forbidden.search(path.read_text(encoding="utf-8"))] == []
+    pages = [path.read_text(encoding="utf-8") for path in ASSETS.parents[1].glob("*.html")]
+    assert not [page for page in pages if re.search(r"<script(?![^>]*src=)|\son\w+=|style=|https?://", page)]

@@ -93,12 +93,15 @@ def tag_of_loop(folder: str, key: int) -> str:
 
 def audit_rows(folder: str, since: int) -> bytes:
     """Return rows and progress as JSON; no row when nothing changed after `since`."""
+    from stiction.fleet.compare import confirmed_share
+
     version = audit_version(folder)
     audit = load_audit(folder)
     counts = audit.counts
     done = counts["loops"] - counts["screened"]
     answer: dict[str, Any] = {
         "version": version,
+        "confirmed": confirmed_share(audit),
         "rows": [] if since == version else _rows(audit),
         "progress": {
             "total": counts["loops"], "done": done, "running": False, "per_second": None, "left_s": None,
@@ -215,7 +218,7 @@ def _spectrum(signal: Any, dt: float, period: float) -> dict[str, list[float | N
     ratio = np.fft.rfftfreq(signal.size, dt).astype(np.float64) * period
     inside = (ratio > 0.4) & (ratio < 8.0)
     level = power[inside] / max(power[inside].max(initial=0.0), 1e-300)
-    return {"ratio": to_list(ratio[inside]), "level": to_list(level)}
+    return {"ratio": to_list(ratio[inside].astype(np.float64)), "level": to_list(level)}
 
 
 def compare_with(folder: str, other: str) -> bytes:

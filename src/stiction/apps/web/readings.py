@@ -28,7 +28,7 @@ __all__ = ["ROUTES", "Reading", "Readings"]
 
 READ_LIMIT_S = 300.0
 """Longest time for reading one source [s]."""
-MAX_EXPANDED_BYTES = 2_000_000_000
+MAX_EXPANDED_BYTES = 1_000_000_000
 """Size of a file after decompression up to which it is read [bytes]."""
 TEXT_OPTIONS = ("delimiter", "decimal", "time_format", "timezone", "sheet")
 NUMBER_OPTIONS = ("dt",)

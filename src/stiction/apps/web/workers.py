@@ -108,6 +108,8 @@ class Worker:
             done, answer = await asyncio.wait_for(asyncio.to_thread(connection.recv), limit_s)
         except TimeoutError:
             self._process.kill()
+            self._process.join()
+            self._process = self._connection = None  # the thread that still reads closes with the connection
             raise TimeLimitError(f"This took more than {limit_s:g} s and was stopped.") from None
         except (EOFError, OSError):
             self.stop()

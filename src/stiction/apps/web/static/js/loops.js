@@ -10,7 +10,7 @@ import { virtualTable } from "./virtual_table.js";
 export const title = "Loops";
 const POLL_MS = 700;
 const SLOW_POLL_MS = 4000;
-const TYPING_MS = 80;
+const TYPING_MS = 40;
 const RANKS = { stiction: 0, undecided: 1, no_stiction: 2 };
 const memory = new Map();
 const loaded = new Map();
@@ -60,12 +60,13 @@ export async function render(root, { parts, signal }) {
   const kept = loaded.get(setId) ?? { rows: new Map(), sparks: new Map(), version: 0 };
   loaded.set(setId, kept);
   const { rows, sparks } = kept;
+  let ordered = null; // all rows in the order of the table
   let answer = await getJson(`/api/sets/${setId}/rows?since=${kept.version}`, signal);
   wait.remove();
   take(answer);
   const all = [...rows.values()];
   const columns = columnsOf(setId, all.some((row) => row.area), all.some((row) => row.priority), sparks);
-  const table = virtualTable({ columns, label: "Loops", open: (row) => (location.hash = `#/loop/${setId}/${row.key}`), shown: fetchSparks });
+  const table = virtualTable({ columns, label: "Loops", open: (row) => (location.hash = `#/loop/${setId}/${row.key}`), shown: fetchSparks, resorted: () => (ordered = null) });
   const filters = memory.get(setId) ?? { text: "", area: "", verdict: "", state: "" };
   const search = h("input", { type: "search", placeholder: "Filter by text", "aria-label": "Filter by text", value: filters.text });
   const choices = {
@@ -85,7 +86,9 @@ export async function render(root, { parts, signal }) {
 
   function take(next) {
     kept.version = next.version;
+    if (next.rows.length) ordered = null;
     kept.progress = next.progress ?? kept.progress;
+    kept.confirmed = next.confirmed ?? kept.confirmed;
     for (const row of next.rows) {
       row.words = `${row.tag} ${row.area ?? ""} ${verdictWord(row)[1]} ${stateWord(row)} ${causeWord(row)} ${row.label ?? ""} ${row.action ?? ""} ${row.error ?? ""}`.toLowerCase();
       rows.set(row.key, row);
@@ -96,10 +99,13 @@ export async function render(root, { parts, signal }) {
     const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
     const { area, verdict, state } = Object.fromEntries(Object.entries(choices).map(([name, one]) => [name, one.value]));
     memory.set(setId, { text: search.value, area, verdict, state, sorting: table.sorting() });
-    const matching = [...rows.values()].filter((row) =>
+    ordered ??= table.sorted([...rows.values()]);
+    const matching = ordered.filter((row) =>
       words.every((word) => row.words.includes(word)) && (!area || row.area === area) && (!verdict || verdictWord(row)[1] === verdict) && (!state || stateWord(row) === state));
     table.setRows(matching, keepPlace);
-    count.textContent = matching.length === rows.size ? `${rows.size} loops` : `${matching.length} of ${rows.size} loops`;
+    const { confirmed = 0, refuted = 0 } = kept.confirmed ?? {};
+    const notes = confirmed + refuted ? `; notes confirm ${confirmed} of ${confirmed + refuted} verdicts "stiction"` : "";
+    count.textContent = (matching.length === rows.size ? `${rows.size} loops` : `${matching.length} of ${rows.size} loops`) + notes;
   }
 
   async function fetchSparks(visible) {

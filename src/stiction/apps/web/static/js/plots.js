@@ -137,6 +137,14 @@ addEventListener("afterprint", () => {
   for (const plot of live) if (plot.screenSize) plot.setSize(plot.screenSize);
 });
 
+/** Draw all plots in the new colours; uPlot itself keeps the colours of the legend. */
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-  for (const plot of live) plot.redraw(false, true);
+  for (const plot of live) {
+    plot.redraw(false, true);
+    plot.root.querySelectorAll(".u-series").forEach((entry, k) => {
+      const marker = entry.querySelector(".u-marker");
+      const { stroke } = plot.series[k];
+      if (marker && stroke) marker.style.borderColor = typeof stroke === "function" ? stroke(plot, k) : stroke;
+    });
+  }
 });

@@ -7,9 +7,10 @@ const EXTRA_ROWS = 6;
 
 /**
  * Make a table. `columns` is [{name, label, cell(row) -> Node or text, value(row) -> number, text or null, number, hint}];
- * `open(row)` is called on Enter or a click; `shown(rows)` gets the rows in view after each drawing.
+ * `open(row)` is called on Enter or a click; `shown(rows)` gets the rows in view after each drawing; `resorted()` is called
+ * when the user sorts.
  */
-export function virtualTable({ columns, label, open, shown = () => {} }) {
+export function virtualTable({ columns, label, open, shown = () => {}, resorted = () => {} }) {
   let rows = [];
   let sortName = null;
   let isDescending = false;
@@ -62,9 +63,14 @@ export function virtualTable({ columns, label, open, shown = () => {} }) {
     };
   }
 
-  function order() {
+  /** Sort a list of rows as the table is sorted. */
+  function sorted(list) {
     const column = columns.find((one) => one.name === sortName);
-    if (column) rows.sort(compare(column));
+    return column ? list.sort(compare(column)) : list;
+  }
+
+  function order() {
+    sorted(rows);
     for (const [name, cell] of buttons) cell.setAttribute("aria-sort", name !== sortName ? "none" : isDescending ? "descending" : "ascending");
   }
 
@@ -74,14 +80,15 @@ export function virtualTable({ columns, label, open, shown = () => {} }) {
     isDescending = descending ?? (name === sortName ? !isDescending : Boolean(column?.number));
     sortName = name;
     order();
+    resorted();
     active = 0;
     element.scrollTop = 0;
     draw(true);
   }
 
+  /** Show rows that are in the order of `sorted`. */
   function setRows(next, keepPlace = false) {
-    rows = next.slice();
-    order();
+    rows = next;
     if (!keepPlace) {
       active = 0;
       element.scrollTop = 0;
@@ -110,7 +117,7 @@ export function virtualTable({ columns, label, open, shown = () => {} }) {
     return line;
   }
 
-  return { element, setRows, sortBy, rows: () => rows, redraw: () => draw(true), sorting: () => ({ name: sortName, descending: isDescending }), destroy: () => watcher.disconnect() };
+  return { element, setRows, sorted, sortBy, rows: () => rows, redraw: () => draw(true), sorting: () => ({ name: sortName, descending: isDescending }), destroy: () => watcher.disconnect() };
 }
 
 const collator = new Intl.Collator("en", { numeric: true, sensitivity: "base" });
