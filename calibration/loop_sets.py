@@ -31,7 +31,7 @@ MAX_EFFECT = 0.3
 """Largest strength of that effect [-]."""
 FIRST_SIMULATOR = (
     "population", "stored", "plant", "upset", "position",
-    "population", "stored", "plant", "wandering", "population",
+    "population", "stored", "plant", "wandering", "population", "split_range", "two_faults",
 )  # fmt: skip
 """Sets of the first simulator, in the order of their chunks; half of the loops as a historian stores them."""
 SETS = {
@@ -42,6 +42,7 @@ SETS = {
     "upset": 6,
     "wandering": 6,
     "two_faults": 6,
+    "split_range": 6,
     "second": 8,
 }
 """Sets of simulated loops and the loops in a chunk of each."""
@@ -95,6 +96,7 @@ def draw_chunk(name: str, number: int, seed: int) -> Iterator[KnownLoop]:
         draw = {
             "plant": populations.plant_population, "upset": populations.upset_population,
             "wandering": populations.wandering_population, "two_faults": populations.two_fault_population,
+            "split_range": populations.split_range_population,
         }[name]  # fmt: skip
         cases = islice(draw(count, own), count)
     rng = np.random.default_rng([own, 46])

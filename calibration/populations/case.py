@@ -23,7 +23,7 @@ class Case:
     record: LoopRecord
     """What the historian gives back; without the stem's position where none was asked for."""
     cause: str
-    """One of `CAUSES`."""
+    """One of `CAUSES`, or `dead zone`."""
     loop: Loop
     """The loop that made it, with its sampling period; the record may be slower."""
     cycles: float

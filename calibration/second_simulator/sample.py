@@ -93,7 +93,7 @@ def sample_loop(seed: int) -> SimulatedLoop:
     """
     cause = str(np.random.default_rng([46, seed]).choice(list(CAUSES), p=list(CAUSES.values())))
     for attempt in range(MAX_ATTEMPTS):
-        loop = _try_loop(np.random.default_rng([46, seed, attempt]), seed, cause)
+        loop = _try_loop(np.random.default_rng([47, seed, attempt]), seed, cause)
         if loop is not None:
             return loop
     raise RuntimeError(f"Seed {seed} gives no moving valve in {MAX_ATTEMPTS} attempts; use another seed.")

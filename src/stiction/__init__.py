@@ -81,6 +81,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "work_order",
     ),
     "stiction.fleet": ("Audit", "audit", "group_oscillations", "open_audit"),
+    "stiction.fleet.stiction_features": ("StictionFeatures",),
     "stiction.report": ("write_report",),
     "stiction.errors": ("ConvergenceError", "MissingExtraError", "ParameterError", "RecordError", "StictionError"),
 }

@@ -371,3 +371,20 @@ def test_a_set_point_with_the_same_cycle_is_seen(period, cycles):
     assert (found.sp_cycles, "SP has the same period" in found.reason) == (cycles, cycles)
     assert not find_oscillation(replace(record, sp=np.zeros(k.size))).sp_cycles
     assert not find_oscillation(replace(record, sp=None)).sp_cycles
+
+
+@pytest.mark.parametrize(("n", "lags"), [(300, 40), (5000, 70), (5000, 3000)])
+def test_the_autocorrelation_is_the_sum_of_all_pairs(n, lags):
+    x = np.cumsum(np.random.default_rng(n).normal(size=n))
+    about = x - x.mean()
+    sums = np.array([about[: n - lag] @ about[lag:] / (n - lag) for lag in range(lags)])
+    np.testing.assert_allclose(autocorrelation(x, lags), sums / sums[0], atol=1e-10)
+
+
+@pytest.mark.parametrize("period", [9.0, 70.0, 1300.0])
+def test_the_period_of_a_long_record_is_as_exact_as_that_of_a_short_one(period):
+    t = np.arange(40_000)
+    x = np.sin(2.0 * np.pi * t / period) + 0.3 * np.random.default_rng(1).normal(size=t.size)
+    found = find_oscillation(LoopRecord("FIC-101", 1.0, op=x, pv=x))
+    assert found.oscillating
+    assert found.period == pytest.approx(period, rel=2e-3)

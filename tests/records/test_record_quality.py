@@ -384,12 +384,12 @@ def test_window_holds_nothing_bad_and_is_the_longest(data, n):
     auto = np.array(data.draw(some.lists(some.booleans(), min_size=n, max_size=n)), dtype=bool) | (np.arange(n) % 3 > 0)
     k = np.arange(n)
     record = LoopRecord("x", 1.0, op=np.where(bad, np.nan, 50 + np.sin(k)), pv=np.cos(k), auto=auto)
-    # The slow twin: a stretch is automatic throughout, begins and ends on a sample and has no gap above 5.
+    # The slow twin: a stretch is automatic throughout, begins and ends on a sample and has no gap above 20.
 
     def fits(first, last):
         if not auto[first:last].all() or bad[first] or bad[last - 1]:
             return False
-        return "1" * 6 not in "".join("1" if b else "0" for b in bad[first:last])
+        return "1" * 21 not in "".join("1" if b else "0" for b in bad[first:last])
 
     longest = max((b - a for a in range(n) for b in range(a + 1, n + 1) if fits(a, b)), default=0)
     first, last = analysis_window(record)

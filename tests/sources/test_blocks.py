@@ -9,7 +9,7 @@ import pytest
 
 from stiction.errors import RecordError
 from stiction.sources import read
-from stiction.sources.byte_source import open_source
+from stiction.sources.byte_source import open_sources
 from stiction.sources.formats import text as text_format
 from stiction.sources.options import ReadOptions
 
@@ -62,7 +62,7 @@ def test_a_unit_under_the_heading_is_the_block_s(signals, read_text):
 def test_every_line_keeps_its_number(signals):
     text = blocks(signals)
     lines = text.split("\n")
-    [table] = text_format.read(open_source(io.BytesIO(text.encode()), ReadOptions()), ReadOptions())
+    [table] = text_format.read(open_sources(io.BytesIO(text.encode()), ReadOptions())[0], ReadOptions())
     assert lines[table.first_line - 1].startswith("2026-02-01 10:00:00")
     with pytest.raises(RecordError, match=rf"line {len(lines) - 10}: cannot be split"):
         read(io.BytesIO("\n".join([*lines[:-11], lines[-11].replace(",", ',"'), *lines[-10:]]).encode()))

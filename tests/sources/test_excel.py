@@ -14,7 +14,7 @@ import pytest
 import xlwt
 
 from stiction.errors import ParameterError, RecordError
-from stiction.sources.byte_source import open_source
+from stiction.sources.byte_source import open_sources
 from stiction.sources.formats import excel
 from stiction.sources.options import ReadOptions
 
@@ -32,7 +32,7 @@ HEADER = ["Time", "FIC101.PV", "FIC101.OP"]
 
 def read(path: Path, **asked: object) -> list[RawTable]:
     options = ReadOptions(**asked)  # type: ignore[arg-type]
-    source = open_source(path, options)
+    source = open_sources(path, options)[0]
     assert excel.recognises(source.head, path.name)
     return excel.read(source, options)
 

@@ -9,8 +9,9 @@ import numpy as np
 import polars as pl
 import pytest
 
+import stiction as st
 from stiction.errors import RecordError
-from stiction.sources.byte_source import open_source
+from stiction.sources.byte_source import open_sources
 from stiction.sources.formats import text as text_format
 from stiction.sources.frame import frame_to_table
 from stiction.sources.layouts import long_table, read_layout
@@ -27,7 +28,7 @@ def signal(seed):
 
 def table_of(text, **options):
     options = ReadOptions(**options)
-    [table] = text_format.read(open_source(io.BytesIO(text.encode()), options), options)
+    [table] = text_format.read(open_sources(io.BytesIO(text.encode()), options)[0], options)
     return table
 
 
@@ -224,3 +225,10 @@ def test_influx_blocks_each_under_a_header_of_its_own():
     columns = columns_of("\r\n".join(lines))
     assert (numbers(columns["FIC-1.PV"]), numbers(columns["FIC-1.OP"])) == (PV.tolist(), OP.tolist())
     assert columns["FIC-1.PV"].clock.stamps.kind == "utc"
+
+
+def test_mode_in_a_long_table_holds_until_the_next_one():
+    rows = [(f"FIC-1.{word}", stamp(k), x[k]) for k in range(N) for word, x in (("PV", PV), ("OP", OP))]
+    rows += [("FIC-1.MODE", stamp(0), "AUTO"), ("FIC-1.MODE", stamp(20), "MAN"), ("FIC-1.MODE", stamp(45), "AUTO")]
+    [record] = st.read(io.BytesIO(write("Tag,Time,Value", rows).encode()))
+    assert record.auto.tolist() == [True] * 20 + [False] * 25 + [True] * (N - 45)

@@ -9,12 +9,12 @@ import numpy as np
 import polars as pl
 import pytest
 
-from stiction.sources.byte_source import open_source
+from stiction.sources.byte_source import open_sources
 from stiction.sources.formats import text as text_format
 from stiction.sources.frame import frame_to_table
 from stiction.sources.layouts import LAYOUTS, read_layout, register_layout
 from stiction.sources.options import ReadOptions
-from stiction.sources.tag_column import TagColumn
+from stiction.sources.table import TagColumn
 
 START = datetime(2026, 2, 1, 10)
 ZERO = (START - datetime(1970, 1, 1)).total_seconds()
@@ -32,7 +32,7 @@ def table_of(text, path=None):
     if path is not None:
         path.write_text(text)
         source = path
-    [table] = text_format.read(open_source(source, ReadOptions()), ReadOptions())
+    [table] = text_format.read(open_sources(source, ReadOptions())[0], ReadOptions())
     return table
 
 

@@ -8,7 +8,7 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 
-from stiction.sources.byte_source import open_source
+from stiction.sources.byte_source import open_sources
 from stiction.sources.formats import text as text_format
 from stiction.sources.layouts import read_layout, time_value_pairs
 from stiction.sources.options import ReadOptions
@@ -24,7 +24,7 @@ OP_TIMES = np.array([2 * k + (k % 7 == 3) for k in range(N - 9)])
 
 def table_of(header, rows):
     text = "\n".join([header, *(",".join(map(str, row)) for row in rows)]) + "\n"
-    [table] = text_format.read(open_source(io.BytesIO(text.encode()), ReadOptions()), ReadOptions())
+    [table] = text_format.read(open_sources(io.BytesIO(text.encode()), ReadOptions())[0], ReadOptions())
     return table
 
 

@@ -8,7 +8,7 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 
-from stiction.sources.byte_source import open_source
+from stiction.sources.byte_source import open_sources
 from stiction.sources.formats import text as text_format
 from stiction.sources.layouts import read_layout, stacked_tags
 from stiction.sources.options import ReadOptions
@@ -22,7 +22,7 @@ OP = np.round(50 + 6 * np.sin(K / 9.5), 3)
 
 
 def table_of(text):
-    [table] = text_format.read(open_source(io.BytesIO(text.encode()), ReadOptions()), ReadOptions())
+    [table] = text_format.read(open_sources(io.BytesIO(text.encode()), ReadOptions())[0], ReadOptions())
     return table
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stiction.errors import RecordError
-from stiction.sources.byte_source import open_source
+from stiction.sources.byte_source import open_sources
 from stiction.sources.formats import text as text_format
 from stiction.sources.layouts import read_layout
 from stiction.sources.options import ReadOptions
@@ -26,7 +26,7 @@ OP = np.round(50 + 6 * np.sin(K / 9.5), 3)
 
 def columns_of(text, **options):
     options = ReadOptions(**options)
-    tables = text_format.read(open_source(io.BytesIO(text.encode()), options), options)
+    tables = text_format.read(open_sources(io.BytesIO(text.encode()), options)[0], options)
     return {column.name: column for column in read_layout(tables, options)}
 
 
@@ -94,7 +94,7 @@ def test_columns_without_a_header_are_named_by_number():
     with pytest.raises(RecordError, match="line 1: there is no header above the 4 columns; say what they are"):
         columns_of(text)
     options = ReadOptions(columns={"time": 0, "pv": 1, "op": 2})
-    tables = text_format.read(open_source(io.BytesIO(text.encode()), options), options)
+    tables = text_format.read(open_sources(io.BytesIO(text.encode()), options)[0], options)
     assert [column.position for column in read_layout(tables, options)] == [1, 2, 3]
 
 

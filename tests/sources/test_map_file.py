@@ -9,8 +9,7 @@ from stiction.errors import RecordError
 from stiction.sources.options import ReadOptions
 from stiction.sources.roles.assign import assign_roles
 from stiction.sources.roles.map_file import read_map, write_map
-from stiction.sources.table import Origin, RawTable
-from stiction.sources.tag_column import TagColumn
+from stiction.sources.table import Origin, RawTable, TagColumn
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ import pytest
 from scipy.io import savemat
 
 from stiction.errors import MissingExtraError, RecordError
-from stiction.sources.byte_source import open_source
+from stiction.sources.byte_source import open_sources
 from stiction.sources.formats import matlab
 from stiction.sources.options import ReadOptions
 
@@ -73,7 +73,7 @@ def put(group: h5py.Group, name: str, value: Any) -> None:
 
 
 def read(path: Path, **asked: Any) -> list[RawTable]:
-    source = open_source(path, ReadOptions(**asked))
+    source = open_sources(path, ReadOptions(**asked))[0]
     assert matlab.recognises(source.head, path.name)
     return matlab.read(source, ReadOptions(**asked))
 

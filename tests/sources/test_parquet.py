@@ -12,8 +12,9 @@ import pandas as pd
 import polars as pl
 import pytest
 
+import stiction as st
 from stiction.errors import RecordError
-from stiction.sources.byte_source import open_source
+from stiction.sources.byte_source import open_sources
 from stiction.sources.formats import arrow, parquet
 from stiction.sources.options import ReadOptions
 
@@ -32,7 +33,7 @@ def loop_frame(n: int = 100, tag: str = "FIC101", start: datetime = START) -> pl
 
 
 def read(path: Path, options: ReadOptions | None = None) -> RawTable:
-    source = open_source(path, options or ReadOptions())
+    source = open_sources(path, options or ReadOptions())[0]
     page = next(page for page in (parquet, arrow) if page.recognises(source.head, path.name))
     [table] = page.read(source, options or ReadOptions())
     return table
@@ -82,7 +83,7 @@ def test_one_loop_of_300_columns_is_quick(tmp_path: Path) -> None:
     names = [f"FIC{k // 2}.{'PV' if k % 2 == 0 else 'OP'}" for k in range(300)]
     frame = pl.DataFrame(values, schema=names).insert_column(0, loop_frame(17_280)["Time"])
     frame.write_parquet(tmp_path / "a.parquet")
-    source = open_source(tmp_path / "a.parquet", ReadOptions())
+    source = open_sources(tmp_path / "a.parquet", ReadOptions())[0]
     seconds = []
     for _ in range(5):
         began = time.process_time()
@@ -95,32 +96,22 @@ def test_one_loop_of_300_columns_is_quick(tmp_path: Path) -> None:
 
 
 def test_data_set_of_several_files(tmp_path: Path) -> None:
-    day = timedelta(days=1)
     frames = {
-        "b": loop_frame(start=START),
-        "a": loop_frame(start=START + day),  # the same loop, the next day
+        "a": loop_frame(start=START),
+        "b": loop_frame(start=START + timedelta(seconds=500)),  # the same loop, later
         "c": loop_frame(tag="FIC102"),
-        "d": loop_frame(tag="X").rename({"X.PV": "PV", "X.OP": "OP"}),
-        "e": loop_frame(tag="X").rename({"X.PV": "PV", "X.OP": "OP"}),  # another loop at the same time
     }
     for name, frame in frames.items():
         frame.write_parquet(tmp_path / f"{name}.parquet")
-    sources = [open_source(tmp_path / f"{name}.parquet", ReadOptions()) for name in sorted(frames)]
-    tables = parquet.read_data_set(sources, ReadOptions())
-    assert [(table.origin.stem, len(table.column(0))) for table in tables] == [
-        *(("b", 200), ("c", 100), ("d", 100), ("e", 100))
-    ]
-    assert tables[0].column(0).is_sorted()
+    records = {record.tag: record for record in st.read(tmp_path)}
+    assert {tag: record.provenance.rows for tag, record in records.items()} == {"FIC101": 200, "FIC102": 100}
 
 
 def test_long_data_set_is_one_table(tmp_path: Path) -> None:
     for k in range(3):
         long = loop_frame(tag=f"FIC{k}").unpivot(index="Time", variable_name="Tag", value_name="Value")
         long.write_parquet(tmp_path / f"{k}.parquet")
-    sources = [open_source(tmp_path / f"{k}.parquet", ReadOptions()) for k in range(3)]
-    [table] = parquet.read_data_set(sources, ReadOptions())
-    assert table.column(1).n_unique() == 6
-    assert len(table.column(2)) == 600
+    assert [(record.tag, len(record)) for record in st.read(tmp_path)] == [(f"FIC{k}", 100) for k in range(3)]
 
 
 def test_columns_larger_than_allowed_are_refused(tmp_path: Path) -> None:

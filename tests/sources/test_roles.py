@@ -12,8 +12,7 @@ from stiction.sources.roles.assign import assign_roles
 from stiction.sources.roles.by_data import find_roles_by_data
 from stiction.sources.roles.cascade import find_secondary_tags
 from stiction.sources.roles.column_names import header_names, parse_column_name
-from stiction.sources.table import Origin, RawTable
-from stiction.sources.tag_column import TagColumn
+from stiction.sources.table import Origin, RawTable, TagColumn
 
 pytestmark = pytest.mark.quick
 
@@ -222,3 +221,8 @@ def test_masters_of_the_map_overrule_the_data():
     assert find_secondary_tags(records, {"F3": "T1"}) == ["F3", "", ""]
     with pytest.raises(RecordError, match="'T9' as a master"):
         find_secondary_tags(records, {"F3": "T9"})
+
+
+def test_a_column_named_by_the_tag_alone_is_the_pv():
+    roles = assigned("HEATER,HEATER.OP,TANK,TANK.OP")
+    assert roles == {tag: {"op": f"{tag}.OP", "pv": tag} for tag in ("HEATER", "TANK")}

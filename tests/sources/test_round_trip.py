@@ -17,7 +17,7 @@ from scipy.io import savemat
 
 from stiction.records.frames import to_frame
 from stiction.sources import read
-from stiction.sources.byte_source import open_source
+from stiction.sources.byte_source import open_sources
 from stiction.sources.formats import arrow, excel, matlab, parquet, text
 from stiction.sources.frame import frame_to_table
 from stiction.sources.options import ReadOptions
@@ -98,7 +98,7 @@ def assert_same(table: RawTable) -> None:
 @pytest.mark.parametrize("name", WRITERS)
 def test_files(tmp_path: Path, name: str) -> None:
     WRITERS[name](tmp_path / name)
-    source = open_source(tmp_path / name, ReadOptions())
+    source = open_sources(tmp_path / name, ReadOptions())[0]
     page = next(
         page for page in (parquet, arrow, matlab, excel, text) if page.recognises(source.head, source.origin.name)
     )

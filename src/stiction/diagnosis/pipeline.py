@@ -72,15 +72,15 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
     _check(record, prior)
     costs = costs or Costs()
     conditioned = condition(record)
-    state = assess_loop_state(conditioned.record)
+    state = assess_loop_state(conditioned)
     judged = conditioned.without(_left_out(state)) if state.in_control else conditioned
     oscillation = find_oscillation(judged.part)
-    quality = assess_quality(judged.record, oscillation.period if oscillation.oscillating else None)
+    quality = assess_quality(judged, oscillation.period if oscillation.oscillating else None)
     if state.in_control and not (quality.usable and judged.moves):
         state = _bad_data(state, quality)
     if not state.in_control:
         return _undecided(conditioned.record, state, oscillation, quality, prior, costs)
-    controller = fit_controller(judged.record.window(judged.first, judged.last))
+    controller = _fit_controller(judged, quality)
     valve = _identify(judged, oscillation, controller)
     position = _position(judged)
     found = FeatureInput(
@@ -144,9 +144,17 @@ def _undecided(
     )  # fmt: skip
 
 
+def _fit_controller(judged: Conditioned, quality: Quality) -> ControllerFit:
+    part = judged.record.window(judged.first, judged.last)
+    is_averaged = any(check.name == "moving average" for check in quality.checks)
+    return fit_controller(part, (judged.op_step, judged.pv_step), is_averaged)
+
+
 def _identify(judged: Conditioned, oscillation: Oscillation, controller: ControllerFit) -> Identification:
     period = oscillation.period if oscillation.oscillating else None
-    return identify_valve(judged.op, judged.pv, judged.record.dt, period, controller, judged.record.integrating)
+    return identify_valve(
+        judged.op, judged.pv, judged.record.dt, period, controller, judged.record.integrating, judged.gaps
+    )
 
 
 def _position(judged: Conditioned) -> PositionFit | None:

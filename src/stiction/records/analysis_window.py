@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.gaps import MAX_FILLED_GAP, fill_short_gaps, forward_fill, missing_mask
+from stiction.records.gaps import MAX_BRIDGED_GAP, fill_short_gaps, forward_fill, interpolate_gaps, missing_mask
+from stiction.records.masks import RecordMasks
 from stiction.records.quality.clock_jumps import find_discontinuities
-from stiction.records.quality.frozen import find_frozen, find_manual
-from stiction.records.quality.saturation import find_clipping, find_shutdown
+from stiction.records.quality.saturation import find_shutdown
 from stiction.records.runs import runs
 
 if TYPE_CHECKING:
@@ -21,13 +21,15 @@ if TYPE_CHECKING:
 __all__ = ["analysis_window", "forward_fill_sp", "usable_segment"]
 
 
-def analysis_window(record: LoopRecord) -> tuple[int, int]:
+def analysis_window(record: LoopRecord, masks: RecordMasks | None = None) -> tuple[int, int]:
     """Find the longest segment in automatic, OP not clipped or shut down, PV not frozen, no clock jump or long gap.
 
     Parameters
     ----------
     record : LoopRecord
         A record of one loop.
+    masks : RecordMasks, optional
+        Those of the record, when they are known.
 
     Returns
     -------
@@ -37,38 +39,41 @@ def analysis_window(record: LoopRecord) -> tuple[int, int]:
     Examples
     --------
     >>> from stiction.records import LoopRecord, analysis_window
-    >>> op = [50.0, 51.0, float("nan"), 52.0] + 9 * [float("nan")] + [50.0, 51.0]
+    >>> op = [50.0, 51.0, float("nan"), 52.0] + 30 * [float("nan")] + [50.0, 51.0]
     >>> analysis_window(LoopRecord("FIC-101", 1.0, op=op, pv=op))
     (0, 4)
     """
     op, pv, auto = record.op, record.pv, record.auto
+    masks = masks or RecordMasks(record)
     missing = missing_mask(op, pv)
-    blocked = find_clipping(op, pv, auto) | find_shutdown(op, auto) | find_manual(op, pv, auto)
+    blocked = masks.clipped | masks.manual | masks.frozen | find_shutdown(op, auto)
     if pv is not None:
-        jumps = min(record.provenance.clock_jumps, 20)
-        blocked |= find_frozen(pv) | find_discontinuities(op, pv, max_count=jumps)
+        blocked |= find_discontinuities(op, pv, max_count=min(record.provenance.clock_jumps, 20))
     good = ~(missing | blocked)
     for first, last in runs(missing):
         inside = first > 0 and last < len(missing) and good[first - 1] and good[last]
-        if inside and last - first <= MAX_FILLED_GAP and not blocked[first:last].any():
+        if inside and last - first <= MAX_BRIDGED_GAP and not blocked[first:last].any():
             good[first:last] = True
     return max(runs(good), key=lambda run: run[1] - run[0], default=(0, 0))
 
 
-def usable_segment(record: LoopRecord) -> LoopRecord:
+def usable_segment(record: LoopRecord, window: tuple[int, int] | None = None) -> LoopRecord:
     """Cut the analysis window as a record of its own, with short gaps filled.
 
     Parameters
     ----------
     record : LoopRecord
         A record of one loop.
+    window : (int, int), optional
+        What `analysis_window` gives for it, when it is known.
 
     Returns
     -------
     LoopRecord
         The samples of `analysis_window`; empty when there is none. OP, PV, valve position and valve signal keep the
-        last value over at most five missing samples, the set point over any gap (see `forward_fill_sp`). In its
-        provenance `missing_samples` counts the filled samples, and the assumptions say what was filled.
+        last value over at most five missing samples and follow a straight line over a longer gap; the set point keeps
+        it over any gap (see `forward_fill_sp`). In its provenance `missing_samples` counts the filled samples, and the
+        assumptions say what was filled.
 
     Examples
     --------
@@ -78,13 +83,13 @@ def usable_segment(record: LoopRecord) -> LoopRecord:
     >>> part.op.tolist(), part.provenance.missing_samples, part.provenance.assumptions
     ([50.0, 51.0, 51.0, 52.0], 1, ('1 missing samples were filled with the last value.',))
     """
-    first, last = analysis_window(record)
+    first, last = window or analysis_window(record)
     part = record.window(first, last)
     if not len(part):
         return part
     sp, about_sp = forward_fill_sp(record, first, last)
     signals = {name: getattr(part, name) for name in ("op", "pv", "mv", "valve_signal")}
-    filled = {name: fill_short_gaps(x) for name, x in signals.items() if x is not None}
+    filled = {name: interpolate_gaps(fill_short_gaps(x)) for name, x in signals.items() if x is not None}
     count = int(missing_mask(part.op, part.pv).sum())
     about_gaps = f"{count} missing samples were filled with the last value." if count else ""
     added = tuple(text for text in (about_gaps, about_sp) if text)

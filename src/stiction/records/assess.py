@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from stiction.display.check_text import describe_check
 from stiction.errors import require_positive
-from stiction.records.analysis_window import analysis_window
 from stiction.records.check_result import CheckInput, CheckResult
+from stiction.records.conditioned import Conditioned, condition
 from stiction.records.loop_checks import LOOP_CHECKS
-from stiction.records.record import mask_outliers
 from stiction.records.storage_checks import STORAGE_CHECKS
 
 if TYPE_CHECKING:
@@ -71,13 +70,13 @@ class Quality:
         }
 
 
-def assess_quality(record: LoopRecord, period: float | None = None) -> Quality:
+def assess_quality(record: LoopRecord | Conditioned, period: float | None = None) -> Quality:
     """Apply every data check to a record.
 
     Parameters
     ----------
-    record : LoopRecord
-        A record of one loop.
+    record : LoopRecord or Conditioned
+        A record of one loop, or one that is ready for analysis.
     period : float, optional
         Period of the oscillation [s]; cycles and samples per cycle are checked when it is given.
 
@@ -102,9 +101,8 @@ def assess_quality(record: LoopRecord, period: float | None = None) -> Quality:
     """
     if period is not None:
         period = require_positive("period", period, "s")
-    record = mask_outliers(record)
-    first, last = analysis_window(record)
-    data = CheckInput(record, record.window(first, last), period)
+    made = record if isinstance(record, Conditioned) else condition(record)
+    record, data = made.record, CheckInput(made, period)
     checks = tuple(result for check in (*LOOP_CHECKS, *STORAGE_CHECKS) if (result := check(data)) is not None)
     usable = not any(check.severity == "reject" for check in checks)
-    return Quality(checks, usable, len(record), record.duration, record.missing_percent, first, last)
+    return Quality(checks, usable, len(record), record.duration, record.missing_percent, made.first, made.last)

@@ -11,11 +11,12 @@ import numpy as np
 from stiction.display.check_text import describe_check
 from stiction.records.gaps import forward_fill
 from stiction.records.quality.quantisation import quantisation_step
-from stiction.records.quality.saturation import find_saturation
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stiction.records.conditioned import Conditioned
+    from stiction.records.masks import RecordMasks
     from stiction.records.record import LoopRecord
 
 __all__ = ["MIN_CYCLES", "MIN_SAMPLES", "CheckInput", "CheckResult", "Severity", "check_maximum", "check_minimum"]
@@ -57,12 +58,25 @@ class CheckResult:
 class CheckInput:
     """A record and what several checks compute from it."""
 
-    record: LoopRecord
-    """The whole record."""
-    part: LoopRecord
-    """Its longest usable segment."""
+    conditioned: Conditioned
+    """The record, ready for analysis."""
     period: float | None
     """Period of the oscillation [s], when it is known."""
+
+    @property
+    def record(self) -> LoopRecord:
+        """The whole record."""
+        return self.conditioned.record
+
+    @property
+    def masks(self) -> RecordMasks:
+        """Where its OP is at a limit or moved in manual, and where its PV is frozen."""
+        return self.conditioned.masks
+
+    @cached_property
+    def part(self) -> LoopRecord:
+        """Its longest usable segment, with all gaps."""
+        return self.record.window(self.conditioned.first, self.conditioned.last)
 
     @cached_property
     def whole(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -73,12 +87,9 @@ class CheckInput:
     @cached_property
     def steps(self) -> tuple[float, float]:
         """Quantisation steps of OP and PV [units of the record]."""
+        if len(self.part) == len(self.record):
+            return self.conditioned.op_step, self.conditioned.pv_step
         return quantisation_step(self.whole[0]), quantisation_step(self.whole[1])
-
-    @cached_property
-    def at_limit(self) -> NDArray[np.bool_]:
-        """Where OP of the record is at a limit, shape (n_samples,)."""
-        return find_saturation(self.record.op, self.record.pv, self.record.auto)
 
     @cached_property
     def op(self) -> NDArray[np.float64]:
@@ -108,20 +119,10 @@ class CheckInput:
 
 
 def check_minimum(
-    name: str,
-    value: float,
-    unit: str,
-    *,
-    warn: float,
-    reject: float = -np.inf,
-    finding: str = "",
-    remedy: str = "",
-    fields: dict[str, float | str] | None = None,
+    name: str, value: float, unit: str, *, warn: float, reject: float = -np.inf, **codes: Any
 ) -> CheckResult:
     """Compare a value with the smallest ones that pass: below `warn` it warns, below `reject` it rejects [`unit`]."""
-    mirrored = check_maximum(
-        name, -value, unit, warn=-warn, reject=-reject, finding=finding, remedy=remedy, fields=fields
-    )
+    mirrored = check_maximum(name, -value, unit, warn=-warn, reject=-reject, **codes)
     return replace(mirrored, value=float(value), limit=-mirrored.limit)
 
 

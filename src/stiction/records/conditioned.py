@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.records.analysis_window import analysis_window, usable_segment
-from stiction.records.gaps import interpolate_gaps
-from stiction.records.quality.quantisation import peak_to_peak, quantisation_step, robust_range
+from stiction.records.gaps import fill_short_gaps, interpolate_gaps, missing_mask
+from stiction.records.masks import RecordMasks
+from stiction.records.quality.quantisation import different_values, peak_to_peak, quantisation_step, robust_range
 from stiction.records.record import mask_outliers
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ class Conditioned:
 
     record: LoopRecord
     """The record, outliers missing."""
+    masks: RecordMasks
+    """Where OP of the record is at a limit or moved in manual, and where PV is frozen."""
     first: int
     """First sample of the part that is analysed."""
     last: int
@@ -38,6 +41,12 @@ class Conditioned:
     """OP of the part, gaps interpolated [% of span]."""
     pv: NDArray[np.float64]
     """PV of the part, gaps interpolated [engineering units]; empty when it was not recorded."""
+    gaps: NDArray[np.bool_]
+    """Whether a sample of the part stands in a gap too long to fill with the last value."""
+    op_values: NDArray[np.float64]
+    """Different values of OP in the part, in ascending order [% of span]."""
+    pv_values: NDArray[np.float64]
+    """Different values of PV in the part, in ascending order [engineering units]."""
     op_swing: float
     """98 % range of OP [% of span]."""
     pv_swing: float
@@ -53,18 +62,7 @@ class Conditioned:
         return peak_to_peak(self.op) > 1e-9 * _size(self.op) and peak_to_peak(self.pv) > 1e-9 * _size(self.pv)
 
     def without(self, stretches: Iterable[tuple[int, int]]) -> Conditioned:
-        """Leave stretches of samples out, and choose the part to analyse again.
-
-        Parameters
-        ----------
-        stretches : iterable of (int, int)
-            First and one past the last sample of each.
-
-        Returns
-        -------
-        Conditioned
-            The same where there are none.
-        """
+        """Leave out stretches of samples (first, one past the last), and choose the part to analyse again."""
         bounds = list(stretches)
         if not bounds or self.record.pv is None:
             return self
@@ -75,17 +73,7 @@ class Conditioned:
 
 
 def condition(record: LoopRecord) -> Conditioned:
-    """Make a record ready for analysis.
-
-    Parameters
-    ----------
-    record : LoopRecord
-        A record of one loop.
-
-    Returns
-    -------
-    Conditioned
-        Its signals; the part is empty when nothing can be analysed.
+    """Make a record ready for analysis; the part is empty when nothing can be analysed.
 
     Examples
     --------
@@ -99,17 +87,25 @@ def condition(record: LoopRecord) -> Conditioned:
 
 
 def _conditioned(record: LoopRecord) -> Conditioned:
-    first, last = analysis_window(record)
-    part = usable_segment(record)
+    masks = RecordMasks(record)
+    first, last = analysis_window(record, masks)
+    part = usable_segment(record, (first, last))
     cut = record.window(first, last)
+    values = [np.empty(0) if x is None else different_values(x) for x in (cut.op, cut.pv)]
     op = interpolate_gaps(cut.op)
     pv = np.empty(0) if cut.pv is None else interpolate_gaps(cut.pv)
     known = (np.isfinite(op).all() and np.isfinite(pv).all()) and op.size > 0
     op, pv = (op, pv) if known else (np.empty(0), np.empty(0))
     return Conditioned(
-        record, first, last, part, op, pv, *(robust_range(x) if x.size else 0.0 for x in (op, pv)),
-        *(quantisation_step(x) for x in (op, pv)),
+        record, masks, first, last, part, op, pv, _long_gaps(cut), *values,
+        op_swing=robust_range(op) if op.size else 0.0, pv_swing=robust_range(pv) if pv.size else 0.0,
+        op_step=quantisation_step(cut.op, values[0]),
+        pv_step=0.0 if cut.pv is None else quantisation_step(cut.pv, values[1]),
     )  # fmt: skip
+
+
+def _long_gaps(cut: LoopRecord) -> NDArray[np.bool_]:
+    return missing_mask(fill_short_gaps(cut.op), None if cut.pv is None else fill_short_gaps(cut.pv))
 
 
 def _size(x: NDArray[np.float64]) -> float:

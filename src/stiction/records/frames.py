@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from datetime import UTC
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,44 +11,17 @@ from stiction.errors import MissingExtraError, ParameterError, RecordError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-    from datetime import datetime
 
     import polars as pl
 
-__all__ = ["SIGNALS", "Recorded", "as_records", "read_columns", "stack_records", "to_frame"]
+__all__ = ["SIGNALS", "as_records", "read_columns", "stack_records", "to_frame"]
 
 FRAME_LIBRARIES = ("pandas", "polars", "pyarrow")
 SIGNALS = ("pv", "op", "sp", "mv", "valve_signal", "auto")
 """Signals of a record, in the order of the columns."""
 
 
-class Recorded(Protocol):
-    """A loop record, as far as frames and files need it; the signals are attributes too."""
-
-    @property
-    def tag(self) -> str:
-        """Name of the loop."""
-        ...
-
-    @property
-    def start(self) -> datetime | None:
-        """Time of the first sample."""
-        ...
-
-    @property
-    def time(self) -> np.ndarray:
-        """Time of each sample since the start [s]."""
-        ...
-
-    @property
-    def provenance(self) -> Any:
-        """Where it comes from."""
-        ...
-
-    def __len__(self) -> int: ...
-
-
-def to_frame(records: Recorded | Sequence[Recorded], native: str = "pandas") -> Any:
+def to_frame(records: Any, native: str = "pandas") -> Any:
     """Make a data frame of one or several records.
 
     Parameters
@@ -140,22 +113,22 @@ def read_columns(
     return {"dt": dt, "start": start, **{name: table[column].to_numpy() for name, column in columns.items()}}
 
 
-def as_records(records: Recorded | Sequence[Recorded]) -> list[Recorded]:
+def as_records(records: Any) -> list[Any]:
     """Give one or several records as a list, and refuse what is no record."""
-    loops = [records] if _is_record(records) else list(records)  # pyright: ignore[reportArgumentType]
+    loops = [records] if _is_record(records) else list(records)
     for loop in loops:
         if not _is_record(loop):
             raise RecordError(
                 f"cannot write {loop!r:.60} of type {type(loop).__name__}; give records, as stiction.read returns them."
             )
-    return loops  # pyright: ignore[reportReturnType]
+    return loops
 
 
 def _is_record(item: object) -> bool:
     return all(hasattr(item, name) for name in (*SIGNALS, "provenance"))
 
 
-def stack_records(loops: Sequence[Recorded], names: Sequence[str]) -> pl.DataFrame:
+def stack_records(loops: Sequence[Any], names: Sequence[str]) -> pl.DataFrame:
     """Put the rows of all records below each other; missing values are null."""
     import polars as pl
 
@@ -193,7 +166,7 @@ def _to_pandas(frame: pl.DataFrame) -> Any:
     return result
 
 
-def _times(loop: Recorded, loops: Sequence[Recorded]) -> np.ndarray:
+def _times(loop: Any, loops: Sequence[Any]) -> np.ndarray:
     """Time of each sample: of day when all loops have a start in one kind of clock, else since the start [s]."""
     starts = [each.start for each in loops]
     zoned = {start.tzinfo is not None for start in starts if start is not None}
@@ -203,7 +176,7 @@ def _times(loop: Recorded, loops: Sequence[Recorded]) -> np.ndarray:
     return np.datetime64(start, "us") + np.round(loop.time * 1e6).astype("timedelta64[us]")
 
 
-def _units(loops: Sequence[Recorded], names: Sequence[str]) -> dict[str, str]:
+def _units(loops: Sequence[Any], names: Sequence[str]) -> dict[str, str]:
     """Give the unit of each column in which all records agree."""
     pv = {loop.provenance.pv_unit for loop in loops}
     op = {loop.provenance.op_unit or "%" for loop in loops}

@@ -11,10 +11,21 @@ from stiction.records.runs import runs
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["MAX_FILLED_GAP", "fill_short_gaps", "forward_fill", "interpolate_gaps", "missing_mask", "unchanged_mask"]
+__all__ = [
+    "MAX_BRIDGED_GAP",
+    "MAX_FILLED_GAP",
+    "fill_short_gaps",
+    "forward_fill",
+    "interpolate_gaps",
+    "missing_mask",
+    "unchanged_mask",
+]
 
 MAX_FILLED_GAP = 5
 """Missing samples in a row that the last value may replace [samples]."""
+MAX_BRIDGED_GAP = 20
+"""Missing samples in a row that do not end the part of a record that is analysed [samples]. Of a longer gap it is not
+known what the loop did meanwhile."""
 
 
 def missing_mask(op: NDArray[np.float64], pv: NDArray[np.float64] | None = None) -> NDArray[np.bool_]:
@@ -29,19 +40,9 @@ def missing_mask(op: NDArray[np.float64], pv: NDArray[np.float64] | None = None)
 
 
 def forward_fill(x: NDArray[np.float64], *, fill_start: bool = False) -> NDArray[np.float64]:
-    """Replace each missing value by the last value before it.
+    """Replace each missing value by the last value before it, shape (n_samples,) [unit of `x`].
 
-    Parameters
-    ----------
-    x : ndarray, shape (n_samples,)
-        A signal [any unit]; NaN is missing.
-    fill_start : bool
-        Whether missing values before the first value get that first value; by default they stay NaN.
-
-    Returns
-    -------
-    ndarray, shape (n_samples,)
-        The filled signal [unit of `x`].
+    Missing values before the first value stay NaN, or get that first value with `fill_start`.
 
     Examples
     --------
@@ -57,17 +58,7 @@ def forward_fill(x: NDArray[np.float64], *, fill_start: bool = False) -> NDArray
 
 
 def interpolate_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Replace missing values by straight lines between their neighbours, and by the nearest value at the ends.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n_samples,)
-        A signal [any unit]; NaN is missing.
-
-    Returns
-    -------
-    ndarray, shape (n_samples,)
-        The filled signal [unit of `x`]; unchanged when all values are missing.
+    """Replace missing values by lines between their neighbours, and by the nearest value at the ends [unit of `x`].
 
     Examples
     --------
@@ -79,19 +70,7 @@ def interpolate_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def fill_short_gaps(x: NDArray[np.float64], max_gap: int = MAX_FILLED_GAP) -> NDArray[np.float64]:
-    """Replace missing values by the last value before them in gaps of at most `max_gap` samples.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n_samples,)
-        A signal [any unit]; NaN is missing.
-    max_gap : int
-        Longest gap that is filled [samples].
-
-    Returns
-    -------
-    ndarray, shape (n_samples,)
-        The signal [unit of `x`]; longer gaps stay NaN.
+    """Replace missing values by the last value before them in gaps of at most `max_gap` samples [unit of `x`].
 
     Examples
     --------

@@ -9,12 +9,9 @@ import numpy as np
 
 from stiction.records.check_result import MIN_CYCLES, MIN_SAMPLES, CheckInput, CheckResult, check_maximum, check_minimum
 from stiction.records.gaps import missing_mask
-from stiction.records.quality.frozen import find_frozen, find_manual
-from stiction.records.quality.manual_steps import find_manual_steps
 from stiction.records.quality.movement import count_reversals, detect_op_scale, last_value_correlation
 from stiction.records.quality.quantisation import count_levels, peak_to_peak
-from stiction.records.quality.saturation import find_clipping
-from stiction.records.runs import run_lengths, runs
+from stiction.records.runs import run_bounds, run_lengths
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -102,26 +99,22 @@ def _op_reversals(data: CheckInput) -> CheckResult | None:
 
 def _saturation(data: CheckInput) -> CheckResult:
     """Time of OP at a limit: no feedback there, and a clipped OP need not be the one that the valve received."""
-    record = data.record
-    excluded = " (excluded)" if find_clipping(record.op, record.pv, record.auto).any() else ""
-    return _excluded("saturation", data.at_limit, 80, "saturation", "check_sizing", data, excluded=excluded)
+    excluded = " (excluded)" if data.masks.clipped.any() else ""
+    return _excluded("saturation", data.masks.at_limit, 80, "saturation", "check_sizing", data, excluded=excluded)
 
 
 def _manual(data: CheckInput) -> CheckResult:
     """Time in manual: no feedback there."""
-    record = data.record
-    if record.auto is not None:
+    if data.record.auto is not None:
         finding = "manual_mode"
     else:
-        finding = "manual_steps" if find_manual_steps(record.op).any() else "manual_constant"
-    mask = find_manual(record.op, record.pv, record.auto)
-    return _excluded("manual", mask, 90, finding, "record_in_automatic", data)
+        finding = "manual_steps" if data.masks.manual_steps.any() else "manual_constant"
+    return _excluded("manual", data.masks.manual, 90, finding, "record_in_automatic", data)
 
 
 def _frozen_pv(data: CheckInput) -> CheckResult:
     """Time of a constant PV that is never constant elsewhere."""
-    mask = np.zeros(len(data.record), dtype=bool) if data.record.pv is None else find_frozen(data.record.pv)
-    return _excluded("frozen pv", mask, 80, "frozen_pv", "repair_transmitter", data)
+    return _excluded("frozen pv", data.masks.frozen, 80, "frozen_pv", "repair_transmitter", data)
 
 
 def _excluded(
@@ -135,7 +128,7 @@ def _excluded(
         warn=5,
         reject=reject,
         finding=finding,
-        fields={"segment_count": len(runs(mask)), **fields},
+        fields={"segment_count": len(run_bounds(mask)), **fields},
     )
     if result.severity == "warn" and data.is_cut_too_short:
         return replace(result, severity="reject", remedy="record_longer")
@@ -146,7 +139,7 @@ def _missing_values(data: CheckInput) -> CheckResult:
     """Missing samples, the longest gap, and the samples filled in the usable segment."""
     missing, filled = missing_mask(data.record.op, data.record.pv), missing_mask(data.part.op, data.part.pv)
     percent, filled_percent = 100.0 * _mean(missing), 100.0 * _mean(filled)
-    longest = int(run_lengths(runs(missing)).max(initial=0)) * data.record.dt
+    longest = int(run_lengths(run_bounds(missing)).max(initial=0)) * data.record.dt
     fields: dict[str, float | str] = {"missing_percent": percent, "longest_s": longest, "filled": int(filled.sum())}
     name, finding = "missing values", "missing_values" if percent else "no_missing_values"
     if filled_percent > 40.0:
@@ -172,16 +165,20 @@ def _op_scale(data: CheckInput) -> CheckResult | None:
 
 def _op_resolution(data: CheckInput) -> CheckResult | None:
     """Quantisation steps that OP covers."""
-    return _resolution("OP", data.op, data.steps[0], 6)
+    return _resolution("OP", data.op, data.steps[0], data.conditioned.op_values, 6)
 
 
 def _pv_resolution(data: CheckInput) -> CheckResult | None:
     """Quantisation steps that PV covers: few look like stick and slip."""
-    return None if data.record.pv is None else _resolution("PV", data.pv, data.steps[1], 3)
+    if data.record.pv is None:
+        return None
+    return _resolution("PV", data.pv, data.steps[1], data.conditioned.pv_values, 3)
 
 
-def _resolution(signal: str, x: NDArray[np.float64], step: float, reject: float) -> CheckResult | None:
-    levels = count_levels(x, step)
+def _resolution(
+    signal: str, x: NDArray[np.float64], step: float, values: NDArray[np.float64], reject: float
+) -> CheckResult | None:
+    levels = count_levels(x, step, values)
     if np.isnan(levels):
         return None
     return check_minimum(

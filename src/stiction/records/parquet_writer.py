@@ -6,15 +6,10 @@ import json
 import os
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stiction.errors import RecordError
 from stiction.records.frames import SIGNALS, as_records, stack_records
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from stiction.records.frames import Recorded
 
 __all__ = ["FORMAT_VERSION", "METADATA_KEY", "to_parquet"]
 
@@ -24,25 +19,13 @@ FORMAT_VERSION = 1
 """Version of what stands under that key."""
 
 
-def to_parquet(records: Recorded | Sequence[Recorded], path: str | os.PathLike[str]) -> None:
-    """Write records to one Parquet file, from which `stiction.read` gives equal records.
+def to_parquet(records: Any, path: str | os.PathLike[str]) -> None:
+    """Write one or several records to one Parquet file, from which `stiction.read` gives equal records.
 
     The columns are tag, time, pv, op, sp, mv, valve_signal and auto, which any tool can read; a signal that a loop does
     not have is null. The file's metadata hold the rest (dt, start, loop type, provenance) as JSON under the key
-    "stiction". Nothing is added to the provenance. The rows of one loop follow each other, so that one loop is read
-    without the others. Loops may differ in length and sampling period.
-
-    Parameters
-    ----------
-    records : LoopRecord or sequence of LoopRecord
-        What to write.
-    path : str or path
-        The file; it is replaced when all is written.
-
-    Raises
-    ------
-    RecordError
-        When there is no record, or the file cannot be written.
+    "stiction". The rows of one loop follow each other, so that one loop is read without the others. The file is
+    replaced when all is written.
 
     Examples
     --------

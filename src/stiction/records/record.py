@@ -299,15 +299,7 @@ class LoopRecord:
 def mask_outliers(record: LoopRecord) -> LoopRecord:
     """Return a record in which outliers of OP, PV and valve position are missing, and counted.
 
-    Parameters
-    ----------
-    record : LoopRecord
-        A record of one loop.
-
-    Returns
-    -------
-    LoopRecord
-        The same record when there are none, or when they were masked before: the rest would show others.
+    It is the same record when there are none, or when they were masked before: the rest would show others.
 
     Examples
     --------
@@ -333,12 +325,7 @@ def mask_outliers(record: LoopRecord) -> LoopRecord:
 
 
 def require_record(record: object) -> None:
-    """Raise a RecordError unless `record` is a LoopRecord.
-
-    Examples
-    --------
-    >>> require_record(LoopRecord("FIC-101", 1.0, op=np.arange(40.0)))
-    """
+    """Raise a RecordError unless `record` is a LoopRecord."""
     if isinstance(record, LoopRecord):
         return
     if isinstance(record, (list, tuple)):
@@ -354,13 +341,7 @@ def require_record(record: object) -> None:
 
 
 def missing_pv_hint(record: LoopRecord) -> str:
-    """Say how to read a record with its PV: MV is also a measured value (ABB), which is read as the valve position.
-
-    Examples
-    --------
-    >>> missing_pv_hint(LoopRecord("FIC-101", 1.0, op=[50.0]))
-    "Read the file again with the column of the PV named: columns={'pv': ...}."
-    """
+    """Say how to read a record with its PV: MV is also a measured value (ABB), which is read as the valve position."""
     column = record.provenance.columns.get("mv")
     if column is None:
         return "Read the file again with the column of the PV named: columns={'pv': ...}."

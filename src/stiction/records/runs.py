@@ -9,7 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["is_rarely_constant", "run_lengths", "runs", "varies_within"]
+__all__ = ["is_rarely_constant", "run_bounds", "run_lengths", "runs", "varies_within"]
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -20,15 +20,27 @@ def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     >>> runs(np.array([True, False, True, True]))
     [(0, 1), (2, 4)]
     """
-    padded = np.zeros(mask.size + 2, dtype=bool)
-    padded[1:-1] = mask
-    edges = np.flatnonzero(padded[1:] != padded[:-1]).tolist()
+    edges = run_bounds(mask).ravel().tolist()
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
-def run_lengths(found: list[tuple[int, int]]) -> NDArray[np.int64]:
+def run_bounds(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """The same as `runs`, as an array of shape (n_runs, 2): for masks that may have many runs.
+
+    Examples
+    --------
+    >>> run_bounds(np.array([True, False, True, True])).tolist()
+    [[0, 1], [2, 4]]
+    """
+    padded = np.zeros(mask.size + 2, dtype=bool)
+    padded[1:-1] = mask
+    return np.flatnonzero(padded[1:] != padded[:-1]).reshape(-1, 2)
+
+
+def run_lengths(found: list[tuple[int, int]] | NDArray[np.int64]) -> NDArray[np.int64]:
     """Samples in each run [-]."""
-    return np.array([last - first for first, last in found], dtype=np.int64)
+    bounds = np.asarray(found, dtype=np.int64).reshape(-1, 2)
+    return bounds[:, 1] - bounds[:, 0]
 
 
 def is_rarely_constant(
@@ -49,6 +61,7 @@ def varies_within(x: NDArray[np.float64] | None, first: int, last: int) -> bool:
         return False
     part = x[first:last]
     part = part[np.isfinite(part)]
-    if not part.size or len(np.unique(part)) <= 2:
+    low, high = (part.min(), part.max()) if part.size else (0.0, 0.0)
+    if not np.any((part != low) & (part != high)):
         return False
-    return float(part.max() - part.min()) > 0.05 * float(np.nanmax(x) - np.nanmin(x))
+    return float(high - low) > 0.05 * float(np.nanmax(x) - np.nanmin(x))

@@ -51,7 +51,7 @@ def _exception_reporting(data: CheckInput) -> CheckResult | None:
         return None
     # The whole record, because a long hold of OP counts as manual and is cut out.
     op, pv = (exception_deviation(x, step) for x, step in zip((record.op, record.pv), data.steps, strict=True))
-    if pv and controller_saw_hold(np.where(data.at_limit, np.nan, record.op), record.pv, data.steps[0]):
+    if pv and controller_saw_hold(np.where(data.masks.at_limit, np.nan, record.op), record.pv, data.steps[0]):
         pv = 0.0
     signals = zip(("OP", "PV"), data.whole, (op, pv), strict=True)
     found = [(peak_to_peak(x) / deviation, name, deviation) for name, x, deviation in signals if deviation]

@@ -16,10 +16,10 @@ from stiction.sources.roles.vocabulary import loop_type_of
 from stiction.sources.signal_values import parse_signals, refuse_without_numbers
 from stiction.sources.time.align import TagSeries, align_tags
 from stiction.sources.time.grid import Grid, regular_grid
-from stiction.sources.time.parse import missing_time_error
+from stiction.sources.time.time_columns import missing_time_error
 from stiction.sources.values.bad_values import find_bad_values
-from stiction.sources.values.mode import automatic_mask
 from stiction.sources.values.span import op_to_percent, position_to_percent
+from stiction.sources.values.status_codes import automatic_mask
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.roles.loop_roles import LoopRoles
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import TagColumn
 
 __all__ = ["MIN_ROWS", "RecordBuilder"]
 
@@ -44,13 +44,7 @@ class RecordBuilder:
     grids: dict[int, Grid] = field(default_factory=dict)
 
     def build(self, loop: LoopRoles) -> LoopRecord:
-        """Build the record of one loop.
-
-        Raises
-        ------
-        RecordError
-            When OP or PV holds no number, all values are bad, or the time stamps cannot be used.
-        """
+        """Build the record of one loop."""
         columns = {role: loop.roles[role] for role in NUMERIC_ROLES if role in loop.roles}
         origin = columns["op"].table.origin
         notes = [*dict.fromkeys(note for column in columns.values() for note in column.table.notes), *loop.notes]
@@ -121,11 +115,8 @@ class RecordBuilder:
         grid = self._grid(column, [*loop.roles.values()])
         rows = grid.source_row
         signals = {role: np.where(rows >= 0, x[rows], np.nan) for role, x in values.items()}
-        auto, notes = None, list(grid.notes)
-        if "mode" in loop.roles and len(loop.roles["mode"].cells) > rows.max():
-            mask, mode_notes = automatic_mask(loop.roles["mode"].cells)
-            notes += mode_notes
-            auto = None if mask is None else mask[rows[_last_written(rows)]]
+        notes = list(grid.notes)
+        auto = _automatic(loop, rows, notes)
         held = int(np.sum((np.diff(rows) == 0) & (rows[1:] >= 0)))
         return _Sampled(signals, auto, grid.dt, grid.start, notes, held, grid.clock_jumps, grid.dst_changes)
 
@@ -186,12 +177,8 @@ class RecordBuilder:
         signals = {role: x for role, x in zip(tags, found.values, strict=True) if x is not None}
         states = find_bad_values(signals)
         signals = {role: np.where(states.masks[role], np.nan, x) for role, x in signals.items()}
-        auto, notes = None, [*found.notes, *states.notes]
-        if "mode" in tags:
-            rows = found.rows[list(tags).index("mode")]
-            mask, mode_notes = automatic_mask(loop.roles["mode"].cells)
-            notes += mode_notes
-            auto = None if mask is None else mask[rows[_last_written(rows)]]
+        notes = [*found.notes, *states.notes]
+        auto = _automatic(loop, found.rows[list(tags).index("mode")], notes) if "mode" in tags else None
         held = max(n for role, n in zip(tags, found.held_samples, strict=True) if role in ("op", "pv"))
         return _Sampled(signals, auto, found.dt, found.start, notes, held, found.clock_jumps, found.dst_changes)
 
@@ -210,8 +197,12 @@ class _Sampled:
     dst_changes: int
 
 
-def _last_written(rows: NDArray[np.int64]) -> NDArray[np.int64]:
-    """For each sample the last sample up to it that has a row; the first that has one before that."""
-    written = np.where(rows >= 0, np.arange(rows.size), -1)
-    last = np.maximum.accumulate(written)
-    return np.where(last < 0, int(np.argmax(rows >= 0)), last)
+def _automatic(loop: LoopRoles, rows: NDArray[np.int64], notes: list[str]) -> NDArray[np.bool_] | None:
+    """Mark the samples in automatic by the rows that stand at them, the last row where none does; add to the notes."""
+    if "mode" not in loop.roles or len(loop.roles["mode"].cells) <= rows.max():
+        return None
+    mask, mode_notes = automatic_mask(loop.roles["mode"].cells)
+    notes += mode_notes
+    last = np.maximum.accumulate(np.where(rows >= 0, np.arange(rows.size), -1))
+    last = np.where(last < 0, int(np.argmax(rows >= 0)), last)
+    return None if mask is None else mask[rows[last]]

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.options import ReadOptions
 
-__all__ = ["HEAD_BYTES", "ByteSource", "open_source", "open_sources"]
+__all__ = ["HEAD_BYTES", "ByteSource", "open_sources"]
 
 HEAD_BYTES = 65_536
 """Bytes by which a format is recognised."""
@@ -74,49 +74,16 @@ class ByteSource:
         self.scratch.delete()
 
 
-def open_source(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -> ByteSource:
-    """Open a source that is one file; see `open_sources`.
+def open_sources(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -> list[ByteSource]:
+    """Open a path, "-" (standard input) or a binary file, decompressed; a zip archive gives several sources.
 
     Examples
     --------
     >>> import gzip, io
     >>> from stiction.sources.options import ReadOptions
-    >>> open_source(io.BytesIO(gzip.compress(b"time,PV,OP")), ReadOptions()).head
-    b'time,PV,OP'
-    """
-    source, *others = open_sources(path, options)
-    if others:
-        raise RecordError(f"{source.origin.name}: is one of {1 + len(others)} files in an archive; unpack it first.")
-    return source
-
-
-def open_sources(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -> list[ByteSource]:
-    """Open a path, "-" (standard input) or a binary file; gz, zst and zip are decompressed.
-
-    Parameters
-    ----------
-    path : str, path or binary file
-        What to read.
-    options : ReadOptions
-        `max_bytes` limits the size after decompression.
-
-    Returns
-    -------
-    list of ByteSource
-        One, or one for each file of a zip archive.
-
-    Raises
-    ------
-    RecordError
-        When there is no such file, it is a folder, empty, damaged, too large or of a kind that holds no records.
-
-    Examples
-    --------
-    >>> import io
-    >>> from stiction.sources.options import ReadOptions
-    >>> [source] = open_sources(io.BytesIO(b"time,PV,OP"), ReadOptions())
-    >>> source.origin.name, source.size
-    ('stream', 10)
+    >>> [source] = open_sources(io.BytesIO(gzip.compress(b"time,PV,OP")), ReadOptions())
+    >>> source.origin.name, source.size, source.head
+    ('stream', 10, b'time,PV,OP')
     """
     scratch = ScratchFolder()
     try:

@@ -50,28 +50,9 @@ class ByteLimit:
 def inflate(
     path: Path, head: bytes, limit: ByteLimit, make_folder: Callable[[], Path]
 ) -> list[tuple[str, Path]] | None:
-    """Decompress a file.
+    """Decompress a file into a folder: name within the archive (empty for gz and zst) and file of each.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    head : bytes
-        Its first bytes.
-    limit : ByteLimit
-        Counts the bytes after decompression.
-    make_folder : callable
-        Gives the folder for the decompressed files.
-
-    Returns
-    -------
-    list of (str, Path) or None
-        Name within the archive (empty for gz and zst) and file; None when the file is not compressed, or is a workbook.
-
-    Raises
-    ------
-    RecordError
-        When the file is damaged, encrypted, holds no file or grows too large.
+    None when the file is not compressed, or is a workbook. `head` holds its first bytes; `limit` counts the bytes.
     """
     if head.startswith(_GZIP):
         with gzip.open(path) as stream:

@@ -15,62 +15,19 @@ if TYPE_CHECKING:
     from narwhals import Series
 
 
-__all__ = ["frame_to_table", "is_frame"]
-
-
-def is_frame(source: object) -> bool:
-    """Say whether an object is a data frame that can be read.
-
-    Examples
-    --------
-    >>> import polars as pl
-    >>> is_frame(pl.DataFrame({"pv": [1.0]})), is_frame("FIC-101.csv")
-    (True, False)
-    """
-    if isinstance(source, str | bytes) or source is None:
-        return False
-    from narwhals import exceptions, from_native
-
-    try:
-        return hasattr(from_native(source, pass_through=True), "collect_schema")
-    except exceptions.DuplicateError:  # two columns of one name, which `frame_to_table` refuses
-        return True
+__all__ = ["frame_to_table"]
 
 
 def frame_to_table(frame: Any, name: str = "") -> RawTable:
-    """Make a table of a data frame.
+    """Make a table of a data frame of pandas, polars, pyarrow or another library that narwhals knows, with its types.
 
-    Parameters
-    ----------
-    frame : data frame
-        Of pandas, polars (eager or lazy), pyarrow or another library that narwhals knows. The index of a pandas frame
-        is a column where it holds anything but row numbers. Column names of several levels are joined by a dot. Units
-        are read from ``frame.attrs["units"]`` (column -> unit, pandas) and from the fields' metadata (pyarrow).
-    name : str, optional
-        Tag of a loop whose columns name none; by default ``frame.attrs["tag"]``, or "frame".
-
-    Returns
-    -------
-    RawTable
-        With the types of the frame.
-
-    Raises
-    ------
-    RecordError
-        When it is no data frame, or two columns have the same name.
-
-    Examples
-    --------
-    >>> import polars as pl
-    >>> table = frame_to_table(pl.DataFrame({"time_s": [0.0, 1.0], "FIC-101.PV": [3.0, 3.1]}))
-    >>> table.header, table.column(1).to_list()
-    ([['time_s', 'FIC-101.PV']], [3.0, 3.1])
+    The index of a pandas frame is a column where it holds anything but row numbers; column names of several levels are
+    joined by a dot. Units are read from ``frame.attrs["units"]`` (pandas) and from the fields' metadata (pyarrow). A
+    loop whose columns name none has the tag `name`, else ``frame.attrs["tag"]``, else "frame".
     """
     import narwhals as nw
     import polars as pl
 
-    if not is_frame(frame):
-        raise RecordError(f"{type(frame).__name__} is no data frame; give one of pandas, polars or pyarrow.")
     attrs: dict[str, Any] = dict(getattr(frame, "attrs", None) or {})
     units = {join_levels(column): str(unit) for column, unit in dict(attrs.get("units") or {}).items()}
     origin = Origin("frame", name or str(attrs.get("tag") or "frame"))
@@ -91,6 +48,11 @@ def frame_to_table(frame: Any, name: str = "") -> RawTable:
     except nw.exceptions.DuplicateError as error:
         text = " ".join(str(error).split())
         raise RecordError(f"frame: {text}; give each column a name of its own.") from None
+    except TypeError:
+        raise RecordError(
+            f"cannot read {type(frame).__name__} as a record; give a file name, an open binary file, a data frame or a "
+            "database URL."
+        ) from None
     native = nw.to_native(data)
     if isinstance(data, nw.DataFrame) and not data.implementation.is_polars():
         native = pl.DataFrame([_to_polars(data[name]).alias(name) for name in data.columns])

@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from stiction.sources.byte_source import ByteSource
     from stiction.sources.formats.stored_records import StoredRecords
     from stiction.sources.roles.loop_roles import LoopRoles
-    from stiction.sources.table import RawTable
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import RawTable, TagColumn
 
 __all__ = ["Loops", "find_loops"]
 
@@ -51,13 +50,7 @@ class Loops:
         return len(self.roles) + sum(len(file.tags) for file in self.stored)
 
     def read_one(self, k: int) -> LoopRecord:
-        """Read the loop number `k`, from 0; only its columns are read.
-
-        Raises
-        ------
-        RecordError
-            When it cannot be read.
-        """
+        """Read the loop number `k`, from 0; only its columns are read."""
         if self.roles:
             _load_columns([self.roles[k]], self.time_positions)
             return self._builder.build(self.roles[k])
@@ -68,13 +61,7 @@ class Loops:
         raise IndexError(k)
 
     def read(self) -> list[LoopRecord]:
-        """Read all loops.
-
-        Raises
-        ------
-        RecordError
-            When none can be read. A loop that cannot, while others can, is an assumption of the others.
-        """
+        """Read all loops. A loop that cannot be read, while others can, is an assumption of the others."""
         _load_columns(self.roles, self.time_positions)
         records, read_roles, failures = [], [], []
         for k in range(len(self)):
@@ -88,7 +75,8 @@ class Loops:
         if not records:
             raise failures[0]
         linked = _link_cascades(records, read_roles) if self.roles else records
-        return _with_notes(linked, tuple(f"Left out: {error}" for error in failures))
+        notes = tuple(f"Left out: {error}" for error in failures)
+        return [_with_provenance(one, assumptions=(*one.provenance.assumptions, *notes)) for one in linked]
 
     @cached_property
     def _builder(self) -> RecordBuilder:
@@ -98,27 +86,10 @@ class Loops:
 def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
     """Find the loops of a source without reading their signals, as far as its format allows.
 
-    Parameters
-    ----------
-    source : str, path, binary file or data frame
-        As in `read`.
-    options : ReadOptions
-        What the user said about the source.
-    **database
-        Arguments of `stiction.sources.sql.read_database`.
-
-    Returns
-    -------
-    Loops
-        The loops.
-
-    Raises
-    ------
-    RecordError
-        When the source cannot be opened, or holds no loop.
-    ParameterError
-        When an option does not fit the source.
+    `database` are arguments of `stiction.sources.sql.read_database`.
     """
+    from stiction.sources.formats import read_format
+    from stiction.sources.frame import frame_to_table
     from stiction.sources.layouts import read_layout
     from stiction.sources.roles.assign import assign_roles
     from stiction.sources.roles.map_file import read_map
@@ -137,24 +108,13 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
         files = open_files(source, options)
         if stored := _open_stored_records(files, options):
             return Loops(options, stored=stored)
-        tables = _read_tables(files, options)
+        tables = [table for one in files for table in read_format(one, options)]
     else:
-        tables = [_frame_table(source)]
+        tables = [frame_to_table(source)]
     columns = read_layout(tables, options)
     return Loops(
         options, assign_roles(columns, options, rows, tables[0].origin.name), time_positions=_time_positions(columns)
     )
-
-
-def _frame_table(source: object) -> RawTable:
-    from stiction.sources.frame import frame_to_table, is_frame
-
-    if not is_frame(source):
-        raise RecordError(
-            f"cannot read {type(source).__name__} as a record; give a file name, an open binary file, a data frame or "
-            "a database URL."
-        )
-    return frame_to_table(source)
 
 
 def _open_stored_records(files: list[ByteSource], options: ReadOptions) -> list[StoredRecords]:
@@ -178,14 +138,6 @@ def _open_stored_records(files: list[ByteSource], options: ReadOptions) -> list[
         names = ", ".join(tag for one in found for tag in one.tags[:10])
         raise RecordError(f"{files[0].origin.name}: has no loop {options.tag!r}; give one of {names}.")
     return chosen
-
-
-def _read_tables(files: list[ByteSource], options: ReadOptions) -> list[RawTable]:
-    from stiction.sources.formats import parquet, read_format
-
-    if len(files) > 1 and all(parquet.recognises(one.head, one.origin.name) for one in files):
-        return parquet.read_data_set(files, options)
-    return [table for one in files for table in read_format(one, options)]
 
 
 def _time_positions(columns: list[TagColumn]) -> dict[RawTable, set[int]]:
@@ -217,16 +169,10 @@ def _link_cascades(records: list[LoopRecord], loops: list[LoopRoles]) -> list[Lo
 
     masters = {loop.tag: loop.master for loop in loops if loop.master}
     found = find_secondary_tags(records, masters)
-    return [
-        replace(record, provenance=replace(record.provenance, secondary_tag=name)) if name else record
-        for record, name in zip(records, found, strict=True)
-    ]
+    return [_with_provenance(record, secondary_tag=name) for record, name in zip(records, found, strict=True)]
 
 
-def _with_notes(records: list[LoopRecord], notes: tuple[str, ...]) -> list[LoopRecord]:
-    if not notes:
-        return records
-    return [
-        replace(one, provenance=replace(one.provenance, assumptions=(*one.provenance.assumptions, *notes)))
-        for one in records
-    ]
+def _with_provenance(record: LoopRecord, **changes: Any) -> LoopRecord:
+    """Change the provenance of a record; the same record where nothing changes."""
+    origin = replace(record.provenance, **changes)
+    return record if origin == record.provenance else replace(record, provenance=origin)

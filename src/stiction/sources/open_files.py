@@ -18,13 +18,7 @@ __all__ = ["open_files"]
 
 
 def open_files(source: Any, options: ReadOptions) -> list[ByteSource]:
-    """Open a path, folder, pattern, "-", binary file, or list of these; an archive gives several files.
-
-    Raises
-    ------
-    RecordError
-        When there is no file, or one cannot be opened.
-    """
+    """Open a path, folder, pattern, "-", binary file, or list of these; an archive gives several files."""
     paths: list[Any] = []
     for part in source if isinstance(source, (list, tuple)) else [source]:
         paths += _list_files(part) if isinstance(part, (str, os.PathLike)) and part != "-" else [part]

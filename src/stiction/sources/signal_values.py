@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.sources.roles.loop_roles import LoopRoles
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import TagColumn
     from stiction.sources.values.bad_values import BadValues
 
 __all__ = ["parse_signals", "refuse_without_numbers"]

@@ -6,9 +6,8 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError, RecordError
-from stiction.sources.database_url import show_url
+from stiction.sources.database_url import connect, make_engine, refused_as, show_url
 from stiction.sources.options import MAX_BYTES
-from stiction.sources.sql_connection import connect, make_engine, refused_as
 from stiction.sources.table import Origin
 from stiction.sources.typed_table import make_series, typed_table
 
@@ -42,54 +41,12 @@ def read_database(
     tags: Sequence[str] | None = None,
     max_bytes: int = MAX_BYTES,
 ) -> list[RawTable]:
-    """Read a table of a database, or the result of a query.
+    """Read a table of a database, or the result of a query, as one table.
 
-    Nothing is written: the transaction is read-only where the database knows that, and is always rolled back.
-
-    Parameters
-    ----------
-    url : str
-        An SQLAlchemy URL, such as ``postgresql+psycopg://user:password@host/plant`` or ``sqlite:///plant.db``.
-    query : str, optional
-        A SELECT, sent as it is.
-    table : str, optional
-        Name of the table or view, ``schema.table`` where it is not in the default schema; either this or `query`.
-    time, tag, value, quality : str, optional
-        Columns of a long table, which has one row per tag and time; of a wide one, `time`.
-    columns : sequence of str or mapping, optional
-        The only columns to read of a wide table, or signal -> column.
-    since, until : datetime, str or float, optional
-        First time, and the time before which the rows end, in the unit of the time column; a text as ISO 8601.
-    tags : sequence of str, optional
-        The only loops to read: tags of a long table, or columns of a wide one, that begin with one of these.
-    max_bytes : int
-        Size in memory up to which rows are read, at 8 bytes a cell [bytes].
-
-    Returns
-    -------
-    list of RawTable
-        One table. The named columns of time, tag, value and quality have the headings Time, Tag, Value and Quality.
-        Rows are in the order of time when the column holds times or numbers.
-
-    Raises
-    ------
-    ParameterError
-        When the URL or the choice of columns makes no sense.
-    MissingExtraError
-        When the driver of the database is not installed.
-    RecordError
-        When the server is not reached, the query is refused, a table or column does not exist, or no row is found. No
-        message holds a password.
-
-    Examples
-    --------
-    >>> import sqlite3, tempfile
-    >>> with tempfile.TemporaryDirectory() as folder, sqlite3.connect(f"{folder}/plant.db") as database:
-    ...     _ = database.execute("CREATE TABLE trend AS SELECT 0.0 AS t, 3.1 AS pv, 50.0 AS op")
-    ...     database.commit()
-    ...     [table] = read_database(f"sqlite:///{folder}/plant.db", table="trend", time="t")
-    >>> table.header, table.sample
-    ([['Time', 'pv', 'op']], [['0.0', '3.1', '50.0']])
+    Nothing is written: the transaction is read-only where the database knows that, and is always rolled back. The
+    arguments are those of `stiction.read`, and the named columns get the headings of their roles; `columns` may also
+    map signals to columns, and `tag` is the column of tags. Rows are in the order of time when that column holds times
+    or numbers. No message holds a password.
     """
     import polars as pl
 

@@ -1,4 +1,4 @@
-"""A table as a file format hands it over: header rows, the first rows as text, and columns on demand."""
+"""A table as a file format gives it, and the recorded signals (tag columns) that the layouts find in it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ if TYPE_CHECKING:
 
     import polars as pl
 
-__all__ = ["SNIFF_ROWS", "Origin", "RawTable"]
+    from stiction.sources.time.stamps import Stamps
+
+__all__ = ["SNIFF_ROWS", "Clock", "Origin", "RawTable", "TagColumn"]
 
 SNIFF_ROWS = 200
 """Rows from which the form of a table is recognised [-]."""
@@ -81,3 +83,44 @@ class RawTable:
     def sample_column(self, position: int) -> list[str]:
         """Give the cells of a column in the first rows, without the empty ones."""
         return [cell for row in self.sample if position < len(row) and (cell := row[position].strip())]
+
+
+@dataclass(eq=False)
+class Clock:
+    """Time stamps that one or several columns share, parsed when they are first needed."""
+
+    parse: Callable[[], Stamps]
+
+    @cached_property
+    def stamps(self) -> Stamps:
+        """Time of each row."""
+        return self.parse()
+
+
+@dataclass(eq=False)
+class TagColumn:
+    """One column of cells. Columns with the same `clock` object have the same rows."""
+
+    name: str
+    """Heading as written, such as ``FIC-101.PV``; of a long table the tag."""
+    table: RawTable
+    """The table it comes from."""
+    clock: Clock | None
+    """Time of each row; None when the source has no time column, and rows are evenly spaced."""
+    load: Callable[[], pl.Series]
+    """Gives the cells, shape (n_rows,)."""
+    unit: str = ""
+    """Unit as written; empty when the source names none."""
+    description: str = ""
+    """Description as written; empty when there is none."""
+    position: int | None = None
+    """Column position in the table (from 0), where the user may name it by number."""
+    quality: Callable[[], pl.Series] | None = None
+    """Gives the quality that stands with each value, where each row has one (long tables)."""
+    own_clock: bool = False
+    """Whether this tag was stored at times of its own, so that it must be aligned with the loop's other tags."""
+
+    @cached_property
+    def cells(self) -> pl.Series:
+        """The cells, shape (n_rows,)."""
+        return self.load()

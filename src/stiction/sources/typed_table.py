@@ -22,6 +22,8 @@ MAX_SAMPLED_CELLS = 4000
 """Cells in the sample of a wide table [-]."""
 MAX_SAMPLED_FLOAT_COLUMNS = 12
 """Columns of floats of which the sample holds cells; those of the others are empty, as reading all takes long."""
+MIN_SPARSE_ROWS = 20
+"""Rows below which the sample does not show that columns are sparse, so that one column of floats is enough [-]."""
 
 
 def typed_table(
@@ -36,34 +38,9 @@ def typed_table(
 ) -> RawTable:
     """Make a table of a polars frame; of a lazy one only the columns asked for are read.
 
-    Parameters
-    ----------
-    origin : Origin
-        Where it comes from.
-    frame : polars.DataFrame or polars.LazyFrame
-        The columns.
-    units : mapping, optional
-        Heading -> unit; a second header row.
-    metadata : dict, optional
-        Key and value pairs stored with the frame. Those of pandas give the index, the levels of column names and
-        ``attrs["units"]``.
-    notes : sequence of str, optional
-        Assumptions made so far.
-    max_bytes : int, optional
-        Size in memory up to which columns are read at once, at 8 bytes a cell [bytes].
-    keep : object, optional
-        What must live as long as the table, such as a temporary file.
-
-    Returns
-    -------
-    RawTable
-        Columns are numbers, text, bool, times or durations. `sample` holds fewer rows of a wide table, and of columns
-        of floats only the first ones.
-
-    Raises
-    ------
-    RecordError
-        When the data are damaged; when columns are loaded, also when these are larger than `max_bytes`.
+    `units` by heading are a second header row. The `metadata` of pandas give the index, the levels of column names and
+    ``attrs["units"]``. At most `max_bytes` are read at once, at 8 bytes a cell. The table keeps `keep` alive, such as a
+    temporary file. `sample` holds fewer rows of a wide table, and of columns of floats only the first ones.
 
     Examples
     --------
@@ -82,7 +59,9 @@ def typed_table(
     units = stored_units | dict(units or {})
 
     types = dict(schema)
-    unsampled = set([name for name in names if types[name].is_float()][MAX_SAMPLED_FLOAT_COLUMNS:])
+    n_rows = max(8, min(SNIFF_ROWS, MAX_SAMPLED_CELLS // max(1, len(names))))
+    n_floats = MAX_SAMPLED_FLOAT_COLUMNS if n_rows >= MIN_SPARSE_ROWS else 1
+    unsampled = set([name for name in names if types[name].is_float()][n_floats:])
 
     @cache
     def count_rows() -> int:
@@ -98,7 +77,6 @@ def typed_table(
             return lazy.select(_to_plain_type(names[k], types[names[k]]) for k in positions).collect()
 
     sampled = [k for k, name in enumerate(names) if name not in unsampled]
-    n_rows = max(8, min(SNIFF_ROWS, MAX_SAMPLED_CELLS // max(1, len(names))))
     sample: list[list[str]] = []
     with damage_refused(origin.name):
         columns = [_to_plain_type(names[k], types[names[k]]) for k in sampled]
@@ -113,16 +91,7 @@ def typed_table(
 
 @contextmanager
 def damage_refused(name: str) -> Iterator[None]:
-    """Turn what polars says about damaged data into a `RecordError` that names the file.
-
-    Examples
-    --------
-    >>> import polars as pl
-    >>> with damage_refused("a.parquet"):
-    ...     raise pl.exceptions.ComputeError("page header is invalid")
-    Traceback (most recent call last):
-    stiction.errors.RecordError: a.parquet: is damaged (page header is invalid); copy or export it again.
-    """
+    """Turn what polars says about damaged data into a `RecordError` that names the file."""
     from polars.exceptions import PanicException, PolarsError
 
     try:
@@ -135,13 +104,7 @@ def damage_refused(name: str) -> Iterator[None]:
 
 
 def make_series(cells: Sequence[Any]) -> pl.Series:
-    """Make a column of Python values; of several types it is text.
-
-    Examples
-    --------
-    >>> make_series([1.5, "Bad", None]).to_list()
-    ['1.5', 'Bad', None]
-    """
+    """Make a column of Python values; of several types it is text."""
     import polars as pl
 
     try:
@@ -151,13 +114,7 @@ def make_series(cells: Sequence[Any]) -> pl.Series:
 
 
 def join_levels(name: Any) -> str:
-    """Join a column name of several levels by dots.
-
-    Examples
-    --------
-    >>> join_levels(("FIC-101", "PV")), join_levels("FIC-101.PV")
-    ('FIC-101.PV', 'FIC-101.PV')
-    """
+    """Join a column name of several levels by dots: ``('FIC-101', 'PV')`` is FIC-101.PV."""
     levels = name if isinstance(name, tuple) else (name,)
     return ".".join(text for level in levels if (text := str(level).strip()))
 

@@ -17,7 +17,7 @@ import pytest
 from stiction.diagnosis.detection.haegglund_shape import square_indices
 from stiction.diagnosis.detection.he_curve_fit import stiction_indices
 from stiction.diagnosis.detection.rossi_scali import relay_indices
-from stiction.diagnosis.detection.shapes import relay_misfit, sine_misfit, triangle_misfit
+from stiction.diagnosis.detection.shapes import relay_misfit, relay_shapes, sine_misfit, triangle_misfit
 from stiction.diagnosis.detection.singhal_salsbury import area_ratios
 
 pytestmark = pytest.mark.quick
@@ -94,7 +94,9 @@ def test_relay_shape_is_the_steady_response_of_a_lag(tau):
     ups = np.flatnonzero((y[:-1] <= 0) & (y[1:] > 0)) + 1
     start, stop = int(ups[3]), int(ups[3]) + half
     power = float(y[start:stop] @ y[start:stop])
-    assert relay_misfit(y, start, stop) < 2e-3 * power < sine_misfit(y, start, stop)
+    shapes = np.empty((12, half + 1))
+    relay_shapes(half, shapes)
+    assert relay_misfit(y, start, stop, shapes) < 2e-3 * power < sine_misfit(y, start, stop)
 
 
 @pytest.mark.parametrize("m", [4, 7, 30])

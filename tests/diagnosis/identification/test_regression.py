@@ -90,3 +90,31 @@ def test_rows_that_depend_on_others_are_left_out_of_the_basis():
     basis = orthonormal_rows(np.vstack([rows, rows[0] - 2.0 * rows[3]]))
     assert basis.shape == (4, 50)
     np.testing.assert_allclose(basis @ basis.T, np.eye(4), atol=1e-12)
+
+
+def test_a_gap_leaves_out_the_samples_that_have_it_among_their_earlier_pv():
+    op, pv = record()
+    gaps = np.zeros(600, dtype=bool)
+    gaps[300:312] = True
+    filled = np.where(gaps, 1e3, pv)
+    regression = build_regression(op, filled, 1, 36.0, gaps=gaps)
+    position = st.stroke(st.Kano(3.0, 1.2), op, dt=1.0).mv
+    design, target = full_design(regression, position)
+    kept = [k - regression.first for k in range(regression.first, 600) if not 300 <= k < 312 + 12]
+    weights, *_ = np.linalg.lstsq(design[kept], target[kept], rcond=None)
+    error = np.sum((target[kept] - design[kept] @ weights) ** 2)
+    assert regression.n_predicted == len(kept)
+    cost = regression.cost_of_positions(position[np.newaxis])[0]
+    assert cost == pytest.approx(len(kept) * np.log(error / len(kept)), rel=1e-6)
+
+
+def test_gaps_hardly_change_what_is_identified():
+    op, pv = record(n=2400, seed=3)
+    gaps = np.zeros(2400, dtype=bool)
+    for first in (500, 1100, 1900):
+        gaps[first : first + 15] = True
+    holes = [np.where(gaps, np.nan, x) for x in (op, pv)]
+    whole, torn = (st.diagnose(st.LoopRecord("FIC-1", 1.0, op=x, pv=y)) for x, y in ((op, pv), holes))
+    assert (torn.quality.first, torn.quality.last) == (0, 2400)
+    assert whole.identification.S_low < 3.0 < whole.identification.S_high
+    assert pytest.approx(whole.identification.S, rel=0.1) == torn.identification.S

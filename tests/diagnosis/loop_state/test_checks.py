@@ -193,7 +193,3 @@ def test_bad_data_are_long_gaps(gap, marked):
     pv = 150.0 + NOISE
     pv[100 : 100 + gap] = np.nan
     assert find_bad_data(NOISE, pv).sum() == marked
-
-
-def test_a_reject_marks_all():
-    assert find_bad_data(NOISE, NOISE, ["The record is too short."]).all()

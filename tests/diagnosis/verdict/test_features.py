@@ -24,6 +24,7 @@ def log_of(x):
 EXPECTED = {
     "over_good": log_of(300.0),
     "over_nonlinear": log_of(200.0),
+    "over_dead_zone": log_of(250.0),
     "over_relay_load": log_of(150.0),
     "over_closest": log_of(80.0),
     "kept_share": 80.0 / 300.0,

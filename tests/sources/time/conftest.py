@@ -7,7 +7,8 @@ import pytest
 
 from stiction.sources.options import ReadOptions
 from stiction.sources.table import SNIFF_ROWS, Origin, RawTable
-from stiction.sources.time.parse import find_time_columns, parse_time
+from stiction.sources.time.parse import parse_time
+from stiction.sources.time.time_columns import find_time_columns
 
 
 @pytest.fixture(scope="session")

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from stiction.errors import RecordError
-from stiction.sources.time.parse import is_clock, is_date, is_timestamp
 from stiction.sources.time.text_column import parse_text_stamps
+from stiction.sources.time.text_stamps import is_clock, is_date, is_timestamp
 
 START = datetime(2026, 2, 1, 13, 0, 5)
 FORMS = {

@@ -11,7 +11,7 @@ import pytest
 
 from stiction.errors import RecordError
 from stiction.sources.options import ReadOptions
-from stiction.sources.time.parse import find_time_columns, is_time_heading, missing_time_error, seconds_per_unit
+from stiction.sources.time.time_columns import find_time_columns, is_time_heading, missing_time_error, seconds_per_unit
 
 START = datetime(2026, 2, 14, 7, 59)
 N = 120

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from stiction.diagnosis.detection.facts import FACTS, MethodFacts, detect_all, with_stem
+from stiction.diagnosis.detection.facts import FACTS, MethodFacts, detect_all
 
-__all__ = ["FACTS", "MethodFacts", "detect_all", "with_stem"]
+__all__ = ["FACTS", "MethodFacts", "detect_all"]

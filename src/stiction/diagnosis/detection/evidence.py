@@ -70,8 +70,10 @@ def action(op: NDArray[np.float64], error: NDArray[np.float64]) -> float:
     (1.0, -1.0)
     """
     step = np.diff(error)
-    columns = np.stack([error[2:] + error[1:-1], step[1:], np.diff(step)], axis=1)
-    integral = np.linalg.lstsq(columns, np.diff(op)[1:], rcond=None)[0][0]
+    columns = [x / max(float(x.std()), 1e-300) for x in (error[2:] + error[1:-1], step[1:], np.diff(step))]
+    moves = np.diff(op)[1:]
+    products = [[np.einsum("i,i->", x, y) for y in (*columns, moves)] for x in columns]
+    integral = (np.linalg.pinv(np.array(products)[:, :3], hermitian=True) @ np.array(products)[:, 3])[0]
     return -1.0 if integral < 0.0 else 1.0
 
 
@@ -85,7 +87,7 @@ def coarse(
 def blocks(x: NDArray[np.float64], width: int) -> NDArray[np.float64]:
     """Means of blocks of `width` samples, shape (n_samples // width,)."""
     n = x.shape[0] // width
-    return x[: n * width].reshape(n, width).mean(axis=1) if width > 1 else x
+    return np.einsum("ij->i", x[: n * width].reshape(n, width)) / width if width > 1 else x
 
 
 def objections(

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.result import Evidence, Oscillation
     from stiction.records.record import LoopRecord
 
-__all__ = ["FACTS", "MethodFacts", "detect_all", "with_stem"]
+__all__ = ["FACTS", "MethodFacts", "detect_all"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,36 +159,3 @@ def detect_all(record: LoopRecord, oscillation: Oscillation) -> tuple[Evidence, 
     {'stiction'}
     """
     return tuple(facts.function(record, oscillation) for facts in FACTS.values())
-
-
-def with_stem(record: LoopRecord, oscillation: Oscillation, rows: tuple[Evidence, ...]) -> tuple[Evidence, ...]:
-    """What `detect_all` says of a record with its valve's position, from what it says of it without.
-
-    Parameters
-    ----------
-    record : LoopRecord
-        The loop, with the position.
-    oscillation : Oscillation
-        What `find_oscillation` says of the record.
-    rows : tuple of Evidence
-        Those of the same record without it.
-
-    Returns
-    -------
-    tuple of Evidence
-        The same, anew where a method looks at the position.
-
-    Examples
-    --------
-    >>> from dataclasses import replace
-    >>> import stiction as st
-    >>> from stiction.diagnosis.detection import detect_all, with_stem
-    >>> from stiction.diagnosis.oscillation import find_oscillation
-    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
-    >>> record = st.simulate(loop, sp=10.0, duration=2000.0, loop_type="flow")
-    >>> found = find_oscillation(record)
-    >>> with_stem(record, found, detect_all(replace(record, mv=None), found)) == detect_all(record, found)
-    True
-    """
-    asked = zip(FACTS.values(), rows, strict=True)
-    return tuple(facts.function(record, oscillation) if "mv" in facts.signals else row for facts, row in asked)

@@ -52,18 +52,7 @@ def haegglund_shape(record: LoopRecord, oscillation: Oscillation) -> Evidence:
 
 
 def square_indices(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Haegglund's I of each half period [-], shape (n_half_periods,).
-
-    Parameters
-    ----------
-    y : ndarray, shape (n_samples,)
-        Control error about its drift.
-    cuts : ndarray, shape (n_half_periods, 2)
-        First sample and the one past the last of each.
-
-    Returns
-    -------
-    ndarray
+    """Haegglund's I of each half period [-], shape (n_half_periods,), of what `half_periods` gives.
 
     Examples
     --------

@@ -57,18 +57,7 @@ def he_curve_fit(record: LoopRecord, oscillation: Oscillation) -> Evidence:
 
 
 def stiction_indices(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[np.float64]:
-    """SI of each half period [-], shape (n_half_periods,).
-
-    Parameters
-    ----------
-    y : ndarray, shape (n_samples,)
-        Signal about its drift.
-    cuts : ndarray, shape (n_half_periods, 2)
-        First sample and the one past the last of each.
-
-    Returns
-    -------
-    ndarray
+    """SI of each half period [-], shape (n_half_periods,), of what `half_periods` gives.
 
     Examples
     --------

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.detection.evidence import judge, objections, swing
+from stiction.records.fast_length import next_fast_length
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -65,7 +66,7 @@ def horch_correlation(record: LoopRecord, oscillation: Oscillation) -> Evidence:
 def cross_correlation(x: NDArray[np.float64], y: NDArray[np.float64], reach: int) -> NDArray[np.float64]:
     """Sum of x[k] y[k + lag] for lags -reach .. reach, over the pairs each lag has, shape (2 reach + 1,)."""
     n = x.shape[0]
-    size = 1 << (n + reach - 1).bit_length()
+    size = next_fast_length(n + reach)
     r = np.fft.irfft(np.conj(np.fft.rfft(x - x.mean(), size)) * np.fft.rfft(y - y.mean(), size), size)
     lags = np.arange(-reach, reach + 1)
     return r[lags] / (n - np.abs(lags))

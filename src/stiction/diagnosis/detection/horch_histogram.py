@@ -70,7 +70,8 @@ def camel_index(x: NDArray[np.float64]) -> float:
     deviation = float(x.std())
     if not deviation > 0.0:
         return float("nan")
-    histogram = np.histogram((x - x.mean()) / deviation, EDGES)[0] / (x.shape[0] * (EDGES[1] - EDGES[0]))
+    counts = np.histogram((x - x.mean()) / deviation, EDGES.size - 1, (EDGES[0], EDGES[-1]))[0]
+    histogram = counts / (x.shape[0] * (EDGES[1] - EDGES[0]))
     one, two = (float(((humps - histogram) ** 2).sum(axis=1).min()) for humps in _densities())
     return two / (one + two) if one + two > 0.0 else float("nan")
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.detection.evidence import half_periods, judge, objections
-from stiction.diagnosis.detection.shapes import relay_misfit, sine_misfit, triangle_misfit
+from stiction.diagnosis.detection.shapes import relay_misfit, relay_shapes, sine_misfit, triangle_misfit
 from stiction.diagnosis.oscillation import error_name
 from stiction.models.compiled import kernel
 
@@ -52,18 +52,7 @@ def rossi_scali(record: LoopRecord, oscillation: Oscillation) -> Evidence:
 
 
 def relay_indices(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[np.float64]:
-    """S_I of each half period [-], shape (n_half_periods,).
-
-    Parameters
-    ----------
-    y : ndarray, shape (n_samples,)
-        Control error about its drift.
-    cuts : ndarray, shape (n_half_periods, 2)
-        First sample and the one past the last of each.
-
-    Returns
-    -------
-    ndarray
+    """S_I of each half period [-], shape (n_half_periods,), of what `half_periods` gives.
 
     Examples
     --------
@@ -73,16 +62,23 @@ def relay_indices(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[np.
     [-1.0]
     """
     values = np.empty(cuts.shape[0])
-    _fit(y, cuts, values)
+    lengths = cuts[:, 1] - cuts[:, 0]
+    shapes = np.empty((12, int(lengths.max(initial=0)) + 1))  # half periods of 0.5, 0.8, ... 88 time constants
+    _fit(y, cuts, np.argsort(lengths), shapes, values)
     return values
 
 
 @kernel
-def _fit(y, cuts, values):
-    for k in range(cuts.shape[0]):
+def _fit(y, cuts, order, shapes, values):
+    """Fill `values`, in order of the lengths: half periods of one length share their `shapes`."""
+    last = 0
+    for k in order:
         m = cuts[k, 1] - cuts[k, 0]
+        if m != last:
+            relay_shapes(m, shapes)
+            last = m
         sine = sine_misfit(y, cuts[k, 0], cuts[k, 1]) / (m - 1.0)
         triangle = triangle_misfit(y, cuts[k, 0], cuts[k, 1])
-        relay = min(triangle, relay_misfit(y, cuts[k, 0], cuts[k, 1])) / max(m - 2.0, 1.0)
+        relay = min(triangle, relay_misfit(y, cuts[k, 0], cuts[k, 1], shapes)) / max(m - 2.0, 1.0)
         both = sine + relay
         values[k] = (sine - relay) / both if both > 0.0 else 0.0

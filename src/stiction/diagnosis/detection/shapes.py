@@ -15,7 +15,7 @@ import math
 
 from stiction.models.compiled import kernel
 
-__all__ = ["area_ratio", "relay_misfit", "sine_misfit", "square_misfit", "triangle_misfit"]
+__all__ = ["area_ratio", "relay_misfit", "relay_shapes", "sine_misfit", "square_misfit", "triangle_misfit"]
 
 
 @kernel
@@ -61,30 +61,39 @@ def triangle_misfit(y, start, stop):
 
 
 @kernel
-def relay_misfit(y, start, stop):
-    """Misfit of the best response of a first-order lag to a relay, from near a triangle to near a square.
+def relay_shapes(m, shapes):
+    """Fill `shapes` with responses of a first-order lag to a relay, from near a triangle to near a square.
 
-    In a steady cycle the response rises as 1 - exp(-t/tau) from its zero crossing and, when the relay turns at D,
-    falls as (2 - exp(-D/tau)) exp(-(t-D)/tau) - 1. It must be zero after the half period m, so that
+    It has a row per lag: the sum of squares, then the `m` samples of a half period. In a steady cycle the response
+    rises as 1 - exp(-t/tau) from its zero crossing and, when the relay turns at D, falls as
+    (2 - exp(-D/tau)) exp(-(t-D)/tau) - 1. It must be zero after the half period m, so that
     D/tau = log((1 + exp(m/tau)) / 2): one free number, m/tau.
     """
-    m = stop - start
-    total = 0.0
-    for i in range(m):
-        total += y[start + i] * y[start + i]
-    best = 0.0
     lags = 0.5
-    while lags < 100.0:
+    for row in range(shapes.shape[0]):
         turn = lags + math.log(0.5 * (1.0 + math.exp(-lags)))
         top = 2.0 - math.exp(-turn)
-        fit = size = 0.0
+        size = 0.0
         for i in range(m):
             t = lags * (i + 0.5) / m
             shape = 1.0 - math.exp(-t) if t < turn else top * math.exp(turn - t) - 1.0
-            fit += shape * y[start + i]
+            shapes[row, i + 1] = shape
             size += shape * shape
-        best = max(best, fit * fit / size)
+        shapes[row, 0] = size
         lags *= 1.6
+
+
+@kernel
+def relay_misfit(y, start, stop, shapes):
+    """Misfit of the best of the `relay_shapes` of this length."""
+    total = best = 0.0
+    for i in range(start, stop):
+        total += y[i] * y[i]
+    for row in range(shapes.shape[0]):
+        fit = 0.0
+        for i in range(stop - start):
+            fit += shapes[row, i + 1] * y[start + i]
+        best = max(best, fit * fit / shapes[row, 0])
     return max(total - best, 0.0)
 
 

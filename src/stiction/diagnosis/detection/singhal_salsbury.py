@@ -62,18 +62,7 @@ def singhal_salsbury(record: LoopRecord, oscillation: Oscillation) -> Evidence:
 
 
 def area_ratios(y: NDArray[np.float64], cuts: NDArray[np.intp]) -> NDArray[np.float64]:
-    """R of each half period [-], shape (n_half_periods,).
-
-    Parameters
-    ----------
-    y : ndarray, shape (n_samples,)
-        Control error about its drift.
-    cuts : ndarray, shape (n_half_periods, 2)
-        First sample and the one past the last of each.
-
-    Returns
-    -------
-    ndarray
+    """R of each half period [-], shape (n_half_periods,), of what `half_periods` gives.
 
     Examples
     --------

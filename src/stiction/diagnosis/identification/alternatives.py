@@ -33,7 +33,7 @@ def good_valve_cost(regression: Regression) -> float:
 
 
 def alternative_costs(
-    regression: Regression, period: float | None, sticky: NDArray[np.float64]
+    regression: Regression, period: float | None, sticky: NDArray[np.float64], gaps: NDArray[np.bool_] | None = None
 ) -> tuple[dict[str, float], float, tuple[float, float]]:
     """Compare the explanations without stiction.
 
@@ -50,7 +50,7 @@ def alternative_costs(
     shifted = _with_good_valve(regression)
     costs["relay_load"] = _best_relay(shifted, regression) - free
     costs["noise_gate"] = _best_noise_gate(shifted, regression) - free
-    periodic, both = _periodic_load(regression, period, sticky)
+    periodic, both = _periodic_load(regression, period, sticky, gaps)
     if np.isfinite(periodic):
         costs["periodic_load"] = periodic - free
     return costs, both - free, (ends[0], ends[1])
@@ -67,8 +67,8 @@ def _with_good_valve(regression: Regression) -> Regression:
     pv_lags = min(PV_LAGS, n // 8)
     shared = [np.ones(n - first), *(regression.pv[first - lag : n - lag] for lag in range(1, pv_lags + 1))]
     lag_sums = regression._lag_sums(standardise(_op_means(regression)[0])[np.newaxis])[0]
-    basis = orthonormal_rows(np.vstack([shared, lag_sums]))
-    y = regression.pv[first:]
+    basis = orthonormal_rows(np.vstack([regression.choose(np.array(shared)), lag_sums]))
+    y = regression.choose(regression.pv[first:])
     return replace(regression, basis=basis, target=y - (y @ basis.T) @ basis)
 
 
@@ -76,7 +76,8 @@ def _lagged(regression: Regression, signals: NDArray[np.float64]) -> NDArray[np.
     """A few lags of each signal as regressors, as many as OP has beside a sticky valve."""
     n, first = regression.pv.size, regression.first
     x = signals - signals.mean(axis=1, keepdims=True)
-    return np.stack([x[:, first - lag : n - lag] for lag in range(1, regression.op_lags + 1)], axis=1)
+    lagged = np.stack([x[:, first - lag : n - lag] for lag in range(1, regression.op_lags + 1)], axis=1)
+    return regression.choose(lagged)
 
 
 def valve_characteristics(place: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -137,7 +138,12 @@ def _best_noise_gate(shifted: Regression, regression: Regression) -> float:
 
 
 def _periodic_load(
-    regression: Regression, period: float | None, sticky: NDArray[np.float64], *, min_periods: float = 5.0
+    regression: Regression,
+    period: float | None,
+    sticky: NDArray[np.float64],
+    gaps: NDArray[np.bool_] | None,
+    *,
+    min_periods: float = 5.0,
 ) -> tuple[float, float]:
     """Cost of a good valve beside a load that is the same in every period, and the gain of a sticky valve beside it."""
     n = regression.pv.size
@@ -148,6 +154,6 @@ def _periodic_load(
     signals = np.stack([regression.pv, _op_means(regression)[0], sticky])
     pv, op, stem = remove_harmonics(signals, exact, harmonics)
     scale = float(pv.std())
-    rest = build_regression(op, pv, 1, period)
+    rest = build_regression(op, pv, 1, period, gaps=gaps)
     cost = rest.cost_of_positions(np.stack([op, stem])) + 2.0 * rest.n_predicted * np.log(max(scale, 1e-12))
     return float(cost[0]) + 2.0 * harmonics, float(cost[0] - cost[1])

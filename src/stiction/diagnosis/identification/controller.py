@@ -21,7 +21,7 @@ from stiction.diagnosis.identification.result import ControllerFit
 from stiction.errors import RecordError
 from stiction.records.gaps import forward_fill
 from stiction.records.quality.moving_average import detect_averaging_window
-from stiction.records.quality.quantisation import quantisation_step
+from stiction.records.quality.quantisation import count_values, quantisation_step
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -50,7 +50,9 @@ NEIGHBOURS = 3
 """Samples on either side that tell a sample of the PV [-]: enough for three sines."""
 
 
-def fit_controller(record: LoopRecord) -> ControllerFit:
+def fit_controller(
+    record: LoopRecord, steps: tuple[float, float] | None = None, is_averaged: bool | None = None
+) -> ControllerFit:
     """Fit OP = Kc (e + int e dt / Ti + Td de/dt) and name the form.
 
     Without a set point a P controller is named, and its sign told, only where it explains all moves of OP: a PV that
@@ -63,6 +65,10 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
     ----------
     record : LoopRecord
         A record with PV; without SP, a constant one is assumed.
+    steps : (float, float), optional
+        Quantisation steps of OP [% of span] and PV [its unit], when they are known.
+    is_averaged : bool, optional
+        Whether OP and PV are moving averages, when it is known.
 
     Returns
     -------
@@ -105,7 +111,7 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
     error, mean = sp - pv, pv.mean()
     sp, pv = sp - mean, pv - mean
 
-    data, bumps = _without_bumps(moves(op, error, pv, valid, record.dt, 0.0), moving)
+    data, bumps = _without_bumps(moves(op, error, pv, valid, record.dt, 0.0, moving), moving)
     if data.y.size < FEWEST_ROWS:
         return _none(f"Only {data.y.size} moves of OP between gaps, limits and manual; {FEWEST_ROWS} are needed.")
     if not np.any(data.y):
@@ -113,19 +119,22 @@ def fit_controller(record: LoopRecord) -> ControllerFit:
     full = data.unexplained(moving)
     left = energy_of(full) / energy_of(data.y)
     own, as_rounded = left <= COMPUTED, False
-    if not own and any(steps := (quantisation_step(op), quantisation_step(pv))):
+    steps = steps or (quantisation_step(op), quantisation_step(pv))
+    if not own and any(steps):
         law = best_form(data, moving, 0.0, record.dt, exact=True).weights
         rounding = _rounding(law, record.dt, *steps)
         as_rounded = energy_of(full) <= AS_ROUNDED * rounding * full.size
         own = as_rounded and _stands_out(_between(law, record.dt, pv, steps[1]), full, rounding)
-    own = own and not detect_averaging_window(op, pv)  # a filter of both leaves the law as it is
+    if own:  # a filter of both leaves the law as it is
+        own = not (detect_averaging_window(op, pv) if is_averaged is None else is_averaged)
     exact = as_rounded or left <= EXACT
     trapezoid = 0.0 if exact else 0.5
     data.columns[1] -= trapezoid * record.dt * data.columns[0]
     rho = _neighbours(full)
     found, compared = best_form(data, moving, max(rho, 0.0), record.dt, exact), "moves of OP"
-    if rho < ROUNDED or found.share < ENOUGH or ("D" in found.form and not exact):
-        whole = positions(op, error, pv, valid, record.dt, trapezoid)
+    # Where the moves leave no more than the rounding of computed numbers, their correlation says nothing.
+    if left > COMPUTED and (rho < ROUNDED or found.share < ENOUGH or ("D" in found.form and not exact)):
+        whole = positions(op, error, pv, valid, record.dt, trapezoid, moving)
         if whole.y.size >= FEWEST_ROWS and np.any(whole.y):
             rho = min(max(_neighbours(whole.unexplained(moving)), 0.0), 0.99)
             other = best_form(whole, moving, rho, record.dt, exact)
@@ -200,10 +209,9 @@ def at_limit(op: NDArray[np.float64]) -> NDArray[np.bool_]:
     usual = float(np.mean(length))
     value = op[first]
     rests = (length >= max(3.0, 3.0 * usual)) & ((value == value.max()) | (value == value.min()))
-    limits = np.unique(value[rests])
-    out = np.isin(op, limits) if limits.size else np.zeros(op.size, dtype=bool)
+    out = np.isin(op, np.unique(value[rests])) if rests.any() else np.zeros(op.size, dtype=bool)
     # An OP of a few rounded values has rests, not limits.
-    return out if np.unique(op[~out]).size > 2 else np.zeros(op.size, dtype=bool)
+    return out if count_values(op[~out], 3) > 2 else np.zeros(op.size, dtype=bool)
 
 
 def _rounding(law: Mapping[int, float], dt: float, op_step: float, pv_step: float) -> float:

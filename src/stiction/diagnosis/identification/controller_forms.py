@@ -50,14 +50,20 @@ class Regression(NamedTuple):
     y: NDArray[np.float64]
     """OP or its moves [% of span], shape (n,)."""
     columns: NDArray[np.float64]
-    """Proportional, integral and derivative part of the error, then P and D of the PV, shape (5, n)."""
+    """Proportional, integral and derivative part of the error, then P and D of the PV, shape (5, n); without the last
+    two, shape (3, n), where the set point is constant."""
     taken: int
     """Offsets and drifts already fitted [-]."""
 
     def sums(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Products of the columns with one another, shape (5, 5), and with y, shape (5,)."""
+        """Products of the columns with one another, shape (n_columns, n_columns), and with y, shape (n_columns,)."""
         # Not by @: the threads of a BLAS cost more than these sums where other work shares the cores.
-        return np.einsum("ik,jk->ij", self.columns, self.columns), np.einsum("ik,k->i", self.columns, self.y)
+        rows = (*self.columns, self.y)
+        products = np.empty((len(rows), len(rows)))
+        for i, row in enumerate(rows):
+            for j in range(i + 1):
+                products[i, j] = products[j, i] = np.einsum("k,k->", row, rows[j])
+        return products[:-1, :-1], products[:-1, -1]
 
     def unexplained(self, moving: bool, fitted: Regression | None = None) -> NDArray[np.float64]:
         """What all columns together leave [% of span], shape (n,); those of the PV only for a moving set point.
@@ -99,6 +105,7 @@ def moves(
     valid: NDArray[np.bool_],
     dt: float,
     trapezoid: float,
+    moving: bool = True,
 ) -> Regression:
     """Velocity form: the moves of OP from sample to sample.
 
@@ -112,6 +119,8 @@ def moves(
         Sampling period [s].
     trapezoid : float
         0.0 adds the new error to the integral as a controller does, 0.5 the mean of old and new.
+    moving : bool
+        Whether the set point moves; else no column of the PV is made.
     """
     rows = valid[2:] & valid[1:-1] & valid[:-2]
     de, dy = np.diff(error), -np.diff(pv)
@@ -122,7 +131,8 @@ def moves(
         dy[1:],
         np.diff(dy) / dt,
     )
-    columns = np.stack([part[rows] for part in parts])
+    everywhere = bool(rows.all())
+    columns = np.stack([part if everywhere else part[rows] for part in parts[: None if moving else P_PV]])
     y = np.diff(op)[1:][rows]
     if y.size:
         y = y - y.mean()
@@ -137,6 +147,7 @@ def positions(
     valid: NDArray[np.bool_],
     dt: float,
     trapezoid: float,
+    moving: bool,
 ) -> Regression:
     """Position form: OP itself; each stretch between gaps has an offset and a drift of its own.
 
@@ -153,7 +164,7 @@ def positions(
     rows[usable] = length[stretch[usable]] >= SHORTEST_STRETCH
     de, dy = np.diff(error, prepend=error[:1]), -np.diff(pv, prepend=pv[:1])
     parts = (error, dt * (np.cumsum(error) - trapezoid * error), de / dt, -pv, dy / dt)
-    signals = np.stack([op[rows], *(part[rows] for part in parts)])
+    signals = np.stack([part[rows] for part in (op, *parts[: None if moving else P_PV])])
     names, member = np.unique(stretch[rows], return_inverse=True)
     straight = _straightened(signals, np.flatnonzero(rows).astype(np.float64), member, names.size)
     return Regression(straight[0], straight[1:], 2 * names.size)
@@ -165,6 +176,10 @@ def _straightened(
     """Take each stretch's own straight line off every row of x."""
     if count == 0:
         return x
+    if count == 1:
+        t = t - t.mean()
+        x = x - x.mean(axis=1, keepdims=True)
+        return x - np.einsum("ik,k->i", x, t)[:, np.newaxis] / energy_of(t) * t
     size = np.bincount(member, minlength=count)
 
     def sums(row: NDArray[np.float64]) -> NDArray[np.float64]:

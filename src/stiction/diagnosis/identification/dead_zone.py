@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.regression import Regression
 
-__all__ = ["DeadZone", "count_reversals", "flow_outside", "limit_dead_zone_ratio", "search_dead_zone"]
+__all__ = ["DeadZone", "count_reversals", "flow_outside", "search_dead_zone"]
 
 MIN_OP_REVERSALS = 4
 """Reversals of OP from which a sticky valve and a dead zone can be told apart: each end of the range is met twice."""
@@ -78,19 +78,6 @@ def count_reversals(signal: NDArray[np.float64], min_move: float = 0.0) -> int:
         elif direction <= 0 and x - low > min_move:
             count, direction, high = count + (direction < 0), 1, x
     return count
-
-
-def limit_dead_zone_ratio(likelihood_ratio: float, stem_reversals: int) -> float:
-    """Limit what speaks for a sticky valve over a dead zone, where the stem has hardly turned back.
-
-    With fewer than two reversals of the stem both count as equally likely at most: the ratio is at most 0.
-
-    Examples
-    --------
-    >>> limit_dead_zone_ratio(20.0, 1), limit_dead_zone_ratio(20.0, 6)
-    (0.0, 20.0)
-    """
-    return likelihood_ratio if stem_reversals >= 2 else min(likelihood_ratio, 0.0)
 
 
 def search_dead_zone(regression: Regression) -> tuple[float, float, float]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.alternatives import alternative_costs, good_valve_cost
-from stiction.diagnosis.identification.dead_zone import DeadZone, count_reversals, limit_dead_zone_ratio
+from stiction.diagnosis.identification.dead_zone import DeadZone, count_reversals
 from stiction.diagnosis.identification.intervals import interval_features, intervals, segment_estimates, trend
 from stiction.diagnosis.identification.process_fit import compared_part, fit_process, simulate_process
 from stiction.diagnosis.identification.regression import MAX_POSITION_LAG, build_regression, one_thread
@@ -50,20 +50,25 @@ class ValveSearch:
     """The first search."""
 
 
-def search_record(op: NDArray[np.float64], pv: NDArray[np.float64], period: float | None) -> ValveSearch:
+def search_record(
+    op: NDArray[np.float64], pv: NDArray[np.float64], period: float | None, gaps: NDArray[np.bool_] | None = None
+) -> ValveSearch:
     """Search the most likely valve of a record and compare it with other explanations.
 
-    OP [% of span] and PV [engineering units] have no gaps; the period is in samples, None without an oscillation.
+    OP [% of span] and PV [engineering units] are filled where `gaps` says that nothing was recorded; the period is in
+    samples, None without an oscillation.
     """
-    signals = block_signals(op, pv, period)
-    coarse = block_signals(op, pv, period, samples_per_period=16.0, min_blocks=400, max_blocks=1000, max_op_per_block=4)
+    signals = block_signals(op, pv, period, gaps=gaps)
+    coarse = block_signals(
+        op, pv, period, samples_per_period=16.0, min_blocks=400, max_blocks=1000, max_op_per_block=4, gaps=gaps
+    )
     max_S = float(np.ptp(signals.op))
     with one_thread():
         fine = _regression(signals)
         first = fine if coarse.samples == signals.samples else _regression(coarse, 24)
         found, grid = search_valve(first, fine, max_S)
         sticky = fine.positions(np.array([found.best]))[0]
-        costs, both, zone = alternative_costs(fine, signals.period, sticky)
+        costs, both, zone = alternative_costs(fine, signals.period, sticky, signals.gaps)
         surface = _surface(first, grid, max_S)
         own = float(found.cost.min())
         deadband = search_deadband(fine, found, max_S)
@@ -75,13 +80,17 @@ def search_record(op: NDArray[np.float64], pv: NDArray[np.float64], period: floa
     reversals = count_reversals(sticky), count_reversals(signals.op, 0.25 * max_S)
     op_range = float(signals.op.min()), float(signals.op.max())
     dead_zone = DeadZone(*zone, *op_range, costs["good"] - costs["dead_zone"], *reversals)
-    ratios["dead_zone"] = limit_dead_zone_ratio(ratios["dead_zone"], dead_zone.stem_reversals)
     return ValveSearch(signals, fine, found, ratios, dead_zone, surface)
 
 
 def _regression(signals: BlockSignals, max_position_lag: int = MAX_POSITION_LAG) -> Regression:
     return build_regression(
-        signals.op, signals.pv, signals.per_block, signals.time_scale, max_position_lag=max_position_lag
+        signals.op,
+        signals.pv,
+        signals.per_block,
+        signals.time_scale,
+        max_position_lag=max_position_lag,
+        gaps=signals.gaps,
     )
 
 
@@ -99,13 +108,14 @@ def identify_valve(
     period: float | None,
     controller: ControllerFit,
     integrating: bool | None = None,
+    gaps: NDArray[np.bool_] | None = None,
 ) -> Identification:
-    """Identify stiction and process together, from OP [% of span] and PV [engineering units] without gaps.
+    """Identify stiction and process together, from OP [% of span] and PV [engineering units], filled in `gaps`.
 
     Sampling period `dt` and `period` of the oscillation are in seconds, the latter None without one. The controller
     gives the sign of the process gain; `integrating` None tries both kinds of process.
     """
-    search = search_record(op, pv, None if period is None else period / dt)
+    search = search_record(op, pv, None if period is None else period / dt, gaps)
     signals, regression, valve = search.signals, search.regression, search.candidates.best
     features = interval_features(
         op, valve, search.likelihood_ratios["good"], regression.half_cycles.size, exact=controller.exact

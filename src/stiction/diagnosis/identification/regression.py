@@ -45,6 +45,8 @@ class Regression:
     """What the shared regressors leave of the PV [-], shape (n_predicted,)."""
     op_lags: int
     """Lags of OP among the shared regressors [-]."""
+    predicted: NDArray[np.bool_]
+    """Whether a block from `first` on is predicted: not in a gap nor so soon after it that an earlier PV is in it."""
     half_cycles: NDArray[np.int64]
     """Ends of the half cycles among the predicted samples, shape (n_half_cycles,)."""
 
@@ -101,7 +103,11 @@ class Regression:
             total[:, first - low + 1 : n - low + 1] - total[:, first - high + 1 : n - high + 1]
             for low, high in zip(self.edges[:-1], self.edges[1:], strict=True)
         ]
-        return np.stack(sums, axis=1)
+        return self.choose(np.stack(sums, axis=1))
+
+    def choose(self, blocks: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The predicted ones of the blocks from `first` on, along the last axis."""
+        return blocks if self.predicted.all() else blocks[..., self.predicted]
 
     def _solve(self, regressors: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Weights of the regressors and the residual sum of squares, by normal equations without the shared part."""
@@ -143,6 +149,7 @@ def build_regression(
     time_scale: float,
     *,
     max_position_lag: int = MAX_POSITION_LAG,
+    gaps: NDArray[np.bool_] | None = None,
 ) -> Regression:
     """Set up the regression of one record.
 
@@ -152,7 +159,8 @@ def build_regression(
     by a quarter from one to the next.
 
     Lags begin at 1: a valve position of the same sample would predict the noise that the controller passes from the
-    PV to the OP. The first cycle is not predicted, because where the stem stood before the record is not known.
+    PV to the OP. A PV in one of the `gaps` neither is predicted nor predicts. The first cycle is not predicted, because
+    where the stem stood before the record is not known.
     """
     n = pv.size
     longest = int(min(max(0.35 * time_scale, 8.0), max_position_lag, n // 8))
@@ -166,13 +174,22 @@ def build_regression(
     shared = [np.ones(n - first)]
     shared += [y[first - lag : n - lag] for lag in range(1, pv_lags + 1)]
     shared += [u[first - lag : n - lag] for lag in range(1, op_lags + 1)]
-    basis = orthonormal_rows(np.array(shared))
-    target = y[first:] - (y[first:] @ basis.T) @ basis
-    count = max(round(2.0 * (n - first) / max(time_scale, 8.0)), 4)
-    half_cycles = np.linspace(0, n - first, count + 1).round().astype(np.int64)[1:]
+    predicted = np.ones(n - first, dtype=bool) if gaps is None else ~_reaches(gaps, pv_lags)[first:]
+    basis = orthonormal_rows(np.array(shared)[:, predicted])
+    y_predicted = y[first:][predicted]
+    target = y_predicted - (y_predicted @ basis.T) @ basis
+    count = max(round(2.0 * target.size / max(time_scale, 8.0)), 4)
+    half_cycles = np.linspace(0, target.size, count + 1).round().astype(np.int64)[1:]
     return Regression(
-        np.ascontiguousarray(op), per_block, y, first, tuple(edges), basis, target, op_lags, np.unique(half_cycles)
-    )
+        np.ascontiguousarray(op), per_block, y, first, tuple(edges), basis, target, op_lags, predicted,
+        np.unique(half_cycles),
+    )  # fmt: skip
+
+
+def _reaches(gaps: NDArray[np.bool_], lags: int) -> NDArray[np.bool_]:
+    """Where a gap lies in this block or in one of the `lags` before."""
+    total = np.concatenate([np.zeros(lags + 1, dtype=np.int64), np.cumsum(gaps)])
+    return total[lags + 1 :] > total[: -lags - 1]
 
 
 def orthonormal_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -27,6 +27,8 @@ class BlockSignals(NamedTuple):
     """First sample of the record that is used."""
     period: float | None
     """Period of the oscillation [blocks]; None where the loop does not oscillate."""
+    gaps: NDArray[np.bool_] | None = None
+    """Whether a block holds samples that were not recorded; None without such."""
 
     @property
     def time_scale(self) -> float:
@@ -43,12 +45,14 @@ def block_signals(
     min_blocks: int = 1200,
     max_blocks: int = 4000,
     max_op_per_block: int = 8,
+    gaps: NDArray[np.bool_] | None = None,
 ) -> BlockSignals:
     """Average a long record over blocks.
 
-    OP [% of span] and PV [engineering units] have no gaps; the period [samples] keeps `samples_per_period` blocks at
-    least. Records are not averaged to fewer than `min_blocks`; of more than `max_blocks` those in the middle are used.
-    OP keeps up to `max_op_per_block` values per block, since a valve trips between two samples of the PV too.
+    OP [% of span] and PV [engineering units] are filled where `gaps` says that nothing was recorded; the period
+    [samples] keeps `samples_per_period` blocks at least. Records are not averaged to fewer than `min_blocks`; of more
+    than `max_blocks` those in the middle are used. OP keeps up to `max_op_per_block` values per block, since a valve
+    trips between two samples of the PV too.
 
     Examples
     --------
@@ -71,6 +75,7 @@ def block_signals(
     return BlockSignals(
         np.ascontiguousarray(fewer), pv[used].reshape(count, size).mean(axis=1), size // average, size, first,
         None if period is None else period / size,
+        None if gaps is None or not gaps.any() else gaps[used].reshape(count, size).any(axis=1),
     )  # fmt: skip
 
 

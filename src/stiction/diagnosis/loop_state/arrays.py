@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.runs import runs
+from stiction.records.fast_length import previous_fast_length
+from stiction.records.runs import run_bounds, run_lengths
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -15,14 +16,12 @@ __all__ = [
     "LONG_REST",
     "LONG_SHARE",
     "OP_LIMITS",
+    "about_line",
     "block_means",
     "find_rests",
     "keep_long_runs",
     "moving_average",
     "oscillation_period",
-    "runs",
-    "value_range",
-    "without_gaps",
 ]
 
 OP_LIMITS = (0.0, 100.0)
@@ -33,31 +32,18 @@ LONG_SHARE = 0.05
 """Shortest rest that counts, as a share of the record [-]."""
 
 
-def without_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Draw a straight line over each gap; an array without a value stays as it is."""
-    known = np.isfinite(x)
-    if known.all() or not known.any():
-        return x
-    samples = np.arange(x.size)
-    return np.interp(samples, samples[known], x[known])
-
-
 def keep_long_runs(mask: NDArray[np.bool_], min_samples: int) -> NDArray[np.bool_]:
     """Keep the runs of True that are at least `min_samples` long."""
     kept = np.zeros(mask.size, dtype=bool)
-    for first, last in runs(mask):
-        kept[first:last] = last - first >= min_samples
+    bounds = run_bounds(mask)
+    for first, last in bounds[run_lengths(bounds) >= min_samples].tolist():
+        kept[first:last] = True
     return kept
 
 
-def value_range(x: NDArray[np.float64]) -> float:
-    """Largest less smallest value, 0 when there is none."""
-    return float(np.nanmax(x) - np.nanmin(x)) if np.isfinite(x).any() else 0.0
-
-
-def find_rests(x: NDArray[np.float64]) -> list[tuple[int, int]]:
-    """First and one past the last sample of each stretch of two or more equal values; gaps take no part."""
-    return [(first, last + 1) for first, last in runs(np.diff(x) == 0.0)]
+def find_rests(x: NDArray[np.float64]) -> NDArray[np.int64]:
+    """First and one past the last sample of each stretch of two or more equal values, shape (n_stretches, 2)."""
+    return run_bounds(np.diff(x) == 0.0) - (0, -1)
 
 
 def moving_average(x: NDArray[np.float64], width: int) -> NDArray[np.float64]:
@@ -74,6 +60,13 @@ def block_means(x: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     return np.array([block.mean() for block in np.array_split(x, count)])
 
 
+def about_line(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Signals less their least-squares straight line along the last axis [unit of `x`]."""
+    t = np.arange(x.shape[-1]) - 0.5 * (x.shape[-1] - 1.0)
+    level = x - x.mean(axis=-1, keepdims=True)
+    return level - (level @ t / max(float(t @ t), 1.0))[..., np.newaxis] * t
+
+
 def oscillation_period(
     x: NDArray[np.float64], *, min_share: float = 0.7, min_cycles: float = 4.0, min_correlation: float = 0.5
 ) -> float:
@@ -85,8 +78,8 @@ def oscillation_period(
     """
     if x.size < 32 or not np.ptp(x) > 0.0:
         return float("nan")
-    samples = np.arange(x.size)
-    detrended = x - np.polyval(np.polyfit(samples, x, 1), samples)
+    x = x[: previous_fast_length(x.size)]
+    detrended = about_line(x)
     power = np.abs(np.fft.rfft(detrended * np.hanning(x.size))) ** 2
     power[0] = 0.0
     peak = int(np.argmax(power))

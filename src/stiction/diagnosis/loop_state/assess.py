@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.loop_state.arrays import runs
 from stiction.diagnosis.loop_state.bad_data import find_bad_data
 from stiction.diagnosis.loop_state.manual import find_manual
 from stiction.diagnosis.loop_state.not_in_command import find_not_in_command
@@ -19,12 +18,12 @@ from stiction.diagnosis.loop_state.signals_unrelated import find_unrelated_signa
 from stiction.diagnosis.loop_state.state import STATES, LoopState, StateName, StateStretch
 from stiction.diagnosis.loop_state.valve_not_responding import find_valve_not_responding
 from stiction.records.analysis_window import forward_fill_sp
+from stiction.records.conditioned import Conditioned
 from stiction.records.gaps import fill_short_gaps
 from stiction.records.record import mask_outliers
+from stiction.records.runs import runs
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from stiction.diagnosis.loop_state.wind_up import WindUp
@@ -33,15 +32,13 @@ if TYPE_CHECKING:
 __all__ = ["assess_loop_state"]
 
 
-def assess_loop_state(record: LoopRecord, rejects: Sequence[str] = (), *, min_share: float = 0.5) -> LoopState:
+def assess_loop_state(record: LoopRecord | Conditioned, *, min_share: float = 0.5) -> LoopState:
     """Say whether the controller of a record moves the valve and the process answers.
 
     Parameters
     ----------
-    record : LoopRecord
-        A record with OP and PV.
-    rejects : sequence of str
-        What the data checks that reject the record say.
+    record : LoopRecord or Conditioned
+        A record with OP and PV, or one that is ready for analysis.
     min_share : float
         Share of the record that must be out of control for a state to hold for the record as a whole [-].
 
@@ -53,8 +50,8 @@ def assess_loop_state(record: LoopRecord, rejects: Sequence[str] = (), *, min_sh
     Notes
     -----
     A sample takes the first state that holds of: bad data, manual by the mode, shut in, PV frozen, valve not responding
-    or not in command, saturated, manual by the signals. Signals that are swapped or unrelated, and rejects of the data
-    checks, concern the record as a whole, and count where most of it is in control.
+    or not in command, saturated, manual by the signals. Signals that are swapped or unrelated concern the record as a
+    whole, and count where most of it is in control.
 
     Examples
     --------
@@ -64,10 +61,10 @@ def assess_loop_state(record: LoopRecord, rejects: Sequence[str] = (), *, min_sh
     >>> assess_loop_state(st.LoopRecord("FIC-101", 1.0, op=op, pv=pv, loop_type="flow")).state
     'shut_in'
     """
-    record = mask_outliers(record)
+    record = record.record if isinstance(record, Conditioned) else mask_outliers(record)
     pv = record.pv
     if pv is None or len(record) == 0:
-        return LoopState("bad_data", 0.0, record.duration, rejects=tuple(rejects) or ("PV was not recorded.",))
+        return LoopState("bad_data", 0.0, record.duration, rejects=("PV was not recorded.",))
     signals = _signals(record, pv)
     codes, wound_up = _sample_states(record, signals)
     stretches = [
@@ -79,9 +76,9 @@ def assess_loop_state(record: LoopRecord, rejects: Sequence[str] = (), *, min_sh
     stretches.sort(key=lambda one: one.first)
     if np.mean(codes != 0) > min_share:
         return _headline(record, codes, tuple(stretches), wound_up)
-    state, numbers = _record_state(signals.op, pv, record.sp, rejects)
+    state, numbers = _record_state(signals.op, pv, record.sp)
     share = 1.0 if state != "in_control" else float(np.mean(codes == 0))
-    return LoopState(state, 0.0, record.duration, share, numbers, tuple(rejects), tuple(stretches))
+    return LoopState(state, 0.0, record.duration, share, numbers, stretches=tuple(stretches))
 
 
 class _Signals(NamedTuple):
@@ -139,14 +136,14 @@ def _sample_states(record: LoopRecord, signals: _Signals) -> tuple[NDArray[np.in
 
 
 def _record_state(
-    op: NDArray[np.float64], pv: NDArray[np.float64], sp: NDArray[np.float64] | None, rejects: Sequence[str]
+    op: NDArray[np.float64], pv: NDArray[np.float64], sp: NDArray[np.float64] | None
 ) -> tuple[StateName, dict[str, float]]:
     """State that concerns the record as a whole, with its numbers."""
     if (shares := are_signals_swapped(op, pv, sp)) is not None:
         return "signals_swapped", {"unexplained": shares[0], "unexplained_swapped": shares[1]}
     if (coherences := find_unrelated_signals(op, pv, sp)) is not None:
         return "signals_unrelated", {"coherence": coherences[0], "coherence_shifted": coherences[1]}
-    return ("bad_data" if rejects else "in_control"), {}
+    return "in_control", {}
 
 
 def _headline(

@@ -1,4 +1,4 @@
-"""Bad data: OP or PV is missing, or a data check rejects the record."""
+"""Bad data: OP or PV is missing."""
 
 from __future__ import annotations
 
@@ -9,16 +9,12 @@ import numpy as np
 from stiction.diagnosis.loop_state.arrays import keep_long_runs
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
 __all__ = ["find_bad_data"]
 
 
-def find_bad_data(
-    op: NDArray[np.float64], pv: NDArray[np.float64], rejects: Sequence[str] = (), *, max_gap: int = 5
-) -> NDArray[np.bool_]:
+def find_bad_data(op: NDArray[np.float64], pv: NDArray[np.float64], *, max_gap: int = 5) -> NDArray[np.bool_]:
     """Mark the samples that cannot be used.
 
     Parameters
@@ -27,15 +23,13 @@ def find_bad_data(
         Controller output [% of span]; NaN is missing.
     pv : ndarray, shape (n_samples,)
         Process variable [its unit]; NaN is missing.
-    rejects : sequence of str
-        What the data checks that reject the record say.
     max_gap : int
         Longest gap over which the last value may be held [samples].
 
     Returns
     -------
     ndarray of bool, shape (n_samples,)
-        True in long gaps; everywhere when a data check rejects the record.
+        True in long gaps.
 
     Examples
     --------
@@ -45,6 +39,4 @@ def find_bad_data(
     >>> int(find_bad_data(op, np.ones(20)).sum())
     8
     """
-    if rejects:
-        return np.ones(op.size, dtype=bool)
     return keep_long_runs(~(np.isfinite(op) & np.isfinite(pv)), max_gap + 1)

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.loop_state.arrays import LONG_REST, LONG_SHARE, OP_LIMITS, find_rests, value_range
+from stiction.diagnosis.loop_state.arrays import LONG_REST, LONG_SHARE, OP_LIMITS, find_rests
+from stiction.records.quality.quantisation import peak_to_peak
+from stiction.records.runs import run_lengths
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -74,19 +76,20 @@ def find_manual(
         return ~auto
     mask = np.zeros(op.size, dtype=bool)
     shortest = max(min_rest, int(min_rest_share * op.size))
-    rests = [(first, last) for first, last in find_rests(op) if last - first >= shortest]
-    long = [(first, last) for first, last in rests if limits[0] < op[first] < limits[1]]
-    lengths = np.array([last - first for first, last in long])
+    rests = find_rests(op)
+    rests = rests[run_lengths(rests) >= shortest]
+    long = rests[(limits[0] < op[rests[:, 0]]) & (op[rests[:, 0]] < limits[1])].tolist()
+    lengths = run_lengths(long)
     if lengths.size >= 6 and lengths.std() < min_length_spread * lengths.mean():
         return mask
     elsewhere = np.ones(op.size, dtype=bool)
     for first, last in long:
         elsewhere[first:last] = False
-    ratio, step = value_range(op[elsewhere]) / max(value_range(pv[elsewhere]), 1e-300), _resolution(op)
+    ratio, step = peak_to_peak(op[elsewhere]) / max(peak_to_peak(pv[elsewhere]), 1e-300), _resolution(op)
     for first, last in long:
         inside = pv[first:last][np.isfinite(pv[first:last])]
-        moves = np.unique(inside).size > 2 and value_range(inside) > min_pv_move * value_range(pv)
-        mask[first:last] = moves and (elsewhere.mean() < 0.02 or ratio * value_range(inside) > min_hidden_steps * step)
+        moves = np.unique(inside).size > 2 and peak_to_peak(inside) > min_pv_move * peak_to_peak(pv)
+        mask[first:last] = moves and (elsewhere.mean() < 0.02 or ratio * peak_to_peak(inside) > min_hidden_steps * step)
     return mask
 
 

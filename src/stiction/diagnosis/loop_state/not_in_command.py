@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.loop_state.arrays import block_means, without_gaps
+from stiction.diagnosis.loop_state.arrays import block_means
 from stiction.diagnosis.loop_state.wind_up import MIN_ONE_SIDED, WindUp, find_wind_up, smooth_error
+from stiction.records.gaps import interpolate_gaps
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -73,7 +74,7 @@ def find_not_in_command(
     found = find_wind_up(op, pv, sp)
     if found is not None:
         return found if math.isfinite(found.period) else None
-    op, error = without_gaps(op), smooth_error(pv, sp)
+    op, error = interpolate_gaps(op), smooth_error(pv, sp)
     if op.size < 60 or not np.isfinite([op, error]).all():
         return None
     mean = float(error.mean())
@@ -81,7 +82,7 @@ def find_not_in_command(
     if not one_sided or abs(mean) < min_error_ratio * error.std():
         return None
     wound_up = at_limit is not None and at_limit.mean() >= min_at_limit
-    raw = without_gaps(sp) - without_gaps(pv)
+    raw = interpolate_gaps(sp) - interpolate_gaps(pv)
     if not wound_up and not (needs_integral and _is_proportional(op, raw, min_proportional)):
         return None
     ends = block_means(op, 20)

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.loop_state.arrays import LONG_REST, LONG_SHARE, find_rests, value_range
+from stiction.diagnosis.loop_state.arrays import LONG_REST, LONG_SHARE, find_rests
+from stiction.records.quality.quantisation import count_values, peak_to_peak
+from stiction.records.runs import run_lengths
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -71,19 +73,19 @@ def find_pv_frozen(
     """
     mask = np.zeros(pv.size, dtype=bool)
     rests = find_rests(pv)
-    lengths = np.array([last - first for first, last in rests], dtype=int)
+    lengths = run_lengths(rests)
     long = lengths >= max(min_samples, int(min_share * pv.size))
     if not 1 <= long.sum() <= max_rests:
         return mask
     if not long.all() and min_length_ratio * lengths[~long].max() > lengths[long].min():
         return mask
-    for (first, last), is_long in zip(rests, long, strict=True):
-        mask[first:last] |= bool(is_long) and value_range(op[first:last]) > 0.0
+    for first, last in rests[long].tolist():
+        mask[first:last] |= peak_to_peak(op[first:last]) > 0.0
     elsewhere = pv[~mask & np.isfinite(pv)]
-    if elsewhere.size > 2 * min_values and np.unique(elsewhere).size < min_values:
+    if elsewhere.size > 2 * min_values and count_values(elsewhere, min_values) < min_values:
         return np.zeros(pv.size, dtype=bool)
-    for (first, last), is_long in zip(rests, long, strict=True):
+    for first, last in rests[long].tolist():
         is_usual = elsewhere.size > 0 and np.mean(elsewhere == pv[first]) > max_usual
-        if is_long and is_usual and value_range(op[first:last]) < min_op_move * value_range(op):
+        if is_usual and peak_to_peak(op[first:last]) < min_op_move * peak_to_peak(op):
             mask[first:last] = False
     return mask

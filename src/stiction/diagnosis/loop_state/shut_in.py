@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.loop_state.arrays import LONG_SHARE, keep_long_runs
+from stiction.records.quantiles import quantiles
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -64,7 +65,7 @@ def find_shut_in(
     >>> int(find_shut_in(np.linspace(40.0, 80.0, 300), pv).sum())
     200
     """
-    sizes = [np.nanpercentile(np.abs(x), 90.0) for x in (pv, sp) if x is not None and np.isfinite(x).any()]
+    sizes = [quantiles(np.abs(x), 0.9)[0] for x in (pv, sp) if x is not None and np.isfinite(x).any()]
     usual = max(sizes, default=0.0)
     if not usual > 0.0 and not np.isfinite(pv).any():
         return np.zeros(pv.size, dtype=bool)

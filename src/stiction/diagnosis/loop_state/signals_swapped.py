@@ -43,18 +43,25 @@ def fit_pi_equation(
     if output.size < 60:
         return None
     error = -measured if sp is None else sp - measured
-    columns = [np.diff(error)[1:], error[2:], np.diff(error, 2), np.ones(error.size - 2)]
+    columns = [np.diff(error)[1:], error[2:], np.diff(error, 2)]
     if sp is not None and np.nanmax(sp) > np.nanmin(sp):
         columns += [np.diff(measured)[1:], np.diff(measured, 2)]
-    design, increments = np.stack(columns, axis=1), np.diff(output)[1:]
-    known = np.isfinite(increments) & np.isfinite(design).all(axis=1)
-    design, increments = design[known], increments[known]
+    design, increments = np.array(columns), np.diff(output)[1:]
+    known = np.isfinite(increments) & np.isfinite(design).all(axis=0)
+    if not known.all():
+        design, increments = design[:, known], increments[known]
     if increments.size < 60 or not np.any(increments):
         return None
-    weights = np.linalg.lstsq(design, increments, rcond=None)[0]
-    left = np.abs(increments - design @ weights)
-    unexplained = float((1.4826 * np.median(left)) ** 2 / increments.var()) if increments.var() > 0.0 else 1.0
-    gain, integral, constant = float(weights[0]), float(weights[1]), float(weights[3])
+    means, variance = design.mean(axis=1, keepdims=True), float(increments.var())
+    design -= means
+    sizes = np.maximum(design.std(axis=1), 1e-300)
+    products = np.einsum("ik,jk->ij", design, design) / np.outer(sizes, sizes)
+    moves = increments - increments.mean()
+    weights = np.linalg.pinv(products, hermitian=True) @ (np.einsum("ik,k->i", design, moves) / sizes) / sizes
+    left = np.abs(moves - weights @ design)
+    unexplained = (1.4826 * float(np.median(left))) ** 2 / variance if variance > 0.0 else 1.0
+    gain, integral = float(weights[0]), float(weights[1])
+    constant = float(increments.mean() - weights @ means[:, 0])
     set_point = constant / integral if sp is None and integral else np.nan
     return PIFit(unexplained, gain, gain / integral if integral else np.inf, set_point)
 

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.loop_state.arrays import without_gaps
+from stiction.diagnosis.loop_state.arrays import about_line
+from stiction.records.fast_length import next_fast_length
+from stiction.records.gaps import interpolate_gaps
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -67,7 +69,7 @@ def find_unrelated_signals(
     >>> find_unrelated_signals(one, one + other) is None, find_unrelated_signals(one, other) is None
     (True, False)
     """
-    signals = [without_gaps(x) for x in (op, pv) if np.isfinite(x).any()]
+    signals = [interpolate_gaps(x) for x in (op, pv) if np.isfinite(x).any()]
     length = op.size // ((segments + 1) // 2)
     if (
         len(signals) < 2
@@ -76,10 +78,11 @@ def find_unrelated_signals(
     ):
         return None
     inputs = [signals[1]]
-    if sp is not None and np.isfinite(sp).any() and np.ptp(error := without_gaps(sp) - signals[1]) > 0.0:
-        inputs.append(error)
-    spectra = [_spectra(x, length) for x in inputs]
-    found = max(_coherence(_spectra(signals[0], length), one) for one in spectra)
+    if sp is not None and np.isfinite(sp).any() and np.ptp(sp := interpolate_gaps(sp)) > 0.0:
+        error = sp - signals[1]
+        inputs += [error] if np.ptp(error) > 0.0 else []  # a constant set point would leave the coherence as it is
+    own, spectra = _spectra(signals[0], length), [_spectra(x, length) for x in inputs]
+    found = max(_coherence(own, one) for one in spectra)
     if found > max_coherence:
         return None
     steps = np.linspace(length, op.size - length, shifts).astype(int)
@@ -90,10 +93,8 @@ def find_unrelated_signals(
 
 def _spectra(x: NDArray[np.float64], length: int) -> NDArray[np.complex128]:
     """Spectra of half overlapping segments about their straight line, shape (n_segments, n_frequencies)."""
-    starts = range(0, x.size - length + 1, max(1, length // 2))
-    samples = np.arange(length)
-    parts = [x[k : k + length] - np.polyval(np.polyfit(samples, x[k : k + length], 1), samples) for k in starts]
-    return np.fft.rfft(np.array(parts) * np.hanning(length))[:, 1:]
+    parts = about_line(np.lib.stride_tricks.sliding_window_view(x, length)[:: max(1, length // 2)])
+    return np.fft.rfft(parts * np.hanning(length), next_fast_length(length))[:, 1:]
 
 
 def _coherence(x: NDArray[np.complex128], y: NDArray[np.complex128]) -> float:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.loop_state.arrays import block_means, moving_average, oscillation_period, without_gaps
+from stiction.diagnosis.loop_state.arrays import block_means, moving_average, oscillation_period
+from stiction.records.gaps import interpolate_gaps
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -43,10 +44,10 @@ class WindUp:
 
 def smooth_error(pv: NDArray[np.float64], sp: NDArray[np.float64]) -> NDArray[np.float64]:
     """SP less PV, averaged over one period of a regular oscillation of PV, else over a hundredth of the record."""
-    pv = without_gaps(pv)
+    pv = interpolate_gaps(pv)
     period = oscillation_period(pv)
     width = max(5, pv.size // 100) if math.isnan(period) else round(period)
-    return moving_average(without_gaps(sp) - pv, width)
+    return moving_average(interpolate_gaps(sp) - pv, width)
 
 
 def find_wind_up(
@@ -124,9 +125,8 @@ def find_wind_up(
     >>> round(found.op_end), found.last
     (88, 600)
     """
-    op, pv, sp = without_gaps(op), without_gaps(pv), without_gaps(sp)
-    error = smooth_error(pv, sp)
-    if op.size < 2 * min_samples or not np.isfinite([op, error, pv]).all():
+    op, pv, sp = interpolate_gaps(op), interpolate_gaps(pv), interpolate_gaps(sp)
+    if op.size < 2 * min_samples or not np.ptp(op) >= min_travel:
         return None
     direction = 1.0 if _largest_rise(op)[0] >= _largest_rise(-op)[0] else -1.0
     travel, start, top = _largest_rise(direction * op)
@@ -140,6 +140,9 @@ def find_wind_up(
     last = last_move + int(returned[0]) if returned.size else x.size
     elsewhere = np.concatenate([x[:first], x[last:]])
     if last_move - first < min_samples or (elsewhere.size and np.ptp(elsewhere) > max_swing_elsewhere * travel):
+        return None
+    error = smooth_error(pv, sp)
+    if not np.isfinite([error, pv]).all():
         return None
     side = math.copysign(1.0, float(error[first : last_move + 1].mean()))
     before = np.flatnonzero(side * error[first : (first + last_move) // 2] <= 0.0)

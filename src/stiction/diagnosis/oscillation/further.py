@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.oscillation.rhythm import octaves
+from stiction.diagnosis.oscillation.rhythm import octave, octaves
 from stiction.diagnosis.oscillation.signals import about_drift, smooth
 from stiction.diagnosis.result import FurtherOscillation
 
@@ -65,18 +65,23 @@ def further_oscillations(
     (0.8, [23])
     """
     total = float(error.var())
-    rest = error - cycle_average(error, samples_per_period)
+    band, swing = _wave(error, samples_per_period)
+    rest = error - _average(swing, band, samples_per_period)
     # Cycles are cut where the error rises; cut where it falls, they leave out other ends of the record.
-    falling = error + cycle_average(-error, samples_per_period)
+    falling = error - _average(swing, -band, samples_per_period)
     share = max(0.0, 1.0 - 0.5 * float(rest.var() + falling.var()) / total)
     known, found = [samples_per_period], []
     while len(found) < MOST and float(rest.var()) > LEAST_SHARE * total:
         candidates = [
-            one for one in octaves(rest) if one.regular and one.height > MAJORITY and not _belongs(one, known)
+            (one.power, around)
+            for around, one in octaves(rest)
+            if one.regular and one.height > MAJORITY and not _belongs(one, known)
         ]
         if not candidates:
             break
-        best = max(candidates, key=lambda one: one.power)
+        best = octave(rest, max(candidates)[1])
+        if not best.period > 0.0:
+            break
         wave = cycle_average(rest, best.period)
         carried = float(rest.var() - (rest - wave).var()) / total
         if carried < LEAST_SHARE or not _lasts(wave, rest):
@@ -113,25 +118,36 @@ def cycle_average(x: NDArray[np.float64], samples_per_period: float) -> NDArray[
     >>> bool(np.std((mean - slow)[200:1800]) < 0.2)
     True
     """
-    band = about_drift(smooth(x, samples_per_period / 2.0), samples_per_period)
+    band, swing = _wave(x, samples_per_period)
+    return _average(swing, band, samples_per_period)
+
+
+def _wave(x: NDArray[np.float64], samples_per_period: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The fundamental, whose zero crossings cut the cycles, and the signal about its drift, shape (n_samples,) each."""
+    fundamental = about_drift(smooth(x, samples_per_period / 2.0), samples_per_period)
+    return fundamental, about_drift(x, samples_per_period)
+
+
+def _average(swing: NDArray[np.float64], band: NDArray[np.float64], samples_per_period: float) -> NDArray[np.float64]:
+    """Mean cycle of `swing`, laid out along the cycles that begin where `band` rises through zero."""
     positive = band > 0.0
     at = np.flatnonzero(~positive[:-1] & positive[1:])
     begins = at + band[at] / (band[at] - band[at + 1])
     length = np.diff(begins)
-    wave = np.zeros(x.shape[0])
+    wave = np.zeros(swing.shape[0])
     if not np.any(length > 0.5 * samples_per_period):
         return wave
-    t = np.arange(x.shape[0])
-    cycle = np.searchsorted(begins, t, side="right") - 1
-    inside = (cycle >= 0) & (cycle < length.size)
-    cycle = np.clip(cycle, 0, length.size - 1)
-    inside &= np.abs(length[cycle] / samples_per_period - 1.0) < 0.5
+    # The samples of each whole cycle of usual length: the first at or after its beginning, up to the next one.
+    edges = np.ceil(begins).astype(np.intp)
+    usual = np.abs(length / samples_per_period - 1.0) < 0.5
+    count = np.diff(edges)
+    inside = np.flatnonzero(np.repeat(usual, count)) + edges[0]
+    count = np.where(usual, count, 0)
+    phase = (inside - np.repeat(begins[:-1], count)) / np.repeat(length, count)
     places = max(4, min(PLACES, int(samples_per_period)))
-    phase = ((t - begins[cycle]) / length[cycle])[inside]
     place = np.minimum((phase * places).astype(np.intp), places - 1)
-    swing = about_drift(x, samples_per_period)[inside]
     count = np.bincount(place, minlength=places)
-    mean = np.bincount(place, swing, places) / np.maximum(count, 1)
+    mean = np.bincount(place, swing[inside], places) / np.maximum(count, 1)
     mean -= mean.mean()
     middles = (np.arange(-1, places + 1) + 0.5) / places
     wave[inside] = np.interp(phase, middles, np.concatenate((mean[-1:], mean, mean[:1])))

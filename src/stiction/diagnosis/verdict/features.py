@@ -75,14 +75,9 @@ def _evidence(name: str, fallback: str = "") -> Callable[[FeatureInput], float]:
     return compute
 
 
-def _over_nonlinear(found: FeatureInput) -> float:
-    ratios = found.identification.likelihood_ratios
-    return log_evidence(min(ratios.get(name, math.nan) for name in ("nonlinear", "dead_zone")))
-
-
 def _closest_ratio(found: FeatureInput) -> float:
     ratios = found.identification.likelihood_ratios
-    return min(ratios[name] for name in ALTERNATIVES if name in ratios)
+    return min(ratios[name] for name in ALTERNATIVES if name in ratios and name != "dead_zone")
 
 
 def _over_closest(found: FeatureInput) -> float:
@@ -111,14 +106,15 @@ def _tuning(found: FeatureInput) -> float:
 
 FEATURES: tuple[Feature, ...] = (
     Feature("over_good", "sticky valve against good valve", "asinh(LLR / 20)", "-", 1, _evidence("good")),
-    Feature("over_closest", "sticky valve against the closest other explanation", "smallest asinh(LLR / 20)", "-", 1,
-            _over_closest),
+    Feature("over_closest", "sticky valve against the closest other explanation",
+            "smallest asinh(LLR / 20) but for the dead zone",
+            "-", 1, _over_closest),
     Feature("kept_share", "share of the evidence that the closest explanation leaves",
             "smallest LLR / max(LLR over good, 20), within -1 and 1", "-", 1, _kept_share),
-    Feature(
-        "over_nonlinear", "sticky valve against nonlinear characteristic or dead zone", "smaller asinh(LLR / 20)", "-",
-        1, _over_nonlinear,
-    ),
+    Feature("over_nonlinear", "sticky valve against nonlinear characteristic", "asinh(LLR / 20)", "-", 1,
+            _evidence("nonlinear")),
+    Feature("over_dead_zone", "sticky valve against dead zone at fixed OP", "asinh(LLR / 20)", "-", 1,
+            _evidence("dead_zone")),
     Feature("over_relay_load", "sticky valve against a load that switches", "asinh(LLR / 20)", "-", 1,
             _evidence("relay_load")),
     Feature("over_periodic_load", "sticky valve against a periodic load", "asinh(LLR / 20)", "-", 1,

@@ -42,7 +42,7 @@ def find_discontinuities(
     [100]
     """
     mask = np.zeros(op.size, dtype=bool)
-    if op.size < 60:
+    if op.size < 60 or max_count < 1:
         return mask
     size = np.full(op.size, np.inf)
     for x in (op, pv):

@@ -67,10 +67,11 @@ def find_copied_data(
         hashes = hashes * np.uint64(0x100000001B3) + codes[k : k + n]
     changes = np.concatenate([[0], np.cumsum((np.diff(op) != 0.0) & (np.diff(pv) != 0.0))])
     moving = np.flatnonzero(2 * (changes[length - 1 :] - changes[:n]) >= length)
+    ranked = np.sort(hashes[moving])
+    if not np.any(ranked[1:] == ranked[:-1]):
+        return mask, False
     order = moving[np.argsort(hashes[moving], kind="stable")]
     repeats = np.flatnonzero(hashes[order][1:] == hashes[order][:-1])
-    if repeats.size == 0:
-        return mask, False
     starts, lags = order[repeats + 1], np.diff(order)[repeats]
     covered = np.zeros(len(op) + 1, dtype=np.int64)
     np.add.at(covered, starts, 1)

@@ -9,7 +9,8 @@ import numpy as np
 from stiction.records.gaps import fill_short_gaps, unchanged_mask
 from stiction.records.quality.manual_steps import find_manual_steps
 from stiction.records.quality.saturation import find_saturation
-from stiction.records.runs import is_rarely_constant, run_lengths, runs, varies_within
+from stiction.records.quantiles import quantiles
+from stiction.records.runs import is_rarely_constant, run_bounds, run_lengths, runs, varies_within
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -25,6 +26,8 @@ def find_manual(
     min_samples: int = 60,
     min_share: float = 0.05,
     min_samples_if_moving: int = 12,
+    at_limit: NDArray[np.bool_] | None = None,
+    steps: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.bool_]:
     """Mark where the loop is in manual: by its mode, or because OP is constant or moves in steps while PV varies.
 
@@ -40,6 +43,8 @@ def find_manual(
         The same as a share of the record; the larger of both counts [-].
     min_samples_if_moving : int
         Shortest constant OP when it is almost never constant elsewhere [samples].
+    at_limit, steps : ndarray of bool, shape (n_samples,), optional
+        What `find_saturation` and `find_manual_steps` give for this OP, when it is known.
 
     Returns
     -------
@@ -54,15 +59,17 @@ def find_manual(
     30
     """
     mask = np.zeros(op.size, dtype=bool) if auto is None else ~auto
-    at_limit, steps = find_saturation(op, pv, auto), find_manual_steps(op)
+    steps = find_manual_steps(op) if steps is None else steps
+    at_limit = find_saturation(op, pv, auto) if at_limit is None else at_limit
     for first, last in runs(steps):
         mask[first:last] |= varies_within(pv, first, last) & ~at_limit[first:last]
-    known = at_limit | steps
-    constant = [(start - 1, last) for start, last in runs(unchanged_mask(op)) if not known[start - 1 : last].all()]
+    constant = run_bounds(unchanged_mask(op)) - (1, 0)
+    known = np.concatenate([[0], np.cumsum(at_limit | steps)])
+    constant = constant[known[constant[:, 1]] - known[constant[:, 0]] < run_lengths(constant)]
     moving = is_rarely_constant(run_lengths(constant), op.size, min_long_run=min_samples_if_moving)
     needed = min_samples_if_moving if moving else max(min_samples, int(min_share * op.size))
-    for first, last in constant:
-        if last - first >= needed and varies_within(pv, first, last):
+    for first, last in constant[run_lengths(constant) >= needed].tolist():
+        if varies_within(pv, first, last):
             mask[first:last] = True
     return mask
 
@@ -100,7 +107,8 @@ def find_frozen(
     20
     """
     unchanged = unchanged_mask(pv)
-    return _long_runs(unchanged, runs(unchanged), min_samples_if_moving, max(min_samples, int(min_share * pv.size)))
+    usual = max(min_samples, int(min_share * pv.size))
+    return _long_runs(unchanged, run_bounds(unchanged), min_samples_if_moving, usual)
 
 
 def find_outages(
@@ -132,15 +140,17 @@ def find_outages(
     if op.size < 60:
         return np.zeros(op.size, dtype=bool)
     op_unchanged, pv_unchanged = unchanged_mask(op), unchanged_mask(pv)
+    together = run_bounds(op_unchanged & pv_unchanged)
+    together = together[together[:, 0] > 1]
+    if not together.size:
+        return np.zeros(op.size, dtype=bool)
     moves = [np.abs(np.diff(fill_short_gaps(x), append=x[-1])) for x in (op, pv)]
-    jumps = np.any([move > min_jump * np.nanmedian(move) for move in moves], axis=0)
-    together = [(first, last) for first, last in runs(op_unchanged & pv_unchanged) if first > 1 and jumps[last - 1]]
+    jumps = np.any([move > min_jump * quantiles(move, 0.5)[0] for move in moves], axis=0)
+    together = together[jumps[together[:, 1] - 1]]
     return _long_runs(op_unchanged | pv_unchanged, together, min_samples, max(60, op.size // 20))
 
 
-def _long_runs(
-    unchanged: NDArray[np.bool_], found: list[tuple[int, int]], if_moving: int, usual: int
-) -> NDArray[np.bool_]:
+def _long_runs(unchanged: NDArray[np.bool_], found: NDArray[np.int64], if_moving: int, usual: int) -> NDArray[np.bool_]:
     """Mark the long ones of constant runs, when they are at most five and all others at most a quarter as long.
 
     `if_moving` samples are long when almost no other sample is `unchanged`, else `usual` ones.
@@ -152,6 +162,6 @@ def _long_runs(
     short = lengths[~long]
     if not 1 <= long.sum() <= 5 or (short.size and 4 * short.max() > lengths[long].min()):
         return mask
-    for (first, last), is_long in zip(found, long, strict=True):
-        mask[first - 1 : last] |= is_long
+    for first, last in found[long].tolist():
+        mask[first - 1 : last] = True
     return mask

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.records.gaps import unchanged_mask
-from stiction.records.runs import run_lengths, runs
+from stiction.records.runs import run_bounds, run_lengths
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -58,14 +58,14 @@ def find_manual_steps(
     [40, 99]
     """
     mask = np.zeros(op.size, dtype=bool)
-    constant = [(first - 1, last) for first, last in runs(unchanged_mask(op))]
+    constant = run_bounds(unchanged_mask(op)) - (1, 0)
     lengths = run_lengths(constant)
     long = lengths >= min_samples
     is_habit = lengths[~long].sum() >= max_short_share * op.size
     if long.sum() < 2 or is_habit or op.size - lengths.sum() < min_moving_share * op.size:
         return mask
     groups: list[list[tuple[int, int]]] = []
-    for first, last in (run for run, is_long in zip(constant, long, strict=True) if is_long):
+    for first, last in constant[long].tolist():
         if groups and first - groups[-1][-1][1] <= max_transition:
             groups[-1].append((first, last))
         else:

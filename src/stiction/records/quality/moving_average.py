@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.fast_length import next_fast_length
 from stiction.records.quality.compression import EXACT
 from stiction.records.quality.quantisation import ROUNDING, peak_to_peak
 
@@ -70,9 +71,8 @@ def detect_averaging_window(
     window = _window_from_echo(op, pv)
     if window > longest or longest < 2 or any(_drawn_share_exceeds(x, max_drawn_share) for x in (op, pv)):
         return window if window > longest else 0
-    n = len(op) - 2
-    taper = np.hanning(n + 2)[1:-1]
-    powers = [np.abs(np.fft.rfft((z - z.mean()) * taper)) ** 2 for z in (np.diff(op, 2), np.diff(pv, 2))]
+    n, taper = next_fast_length(len(op) - 2), np.hanning(len(op))[1:-1]
+    powers = [_power((z - z.mean()) * taper, n) for z in (np.diff(op, 2), np.diff(pv, 2))]
     # A window has the notches of its divisors too: the longest one counts.
     return next((w for w in range(longest, 1, -1) if _has_notches(powers, n, w, max_notch_power)), 0)
 
@@ -107,6 +107,12 @@ def _has_notches(powers: Sequence[NDArray[np.float64]], n: int, window: int, max
     return log_likelihood > 0.0 and (window > 2 or _flatness(powers, n) > MIN_FLATNESS)
 
 
+def _power(x: NDArray[np.float64], size: int) -> NDArray[np.float64]:
+    """Power spectrum of a signal, zeros added up to so many samples."""
+    spectrum = np.fft.rfft(x, size)
+    return spectrum.real**2 + spectrum.imag**2
+
+
 def _flatness(powers: Sequence[NDArray[np.float64]], n: int) -> float:
     """Power before an average of two, near half the sampling rate over near a quarter of it [-]."""
     ratios = []
@@ -123,14 +129,12 @@ def _window_from_echo(op: NDArray[np.float64], pv: NDArray[np.float64]) -> int:
     n = len(op) - 3
     if n < 100:
         return 0
-    echo = np.zeros(n // 4 + 1)
-    for x in (op, pv):
-        z = np.diff(x, 3)
-        if peak_to_peak(z) == 0.0 or np.median(np.abs(z)) < 0.3 * z.std():
-            return 0
-        spectrum = np.fft.rfft(z - z.mean(), 1 << (2 * n - 1).bit_length())
-        acf = np.fft.irfft(np.abs(spectrum) ** 2)[: echo.size]
-        echo += 0.5 * acf / acf[0]
+    differences = [np.diff(x, 3) for x in (op, pv)]
+    if any(peak_to_peak(z) == 0.0 or np.median(np.abs(z)) < 0.3 * z.std() for z in differences):
+        return 0
+    size = next_fast_length(n + n // 4 + 1)
+    powers = [_power(z - z.mean(), size) / (2.0 * n * z.var()) for z in differences]
+    echo = np.fft.irfft(powers[0] + powers[1], size)[: n // 4 + 1]
     if echo.size < 13:
         return 0
     window = 4 + int(np.argmin(echo[4 : echo.size // 2 - 1]))

@@ -71,8 +71,8 @@ def find_outliers(
     [40]
     """
     limits = (samples_per_value, max_samples, max_samples_constant, min_end_distance)
-    codes = _find_codes(x, min_distance, limits)
-    alone = _find_alone(np.where(codes, np.nan, x), min_distance, limits)
+    codes, usual = _find_codes(x, min_distance, limits)
+    alone = _find_alone(np.where(codes, np.nan, x), min_distance, limits, usual)
     return codes | alone if alone.sum() <= max(max_share * np.isfinite(x).sum(), samples_per_value) else codes
 
 
@@ -102,19 +102,26 @@ def find_record_outliers(
     return masks
 
 
-def _find_codes(x: NDArray[np.float64], distance: float, limits: tuple[int, int, int, float]) -> NDArray[np.bool_]:
-    """Mark a smallest or largest value that comes again and again, mostly alone: a code for a bad value."""
+def _find_codes(
+    x: NDArray[np.float64], distance: float, limits: tuple[int, int, int, float]
+) -> tuple[NDArray[np.bool_], tuple[float, float]]:
+    """Mark a smallest or largest value that comes again and again, mostly alone: a code for a bad value.
+
+    The usual range of the other values is given too.
+    """
     codes = np.zeros(x.size, dtype=bool)
     if not x.size:
-        return codes
+        return codes, (0.0, 0.0)
     extremes = {value: x == value for value in (np.fmin.reduce(x), np.fmax.reduce(x))}
     often = {value: same for value, same in extremes.items() if 5 <= same.sum() <= 0.4 * x.size}
+    if not often:
+        return codes, _usual_range(x)
     usual = _usual_range(np.where(np.logical_or.reduce([codes, *often.values()]), np.nan, x))
     for value, same in often.items():
         needed = max(distance, OTHER_DISTANCE_LIMIT) if value in USUAL_OP_LIMITS else distance
         if int((same & _find_alone(x, needed, limits, usual)).sum()) >= max(5, 0.4 * same.sum()):
             codes |= same
-    return codes
+    return codes, _usual_range(np.where(codes, np.nan, x))
 
 
 def _usual_range(x: NDArray[np.float64]) -> tuple[float, float]:
@@ -127,12 +134,12 @@ def _find_alone(
     x: NDArray[np.float64],
     distance: float,
     limits: tuple[int, int, int, float],
-    usual: tuple[float, float] | None = None,
+    usual: tuple[float, float],
 ) -> NDArray[np.bool_]:
     """Mark short runs far from the usual range that are reached and left in one step."""
     mask = np.zeros(x.size, dtype=bool)
     samples_per_value, max_samples, max_constant, end_distance = limits
-    low, high = _usual_range(x) if usual is None else usual
+    low, high = usual
     width, middle = high - low, 0.5 * (low + high)
     if not width > 0.0:
         return mask

@@ -11,7 +11,15 @@ from stiction.records.quantiles import quantiles
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["count_levels", "is_coarse", "peak_to_peak", "quantisation_step", "robust_range"]
+__all__ = [
+    "count_levels",
+    "count_values",
+    "different_values",
+    "is_coarse",
+    "peak_to_peak",
+    "quantisation_step",
+    "robust_range",
+]
 
 ROUNDING = 1e-9
 """Share of a signal's range below which a difference is rounding of the arithmetic [-]."""
@@ -35,13 +43,21 @@ def robust_range(x: NDArray[np.float64]) -> float:
     return high - low
 
 
-def quantisation_step(x: NDArray[np.float64], *, tolerance: float = 0.02, min_share: float = 0.98) -> float:
+def quantisation_step(
+    x: NDArray[np.float64],
+    values: NDArray[np.float64] | None = None,
+    *,
+    tolerance: float = 0.02,
+    min_share: float = 0.98,
+) -> float:
     """Find the step of which all differences of a signal are multiples.
 
     Parameters
     ----------
     x : ndarray, shape (n_samples,)
         A signal [any unit]; NaN is missing.
+    values : ndarray, shape (n_values,), optional
+        Its different values in ascending order [unit of `x`], when they are known.
     tolerance : float
         Largest distance of a difference from a multiple [steps].
     min_share : float
@@ -59,22 +75,34 @@ def quantisation_step(x: NDArray[np.float64], *, tolerance: float = 0.02, min_sh
     >>> quantisation_step(np.array([0.0, 1.0, 2.617, 3.141]))
     0.0
     """
-    x = x[np.isfinite(x)]
-    gaps = np.diff(np.unique(x))
+    gaps = np.diff(different_values(x) if values is None else values)
     gaps = gaps[gaps > ROUNDING * gaps.sum()] if gaps.size else gaps
     if gaps.size == 0:
         return 0.0
     smallest = float(gaps.min())
+    few = gaps[:: gaps.size // 1000 + 1]
     for divisor in (1, 2, 3):
+        if np.mean(_from_whole(few * (divisor / smallest)) < tolerance) < 0.5 * min_share:
+            continue
         multiples = gaps * (divisor / smallest)
         whole = np.round(multiples)
-        if np.mean(np.abs(multiples - whole) < tolerance) >= min_share:
-            is_line = gaps.size > 0.95 * x.size > 9.0 and np.mean(whole == 1.0) > 0.95
+        if np.mean(_from_whole(multiples) < tolerance) >= min_share:
+            is_line = gaps.size > 0.95 * np.isfinite(x).sum() > 9.0 and np.mean(whole == 1.0) > 0.95
             return 0.0 if is_line else float(f"{gaps.sum() / whole.sum():.9g}")
     return 0.0
 
 
-def count_levels(x: NDArray[np.float64], step: float | None = None) -> float:
+def different_values(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Different values of a signal in ascending order, NaN left out [unit of `x`], shape (n_values,)."""
+    return np.unique(x[np.isfinite(x)])
+
+
+def _from_whole(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distance from the next whole number [-]."""
+    return np.abs(x - np.round(x))
+
+
+def count_levels(x: NDArray[np.float64], step: float | None = None, values: NDArray[np.float64] | None = None) -> float:
     """Count the quantisation levels that a signal covers.
 
     Parameters
@@ -83,6 +111,8 @@ def count_levels(x: NDArray[np.float64], step: float | None = None) -> float:
         A signal without NaN [any unit].
     step : float, optional
         Its quantisation step [unit of `x`], when it is known.
+    values : ndarray, shape (n_values,), optional
+        Its different values in ascending order [unit of `x`], when they are known.
 
     Returns
     -------
@@ -95,17 +125,29 @@ def count_levels(x: NDArray[np.float64], step: float | None = None) -> float:
     >>> count_levels(np.tile([0.0, 0.5, 1.0, 1.5, 2.0], 40))
     5.0
     """
-    values = np.unique(x)
+    values = np.unique(x) if values is None else values
     if len(values) < 2:
         return float("nan")
     if len(values) > 0.5 * len(x):
         return float(len(values))
     width = robust_range(x) or peak_to_peak(x)
-    step = quantisation_step(x) if step is None else step
+    step = quantisation_step(x, values) if step is None else step
     if not step:
         gaps = np.diff(values)
         step = float(np.percentile(gaps[gaps > ROUNDING * width], 5))
     return round(width / step + 1.0, 6)  # a conversion of units must not decide at a limit
+
+
+def count_values(x: NDArray[np.float64], most: int) -> int:
+    """Count the different values of a signal, at most so many: a few samples show that there are more.
+
+    Examples
+    --------
+    >>> count_values(np.array([1.0, 2.0, 1.0, 3.0]), 10), count_values(np.arange(900.0), 10)
+    (3, 10)
+    """
+    few = x[:: x.size // (4 * most) + 1]
+    return most if np.unique(few).size >= most else min(np.unique(x).size, most)
 
 
 def is_coarse(x: NDArray[np.float64], *, max_values: int = 50) -> bool:
@@ -129,5 +171,5 @@ def is_coarse(x: NDArray[np.float64], *, max_values: int = 50) -> bool:
     >>> is_coarse(np.round(x)), is_coarse(x), is_coarse(np.repeat(x[::20], 20))
     (True, False, False)
     """
-    values = np.unique(x).size
+    values = count_values(x, max_values + 1)
     return values <= max_values and 2 * values < int(np.count_nonzero(np.diff(x)))

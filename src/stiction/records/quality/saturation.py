@@ -8,7 +8,8 @@ import numpy as np
 
 from stiction.records.gaps import fill_short_gaps, unchanged_mask
 from stiction.records.quality.manual_steps import find_manual_steps
-from stiction.records.runs import is_rarely_constant, run_lengths, runs, varies_within
+from stiction.records.quality.quantisation import count_values
+from stiction.records.runs import is_rarely_constant, run_bounds, run_lengths, runs, varies_within
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -29,6 +30,7 @@ def find_saturation(
     min_samples: int = 10,
     min_samples_if_moving: int = 3,
     tolerance: float = 0.001,
+    clipped: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.bool_]:
     """Mark where OP stays at a limit: at an end of its span, or clipped (see `find_clipping`).
 
@@ -46,6 +48,8 @@ def find_saturation(
         Shortest stay when OP is almost never constant elsewhere [samples].
     tolerance : float
         Largest distance from an end of the span [share of span].
+    clipped : ndarray of bool, shape (n_samples,), optional
+        What `find_clipping` gives with the same numbers of samples, when it is known.
 
     Returns
     -------
@@ -62,9 +66,11 @@ def find_saturation(
     >>> int(find_saturation(op).sum())
     12
     """
-    mask = find_clipping(op, pv, auto, min_samples=min_samples, min_samples_if_moving=min_samples_if_moving)
-    needed = _needed_samples(op, min_samples, min_samples_if_moving)
-    for at_end in _at_span_ends(fill_short_gaps(op), tolerance):
+    if clipped is None:
+        clipped = find_clipping(op, pv, auto, min_samples=min_samples, min_samples_if_moving=min_samples_if_moving)
+    mask, ends = clipped.copy(), list(_at_span_ends(fill_short_gaps(op), tolerance))
+    needed = _needed_samples(op, min_samples, min_samples_if_moving) if ends else 0
+    for at_end in ends:
         for first, last in _stays(op, at_end, needed):
             mask[first:last] = True
     return mask if auto is None else mask & auto
@@ -78,6 +84,7 @@ def find_clipping(
     min_samples: int = 10,
     min_samples_if_moving: int = 3,
     min_values: int = 12,
+    steps: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.bool_]:
     """Mark where OP stays at its own largest or smallest value, inside its span, while PV moves.
 
@@ -91,6 +98,8 @@ def find_clipping(
         Shortest stay, and the same when OP is almost never constant elsewhere [samples].
     min_values : int
         Values of OP between its extremes below which these are no limits but two of the few stored values [-].
+    steps : ndarray of bool, shape (n_samples,), optional
+        What `find_manual_steps` gives for this OP, when it is known.
 
     Returns
     -------
@@ -104,16 +113,19 @@ def find_clipping(
     >>> bool(np.array_equal(clipped, wave >= 7.0))
     True
     """
-    manual = find_manual_steps(op) if auto is None else find_manual_steps(op) | ~auto
+    steps = find_manual_steps(op) if steps is None else steps
+    manual = steps if auto is None else steps | ~auto
     own = np.where(manual, np.nan, op)
     filled = np.where(manual, np.nan, fill_short_gaps(own))
     mask = np.zeros(op.size, dtype=bool)
     finite = filled[np.isfinite(filled)]
-    if finite.size == 0 or np.unique(finite).size < min_values + 2:
+    if finite.size == 0 or count_values(finite, min_values + 2) < min_values + 2:
         return mask
     ends = [at_end for at_end in _at_span_ends(fill_short_gaps(op), 0.001) if at_end.any()]
-    needed = _needed_samples(own, min_samples, min_samples_if_moving)
-    for at_extreme in (filled == finite.min(), filled == finite.max()):
+    fewest = min(min_samples, min_samples_if_moving)
+    extremes = [at for at in (filled == finite.min(), filled == finite.max()) if _stays(op, at, fewest)]
+    needed = _needed_samples(own, min_samples, min_samples_if_moving) if extremes else 0
+    for at_extreme in extremes:
         if any(at_end[at_extreme].all() for at_end in ends):
             continue
         for first, last in _stays(op, at_extreme, needed):
@@ -149,8 +161,9 @@ def find_span_ends(
     """
     mask = np.zeros(op.size, dtype=bool)
     for at_end in _at_span_ends(op, tolerance):
-        for first, last in runs(at_end):
-            mask[first:last] |= last - first >= min_samples
+        bounds = run_bounds(at_end)
+        for first, last in bounds[run_lengths(bounds) >= min_samples].tolist():
+            mask[first:last] = True
     return mask if auto is None else mask & auto
 
 
@@ -200,18 +213,20 @@ def _needed_samples(op: NDArray[np.float64], usual: int, if_moving: int) -> int:
         return usual
     ends = (finite.min(), finite.max())
     inside = np.isfinite(op) & (op != ends[0]) & (op != ends[1])
-    constant = runs(unchanged_mask(op) & inside)
+    constant = run_bounds(unchanged_mask(op) & inside)
     if is_rarely_constant(run_lengths(constant), int(np.count_nonzero(inside))):
         return if_moving
     # A controller returns to its limit, and to no other value; a rounded OP returns to many.
-    no_value_returns = len({float(op[first]) for first, _ in constant}) == len(constant)
-    returns = max(np.count_nonzero(run_lengths(runs(op == end)) >= if_moving) for end in ends)
+    no_value_returns = np.unique(op[constant[:, 0]]).size == len(constant)
+    returns = max(np.count_nonzero(run_lengths(run_bounds(op == end)) >= if_moving) for end in ends)
     return if_moving if no_value_returns and returns >= 3 else usual
 
 
 def _stays(op: NDArray[np.float64], at: NDArray[np.bool_], needed: int) -> list[tuple[int, int]]:
     """Runs of `at` in which so many samples were recorded."""
-    return [(first, last) for first, last in runs(at) if np.isfinite(op[first:last]).sum() >= needed]
+    bounds = run_bounds(at)
+    long = bounds[run_lengths(bounds) >= needed].tolist()
+    return [(first, last) for first, last in long if np.isfinite(op[first:last]).sum() >= needed]
 
 
 def _at_span_ends(op: NDArray[np.float64], tolerance: float) -> Iterator[NDArray[np.bool_]]:

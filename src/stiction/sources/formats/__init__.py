@@ -45,13 +45,7 @@ def register_format(page: Format) -> None:
 
 
 def read_format(source: ByteSource, options: ReadOptions) -> list[RawTable]:
-    """Read the tables of a file with the first format that recognises it.
-
-    Raises
-    ------
-    RecordError
-        When no format does, or the file cannot be read.
-    """
+    """Read the tables of a file with the first format that recognises it."""
     for page in FORMATS:
         if page.recognises(source.head, source.origin.name):
             return page.read(source, options)

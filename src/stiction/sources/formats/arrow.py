@@ -18,37 +18,13 @@ STREAM_START = b"\xff\xff\xff\xff"
 
 
 def recognises(head: bytes, name: str) -> bool:
-    """Say whether a file is an Arrow file or stream by its first bytes, a stream by its name too.
-
-    Examples
-    --------
-    >>> recognises(b"ARROW1....", "loops.feather"), recognises(b"time,PV", "loops.feather")
-    (True, False)
-    """
+    """Whether a file is an Arrow file or stream by its first bytes, a stream by its name too."""
     stream = head.startswith(STREAM_START) and name.lower().endswith((".arrow", ".arrows", ".ipc", ".feather"))
     return stream or head.startswith((b"ARROW1", b"FEA1"))
 
 
 def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
-    """Read an Arrow file or stream as one table.
-
-    Parameters
-    ----------
-    source : ByteSource
-        The file.
-    options : ReadOptions
-        `max_bytes` limits the columns that are read at once.
-
-    Returns
-    -------
-    list of RawTable
-        One table with the types of the file.
-
-    Raises
-    ------
-    RecordError
-        When the file is damaged, or is of the first version of Feather.
-    """
+    """Read an Arrow file or stream as one table."""
     import polars as pl
 
     name = source.origin.name

@@ -45,20 +45,7 @@ def find_cut_off(path: Path, delimiter: str, skip_lines: int) -> tuple[int, str]
 def is_cut_off(row: Sequence[str], before: Sequence[Sequence[str]], *, min_rows: int = 20) -> bool:
     """Whether the last row of a file is incomplete: it has less than all rows before it.
 
-    Parameters
-    ----------
-    row : sequence of str
-        Its cells.
-    before : sequence of sequences of str
-        The rows before it.
-    min_rows : int
-        Rows with equally many decimals from which fewer decimals mean an incomplete number [-].
-
-    Examples
-    --------
-    >>> rows = [["10:00", f"{50 + k / 7:.3f}"] for k in range(30)]
-    >>> [is_cut_off(row, rows) for row in (["10:0"], ["10:00", "51."], ["10:00", "51.28"], ["10:00", "51.286"])]
-    [True, True, True, False]
+    From `min_rows` rows with equally many decimals on, fewer decimals mean an incomplete number.
     """
     if before and all(len(row) == len(other) - 1 and not other[-1].strip() for other in before):
         before = [other[:-1] for other in before]  # a delimiter ends each row, and need not end the last

@@ -38,13 +38,7 @@ DEFAULT_SHEET_NAME = re.compile(r"(sheet|tabelle|feuil|hoja|foglio|blad|planilha
 
 
 def recognises(head: bytes, name: str) -> bool:
-    """Say whether a file is a workbook, by its first bytes and its name.
-
-    Examples
-    --------
-    >>> recognises(b"PK.." + b"[Content_Types].xml", "trend.xlsx"), recognises(b"PK..FIC-101.csv", "trend.zip")
-    (True, False)
-    """
+    """Whether a file is a workbook, by its first bytes and its name."""
     workbook_name = name.lower().endswith((".xlsx", ".xlsm", ".xlsb", ".xls", ".ods"))
     if head.startswith(b"PK"):
         return workbook_name or bool(ZIP_MEMBERS.search(head))
@@ -52,27 +46,10 @@ def recognises(head: bytes, name: str) -> bool:
 
 
 def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
-    """Read the sheets of a workbook; a formula gives the value that was stored with it.
+    """Read the visible sheets of a workbook that hold a table, or `options.sheet`, which may be hidden.
 
-    Parameters
-    ----------
-    source : ByteSource
-        The file.
-    options : ReadOptions
-        `sheet` names the only sheet to read, which may be hidden.
-
-    Returns
-    -------
-    list of RawTable
-        One for each visible sheet that holds a table. Columns of numbers or of times have these types; others are text.
-        Of several tables, each is named after its sheet.
-
-    Raises
-    ------
-    RecordError
-        When the file is damaged or encrypted, or no sheet holds a table.
-    ParameterError
-        When there is no such sheet.
+    Columns of numbers or of times have these types; others are text. A formula gives the value that was stored with it.
+    Of several tables, each is named after its sheet.
     """
     from python_calamine import CalamineError, CalamineWorkbook, PasswordError, SheetTypeEnum, SheetVisibleEnum
 

@@ -28,40 +28,17 @@ MATLAB_DAYS = (693_962.0, 803_000.0)
 
 
 def recognises(head: bytes, name: str) -> bool:
-    """Say whether a file is a MATLAB file, by its first bytes and, of other HDF5 files, by its name.
-
-    Examples
-    --------
-    >>> recognises(b"MATLAB 5.0 MAT-file, Platform: GLNXA64", "loops.mat"), recognises(b"time,PV", "loops.mat")
-    (True, False)
-    """
+    """Whether a file is a MATLAB file, by its first bytes and, of other HDF5 files, by its name."""
     if head.startswith((b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")):
         return True
     return name.lower().endswith(".mat") and (head.startswith(HDF5_START) or b"\0" in head[:32])
 
 
 def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
-    """Read a MATLAB file, one table per structure or matrix that holds signals.
+    """Read a MATLAB file: a table for each structure or matrix that holds signals, or the one of `options.tag`.
 
-    Parameters
-    ----------
-    source : ByteSource
-        The file.
-    options : ReadOptions
-        `tag` picks the structure of this name, such as ``chemicals.loop1``, where there is one.
-
-    Returns
-    -------
-    list of RawTable
-        Each named by the path of its structure, without the outermost variable when there is only one. Time is
-        computed from a single number `Ts` where there is no vector of times.
-
-    Raises
-    ------
-    RecordError
-        When the file is damaged, or holds no vectors of one length.
-    MissingExtraError
-        When the file is of version 7.3 and h5py is not installed.
+    Each is named by the path of its structure, such as ``chemicals.loop1``, without the outermost variable when there
+    is only one. Time is computed from a single number `Ts` where there is no vector of times.
     """
     is_hdf5 = source.head.startswith(HDF5_START) or source.head[512:520] == HDF5_START
     variables = _load_hdf5(source) if is_hdf5 else _load(source)

@@ -24,28 +24,10 @@ class _FieldOfArray(list):
 
 
 def read_group(group: Any, name: str, max_bytes: int, depth: int = 0) -> dict[str, Any]:
-    """Read the variables of a file, or the fields of a structure; links to other files are not followed.
+    """Read the variables of a file, or the fields of a structure within `depth` others, each at most `max_bytes` large.
 
-    Parameters
-    ----------
-    group : h5py.Group
-        The file or structure.
-    name : str
-        Name of the file for messages.
-    max_bytes : int
-        Largest array that is read [bytes].
-    depth : int
-        Structures around this one.
-
-    Returns
-    -------
-    dict
-        Name -> number, text, array in MATLAB's order, dict (structure) or list (cells, structure array).
-
-    Raises
-    ------
-    RecordError
-        When an array is too large.
+    A value is a number, a text, an array in MATLAB's order, a dict (structure) or a list (cells, structure array).
+    Links to other files are not followed.
     """
     keys = [key for key in group if not key.startswith("#")] if depth <= MAX_DEPTH else []
     own = [key for key in keys if isinstance(group.get(key, getlink=True), h5py.HardLink)]

@@ -23,27 +23,10 @@ HEADING_NAMES = ("names", "colheaders", "headers", "header", "columns", "tags", 
 
 
 def find_loops(path: str, fields: dict[str, Any]) -> Iterator[tuple[str, dict[str, np.ndarray]]]:
-    """Find the structures that hold vectors of one length, from the outermost to the innermost.
+    """Find the structures that hold vectors of one length, the outermost first: path and columns of each.
 
-    Parameters
-    ----------
-    path : str
-        Name of the structure, such as ``cdata.chemicals``; empty for the file.
-    fields : dict
-        Name -> value: numbers, texts, arrays, structures as dict, lists of them.
-
-    Yields
-    ------
-    tuple of (str, dict)
-        Name of the structure, and its columns by name. A single number `Ts` gives a column ``time_s`` where there is
-        no time; a set point that is a single number stands for all samples.
-
-    Examples
-    --------
-    >>> loop = {"PV": np.zeros(3), "OP": np.zeros(3), "Ts": 2.0}
-    >>> [(name, columns)] = find_loops("", {"flow": {"loop1": loop}})
-    >>> name, columns["time_s"]
-    ('flow.loop1', array([0., 2., 4.]))
+    A single number `Ts` gives a column ``time_s`` where there is no time; a set point that is a single number stands
+    for all samples.
     """
     if columns := _find_columns(fields):
         yield path, columns

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiction.errors import RecordError
 from stiction.sources.formats.table_shape import find_table
-from stiction.sources.roles.column_names import header_names, unit_in_name
 from stiction.sources.table import SNIFF_ROWS, RawTable
 from stiction.sources.values.number_text import usual_unit
 from stiction.sources.values.thousands import find_ambiguous_cell
@@ -26,23 +24,7 @@ __all__ = ["make_table", "ragged_note", "table_from_rows"]
 def table_from_rows(
     origin: Origin, rows: list[list[str]], options: ReadOptions, *, first_line: int = 1
 ) -> RawTable | None:
-    """Make a table of rows of text cells, such as a sheet of a workbook.
-
-    Parameters
-    ----------
-    origin : Origin
-        Where the rows come from.
-    rows : list of list of str
-        All rows, title and header included; empty cells are "".
-    options : ReadOptions
-        `decimal`.
-    first_line : int
-        Number of the first of `rows` in its source.
-
-    Returns
-    -------
-    RawTable or None
-        None when there is no row of numbers.
+    """Make a table of rows of text cells, title and header included; None when there is no row of numbers.
 
     Examples
     --------
@@ -82,18 +64,11 @@ def make_table(
     *,
     first_line: int,
 ) -> RawTable:
-    """Make the table of a dialect, with the units that stand behind its numbers as one more header row.
-
-    Raises
-    ------
-    RecordError
-        When there are units but no header, or other units than the header names.
-    """
+    """Make the table of a dialect, with the units that stand after its numbers as one more header row."""
     header, decimal = dialect.header, dialect.decimal
     columns = [[row[i] for row in sample if i < len(row)] for i in range(dialect.width)]
     units = [usual_unit(cells, decimal) for cells in columns]
-    _refuse_wrong_units(origin.name, header, units)
-    if any(units):
+    if header and any(units):
         header = [*header, units]
     table = RawTable(origin, header, sample, dialect.width, reader, first_line, decimal, above=dialect.above)
     if options.decimal is None:
@@ -113,18 +88,3 @@ def ragged_note(n_rows: int, width: int, first_line: int) -> str:
     what = "1 row does not" if n_rows == 1 else f"{n_rows} rows do not"
     near = "near" if n_rows == 1 else "first near"
     return f"{what} have {width} cells ({near} line {first_line}): missing cells are empty, extra cells are left out."
-
-
-def _refuse_wrong_units(name: str, header: list[list[str]], units: list[str]) -> None:
-    foreign = [unit for unit in units if unit not in ("", "%")]
-    if not header and foreign:
-        raise RecordError(f"{name}: has numbers in {foreign[0]} without a header; write one that names each column.")
-    if not any(units):
-        return
-    for column, unit in zip(header_names(header).names, units, strict=False):
-        named = unit_in_name(column) if unit else ""
-        if named and named.upper() != unit.upper():
-            raise RecordError(
-                f"{name}, column {column}: is in {named} by its header and in {unit} by its numbers; correct the one "
-                "that is wrong."
-            )

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from stiction.sources.roles.vocabulary import MISSING_WORDS, STATUS_TEXTS
-from stiction.sources.time.parse import is_clock, is_date, is_timestamp
+from stiction.sources.time.text_stamps import is_clock, is_date, is_timestamp
 from stiction.sources.values.number_text import is_number, parse_number
 from stiction.sources.values.thousands import GROUPS
 

@@ -33,46 +33,12 @@ _DELIMITER_NAMES = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "pipes"
 
 
 def recognises(head: bytes, name: str) -> bool:  # noqa: ARG001 (all formats have these arguments)
-    """Whether a file is a text, by its first bytes.
-
-    Examples
-    --------
-    >>> recognises(b"time,PV,OP", "x.csv"), recognises(bytes(range(200)), "x.csv")
-    (True, False)
-    """
+    """Whether a file is a text, by its first bytes."""
     return find_encoding(head) is not None
 
 
 def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
-    r"""Read a text table.
-
-    Parameters
-    ----------
-    source : ByteSource
-        The file.
-    options : ReadOptions
-        `delimiter` and `decimal`, where the user gave them.
-
-    Returns
-    -------
-    list of RawTable
-        One table with text columns; an empty cell is null, or "" when it stood in quotes.
-
-    Raises
-    ------
-    RecordError
-        When the file is no text, holds no row of numbers, a line cannot be split into columns, or commas split numbers.
-
-    Examples
-    --------
-    >>> import io
-    >>> from stiction.sources.byte_source import open_source
-    >>> from stiction.sources.options import ReadOptions
-    >>> text = "time;PV;OP\n" + "".join(f"{k};5,{k};40\n" for k in range(9))
-    >>> [table] = read(open_source(io.BytesIO(text.encode()), ReadOptions()), ReadOptions())
-    >>> table.header, table.decimal, table.column(1)[2]
-    ([['time', 'PV', 'OP']], ',', '5,2')
-    """
+    """Read a text table: one table with text columns; an empty cell is null, or "" when it stood in quotes."""
     name, encoding = source.origin.name, find_encoding(source.head)
     if encoding is None:
         raise RecordError(f"{name}: is binary, not text; export the loop as CSV.")

@@ -127,6 +127,8 @@ class RowRepair:
 
     def _split(self, line: str, number: int, may_end: bool) -> list[str]:
         """Split one line into cells as the csv module does."""
+        if '"' not in line and self.delimiter != " ":
+            return line.split(self.delimiter)
         lines = iter([line.strip() if self.delimiter == " " else line, "\n"])
         reader = csv.reader(lines, delimiter=self.delimiter, skipinitialspace=True)
         try:
@@ -145,10 +147,14 @@ class RowRepair:
         if len(row) != self.width:
             self.ragged_rows += 1
             self.first_ragged_line = self.first_ragged_line or number
-            if len(row) > self.width and (torn := find_torn_number(row)):
+            if self.delimiter == "," and len(row) > self.width and (torn := find_torn_number(row)):
                 self.torn_numbers.append(torn)
+        cells = [cell.strip() for cell in row[: self.width]] + [""] * (self.width - len(row))
+        joined = self.delimiter.join(cells)
+        if joined and '"' not in joined and len(joined.splitlines()) == 1 and joined.count(self.delimiter) < self.width:
+            return f"{joined}\n".encode()
         text = io.StringIO()
-        cells = [unwrap(" ".join(cell.splitlines())).strip() for cell in [*row, *[""] * self.width][: self.width]]
+        cells = [unwrap(" ".join(cell.splitlines())).strip() for cell in cells]
         csv.writer(text, delimiter=self.delimiter, lineterminator="\n").writerow(cells)
         return text.getvalue().encode()
 

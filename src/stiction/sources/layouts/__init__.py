@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     import polars as pl
 
     from stiction.sources.options import ReadOptions
-    from stiction.sources.table import RawTable
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import RawTable, TagColumn
 
 __all__ = ["LAYOUTS", "Layout", "read_layout", "register_layout"]
 
@@ -45,12 +44,7 @@ LAYOUTS: list[Layout] = [tags_in_rows, stacked_tags, time_value_pairs, stacked_l
 
 
 def register_layout(layout: Layout) -> None:
-    """Add a layout; it is tried before all others.
-
-    Parameters
-    ----------
-    layout : module or object
-        Has the functions ``recognises(table, options)`` and ``read(table, options)``.
+    """Add a layout, a module or object with ``recognises`` and ``read``; it is tried before all others.
 
     Examples
     --------
@@ -67,11 +61,6 @@ def read_layout(tables: Sequence[RawTable], options: ReadOptions) -> list[TagCol
 
     The tables are one file, the files of a folder or an archive, or the sheets of a workbook. Columns with the same
     clock have the same rows; the columns of one loop may come from several tables.
-
-    Raises
-    ------
-    RecordError
-        When a table cannot be read: what, where and the remedy.
     """
     columns: list[TagColumn] = []
     for table in _join_pieces(tables):

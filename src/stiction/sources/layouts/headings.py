@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from stiction.display.number_format import count_noun
-from stiction.errors import RecordError
 from stiction.sources.roles.column_names import HeaderNames, header_names, is_unit, parse_column_name, role_of
 from stiction.sources.roles.vocabulary import COLUMN_WORDS, TAG_WORDS, UNIT_HEADINGS
-from stiction.sources.tag_column import Clock, TagColumn
-from stiction.sources.time.parse import find_time_columns, is_time_heading, is_timestamp, parse_time
+from stiction.sources.table import Clock, TagColumn
+from stiction.sources.time.parse import parse_time
+from stiction.sources.time.stamps import unread_stamp_error
+from stiction.sources.time.text_stamps import is_timestamp
+from stiction.sources.time.time_columns import find_time_columns, is_time_heading
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -33,6 +35,7 @@ MARKS = "\"'[]#:= "
 _TYPE_CODE = re.compile(r"[IDSBRF](?:[48]|16|32|64)|[IDSB]")
 _TAG_LINE = re.compile(rf"(?:(?:{'|'.join(map(re.escape, TAG_WORDS))})\s*[:=,]\s*)?([^:,=]{{1,80}})", re.IGNORECASE)
 _UNIT_LINE = re.compile(rf"(?:{'|'.join(map(re.escape, UNIT_HEADINGS))})\s*[:=,]\s*([^,\s]{{1,12}})", re.IGNORECASE)
+_header_names = lru_cache(maxsize=32)(header_names)  # the files of a data set have one header
 _HEADINGS: WeakKeyDictionary[RawTable, HeaderNames] = WeakKeyDictionary()
 
 
@@ -43,8 +46,8 @@ def table_headings(table: RawTable) -> HeaderNames:
     ``#TYPES`` may stand between the names and the data (Ignition).
     """
     if table not in _HEADINGS:
-        header = [row for row in table.header if not _are_types(row)]
-        found = header_names(header)
+        header = tuple(tuple(row) for row in table.header if not _are_types(row))
+        found = _header_names(header)
         above = [row for row in table.above if len(row) == table.width and any(map(is_time_heading, row))]
         if above and not any(map(parse_column_name, found.names)):
             other = header_names([*above, *header])
@@ -183,11 +186,7 @@ def readable_rows(table: RawTable, stamps: Stamps, *, ignored: Rows | None = Non
     """Mark the rows whose time stamp was understood, and note how many were not, `ignored` ones aside."""
     readable = np.isfinite(stamps.seconds)
     if readable.sum() < 2:
-        row, cell = stamps.first_unread or (0, "")
-        raise RecordError(
-            f"{table.origin.name}, line {table.first_line + row}: {cell!r} is no time stamp known here; "
-            "give time_format='...' (--time-format)."
-        )
+        raise unread_stamp_error(stamps, table.origin.name, table.first_line)
     counted = ~readable
     counted[[] if ignored is None else ignored] = False
     if lost := int(counted.sum()):

@@ -8,15 +8,14 @@ from stiction.errors import RecordError
 from stiction.sources.layouts import headings
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import COLUMN_WORDS
-from stiction.sources.time.parse import is_timestamp
+from stiction.sources.time.text_stamps import is_timestamp
 from stiction.sources.values.number_text import is_number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiction.sources.options import ReadOptions
-    from stiction.sources.table import RawTable
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import RawTable, TagColumn
 
 __all__ = ["find_long_columns", "read", "recognises"]
 
@@ -111,9 +110,10 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
         clock, time = headings.find_clock(table, options, only=stamped[0]) if stamped else (None, set())
     if clock is None:
         raise RecordError(f"{table.origin.name}: is a long table without a time column; export the time stamps too.")
-    table.load({*time, *found.values()})
+    # One kind of column after the other, and none for longer than it is needed: a text column takes much memory.
     readable = headings.readable_rows(table, clock.stamps)
     table.drop(time - set(found.values()))
+    table.load(found[key] for key in _TEXTS if key in found)
     texts = {key: table.column(found[key]).cast(pl.String).fill_null("") for key in _TEXTS if key in found}
     keys = [key for key in ("owner", "tag") if key in found]
     tags = (
@@ -127,6 +127,8 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
         .with_columns(pl.lit("").alias(key) for key in _TEXTS if key not in found)
         .collect()
     )
+    del texts
+    table.drop(found[key] for key in _TEXTS if key in found)
     if tags.height > MAX_TAGS:
         raise RecordError(
             f"{table.origin.name}: holds {tags.height} tags; {MAX_TAGS} are read at once, export fewer loops."

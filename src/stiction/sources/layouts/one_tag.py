@@ -11,12 +11,11 @@ from stiction.sources.layouts import headings
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.loop_roles import FLAG_ROLES
 from stiction.sources.roles.vocabulary import INDEX_WORDS, UNIT_HEADINGS, VALUE_WORDS
-from stiction.sources.time.parse import is_time_heading
+from stiction.sources.time.time_columns import is_time_heading
 
 if TYPE_CHECKING:
     from stiction.sources.options import ReadOptions
-    from stiction.sources.table import Origin, RawTable
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import Origin, RawTable, TagColumn
 
 __all__ = ["read", "recognises"]
 

@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     import polars as pl
 
     from stiction.sources.options import ReadOptions
-    from stiction.sources.table import RawTable
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import RawTable, TagColumn
 
 __all__ = ["read", "recognises"]
 

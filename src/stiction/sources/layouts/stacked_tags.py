@@ -13,8 +13,7 @@ from stiction.sources.roles.vocabulary import TAG_WORDS, UNIT_HEADINGS
 
 if TYPE_CHECKING:
     from stiction.sources.options import ReadOptions
-    from stiction.sources.table import RawTable
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import RawTable, TagColumn
 
 __all__ = ["read", "recognises"]
 

@@ -10,12 +10,11 @@ from stiction.sources.layouts.headings import forget_note_on_lines_above, parse_
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import COLUMN_WORDS
 from stiction.sources.table import SNIFF_ROWS
-from stiction.sources.time.parse import is_timestamp
+from stiction.sources.time.text_stamps import is_timestamp
 
 if TYPE_CHECKING:
     from stiction.sources.options import ReadOptions
-    from stiction.sources.table import RawTable
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import RawTable, TagColumn
 
 __all__ = ["read", "recognises"]
 

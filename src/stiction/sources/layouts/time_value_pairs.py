@@ -17,7 +17,7 @@ from stiction.sources.layouts.headings import (
 )
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import VALUE_WORDS
-from stiction.sources.time.parse import is_time_heading
+from stiction.sources.time.time_columns import is_time_heading
 
 if TYPE_CHECKING:
     import numpy as np
@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
-    from stiction.sources.table import RawTable
-    from stiction.sources.tag_column import Clock, TagColumn
+    from stiction.sources.table import Clock, RawTable, TagColumn
 
 __all__ = ["read", "recognises"]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import and_
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,11 +23,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import polars as pl
-    from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
-    from stiction.sources.table import RawTable
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import RawTable, TagColumn
 
 __all__ = ["read", "recognises"]
 
@@ -74,30 +73,28 @@ def _find_sparse(table: RawTable, columns: Sequence[TagColumn], *, min_full_shar
 
     A column with a value in `min_full_share` of the rows [-] has the times of the table.
     """
-    rows = [[cell.strip().upper() not in MISSING_WORDS for cell in row] for row in table.sample]
-    places = [column.position or 0 for column in columns]
-    masks = [np.array([i < len(row) and row[i] for row in rows]) for i in places]
-    loops: dict[str, dict[str, NDArray[np.bool_]]] = {}
-    for column, mask in zip(columns, masks, strict=True):
+
+    def written(column: TagColumn) -> list[bool]:
+        i = column.position or 0
+        cells = [row[i] if i < len(row) else "" for row in table.sample]
+        return [cell != "" and cell.strip().upper() not in MISSING_WORDS for cell in cells]
+
+    loops: dict[str, dict[str, list[bool]]] = {}
+    for column in columns:
         if (role := parse_role(column.name)) and role[1] in ("pv", "op"):
-            loops.setdefault(role[0], {})[role[1]] = mask
+            loops.setdefault(role[0], {})[role[1]] = written(column)
     if not any(_is_sparse(loop["pv"], loop["op"]) for loop in loops.values() if len(loop) == 2):
         return []
-    return [column for column, mask in zip(columns, masks, strict=True) if mask.mean() < min_full_share]
+    return [column for column in columns if sum(written(column)) < min_full_share * len(table.sample)]
 
 
 def _is_sparse(
-    one: NDArray[np.bool_],
-    other: NDArray[np.bool_],
-    *,
-    max_shared_rows: float = 0.5,
-    min_stored: int = 10,
-    max_blank: int = 20,
+    one: list[bool], other: list[bool], *, max_shared_rows: float = 0.5, min_stored: int = 10, max_blank: int = 20
 ) -> bool:
     """Whether two signals share few rows [-], and each has stored rows enough and is not missing for long [rows]."""
-    if (one & other).mean() >= max_shared_rows or min(one.sum(), other.sum()) < min_stored:
+    if min(sum(one), sum(other)) < min_stored or sum(map(and_, one, other)) >= max_shared_rows * len(one):
         return False
-    blanks = [np.diff(np.flatnonzero(np.r_[True, stored, True])).max() - 1 for stored in (one, other)]
+    blanks = [np.diff(np.flatnonzero([True, *stored, True])).max() - 1 for stored in (one, other)]
     return max(blanks) <= max_blank
 
 

@@ -45,13 +45,14 @@ def find_secondary_tags(
             return tag
         clock = (primary.dt, primary.start, len(primary))
         others = [(o, sp) for o, sp in free if o is not primary and (o.dt, o.start, len(o)) == clock]
-        if not others or np.unique(primary.op[np.isfinite(primary.op)]).size < min_values:
+        if not others:
             return ""
         some = slice(None, None, max(1, len(primary) // 64))  # most pairs of loops already differ there
         probes = np.array([sp[some] for _, sp in others])
         for k in np.flatnonzero(_distances(probes, primary.op[some])[0] <= max_rounding):
             other, sp = others[k]
-            if _is_scaled_copy(sp, primary.op, max_rounding, min_known):
+            n_values = np.unique(primary.op[np.isfinite(primary.op)]).size
+            if n_values >= min_values and _is_scaled_copy(sp, primary.op, max_rounding, min_known):
                 return other.tag
         return ""
 

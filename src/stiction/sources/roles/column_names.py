@@ -31,7 +31,6 @@ _TAG_WORD = re.compile(rf"(.*?[^,./\\:|_\s-])\s*[,./\\:|_\s-]+({_any_of(_ROLE_OF
 _WORD_TAG = re.compile(rf"({_any_of(_ROLE_OF_WORD)})(?:[._\s:-]+(?=.*\d)(.+)|(\d+))")
 # The value of an item: of a signal after # (PCS 7), of the PV of a loop after a comma (800xA).
 _ITEM_VALUE = re.compile(r"(.*\S)\s*([#,])\s*VALUE", re.IGNORECASE)
-_UNIT_IN_BRACKETS = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
 _MEASURED = _any_of(word for word, role in _ROLE_OF_WORD.items() if role in ("pv", "sp", "op", "mv"))
 # After a space CO may be a gas: `Stack CO %`.
 _WORD_UNIT = re.compile(
@@ -65,20 +64,23 @@ def is_unit(cell: str) -> bool:
 
 def unit_in_name(name: str) -> str:
     """Give the unit at the end of a column name, in brackets or after the word of a signal, as written."""
-    if found := _UNIT_IN_BRACKETS.search(name):
+    if found := vocabulary.UNIT_IN_BRACKETS.search(name):
         return found[1].strip()
-    found = _WORD_UNIT.fullmatch(name)
+    found = _match_word_and_unit(name)
     return found[2] if found else ""
 
 
-def _without_unit(name: str) -> str:
-    return " ".join(_UNIT_IN_BRACKETS.sub("", name).strip().strip("\"'").split())
+@lru_cache(maxsize=4096)
+def _match_word_and_unit(name: str) -> re.Match[str] | None:
+    """Match a name that ends in the word of a signal and a unit; the blank between them is looked for first."""
+    return _WORD_UNIT.fullmatch(name) if "_" in name or len(name.split(maxsplit=1)) > 1 else None
 
 
+@lru_cache(maxsize=4096)
 def normalise_name(name: str) -> str:
     """Give a column name in capitals, without its unit, quotes and repeated blanks."""
-    found = _WORD_UNIT.fullmatch(name)
-    return _without_unit(found[1] if found else name).upper()
+    found = _match_word_and_unit(name)
+    return vocabulary.without_unit(found[1] if found else name).upper()
 
 
 @lru_cache(maxsize=4096)
@@ -94,7 +96,7 @@ def parse_column_name(name: str) -> tuple[str, str] | None:
     >>> parse_column_name("FIC-101/SP#Value"), parse_column_name("FIC-101,Value"), parse_column_name("Tank level OP mA")
     (('FIC-101', 'SP'), ('FIC-101', 'PV'), ('Tank level', 'OP'))
     """
-    plain, word = _without_unit(name), normalise_name(name)
+    plain, word = vocabulary.without_unit(name), normalise_name(name)
     if item := _ITEM_VALUE.fullmatch(plain):
         return parse_column_name(item[1]) or ((item[1], "PV") if item[2] == "," else None)
     for whole in (word, word.replace("_", " ")):
@@ -111,14 +113,8 @@ def header_names(header: Sequence[Sequence[str]]) -> HeaderNames:
     """Choose names, units and descriptions out of the header rows of a table, in any order.
 
     The tag may also stand in one row and the signal in the next.
-
-    Examples
-    --------
-    >>> names = header_names([["", "FIC-1", ""], ["Time", "PV", "OP"], ["s", "t/h", "%"]])
-    >>> names.names, names.units
-    (['Time', 'FIC-1.PV', 'FIC-1.OP'], ['s', 't/h', '%'])
     """
-    from stiction.sources.time.parse import is_time_heading
+    from stiction.sources.time.time_columns import is_time_heading
 
     if not header:
         return HeaderNames([], [], [])

@@ -13,7 +13,7 @@ from stiction.sources.roles.pair_groups import parse_instrument_tag
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import TagColumn
 
 __all__ = ["add_bare_tags", "group_columns", "shorten_block_tags", "use_weaker_words"]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import TagColumn
 
 __all__ = ["FLAG_ROLES", "NUMERIC_ROLES", "ROLES", "LoopRoles", "TagGroup", "column_label", "list_roles"]
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from os import PathLike
 
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import TagColumn
 
 __all__ = ["MapRow", "apply_map", "map_text", "read_map", "write_map"]
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -23,7 +24,7 @@ from stiction.sources.roles.loop_roles import (
 from stiction.sources.roles.vocabulary import GENERIC_WORDS
 
 if TYPE_CHECKING:
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import TagColumn
 
 __all__ = ["InstrumentTag", "pair_by_description", "pair_by_letters", "parse_instrument_tag"]
 
@@ -52,6 +53,7 @@ class InstrumentTag(NamedTuple):
     suffix: str
 
 
+@lru_cache(maxsize=4096)
 def parse_instrument_tag(tag: str) -> InstrumentTag | None:
     """Read area, letters and number of an ISA-5.1 tag; None when the text is no such tag.
 

@@ -1,9 +1,10 @@
-"""The words that plants use, from `vocabulary.toml` beside this page, and the loop type that a tag names."""
+"""The words that plants use, from `vocabulary.toml` beside this page, and what the text of a heading says alone."""
 
 from __future__ import annotations
 
 import re
 import tomllib
+from functools import lru_cache
 from pathlib import Path
 
 _TABLE = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
@@ -33,23 +34,24 @@ MODES = {mode: kind == "automatic" for kind, modes in _TABLE["modes"].items() fo
 GENERIC_WORDS = frozenset(_TABLE["places"]["generic"])
 
 _LOOP_TYPES = {"F": "flow", "L": "level", "P": "pressure", "T": "temperature", "A": "analyser"}
+UNIT_IN_BRACKETS = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
+"""A unit at the end of a heading."""
 # First letter, then difference/ratio/totalise, then what the instrument does, then alarm/safety/valve.
 _FUNCTION_LETTERS = re.compile(r"(?<![A-Z])([FLPTA])[DFQ]?[ICRTY]{1,3}[AQSVZ]?(?![A-Z])")
 _NUMBERED = re.compile(_FUNCTION_LETTERS.pattern + r"[-_ ]?[0-9]")
 _TYPES_IN_WORDS = re.compile(r"(?<![A-Z])(FLOW|LEVEL|PRESSURE|TEMPERATURE)(?![A-Z])")
 
 
+@lru_cache(maxsize=4096)
+def without_unit(name: str) -> str:
+    """Give a heading without its unit in brackets, quotes and repeated blanks."""
+    return " ".join(UNIT_IN_BRACKETS.sub("", name).strip().strip("\"'").split())
+
+
 def loop_type_of(tag: str, *, numbered: bool = False) -> str:
     """Give the loop type that a tag names by ISA-5.1 letters or in one plain word, else "other".
 
     `numbered` accepts letters only when a number follows them, for a text that may be a word, such as a file name.
-
-    Examples
-    --------
-    >>> loop_type_of("2111LIC23001"), loop_type_of("12-FC-135A"), loop_type_of("Tank level"), loop_type_of("CHEM1")
-    ('level', 'flow', 'level', 'other')
-    >>> loop_type_of("fit", numbered=True), loop_type_of("fic_101_june", numbered=True)
-    ('other', 'flow')
     """
     if found := (_NUMBERED if numbered else _FUNCTION_LETTERS).search(tag.upper()):
         return _LOOP_TYPES[found.group(1)]

@@ -10,7 +10,7 @@ import numpy as np
 from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
 from stiction.sources.time.grid import Grid, regular_grid
-from stiction.sources.time.stamps import Stamps
+from stiction.sources.time.stamps import Stamps, unread_stamp_error
 from stiction.sources.time.time_order import shortest_number, sort_by_time, spread_rounded_stamps
 
 if TYPE_CHECKING:
@@ -71,11 +71,7 @@ def align_tags(
     sorted_rows = {key: _sort_rows(stamps) for key, stamps in different.items()}
     for key, (_, rows) in sorted_rows.items():
         if rows.size == 0:
-            row, cell = different[key].first_unread or (0, "")
-            raise RecordError(
-                f"{name}, line {first_line + row}: {cell!r} is no time stamp known here; "
-                "give time_format='...' (--time-format)."
-            )
+            raise unread_stamp_error(different[key], name, first_line)
     distinct = {key: np.unique(own.seconds) for key, (own, _) in sorted_rows.items()}
     seconds = np.unique(np.concatenate([*distinct.values()]))
     if dt is None:

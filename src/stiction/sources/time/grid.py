@@ -14,6 +14,7 @@ import numpy as np
 from stiction.display.duration_format import format_seconds
 from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
+from stiction.sources.time.stamps import unread_stamp_error
 from stiction.sources.time.time_order import (
     MAX_SHARED_STAMPS,
     is_newest_first,
@@ -72,11 +73,7 @@ def regular_grid(
     if dt is not None and (len(t) < 2 or np.ptp(t) == 0.0):
         return Grid(np.arange(n_rows), dt, notes=["The time stamps are of no use: dt is as given."])
     if len(t) < 2:
-        row, cell = stamps.first_unread or (0, "")
-        raise RecordError(
-            f"{name}, line {first_line + row}: {cell!r} is no time stamp known here; "
-            "give time_format='...' (--time-format) or dt= (--dt)."
-        )
+        raise unread_stamp_error(stamps, name, first_line, other_remedy=" or dt= (--dt)")
     if np.ptp(t) == 0.0:
         raise RecordError(
             f"{name}, line {first_line}: all time stamps are equal; give dt if the rows are evenly sampled."
@@ -147,7 +144,8 @@ def _place_rows(
     steps = np.diff(t)
     median = float(np.median(steps))
     period = dt or median
-    whole = np.maximum(np.round(steps / period), 1.0)
+    with np.errstate(over="ignore"):  # a damaged file may hold steps of 1e-300 s: the error below names them
+        whole = np.maximum(np.round(steps / period), 1.0)
     place = np.concatenate([[0.0], np.cumsum(whole)])
     if place[-1] > max(20 * len(t), 10_000):
         k = int(np.argmax(steps))

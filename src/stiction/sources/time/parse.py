@@ -13,16 +13,7 @@ from stiction.sources.table import SNIFF_ROWS
 from stiction.sources.time.numeric_time import compact_clock_seconds, is_compact_clock, parse_numeric_time
 from stiction.sources.time.stamps import Stamps, unwrap_clock
 from stiction.sources.time.text_column import find_first_unread, parse_text_stamps
-from stiction.sources.time.text_stamps import is_clock, is_date, is_timestamp
-from stiction.sources.time.time_columns import (
-    MIDNIGHT,
-    TimeColumns,
-    find_time_columns,
-    is_numeric_column,
-    is_time_heading,
-    missing_time_error,
-    seconds_per_unit,
-)
+from stiction.sources.time.time_columns import MIDNIGHT, is_numeric_column
 from stiction.sources.time.time_order import is_newest_first, to_datetime
 from stiction.sources.values.numeric_cells import parse_numbers
 
@@ -32,19 +23,9 @@ if TYPE_CHECKING:
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
+    from stiction.sources.time.time_columns import TimeColumns
 
-__all__ = [
-    "TimeColumns",
-    "find_time_columns",
-    "is_clock",
-    "is_date",
-    "is_time_heading",
-    "is_timestamp",
-    "localise",
-    "missing_time_error",
-    "parse_time",
-    "seconds_per_unit",
-]
+__all__ = ["localise", "parse_time"]
 
 
 def parse_time(

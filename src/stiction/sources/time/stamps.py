@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.errors import RecordError
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Stamps", "unwrap_clock"]
+__all__ = ["Stamps", "unread_stamp_error", "unwrap_clock"]
 
 
 @dataclass
@@ -31,6 +33,13 @@ class Stamps:
     """Times that the clock jumped and was corrected."""
     dst_changes: int = 0
     """How many of `clock_jumps` were changes to or from summer time."""
+
+
+def unread_stamp_error(stamps: Stamps, name: str, first_line: int, *, other_remedy: str = "") -> RecordError:
+    """Make the error of a source of which no two time stamps are understood."""
+    row, cell = stamps.first_unread or (0, "")
+    remedy = f"give time_format='...' (--time-format){other_remedy}"
+    return RecordError(f"{name}, line {first_line + row}: {cell!r} is no time stamp known here; {remedy}.")
 
 
 def unwrap_clock(seconds: NDArray[np.float64], turn: float = 86400.0) -> NDArray[np.float64]:

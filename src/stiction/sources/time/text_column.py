@@ -39,8 +39,10 @@ def parse_text_stamps(cells: pl.Series, *, day_first: bool | None = None, time_f
 
     `day_first` tells whether 01/02/2026 is the first of February; when None, the other dates tell, or it is assumed.
     """
-    cells = cells.str.strip_chars()
-    head = cells.head(SNIFF_ROWS).unique(maintain_order=True)
+    head = cells.head(SNIFF_ROWS).drop_nulls()
+    if (head != head.str.strip_chars()).any():  # a copy of a long column takes much memory
+        cells = cells.str.strip_chars()
+    head = head.str.strip_chars().unique(maintain_order=True)
     head = head.filter(head != "")
     if time_format is not None:
         stamps = _parse_format(cells, head.to_list(), time_format)
@@ -59,8 +61,10 @@ def find_first_unread(cells: pl.Series, seconds: NDArray[np.float64]) -> tuple[i
     import polars as pl
 
     rows = np.flatnonzero(np.isnan(seconds))
+    if not rows.size:
+        return None
     texts = cells.gather(rows).cast(pl.String).fill_null("").str.strip_chars()
-    row = (texts != "").arg_max() if rows.size else None
+    row = (texts != "").arg_max()
     return (int(rows[row]), texts[row]) if row is not None and texts[row] else None
 
 
@@ -76,9 +80,10 @@ def _parse_dates(cells: pl.Series, sample: Sequence[str], day_first: bool | None
         form = _polars_format(usual, order or "dmy")
         seconds = _parse_by_format(cells, form)
         is_zoned = np.isfinite(seconds) & form.endswith(("Z", "z"))
-    left = np.flatnonzero(np.isnan(seconds) & (cells != "").fill_null(False).to_numpy())
+    left = np.flatnonzero(np.isnan(seconds))
+    rest = (cells if left.size == len(cells) else cells.gather(left)).fill_null("").str.strip_chars()
+    left, rest = left[(rest != "").to_numpy()], rest.filter(rest != "")
     if left.size:
-        rest = cells if left.size == len(cells) else cells.gather(left)
         clock, days = _sum_groups(rest, CLOCK), rest.str.replace(CLOCK, "@").str.strip_chars()
         texts = days.unique(maintain_order=True).to_list()
         if texts == ["@"] and np.isnan(seconds).all():

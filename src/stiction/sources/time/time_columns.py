@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiction.errors import RecordError
-from stiction.sources.roles.vocabulary import INDEX_WORDS, TIME_UNITS, TIME_WORDS
+from stiction.sources.roles.vocabulary import INDEX_WORDS, TIME_UNITS, TIME_WORDS, UNIT_IN_BRACKETS, without_unit
 from stiction.sources.time.numeric_time import find_epoch, is_compact_clock
 from stiction.sources.time.text_column import parse_by_strptime
 from stiction.sources.time.text_stamps import is_clock, is_date, is_timestamp
@@ -27,7 +28,6 @@ __all__ = ["TimeColumns", "find_time_columns", "is_time_heading", "missing_time_
 
 MIDNIGHT = r"[T ]00:00(?::00(?:\.0+)?)?$"
 """Time of day that a program writes behind a date."""
-_UNIT_IN_BRACKETS = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,7 @@ class TimeColumns:
     """Assumptions, a sentence each."""
 
 
+@lru_cache(maxsize=4096)
 def is_time_heading(name: str) -> bool:
     """Whether a column name is one of time, such as "Time [s]" or "time_ms"."""
     word = _heading_word(name).lstrip("_")
@@ -59,7 +60,7 @@ def is_time_heading(name: str) -> bool:
 
 def seconds_per_unit(name: str, unit: str = "") -> float | None:
     """Return the seconds per unit of a time column by its heading or its unit, None where neither tells."""
-    bracketed = _UNIT_IN_BRACKETS.search(name)
+    bracketed = UNIT_IN_BRACKETS.search(name)
     tail = _heading_word(name).replace("_", " ").rsplit(" ", 1)[-1]
     texts = (bracketed[1].strip().upper() if bracketed else "", unit.strip().upper(), tail)
     return next((TIME_UNITS[text] for text in texts if text in TIME_UNITS), None)
@@ -130,7 +131,7 @@ def is_numeric_column(table: RawTable, position: int) -> bool:
 
 
 def _heading_word(name: str) -> str:
-    return " ".join(_UNIT_IN_BRACKETS.sub("", name).strip().strip("\"'").upper().split())
+    return without_unit(name).upper()
 
 
 def _sample_numbers(table: RawTable, position: int) -> NDArray[np.float64]:

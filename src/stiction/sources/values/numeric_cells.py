@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
 
 __all__ = ["NumericColumn", "parse_numbers"]
 
+_DIGIT = re.compile("[0-9]")
+MAX_SHORT_WORDS = 100
+"""Different texts up to which it is found out first whether any of them holds a digit, as parsing takes longer [-]."""
 MAX_TEXT = 40
 """Characters of a text by which it is counted."""
 
@@ -80,18 +84,19 @@ def _parse_texts(cells: pl.Series, decimal: str, where: str) -> tuple[NDArray[np
     left = np.flatnonzero(np.isnan(values))
     if not left.size:
         return values, Counter(), ""
-    rest = cells.gather(left)
-    words = rest.rename("word").value_counts(name="cells").sort("word")
+    rest = cells.filter(pl.Series(np.isnan(values)))
+    words = rest.rename("word").value_counts(name="cells")
+    words = words if len(words) == 1 else words.sort("word")
     units = Counter({"": len(values) - left.size} if left.size < len(values) else {})
     is_word = np.ones(len(words), dtype=bool)
-    if words["word"].str.contains("[0-9]").any():
+    if len(words) > MAX_SHORT_WORDS or any(map(_DIGIT.search, filter(None, words["word"]))):
         numbers, unit = _parse_words(words["word"], decimal)
         is_word = np.isnan(numbers)
         values[left] = rest.replace_strict(words["word"], pl.Series(numbers), return_dtype=pl.Float64).to_numpy()
         with_unit = pl.DataFrame({"unit": unit, "cells": words["cells"]}).filter(~is_word).group_by("unit").sum()
         units.update(dict(with_unit.iter_rows()))
     texts: Counter[str] = Counter()
-    for word, count in words.filter(is_word).iter_rows():
+    for word, count in (words if is_word.all() else words.filter(is_word)).iter_rows():
         text = (word or "").translate(SPACES).strip()
         texts["" if text.upper() in MISSING_WORDS else text[:MAX_TEXT]] += count
     if len(units) > 1:
