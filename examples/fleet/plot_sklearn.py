@@ -17,7 +17,7 @@ import stiction as st
 
 rng = np.random.default_rng(1)
 records, sticks = [], []
-for k in range(30):
+for k in range(20):
     sticky = k % 2 == 0
     S = rng.uniform(1.5, 6.0)
     valve = st.Kano(S=S, J=rng.uniform(0.2, 0.8) * S) if sticky else st.Ideal()
@@ -30,8 +30,8 @@ for k in range(30):
 transformer = st.StictionFeatures()
 features = transformer.fit_transform(records)
 model = make_pipeline(SimpleImputer(keep_empty_features=True), StandardScaler(), LogisticRegression(C=0.1))
-model.fit(features[:20], sticks[:20])
-print("right on the other loops:", model.score(features[20:], sticks[20:]))
+model.fit(features[:12], sticks[:12])
+print("right on the other loops:", model.score(features[12:], sticks[12:]))
 
 names = transformer.get_feature_names_out()
 order = np.argsort(np.abs(model[-1].coef_[0]))
