@@ -18,7 +18,7 @@ def test_audit_writes_its_files_and_goes_on(run, folder):
     done = run("audit", "plant.parquet", "--out", "audit", "--workers", "2", "--pages", "1")
     assert done.code == 1, done.err
     assert "6 loops: 5 diagnosed, 0 screened only, 1 at rest" in done.out
-    assert "6 loops in 1 parts of the source" in done.err
+    assert "6 loops in 1 part of the source" in done.err
     for name in ("index.html", "audit.toml", "ledger.sqlite", "exports/loops.xlsx", "exports/loops.csv"):
         assert (folder / "audit" / name).is_file()
     assert len(list((folder / "audit" / "loops").glob("*.html"))) == 1

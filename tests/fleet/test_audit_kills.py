@@ -105,8 +105,8 @@ def test_loop_that_kills_its_worker_is_a_row(tmp_path, monkeypatch):
     from stiction.fleet import engine
     from stiction.fleet.batch import Batch, LoopTask
     from stiction.fleet.block_means import common_clock
-    from stiction.fleet.loop_work import WorkSettings
-    from stiction.fleet.source_parts import find_loop_places
+    from stiction.fleet.find_loops import find_loop_places
+    from stiction.fleet.loop_row import WorkSettings
 
     source = write_plant(tmp_path / "plant.parquet", 6)
     places = find_loop_places([str(source)], {})

@@ -7,7 +7,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from stiction.apps.output import note
-from stiction.display import format_seconds
+from stiction.display import count_noun
 
 if TYPE_CHECKING:
     from stiction.fleet import Progress
@@ -68,12 +68,12 @@ class AuditBar:
     def _show_plan(self, details: dict[str, Any]) -> None:
         if self.quiet:
             return
-        time_text = format_seconds(max(1.0, SECONDS_PER_LOOP * details["left"] / max(1, details["workers"])))
+        seconds = SECONDS_PER_LOOP * details["left"] / max(1, details["workers"])
         left = "all" if details["left"] == details["loops"] else f"{details['left']}"
-        about = f"about {time_text}" if details["left"] else "no time"
+        work = f"{left} to do, about {_format_time(seconds)} with {count_noun(details['workers'], 'worker')}"
         note(
-            f"{details['loops']} loops in {details['parts']} parts of the source, about {details['samples']:,} samples "
-            f"each; {left} to do with {details['workers']} workers, {about}."
+            f"{count_noun(details['loops'], 'loop')} in {count_noun(details['parts'], 'part')} of the source, about "
+            f"{details['samples']:,} samples each; {work if details['left'] else 'nothing to do'}."
         )
 
 
@@ -82,7 +82,20 @@ def _describe(progress: Progress) -> str:
     if progress.rate:
         parts.append(f"{progress.rate:.1f} loops/s")
     if progress.seconds_left is not None and progress.done < progress.total:
-        parts.append(f"{format_seconds(max(1.0, progress.seconds_left))} left")
+        parts.append(f"{_format_time(progress.seconds_left)} left")
     if progress.stage in ("screen", "diagnose"):
         parts.append(f"{progress.sticky} sticky so far")
     return ", ".join(parts)
+
+
+def _format_time(seconds: float) -> str:
+    """Seconds below two minutes, else minutes, else hours.
+
+    Examples
+    --------
+    >>> [_format_time(seconds) for seconds in (0.2, 75.4, 1234.0, 20000.0)]
+    ['1 s', '75 s', '21 min', '5.6 h']
+    """
+    if seconds < 120.0:
+        return f"{max(1.0, seconds):.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"

@@ -5,13 +5,14 @@ from stiction.fleet.audit_run import Progress
 from stiction.fleet.block_means import BlockMeans, Clock, common_clock, make_block_means
 from stiction.fleet.compare import compare_audits, confirmed_share
 from stiction.fleet.exports import write_exports
+from stiction.fleet.find_loops import find_loop_places
 from stiction.fleet.group import Group, Member, RootCandidate, RootEvidence
 from stiction.fleet.labels import Label, LabelConflictError, append_label, read_labels
 from stiction.fleet.loop_metrics import LoopMetrics, compute_priority, loop_metrics
 from stiction.fleet.oscillation_groups import group_oscillations
 from stiction.fleet.root_cause import LoopVerdict, RootWeights, rank_roots
 from stiction.fleet.run_audit import audit
-from stiction.fleet.source_parts import LoopPlace, find_loop_places
+from stiction.fleet.source_parts import LoopPlace
 
 __all__ = [
     "Audit",

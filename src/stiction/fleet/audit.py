@@ -230,8 +230,8 @@ def read_audit(folder: Path, settings: dict[str, Any], book: Ledger) -> Audit:
     run = runs[-1]
     key = ResultKey(*(run[name] for name in ResultKey._fields))
     loops = book.read_loops()
-    chosen = set(run["body"]["loops"]) if run["body"].get("loops") is not None else None
-    results = {k: v for k, v in book.read_results(key).items() if chosen is None or k in chosen}
+    chosen = set(run["body"]["loops"])
+    results = {k: v for k, v in book.read_results(key).items() if k in chosen}
     finished = [one for one in runs if one["finished"] and ResultKey(*(one[n] for n in ResultKey._fields)) == key]
     groups = finished[-1]["body"].get("groups", []) if finished else []
     group_of = {tag: group["number"] for group in groups for tag in group["members"]}

@@ -6,13 +6,14 @@ import contextlib
 import json
 import time
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.fleet.batch import Batch, LoopTask
 from stiction.fleet.block_means import common_clock
 from stiction.fleet.engine import Engine, ProcessEngine, warm_kernels
 from stiction.fleet.ledger import StoredResult
-from stiction.fleet.loop_work import WorkSettings
+from stiction.fleet.loop_row import WorkSettings
 from stiction.fleet.rank import screen_order
 from stiction.fleet.signals import clock_from_dict, clock_to_dict, read_signals, remove_unused_parts, write_signals
 from stiction.fleet.source_parts import LoopPlace, place_to_dict, read_loop
@@ -20,7 +21,6 @@ from stiction.fleet.source_parts import LoopPlace, place_to_dict, read_loop
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from datetime import datetime
-    from pathlib import Path
 
     from stiction.fleet.batch import Outcome
     from stiction.fleet.block_means import Clock
@@ -96,10 +96,8 @@ class AuditRun:
         options: RunOptions,
         progress: Callable[[Progress], None],
     ) -> None:
-        from pathlib import Path as AnyPath
-
         self.book, self.key, self.span, self.options, self.progress = book, key, span, options, progress
-        self.signals = AnyPath(settings["signals"]) if settings["signals"] else folder / "signals"
+        self.signals = Path(settings["signals"]) if settings["signals"] else folder / "signals"
         numbers = book.register([(one.tag, json.dumps(place_to_dict(one))) for one in places])
         self.places = {numbers[one.tag]: one for one in places}
         states: dict[str, str] = {}
@@ -109,14 +107,14 @@ class AuditRun:
         self.began = time.monotonic()
         self._engine: Engine | None = None
 
-    def run(self, *, subset: bool) -> None:
+    def run(self) -> None:
         """Do what is left to do."""
         clock = self._clock()
         body = {
             "since": self.span[0] and self.span[0].isoformat(),
             "until": self.span[1] and self.span[1].isoformat(),
             "clock": clock_to_dict(clock),
-            "loops": sorted(self.places) if subset else None,
+            "loops": sorted(self.places),
         }
         number = self.book.begin_run(self.key, body)
         settings = WorkSettings(

@@ -11,7 +11,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import StictionError
-from stiction.fleet.loop_work import WorkSettings, diagnose_loop, empty_row, require_row, screen_loop
+from stiction.fleet.loop_diagnosis import diagnose_loop
+from stiction.fleet.loop_row import WorkSettings, empty_row, require_row
+from stiction.fleet.screen import screen_loop
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

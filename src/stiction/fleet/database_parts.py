@@ -75,7 +75,7 @@ def _select(url: str, name: str, query: Callable[[Any], Any], column: str) -> li
     """First column of the rows that a query of a table gives."""
     import sqlalchemy as sa
 
-    from stiction.sources.sql_connection import connect, make_engine, refused_as
+    from stiction.sources.database_url import connect, make_engine, refused_as
 
     schema, _, bare = name.rpartition(".")
     engine = make_engine(url)

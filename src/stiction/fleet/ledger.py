@@ -256,7 +256,7 @@ class Ledger:
     @contextmanager
     def _errors(self, what: str) -> Iterator[None]:
         """Turn errors of the database into a `RecordError` without passwords."""
-        from stiction.sources.sql_connection import refused_as
+        from stiction.sources.database_url import refused_as
 
         with refused_as(what, self.url, "check host, rights and free space; results that are there stay"):
             yield
@@ -284,8 +284,7 @@ def _make_engine(url: str) -> Engine:
     from sqlalchemy import event
 
     from stiction.errors import ParameterError
-    from stiction.sources.database_url import is_database_url
-    from stiction.sources.sql_connection import make_engine
+    from stiction.sources.database_url import is_database_url, make_engine
 
     if url.startswith("sqlite:///"):
         from sqlalchemy import create_engine

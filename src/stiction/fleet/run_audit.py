@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from stiction.errors import ParameterError, RecordError
 from stiction.fleet.audit import Audit, read_audit
 from stiction.fleet.audit_run import AuditRun, Progress, RunOptions
+from stiction.fleet.find_loops import find_loop_places
 from stiction.fleet.folder import check_folder, lock_folder, options_digest, process_name, write_settings
 from stiction.fleet.ledger import FORMAT_VERSION, Ledger, sqlite_url
-from stiction.fleet.source_parts import find_loop_places
 from stiction.fleet.time_text import parse_duration, parse_moment
 from stiction.fleet.window import resolve_window
 
@@ -145,7 +145,7 @@ def audit(
                 write_settings(folder, settings)
                 run = AuditRun(folder, settings, book, key, span, places, chosen, progress or _ignore)
                 try:
-                    run.run(subset=loops is not None)
+                    run.run()
                 finally:
                     run.close()
                 return read_audit(folder, settings, book)

@@ -104,7 +104,8 @@ class Server:
 
 def start_server(*arguments: str, cwd: Path | None = None) -> Server:
     """Start `stiction serve` on a free port and wait until it answers."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src"), "OPENBLAS_NUM_THREADS": "1"}
+    temporary = {"TMPDIR": str(cwd)} if cwd is not None else {}
+    environment = {**os.environ, **temporary, "PYTHONPATH": str(ROOT / "src"), "OPENBLAS_NUM_THREADS": "1"}
     command = [sys.executable, "-m", "stiction", "serve", "--no-open", *arguments]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment, cwd=cwd

@@ -12,6 +12,7 @@ import re
 import socket
 import struct
 import zipfile
+from pathlib import Path
 
 import pytest
 
@@ -24,7 +25,8 @@ def test_only_the_loopback_address_is_open(server):
     for address in others - {"127.0.0.1"}:
         with pytest.raises(OSError), socket.create_connection((address, server.port), timeout=2):
             pass
-    listening = [line.split() for line in open("/proc/net/tcp")] if os.path.exists("/proc/net/tcp") else []
+    table = Path("/proc/net/tcp")
+    listening = [line.split() for line in table.read_text().splitlines()] if table.exists() else []
     mine = [line[1] for line in listening if line[1].endswith(f":{server.port:04X}") and line[3] == "0A"]
     assert all(one.startswith("0100007F") for one in mine)
 

@@ -52,7 +52,7 @@ def make_app(access: Access, workspace: Workspace) -> Guard:
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         app.state.workers = Workers()
-        app.state.workers.start()
+        app.state.workers.start([one.preload(app.state.workers) for one in workspace.audits.values()])
         if workspace.files:
             workspace.readings.start(app.state.workers, workspace.files, {})
         yield

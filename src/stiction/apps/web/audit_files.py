@@ -13,11 +13,19 @@ from stiction.errors import RecordError
 if TYPE_CHECKING:
     from stiction.fleet import Audit
 
-__all__ = ["audit_rows", "audit_sparks", "compare_with", "describe_groups", "load_audit", "tag_of_loop"]
+__all__ = [
+    "audit_rows",
+    "audit_sparks",
+    "compare_with",
+    "describe_groups",
+    "load_audit",
+    "preload_audit",
+    "tag_of_loop",
+]
 
 ROW_NAMES = (
-    "tag", "area", "source", "status", "verdict", "probability", "loop_state", "oscillation_cause", "period_s", "S", "J",
-    "priority", "action", "group",
+    "tag", "area", "source", "status", "verdict", "probability", "loop_state", "oscillation_cause", "period_s", "S",
+    "J", "priority", "action", "group",
 )  # fmt: skip
 """What the table of loops shows of a row."""
 SPARKLINE_POINTS = 60
@@ -32,8 +40,13 @@ MIN_SPECTRUM_BLOCKS = 16
 
 
 def load_audit(folder: str) -> Audit:
-    """Open an audit, or give it as it was opened before if nothing changed since."""
-    return _load(folder, audit_version(folder))
+    """Open an audit, or give it as it was opened before if its results did not change since."""
+    return _load(folder, result_version(folder))
+
+
+def preload_audit(folder: str) -> None:
+    """Open an audit, so that the next call finds it open."""
+    load_audit(folder)
 
 
 @lru_cache(maxsize=4)
@@ -46,11 +59,16 @@ def _load(folder: str, version: int) -> Audit:
 
 def audit_version(folder: str) -> int:
     """Time of the last change of results or notes [ms since 1970]."""
-    times = []
-    for name in ("audit.toml", "ledger.sqlite", "ledger.sqlite-wal", "labels.csv"):
-        path = Path(folder) / name
-        if path.is_file():
-            times.append(path.stat().st_mtime_ns // 1_000_000)
+    return max(result_version(folder), _changed(Path(folder), ("labels.csv",)))
+
+
+def result_version(folder: str) -> int:
+    """Time of the last change of results [ms since 1970]."""
+    return _changed(Path(folder), ("audit.toml", "ledger.sqlite", "ledger.sqlite-wal"))
+
+
+def _changed(folder: Path, names: tuple[str, ...]) -> int:
+    times = [path.stat().st_mtime_ns // 1_000_000 for name in names if (path := folder / name).is_file()]
     return max(times, default=0)
 
 

@@ -157,8 +157,14 @@ def _write_means(audit: Audit, tag: str, place: Path, note: str) -> None:
         note = note.replace("block means of the audit", "nothing is stored")
     else:
         n = max(means.error.size, means.op.size)
-        signals = {"op": means.op, "pv": -means.error}
-        full = {name: x.astype(np.float64) if x.size == n else np.full(n, np.nan) for name, x in signals.items()}
-        record = LoopRecord(tag, means.clock.dt, **full, start=means.clock.start)
+        op, pv = (_whole(x, n) for x in (means.op, -means.error))
+        record = LoopRecord(tag, means.clock.dt, op, pv, start=means.clock.start)
     record = replace(record, provenance=Provenance(pv_unit="PV less SP"))
     save_signals(place / "signals.npz", record, None, note)
+
+
+def _whole(x: NDArray[np.float32], n: int) -> NDArray[np.float64]:
+    """Block means of a signal; NaN where it is missing or does not move."""
+    import numpy as np
+
+    return x.astype(np.float64) if x.size == n else np.full(n, np.nan)

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import hashlib
+import json
 import signal
 import sys
 from itertools import count
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from starlette.exceptions import HTTPException
 
-from stiction.apps.web.audit_files import audit_rows, audit_version, tag_of_loop
+from stiction.apps.web.audit_files import audit_rows, audit_version, preload_audit, result_version, tag_of_loop
 from stiction.apps.web.audit_loop import prepare_audit_loop, write_audit_record
+from stiction.apps.web.workers import TimeLimitError, WorkerLostError
+from stiction.errors import StictionError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from stiction.apps.web.workers import Workers
 
@@ -40,6 +44,7 @@ class AuditLoops:
         self.name = folder.resolve().name
         self._cache = cache
         self._process: asyncio.subprocess.Process | None = None
+        self._rows: tuple[int, bytes] | None = None
         self._locks: dict[int, asyncio.Lock] = {}
 
     @property
@@ -50,8 +55,25 @@ class AuditLoops:
     async def changes(self, workers: Workers, since: int) -> bytes:
         """Rows and progress as JSON."""
         await self._raise_failure()
+        version = await asyncio.to_thread(audit_version, str(self.folder))
+        if since == version and not self.is_running:
+            return self._unchanged(version)
+        if since == 0 and self._rows is not None and self._rows[0] == version:
+            return self._rows[1]
         body: bytes = await workers.quick.call(audit_rows, str(self.folder), since)
+        if since == 0:
+            self._rows = (version, body)
         return body.replace(b'"running":false', b'"running":true', 1) if self.is_running else body
+
+    def _unchanged(self, version: int) -> bytes:
+        """The answer when nothing changed; the page keeps its progress."""
+        return json.dumps({"version": version, "rows": [], "progress": None}).encode()
+
+    async def preload(self, workers: Workers) -> None:
+        """Open the audit in the workers before the page asks for it; the page says what is wrong with it."""
+        with contextlib.suppress(StictionError, WorkerLostError, TimeLimitError, HTTPException):
+            await self.changes(workers, 0)
+            await workers.background.call(preload_audit, str(self.folder))
 
     async def tag_of(self, workers: Workers, key: int) -> str:
         """Tag of a loop."""
@@ -59,7 +81,7 @@ class AuditLoops:
 
     async def prepare(self, workers: Workers, key: int) -> Path:
         """Write what the page of a loop shows, if that was not done since the last change; return its folder."""
-        version = await asyncio.to_thread(audit_version, str(self.folder))
+        version = await asyncio.to_thread(result_version, str(self.folder))
         name = hashlib.sha256(f"{self.folder} {version}".encode()).hexdigest()[:16]
         target = self._cache / name / str(key)
         async with self._locks.setdefault(key, asyncio.Lock()):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from starlette.exceptions import HTTPException
-from starlette.responses import Response
 from starlette.routing import Route
 
 from stiction.apps.web.audit_files import compare_with, describe_groups
@@ -15,6 +14,7 @@ from stiction.apps.web.loop_sets import find_set
 
 if TYPE_CHECKING:
     from starlette.requests import Request
+    from starlette.responses import Response
 
 __all__ = ["ROUTES"]
 

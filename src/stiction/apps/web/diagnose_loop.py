@@ -126,8 +126,13 @@ def loop_content(diagnosis: Diagnosis) -> dict[str, Any]:
         "contributions_sentence": _contributions_sentence(diagnosis),
         "evidence": [
             {
-                "method": labels.method_label(row.method), "index": _finite(row.index), "threshold": _finite(row.threshold),
-                "vote": row.vote, "vote_label": labels.VERDICTS[row.vote], "valid": row.valid, "why": row.why,
+                "method": labels.method_label(row.method),
+                "index": _finite(row.index),
+                "threshold": _finite(row.threshold),
+                "vote": row.vote,
+                "vote_label": labels.VERDICTS[row.vote],
+                "valid": row.valid,
+                "why": row.why,
                 "source": labels.citation(row.source),
             }
             for row in diagnosis.evidence
@@ -136,7 +141,7 @@ def loop_content(diagnosis: Diagnosis) -> dict[str, Any]:
         "origin": _origin(record),
         "pvop": _pv_over_op(diagnosis),
         "units": {"pv": record.provenance.pv_unit or "engineering units", "op": record.op_unit},
-    }  # fmt: skip
+    }
 
 
 def _facts(diagnosis: Diagnosis) -> list[list[str]]:

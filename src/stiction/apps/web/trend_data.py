@@ -87,7 +87,8 @@ def load_trend(path: str, start: float | None, end: float | None, points: int) -
     Returns
     -------
     bytes
-        ``{"about", "from", "to", "thinned", "time", "signals": {name: [...]}}``; time in seconds since the first sample.
+        ``{"about", "from", "to", "thinned", "time", "signals": {name: [...]}}``; times in seconds since the first
+        sample.
     """
     about, signals = _load(path, Path(path).stat().st_mtime_ns)
     dt, n = about["dt"], about["samples"]
@@ -137,7 +138,7 @@ def thin_columns(
     edges = np.linspace(0, n, width + 1).astype(np.intp)
     block = int(np.max(np.diff(edges)))
     index = np.minimum(edges[:-1, None] + np.arange(block), edges[1:, None] - 1)
-    samples = np.stack([edges[:-1], (edges[:-1] + edges[1:]) / 2.0], axis=1).ravel()
+    samples = np.stack([edges[:-1], (edges[:-1] + edges[1:]) / 2.0], axis=1).ravel().astype(np.float64)
     return samples, {name: _extremes(y[index]) for name, y in signals.items()}
 
 

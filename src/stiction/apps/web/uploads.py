@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import shutil
 from dataclasses import dataclass, field
 from itertools import count
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from starlette.exceptions import HTTPException
@@ -16,6 +14,7 @@ from starlette.routing import Route
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from starlette.requests import Request
 
@@ -152,8 +151,3 @@ ROUTES = [
     Route("/api/files", _put, methods=["PUT"]),
     Route("/api/files/{file}", _delete, methods=["DELETE"]),
 ]
-
-
-def free_bytes(folder: Path) -> int:
-    """Free space of the disk [bytes]."""
-    return shutil.disk_usage(folder).free

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from stiction.errors import StictionError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Coroutine, Sequence
     from multiprocessing.connection import Connection
 
 __all__ = ["TimeLimitError", "Worker", "WorkerLostError", "WorkerPool", "Workers"]
@@ -132,29 +132,27 @@ class WorkerPool:
         """Number of processes."""
         return len(self._all)
 
-    def start(self) -> None:
-        """Start all processes, and warm one after the other, so that the others answer meanwhile."""
-        self._keep(asyncio.create_task(self._warm_in_turn()))
+    def start(self, ready: asyncio.Event) -> None:
+        """Start all processes; warm one after the other when `ready` is set, so that the others answer meanwhile."""
+        self._keep(asyncio.create_task(self._start(ready)))
 
-    async def _warm_in_turn(self) -> None:
+    async def _start(self, ready: asyncio.Event) -> None:
         for worker in self._all:
             await asyncio.to_thread(worker.start)
-        for worker in self._all[1:]:
             self._free.put_nowait(worker)
+        await ready.wait()
         cold = set(self._all)
-        worker = self._all[0]
         while cold:
+            worker = await self._free.get()
             try:
                 if worker in cold:
+                    cold.discard(worker)
                     await worker.warm()
             except (WorkerLostError, TimeLimitError) as error:
                 print(f"stiction: a worker process could not be prepared: {error}", file=sys.stderr)
             finally:
-                cold.discard(worker)
                 self._free.put_nowait(worker)
-            if cold:
-                await asyncio.sleep(WARM_PAUSE_S)
-                worker = await self._free.get()
+            await asyncio.sleep(WARM_PAUSE_S)
 
     def stop(self) -> None:
         """End all processes at once."""
@@ -196,10 +194,19 @@ class Workers:
         self.background = WorkerPool(background_count or max(1, (os.cpu_count() or 2) - 1), warm_background)
         """Reading, diagnoses, limit cycles: seconds each."""
 
-    def start(self) -> None:
-        """Start all processes."""
-        self.quick.start()
-        self.background.start()
+    def start(self, first: Sequence[Coroutine[Any, Any, None]] = ()) -> None:
+        """Start all processes, and warm them when the work of `first` is done."""
+        ready = asyncio.Event()
+        self.quick.start(ready)
+        self.background.start(ready)
+        self._first = asyncio.create_task(self._run_first(first, ready))
+
+    @staticmethod
+    async def _run_first(first: Sequence[Coroutine[Any, Any, None]], ready: asyncio.Event) -> None:
+        try:
+            await asyncio.gather(*first, return_exceptions=True)
+        finally:
+            ready.set()
 
     def stop(self) -> None:
         """End all processes."""

@@ -6,6 +6,7 @@ import { announce, duration, h, number, problem } from "./dom.js";
 
 export const title = "Files";
 const POLL_MS = 250;
+const SHOWN_LOOPS = 50;
 
 /** Files of a drop, those in folders included, each with the path that the folder gives it. */
 async function droppedFiles(items) {
@@ -127,12 +128,17 @@ export async function render(root, { signal }) {
 function showReading(box, reading, options) {
   const button = h("button", { class: "primary" });
   const message = h("div", {});
-  const parts = reading.sources.map((source, k) => sourcePart(reading, source, k, options, refresh));
+  const table = h("div", {});
+  const failed = reading.sources.filter((one) => one.error).length;
+  // Troubles first: a file that cannot be read must not be overlooked below many others.
+  const order = reading.sources.map((source, k) => ({ source, k })).sort((one, other) => Boolean(other.source.error) - Boolean(one.source.error));
+  const parts = order.map(({ source, k }) => sourcePart(reading, source, k, options, reading.sources.length > 1, refresh));
   function refresh() {
     const loops = reading.sources.filter((one) => one.state === "read" && !one.added).reduce((sum, one) => sum + one.loops.length, 0);
     const added = reading.sources.some((one) => one.added);
     button.hidden = !loops && !added;
     button.textContent = loops ? `Diagnose ${loops === 1 ? "the loop" : `${loops} loops`}` : "Show the loops";
+    if (reading.sources.length > 1) table.replaceChildren(...loopTable(reading.sources.filter((one) => !one.error).flatMap((one) => one.loops)));
   }
   button.addEventListener("click", async () => {
     button.disabled = true;
@@ -145,18 +151,24 @@ function showReading(box, reading, options) {
     }
   });
   refresh();
-  box.replaceChildren(h("div", { class: "row diagnose-row" }, button), message, ...parts);
+  const troubles = failed ? h("p", { class: "note" }, `${failed} of ${reading.sources.length} files could not be read; the reasons are below.`) : null;
+  box.replaceChildren(...[h("div", { class: "row diagnose-row" }, button), message, reading.sources.length > 1 ? troubles : null, table, ...parts].filter(Boolean));
   announce(`${reading.total === 1 ? "The file is" : `${reading.total} files are`} read.`);
 }
 
-function sourcePart(reading, source, k, options, refresh) {
+function sourcePart(reading, source, k, options, isCompact, refresh) {
   const part = h("div", { class: "source" });
   function draw() {
     const names = source.files.length > 3 ? `${source.files.slice(0, 3).join(", ")} and ${source.files.length - 3} more` : source.files.join(", ");
-    part.replaceChildren(h("h2", {}, names), ...(source.error ? [problem(source.error)] : [receipt(source)]));
-    if (source.columns?.length) part.append(columnPart());
+    const receipt = source.error ? [problem(source.error)] : [...(isCompact ? [] : loopTable(source.loops)), ...remarks(source)];
+    if (isCompact && !source.error) {
+      part.replaceChildren(h("details", {}, h("summary", {}, `${names}: columns and assumptions`), receipt, source.columns?.length ? columnPart(true) : null));
+      return;
+    }
+    part.replaceChildren(h("h2", {}, names), ...receipt);
+    if (source.columns?.length) part.append(columnPart(Boolean(source.error)));
   }
-  function columnPart() {
+  function columnPart(isOpen) {
     const table = columnTable(source.columns);
     const message = h("div", {});
     const again = h("button", {}, "Read again with these columns");
@@ -175,14 +187,15 @@ function sourcePart(reading, source, k, options, refresh) {
       }
     });
     const save = h("button", { onclick: async () => saveFile(await fetchFile("POST", "/api/map", { rows: table.rows() })) }, "Download the map");
-    return h("details", { open: Boolean(source.error) }, h("summary", {}, "Which column is which"), table.element, h("div", { class: "row" }, again, save), message);
+    return h("details", { open: isOpen }, h("summary", {}, "Which column is which"), table.element, h("div", { class: "row" }, again, save), message);
   }
   draw();
   return part;
 }
 
-function receipt(source) {
-  const rows = source.loops.slice(0, 50).map((loop) =>
+/** What was found: one row for each loop. */
+function loopTable(loops) {
+  const rows = loops.slice(0, SHOWN_LOOPS).map((loop) =>
     h("tr", {},
       h("td", {}, loop.tag),
       h("td", { class: "number" }, String(loop.samples)),
@@ -193,11 +206,20 @@ function receipt(source) {
       h("td", {}, Object.entries(loop.columns).map(([signal, column]) => `${signal.toUpperCase()} = ${column}`).join(", "))),
   );
   const heads = ["Loop", "Samples", "Every", "Length", "Missing", "Gaps", "Columns"];
-  const bad = source.loops.flatMap((loop) => Object.entries(loop.bad_values).map(([text, n]) => `${n} × "${text}" in ${loop.tag}`)).slice(0, 5);
-  return h("div", {},
-    h("p", {}, source.loops.length === 1 ? "One loop was found." : `${source.loops.length} loops were found${source.loops.length > 50 ? "; the first 50 are listed" : ""}.`),
+  const found = loops.length === 1 ? "One loop was found." : `${loops.length} loops were found${loops.length > SHOWN_LOOPS ? `; the first ${SHOWN_LOOPS} are listed` : ""}.`;
+  if (!loops.length) return [];
+  return [
+    h("p", {}, found),
     h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Loops found" },
       h("table", {}, h("thead", {}, h("tr", {}, heads.map((head, i) => h("th", { class: i > 0 && i < 6 ? "number" : null, scope: "col" }, head)))), h("tbody", {}, rows))),
+  ];
+}
+
+/** Texts in place of numbers, and what was assumed. */
+function remarks(source) {
+  const bad = source.loops.flatMap((loop) => Object.entries(loop.bad_values).map(([text, n]) => `${n} × "${text}" in ${loop.tag}`)).slice(0, 5);
+  return [
     bad.length ? h("p", { class: "note" }, `Texts in place of numbers: ${bad.join("; ")}.`) : null,
-    source.assumptions?.length ? h("ul", { class: "note" }, source.assumptions.slice(0, 20).map((text) => h("li", {}, text))) : null);
+    source.assumptions?.length ? h("ul", { class: "note" }, source.assumptions.slice(0, 20).map((text) => h("li", {}, text))) : null,
+  ].filter(Boolean);
 }

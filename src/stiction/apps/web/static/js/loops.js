@@ -13,6 +13,7 @@ const SLOW_POLL_MS = 4000;
 const TYPING_MS = 80;
 const RANKS = { stiction: 0, undecided: 1, no_stiction: 2 };
 const memory = new Map();
+const loaded = new Map();
 
 const stateWord = (row) => (row.loop_state ? STATES[row.loop_state] ?? row.loop_state.replaceAll("_", " ") : "");
 const causeWord = (row) => (row.oscillation_cause ? CAUSES[row.oscillation_cause] ?? row.oscillation_cause : "");
@@ -55,21 +56,22 @@ export async function render(root, { parts, signal }) {
   const setId = current.id;
   const wait = h("p", { class: "note", role: "status" }, "Loading the table …");
   root.append(wait);
-  const rows = new Map();
-  const sparks = new Map();
-  let version = 0;
-  let answer = await getJson(`/api/sets/${setId}/rows?since=0`, signal);
+  // Rows stay in memory, so that the table is there at once when the user comes back.
+  const kept = loaded.get(setId) ?? { rows: new Map(), sparks: new Map(), version: 0 };
+  loaded.set(setId, kept);
+  const { rows, sparks } = kept;
+  let answer = await getJson(`/api/sets/${setId}/rows?since=${kept.version}`, signal);
   wait.remove();
   take(answer);
   const all = [...rows.values()];
   const columns = columnsOf(setId, all.some((row) => row.area), all.some((row) => row.priority), sparks);
   const table = virtualTable({ columns, label: "Loops", open: (row) => (location.hash = `#/loop/${setId}/${row.key}`), shown: fetchSparks });
-  const kept = memory.get(setId) ?? { text: "", area: "", verdict: "", state: "" };
-  const search = h("input", { type: "search", placeholder: "Filter by text", "aria-label": "Filter by text", value: kept.text });
+  const filters = memory.get(setId) ?? { text: "", area: "", verdict: "", state: "" };
+  const search = h("input", { type: "search", placeholder: "Filter by text", "aria-label": "Filter by text", value: filters.text });
   const choices = {
-    area: choice("Area", [...new Set(all.map((row) => row.area).filter(Boolean))].sort(), kept.area),
-    verdict: choice("Verdict", ["Stiction", "Cannot tell", "No stiction", "Screened only", "Not diagnosed", "Waiting"], kept.verdict),
-    state: choice("State", [...new Set(all.map(stateWord).filter(Boolean))].sort(), kept.state),
+    area: choice("Area", [...new Set(all.map((row) => row.area).filter(Boolean))].sort(), filters.area),
+    verdict: choice("Verdict", ["Stiction", "Cannot tell", "No stiction", "Screened only", "Not diagnosed", "Waiting"], filters.verdict),
+    state: choice("State", [...new Set(all.map(stateWord).filter(Boolean))].sort(), filters.state),
   };
   choices.area.parentElement.hidden = choices.area.options.length < 3;
   const count = h("span", { class: "note", role: "status" });
@@ -82,7 +84,8 @@ export async function render(root, { parts, signal }) {
     progress.element, message, table.element);
 
   function take(next) {
-    version = next.version;
+    kept.version = next.version;
+    kept.progress = next.progress ?? kept.progress;
     for (const row of next.rows) {
       row.words = `${row.tag} ${row.area ?? ""} ${verdictWord(row)[1]} ${stateWord(row)} ${causeWord(row)} ${row.label ?? ""} ${row.action ?? ""} ${row.error ?? ""}`.toLowerCase();
       rows.set(row.key, row);
@@ -128,25 +131,23 @@ export async function render(root, { parts, signal }) {
     typing = setTimeout(() => filter(), TYPING_MS);
   });
   for (const one of Object.values(choices)) one.addEventListener("change", () => filter());
-  table.sortBy(kept.sorting?.name ?? (all.some((row) => row.priority) ? "priority" : "verdict"), kept.sorting?.descending);
+  table.sortBy(filters.sorting?.name ?? (all.some((row) => row.priority) ? "priority" : "verdict"), filters.sorting?.descending);
   filter();
-  progress.show(answer.progress);
+  progress.show(kept.progress);
 
   let timer = 0;
   async function poll() {
     try {
-      answer = await getJson(`/api/sets/${setId}/rows?since=${version}`, signal);
-      progress.show(answer.progress);
-      if (answer.rows.length) {
-        take(answer);
-        filter(true);
-      }
+      answer = await getJson(`/api/sets/${setId}/rows?since=${kept.version}`, signal);
+      take(answer);
+      progress.show(kept.progress);
+      if (answer.rows.length) filter(true);
       message.replaceChildren();
     } catch (error) {
       if (error.name === "AbortError") return;
       message.replaceChildren(problem(error.message));
     }
-    if (!signal.aborted) timer = setTimeout(poll, answer.progress?.running ? POLL_MS : SLOW_POLL_MS);
+    if (!signal.aborted) timer = setTimeout(poll, kept.progress?.running ? POLL_MS : SLOW_POLL_MS);
   }
   timer = setTimeout(poll, POLL_MS);
   return () => {
@@ -166,7 +167,7 @@ function progressBar(setId, signal) {
   const text = h("span", {});
   const bar = h("progress", { "aria-label": "Loops diagnosed" });
   const button = h("button", {});
-  const element = h("div", { class: "row progress-row" }, bar, text, button);
+  const element = h("div", { class: "row progress-row", hidden: true }, bar, text, button);
   let isRunning = false;
   button.addEventListener("click", async () => {
     button.disabled = true;
@@ -178,7 +179,8 @@ function progressBar(setId, signal) {
     button.disabled = false;
   });
   function show(progress) {
-    element.hidden = !progress || progress.done >= progress.total;
+    if (!progress) return;
+    element.hidden = progress.done >= progress.total;
     if (element.hidden) return;
     isRunning = progress.running;
     bar.max = progress.total;

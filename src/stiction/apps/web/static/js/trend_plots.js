@@ -7,7 +7,7 @@ import { color, linePlot } from "./plots.js";
 const SIGNALS = {
   pv: { label: "PV", kind: "pv" },
   sp: { label: "SP", kind: "sp", step: true, width: 1.2 },
-  model: { label: "PV simulated with the identified valve", kind: "model", width: 1.2 },
+  model: { label: "PV, simulated", kind: "model", width: 1.2 },
   op: { label: "OP", kind: "op" },
   mv: { label: "valve position, measured", kind: "mv" },
   position: { label: "valve position, estimated", kind: "mv", dash: [2, 3] },
@@ -39,7 +39,7 @@ export async function trendPlots(path, stretches, signal) {
       series: present.map((name) => SIGNALS[name]),
       data: dataOf(first, present),
       xLabel: k === 1 ? (hasClock ? "Time" : `Time [${unitName}]`) : undefined,
-      yLabel: `${present.slice(0, 2).filter((name) => name !== "model").map((name) => SIGNALS[name].label.split(",")[0]).join(", ")} [${unitText}]`,
+      yLabel: k === 0 ? `${present.includes("sp") ? "PV, SP" : "PV"} [${unitText}]` : `OP [${unitText}]`,
       height: k === 0 ? 240 : 230,
       sync: "trend",
       xTime: hasClock,
