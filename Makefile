@@ -78,7 +78,7 @@ picture: $(VENV)/.ready-docs
 
 wheelhouse: $(VENV)/.ready-release
 	$(BIN)/python .ci/web_assets.py
-	$(BIN)/python -m pip wheel --quiet --wheel-dir dist/wheelhouse '.[control,dask,matlab,plot,sql,web]'
+	$(BIN)/python -m pip wheel --quiet --wheel-dir dist/wheelhouse '.[control,dask,matlab,plot,sklearn,sql,web]'
 
 release-check: $(VENV)/.ready-release
 	$(BIN)/python .ci/web_assets.py

@@ -29,6 +29,7 @@ ROOMS = {
     "stiction.valvetests": "Valve tests",
     "stiction.compensation": "Remedies until the repair",
     "stiction.fleet": "Many loops",
+    "stiction.fleet.stiction_features": "Features for scikit-learn",
     "stiction.report": "Reports",
     "stiction.errors": "Errors",
 }

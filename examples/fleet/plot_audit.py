@@ -28,7 +28,7 @@ if __name__ == "__main__":  # worker processes import this file
     for row in worst:
         ax.barh(row["tag"], row["priority"], color=colors.get(row["verdict"], "0.8"))
         ax.text(row["priority"] + 0.01, row["tag"], row["oscillation_cause"] or "", va="center", fontsize=8)
-    ax.set(xlim=(0, 1.15), xlabel="priority", title="Worst loops of unit 1; orange: the valve sticks")
+    ax.set(xlim=(0, 1.15), xlabel="priority", title="Worst loops of unit 1; orange: verdict stiction")
     plt.show()
 
     print(table[["tag", "verdict", "probability", "S", "group"]].head(5).to_string())

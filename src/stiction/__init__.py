@@ -80,8 +80,8 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "structured_text",
         "work_order",
     ),
-    "stiction.fleet.stiction_features": ("StictionFeatures",),
     "stiction.fleet": ("Audit", "audit", "group_oscillations", "open_audit"),
+    "stiction.fleet.stiction_features": ("StictionFeatures",),
     "stiction.report": ("write_report",),
     "stiction.errors": ("ConvergenceError", "MissingExtraError", "ParameterError", "RecordError", "StictionError"),
 }

@@ -179,7 +179,7 @@ def require_count(name: str, value: float) -> int:
     """Return `value` as a whole number > 0, or say what is wrong with it."""
     number = require_positive(name, value)
     if number != round(number):
-        raise ParameterError(f"{name} = {number:g} is no whole number; give 1 or more.")
+        raise ParameterError(f"{name} = {number:g} is not a whole number; give 1 or more.")
     return round(number)
 
 
@@ -189,7 +189,7 @@ def require_seed(seed: int | None) -> int | None:
         return None
     number = require_not_negative("seed", seed)
     if number != round(number):
-        raise ParameterError(f"seed = {number:g} is no whole number; give 0 or more.")
+        raise ParameterError(f"seed = {number:g} is not a whole number; give 0 or more.")
     return int(seed)
 
 
@@ -202,7 +202,7 @@ def require_range(name: str, ends: tuple[float, float]) -> tuple[float, float]:
             f"{name} = {brief(ends)} is not a pair of numbers; give (lowest, highest) in % of span."
         ) from None
     if not low < high:
-        raise ParameterError(f"{name} = ({low:g}, {high:g}) % has no room; give lowest < highest.")
+        raise ParameterError(f"{name} = ({low:g}, {high:g}) % is an empty range; give lowest < highest.")
     return low, high
 
 

@@ -182,7 +182,7 @@ def test_a_loop_that_breaks_is_a_row(run, folder, sticky_file, monkeypatch):
         (["a.csv", "--weights", "travel=-1"], 2, "travel"),
         (["a.csv", "--weights", "travel=nan"], 2, "travel"),
         (["a.csv", "--seeds", "0"], 2, "seeds = 0 is not positive"),
-        (["a.csv", "--seeds", "1.5"], 2, "1.5 is no whole number"),
+        (["a.csv", "--seeds", "1.5"], 2, "1.5 is not a whole number"),
         (["a.csv", "--seeds", "few"], 2, "--seeds"),
         (["a.csv", "--duration", "-5"], 2, "duration"),
         (["a.csv", "--controller", "pi:Kc=1"], 2, "Ti"),

@@ -86,7 +86,7 @@ def test_bad_starts_are_refused(a_and_c):
         ({"op_start": [1.0, 2.0], "pv_start": [1.0, 2.0, 3.0]}, r"op_start \(2,\), pv_start \(3,\)"),
         ({"mv_start": 1j}, "mv_start must be a number"),
         ({"most_turns": -5}, "most_turns = -5 is not positive"),
-        ({"most_turns": 50.5}, "most_turns = 50.5 is no whole number"),
+        ({"most_turns": 50.5}, "most_turns = 50.5 is not a whole number"),
         ({"threads": -1}, "threads = -1 is not positive"),
         ({"threads": np.nan}, "threads must be a finite number"),
         ({"tolerance": np.nan}, "tolerance must be a finite number"),

@@ -46,13 +46,13 @@ TABLED = st.Srinivasan(st.Table([0.0, 100.0], [1.0, 2.0]), 0.5, 0.0)
 
 REFUSED = [
     (st.Kano(1.0, 3.0), "He", {}, "overshooting valve has no"),
-    (st.Kano(1.0, 3.0), "Choudhury", {}, "another valve than Kano's"),
+    (st.Kano(1.0, 3.0), "Choudhury", {}, "differs from Kano's"),
     (st.Choudhury(1.0, 3.0), "Srinivasan", {}, "use Kano"),
     (st.Kano(3.0, 1.0), "Stenman", {}, "S = J = d"),
     (st.Kano(3.0, 1.0), "Ideal", {}, "bands of 0"),
     (st.He(2.0, 1.0), "Srinivasan", {}, "give dt"),
     (st.He(2.0, 1.0), "Srinivasan", {"dt": -1.0}, "dt = -1 s is not positive"),
-    (st.He(2.0, 1.0), "Kano", {"r": 1.0}, "means nothing to Kano"),
+    (st.He(2.0, 1.0), "Kano", {"r": 1.0}, "is no parameter of Kano"),
     (st.Srinivasan(2.0, 1.0, 0.5), "Kano", {}, "Set r = 0 first"),
     (st.Srinivasan(2.0, 1.0, 0.5), "Choudhury", {}, "Set r = 0 first"),
     (st.Srinivasan(2.0, 2.0, 0.5), "Stenman", {}, "Set r to infinity"),

@@ -121,7 +121,7 @@ REFUSED = [
     ({"Td": -1.0}, "Td = -1 s is negative"),
     ({"N": -2.0}, "N = -2"),
     ({"b": math.inf}, "b must be a finite number"),
-    ({"op_limits": (100.0, 0.0)}, r"op_limits = \(100, 0\) % has no room"),
+    ({"op_limits": (100.0, 0.0)}, r"op_limits = \(100, 0\) % is an empty range"),
     ({"integral": "trapezoid"}, "integral = 'trapezoid' is unknown; use 'backward' or 'forward'"),
     ({"Kc": "big"}, "Kc must be a number"),
     ({"Ti": "long"}, "Ti must be a number in s, got 'long'"),

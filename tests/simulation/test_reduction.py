@@ -71,8 +71,8 @@ def test_reduction_is_json():
     ("samples", "told"),
     [
         (0, "samples = 0 is not positive"),
-        (1, "samples = 1 makes no signal"),
-        (99.5, "no whole number"),
+        (1, "samples = 1 is out of range"),
+        (99.5, "not a whole number"),
         (10**9, "give 2 to"),
     ],
 )

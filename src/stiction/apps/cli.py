@@ -203,7 +203,7 @@ def _app(tokens: list[str]) -> "App":
 def _converted(kind: Any, tokens: "Sequence[Token]") -> Any:
     """What was typed as the kind asked for; a fraction is no whole number, and is not rounded to one."""
     if kind is int and not re.fullmatch(r"[+-]?\d+", tokens[0].value.strip()):
-        raise ParameterError(f"{tokens[0].value} is no whole number; give one such as 3.")
+        raise ParameterError(f"{tokens[0].value} is not a whole number; give one such as 3.")
     from cyclopts import convert
 
     return convert(kind, tokens)

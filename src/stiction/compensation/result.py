@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.compensation.remedies import NOTHING
-from stiction.errors import import_extra
+from stiction.display.mixins import TrialDisplay
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -97,7 +97,7 @@ class RemedyTrial:
 
 
 @dataclass(frozen=True)
-class CompensationTrial:
+class CompensationTrial(TrialDisplay):
     """Every remedy of a sticky loop, tried on its twin and ranked."""
 
     tag: str
@@ -156,34 +156,6 @@ class CompensationTrial:
                 f"{one.worst:>7.2f}{one.cost:>7.2f}"
             )
         return "\n".join([head, *rows, "(over doing nothing; offset over its PV std)"])
-
-    def plot(self, ax: Any = None) -> Any:
-        """Draw PV deviation over stem travel of each remedy.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; new Axes when not given.
-
-        Returns
-        -------
-        matplotlib Axes
-            Those that were drawn on.
-
-        Raises
-        ------
-        MissingExtraError
-            When matplotlib is not installed.
-        """
-        import_extra("matplotlib", "plot")
-        from stiction.display.plots import plot_trial
-
-        return plot_trial(self, ax)
-
-    def _repr_html_(self) -> str:
-        from stiction.display.notebook import trial_html
-
-        return trial_html(self)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""

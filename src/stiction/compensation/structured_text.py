@@ -184,7 +184,7 @@ def recommended_text(
 def _limits(op_limits: tuple[float, float]) -> tuple[float, float]:
     low, high = require_range("op_limits", op_limits)
     if math.isinf(low) or math.isinf(high):
-        raise ParameterError(f"op_limits = ({low:g}, {high:g}) % bound no valve; give finite ones.")
+        raise ParameterError(f"op_limits = ({low:g}, {high:g}) % are not finite; give finite limits.")
     return low, high
 
 

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import NDArray
 
 __all__ = ["plot_group", "plot_identification", "plot_record", "plot_trial", "plot_verdict"]
@@ -39,11 +37,11 @@ def plot_record(record: Any, axes: Any = None) -> NDArray[np.object_]:
     return axes
 
 
-def plot_verdict(found: Any, labels: Mapping[str, str], ax: Any = None) -> Any:
-    """Draw what each feature adds to the log odds of stiction; `labels` names the features; return the Axes."""
+def plot_verdict(found: Any, ax: Any = None) -> Any:
+    """Draw what each feature adds to the log odds of stiction; return the Axes."""
     ax = _one_axes(ax)
     parts = list(found.contributions)[::-1]
-    names = [labels.get(one.feature, one.feature) for one in parts]
+    names = [one.label for one in parts]
     values = [one.log_odds for one in parts]
     ax.barh(names, values, color=[COLOURS["mv"] if value > 0 else COLOURS["op"] for value in values])
     ax.axvline(0.0, color="0.5", linewidth=0.8)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stiction.display.duration_format import format_seconds
-from stiction.errors import import_extra
+from stiction.display.mixins import GroupDisplay
 
 __all__ = ["Group", "Member", "RootCandidate", "RootEvidence"]
 
@@ -78,7 +78,7 @@ class RootCandidate:
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class Group(GroupDisplay):
     """Loops that share one oscillation."""
 
     period: float
@@ -124,34 +124,6 @@ class Group:
             f"{len(self.members)} loops oscillate together every {format_seconds(self.period)}: "
             f"{', '.join(self.tags)}.{also} {root} {evidence}{remark}"
         )
-
-    def plot(self, ax: Any = None) -> Any:
-        """Draw the probability of each member to be the source.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; new Axes when not given.
-
-        Returns
-        -------
-        matplotlib Axes
-            Those that were drawn on.
-
-        Raises
-        ------
-        MissingExtraError
-            When matplotlib is not installed.
-        """
-        import_extra("matplotlib", "plot")
-        from stiction.display.plots import plot_group
-
-        return plot_group(self, ax)
-
-    def _repr_html_(self) -> str:
-        from stiction.display.notebook import group_html
-
-        return group_html(self)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""

@@ -119,7 +119,7 @@ def loop_metrics(
     for name, value in (("min_move", min_move), ("error_limit", error_limit), ("reversals_limit", reversals_limit)):
         require_positive(name, value)
     if span is not None and not span[1] > span[0]:
-        raise ParameterError(f"span = ({span[0]:g}, {span[1]:g}) has no room; give (lowest, highest), lowest first.")
+        raise ParameterError(f"span = ({span[0]:g}, {span[1]:g}) is an empty range; give lowest < highest.")
     days = record.duration / SECONDS_PER_DAY
     op = _without_gaps(record.op)
     stem = op if record.mv is None else _without_gaps(record.mv)

@@ -197,7 +197,7 @@ def basin_map(
         op, pv, mv, step, height, length, at = np.broadcast_arrays(*given.values())
     except ValueError:
         shapes = ", ".join(f"{name} {value.shape}" for name, value in given.items() if value.ndim)
-        raise ParameterError(f"the starts have shapes that do not go together ({shapes}); give equal ones.") from None
+        raise ParameterError(f"The starts have shapes that do not match ({shapes}); give equal shapes.") from None
     shape = op.shape
     if np.any(length < 0.0):
         raise ParameterError("pulse_length holds a negative time; give 0 s or more.")

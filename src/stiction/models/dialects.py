@@ -213,7 +213,7 @@ def convert(valve: Valve, model: type[Valve] | str, *, r: float | None = None, d
         wrong = source.__name__ if target else (model if isinstance(model, str) else model.__name__)
         raise ParameterError(f"{wrong} does not convert; the models that do are {', '.join(sorted(_CLASSES))}.")
     if r is not None and target is not Srinivasan:
-        raise ParameterError(f"r = {r:g} %/s means nothing to {target.__name__}; leave it out.")
+        raise ParameterError(f"r = {r:g} %/s is no parameter of {target.__name__}; leave it out.")
     if dt is not None:
         dt = require_positive("dt", dt, "s")
     if isinstance(valve, Srinivasan):
@@ -232,7 +232,7 @@ def convert(valve: Valve, model: type[Valve] | str, *, r: float | None = None, d
     if target is Choudhury:
         if J > S:
             raise ParameterError(
-                f"J = {J:g} % exceeds S = {S:g} %: there Choudhury's chart is another valve than Kano's; keep Kano."
+                f"J = {J:g} % exceeds S = {S:g} %: there Choudhury's model differs from Kano's; keep Kano."
             )
         return Choudhury(S, J, travel=travel)
     if target is Stenman:
@@ -268,7 +268,7 @@ def _own_rate(valve: Valve, dt: float | None) -> float:
         return math.inf
     if isinstance(valve, Choudhury) and valve.J > valve.S:
         raise ParameterError(
-            f"J = {valve.J:g} % exceeds S = {valve.S:g} %: there Choudhury's chart is no Srinivasan valve; use Kano."
+            f"J = {valve.J:g} % exceeds S = {valve.S:g} %: there Choudhury's model has no Srinivasan form; use Kano."
         )
     if isinstance(valve, He):
         if dt is None:

@@ -145,7 +145,7 @@ def reduce_valve(valve: PhysicalValve, *, samples: int = 4000, amplitude: float 
     """
     amplitude, samples = require_positive("amplitude", amplitude, "% of span"), require_count("samples", samples)
     if not 2 <= samples <= MOST_SAMPLES:
-        raise ParameterError(f"samples = {samples} makes no signal; give 2 to {MOST_SAMPLES:,}.")
+        raise ParameterError(f"samples = {samples} is out of range; give 2 to {MOST_SAMPLES:,}.")
     found = critical_rate(valve)
     fs, fd = (100.0 * force / valve.force_span for force in (valve.static, valve.coulomb))
     K = overshoot_factor(valve.damping_ratio)

@@ -94,7 +94,7 @@ def compare_tests(before: ValveTest, after: ValveTest) -> TestComparison:
     for name, test in (("before", before), ("after", after)):
         require_kind(name, test, ValveTest, "what analyse_ramp or analyse_steps returns")
     if before.kind != after.kind:
-        raise ParameterError(f"A {before.kind} and a {after.kind} do not compare; give two tests of the same kind.")
+        raise ParameterError(f"A {before.kind} and a {after.kind} cannot be compared; give two tests of the same kind.")
     if before.signal != after.signal:
         raise ParameterError(
             f"One test was read from {before.signal}, the other from {after.signal}; give signal= the same in both."

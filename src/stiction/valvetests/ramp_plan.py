@@ -75,9 +75,7 @@ def plan_ramp_test(
     """
     low, high = within_span(low, high)
     if (threshold is None) == (rates is None):
-        raise ParameterError(
-            "Give either threshold (the expected r) or rates, not both and not neither [% of span / s]."
-        )
+        raise ParameterError("Give either threshold (the expected r) or rates [% of span / s], one of the two.")
     if threshold is not None:
         rates = [factor * require_positive("threshold", threshold, "% of span / s") for factor in AROUND]
     assert rates is not None

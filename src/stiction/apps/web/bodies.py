@@ -50,7 +50,7 @@ def without_folders(message: str) -> str:
 
     Examples
     --------
-    >>> without_folders("/srv/plant/audit: is an audit of format 9.")
+    >>> without_folders("/data/plant/audit: is an audit of format 9.")
     'audit: is an audit of format 9.'
     >>> without_folders("PV of UNIT1/FIC/101 in m3/h")
     'PV of UNIT1/FIC/101 in m3/h'

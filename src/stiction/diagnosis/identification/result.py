@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from stiction.display.mixins import IdentificationDisplay
 from stiction.display.number_format import finite_or_none, format_interval
-from stiction.errors import import_extra
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -114,7 +114,7 @@ class Segment:
 
 
 @dataclass(frozen=True, slots=True)
-class Identification:
+class Identification(IdentificationDisplay):
     """Stiction and process found together from OP and PV, or from OP and the valve position."""
 
     model: str
@@ -201,34 +201,6 @@ class Identification:
             f"{own}S = {S} {unit} (95 % {S_low} to {S_high}), J {jump}; the simulation explains {self.fit:.0f} % of "
             f"the {'valve position' if self.by_position else 'PV'}, with a good valve {self.fit_linear:.0f} %."
         )
-
-    def plot(self, ax: Any = None) -> Any:
-        """Draw S and J with their 95 % intervals.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; new Axes when not given.
-
-        Returns
-        -------
-        matplotlib Axes
-            Those that were drawn on.
-
-        Raises
-        ------
-        MissingExtraError
-            When matplotlib is not installed.
-        """
-        import_extra("matplotlib", "plot")
-        from stiction.display.plots import plot_identification
-
-        return plot_identification(self, ax)
-
-    def _repr_html_(self) -> str:
-        from stiction.display.notebook import identification_html
-
-        return identification_html(self)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""

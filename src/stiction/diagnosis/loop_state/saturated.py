@@ -62,7 +62,7 @@ def find_saturated(
     """
     low, high = limits
     if not low < high:
-        raise ParameterError(f"limits = ({low:g}, {high:g}) % has no room; give lowest < highest.")
+        raise ParameterError(f"limits = ({low:g}, {high:g}) % is an empty range; give lowest < highest.")
     if min_samples < 1:
         raise ParameterError(f"min_samples = {min_samples} is below 1; give 1 or more.")
     mask = keep_long_runs((op <= low + tolerance) | (op >= high - tolerance), min_samples)

@@ -10,8 +10,8 @@ from stiction.diagnosis.verdict.causes import closest_alternative
 from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR, Costs
 from stiction.diagnosis.verdict.explanation import explain_action, explain_reason
 from stiction.diagnosis.verdict.model import log_odds, stiction_model
+from stiction.display.mixins import VerdictDisplay
 from stiction.display.number_format import format_probability
-from stiction.errors import import_extra
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.result import ControllerFit, Identification
@@ -26,7 +26,7 @@ __all__ = ["Diagnosis"]
 
 
 @dataclass(frozen=True, slots=True)
-class Diagnosis:
+class Diagnosis(VerdictDisplay):
     """Whether the valve of a loop sticks, how much, how sure that is, and what to do."""
 
     record: LoopRecord = field(repr=False)
@@ -101,35 +101,6 @@ class Diagnosis:
             f"{self.record.tag}: {self.verdict} (probability {format_probability(self.probability)}). {self.reason} "
             f"{self.action}"
         )
-
-    def plot(self, ax: Any = None) -> Any:
-        """Draw what each feature adds to the log odds of stiction.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; new Axes when not given.
-
-        Returns
-        -------
-        matplotlib Axes
-            Those that were drawn on.
-
-        Raises
-        ------
-        MissingExtraError
-            When matplotlib is not installed.
-        """
-        import_extra("matplotlib", "plot")
-        from stiction.diagnosis.verdict.features import FEATURES
-        from stiction.display.plots import plot_verdict
-
-        return plot_verdict(self, {feature.name: feature.label for feature in FEATURES}, ax)
-
-    def _repr_html_(self) -> str:
-        from stiction.display.notebook import verdict_html
-
-        return verdict_html(self)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form, as `stiction diagnose --json` prints it."""

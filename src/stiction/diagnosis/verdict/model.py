@@ -14,6 +14,7 @@ from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from stiction.diagnosis.verdict.features import FEATURES
 from stiction.display.number_format import finite_or_none
 from stiction.errors import ParameterError
 
@@ -51,6 +52,11 @@ class Contribution:
     log_odds: float
     """What it adds to the log odds [-]: the changes of the average along the paths of all trees (Saabas 2014). The
     contributions and the intercept add up to the log odds of the verdict at the training prior."""
+
+    @property
+    def label(self) -> str:
+        """Name of the feature on screens."""
+        return {feature.name: feature.label for feature in FEATURES}.get(self.feature, self.feature)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""

@@ -110,7 +110,7 @@ def describing_function(
         size, speed = np.broadcast_arrays(size, speed)
     except ValueError:
         raise ParameterError(
-            f"amplitude has shape {size.shape} and omega {speed.shape}, which do not go together; give equal ones."
+            f"amplitude has shape {size.shape} and omega {speed.shape}, which do not match; give equal shapes."
         ) from None
     flat = _values(valve, size.ravel(), speed.ravel(), family, method, tolerance, centre)
     return flat.reshape(size.shape)

@@ -146,7 +146,7 @@ class PhysicalValve(Valve):
                     f"{name} = {getattr(self, name)!r} is unknown; use {' or '.join(map(repr, choices))}."
                 )
         if self.friction == "lugre" and self.coulomb == 0.0:
-            raise ParameterError("coulomb = 0 N leaves LuGre's bristles without an end; give a Coulomb friction.")
+            raise ParameterError("coulomb = 0 N is too small for LuGre friction; give a value above 0.")
         for name, unit in _OPTIONAL.items():
             if getattr(self, name) is not None:
                 number = to_si(name, getattr(self, name), unit)
@@ -164,7 +164,7 @@ class PhysicalValve(Valve):
             ) from None
         low, high = (to_si("pressure_range", end, "Pa") for end in (low, high))
         if not low < high:
-            raise ParameterError(f"pressure_range = ({low:g}, {high:g}) Pa has no room; give lowest < highest.")
+            raise ParameterError(f"pressure_range = ({low:g}, {high:g}) Pa is an empty range; give lowest < highest.")
         return (low, high)
 
     @property
