@@ -58,7 +58,7 @@ TABLES := calibration/out
 RECORDS := $(or $(STICTION_RECORDS),../shared/data)
 
 calibrate: $(VENV)/.ready-test
-	$(BIN)/python -m calibration.feature_table --chunks 456 --seed 7 --jobs $(WORKERS) --out $(TABLES)/train.parquet
+	$(BIN)/python -m calibration.feature_table --chunks 959 --seed 7 --jobs $(WORKERS) --out $(TABLES)/train.parquet
 	$(BIN)/python -m calibration.train $(TABLES)/train.parquet
 
 validate: $(VENV)/.ready-test

@@ -32,7 +32,7 @@ WAVE = 3.0 * np.sign(np.sin(2.0 * np.pi * np.arange(N) / 61.3))
 LOOPS = {
     "sticky": (lambda: run(st.Kano(5.0, 2.0)), "stiction"),
     "sticky and fast": (lambda: run(st.Kano(5.0, 2.0), Kc=0.4, process=st.FOPDT(1.0, 4.0, 2.0)), "stiction"),
-    "sticky, much noise": (lambda: run(st.Kano(8.0, 3.0), noise=0.25), "stiction"),
+    "sticky, much noise": (lambda: run(st.Kano(8.0, 3.0), noise=0.5), "stiction"),
     "good": (lambda: run(st.Ideal()), "no_stiction"),
     "tight tuning": (lambda: run(st.Ideal(), Kc=0.8 * math.pi / 2.0), "no_stiction"),
     "load from outside": (lambda: run(st.Ideal(), load=WAVE), "no_stiction"),
