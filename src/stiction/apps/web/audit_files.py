@@ -211,8 +211,8 @@ def _spectrum(signal: Any, dt: float, period: float) -> dict[str, list[float | N
 
     from stiction.apps.web.trend_data import to_list
 
-    power = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(signal.size)))
-    ratio = np.fft.rfftfreq(signal.size, dt) * period
+    power = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(signal.size))).astype(np.float64)
+    ratio = np.fft.rfftfreq(signal.size, dt).astype(np.float64) * period
     inside = (ratio > 0.4) & (ratio < 8.0)
     level = power[inside] / max(power[inside].max(initial=0.0), 1e-300)
     return {"ratio": to_list(ratio[inside]), "level": to_list(level)}

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiction.sources.loops import Loops
-    from stiction.sources.tag_column import TagColumn
+    from stiction.sources.table import TagColumn
 
 __all__ = ["MAP_COLUMNS", "in_page_words", "map_as_csv", "read_files"]
 

@@ -82,8 +82,8 @@ def fit_controller(
 
     Notes
     -----
-    Derived in ``docs/understand/controller.md``; tests compare with simulated controllers. A loop that swings as one sine
-    is explained by any PI-like relation of OP and PV: ``explained`` proves no causality.
+    Derived in ``docs/understand/controller.md``; tests compare with simulated controllers. A loop that swings as one
+    sine is explained by any PI-like relation of OP and PV: ``explained`` proves no causality.
 
     Examples
     --------

@@ -72,10 +72,10 @@ def block_signals(
         count = min((op.size - first) // size, max_blocks)
         used = slice(first, first + count * size)
     fewer = op[used].reshape(-1, average).mean(axis=1) if average > 1 else op[used]
+    lost = None if gaps is None or not gaps.any() else np.logical_or.reduce(gaps[used].reshape(count, size), axis=1)
     return BlockSignals(
         np.ascontiguousarray(fewer), pv[used].reshape(count, size).mean(axis=1), size // average, size, first,
-        None if period is None else period / size,
-        None if gaps is None or not gaps.any() else gaps[used].reshape(count, size).any(axis=1),
+        None if period is None else period / size, lost,
     )  # fmt: skip
 
 
