@@ -73,7 +73,7 @@ def open_page(browser):
         )
         contexts.append(context)
         page = context.new_page()
-        page.set_default_timeout(60_000)
+        page.set_default_timeout(120_000)
 
         def complain(text: str) -> None:
             if not any(part in text for part in expected):

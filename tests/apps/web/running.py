@@ -17,7 +17,8 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[3]
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 ASSETS = ROOT / "src" / "stiction" / "apps" / "web" / "static" / "vendor" / "uPlot.esm.js"
-WAIT_S = 60.0
+WAIT_S = 180.0
+"""Longest wait for an answer, kernels that compile included [s]."""
 
 
 @dataclass
