@@ -34,17 +34,24 @@ class Scores:
     found: float
     """Share of the sticky loops called `stiction` [-]."""
     false_alarms: float
-    """Share of the good loops called `stiction` [-]."""
+    """Share of the good loops called `stiction`, weighed [-]."""
 
 
 def weights_of(sticky: NDArray[np.bool_], prior: float) -> NDArray[np.float64]:
-    """Weights with which the sticky loops make up the share `prior`, mean 1, shape (n_loops,)."""
+    """Weights with which the sticky loops make up the share `prior`, mean 1, shape (n_loops,); 1 of one kind alone."""
     share = float(sticky.mean())
+    if share in (0.0, 1.0):
+        return np.ones(sticky.size)
     return np.where(sticky, prior / share, (1.0 - prior) / (1.0 - share))
 
 
 def scores(
-    sticky: NDArray[np.bool_], probability: NDArray[np.float64], prior: float = 0.25, costs: Costs | None = None
+    sticky: NDArray[np.bool_],
+    probability: NDArray[np.float64],
+    prior: float = 0.25,
+    costs: Costs | None = None,
+    *,
+    weights: NDArray[np.float64] | None = None,
 ) -> Scores:
     """Score probabilities and the verdicts that follow from them.
 
@@ -58,6 +65,8 @@ def scores(
         Share of sticky valves for which is scored [-].
     costs : Costs, optional
         Costs of wrong calls.
+    weights : ndarray, shape (n_loops,), optional
+        Weights of the loops [-]; by default such that sticky loops make up `prior`, all others being equal.
 
     Returns
     -------
@@ -66,19 +75,23 @@ def scores(
     """
     from sklearn.metrics import roc_auc_score
 
-    weights = weights_of(sticky, prior)
+    weights = weights_of(sticky, prior) if weights is None else weights
     calls = np.array([decide(float(p), costs or Costs()) for p in probability])
     decided = calls != "undecided"
     right = np.where(sticky, calls == "stiction", calls == "no_stiction")
     return Scores(
         loops=sticky.size,
-        auc=float(roc_auc_score(sticky, probability)),
+        auc=float(roc_auc_score(sticky, probability, sample_weight=weights))
+        if 0 < sticky.sum() < sticky.size
+        else np.nan,
         brier=float(np.average((probability - sticky) ** 2, weights=weights)),
         calibration_error=calibration_error(sticky, probability, weights),
         undecided=float(np.average(~decided, weights=weights)),
         right=float(np.average(right[decided], weights=weights[decided])),
-        found=float(np.mean(calls[sticky] == "stiction")),
-        false_alarms=float(np.mean(calls[~sticky] == "stiction")),
+        found=float(np.mean(calls[sticky] == "stiction")) if sticky.any() else np.nan,
+        false_alarms=float(np.average(calls[~sticky] == "stiction", weights=weights[~sticky]))
+        if not sticky.all()
+        else np.nan,
     )
 
 

@@ -23,12 +23,12 @@ __all__ = ["fit_intervals", "fit_model", "stored_trees", "trainable"]
 PRIOR = 0.25
 """Share of sticky valves for which the model is trained [-]."""
 NAMES = [feature.name for feature in FEATURES]
-VALIDATION_SETS = ("split_range",)
+VALIDATION_SETS = ("split_range", "wandering")
 """Sets of the first simulator that only validate."""
 ROOT = Path(__file__).resolve().parents[1] / "src" / "stiction" / "diagnosis"
 
 
-DEADBAND_WEIGHT = 0.25
+DEADBAND_WEIGHT = 0.2
 """Weight of a loop whose valve has deadband alone [-]: one loop in eight of the populations, far fewer in plants."""
 
 
@@ -37,6 +37,8 @@ def weights_of(table: pl.DataFrame, prior: float = PRIOR) -> np.ndarray:
     sticky = table["sticky"].to_numpy()
     weights = np.where(table["cause"].to_numpy() == "deadband", DEADBAND_WEIGHT, 1.0)
     share = float(weights[sticky].sum() / weights.sum())
+    if share in (0.0, 1.0):
+        return weights
     return weights * np.where(sticky, prior / share, (1.0 - prior) / (1.0 - share))
 
 

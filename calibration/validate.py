@@ -12,8 +12,8 @@ import numpy as np
 import polars as pl
 
 from calibration.curve_svg import curve_svg
-from calibration.scores import Scores, interval_coverage, reliability, risk_coverage, scores, weights_of
-from calibration.train import trainable
+from calibration.scores import Scores, interval_coverage, reliability, risk_coverage, scores
+from calibration.train import trainable, weights_of
 from stiction.diagnosis.verdict.decision import decide
 from stiction.diagnosis.verdict.features import FEATURES
 from stiction.diagnosis.verdict.model import stiction_model
@@ -48,16 +48,19 @@ def simulated_section(title: str, table: pl.DataFrame, prior: float, picture: Pa
     """Scores of a simulated population as text, and its reliability picture."""
     judged = trainable(table)
     sticky, probability = judged["sticky"].to_numpy(), model_probabilities(judged, prior)
-    weights = weights_of(sticky, prior)
-    found = scores(sticky, probability, prior)
+    weights = weights_of(judged, prior)
+    found = [
+        ("all", scores(sticky, probability, prior, weights=weights)),
+        ("all, deadband in full", scores(sticky, probability, prior)),
+    ]
     lines = [
         f"## {title}",
         "",
         f"{table.height} loops, {judged.height} of them judged: in control; the stem of a sticky one turns at least",
-        "six times.",
+        "six times. A loop with deadband alone counts a fifth, as in training, but for the second row.",
         "",
     ]
-    lines += score_table([("all", found), *(_of_set(judged, name, prior) for name in sorted(set(judged["set"])))])
+    lines += score_table([*found, *(_of_set(judged, name, prior) for name in sorted(set(judged["set"])))])
     known = judged.filter(pl.Series(probability > 0.8) & pl.col("sticky") & (pl.col("true_S") > 0.0))
     held, width = interval_coverage(*(known[name].to_numpy() for name in ("true_S", "S_low", "S_high")))
     lines += ["", f"95 % intervals of S of {known.height} sticky loops called so hold the true S in {held:.3f}; their "
@@ -71,7 +74,9 @@ def simulated_section(title: str, table: pl.DataFrame, prior: float, picture: Pa
 
 def _of_set(judged: pl.DataFrame, name: str, prior: float) -> tuple[str, Scores]:
     own = judged.filter(pl.col("set") == name)
-    return name, scores(own["sticky"].to_numpy(), model_probabilities(own, prior), prior)
+    return name, scores(
+        own["sticky"].to_numpy(), model_probabilities(own, prior), prior, weights=weights_of(own, prior)
+    )
 
 
 def score_table(rows: Iterable[tuple[str, Scores]]) -> list[str]:

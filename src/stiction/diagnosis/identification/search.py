@@ -36,7 +36,7 @@ def search_valve(coarse: Regression, fine: Regression, max_S: float) -> tuple[Ca
     found = pattern_search(coarse.evaluate, joined(grid, started), COARSE_STEPS, max_S)
     found = pattern_search(fine.evaluate, fine.evaluate(found.local_minima(6, 0.02, 0.1)), FINE_STEPS[:2], max_S)
     best = found.best
-    S = np.minimum(best.S * np.exp(DENSE), max_S)
+    S = np.minimum(best.S * np.exp(DENSE_STEP * np.arange(-6.0, 25.0)), max_S)
     dense = combinations(S, np.array([0.2, 0.5, 0.9]), np.array([best.rests]), np.zeros(1))
     return pattern_search(fine.evaluate, joined(found, fine.evaluate(dense)), FINE_STEPS[2:], max_S), grid
 
@@ -45,9 +45,10 @@ START_PLACES = 0.6 * np.array([-1.0, 1.0])
 """First positions tried for a large S, whose stem may not move for a while [half bands from OP]."""
 COARSE_STEPS = ((0.05, 0.16, 0.3, 10), (0.03, 0.08, 0.15, 8), (0.012, 0.04, 0.08, 6))
 """Pattern searches on the coarse signals: steps in ln S, in J / S and in the start, and candidates refined [-]."""
-DENSE = 0.005 * np.arange(-6.0, 25.0)
-"""Steps in ln S that are all tried about the best valve [-]. A slip too many or too few shifts all that follow, so that
-in a record with little noise the best S is as sharp as that. A valve found without its jump has too small an S."""
+DENSE_STEP = 0.005
+"""Step in ln S of the values that are all tried about the best valve [-]. A slip too many or too few shifts all that
+follow, so that in a record with little noise the best S is as sharp as that. A valve found without its jump has too
+small an S."""
 FINE_STEPS = ((0.02, 0.08, 0.2, 4), (0.008, 0.04, 0.1, 4), (0.004, 0.02, 0.05, 3), (0.0015, 0.008, 0.03, 2))
 """The same on the fine signals."""
 
