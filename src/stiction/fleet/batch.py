@@ -96,7 +96,8 @@ def _run_task(task: LoopTask, settings: WorkSettings) -> Outcome:
                 row = diagnose_loop(place, settings, task.screened)
             require_row(row)
     except _LoopTimeoutError:
-        reason = f"The loop took more than {settings.time_limit:g} s of processor time; raise time_limit, or shorten the record."
+        limit = f"{settings.time_limit:g} s of processor time"
+        reason = f"The loop took more than {limit}; raise time_limit, or shorten the record."
         row, means = failed_row(place, "timeout", reason), None
     except StictionError as error:
         row, means = failed_row(place, "error", str(error)), None
