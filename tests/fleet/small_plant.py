@@ -76,7 +76,7 @@ def start_audit(source: Path, out: Path, *, at_commit: int = 0, **options: Any) 
 
 def finish(process: subprocess.Popen[str]) -> str:
     """Wait for the end of an audit, and give what it printed."""
-    return process.communicate(timeout=300)[0]
+    return process.communicate(timeout=900)[0]
 
 
 def require_same(found: Audit, expected: Audit) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import time
@@ -53,12 +54,13 @@ def kill_after(plant, out, undisturbed, share: float, *, worker: bool) -> None:
     process = start_audit(plant, out)
     time.sleep(share * duration)
     if process.poll() is None:
-        victim = psutil.Process(process.pid)
-        if worker:
-            workers = [one for one in victim.children(recursive=True) if "loky" in " ".join(one.cmdline())]
-            victim = workers[0] if workers else None
-        if victim is not None:
-            os.kill(victim.pid, signal.SIGKILL)
+        with contextlib.suppress(psutil.Error, ProcessLookupError):  # it may have ended by itself
+            victim = psutil.Process(process.pid)
+            if worker:
+                workers = [one for one in victim.children(recursive=True) if "loky" in " ".join(one.cmdline())]
+                victim = workers[0] if workers else None
+            if victim is not None:
+                os.kill(victim.pid, signal.SIGKILL)
     printed = finish(process)
     if worker:
         assert process.returncode == 0, printed

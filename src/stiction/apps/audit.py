@@ -71,7 +71,7 @@ def audit(
     retry
         Try loops again that failed before.
     time_limit
-        Longest time for one loop in seconds; 60 when not given.
+        Longest processor time for one loop in seconds; 60 when not given.
     prior
         Share of sticky valves in the plant, between 0 and 1; 0.25 when not given.
     costs

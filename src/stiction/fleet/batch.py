@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Batch", "LoopTask", "Outcome", "failed_row", "run_batch"]
 
-KILL_FACTOR = 3.0
-"""Time over the limit of a loop after which its process ends itself [-], for code that no signal interrupts."""
+KILL_FACTOR = 10.0
+"""Time over the limit of a loop after which its process ends itself [-], for what no signal interrupts."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,8 @@ def _run_task(task: LoopTask, settings: WorkSettings) -> Outcome:
                 row = diagnose_loop(place, settings, task.screened)
             require_row(row)
     except _LoopTimeoutError:
-        reason = f"The loop took more than {settings.time_limit:g} s; raise time_limit, or shorten the record."
+        limit = f"{settings.time_limit:g} s of processor time"
+        reason = f"The loop took more than {limit}; raise time_limit, or shorten the record."
         row, means = failed_row(place, "timeout", reason), None
     except StictionError as error:
         row, means = failed_row(place, "error", str(error)), None
@@ -108,7 +109,7 @@ def _run_task(task: LoopTask, settings: WorkSettings) -> Outcome:
 
 @contextmanager
 def _time_limit(seconds: float) -> Iterator[None]:
-    """Raise `_LoopTimeoutError` after some time, where signals exist; end the process after 3 times that."""
+    """Raise `_LoopTimeoutError` after some processor time; end the process when 10 times that has passed."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -120,15 +121,15 @@ def _time_limit(seconds: float) -> Iterator[None]:
     def expire(*_: object) -> None:
         raise _LoopTimeoutError
 
-    before = signal.signal(signal.SIGALRM, expire) if timer else None
+    before = signal.signal(signal.SIGPROF, expire) if timer else None
     try:
         if timer:
-            signal.setitimer(signal.ITIMER_REAL, seconds)
+            signal.setitimer(signal.ITIMER_PROF, seconds)
         yield
     finally:
         if timer:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
-            signal.signal(signal.SIGALRM, before)
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
+            signal.signal(signal.SIGPROF, before)
         watchdog.cancel()
 
 

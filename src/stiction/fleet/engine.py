@@ -135,7 +135,7 @@ ONE_THREAD = dict.fromkeys(
 
 def crashed_outcomes(batch: Batch) -> list[Outcome]:
     """Outcomes of loops that ended their worker."""
-    reason = "The loop ended its worker twice (out of memory, or over three times its time limit); shorten the record."
+    reason = "The loop ended its worker twice (out of memory, or ten times its time limit); shorten the record."
     return [Outcome(task.number, failed_row(task.place, "crashed", reason), 0.0) for task in batch.tasks]
 
 

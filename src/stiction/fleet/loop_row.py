@@ -34,7 +34,7 @@ class WorkSettings:
     costs: tuple[float, float, float] = (1.0, 1.0, 0.2)
     """Costs of a false alarm, a missed sticky valve, and an open question."""
     time_limit: float = 60.0
-    """Longest time for one loop [s]."""
+    """Longest processor time for one loop [s]."""
 
 
 def empty_row(place: LoopPlace) -> dict[str, Any]:

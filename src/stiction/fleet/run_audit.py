@@ -79,7 +79,7 @@ def audit(
     costs : (float, float, float)
         Costs of a false alarm, a missed sticky valve, and an open question [-].
     time_limit : float
-        Longest time for one loop [s].
+        Longest processor time for one loop [s]; a loop that takes ten times that by the clock is ended too.
     retry : bool
         Whether loops that failed before are tried again.
     reading : mapping, optional
