@@ -49,8 +49,9 @@ def server(web_assets, tmp_path_factory):
     started.process.communicate()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser():
+    """A browser for one module: its event loop must end before other modules start browsers of their own."""
     need(CHROMIUM, "no chromium on this machine")
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     with playwright.sync_playwright() as driver:

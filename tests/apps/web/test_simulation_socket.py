@@ -6,13 +6,13 @@ import asyncio
 import json
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
 from starlette.websockets import WebSocketDisconnect
 
+from apps.web.running import run_apart
 from stiction.apps.web.simulation_answers import answer
 from stiction.apps.web.simulation_socket import LatestValue, answer_questions
 from stiction.apps.web.workers import TimeLimitError, WorkerLostError
@@ -83,14 +83,8 @@ def question(kind: str, number: int) -> str:
 def talk(messages: list[str], answers: int, quick: Pool, background: Pool) -> list[Any]:
     """What the client got after its messages and so many answers."""
     client = Client(messages, answers, quick, background)
-    run(answer_questions(client))  # pyright: ignore[reportArgumentType]
+    run_apart(answer_questions(client))  # pyright: ignore[reportArgumentType]
     return client.sent
-
-
-def run(task: Any) -> None:
-    """Run a task in a thread of its own: the browser of other tests keeps a loop in this one."""
-    with ThreadPoolExecutor(1) as pool:
-        pool.submit(asyncio.run, task).result()
 
 
 def test_of_the_questions_that_wait_only_the_latest_is_answered() -> None:
@@ -139,7 +133,7 @@ def test_a_value_that_was_taken_is_not_given_again() -> None:
         with pytest.raises(TimeoutError):
             await asyncio.wait_for(place.take(), 0.05)
 
-    run(use())
+    run_apart(use())
 
 
 def test_the_server_process_imports_no_numbers_for_these_screens() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import base64
 import gzip
 import http.client
@@ -15,6 +14,8 @@ import zipfile
 from pathlib import Path
 
 import pytest
+
+from apps.web.running import run_apart
 
 HOSTILE_NAME = "..%2F..%2Fetc%2F%3Cimg%20src=x%20onerror=alert(1)%3E.csv"
 LOOP = "time_s,FIC-1.PV,FIC-1.OP\n" + "\n".join(f"{k},{50 + k % 5},{40 + k % 7}" for k in range(200))
@@ -189,7 +190,7 @@ def test_upload_is_counted_while_it_streams(serve, monkeypatch, tmp_path):
     from starlette.exceptions import HTTPException
 
     with pytest.raises(HTTPException) as refusal:
-        asyncio.run(uploads.receive(Request(), "large.csv"))
+        run_apart(uploads.receive(Request(), "large.csv"))
     assert refusal.value.status_code == 413
     assert sent <= 1200
     assert list(folder.iterdir()) == []
@@ -207,9 +208,9 @@ def test_uploads_are_limited_together(tmp_path):
         async def stream(self):
             yield bytes(900)
 
-    asyncio.run(uploads.receive(Request(), "a.csv"))
+    run_apart(uploads.receive(Request(), "a.csv"))
     with pytest.raises(HTTPException, match="together"):
-        asyncio.run(uploads.receive(Request(), "b.csv"))
+        run_apart(uploads.receive(Request(), "b.csv"))
     assert len(list(tmp_path.iterdir())) == 1
 
 
@@ -224,9 +225,9 @@ def test_number_of_uploads_is_limited(tmp_path):
 
     uploads = Uploads(tmp_path, max_files=2)
     for _ in range(2):
-        asyncio.run(uploads.receive(Request(), "a.csv"))
+        run_apart(uploads.receive(Request(), "a.csv"))
     with pytest.raises(HTTPException, match="2 files are the limit"):
-        asyncio.run(uploads.receive(Request(), "a.csv"))
+        run_apart(uploads.receive(Request(), "a.csv"))
 
 
 def bomb(kind: str) -> bytes:

@@ -9,6 +9,7 @@ import time
 
 import pytest
 
+from apps.web.running import run_apart
 from stiction.apps.web.workers import TimeLimitError, WorkerLostError, WorkerPool
 from stiction.errors import ParameterError, require_positive
 
@@ -26,7 +27,7 @@ def run(work, count: int = 1):
         finally:
             pool.stop()
 
-    return asyncio.run(inside())
+    return run_apart(inside())
 
 
 def test_calls_run_in_other_processes():

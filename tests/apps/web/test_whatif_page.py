@@ -107,7 +107,7 @@ def test_a_number_out_of_range_is_told_and_the_screen_goes_on(page: Any) -> None
 
 def test_an_unknown_loop_is_told(server: Any, open_page: Any) -> None:
     page = open_page(server, "#/whatif?set=session&key=7", expected=("404",))
-    expect(page.locator(".problem")).to_contain_text("This loop is unknown")
+    expect(page.locator(".problem").filter(has_text="This loop is unknown")).to_be_visible()
 
 
 def test_the_screen_starts_from_a_dropped_record(serve: Any, open_page: Any) -> None:

@@ -157,7 +157,7 @@ def test_facts_rules_are_the_thresholds():
 
 
 def test_the_page_of_the_docs_says_what_the_facts_say(root):
-    page = (root / "docs" / "evidence.md").read_text()
+    page = (root / "docs" / "understand" / "methods.md").read_text()
     for method, facts in FACTS.items():
         row = next(line for line in page.splitlines() if line.startswith(f"| `{method}` |"))
         assert row.endswith(f"| {facts.holds_for} | {facts.rule} | `{facts.source}` |")
