@@ -158,3 +158,21 @@ def test_json(verdict_of_sticky):
     assert tuple(found["oscillation_cause"]) == CAUSES
     assert {"method", "index", "threshold", "vote", "valid", "why"} <= set(found["evidence"][0])
     assert json.loads(json.dumps(found, allow_nan=False)) == found
+
+
+@pytest.mark.parametrize(("gap", "every"), [(6, 100), (20, 100), (6, 12), (15, 40)])
+def test_many_short_gaps_give_an_answer_or_say_why_not(sticky, gap, every):
+    op, pv = sticky.op.copy(), sticky.pv.copy()
+    missing = np.arange(op.size) % every < gap
+    op[missing] = pv[missing] = np.nan
+    found = st.diagnose(replace(sticky, op=op, pv=pv))
+    assert found.verdict != "no_stiction"
+    if gap > 0.2 * every:  # most of what is between the gaps is too short
+        assert found.verdict == "undecided"
+
+
+def test_a_record_with_most_values_made_up_by_the_reader_is_rejected(sticky):
+    origin = replace(sticky.provenance, held_samples=int(0.8 * len(sticky)), rows=len(sticky))
+    found = st.diagnose(replace(sticky, provenance=origin))
+    assert found.loop_state.state == "bad_data"
+    assert "80 %" in found.reason

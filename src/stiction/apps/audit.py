@@ -96,7 +96,11 @@ def audit(
     else:
         print_audit(found, changes)
     (note if as_json else say)(f"Results: {files}")
-    return int(found.counts["stiction"] > 0)
+    counts = found.counts
+    failed = counts["error"] + counts["timeout"] + counts["crashed"]
+    if failed and failed == counts["loops"]:
+        return 3
+    return int(counts["stiction"] > 0)
 
 
 def _run(sources: tuple[str, ...], out: str, given: dict[str, Any]) -> "Audit":
@@ -130,13 +134,19 @@ def _open(folder: str, ledger: str | None) -> "Audit":
 
 def _write(found: "Audit", changes: list[dict[str, Any]] | None, pages: int, tags: tuple[str, ...]) -> str:
     """Write all files that people look at, and give the path of the first one to open."""
+    from stiction.apps.output import note
     from stiction.fleet import write_exports
     from stiction.report import write_audit_page, write_loop_page
 
     write_exports(found)
     chosen = [row["tag"] for row in found.worst(pages) if row["status"] == "diagnosed"]
     for tag in dict.fromkeys([*chosen, *tags]):
-        write_loop_page(found, tag)
+        try:
+            write_loop_page(found, tag)
+        except Exception as error:  # one page must not cost the table and the other pages
+            if tag in tags:
+                raise
+            note(f"The page of {tag} was not written: {error}")
     return str(write_audit_page(found, changes=changes))
 
 

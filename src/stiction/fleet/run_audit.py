@@ -6,7 +6,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stiction.errors import ParameterError, RecordError
+from stiction.diagnosis.verdict.decision import Costs
+from stiction.errors import ParameterError, RecordError, require_positive
 from stiction.fleet.audit import Audit, read_audit
 from stiction.fleet.audit_run import AuditRun, Progress, RunOptions
 from stiction.fleet.find_loops import find_loop_places
@@ -128,10 +129,17 @@ def audit(
         budget=None if budget is None else parse_duration("budget", budget), connections=links,
     )  # fmt: skip
     first, last = since if since == "last" else parse_moment("since", since), parse_moment("until", until)
+    Costs(*costs)
+    require_positive("time_limit", time_limit, "s")
+    if not 0.0 < prior < 1.0:
+        raise ParameterError(f"prior = {prior:g} is no share of sticky valves; give a number between 0 and 1, as 0.25.")
     folder = Path(out)
     check_folder(folder)
     places = None if first == "last" else find_loop_places(sources, _with_times(options, first, last), pattern=loops)
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RecordError(f"{folder}: cannot be made ({error.strerror}); name another folder.") from None
     with lock_folder(folder):
         book = Ledger(ledger or sqlite_url(folder / "ledger.sqlite"))
         try:

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.gaps import MAX_BRIDGED_GAP, fill_short_gaps, forward_fill, interpolate_gaps, missing_mask
+from stiction.records.gaps import (
+    MAX_BRIDGED_GAP,
+    MAX_BRIDGED_SHARE,
+    MAX_FILLED_GAP,
+    fill_short_gaps,
+    forward_fill,
+    interpolate_gaps,
+    missing_mask,
+)
 from stiction.records.masks import RecordMasks
 from stiction.records.quality.clock_jumps import find_discontinuities
 from stiction.records.quality.saturation import find_shutdown
@@ -49,10 +57,18 @@ def analysis_window(record: LoopRecord, masks: RecordMasks | None = None) -> tup
     blocked = masks.clipped | masks.manual | masks.frozen | find_shutdown(op, auto)
     if pv is not None:
         blocked |= find_discontinuities(op, pv, max_count=min(record.provenance.clock_jumps, 20))
+    first, last = _longest_run(missing, blocked, MAX_BRIDGED_GAP)
+    if missing[first:last].sum() > MAX_BRIDGED_SHARE * (last - first):
+        return _longest_run(missing, blocked, MAX_FILLED_GAP)
+    return first, last
+
+
+def _longest_run(missing: NDArray[np.bool_], blocked: NDArray[np.bool_], max_gap: int) -> tuple[int, int]:
+    """The longest run of samples that are not blocked, gaps of up to `max_gap` missing samples among them."""
     good = ~(missing | blocked)
     for first, last in runs(missing):
         inside = first > 0 and last < len(missing) and good[first - 1] and good[last]
-        if inside and last - first <= MAX_BRIDGED_GAP and not blocked[first:last].any():
+        if inside and last - first <= max_gap and not blocked[first:last].any():
             good[first:last] = True
     return max(runs(good), key=lambda run: run[1] - run[0], default=(0, 0))
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MAX_BRIDGED_GAP",
+    "MAX_BRIDGED_SHARE",
     "MAX_FILLED_GAP",
     "fill_short_gaps",
     "forward_fill",
@@ -26,6 +27,8 @@ MAX_FILLED_GAP = 5
 MAX_BRIDGED_GAP = 20
 """Missing samples in a row that do not end the part of a record that is analysed [samples]. Of a longer gap it is not
 known what the loop did meanwhile."""
+MAX_BRIDGED_SHARE = 0.2
+"""Share of the samples in such a part that may be missing [-]; with more, only gaps that can be filled are crossed."""
 
 
 def missing_mask(op: NDArray[np.float64], pv: NDArray[np.float64] | None = None) -> NDArray[np.bool_]:

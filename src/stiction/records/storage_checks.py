@@ -188,7 +188,9 @@ def _resampled(data: CheckInput) -> CheckResult | None:
         if points < 4:
             remedy = "export_even_faster"
             return CheckResult("resampled", "reject", points, 4, "values per cycle", finding, fields, remedy)
-    return check_maximum("resampled", percent, "%", warn=25, finding=finding, remedy="export_even", fields=fields)
+    return check_maximum(
+        "resampled", percent, "%", warn=25, reject=50, finding=finding, remedy="export_even", fields=fields
+    )
 
 
 STORAGE_CHECKS: tuple[Callable[[CheckInput], CheckResult | None], ...] = (

@@ -175,6 +175,7 @@ def build_regression(
     shared += [y[first - lag : n - lag] for lag in range(1, pv_lags + 1)]
     shared += [u[first - lag : n - lag] for lag in range(1, op_lags + 1)]
     predicted = np.ones(n - first, dtype=bool) if gaps is None else ~_reaches(gaps, pv_lags)[first:]
+    predicted |= 2 * np.count_nonzero(predicted) < n - first  # so many short gaps that the filled values must serve
     basis = orthonormal_rows(np.array(shared)[:, predicted])
     y_predicted = y[first:][predicted]
     target = y_predicted - (y_predicted @ basis.T) @ basis

@@ -46,8 +46,7 @@ START_PLACES = 0.6 * np.array([-1.0, 1.0])
 COARSE_STEPS = ((0.05, 0.16, 0.3, 10), (0.03, 0.08, 0.15, 8), (0.012, 0.04, 0.08, 6))
 """Pattern searches on the coarse signals: steps in ln S, in J / S and in the start, and candidates refined [-]."""
 DENSE_STEP = 0.005
-"""Step in ln S of the values that are all tried about the best valve [-]: a slip too many or too few shifts all that
-follow, so that with little noise the best S is as sharp as that. A valve found without its jump has too small an S."""
+"""Step in ln S of the values that are all tried about the best valve [-]: with little noise, S is as sharp as that."""
 FINE_STEPS = ((0.02, 0.08, 0.2, 4), (0.008, 0.04, 0.1, 4), (0.004, 0.02, 0.05, 3), (0.0015, 0.008, 0.03, 2))
 """The same on the fine signals."""
 
