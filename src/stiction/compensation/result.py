@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.compensation.remedies import NOTHING
-from stiction.display.mixins import TrialDisplay
+from stiction.display.result_display import ResultDisplay
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -97,7 +97,7 @@ class RemedyTrial:
 
 
 @dataclass(frozen=True)
-class CompensationTrial(TrialDisplay):
+class CompensationTrial(ResultDisplay, kind="trial"):
     """Every remedy of a sticky loop, tried on its twin and ranked."""
 
     tag: str

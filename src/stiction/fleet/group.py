@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stiction.display.duration_format import format_seconds
-from stiction.display.mixins import GroupDisplay
+from stiction.display.result_display import ResultDisplay
 
 __all__ = ["Group", "Member", "RootCandidate", "RootEvidence"]
 
@@ -78,7 +78,7 @@ class RootCandidate:
 
 
 @dataclass(frozen=True, slots=True)
-class Group(GroupDisplay):
+class Group(ResultDisplay, kind="group"):
     """Loops that share one oscillation."""
 
     period: float

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stiction.display.mixins import IdentificationDisplay
 from stiction.display.number_format import finite_or_none, format_interval
+from stiction.display.result_display import ResultDisplay
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -114,7 +114,7 @@ class Segment:
 
 
 @dataclass(frozen=True, slots=True)
-class Identification(IdentificationDisplay):
+class Identification(ResultDisplay, kind="identification"):
     """Stiction and process found together from OP and PV, or from OP and the valve position."""
 
     model: str

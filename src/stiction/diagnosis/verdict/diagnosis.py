@@ -10,8 +10,8 @@ from stiction.diagnosis.verdict.causes import closest_alternative
 from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR, Costs
 from stiction.diagnosis.verdict.explanation import explain_action, explain_reason
 from stiction.diagnosis.verdict.model import log_odds, stiction_model
-from stiction.display.mixins import VerdictDisplay
 from stiction.display.number_format import format_probability
+from stiction.display.result_display import ResultDisplay
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.result import ControllerFit, Identification
@@ -26,7 +26,7 @@ __all__ = ["Diagnosis"]
 
 
 @dataclass(frozen=True, slots=True)
-class Diagnosis(VerdictDisplay):
+class Diagnosis(ResultDisplay, kind="verdict"):
     """Whether the valve of a loop sticks, how much, how sure that is, and what to do."""
 
     record: LoopRecord = field(repr=False)
