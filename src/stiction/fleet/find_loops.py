@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import fnmatch
 import json
-import os
 import re
 from collections import Counter
 from dataclasses import replace
-from glob import glob, has_magic
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError, RecordError
 from stiction.fleet.database_parts import find_loops_of_table
 from stiction.fleet.source_parts import LoopPlace, SourcePart
+from stiction.sources.open_files import list_files
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -85,7 +84,7 @@ def _places_of(source: str, options: Mapping[str, Any]) -> list[LoopPlace]:
     """Loops of one source."""
     from stiction.sources.database_url import is_database_url
 
-    names = [source] if is_database_url(source) or source == "-" else _list_files(source)
+    names = [source] if is_database_url(source) or source == "-" else list_files(source, subfolders=True)
     if source == "-":
         raise RecordError("an audit cannot read the standard input, because several processes read it; name a file.")
     if is_database_url(source) and (found := find_loops_of_table(source, options)):
@@ -98,25 +97,6 @@ def _places_of(source: str, options: Mapping[str, Any]) -> list[LoopPlace]:
         folder = Path(part.names[0]).parent.name if len(folders) > 1 else ""
         places += _describe(part, loops, folder)
     return places
-
-
-def _list_files(source: str) -> list[str]:
-    """Files of a path, a folder with its subfolders, or a pattern."""
-    if os.path.isdir(source):
-        found = sorted(
-            str(path)
-            for path in Path(source).rglob("*")
-            if path.is_file() and not any(name.startswith(".") for name in path.relative_to(source).parts)
-        )
-        if not found:
-            raise RecordError(f"{source}: is a folder without files; name the folder that holds the exports.")
-        return found
-    if has_magic(source) and not os.path.exists(source):
-        found = sorted(path for path in glob(source, recursive=True) if os.path.isfile(path))
-        if not found:
-            raise RecordError(f"{source}: no file matches this pattern; check the folder and the spelling.")
-        return found
-    return [source]
 
 
 def _split(names: list[str], options: str) -> list[SourcePart]:

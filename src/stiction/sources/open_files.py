@@ -14,24 +14,34 @@ if TYPE_CHECKING:
     from stiction.sources.byte_source import ByteSource
     from stiction.sources.options import ReadOptions
 
-__all__ = ["open_files"]
+__all__ = ["list_files", "open_files"]
 
 
 def open_files(source: Any, options: ReadOptions) -> list[ByteSource]:
     """Open a path, folder, pattern, "-", binary file, or list of these; an archive gives several files."""
     paths: list[Any] = []
     for part in source if isinstance(source, (list, tuple)) else [source]:
-        paths += _list_files(part) if isinstance(part, (str, os.PathLike)) and part != "-" else [part]
+        paths += list_files(part) if isinstance(part, (str, os.PathLike)) and part != "-" else [part]
     if not paths:
         raise RecordError("the list of files is empty; name one or more.")
     return [one for path in paths for one in open_sources(path, options)]
 
 
-def _list_files(source: str | os.PathLike[str]) -> list[str]:
-    """The files of a path, a folder or a pattern."""
+def list_files(source: str | os.PathLike[str], *, subfolders: bool = False) -> list[str]:
+    """List the files of a path, a folder or a pattern; hidden ones are left out.
+
+    Raises
+    ------
+    RecordError
+        When the folder or the pattern has none.
+    """
     text = os.fspath(source)
     if os.path.isdir(text):
-        files = sorted(str(path) for path in Path(text).iterdir() if path.is_file() and not path.name.startswith("."))
+        inside = Path(text).rglob("*") if subfolders else Path(text).iterdir()
+        files = sorted(
+            str(path) for path in inside
+            if path.is_file() and not any(name.startswith(".") for name in path.relative_to(text).parts)
+        )  # fmt: skip
         if not files:
             raise RecordError(f"{text}: is a folder without files; name the folder that holds the exports.")
         return files
