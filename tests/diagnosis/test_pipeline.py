@@ -55,6 +55,13 @@ def test_verdict(name):
     assert st.diagnose(draw()).verdict == expected
 
 
+def test_a_sticky_valve_in_noise_is_never_cleared():
+    """At noise of 0.25 the probability stays below that of a verdict; it must not fall to that of a good valve."""
+    found = st.diagnose(run(st.Kano(8.0, 3.0), noise=0.25))
+    assert found.verdict != "no_stiction"
+    assert pytest.approx(8.0, rel=0.05) == found.identification.S
+
+
 def test_stages_are_passed_on(sticky, verdict_of_sticky):
     found = verdict_of_sticky
     assert found.loop_state.in_control

@@ -55,7 +55,7 @@ def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int
         )
         for group in groups:
             say(f"{'ok' if group['right'] else 'WRONG'}  {group['text']}")
-        say(f"\n{right} of {len(rows)} loops are right.")
+        say(f"\n{right} of {len(rows)} loops: verdict, loop state and cause are right.")
         say(f"Page:   {page}")
         say(f"Try:    stiction audit {files[0]} --map {files[1]} --connections {files[2]} --out my-audit")
     return int(right < len(rows) or not all(group["right"] for group in groups)), page
@@ -99,14 +99,19 @@ def write_plant_files(plant: SimulatedPlant, folder: Path) -> tuple[Path, Path, 
 def plant_truth(plant: SimulatedPlant, found: Audit) -> list[dict[str, Any]]:
     """Truth and finding of each loop.
 
-    A loop is right when a sticky valve is called "stiction" and no other is, and the loop state is the true one; of a
-    loop at rest the verdict must be "undecided".
+    A loop is right when a sticky valve is called "stiction" and no other is, the loop state is the true one, a badly
+    tuned loop has the cause tuning, and a loop that another one moves has the cause external or is in the group of that
+    source.
     """
-    rows = []
+    rows, sources = [], {group["number"]: group["leading_roots"] for group in found.groups}
     for loop in plant.loops:
         row = found.row(loop.record.tag)
         sticky, is_called = loop.cause == "stiction", row["verdict"] == "stiction"
         right = sticky == is_called and (row["loop_state"] == loop.state or (loop.state == "in_control" and not sticky))
+        if loop.cause == "tight tuning":
+            right &= row["oscillation_cause"] == "tuning"
+        if loop.cause == "external disturbance":
+            right &= row["oscillation_cause"] == "external" or loop.root in sources.get(row["group"], ())
         rows.append({"tag": row["tag"], "truth": _truth_text(loop), "found": _found_text(row), "right": right})
     return rows
 

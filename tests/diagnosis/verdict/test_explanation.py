@@ -42,7 +42,16 @@ def test_the_verdict_and_the_closest_alternative(probability, start):
     found = make_diagnosis(probability)
     assert found.reason.startswith(start)
     assert found.strongest_alternative == ("noise_gate", 80.0)
-    assert f"{ALTERNATIVE_TEXT['noise_gate']}, the closest other explanation, is 80" in found.reason
+    other = f"The closest other explanation, {ALTERNATIVE_TEXT['noise_gate']}, fits"
+    assert f"{other} worse (2 ln of the likelihood ratio: 80)" in found.reason
+
+
+@pytest.mark.parametrize(
+    ("ratio", "fits"), [(-129.0, "fits better (2 ln of the likelihood ratio: 129)."), (0.0, "fits as well.")]
+)
+def test_a_better_or_equal_explanation_is_called_so(ratio, fits):
+    found = make_diagnosis(0.02, identification=make_identification(likelihood_ratios={"good": ratio}))
+    assert f"The closest other explanation, {ALTERNATIVE_TEXT['good']}, {fits}" in found.reason
 
 
 def test_costs_change_the_verdict_and_not_the_evidence():

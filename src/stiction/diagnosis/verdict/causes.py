@@ -180,7 +180,6 @@ def dead_zone_score(
     min_evidence: float = 70.0,
     min_evidence_once: float = 16.0,
     max_advantage: float = 10.0,
-    max_advantage_once: float = 100.0,
     max_load_advantage: float = 0.0,
     width: float = 4.0,
 ) -> float:
@@ -199,9 +198,8 @@ def dead_zone_score(
     min_evidence_once : float
         The same where OP crosses its range only once or twice; there it may be that of the sticky valve too.
     max_advantage : float
-        Twice the log likelihood ratio of the sticky valve over the dead zone at which the zone counts half [-].
-    max_advantage_once : float
-        The same where OP crosses its range only once or twice.
+        Twice the log likelihood ratio of the sticky valve over the dead zone at which the zone counts half [-]; not
+        asked where OP crosses its range only once or twice, since the two then look the same.
     max_load_advantage : float
         Twice the log likelihood ratio of the load over the dead zone at which the zone counts half [-].
     width : float
@@ -214,7 +212,7 @@ def dead_zone_score(
     """
     gain, advantage = zone.likelihood_ratio, good - zone.likelihood_ratio
     if zone.crossed_rarely:
-        gain, min_evidence, max_advantage = max(gain, good), min_evidence_once, max_advantage_once
+        gain, min_evidence, advantage, max_advantage = max(gain, good), min_evidence_once, 0.0, math.inf
     score = _logistic((gain - min_evidence) / width) * _logistic((max_advantage - advantage) / width)
     return score * _logistic((max_load_advantage - advantage + load) / width)
 

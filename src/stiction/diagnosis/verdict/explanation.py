@@ -168,10 +168,9 @@ ALTERNATIVE_TEXT = {
 
 
 def _alternative_text(name: str, ratio: float) -> str:
-    return (
-        f"Twice the log likelihood ratio against {ALTERNATIVE_TEXT[name]}, the closest other explanation, is "
-        f"{format_number(ratio)}."
-    )
+    fits = "fits worse" if ratio > 0.0 else "fits as well" if ratio == 0.0 else "fits better"
+    size = f" (2 ln of the likelihood ratio: {format_number(abs(ratio))})" if ratio else ""
+    return f"The closest other explanation, {ALTERNATIVE_TEXT[name]}, {fits}{size}."
 
 
 def _oscillation(found: Findings) -> str:
