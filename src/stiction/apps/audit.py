@@ -40,7 +40,7 @@ def audit(
     """Audit the loops of a plant: screen all, diagnose worst first, rank them, group shared oscillations.
 
     Ctrl-C stops; the same command goes on. Without SOURCE it shows the audit in --out again. Exit code 1 when a valve
-    sticks, 0 when none does, 3 when the source or the folder cannot be used.
+    sticks, 0 when none does, 3 when the source or the folder cannot be used or every loop failed.
 
     Parameters
     ----------
