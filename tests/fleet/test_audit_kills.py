@@ -5,7 +5,10 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import struct
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -57,7 +60,7 @@ def kill_after(plant, out, undisturbed, share: float, *, worker: bool) -> None:
         with contextlib.suppress(psutil.Error, ProcessLookupError):  # it may have ended by itself
             victim = psutil.Process(process.pid)
             if worker:
-                workers = [one for one in victim.children(recursive=True) if "loky" in " ".join(one.cmdline())]
+                workers = [one for one in victim.children() if "spawn_main" in " ".join(one.cmdline())]
                 victim = workers[0] if workers else None
             if victim is not None:
                 os.kill(victim.pid, signal.SIGKILL)
@@ -101,28 +104,42 @@ def test_killed_worker_at_any_moment(plant, tmp_path, undisturbed, k):
     kill_after(plant, tmp_path / "audit", undisturbed, share, worker=True)
 
 
-def test_loop_that_kills_its_worker_is_a_row(tmp_path, monkeypatch):
-    """A loop that ends its process twice is "crashed"; the others have their rows."""
+def run_two_batches(tmp_path, monkeypatch, run_batch) -> dict[int, str]:
+    """Screen six loops in two batches with another `run_batch`: number -> status."""
     from fleet.small_plant import records
-    from stiction.fleet import engine
+    from stiction.fleet import worker_process
     from stiction.fleet.batch import Batch, LoopTask
     from stiction.fleet.block_means import common_clock
+    from stiction.fleet.engine import ProcessEngine
     from stiction.fleet.find_loops import find_loop_places
     from stiction.fleet.loop_row import WorkSettings
 
     source = write_plant(tmp_path / "plant.parquet", 6)
-    places = find_loop_places([str(source)], {})
     settings = WorkSettings(common_clock(records(6)))
-    tasks = tuple(LoopTask(k, place) for k, place in enumerate(places))
-    monkeypatch.setattr(engine, "run_batch", _run_batch_with_a_killer)
-    pool = engine.ProcessEngine(2)
-    found = {}
-    for outcomes in pool.run([Batch(tasks[:3], settings), Batch(tasks[3:], settings)], lambda: True):
-        found |= {one.number: one.row["status"] for one in outcomes}
-    pool.close()
+    tasks = tuple(LoopTask(k, place) for k, place in enumerate(find_loop_places([str(source)], {})))
+    monkeypatch.setattr(worker_process, "run_batch", run_batch)
+    engine = ProcessEngine(2)
+    outcomes = engine.run([Batch(tasks[:3], settings), Batch(tasks[3:], settings)], lambda: True)
+    found = [(one.number, one.row["status"]) for each in outcomes for one in each]
+    engine.close()
+    assert len(found) == 6
+    return dict(found)
+
+
+def test_loop_that_kills_its_worker_is_a_row(tmp_path, monkeypatch):
+    """A loop that ends its process twice is "crashed"; the others have their rows."""
+    found = run_two_batches(tmp_path, monkeypatch, _run_batch_with_a_killer)
     assert found.pop(2) == "crashed"
-    assert len(found) == 5
-    assert "crashed" not in found.values()
+    assert set(found.values()) == {"screened", "skipped"}
+
+
+def test_worker_killed_while_it_sends_a_result(tmp_path, monkeypatch):
+    """Half a result in the pipe neither blocks the audit nor counts as one."""
+    monkeypatch.setenv("SENT_HALF", str(tmp_path / "sent_half"))
+    found = run_two_batches(tmp_path, monkeypatch, _run_batch_and_send_half)
+    assert (tmp_path / "sent_half").is_file()
+    assert set(found) == set(range(6))
+    assert set(found.values()) == {"screened", "skipped"}
 
 
 def _run_batch_with_a_killer(batch):
@@ -131,6 +148,19 @@ def _run_batch_with_a_killer(batch):
     if any(task.number == 2 for task in batch.tasks):
         os._exit(9)
     return run_batch(batch)
+
+
+def _run_batch_and_send_half(batch):
+    """The first time send the length of a message and a part of it, and die."""
+    from stiction.fleet.batch import run_batch
+
+    try:
+        Path(os.environ["SENT_HALF"]).touch(exist_ok=False)
+    except FileExistsError:
+        return run_batch(batch)
+    pipe = sys._getframe(1).f_locals["pipe"]
+    os.write(pipe.fileno(), struct.pack("!i", 100_000) + b"x" * 1000)
+    os._exit(9)
 
 
 def test_second_audit_of_a_folder_is_refused(plant, tmp_path):

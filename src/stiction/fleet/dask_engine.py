@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from stiction.errors import MissingExtraError, RecordError
 from stiction.fleet.batch import Batch, Outcome, run_batch
-from stiction.fleet.engine import ONE_THREAD, crashed_outcomes
+from stiction.fleet.engine import ProcessEngine, crashed_outcomes
+from stiction.fleet.worker_process import ONE_THREAD
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -44,8 +45,6 @@ class DaskEngine:
         self._cluster = None
         try:
             if address == "local":
-                from stiction.fleet.engine import ProcessEngine
-
                 count = ProcessEngine(workers).workers
                 self._cluster = LocalCluster(
                     n_workers=count,

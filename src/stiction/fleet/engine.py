@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import os
-import threading
-import time
-from concurrent.futures import FIRST_COMPLETED, wait
+from collections import Counter, deque
+from multiprocessing.connection import wait
 from typing import TYPE_CHECKING, Protocol
 
 from stiction.errors import ParameterError, require_count
-from stiction.fleet.batch import Batch, Outcome, failed_row, run_batch
+from stiction.fleet.batch import Batch, Outcome, failed_row
+from stiction.fleet.worker_process import WorkerProcess
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from joblib.externals.loky import ProcessPoolExecutor
-
-__all__ = ["Engine", "ProcessEngine", "crashed_outcomes", "end_with_parent", "warm_kernels"]
+__all__ = ["Engine", "ProcessEngine", "crashed_outcomes", "warm_kernels"]
 
 MAX_SINGLE_TRIES = 2
 """Times that a loop may end its worker when it is alone in it [-]."""
+MAX_FAILED_STARTS = 3
+"""Workers that may die while they start before one gives a result [-]."""
 
 
 class Engine(Protocol):
@@ -38,99 +38,61 @@ class Engine(Protocol):
 
 
 class ProcessEngine:
-    """Worker processes of this machine (loky, from joblib)."""
+    """Worker processes of this machine, each with a pipe of its own.
+
+    A pool whose workers share one pipe, as that of joblib, waits forever when a worker is killed while it sends a
+    result.
+    """
 
     def __init__(self, workers: int | None = None) -> None:
         self.workers = require_count("workers", workers if workers is not None else _cores())
-        self._pool: ProcessPoolExecutor | None = None
+        self._started: list[WorkerProcess] = []
 
     def run(self, batches: Iterable[Batch], go_on: Callable[[], bool]) -> Iterator[list[Outcome]]:
         """Run batches as long as `go_on` is true, and give the outcomes of each as it is done, in any order."""
-        from joblib.externals.loky.process_executor import BrokenProcessPool
-
-        waiting = iter(batches)
-        running = {}
-        try:
-            while True:
-                while len(running) <= self.workers and go_on() and (batch := next(waiting, None)) is not None:
-                    running[self._submit(batch)] = batch
-                if not running:
-                    return
-                lost = []
-                for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    batch = running.pop(future)
-                    try:
-                        yield future.result()
-                    except BrokenProcessPool:
-                        lost.append(batch)
-                if lost:
-                    lost += running.values()
-                    running = {}
-                    self.close()
-                    for batch in lost:
-                        for single in batch.split():
-                            yield self._run_alone(single)
-        except BaseException:
-            self.close()
-            raise
+        waiting, again, deaths, failed_starts = iter(batches), deque[Batch](), Counter[int](), 0
+        while True:
+            idle = [worker for worker in self._started if worker.batch is None]
+            for _ in range(self.workers - len(self._started) + len(idle)):
+                if not go_on() or (batch := again.popleft() if again else next(waiting, None)) is None:
+                    break
+                (idle.pop() if idle else self._start()).send(batch)
+            busy = {one.pipe: (one, one.batch) for one in self._started if one.batch is not None}
+            if not busy:
+                return
+            for pipe in wait(list(busy), timeout=0.5):  # Windows does not see Ctrl-C in a longer wait
+                worker, batch = busy[pipe]
+                try:
+                    outcomes = worker.receive()
+                except (EOFError, OSError):  # the worker is dead
+                    self._end(worker)
+                    outcomes, number = None, batch.tasks[0].number
+                    failed_starts += not worker.is_ready
+                    if failed_starts > MAX_FAILED_STARTS:
+                        text = f"workers = {self.workers} cannot be started; give fewer, and see that memory is free."
+                        raise ParameterError(text) from None
+                    deaths[number] += worker.is_ready and len(batch.tasks) == 1
+                    if deaths[number] < MAX_SINGLE_TRIES:
+                        again.extend(batch.split() if worker.is_ready else [batch])
+                    else:
+                        outcomes = crashed_outcomes(batch)
+                if outcomes is not None:
+                    failed_starts = 0
+                    yield outcomes
 
     def close(self) -> None:
-        """End all workers."""
-        if self._pool is not None:
-            self._pool.shutdown(wait=True, kill_workers=True)
-            self._pool = None
+        """End all workers at once."""
+        while self._started:
+            self._end(self._started[-1])
 
-    def _submit(self, batch: Batch):
-        from joblib.externals.loky.process_executor import BrokenProcessPool
+    def _start(self) -> WorkerProcess:
+        worker = WorkerProcess()
+        self._started.append(worker)
+        return worker
 
-        for _ in range(3):
-            try:
-                return self._open(self.workers).submit(run_batch, batch)
-            except BrokenProcessPool:  # a worker died while none of its batches was running
-                self.close()
-        raise ParameterError("workers cannot be started; run with fewer of them, and see whether memory is free.")
-
-    def _run_alone(self, single: Batch) -> list[Outcome]:
-        """Run one loop in a worker of its own."""
-        from joblib.externals.loky.process_executor import BrokenProcessPool
-
-        for _ in range(MAX_SINGLE_TRIES):
-            try:
-                return self._open(self.workers).submit(run_batch, single).result()
-            except BrokenProcessPool:
-                self.close()
-        return crashed_outcomes(single)
-
-    def _open(self, workers: int) -> ProcessPoolExecutor:
-        from joblib.externals.loky import ProcessPoolExecutor
-
-        if self._pool is None:
-            self._pool = ProcessPoolExecutor(
-                workers, timeout=300, env=ONE_THREAD, initializer=end_with_parent, initargs=(os.getpid(),)
-            )
-        return self._pool
-
-
-def end_with_parent(parent: int, *, every: float = 0.5) -> None:
-    """End this process when its parent was killed, which is asked for after each `every` [s]."""
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(every)
-        os._exit(1)
-
-    if os.name != "nt":  # there a parent keeps its number when it is gone, and idle workers end by their timeout
-        threading.Thread(target=watch, daemon=True).start()
-
-
-ONE_THREAD = dict.fromkeys(
-    (
-        *("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "POLARS_MAX_THREADS"),
-        "VECLIB_MAXIMUM_THREADS",
-    ),
-    "1",
-)
-"""Environment of the workers: the loops are the parallel work."""
+    def _end(self, worker: WorkerProcess) -> None:
+        worker.kill()
+        self._started.remove(worker)
 
 
 def crashed_outcomes(batch: Batch) -> list[Outcome]:
