@@ -1,5 +1,8 @@
 """``stiction audit``: many loops, ranked, grouped, resumable."""
 
+import difflib
+import re
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
@@ -11,7 +14,7 @@ from stiction.errors import ParameterError, StictionError
 if TYPE_CHECKING:
     from stiction.fleet import Audit
 
-__all__ = ["audit", "print_audit"]
+__all__ = ["as_typed", "audit", "print_audit"]
 
 SOURCES = "What to read: files, folders, patterns or database URLs, as `stiction diagnose` takes them."
 Results = Group("Results", sort_key=2)
@@ -84,12 +87,18 @@ def audit(
         raise ParameterError("no folder for the results was named; give one with --out FOLDER.")
     if pages < 0:
         raise ParameterError(f"--pages {pages} is negative; give 0 or more.")
+    other = None if compare is None else _open(compare, None, "--compare ")
     found = _run(sources, out, locals()) if sources else _open(out, ledger)
+    if found is None:
+        note("Stopped. What is done is kept; the same command goes on.")
+        return 130
+    if not sources:
+        _check_pages(page, [row["tag"] for row in found.rows])
     changes = None
-    if compare is not None:
+    if other is not None:
         from stiction.fleet import compare_audits
 
-        changes = compare_audits(found, _open(compare, None))
+        changes = compare_audits(found, other)
     files = _write(found, changes, pages, page)
     if as_json:
         print_json(found.to_dict() | ({} if changes is None else {"changes": changes}))
@@ -103,10 +112,12 @@ def audit(
     return int(counts["stiction"] > 0)
 
 
-def _run(sources: tuple[str, ...], out: str, given: dict[str, Any]) -> "Audit":
-    """Run the audit with a progress bar; the results that are there are shown after Ctrl-C too."""
+def _run(sources: tuple[str, ...], out: str, given: dict[str, Any]) -> "Audit | None":
+    """Run the audit with a progress bar; None after Ctrl-C."""
+    from stiction.apps.audit_interrupt import AuditInterrupt
     from stiction.apps.audit_progress import AuditBar
     from stiction.apps.output import note
+    from stiction.fleet import Progress
     from stiction.fleet import audit as run_audit
 
     reading = given["reading"].arguments()
@@ -114,39 +125,90 @@ def _run(sources: tuple[str, ...], out: str, given: dict[str, Any]) -> "Audit":
     names = ("workers", "dask", "budget", "loops", "connections", "ledger", "signals", "retry")
     names += ("time_limit", "prior", "costs")
     chosen = {name: given[name] for name in names}
+
+    def watch(progress: Progress) -> None:
+        if progress.stage == "find" and progress.details:
+            _check_pages(given["page"], progress.details["tags"])
+        interrupt.stage = progress.stage
+        bar.update(progress)
+
     try:
-        with AuditBar(quiet=given["as_json"]) as bar:
-            return run_audit(
-                sources, out, since=since, until=until, map=map_file, reading=reading, progress=bar.update, **chosen
-            )
+        with AuditBar(quiet=given["as_json"]) as bar, AuditInterrupt() as interrupt:
+            found = run_audit(
+                sources, out, since=since, until=until, map=map_file, reading=reading, progress=watch,
+                stop=interrupt.stop, **chosen,
+            )  # fmt: skip
     except KeyboardInterrupt:
         note("Stopped. What is done is kept; the same command goes on.")
         raise
     except StictionError as error:
-        raise type(error)(in_options(str(error))) from None
+        raise type(error)(as_typed(str(error), (*names, "since", "until"))) from None
+    return found if found.run["finished"] else None
 
 
-def _open(folder: str, ledger: str | None) -> "Audit":
+def as_typed(sentence: str, names: Iterable[str]) -> str:
+    """Name options as they are typed: `--budget soon` in place of `budget = 'soon'`.
+
+    Examples
+    --------
+    >>> as_typed("budget = 'soon' is no time; give for example 10m.", ["budget"])
+    "--budget 'soon' is no time; give for example 10m."
+    >>> as_typed("since = 2026-03-02 is not before until = 2026-03-01.", ["since", "until"])
+    '--since 2026-03-02 is not before --until 2026-03-01.'
+    >>> as_typed("name a new folder with out (--out).", ["budget"])
+    'name a new folder with --out.'
+    """
+    sentence = re.sub(r"\b(\w+) \((--[\w-]+)\)", lambda found: found[2], in_options(sentence))
+    for cost in ("false_alarm", "missed", "open_question"):
+        sentence = re.sub(rf"^{cost} = ", f"--costs: {cost} = ", sentence)
+    for name in names:
+        sentence = re.sub(rf"(?<![\w-]){name} = ", f"--{name.replace('_', '-')} ", sentence)
+        sentence = re.sub(rf"\b(raise|give) {name}\b", rf"\1 --{name.replace('_', '-')}", sentence)
+    return sentence.replace("connections: none", "--connections: none")
+
+
+def _check_pages(pages: tuple[str, ...], tags: list[str]) -> None:
+    """Check that there is a loop for each page that was asked for."""
+    for tag in pages:
+        if tag not in tags:
+            close = difflib.get_close_matches(tag, tags, 1) or tags[:1]
+            raise ParameterError(
+                f"--page {tag}: no loop has this tag; give one of the {len(tags)} tags, as {close[0]}."
+            )
+
+
+def _open(folder: str, ledger: str | None, option: str = "") -> "Audit":
     from stiction.fleet import open_audit
 
-    return open_audit(folder, ledger=ledger)
+    try:
+        return open_audit(folder, ledger=ledger)
+    except StictionError as error:
+        raise type(error)(f"{option}{error}") from None
 
 
 def _write(found: "Audit", changes: list[dict[str, Any]] | None, pages: int, tags: tuple[str, ...]) -> str:
-    """Write all files that people look at, and give the path of the first one to open."""
+    """Write all files that people look at, and give the path of the first one to open.
+
+    A loop of which no page can be written gives its place to the next one, but not a loop that was asked for.
+    """
     from stiction.apps.output import note
     from stiction.fleet import write_exports
     from stiction.report import write_audit_page, write_loop_page
 
     write_exports(found)
-    chosen = [row["tag"] for row in found.worst(pages) if row["status"] == "diagnosed"]
-    for tag in dict.fromkeys([*chosen, *tags]):
-        try:
-            write_loop_page(found, tag)
-        except Exception as error:  # one page must not cost the table and the other pages
-            if tag in tags:
-                raise
-            note(f"The page of {tag} was not written: {error}")
+    for tag in dict.fromkeys(tags):
+        write_loop_page(found, tag)
+    written = set[str]()
+    for row in found.rows:
+        if len(written) == pages:
+            break
+        if row["status"] == "diagnosed":
+            try:
+                if row["tag"] not in tags:
+                    write_loop_page(found, row["tag"])
+                written.add(row["tag"])
+            except Exception as error:  # one page must not cost the table and the other pages
+                note(f"The page of {row['tag']} was not written: {error}")
     return str(write_audit_page(found, changes=changes))
 
 
@@ -166,9 +228,10 @@ def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> 
     rows = [
         [
             row["tag"],
+            row["group"] or "",
             labels.VERDICTS[row["verdict"]] if row["status"] == "diagnosed" else row["status"],
             (row["loop_state"] or "").replace("_", " "),
-            row["oscillation_cause"].replace("_", " "),
+            labels.CAUSES.get(row["oscillation_cause"], ""),
             format_probability(row["probability"]) if row["status"] == "diagnosed" else "",
             "" if row["S"] is None else f"{row['S']:.2g}",
             format_seconds(row["period_s"]) if row["period_s"] else "",
@@ -176,8 +239,9 @@ def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> 
         ]
         for row in found.worst(10)
     ]
-    columns = ["Loop", "Verdict", "State", "Cause", "Probability", "S [%]", "Period", "Priority"]
-    print_table(columns, rows, right=["Probability", "S [%]", "Period", "Priority"])
+    columns = ["Loop", "Group", "Verdict", "State", "Cause", "Probability", "S [%]", "Period", "Priority"]
+    print_table(columns, rows, right=["Group", "Probability", "S [%]", "Period", "Priority"])
+    _print_not_judged(found)
     for group in found.groups:
         say(f"\nGroup {group['number']}: {group['summary']}")
     if changes is not None:
@@ -188,3 +252,24 @@ def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> 
         names = ("change", "tag", "verdict", "verdict_before", "why")
         rows = [[row[name] or "" for name in names] for row in changes]
         print_table(["Change", "Loop", "Verdict", "Before", "Why"], rows)
+
+
+def _print_not_judged(found: "Audit", *, max_tags: int = 10) -> None:
+    """Print the loops that were not judged, and the tags that the source does not have."""
+    from stiction.apps.output import say
+
+    loops = [f"{row['tag']} ({_state_text(row)})" for row in found.not_judged]
+    for what, tags in (
+        ("Not judged", loops),
+        ("Tags of the map that the source does not have", found.missing_tags["map_tags"]),
+        ("Tags of the connections that are no loop", found.missing_tags["connection_tags"]),
+    ):
+        if tags:
+            more = f" and {len(tags) - max_tags} more" if len(tags) > max_tags else ""
+            say(f"\n{what}: {', '.join(tags[:max_tags])}{more}")
+
+
+def _state_text(row: dict[str, Any]) -> str:
+    if row["status"] in ("error", "timeout", "crashed"):
+        return row["status"]
+    return (row["loop_state"] or row["status"]).replace("_", " ")

@@ -14,9 +14,13 @@ if TYPE_CHECKING:
 
 __all__ = ["AuditBar"]
 
-STAGES = {"compile": "Compiling", "screen": "Screening", "diagnose": "Diagnosing", "group": "Grouping"}
-SECONDS_PER_LOOP = 0.25
-"""Processor time of one loop, for the plan [s]."""
+STAGES = {
+    "find": "Finding loops",
+    "compile": "Compiling",
+    "screen": "Screening",
+    "diagnose": "Diagnosing",
+    "group": "Grouping",
+}
 LINE_EVERY_S = 30.0
 """Time between two lines where the error stream is no terminal [s]."""
 
@@ -68,9 +72,8 @@ class AuditBar:
     def _show_plan(self, details: dict[str, Any]) -> None:
         if self.quiet:
             return
-        seconds = SECONDS_PER_LOOP * details["left"] / max(1, details["workers"])
         left = "all" if details["left"] == details["loops"] else f"{details['left']}"
-        work = f"{left} to do, about {_format_time(seconds)} with {count_noun(details['workers'], 'worker')}"
+        work = f"{left} to do, about {_format_time(details['seconds'])} with {count_noun(details['workers'], 'worker')}"
         note(
             f"{count_noun(details['loops'], 'loop')} in {count_noun(details['parts'], 'part')} of the source, about "
             f"{details['samples']:,} samples each; {work if details['left'] else 'nothing to do'}."

@@ -14,7 +14,7 @@ from stiction.errors import ParameterError, RecordError
 from stiction.fleet.folder import read_settings
 from stiction.fleet.labels import newest_labels, read_labels
 from stiction.fleet.ledger import Ledger, ResultKey, sqlite_url
-from stiction.fleet.rank import rank_rows
+from stiction.fleet.rank import is_judged, rank_rows
 
 if TYPE_CHECKING:
     import os
@@ -60,9 +60,19 @@ class Audit:
         verdicts = {name: verdict[name] for name in ("stiction", "no_stiction", "undecided")}
         return {"loops": len(self.rows), **{name: status[name] for name in names}, **verdicts}
 
+    @property
+    def missing_tags(self) -> dict[str, list[str]]:
+        """Tags that the source does not have: `map_tags` of the map, `connection_tags` of the connections."""
+        return {"map_tags": [], "connection_tags": []} | (self.run.get("missing_tags") or {})
+
+    @property
+    def not_judged(self) -> list[dict[str, Any]]:
+        """Rows of loops that cannot be judged or failed; they come last in `rows`."""
+        return [row for row in self.rows if not is_judged(row)]
+
     def worst(self, n: int = 10) -> list[dict[str, Any]]:
-        """The first `n` rows [-]."""
-        return self.rows[:n]
+        """The first `n` rows [-] of loops that were judged."""
+        return [row for row in self.rows if is_judged(row)][:n]
 
     def row(self, tag: str) -> dict[str, Any]:
         """Row of one loop.
@@ -91,7 +101,8 @@ class Audit:
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form, as `stiction audit --json` prints it."""
-        return {"loops": self.rows, "groups": self.groups, "counts": self.counts, "run": self.run}
+        receipt = {"missing_tags": self.missing_tags}
+        return {"loops": self.rows, "groups": self.groups, "counts": self.counts, "receipt": receipt, "run": self.run}
 
     def signals(self, tag: str) -> BlockMeans | None:
         """Block means of one loop; None when it has none."""
@@ -239,6 +250,6 @@ def read_audit(folder: Path, settings: dict[str, Any], book: Ledger) -> Audit:
     places = {one.body["tag"]: loops[k] for k, one in results.items()}
     parts = {one.body["tag"]: (k, one.signals) for k, one in results.items()}
     about = {name: run[name] for name in ("started", "finished", "window", "version")}
-    about |= {name: run["body"].get(name) for name in ("since", "until", "interrupted")}
+    about |= {name: run["body"].get(name) for name in ("since", "until", "missing_tags")}
     url = book.url if settings.get("ledger") else ""
     return Audit(folder, rank_rows(rows), groups, settings | {"places": places}, about, parts, url)

@@ -5,20 +5,23 @@ from __future__ import annotations
 import contextlib
 import json
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.fleet.batch import Batch, LoopTask
 from stiction.fleet.block_means import common_clock
-from stiction.fleet.engine import Engine, ProcessEngine, warm_kernels
+from stiction.fleet.engine import Engine, ProcessEngine
 from stiction.fleet.ledger import StoredResult
 from stiction.fleet.loop_row import WorkSettings
+from stiction.fleet.progress import LoopRate, Progress
 from stiction.fleet.rank import screen_order
 from stiction.fleet.signals import clock_from_dict, clock_to_dict, read_signals, remove_unused_parts, write_signals
 from stiction.fleet.source_parts import LoopPlace, place_to_dict, read_loop
+from stiction.fleet.warm_up import warm_kernels
 
 if TYPE_CHECKING:
+    import threading
     from collections.abc import Callable, Iterator
     from datetime import datetime
 
@@ -26,7 +29,7 @@ if TYPE_CHECKING:
     from stiction.fleet.block_means import Clock
     from stiction.fleet.ledger import Ledger, ResultKey
 
-__all__ = ["AuditRun", "Progress", "RunOptions"]
+__all__ = ["AuditRun", "RunOptions"]
 
 BATCH_LOOPS = 16
 """Loops of one batch, which is written to the ledger at once [-]."""
@@ -36,36 +39,6 @@ MAX_PROBED_PARTS = 32
 """Parts of the source of which a loop is read to find the common clock [-]."""
 FAILED = ("error", "timeout", "crashed")
 """Status of loops that could not be done."""
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a run is."""
-
-    stage: str
-    """"plan", "compile", "screen", "diagnose", "group" or "done"."""
-    done: int
-    """Loops of this stage that are done, those of earlier runs included [-]."""
-    total: int
-    """Loops of this stage [-]."""
-    seconds: float
-    """Time since the stage began [s]."""
-    new: int = 0
-    """Loops of this stage that this run did [-]."""
-    sticky: int = 0
-    """Sticky valves found so far [-]."""
-    details: dict[str, Any] | None = None
-    """Of "plan": loops, parts of the source, samples of a loop, loops that are left, workers."""
-
-    @property
-    def rate(self) -> float:
-        """Loops per second [1/s]; 0 before the first."""
-        return self.new / self.seconds if self.seconds > 0.0 else 0.0
-
-    @property
-    def seconds_left(self) -> float | None:
-        """Expected time to the end of the stage [s]; None before the first loop."""
-        return (self.total - self.done) / self.rate if self.rate > 0.0 else None
 
 
 @dataclass(frozen=True)
@@ -80,6 +53,8 @@ class RunOptions:
     budget: float | None = None
     retry: bool = False
     connections: tuple[tuple[str, str], ...] | list[tuple[str, str]] = ()
+    stop: threading.Event | None = None
+    missing_tags: dict[str, list[str]] = field(default_factory=dict)
 
 
 class AuditRun:
@@ -105,6 +80,7 @@ class AuditRun:
         self.fingerprints = {k: prints[one.part] for k, one in self.places.items()}
         self.results = book.read_results(key)
         self.began = time.monotonic()
+        self.loop_s = 0.0
         self._engine: Engine | None = None
 
     def run(self) -> None:
@@ -115,28 +91,34 @@ class AuditRun:
             "until": self.span[1] and self.span[1].isoformat(),
             "clock": clock_to_dict(clock),
             "loops": sorted(self.places),
+            "missing_tags": self.options.missing_tags,
         }
-        number = self.book.begin_run(self.key, body)
         settings = WorkSettings(
             clock, *self.span, prior=self.options.prior, costs=self.options.costs, time_limit=self.options.time_limit
         )
-        left = set(self._left("screen")) | set(self._left("diagnose"))
-        details = {
-            "loops": len(self.places),
-            "parts": len({one.part for one in self.places.values()}),
-            "left": len(left),
-        }
-        details |= {"workers": self._open_engine().workers, "samples": round(clock.count * clock.dt / clock.fast_dt)}
-        self._report("plan", 0, 0, details=details)
-        if left:
-            self._report("compile", 0, 0)
-            warm_kernels()
+        self._plan(clock)
+        number = self.book.begin_run(self.key, body)
         for stage in ("screen", "diagnose"):
             self._do(stage, settings)
+        if self._is_stopped():
+            return
         groups = self._group()
         self.book.end_run(number, body | {"groups": groups})
         with contextlib.suppress(OSError):
             remove_unused_parts(self.signals, self.book.used_signals())
+
+    def _plan(self, clock: Clock) -> None:
+        """Compile the kernels, and report what is to do and how long it will take."""
+        left = len(set(self._left("screen")) | set(self._left("diagnose")))
+        samples, workers = round(clock.count * clock.dt / clock.fast_dt), self._open_engine().workers
+        seconds = 0.0
+        if left:
+            self._report("compile", 0, 0)
+            start_s, self.loop_s = warm_kernels(samples, clock.fast_dt)
+            seconds = start_s + left * self.loop_s / workers
+        parts = len({one.part for one in self.places.values()})
+        details = {"loops": len(self.places), "parts": parts, "samples": samples, "left": left, "workers": workers}
+        self._report("plan", 0, 0, details=details | {"seconds": seconds})
 
     def close(self) -> None:
         """End the workers."""
@@ -147,15 +129,15 @@ class AuditRun:
         """Screen or diagnose what is left."""
         left = self._left(stage)
         done = self._total(stage) - len(left)
-        began, new = time.monotonic(), 0
-        self._report(stage, done, self._total(stage))
+        rate, total = LoopRate(), self._total(stage)
+        self._report(stage, done, total)
         if not left:
             return
         outcomes = self._open_engine().run(self._batches(left, stage, settings), lambda: self._goes_on(stage))
         for found in outcomes:
             self._store(stage, found)
-            new += len(found)
-            self._report(stage, done + new, self._total(stage), new, time.monotonic() - began)
+            rate.add(len(found))
+            self._report(stage, done + rate.done, total, rate)
 
     def _left(self, stage: str) -> list[int]:
         """Loops that are to be done: all that are not, for the screen; those that were only screened, worst first."""
@@ -180,9 +162,14 @@ class AuditRun:
         return sum(one.body["status"] == "screened" or one.stage == "diagnose" for one in rows)
 
     def _goes_on(self, stage: str) -> bool:
-        """Whether the budget allows another batch; the screen is always finished."""
+        """Whether another batch may begin: nobody stopped the run, and the budget of the diagnosis is left."""
         budget = self.options.budget
+        if self._is_stopped():
+            return False
         return budget is None or stage == "screen" or time.monotonic() - self.began < budget
+
+    def _is_stopped(self) -> bool:
+        return self.options.stop is not None and self.options.stop.is_set()
 
     def _batches(self, left: list[int], stage: str, settings: WorkSettings) -> Iterator[Batch]:
         size = BATCH_LOOPS * SORTED_LOOPS if self.options.budget is not None and stage == "diagnose" else len(left)
@@ -275,13 +262,13 @@ class AuditRun:
         return self._engine
 
     def _report(
-        self,
-        stage: str,
-        done: int,
-        total: int,
-        new: int = 0,
-        seconds: float = 0.0,
-        details: dict[str, Any] | None = None,
+        self, stage: str, done: int, total: int, rate: LoopRate | None = None, details: dict[str, Any] | None = None
     ) -> None:
         sticky = sum(one.body["verdict"] == "stiction" for one in self.results.values())
-        self.progress(Progress(stage, done, total, seconds, new, sticky, details))
+        new, per_second, left = (rate.done, rate.per_second, None) if rate else (0, 0.0, None)
+        if per_second > 0.0:
+            later = (
+                self.loop_s / self._open_engine().workers * len(self._left("diagnose")) if stage == "screen" else 0.0
+            )
+            left = (total - done) / per_second + later * total / max(1, done)
+        self.progress(Progress(stage, done, total, new, per_second, left, sticky, details))

@@ -14,7 +14,7 @@ from stiction.fleet.worker_process import WorkerProcess
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-__all__ = ["Engine", "ProcessEngine", "crashed_outcomes", "warm_kernels"]
+__all__ = ["Engine", "ProcessEngine", "crashed_outcomes"]
 
 MAX_SINGLE_TRIES = 2
 """Times that a loop may end its worker when it is alone in it [-]."""
@@ -99,20 +99,6 @@ def crashed_outcomes(batch: Batch) -> list[Outcome]:
     """Outcomes of loops that ended their worker."""
     reason = "The loop ended its worker twice (out of memory, or ten times its time limit); shorten the record."
     return [Outcome(task.number, failed_row(task.place, "crashed", reason), 0.0) for task in batch.tasks]
-
-
-def warm_kernels() -> None:
-    """Compile all kernels once, so that the workers find them in the cache on disk."""
-    from stiction.diagnosis import diagnose
-    from stiction.fleet.block_means import common_clock, make_block_means
-    from stiction.fleet.loop_oscillations import find_loop_oscillations
-    from stiction.models import FOPDT, PID, Kano, Loop
-    from stiction.simulation import simulate
-
-    loop = Loop(PID(0.2, 10.0), Kano(5.0, 2.0), FOPDT(3.0, 10.0, 10.0), dt=1.0)
-    record = simulate(loop, sp=10.0, duration=1000.0, loop_type="flow")
-    diagnose(record)
-    find_loop_oscillations(make_block_means(record, common_clock([record])))
 
 
 def _cores() -> int:

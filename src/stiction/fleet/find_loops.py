@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.loops import Loops
 
-__all__ = ["area_of_tag", "find_loop_places"]
+__all__ = ["area_of_tag", "choose_loops", "find_loop_places", "list_loop_places"]
 
 
 def find_loop_places(
@@ -55,7 +55,16 @@ def find_loop_places(
     needs; other files are opened together. The area of a loop is the one of the map, else the folder of its file where
     files are in several folders, else the prefix of its tag.
     """
-    places = [place for source in sources for place in _places_of(source, options)]
+    return choose_loops(list_loop_places(sources, options), pattern)
+
+
+def list_loop_places(sources: Sequence[str], options: Mapping[str, Any]) -> list[LoopPlace]:
+    """List all loops of the sources, as `find_loop_places` does; a tag may occur twice."""
+    return [place for source in sources for place in _places_of(source, options)]
+
+
+def choose_loops(places: list[LoopPlace], pattern: str | None) -> list[LoopPlace]:
+    """Choose the loops whose tag matches a pattern, and make their tags unique."""
     if pattern is not None:
         wanted = [one for one in places if fnmatch.fnmatch(one.tag.casefold(), pattern.casefold())]
         if not wanted:

@@ -207,16 +207,6 @@ class Ledger:
         query = sa.select(self.results.c.signals).distinct()
         return {row[0] for row in self._write(lambda connection: connection.execute(query).all()) if row[0]}
 
-    def processor_time(self, key: ResultKey) -> float:
-        """Sum of the processor time of all rows of a key [s]."""
-        import sqlalchemy as sa
-
-        table = self.results
-        query = sa.select(sa.func.sum(table.c.cpu_s)).where(
-            table.c.window == key.window, table.c.options == key.options, table.c.version == key.version
-        )
-        return float(self._write(lambda connection: connection.execute(query).scalar()) or 0.0)
-
     def begin_run(self, key: ResultKey, body: Mapping[str, Any]) -> int:
         """Note the start of a run and give its number."""
         row = {"started": _now(), "finished": None, **key._asdict(), "body": json.dumps(body)}

@@ -9,12 +9,19 @@ from stiction.fleet.loop_metrics import compute_priority
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-__all__ = ["rank_row", "rank_rows", "screen_order"]
+__all__ = ["FAULT_STATES", "is_judged", "rank_row", "rank_rows", "screen_order"]
 
 FAULT_STATES = ("not_in_command", "valve_not_responding", "pv_frozen", "signals_swapped", "signals_unrelated")
-"""Loop states that somebody should look into: full confidence."""
-CHOSEN_STATES = ("manual", "saturated", "shut_in", "bad_data")
-"""Loop states that may be somebody's choice, or a lack of data: half the confidence."""
+"""Loop states that somebody should look into."""
+UNJUDGED_STATES = ("manual", "saturated", "shut_in", "pv_frozen", "bad_data")
+"""Loop states in which neither valve nor tuning can be judged."""
+OWN_CAUSES = ("valve", "tuning", "sensor", "dead_zone")
+"""Causes of an oscillation that are faults of the loop itself; an external load is not."""
+
+
+def is_judged(row: dict[str, Any]) -> bool:
+    """Whether the row says something of the valve: the loop was screened or diagnosed, in a state that allows it."""
+    return row["status"] in ("screened", "diagnosed") and row["loop_state"] not in UNJUDGED_STATES
 
 
 def rank_row(row: dict[str, Any]) -> dict[str, Any]:
@@ -22,10 +29,10 @@ def rank_row(row: dict[str, Any]) -> dict[str, Any]:
 
     Notes
     -----
-    Confidence is the probability of the main finding: of stiction, or of a cause of the oscillation, whichever is
-    larger; 1 in a state that is a fault, 0.5 in a state that may be somebody's choice, and 0.5 before the diagnosis of
-    a loop that oscillates (0.25 of one that does not). Priority is severity times confidence times importance
-    (`compute_priority`). A loop without any finding has the confidence of its most probable one.
+    Confidence is the probability that the loop itself has a fault: the largest of the probability of stiction and of
+    the causes `OWN_CAUSES` of its oscillation. An oscillation that an external load causes does not count. It is 1 in a
+    state that is a fault, 0 where the loop cannot be judged, and before the diagnosis 0.5 of a loop that oscillates and
+    0.25 of another. Priority is severity times confidence times importance (`compute_priority`).
 
     Examples
     --------
@@ -34,13 +41,13 @@ def rank_row(row: dict[str, Any]) -> dict[str, Any]:
     >>> rank_row(row)["priority"]
     0.9
     """
-    state = row["loop_state"]
-    if state in FAULT_STATES:
+    if not is_judged(row):
+        confidence = 0.0
+    elif row["loop_state"] in FAULT_STATES:
         confidence = 1.0
-    elif state in CHOSEN_STATES:
-        confidence = 0.5
     elif row["status"] == "diagnosed":
-        confidence = max([row["probability"], *(row["oscillation_causes"] or {}).values()])
+        causes = row["oscillation_causes"] or {}
+        confidence = max([row["probability"], *(causes.get(name, 0.0) for name in OWN_CAUSES)])
     else:
         confidence = 0.5 if row["oscillating"] else 0.25
     severity, importance = row["severity"] or 0.0, row["importance"]
@@ -48,9 +55,8 @@ def rank_row(row: dict[str, Any]) -> dict[str, Any]:
 
 
 def rank_rows(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Sort rows by priority, the highest first; loops without a result come last."""
-    failed = ("error", "crashed", "timeout")
-    return sorted(rows, key=lambda row: (row["status"] in failed, -row["priority"], row["tag"]))
+    """Sort rows by priority, the highest first; loops that cannot be judged come last, the most severe first."""
+    return sorted(rows, key=lambda row: (not is_judged(row), -row["priority"], -(row["severity"] or 0.0), row["tag"]))
 
 
 def screen_order(row: dict[str, Any]) -> tuple[float, str]:

@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.diagnosis.verdict.decision import Costs
 from stiction.errors import ParameterError, RecordError, require_positive
 from stiction.fleet.audit import Audit, read_audit
-from stiction.fleet.audit_run import AuditRun, Progress, RunOptions
-from stiction.fleet.find_loops import find_loop_places
+from stiction.fleet.audit_run import AuditRun, RunOptions
+from stiction.fleet.find_loops import choose_loops, list_loop_places
 from stiction.fleet.folder import check_folder, lock_folder, options_digest, process_name, write_settings
 from stiction.fleet.ledger import FORMAT_VERSION, Ledger, sqlite_url
+from stiction.fleet.progress import Progress
+from stiction.fleet.tag_receipt import find_missing_tags
 from stiction.fleet.time_text import parse_duration, parse_moment
 from stiction.fleet.window import resolve_window
 
 if TYPE_CHECKING:
+    import threading
     from collections.abc import Callable, Mapping, Sequence
     from datetime import datetime
+
+    from stiction.fleet.source_parts import LoopPlace
 
 __all__ = ["audit"]
 
@@ -43,6 +49,7 @@ def audit(
     retry: bool = False,
     reading: Mapping[str, Any] | None = None,
     progress: Callable[[Progress], None] | None = None,
+    stop: threading.Event | None = None,
 ) -> Audit:
     """Diagnose all loops of a plant, rank them, and group those that share an oscillation.
 
@@ -87,6 +94,8 @@ def audit(
         Further options of `stiction.read`.
     progress : callable, optional
         Called with a `Progress` whenever something is done.
+    stop : threading.Event, optional
+        When it is set, the loops in work are finished, no further one is begun, and the unfinished audit is returned.
 
     Returns
     -------
@@ -97,7 +106,7 @@ def audit(
     ------
     RecordError
         When the source holds no loop, the folder holds something else, another audit is at work in it, or the ledger
-        cannot be reached. Existing results stay.
+        cannot be reached, or no tag of the connections is a loop. Existing results stay.
     ParameterError
         When an option is outside its limits.
 
@@ -126,8 +135,9 @@ def audit(
     links = read_connections(connections) if connections is not None else []
     chosen = RunOptions(
         workers=workers, dask=dask, prior=prior, costs=costs, time_limit=time_limit, retry=retry,
-        budget=None if budget is None else parse_duration("budget", budget), connections=links,
+        budget=None if budget is None else parse_duration("budget", budget), connections=links, stop=stop,
     )  # fmt: skip
+    report = progress or _ignore
     first, last = since if since == "last" else parse_moment("since", since), parse_moment("until", until)
     Costs(*costs)
     require_positive("time_limit", time_limit, "s")
@@ -135,7 +145,16 @@ def audit(
         raise ParameterError(f"prior = {prior:g} is no share of sticky valves; give a number between 0 and 1, as 0.25.")
     folder = Path(out)
     check_folder(folder)
-    places = None if first == "last" else find_loop_places(sources, _with_times(options, first, last), pattern=loops)
+
+    def find(since: datetime | None, until: datetime | None) -> tuple[list[LoopPlace], dict[str, list[str]]]:
+        report(Progress("find", 0, 0))
+        found = list_loop_places(sources, _with_times(options, since, until))
+        missing = find_missing_tags([one.tag for one in found], options.get("map"), links)
+        places = choose_loops(found, loops)
+        report(Progress("find", len(places), len(places), details={"tags": [one.tag for one in places]}))
+        return places, missing
+
+    known = None if first == "last" else find(first, last)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -147,11 +166,10 @@ def audit(
             with book.lock(process_name()):
                 digest = options_digest({"reading": options, "prior": prior, "costs": costs})
                 key, span = resolve_window(book, digest, first, last)
-                if places is None:
-                    places = find_loop_places(sources, _with_times(options, *span), pattern=loops)
+                places, missing = known or find(*span)
                 settings = _settings(sources, options, loops, ledger, signals)
                 write_settings(folder, settings)
-                run = AuditRun(folder, settings, book, key, span, places, chosen, progress or _ignore)
+                run = AuditRun(folder, settings, book, key, span, places, replace(chosen, missing_tags=missing), report)
                 try:
                     run.run()
                 finally:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +26,8 @@ RESTING_STATES = ("manual", "saturated", "pv_frozen", "shut_in", "bad_data")
 """Loop states in which the valve cannot be judged or rests: the loop is not diagnosed."""
 MIN_SAMPLES = 100
 """Samples below which a loop is not diagnosed [-]."""
+MIN_SATURATED_SHARE = 0.5
+"""Time at a limit from which a controller that seems out of command is called saturated [-]: there OP cannot show it."""
 MAX_SCREEN_SAMPLES = 4320
 """Block means of which the loop state is found, at most [-]."""
 
@@ -68,8 +70,7 @@ def screen_record(place: LoopPlace, record: LoopRecord, settings: WorkSettings) 
     from stiction.diagnosis.loop_state import assess_loop_state, describe_action, describe_state
 
     row = empty_row(place) | _describe_record(record)
-    if len(record) < MIN_SAMPLES or record.pv is None:
-        what = "no PV" if record.pv is None else f"{len(record)} samples, fewer than {MIN_SAMPLES},"
+    if (what := _find_lack_of_data(record)) is not None:
         row |= {"status": "skipped", "loop_state": "bad_data", "probability": settings.prior}
         row |= {"reason": f"The record has {what} in this time.", "action": "Record PV and OP for longer."}
         return Screened(rank_row(row))
@@ -80,6 +81,8 @@ def screen_record(place: LoopPlace, record: LoopRecord, settings: WorkSettings) 
     state = assess_loop_state(average_blocks(record, -(-len(record) // MAX_SCREEN_SAMPLES)))
     row |= {name: value for name, value in metrics.to_dict().items() if name in row and name != "tag"}
     row |= _state_shares(state, record, bool(place.master))
+    if state.state == "not_in_command" and metrics.saturated_share >= MIN_SATURATED_SHARE:
+        state = replace(state, state="saturated", share=metrics.saturated_share)
     row |= {
         "loop_state": state.state,
         "data_warnings": _data_warnings(record),
@@ -99,6 +102,18 @@ def screen_record(place: LoopPlace, record: LoopRecord, settings: WorkSettings) 
             "action": describe_action(state),
         }
     return Screened(rank_row(row), means)
+
+
+def _find_lack_of_data(record: LoopRecord) -> str | None:
+    """What a record has too little of; None where there is enough."""
+    if record.pv is None:
+        return "no PV"
+    if len(record) < MIN_SAMPLES:
+        return f"{len(record)} samples, fewer than {MIN_SAMPLES},"
+    for name, x in (("OP", record.op), ("PV", record.pv)):
+        if not np.isfinite(x).any():
+            return f"no value of {name}"
+    return None
 
 
 def _moves(record: LoopRecord) -> bool:

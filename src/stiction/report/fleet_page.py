@@ -186,4 +186,10 @@ def _data_receipt(audit: Audit) -> list[dict[str, Any]]:
         for name in row["data_warnings"]:
             tags[f"data check: {name.replace('_', ' ')}"].append(row["tag"])
     counts = Counter({name: len(found) for name, found in tags.items()})
-    return [{"name": name, "count": count, "tags": tags[name][:200]} for name, count in counts.most_common()]
+    lines = [{"name": name, "count": count, "tags": tags[name][:200]} for name, count in counts.most_common()]
+    missing = {
+        "tags of the map that the source does not have": audit.missing_tags["map_tags"],
+        "tags of the connections that are no loop": audit.missing_tags["connection_tags"],
+    }
+    found = [{"name": k, "what": "tag", "count": len(v), "tags": v[:200]} for k, v in missing.items() if v]
+    return found + [{"what": "loop", **line} for line in lines]
