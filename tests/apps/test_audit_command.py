@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import closing
 
 import pytest
 
 from fleet.small_plant import ROOT, write_plant
+from stiction.errors import RecordError
 
 
 def test_audit_writes_its_files_and_goes_on(run, folder):
@@ -37,11 +41,11 @@ def test_audit_writes_its_files_and_goes_on(run, folder):
     [
         (["plant.parquet"], 2, "no folder for the results was named; give one with --out FOLDER"),
         (["none.csv", "--out", "a"], 3, "none.csv: no such file"),
-        (["plant.parquet", "--out", "a", "--budget", "soon"], 2, "budget = 'soon' is no time"),
-        (["plant.parquet", "--out", "a", "--prior", "2"], 2, "prior = 2 is no share"),
-        (["plant.parquet", "--out", "a", "--costs", "1", "-1", "0"], 2, "missed = -1"),
-        (["plant.parquet", "--out", "a", "--time-limit", "-1"], 2, "time_limit = -1 s is not positive"),
-        (["plant.parquet", "--out", "a", "--loops", "XYZ"], 2, "matches none of the 2 loops"),
+        (["plant.parquet", "--out", "a", "--budget", "soon"], 2, "--budget 'soon' is no time"),
+        (["plant.parquet", "--out", "a", "--prior", "2"], 2, "--prior 2 is no share"),
+        (["plant.parquet", "--out", "a", "--costs", "1", "-1", "0"], 2, "--costs: missed = -1"),
+        (["plant.parquet", "--out", "a", "--time-limit", "-1"], 2, "--time-limit -1 s is not positive"),
+        (["plant.parquet", "--out", "a", "--loops", "XYZ"], 2, "--loops 'XYZ' matches none of the 2 loops"),
         (["plant.parquet", "--out", "a", "--map", "none.csv"], 3, "the map cannot be read"),
         (["plant.parquet", "--out", "a", "--connections", "none.csv"], 3, "the connections cannot be read"),
         (["plant.parquet", "--out", "full"], 3, "full: is no audit and not empty"),
@@ -52,9 +56,15 @@ def test_audit_writes_its_files_and_goes_on(run, folder):
             3,
             "u:***@127.0.0.1:9/x",
         ),
-        (["plant.parquet", "--out", "a", "--ledger", "nonsense"], 2, "is no database URL"),
+        (["plant.parquet", "--out", "a", "--ledger", "nonsense"], 2, "--ledger 'nonsense' is no database URL"),
         (["-", "--out", "a"], 3, "cannot read the standard input"),
-        (["plant.parquet", "--out", "a", "--since", "last"], 2, "needs a finished audit"),
+        (["plant.parquet", "--out", "a", "--since", "last"], 2, "--since 'last' needs a finished audit"),
+        (
+            ["plant.parquet", "--out", "a", "--page", "U0/FIC-00"],
+            2,
+            "--page U0/FIC-00: no loop has this tag; give one of",
+        ),
+        (["plant.parquet", "--out", "a", "--compare", "full"], 3, "--compare full: is no audit"),
     ],
 )
 def test_bad_input(run, folder, arguments, code, message):
@@ -65,40 +75,84 @@ def test_bad_input(run, folder, arguments, code, message):
     assert (done.code, done.out) == (code, "")
     assert message in done.err
     assert "Traceback" not in done.err
+    assert not (folder / "a" / "signals").exists()  # nothing was computed
+
+
+STOPPED = "Stopped. What is done is kept; the same command goes on."
+COMMAND = ["audit", "plant.parquet", "--out", "audit", "--workers", "2", "--pages", "0"]
+
+
+def start_and_interrupt(folder) -> tuple[subprocess.Popen[str], str]:
+    """Start an audit, press Ctrl-C when its first loops are done, and give what it says."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "stiction", *COMMAND], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True, env={"PYTHONPATH": str(ROOT / "src")}, start_new_session=True,
+    )  # fmt: skip
+    deadline = time.monotonic() + 240.0
+    while not list((folder / "audit").glob("signals/part-*.parquet")) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does, to the workers too
+    assert process.stderr is not None
+    said = ""
+    while "Stopping" not in said and (line := process.stderr.readline()):
+        said = line
+    return process, said
 
 
 def test_ctrl_c_stops_and_the_same_command_goes_on(folder, run):
-    write_plant(folder / "plant.parquet", 24, 2000)
-    command = [
-        sys.executable,
-        "-m",
-        "stiction",
-        "audit",
-        "plant.parquet",
-        "--out",
-        "audit",
-        "--workers",
-        "2",
-        "--pages",
-        "0",
-    ]
-    process = subprocess.Popen(
-        command,
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={"PYTHONPATH": str(ROOT / "src")},
-    )
-    deadline = time.monotonic() + 120.0
-    while not list((folder / "audit").glob("signals/part-*.parquet")) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
-    assert process.returncode == 130, (out, err)
-    assert err.strip().endswith("Stopped. What is done is kept; the same command goes on.")
-    done = run("audit", "plant.parquet", "--out", "audit", "--workers", "2", "--pages", "0", "--json")
-    assert json.loads(done.out)["counts"]["diagnosed"] == 20
+    write_plant(folder / "plant.parquet", 96, 2000)
+    process, said = start_and_interrupt(folder)
+    assert said == "Stopping: waiting for the loops in work (at most 10 s); press again to stop now.\n"
+    _, err = process.communicate(timeout=60)
+    assert (process.returncode, err.strip()) == (130, STOPPED)
+    found = json.loads(run(*COMMAND, "--json").out)
+    assert (found["counts"]["loops"], found["counts"]["skipped"]) == (96, 19)
+    assert found["counts"]["diagnosed"] == 77
+
+
+def test_second_ctrl_c_stops_at_once(folder):
+    write_plant(folder / "plant.parquet", 96, 2000)
+    process, _ = start_and_interrupt(folder)
+    began = time.monotonic()
+    os.killpg(process.pid, signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert time.monotonic() - began < 3.0
+    assert (process.returncode, err.strip()) == (130, STOPPED)
+    require_sound_rows(folder / "audit")
+
+
+def require_sound_rows(folder) -> None:
+    """The ledger is whole, and no loop has two rows."""
+    with closing(sqlite3.connect(folder / "ledger.sqlite")) as database:
+        assert database.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+        rows = database.execute("SELECT COUNT(*), COUNT(DISTINCT loop_id) FROM stiction_result").fetchone()
+    assert 0 < rows[0] == rows[1]
+
+
+def test_page_that_cannot_be_written_gives_its_place_to_the_next(folder, run, monkeypatch):
+    from stiction import report
+
+    write_plant(folder / "plant.parquet", 6)
+    run(*COMMAND)
+    tried = []
+
+    def write(audit, tag):
+        tried.append(tag)
+        if len(tried) == 1:
+            raise RecordError(f"{tag}: its source is gone.")
+
+    monkeypatch.setattr(report, "write_loop_page", write)
+    done = run("audit", "--out", "audit", "--pages", "2")
+    assert len(tried) == 3
+    assert f"The page of {tried[0]} was not written: {tried[0]}: its source is gone." in done.err
+
+
+def test_table_has_groups_and_lists_what_was_not_judged(folder, run):
+    write_plant(folder / "plant.parquet", 6)
+    done = run(*COMMAND)
+    heading = next(line for line in done.out.splitlines() if line.startswith("Loop "))
+    assert heading.split()[:3] == ["Loop", "Group", "Verdict"]
+    assert "Not judged: U0/FIC-004 (manual)" in done.out
 
 
 def test_demo_plant(run, folder):

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import shutil
+import threading
 from datetime import datetime, timedelta
 
 import numpy as np
+import polars as pl
 import pytest
 
 import stiction as st
@@ -13,8 +15,10 @@ from fleet.small_plant import records, require_same, require_sound_ledger, write
 from stiction.errors import ParameterError, RecordError
 from stiction.fleet import Progress, compare_audits, confirmed_share, find_loop_places
 from stiction.fleet.labels import append_label
+from stiction.fleet.rank import rank_row, rank_rows
 from stiction.fleet.reduced_record import cut_time, reduce_record
 from stiction.records.parquet_writer import to_parquet
+from stiction.report import write_audit_page
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +77,7 @@ def test_opened_audit_is_equal(found):
 def test_second_call_does_nothing(plant, copy, found):
     seen: list[Progress] = []
     again = st.audit(plant, copy, workers=1, progress=seen.append)
-    assert {one.stage for one in seen} == {"plan", "screen", "diagnose", "group"}
+    assert {one.stage for one in seen} == {"find", "plan", "screen", "diagnose", "group"}
     assert all(one.new == 0 for one in seen)
     require_same(again, found)
 
@@ -140,6 +144,109 @@ def test_loops_that_fail_are_rows(tmp_path):
     assert rows[good.tag]["verdict"] == "stiction"
     assert [rows[tag]["status"] for tag in ("FLAT", "SHORT")] == ["skipped", "skipped"]
     assert "20 samples" in rows["SHORT"]["reason"]
+
+
+def test_loops_without_values_or_movement_are_skipped(tmp_path):
+    """A signal without any value, and constant signals: both are skipped with a reason, and none fails."""
+    good = records(1)[0]
+    names = ("GOOD", "NO_PV", "NO_OP", "FLAT")
+    signals = [(good.op, good.pv), (good.op, np.full(600, np.nan)), (np.full(600, np.nan), good.pv), (50.0, 3.0)]
+    columns = {"t": np.arange(600)}
+    for name, (op, pv) in zip(names, signals, strict=True):
+        columns |= {f"{name}.OP": np.broadcast_to(op, 600), f"{name}.PV": np.broadcast_to(pv, 600)}
+    pl.DataFrame(columns).write_csv(tmp_path / "plant.csv")
+    found = st.audit(tmp_path / "plant.csv", tmp_path / "audit", workers=1)
+    rows = {row["tag"]: row for row in found.rows}
+    assert [rows[name]["status"] for name in names] == ["diagnosed", "skipped", "skipped", "skipped"]
+    assert "PV" in rows["NO_PV"]["reason"]
+    assert "OP" in rows["NO_OP"]["reason"]
+    assert [row["tag"] for row in found.worst()] == ["GOOD"]
+    assert {row["tag"] for row in found.not_judged} == {"NO_PV", "NO_OP", "FLAT"}
+
+
+def test_loop_at_its_limit_is_saturated(tmp_path):
+    """A set point out of reach: OP rests at 100 %, and the integral action is wound up."""
+    loop = st.Loop(st.PID(0.5, 10.0), st.Ideal(), st.FOPDT(1.0, 10.0, 2.0), dt=1.0, noise=0.3)
+    load = 3.0 * np.sin(2 * np.pi * np.arange(2000) / 70.0)
+    record = st.simulate(loop, 120.0, 2000.0, load, 1, pv_start=60.0, op_start=60.0, tag="FIC-1", loop_type="flow")
+    assert np.mean(record.op > 99.9) > 0.9
+    to_parquet(record, tmp_path / "plant.parquet")
+    row = st.audit(tmp_path / "plant.parquet", tmp_path / "audit", workers=1).rows[0]
+    assert (row["status"], row["loop_state"], row["priority"]) == ("skipped", "saturated", 0.0)
+    assert row["saturated_share"] > 0.9
+    assert row["reason"].startswith("OP rests at a limit (100 %)")
+
+
+@pytest.mark.parametrize("cause", ["external", "tuning"])
+def test_load_from_outside_is_no_fault_of_the_loop(cause):
+    """Of two loops that oscillate alike, the one that its tuning moves comes before one that a load moves."""
+    row = {"status": "diagnosed", "loop_state": "in_control", "probability": 0.05, "severity": 0.9, "importance": 1.0}
+    row |= {"oscillating": True, "oscillation_causes": {"valve": 0.02, "tuning": 0.1, "external": 0.1} | {cause: 0.95}}
+    assert rank_row(row)["priority"] == pytest.approx(0.9 * (0.95 if cause == "tuning" else 0.1))
+
+
+def test_loops_that_were_not_judged_come_last():
+    rows = [
+        {"tag": "FROZEN", "status": "skipped", "loop_state": "pv_frozen", "severity": 0.9},
+        {"tag": "FAILED", "status": "error", "loop_state": None, "severity": 0.0},
+        {"tag": "GOOD", "status": "diagnosed", "loop_state": "in_control", "severity": 0.1},
+        {"tag": "SWAPPED", "status": "diagnosed", "loop_state": "signals_swapped", "severity": 0.1},
+    ]
+    about = {"probability": 0.1, "importance": 1.0, "oscillating": False, "oscillation_causes": {"valve": 0.0}}
+    ranked = rank_rows([rank_row(row | about) for row in rows])
+    assert [row["tag"] for row in ranked] == ["SWAPPED", "GOOD", "FROZEN", "FAILED"]
+    assert [row["priority"] for row in ranked[2:]] == [0.0, 0.0]
+
+
+def test_tags_that_the_source_does_not_have_are_named(plant, tmp_path):
+    links, tags = tmp_path / "links.csv", [record.tag for record in records(2)]
+    links.write_text(f"from,to\n{tags[0]},{tags[1].lower()}\n{tags[0]},TYPO-1\n")
+    found = st.audit(plant, tmp_path / "audit", workers=1, loops="*-000", connections=links)
+    assert found.missing_tags == {"map_tags": [], "connection_tags": ["TYPO-1"]}
+    assert found.to_dict()["receipt"]["missing_tags"]["connection_tags"] == ["TYPO-1"]
+    assert "TYPO-1" in write_audit_page(found).read_text()
+    links.write_text("from,to\nTYPO-1,TYPO-2\n")
+    with pytest.raises(RecordError, match=r"none of its 2 tags is a loop \(TYPO-1, TYPO-2"):
+        st.audit(plant, tmp_path / "audit", workers=1, connections=links)
+
+
+def test_stop_finishes_the_loops_in_work(plant, tmp_path, found):
+    stop = threading.Event()
+
+    def watch(progress):
+        if progress.stage == "diagnose" and progress.new:
+            stop.set()
+
+    half = st.audit(plant, tmp_path / "audit", workers=1, progress=watch, stop=stop)
+    assert (half.run["finished"], half.counts["diagnosed"]) == (None, 16)
+    require_same(st.audit(plant, tmp_path / "audit", workers=2), found)
+
+
+def test_cascade_and_connections_reach_the_ranking_of_sources(tmp_path):
+    """The cascade is known from the column `master` of the map alone, the connection from its file alone."""
+    rng = np.random.default_rng(0)
+    phase = np.cumsum(2 * np.pi / 40 * (1.0 + 0.2 * rng.standard_normal(4000)))
+    columns, lines = {"t": np.arange(4000)}, ["tag,loop,role,master"]
+    for name, master in (("TIC-1", ""), ("FIC-1", "TIC-1"), ("LIC-9", "")):
+        pv = np.sin(phase) + rng.normal(0.0, 0.1, 4000)
+        columns |= {f"{name}.x": 50.0 - 2.0 * pv, f"{name}.y": pv}
+        lines += [f"{name}.x,{name},op,{master}", f"{name}.y,{name},pv,{master}"]
+    lines.append("LIC-8.x,LIC-8,op,")
+    pl.DataFrame(columns).write_csv(tmp_path / "plant.csv")
+    (tmp_path / "map.csv").write_text("\n".join(lines))
+    (tmp_path / "links.csv").write_text("from,to\nFIC-1,LIC-9\n")
+    found = st.audit(
+        tmp_path / "plant.csv",
+        tmp_path / "audit",
+        map=tmp_path / "map.csv",
+        connections=tmp_path / "links.csv",
+        workers=1,
+    )
+    assert found.missing_tags["map_tags"] == ["LIC-8.x"]
+    [group] = found.groups
+    parts = {root["tag"]: {one["name"]: one["value"] for one in root["parts"]} for root in group["roots"]}
+    assert {tag: part["cascade"] for tag, part in parts.items()} == {"FIC-1": 1.0, "TIC-1": -1.0, "LIC-9": 0.0}
+    assert {tag: part["reach"] for tag, part in parts.items()} == {"FIC-1": 0.5, "TIC-1": 0.0, "LIC-9": 0.0}
 
 
 def test_time_limit_is_a_row(tmp_path):

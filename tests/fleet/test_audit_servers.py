@@ -7,6 +7,7 @@ import signal
 import threading
 import time
 
+import numpy as np
 import pytest
 import sqlalchemy as sa
 
@@ -59,6 +60,43 @@ def test_postgresql_ledger_survives_a_restart(plant, found, server, tmp_path):
     with pytest.raises(RecordError, match="STICTION_LEDGER"):
         st.open_audit(tmp_path / "audit")
     require_same(st.open_audit(tmp_path / "audit", ledger=server.url), found)
+
+
+@pytest.fixture(scope="module")
+def duration(plant, tmp_path_factory) -> float:
+    """Time of an audit with workers that load compiled kernels [s]."""
+    began = time.monotonic()
+    st.audit(plant, tmp_path_factory.mktemp("timed") / "audit", workers=2)
+    return time.monotonic() - began
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("k", range(20))
+def test_postgresql_server_restarts_at_any_moment(plant, found, duration, server, tmp_path, k):
+    """The server is gone for half a second at a random moment; each audit has a database of its own."""
+    name = f"restart_{k}"
+    engine = sa.create_engine(server.url, isolation_level="AUTOCOMMIT")
+    with engine.connect() as connection:
+        connection.execute(sa.text(f"CREATE DATABASE {name}"))
+    engine.dispose()
+
+    def restart():
+        server.stop()
+        time.sleep(0.5)
+        server.start()
+
+    timer = threading.Timer(float(np.random.default_rng(300 + k).uniform(0.05, 1.0)) * duration, restart)
+    timer.start()
+    url = f"{server.url.rpartition('/')[0]}/{name}"
+    audit = st.audit(plant, tmp_path / "audit", workers=2, ledger=url)
+    timer.join()
+    require_same(audit, found)
+    require_same(st.open_audit(tmp_path / "audit", ledger=url), found)
+    engine = sa.create_engine(url)
+    with engine.connect() as connection:
+        rows = connection.execute(sa.text("SELECT COUNT(*), COUNT(DISTINCT loop_id) FROM stiction_result")).one()
+    engine.dispose()
+    assert tuple(rows) == (24, 24)
 
 
 def test_second_audit_of_a_ledger_is_refused(plant, server, tmp_path):

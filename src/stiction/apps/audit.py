@@ -159,7 +159,7 @@ def as_typed(sentence: str, names: Iterable[str]) -> str:
     'name a new folder with --out.'
     """
     sentence = re.sub(r"\b(\w+) \((--[\w-]+)\)", lambda found: found[2], in_options(sentence))
-    for cost in ("false_alarm", "missed", "open_question"):
+    for cost in ("false_alarm", "missed", "ask"):
         sentence = re.sub(rf"^{cost} = ", f"--costs: {cost} = ", sentence)
     for name in names:
         sentence = re.sub(rf"(?<![\w-]){name} = ", f"--{name.replace('_', '-')} ", sentence)

@@ -27,7 +27,7 @@ RESTING_STATES = ("manual", "saturated", "pv_frozen", "shut_in", "bad_data")
 MIN_SAMPLES = 100
 """Samples below which a loop is not diagnosed [-]."""
 MIN_SATURATED_SHARE = 0.5
-"""Time at a limit from which a controller that seems out of command is called saturated [-]: there OP cannot show it."""
+"""Time at a limit from which a controller that looks out of command is called saturated [-]."""
 MAX_SCREEN_SAMPLES = 4320
 """Block means of which the loop state is found, at most [-]."""
 
