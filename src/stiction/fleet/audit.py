@@ -150,11 +150,11 @@ class Audit:
         the trend of S.
         """
         self.row(tag)
-        book = Ledger(self.ledger_url or sqlite_url(self.folder / "ledger.sqlite"))
+        database = Ledger(self.ledger_url or sqlite_url(self.folder / "ledger.sqlite"))
         try:
-            stored = book.read_history(self.signal_parts[tag][0])
+            stored = database.read_history(self.signal_parts[tag][0])
         finally:
-            book.close()
+            database.close()
         names = ("start", "end", "verdict", "probability", "priority", "S", "S_low", "S_high")
         rows = [{"window": window, **{name: row[name] for name in names}} for window, row in stored]
         return sorted(rows, key=lambda row: (row["end"] or "", row["window"]))
@@ -226,23 +226,23 @@ def open_audit(folder: str | os.PathLike[str], *, ledger: str | None = None) -> 
                 f"{folder}: its ledger is {settings['ledger']}; give its URL with ledger (--ledger) or in the "
                 "environment variable STICTION_LEDGER."
             )
-    book = Ledger(ledger or sqlite_url(folder / "ledger.sqlite"))
+    database = Ledger(ledger or sqlite_url(folder / "ledger.sqlite"))
     try:
-        return read_audit(folder, settings, book)
+        return read_audit(folder, settings, database)
     finally:
-        book.close()
+        database.close()
 
 
-def read_audit(folder: Path, settings: dict[str, Any], book: Ledger) -> Audit:
+def read_audit(folder: Path, settings: dict[str, Any], database: Ledger) -> Audit:
     """Read the newest run from an open ledger."""
-    runs = book.read_runs()
+    runs = database.read_runs()
     if not runs:
         return Audit(folder, [], [], settings, {"started": None, "finished": None, "since": None, "until": None})
     run = runs[-1]
     key = ResultKey(*(run[name] for name in ResultKey._fields))
-    loops = book.read_loops()
+    loops = database.read_loops()
     chosen = set(run["body"]["loops"])
-    results = {k: v for k, v in book.read_results(key).items() if k in chosen}
+    results = {k: v for k, v in database.read_results(key).items() if k in chosen}
     finished = [one for one in runs if one["finished"] and ResultKey(*(one[n] for n in ResultKey._fields)) == key]
     groups = finished[-1]["body"].get("groups", []) if finished else []
     group_of = {tag: group["number"] for group in groups for tag in group["members"]}
@@ -251,5 +251,5 @@ def read_audit(folder: Path, settings: dict[str, Any], book: Ledger) -> Audit:
     parts = {one.body["tag"]: (k, one.signals) for k, one in results.items()}
     about = {name: run[name] for name in ("started", "finished", "window", "version")}
     about |= {name: run["body"].get(name) for name in ("since", "until", "missing_tags")}
-    url = book.url if settings.get("ledger") else ""
+    url = database.url if settings.get("ledger") else ""
     return Audit(folder, rank_rows(rows), groups, settings | {"places": places}, about, parts, url)

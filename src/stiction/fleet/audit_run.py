@@ -64,21 +64,21 @@ class AuditRun:
         self,
         folder: Path,
         settings: dict[str, Any],
-        book: Ledger,
+        ledger: Ledger,
         key: ResultKey,
         span: tuple[datetime | None, datetime | None],
         places: list[LoopPlace],
         options: RunOptions,
         progress: Callable[[Progress], None],
     ) -> None:
-        self.book, self.key, self.span, self.options, self.progress = book, key, span, options, progress
+        self.ledger, self.key, self.span, self.options, self.progress = ledger, key, span, options, progress
         self.signals = Path(settings["signals"]) if settings["signals"] else folder / "signals"
-        numbers = book.register([(one.tag, json.dumps(place_to_dict(one))) for one in places])
+        numbers = ledger.register([(one.tag, json.dumps(place_to_dict(one))) for one in places])
         self.places = {numbers[one.tag]: one for one in places}
         states: dict[str, str] = {}
         prints = {part: part.fingerprint(states) for part in dict.fromkeys(one.part for one in places)}
         self.fingerprints = {k: prints[one.part] for k, one in self.places.items()}
-        self.results = book.read_results(key)
+        self.results = ledger.read_results(key)
         self.began = time.monotonic()
         self.loop_s = 0.0
         self._engine: Engine | None = None
@@ -97,15 +97,15 @@ class AuditRun:
             clock, *self.span, prior=self.options.prior, costs=self.options.costs, time_limit=self.options.time_limit
         )
         self._plan(clock)
-        number = self.book.begin_run(self.key, body)
+        number = self.ledger.begin_run(self.key, body)
         for stage in ("screen", "diagnose"):
             self._do(stage, settings)
         if self._is_stopped():
             return
         groups = self._group()
-        self.book.end_run(number, body | {"groups": groups})
+        self.ledger.end_run(number, body | {"groups": groups})
         with contextlib.suppress(OSError):
-            remove_unused_parts(self.signals, self.book.used_signals())
+            remove_unused_parts(self.signals, self.ledger.used_signals())
 
     def _plan(self, clock: Clock) -> None:
         """Compile the kernels, and report what is to do and how long it will take."""
@@ -194,12 +194,12 @@ class AuditRun:
             if stage == "diagnose":
                 name = self.results[one.number].signals
             rows.append((StoredResult(one.number, self.fingerprints[one.number], stage, name, one.row), one.cpu_s))
-        self.book.write_results(self.key, rows)
+        self.ledger.write_results(self.key, rows)
         self.results |= {row.loop: row for row, _ in rows}
 
     def _clock(self) -> Clock:
         """The clock of an earlier run with the same key, or one that fits a sample of the loops."""
-        for run in reversed(self.book.read_runs()):
+        for run in reversed(self.ledger.read_runs()):
             if (run["window"], run["options"], run["version"]) == tuple(self.key) and self.results:
                 return clock_from_dict(run["body"]["clock"])
         from stiction.errors import RecordError
@@ -264,11 +264,12 @@ class AuditRun:
     def _report(
         self, stage: str, done: int, total: int, rate: LoopRate | None = None, details: dict[str, Any] | None = None
     ) -> None:
-        sticky = sum(one.body["verdict"] == "stiction" for one in self.results.values())
+        bodies = [one.body for one in self.results.values()]
+        sticky = sum(body["verdict"] == "stiction" for body in bodies)
         new, per_second, left = (rate.done, rate.per_second, None) if rate else (0, 0.0, None)
         if per_second > 0.0:
-            later = (
-                self.loop_s / self._open_engine().workers * len(self._left("diagnose")) if stage == "screen" else 0.0
-            )
-            left = (total - done) / per_second + later * total / max(1, done)
+            left = (total - done) / per_second
+            if stage == "screen":  # then the diagnosis of as large a share of all loops as of those screened so far
+                share = sum(body["status"] == "screened" for body in bodies) / max(1, done)
+                left += share * total * self.loop_s / self._open_engine().workers
         self.progress(Progress(stage, done, total, new, per_second, left, sticky, details))

@@ -91,7 +91,7 @@ class DaskEngine:
                 )
             if failure:
                 raise RecordError(
-                    f"worker {worker} cannot read {place.part.shown} ({failure}); use a folder or database that all "
+                    f"worker {worker} cannot read {place.part.display_name} ({failure}); use a folder or database that all "
                     "workers reach under the same name."
                 )
 

@@ -170,7 +170,7 @@ def _with_unique_tags(places: list[LoopPlace]) -> list[LoopPlace]:
     count = Counter(one.tag for one in places)
     unique = []
     for one in places:
-        name = one.tag if count[one.tag] == 1 else f"{one.tag} ({one.part.shown})"
+        name = one.tag if count[one.tag] == 1 else f"{one.tag} ({one.part.display_name})"
         seen[name] += 1
         unique.append(one if name == one.tag else replace(one, tag=name if seen[name] == 1 else f"{name} {seen[name]}"))
     return unique

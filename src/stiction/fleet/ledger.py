@@ -146,14 +146,14 @@ class Ledger:
                 connection.execute(self.loops.update().where(self.loops.c.id == number), {"source": source})
             return {row.tag: row.id for row in connection.execute(stored)}
 
-        return self._write(write)
+        return self._transact(write)
 
     def read_loops(self) -> dict[int, str]:
         """Read where each loop is: number -> source, as JSON."""
         import sqlalchemy as sa
 
         query = sa.select(self.loops.c.id, self.loops.c.source)
-        return {row.id: row.source for row in self._write(lambda connection: connection.execute(query).all())}
+        return {row.id: row.source for row in self._transact(lambda connection: connection.execute(query).all())}
 
     def write_results(self, key: ResultKey, rows: Sequence[tuple[StoredResult, float]]) -> None:
         """Write rows, each with its processor time [s], in one transaction; a row of the same loop is replaced."""
@@ -170,7 +170,7 @@ class Ledger:
             connection.execute(table.delete().where(mine, table.c.loop_id.in_(numbers)))
             connection.execute(table.insert(), columns)
 
-        self._write(write)
+        self._transact(write)
 
     def read_results(self, key: ResultKey) -> dict[int, StoredResult]:
         """Read all rows of a key: number of the loop -> row."""
@@ -181,7 +181,7 @@ class Ledger:
         query = sa.select(*chosen).where(
             table.c.window == key.window, table.c.options == key.options, table.c.version == key.version
         )
-        rows = self._write(lambda connection: connection.execute(query).mappings().all())
+        rows = self._transact(lambda connection: connection.execute(query).mappings().all())
         return {
             row["loop_id"]: StoredResult(
                 row["loop_id"], row["fingerprint"], row["stage"], row["signals"], json.loads(row["body"])
@@ -197,7 +197,7 @@ class Ledger:
         query = sa.select(table.c.window, table.c.body).where(table.c.loop_id == loop)
         return [
             (row.window, json.loads(row.body))
-            for row in self._write(lambda connection: connection.execute(query).all())
+            for row in self._transact(lambda connection: connection.execute(query).all())
         ]
 
     def used_signals(self) -> set[str]:
@@ -205,7 +205,7 @@ class Ledger:
         import sqlalchemy as sa
 
         query = sa.select(self.results.c.signals).distinct()
-        return {row[0] for row in self._write(lambda connection: connection.execute(query).all()) if row[0]}
+        return {row[0] for row in self._transact(lambda connection: connection.execute(query).all()) if row[0]}
 
     def begin_run(self, key: ResultKey, body: Mapping[str, Any]) -> int:
         """Note the start of a run and give its number."""
@@ -214,20 +214,20 @@ class Ledger:
         def write(connection: Connection) -> int:
             return int(connection.execute(self.runs.insert().returning(self.runs.c.id), row).scalar_one())
 
-        return self._write(write)
+        return self._transact(write)
 
     def end_run(self, number: int, body: Mapping[str, Any]) -> None:
         """Note the end of a run, with its groups and counts."""
         change = self.runs.update().where(self.runs.c.id == number)
-        self._write(lambda connection: connection.execute(change, {"finished": _now(), "body": json.dumps(body)}))
+        self._transact(lambda connection: connection.execute(change, {"finished": _now(), "body": json.dumps(body)}))
 
     def read_runs(self) -> list[dict[str, Any]]:
         """Read all runs, the first one first."""
         query = self.runs.select().order_by(self.runs.c.id)
-        rows = self._write(lambda connection: connection.execute(query).mappings().all())
+        rows = self._transact(lambda connection: connection.execute(query).mappings().all())
         return [{**row, "body": json.loads(row["body"])} for row in rows]
 
-    def _write(self, work: Callable[[Connection], Value]) -> Value:
+    def _transact(self, work: Callable[[Connection], Value]) -> Value:
         """Do work in one transaction; a server that restarts is waited for."""
         from sqlalchemy import exc
 

@@ -42,7 +42,7 @@ def empty_row(place: LoopPlace) -> dict[str, Any]:
     return {
         "tag": place.tag,
         "area": place.area,
-        "source": place.part.shown,
+        "source": place.part.display_name,
         "status": "screened",
         "verdict": "undecided",
         "probability": None,

@@ -160,23 +160,25 @@ def audit(
     except OSError as error:
         raise RecordError(f"{folder}: cannot be made ({error.strerror}); name another folder.") from None
     with lock_folder(folder):
-        book = Ledger(ledger or sqlite_url(folder / "ledger.sqlite"))
+        database = Ledger(ledger or sqlite_url(folder / "ledger.sqlite"))
         try:
-            book.create()
-            with book.lock(process_name()):
+            database.create()
+            with database.lock(process_name()):
                 digest = options_digest({"reading": options, "prior": prior, "costs": costs})
-                key, span = resolve_window(book, digest, first, last)
+                key, span = resolve_window(database, digest, first, last)
                 places, missing = known or find(*span)
                 settings = _settings(sources, options, loops, ledger, signals)
                 write_settings(folder, settings)
-                run = AuditRun(folder, settings, book, key, span, places, replace(chosen, missing_tags=missing), report)
+                run = AuditRun(
+                    folder, settings, database, key, span, places, replace(chosen, missing_tags=missing), report
+                )
                 try:
                     run.run()
                 finally:
                     run.close()
-                return read_audit(folder, settings, book)
+                return read_audit(folder, settings, database)
         finally:
-            book.close()
+            database.close()
 
 
 def read_connections(path: str | os.PathLike[str]) -> list[tuple[str, str]]:

@@ -35,7 +35,7 @@ class SourcePart:
     """Options of `stiction.read`, as JSON."""
 
     @property
-    def shown(self) -> str:
+    def display_name(self) -> str:
         """Name for messages and tables, without a password."""
         from stiction.sources.database_url import is_database_url, show_url
 
@@ -131,4 +131,4 @@ def _find_tag(loops: Loops, place: LoopPlace) -> int:
     for number, tag in enumerate(loops.tags):
         if tag.casefold() == place.tag.casefold():
             return number
-    raise RecordError(f"{place.tag}: {place.part.shown} gives no OP and PV of it in this time; check the map.")
+    raise RecordError(f"{place.tag}: {place.part.display_name} gives no OP and PV of it in this time; check the map.")

@@ -15,13 +15,13 @@ __all__ = ["resolve_window"]
 
 
 def resolve_window(
-    book: Ledger, digest: str, since: datetime | str | None, until: datetime | None
+    ledger: Ledger, digest: str, since: datetime | str | None, until: datetime | None
 ) -> tuple[ResultKey, Span]:
     """Find the key of the results and the times of a run.
 
     Parameters
     ----------
-    book : Ledger
+    ledger : Ledger
         The ledger, which tells where the data of the last audit ended.
     digest : str
         Digest of the options.
@@ -44,20 +44,20 @@ def resolve_window(
     from stiction import __version__
 
     if isinstance(since, str):
-        since = _end_of_last_run(book, digest)
+        since = _end_of_last_run(ledger, digest)
     if since is not None and until is not None and since.replace(tzinfo=None) >= until.replace(tzinfo=None):
         raise ParameterError(f"since = {since} is not before until = {until}; give an earlier since or a later until.")
     window = f"{since.isoformat() if since else ''}..{until.isoformat() if until else ''}"
     return ResultKey(window, digest, __version__), (since, until)
 
 
-def _end_of_last_run(book: Ledger, digest: str) -> datetime:
-    runs = book.read_runs()
+def _end_of_last_run(ledger: Ledger, digest: str) -> datetime:
+    runs = ledger.read_runs()
     if runs and not runs[-1]["finished"] and runs[-1]["body"].get("since") and runs[-1]["options"] == digest:
         return datetime.fromisoformat(runs[-1]["body"]["since"])
     for run in reversed(runs):
         if run["finished"]:
-            results = book.read_results(ResultKey(*(run[name] for name in ResultKey._fields)))
+            results = ledger.read_results(ResultKey(*(run[name] for name in ResultKey._fields)))
             ends = [one.body["end"] for one in results.values() if one.body["end"]]
             if ends:
                 return max(datetime.fromisoformat(end) for end in ends)
