@@ -15,6 +15,7 @@ from fleet.small_plant import records, require_same, require_sound_ledger, write
 from stiction.errors import ParameterError, RecordError
 from stiction.fleet import Progress, compare_audits, confirmed_share, find_loop_places
 from stiction.fleet.labels import append_label
+from stiction.fleet.progress import LoopRate
 from stiction.fleet.rank import rank_row, rank_rows
 from stiction.fleet.reduced_record import cut_time, reduce_record
 from stiction.records.parquet_writer import to_parquet
@@ -208,6 +209,16 @@ def test_tags_that_the_source_does_not_have_are_named(plant, tmp_path):
     links.write_text("from,to\nTYPO-1,TYPO-2\n")
     with pytest.raises(RecordError, match=r"none of its 2 tags is a loop \(TYPO-1, TYPO-2"):
         st.audit(plant, tmp_path / "audit", workers=1, connections=links)
+
+
+def test_rate_does_not_count_the_start_of_the_workers(monkeypatch):
+    """16 loops each at 20, 22 and 26 s: 32 loops in the 6 s after the first batch."""
+    moments = iter([20.0, 22.0, 26.0])
+    monkeypatch.setattr("stiction.fleet.progress.time.monotonic", lambda: next(moments))
+    rate = LoopRate()
+    rates = [rate.add(16) or rate.per_second for _ in range(3)]
+    assert rates == pytest.approx([0.0, 8.0, 32 / 6])
+    assert rate.done == 48
 
 
 def test_stop_finishes_the_loops_in_work(plant, tmp_path, found):

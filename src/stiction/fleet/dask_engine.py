@@ -91,8 +91,8 @@ class DaskEngine:
                 )
             if failure:
                 raise RecordError(
-                    f"worker {worker} cannot read {place.part.display_name} ({failure}); use a folder or database that all "
-                    "workers reach under the same name."
+                    f"worker {worker} cannot read {place.part.display_name} ({failure}); use a folder or database that "
+                    "all workers reach under the same name."
                 )
 
     def run(self, batches: Iterable[Batch], go_on: Callable[[], bool]) -> Iterator[list[Outcome]]:
