@@ -16,7 +16,7 @@ from stiction.errors import ParameterError, RecordError
 from stiction.fleet import Progress, compare_audits, confirmed_share, find_loop_places
 from stiction.fleet.labels import append_label
 from stiction.fleet.progress import LoopRate
-from stiction.fleet.rank import rank_row, rank_rows
+from stiction.fleet.rank import rank_members, rank_row, rank_rows
 from stiction.fleet.reduced_record import cut_time, reduce_record
 from stiction.records.parquet_writer import to_parquet
 from stiction.report import write_audit_page
@@ -166,16 +166,26 @@ def test_loops_without_values_or_movement_are_skipped(tmp_path):
 
 
 def test_loop_at_its_limit_is_saturated(tmp_path):
-    """A set point out of reach: OP rests at 100 %, and the integral action is wound up."""
-    loop = st.Loop(st.PID(0.5, 10.0), st.Ideal(), st.FOPDT(1.0, 10.0, 2.0), dt=1.0, noise=0.3)
-    load = 3.0 * np.sin(2 * np.pi * np.arange(2000) / 70.0)
-    record = st.simulate(loop, 120.0, 2000.0, load, 1, pv_start=60.0, op_start=60.0, tag="FIC-1", loop_type="flow")
-    assert np.mean(record.op > 99.9) > 0.9
+    """A set point out of reach: OP rests at 100 % all the time, and PV varies below it."""
+    pv = 60.0 + 3.0 * np.sin(np.arange(2000) / 10.0) + np.random.default_rng(0).normal(0.0, 0.3, 2000)
+    record = st.LoopRecord("FIC-1", 1.0, op=np.full(2000, 100.0), pv=pv, sp=np.full(2000, 90.0), loop_type="flow")
     to_parquet(record, tmp_path / "plant.parquet")
     row = st.audit(tmp_path / "plant.parquet", tmp_path / "audit", workers=1).rows[0]
     assert (row["status"], row["loop_state"], row["priority"]) == ("skipped", "saturated", 0.0)
-    assert row["saturated_share"] > 0.9
-    assert row["reason"].startswith("OP rests at a limit (100 %)")
+    assert row["saturated_share"] == 1.0
+    assert row["reason"].startswith("OP rests at a limit (100 %) in 100 %")
+
+
+def test_members_that_follow_a_source_come_after_it():
+    """Three loops oscillate alike; the third has a sticky valve of its own."""
+    roots = [{"tag": tag, "probability": p} for tag, p in (("A", 0.8), ("B", 0.16), ("C", 0.04))]
+    group = {"number": 1, "leading_roots": ["A"], "roots": roots}
+    about = {"verdict": "no_stiction", "confidence": 0.9, "priority": 0.6}
+    rows = [about | {"tag": tag} for tag in "ABCD"]
+    rows[2]["verdict"] = "stiction"
+    ranked = rank_members(rows, [group])
+    assert [row["priority"] for row in ranked] == pytest.approx([0.6, 0.12, 0.6, 0.6])
+    assert [(row["group"], row["follows"]) for row in ranked] == [(1, None), (1, "A"), (1, None), (None, None)]
 
 
 @pytest.mark.parametrize("cause", ["external", "tuning"])

@@ -231,7 +231,7 @@ def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> 
             row["group"] or "",
             labels.VERDICTS[row["verdict"]] if row["status"] == "diagnosed" else row["status"],
             (row["loop_state"] or "").replace("_", " "),
-            labels.CAUSES.get(row["oscillation_cause"], ""),
+            f"follows {row['follows']}" if row["follows"] else labels.CAUSES.get(row["oscillation_cause"], ""),
             format_probability(row["probability"]) if row["status"] == "diagnosed" else "",
             "" if row["S"] is None else f"{row['S']:.2g}",
             format_seconds(row["period_s"]) if row["period_s"] else "",

@@ -14,7 +14,7 @@ from stiction.errors import ParameterError, RecordError
 from stiction.fleet.folder import read_settings
 from stiction.fleet.labels import newest_labels, read_labels
 from stiction.fleet.ledger import Ledger, ResultKey, sqlite_url
-from stiction.fleet.rank import is_judged, rank_rows
+from stiction.fleet.rank import is_judged, rank_members, rank_rows
 
 if TYPE_CHECKING:
     import os
@@ -245,8 +245,7 @@ def read_audit(folder: Path, settings: dict[str, Any], database: Ledger) -> Audi
     results = {k: v for k, v in database.read_results(key).items() if k in chosen}
     finished = [one for one in runs if one["finished"] and ResultKey(*(one[n] for n in ResultKey._fields)) == key]
     groups = finished[-1]["body"].get("groups", []) if finished else []
-    group_of = {tag: group["number"] for group in groups for tag in group["members"]}
-    rows = [one.body | {"group": group_of.get(one.body["tag"])} for one in results.values()]
+    rows = rank_members([one.body for one in results.values()], groups)
     places = {one.body["tag"]: loops[k] for k, one in results.items()}
     parts = {one.body["tag"]: (k, one.signals) for k, one in results.items()}
     about = {name: run[name] for name in ("started", "finished", "window", "version")}

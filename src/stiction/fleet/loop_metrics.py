@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.diagnosis.loop_state import find_saturated
 from stiction.errors import ParameterError, require_finite, require_not_negative, require_positive
 from stiction.records.gaps import interpolate_gaps
 from stiction.records.quality.movement import count_reversals
@@ -127,7 +128,7 @@ def loop_metrics(
     swing = robust_range(op) if op.size else 0.0
     reversals = count_reversals(op, min_share=min_move / swing) / days if swing > 0.0 else 0.0
     automatic = float("nan") if record.auto is None else float(record.auto.mean())
-    saturated = float(find_saturation(record.op, auto=record.auto).mean()) if len(record) else 0.0
+    saturated = float(_at_limit(record).mean()) if len(record) else 0.0
     mean_absolute, variability = _error_over_span(record, span)
     index = min(1.0, max(0.0, require_finite("oscillation_index", oscillation_index)))
     parts = {
@@ -175,6 +176,15 @@ def compute_priority(severity: float, confidence: float, importance: float = 1.0
         if require_not_negative(name, value) > 1.0:
             raise ParameterError(f"{name} = {value:g} is above 1; give a value from 0 to 1.")
     return severity * confidence * require_not_negative("importance", importance)
+
+
+def _at_limit(record: LoopRecord) -> NDArray[np.bool_]:
+    """Where OP rests at a limit in automatic."""
+    mask = find_saturation(record.op, auto=record.auto)
+    if record.op_in_percent:
+        at_limit = find_saturated(record.op)
+        mask |= at_limit if record.auto is None else at_limit & record.auto
+    return mask
 
 
 def _error_over_span(record: LoopRecord, span: tuple[float, float] | None) -> tuple[float, float]:

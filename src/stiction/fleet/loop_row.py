@@ -85,6 +85,7 @@ def empty_row(place: LoopPlace) -> dict[str, Any]:
         "data_warnings": [],
         "oscillations": [],
         "group": None,
+        "follows": None,
     }
 
 

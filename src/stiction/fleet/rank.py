@@ -9,7 +9,7 @@ from stiction.fleet.loop_metrics import compute_priority
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-__all__ = ["FAULT_STATES", "is_judged", "rank_row", "rank_rows", "screen_order"]
+__all__ = ["FAULT_STATES", "is_judged", "rank_members", "rank_row", "rank_rows", "screen_order"]
 
 FAULT_STATES = ("not_in_command", "valve_not_responding", "pv_frozen", "signals_swapped", "signals_unrelated")
 """Loop states that somebody should look into."""
@@ -57,6 +57,38 @@ def rank_row(row: dict[str, Any]) -> dict[str, Any]:
 def rank_rows(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
     """Sort rows by priority, the highest first; loops that cannot be judged come last, the most severe first."""
     return sorted(rows, key=lambda row: (not is_judged(row), -row["priority"], -(row["severity"] or 0.0), row["tag"]))
+
+
+def rank_members(rows: Iterable[dict[str, Any]], groups: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Add the group to each row, and lower the priority of members that follow the source of their group.
+
+    Notes
+    -----
+    What a loop shows of an oscillation that comes from another loop is no fault of its own. The confidence of a member
+    that is none of the leading roots is multiplied by its probability of being the source over the largest one, and
+    `follows` names the likeliest source. A verdict "stiction" keeps its confidence: a group may have a second sticky
+    valve.
+
+    Examples
+    --------
+    >>> roots = [{"tag": "FIC-1", "probability": 0.9}, {"tag": "FIC-2", "probability": 0.09}]
+    >>> group = {"number": 1, "leading_roots": ["FIC-1"], "roots": roots}
+    >>> row = {"tag": "FIC-2", "verdict": "no_stiction", "confidence": 0.8, "priority": 0.4}
+    >>> [row] = rank_members([row], [group])
+    >>> row["follows"], row["group"], round(row["priority"], 3)
+    ('FIC-1', 1, 0.04)
+    """
+    places = {root["tag"]: (group, root["probability"]) for group in groups for root in group["roots"]}
+    ranked = []
+    for row in rows:
+        group, probability = places.get(row["tag"], (None, 0.0))
+        row = row | {"group": group and group["number"], "follows": None}
+        if group and row["tag"] not in group["leading_roots"] and row["verdict"] != "stiction":
+            source = group["roots"][0]
+            share = probability / source["probability"]
+            row |= {name: share * row[name] for name in ("confidence", "priority")} | {"follows": source["tag"]}
+        ranked.append(row)
+    return ranked
 
 
 def screen_order(row: dict[str, Any]) -> tuple[float, str]:

@@ -62,7 +62,13 @@ def screen_loop(place: LoopPlace, settings: WorkSettings) -> Screened:
     RecordError
         When the loop cannot be read.
     """
-    return screen_record(place, cut_time(read_loop(place), settings.since, settings.until), settings)
+    from stiction.sources.signal_values import EmptySignalError
+
+    try:
+        record = cut_time(read_loop(place), settings.since, settings.until)
+    except EmptySignalError as error:
+        return Screened(_skip(empty_row(place), settings, str(error), "Record PV and OP."))
+    return screen_record(place, record, settings)
 
 
 def screen_record(place: LoopPlace, record: LoopRecord, settings: WorkSettings) -> Screened:
@@ -71,9 +77,8 @@ def screen_record(place: LoopPlace, record: LoopRecord, settings: WorkSettings) 
 
     row = empty_row(place) | _describe_record(record)
     if (what := _find_lack_of_data(record)) is not None:
-        row |= {"status": "skipped", "loop_state": "bad_data", "probability": settings.prior}
-        row |= {"reason": f"The record has {what} in this time.", "action": "Record PV and OP for longer."}
-        return Screened(rank_row(row))
+        reason = f"The record has {what} in this time."
+        return Screened(_skip(row, settings, reason, "Record PV and OP for longer."))
     means = make_block_means(record, settings.clock)
     oscillations = find_loop_oscillations(means)
     main = main_oscillation(oscillations)
@@ -92,8 +97,7 @@ def screen_record(place: LoopPlace, record: LoopRecord, settings: WorkSettings) 
         row |= {"oscillating": True, "period_s": main.period, "regularity": main.regularity}
     if state.state == "in_control" and not _moves(record):
         action = "Check the signals, and record while the controller moves the valve."
-        row |= {"status": "skipped", "loop_state": "bad_data", "probability": settings.prior}
-        row |= {"reason": "OP or PV is constant over the whole record.", "action": action}
+        row = _skip(row, settings, "OP or PV is constant over the whole record.", action)
     elif state.state in RESTING_STATES:
         row |= {
             "status": "skipped",
@@ -102,6 +106,12 @@ def screen_record(place: LoopPlace, record: LoopRecord, settings: WorkSettings) 
             "action": describe_action(state),
         }
     return Screened(rank_row(row), means)
+
+
+def _skip(row: dict[str, Any], settings: WorkSettings, reason: str, action: str) -> dict[str, Any]:
+    """Row of a loop whose data cannot be used."""
+    about = {"status": "skipped", "loop_state": "bad_data", "probability": settings.prior}
+    return rank_row(row | about | {"reason": reason, "action": action})
 
 
 def _find_lack_of_data(record: LoopRecord) -> str | None:

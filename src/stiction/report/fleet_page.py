@@ -152,7 +152,7 @@ def _draw_group(audit: Audit, group: dict[str, Any]) -> dict[str, Any]:
 
 COLUMNS = (
     *("tag", "area", "status", "verdict", "probability", "loop_state", "oscillation_cause", "S", "period_s"),
-    *("severity", "priority", "group", "reason", "action", "importance", "confidence", "reversals_per_day"),
+    *("severity", "priority", "group", "follows", "reason", "action", "importance", "confidence", "reversals_per_day"),
     *("valve_travel_per_day", "saturated_share", "manual_share", "variability"),
 )
 """Columns of the table and of the details of a loop."""

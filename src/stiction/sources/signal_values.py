@@ -22,7 +22,11 @@ if TYPE_CHECKING:
     from stiction.sources.table import TagColumn
     from stiction.sources.values.bad_values import BadValues
 
-__all__ = ["parse_signals", "refuse_without_numbers"]
+__all__ = ["EmptySignalError", "parse_signals", "refuse_without_numbers"]
+
+
+class EmptySignalError(RecordError):
+    """A signal of a loop has no number."""
 
 
 def parse_signals(
@@ -73,12 +77,12 @@ def refuse_without_numbers(loop: LoopRoles, role: str, bad: BadValues) -> None:
     column = loop.roles[role]
     table, label = column.table, column_label(column)
     if role in bad.masks and bad.masks[role].all():
-        raise RecordError(
+        raise EmptySignalError(
             f"{table.origin.name}: all values of {label} are flagged as bad; export good values, or leave out the "
             "column of the flags if it is wrong."
         )
     cells = column.cells.drop_nulls().head(1).to_list() or [""]
-    raise RecordError(
+    raise EmptySignalError(
         f"{table.origin.name}, line {table.first_line}, column {label}: holds no number for {role.upper()} (it begins "
         f"with {str(cells[0])!r}); check the column or name another one with columns= (--column)."
     )
