@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from stiction.models.compiled import kernel
 from stiction.models.controllers.pid import pid_at_rest, pid_step
+from stiction.models.numba_compile import kernel
 from stiction.models.valves.kano import kano_at_rest, kano_step
 from stiction.simulation.drivers import advance
 

@@ -14,7 +14,7 @@ from stiction.errors import ParameterError, require_count, require_kind, require
 from stiction.limitcycle.exact.flow import DIVERGED, SETTLED, STOPPED, TERMS, flow
 from stiction.limitcycle.exact.run import Machine, machine
 from stiction.limitcycle.result import LimitCycle
-from stiction.models.compiled import kernel
+from stiction.models.numba_compile import kernel
 
 if TYPE_CHECKING:
     from collections.abc import Callable

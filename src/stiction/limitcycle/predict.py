@@ -17,7 +17,7 @@ from stiction.limitcycle.exact.search import solve
 from stiction.limitcycle.linear import LinearPart, linear_part
 from stiction.limitcycle.prediction import harmonic_balance
 from stiction.limitcycle.sampled import sampled_limit_cycles
-from stiction.models.switch import is_plain
+from stiction.models.dispatch import is_data_driven
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -102,7 +102,7 @@ def predict_limit_cycles(
         return tuple(predicted)
     if banded is None:
         note = f"{type(loop.valve).__name__} has no exact form here; check with a simulation."
-        sampled = sampled_limit_cycles(loop, sp=sp, disturbance=disturbance) if is_plain(loop.valve.code) else ()
+        sampled = sampled_limit_cycles(loop, sp=sp, disturbance=disturbance) if is_data_driven(loop.valve.code) else ()
         return (*(replace(cycle, warning=warning or note) for cycle in predicted), *sampled)
     solved = [replace(cycle, warning=cycle.warning or warning) for cycle in
               solve(machine(loop, sp=sp, disturbance=disturbance), loop, families, predicted)]  # fmt: skip

@@ -10,11 +10,11 @@ import numpy as np
 
 from stiction.errors import ParameterError, require_finite, require_numbers, require_positive
 from stiction.limitcycle.result import LimitCycle
-from stiction.models.compiled import kernel
 from stiction.models.controllers.pid import pid_at_rest, pid_step
-from stiction.models.facts import FACTS
+from stiction.models.dispatch import valve_at_rest, valve_step
 from stiction.models.loop import require_loop
-from stiction.models.switch import valve_at_rest, valve_step
+from stiction.models.model_properties import VALVE_PROPERTIES
+from stiction.models.numba_compile import kernel
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -149,7 +149,7 @@ def _gain(loop: Loop) -> float:
 
 
 def _default_starts(loop: Loop) -> np.ndarray:
-    facts = FACTS.get(type(loop.valve).__name__)
+    facts = VALVE_PROPERTIES.get(type(loop.valve).__name__)
     names = [name for name, unit in facts.parameters.items() if unit == "% of span"] if facts else []
     sizes = [value for name in names if isinstance(value := getattr(loop.valve, name), float)]
     return np.array([0.5, 1.0, 1.5, 2.5, 4.0, 8.0]) * max(sizes, default=1.0)

@@ -18,9 +18,9 @@ from stiction.errors import require_not_negative, require_range
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["TIE", "Valve", "ValveState", "at_rest"]
+__all__ = ["TIE_TOLERANCE", "Valve", "ValveState", "at_rest"]
 
-TIE = 1e-9
+TIE_TOLERANCE = 1e-9
 """Relative width of a tie [-]: an input that meets a band to within rounding has not crossed it."""
 
 
@@ -72,7 +72,7 @@ class Valve:
     def __post_init__(self) -> None:
         object.__setattr__(self, "travel", require_range("travel", self.travel))
 
-    def _bands(self, *names: str) -> None:
+    def _require_bands(self, *names: str) -> None:
         """Turn the bands named into floats, or say which is no number of 0 or more [% of span]."""
         for name in names:
             object.__setattr__(self, name, require_not_negative(name, getattr(self, name), "% of span"))

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 __all__ = [
-    "SETS",
+    "PUBLISHED_VALVES",
     "graphite_karnopp",
     "graphite_lugre",
     "nominal",
@@ -171,7 +171,7 @@ def graphite_lugre(**changes: Any) -> PhysicalValve:
     return PhysicalValve(**{**_BODY, "spring_rate": 206916.0, "preload": 2572.1, **friction, **bristles, **changes})
 
 
-SETS: dict[str, Callable[..., PhysicalValve]] = {
+PUBLISHED_VALVES: dict[str, Callable[..., PhysicalValve]] = {
     make.__name__: make
     for make in (table1_reading_a, table1_reading_b, nominal, nominal_lugre, graphite_karnopp, graphite_lugre)
 }
@@ -183,7 +183,7 @@ def published_valve(name: str, **changes: Any) -> PhysicalValve:
     Parameters
     ----------
     name : str
-        One of `SETS`.
+        One of `PUBLISHED_VALVES`.
     **changes
         Parameters of `PhysicalValve` to change.
 
@@ -203,6 +203,6 @@ def published_valve(name: str, **changes: Any) -> PhysicalValve:
     >>> published_valve("nominal").static
     780.0
     """
-    if name not in SETS:
-        raise ParameterError(f"There is no parameter set {name!r}; use one of {', '.join(SETS)}.")
-    return SETS[name](**changes)
+    if name not in PUBLISHED_VALVES:
+        raise ParameterError(f"There is no parameter set {name!r}; use one of {', '.join(PUBLISHED_VALVES)}.")
+    return PUBLISHED_VALVES[name](**changes)

@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 
 from stiction.errors import require_not_negative, require_positive
-from stiction.models.compiled import inlined
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["Positioner", "positioner_step"]
 
 
-@inlined
+@inline_kernel
 def positioner_step(
     op: float, position: float, integral: float, dt: float,
     gain: float, per_second: float, deadband: float, low: float, high: float,

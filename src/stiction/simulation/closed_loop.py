@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError, as_floats, require_finite, require_positive, require_samples, require_seed
+from stiction.models.dispatch import NO_COMPENSATOR, is_data_driven
 from stiction.models.loop import require_loop
-from stiction.models.switch import NO_COMPENSATOR, is_plain
 from stiction.records.record import LoopRecord, Provenance
 from stiction.simulation.drivers import closed_loop, plain_loop
 
@@ -108,7 +108,7 @@ def simulate(
     pv, op, mv, recorded_sp, *sent = np.empty((4 if compensator is None else 5, n))
     recorded_sp[:] = set_point
     controller, valve, packed = loop.controller.pack(loop.dt), loop.valve.code, loop.valve.pack(loop.dt)
-    if compensator is None and is_plain(valve):
+    if compensator is None and is_data_driven(valve):
         plain_loop(
             controller, valve, packed, *loop.discrete, set_point, load, pv_load, hand, start, pv, op, mv
         )  # fmt: skip

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from stiction.models.compensators.component import compensator_at_rest
-from stiction.models.compiled import inlined, kernel
 from stiction.models.controllers.pid import pid_at_rest, pid_step
-from stiction.models.switch import (
+from stiction.models.dispatch import (
     NO_COMPENSATOR,
     PHYSICAL,
     compensator_step,
-    is_plain,
+    data_driven_parameters,
+    data_driven_step,
+    is_data_driven,
     physical_parameters,
     physical_step,
-    plain_parameters,
-    plain_step,
     valve_at_rest,
     valve_step,
 )
+from stiction.models.numba_compile import inline_kernel, kernel
 
 __all__ = ["advance", "closed_loop", "plain_loop", "stroke_one"]
 
@@ -28,10 +28,10 @@ def stroke_one(model, p, op, position, mv):
         return
     s = valve_at_rest(model, op[0], position, p)
     low, high = p[0], p[1]
-    if is_plain(model):
-        q = plain_parameters(p)
+    if is_data_driven(model):
+        q = data_driven_parameters(p)
         for k in range(op.shape[0]):
-            s = plain_step(model, op[k], s, q)
+            s = data_driven_step(model, op[k], s, q)
             mv[k] = min(max(s.position, low), high)
         return
     if model == PHYSICAL:
@@ -45,7 +45,7 @@ def stroke_one(model, p, op, position, mv):
         mv[k] = min(max(s.position, low), high)
 
 
-@inlined
+@inline_kernel
 def _output(c, state):
     """What the states of a process add up to."""
     y = 0.0
@@ -54,7 +54,7 @@ def _output(c, state):
     return y
 
 
-@inlined
+@inline_kernel
 def _inlet(k, delay, mv, mv0, load, load_step):
     """What a process sees `delay` samples late: the stem off where it rested, and the load."""
     if k < delay:
@@ -62,7 +62,7 @@ def _inlet(k, delay, mv, mv0, load, load_step):
     return mv[k - delay] - mv0 + load[(k - delay) * load_step]
 
 
-@inlined
+@inline_kernel
 def advance(A, b_new, b_old, newer, older, state, work):
     """Take the states of a process on by one sample."""
     order = state.shape[0]
@@ -92,7 +92,7 @@ def plain_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv
     settings = (pid[0], pid[1], pid[2], pid[3], pid[4], pid[5], pid[6], pid[7], pid[8], pid[9])
     controller = pid_at_rest(op0, pv0, settings)
     valve = valve_at_rest(model, op0, mv0, p)
-    q = plain_parameters(p)
+    q = data_driven_parameters(p)
     older = 0.0
     if order == 1 and d == 0.0:
         x = 0.0
@@ -100,7 +100,7 @@ def plain_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv
         for k in range(n):
             y = pv0 + gain * x + pv_load[k * pv_step]
             controller = pid_step(sp[k * sp_step], y, controller, manual[k * manual_step], settings)
-            valve = plain_step(model, controller.op, valve, q)
+            valve = data_driven_step(model, controller.op, valve, q)
             pv[k] = y
             op[k] = controller.op
             mv[k] = min(max(valve.position, low), high)
@@ -115,7 +115,7 @@ def plain_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv
         if d != 0.0:
             y += d * _inlet(k, direct, mv, mv0, load, load_step)
         controller = pid_step(sp[k * sp_step], y, controller, manual[k * manual_step], settings)
-        valve = plain_step(model, controller.op, valve, q)
+        valve = data_driven_step(model, controller.op, valve, q)
         pv[k] = y
         op[k] = controller.op
         mv[k] = min(max(valve.position, low), high)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.errors import ParameterError
-from stiction.models.table import Table
+from stiction.models.lookup_table import Table
 from stiction.models.valves import Srinivasan
 from stiction.simulation.reduction import reduce_valve
 from stiction.simulation.stroke import stroke

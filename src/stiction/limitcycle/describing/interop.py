@@ -60,7 +60,7 @@ def as_control_nonlinearity(valve: Valve, *, family: str | float = "half") -> An
 
         def __call__(self, A: float) -> float:
             """Stem position after this sample of the input, the valve at rest at 0 before the first."""
-            from stiction.models.switch import valve_at_rest, valve_step
+            from stiction.models.dispatch import valve_at_rest, valve_step
 
             packed = valve.pack(1.0)
             before = valve_at_rest(valve.code, 0.0, 0.0, packed) if self._state is None else self._state

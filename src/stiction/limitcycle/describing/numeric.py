@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ConvergenceError
-from stiction.models.compiled import kernel
-from stiction.models.switch import valve_at_rest, valve_step
+from stiction.models.dispatch import valve_at_rest, valve_step
+from stiction.models.numba_compile import kernel
 
 if TYPE_CHECKING:
     from stiction.models import Valve

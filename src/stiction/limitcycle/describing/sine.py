@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from stiction.models.compiled import kernel
+from stiction.models.numba_compile import kernel
 
 __all__ = ["banded_df"]
 

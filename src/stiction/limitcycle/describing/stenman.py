@@ -18,7 +18,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from stiction.errors import ParameterError
-from stiction.models.compiled import kernel
+from stiction.models.numba_compile import kernel
 
 __all__ = [
     "lattice_offset",

@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from stiction.models.compiled import kernel
+from stiction.models.numba_compile import kernel
 
 __all__ = ["DIVERGED", "FULL", "REST", "SETTLED", "STOPPED", "TERMS", "flow"]
 

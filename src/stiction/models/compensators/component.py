@@ -13,12 +13,20 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 import numpy as np
 
 from stiction.errors import ParameterError, require_finite, require_not_negative, require_positive
-from stiction.models.compiled import inlined
+from stiction.models.numba_compile import inline_kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Compensator", "CompensatorState", "Stiction", "compensator_at_rest", "pulsed", "rhythm", "sign"]
+__all__ = [
+    "Compensator",
+    "CompensatorState",
+    "StictionEstimate",
+    "advance_pulse_train",
+    "compensator_at_rest",
+    "pulse_state",
+    "sign",
+]
 
 
 class CompensatorState(NamedTuple):
@@ -60,7 +68,7 @@ class CompensatorState(NamedTuple):
     """Moves in a row after which the error did not settle within the band [-]."""
 
 
-@inlined
+@inline_kernel
 def sign(x: float) -> float:
     """Sign of x: -1, 0 or 1; 0 for NaN."""
     if x > 0.0:
@@ -70,14 +78,14 @@ def sign(x: float) -> float:
     return 0.0
 
 
-@inlined
+@inline_kernel
 def compensator_at_rest(op: float, sp: float) -> CompensatorState:
     """State of a compensator that passes `op` on and has seen nothing yet."""
     return CompensatorState(op, 0.0, 0.0, op, sp, op, op, 0.0, 0.0, 0.0, op, 0.0, 0.0, 0.0, op, op, 0.0)
 
 
-@inlined
-def pulsed(
+@inline_kernel
+def pulse_state(
     op: float, pulse: float, hold: float, reference: float, latest: float, elapsed: float, phase: float
 ) -> CompensatorState:
     """State of a compensator that adds `pulse` to the controller output."""
@@ -86,8 +94,8 @@ def pulsed(
     )
 
 
-@inlined
-def rhythm(op: float, s: CompensatorState, interval: float) -> tuple[float, float, float, float]:
+@inline_kernel
+def advance_pulse_train(op: float, s: CompensatorState, interval: float) -> tuple[float, float, float, float]:
     """Advance a train of pulses by a sample: `reference`, `latest`, `elapsed`, `phase`."""
     elapsed = s.elapsed + 1.0
     if elapsed >= interval:
@@ -95,7 +103,7 @@ def rhythm(op: float, s: CompensatorState, interval: float) -> tuple[float, floa
     return s.reference, s.latest, elapsed, s.phase
 
 
-class Stiction(NamedTuple):
+class StictionEstimate(NamedTuple):
     """What settings are made from."""
 
     S: float
@@ -140,7 +148,7 @@ class Compensator:
         """
         gain = abs(require_finite("gain", gain, "PV units per % of span"))
         return cls._settings(
-            Stiction(
+            StictionEstimate(
                 require_positive("S", S, "% of span"),
                 require_not_negative("J", J, "% of span"),
                 require_positive("dt", dt, "s"),
@@ -150,7 +158,7 @@ class Compensator:
         )
 
     @classmethod
-    def _settings(cls, given: Stiction) -> Self:
+    def _settings(cls, given: StictionEstimate) -> Self:
         raise NotImplementedError
 
     def parameters(self, dt: float) -> tuple[float, ...]:

@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, pulsed, sign
-from stiction.models.compiled import inlined
+from stiction.models.compensators.component import Compensator, CompensatorState, StictionEstimate, pulse_state, sign
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["ConstantReinforcement", "constant_reinforcement_step"]
 
 
-@inlined
+@inline_kernel
 def constant_reinforcement_step(op: float, s: CompensatorState, amplitude: float) -> CompensatorState:
     """One sample: the direction is that of the last change of the controller's output."""
-    return pulsed(op, amplitude * sign(op - s.op), 0.0, op, op, 0.0, 0.0)
+    return pulse_state(op, amplitude * sign(op - s.op), 0.0, op, op, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class ConstantReinforcement(Compensator):
         self._require(positive={}, not_negative={"amplitude": "% of span"})
 
     @classmethod
-    def _settings(cls, given: Stiction) -> Self:
+    def _settings(cls, given: StictionEstimate) -> Self:
         return cls(given.S / 2.0)
 
     def parameters(self, dt: float) -> tuple[float, ...]:

@@ -5,25 +5,32 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, pulsed, rhythm, sign
-from stiction.models.compiled import inlined
+from stiction.models.compensators.component import (
+    Compensator,
+    CompensatorState,
+    StictionEstimate,
+    advance_pulse_train,
+    pulse_state,
+    sign,
+)
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["Cuadros", "cuadros_step"]
 
 
-@inlined
+@inline_kernel
 def cuadros_step(
     op: float, sp: float, pv: float, s: CompensatorState, amplitude: float, width: float, interval: float, band: float
 ) -> CompensatorState:
     """One sample; `width` and `interval` in samples."""
-    reference, latest, elapsed, phase = rhythm(op, s, interval)
+    reference, latest, elapsed, phase = advance_pulse_train(op, s, interval)
     pulse = 0.0
     hold = 0.0
     if abs(sp - pv) < band:
         hold = 1.0
     elif phase > 0.0 and elapsed < width:
         pulse = amplitude * sign(op - reference)
-    return pulsed(op, pulse, hold, reference, latest, elapsed, phase)
+    return pulse_state(op, pulse, hold, reference, latest, elapsed, phase)
 
 
 @dataclass(frozen=True)
@@ -78,7 +85,7 @@ class Cuadros(Compensator):
         self._pauses(self.width, self.interval)
 
     @classmethod
-    def _settings(cls, given: Stiction) -> Self:
+    def _settings(cls, given: StictionEstimate) -> Self:
         band = 0.75 * given.gain * max(given.J, given.S / 20.0) + 3.0 * given.noise
         return cls(given.S / 2.0, 2.0 * given.dt, 5.0 * given.dt, band)
 

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from stiction.errors import ParameterError
-from stiction.models.compensators.component import Compensator, CompensatorState, Stiction
-from stiction.models.compensators.watch import sent, watch_and_move
-from stiction.models.compiled import inlined
+from stiction.models.compensators.component import Compensator, CompensatorState, StictionEstimate
+from stiction.models.compensators.observe_and_move import observe_and_move, signal_to_valve
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["FourMove", "four_move_step"]
 
 
-@inlined
+@inline_kernel
 def four_move_step(
     op: float,
     sp: float,
@@ -27,7 +27,7 @@ def four_move_step(
     tries: float,
 ) -> CompensatorState:
     """One sample; `move` in samples."""
-    s = watch_and_move(op, sp, pv, op, s, 4.0, band, move, cycles, tries)
+    s = observe_and_move(op, sp, pv, op, s, 4.0, band, move, cycles, tries)
     if s.phase == 0.0:
         return s
     mean = s.total / s.samples
@@ -39,7 +39,7 @@ def four_move_step(
         signal = mean - reach * swing
     elif s.phase == 3.0:
         signal = mean + share * swing
-    return sent(signal, mean, s)
+    return signal_to_valve(signal, mean, s)
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class FourMove(Compensator):
         self._at_least("tries", 1)
 
     @classmethod
-    def _settings(cls, given: Stiction) -> Self:
+    def _settings(cls, given: StictionEstimate) -> Self:
         return cls(given.gain * max(given.J, given.S / 20.0) / 2.0 + 5.0 * given.noise)
 
     def parameters(self, dt: float) -> tuple[float, ...]:

@@ -5,19 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, pulsed
-from stiction.models.compiled import inlined
+from stiction.models.compensators.component import Compensator, CompensatorState, StictionEstimate, pulse_state
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["IntegralDeadband", "integral_deadband_step"]
 
 
-@inlined
+@inline_kernel
 def integral_deadband_step(op: float, sp: float, pv: float, band: float) -> CompensatorState:
     """One sample; what it says of the integral holds for the next."""
     hold = 0.0
     if abs(sp - pv) < band:
         hold = 1.0
-    return pulsed(op, 0.0, hold, op, op, 0.0, 0.0)
+    return pulse_state(op, 0.0, hold, op, op, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class IntegralDeadband(Compensator):
         self._require(positive={}, not_negative={"band": "PV units"})
 
     @classmethod
-    def _settings(cls, given: Stiction) -> Self:
+    def _settings(cls, given: StictionEstimate) -> Self:
         return cls(given.gain * max(given.J, given.S / 20.0) + 3.0 * given.noise)
 
     def parameters(self, dt: float) -> tuple[float, ...]:

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from stiction.errors import ParameterError
-from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, sign
-from stiction.models.compensators.watch import sent, watch_and_move
-from stiction.models.compiled import inlined
+from stiction.models.compensators.component import Compensator, CompensatorState, StictionEstimate, sign
+from stiction.models.compensators.observe_and_move import observe_and_move, signal_to_valve
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["TwoMove", "two_move_step"]
 
 
-@inlined
+@inline_kernel
 def two_move_step(
     op: float,
     sp: float,
@@ -35,14 +35,14 @@ def two_move_step(
     position = s.position
     if abs(op - position) > size - fd:
         position = op - fd * sign(op - position)
-    s = watch_and_move(op, sp, pv, position, s, 2.0, band, move, cycles, tries)
+    s = observe_and_move(op, sp, pv, position, s, 2.0, band, move, cycles, tries)
     if s.phase == 0.0:
         return s
     position = s.total / s.samples
     signal = position - fd
     if s.phase == 1.0:
         signal = signal + reach * size
-    return sent(signal, position, s)
+    return signal_to_valve(signal, position, s)
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ class TwoMove(Compensator):
         self._at_least("tries", 1)
 
     @classmethod
-    def _settings(cls, given: Stiction) -> Self:
+    def _settings(cls, given: StictionEstimate) -> Self:
         return cls(given.S, min(given.J, given.S), given.gain * max(given.J, given.S / 20.0) / 3.0 + 5.0 * given.noise)
 
     def parameters(self, dt: float) -> tuple[float, ...]:

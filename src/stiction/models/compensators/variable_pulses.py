@@ -5,22 +5,29 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, pulsed, rhythm, sign
-from stiction.models.compiled import inlined
+from stiction.models.compensators.component import (
+    Compensator,
+    CompensatorState,
+    StictionEstimate,
+    advance_pulse_train,
+    pulse_state,
+    sign,
+)
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["VariablePulses", "variable_pulses_step"]
 
 
-@inlined
+@inline_kernel
 def variable_pulses_step(
     op: float, sp: float, pv: float, s: CompensatorState, amplitude: float, width: float, interval: float, full: float
 ) -> CompensatorState:
     """One sample; `width` and `interval` in samples."""
-    reference, latest, elapsed, phase = rhythm(op, s, interval)
+    reference, latest, elapsed, phase = advance_pulse_train(op, s, interval)
     pulse = 0.0
     if phase > 0.0 and elapsed < width:
         pulse = min(amplitude, amplitude * abs(sp - pv) / full) * sign(op - reference)
-    return pulsed(op, pulse, 0.0, reference, latest, elapsed, phase)
+    return pulse_state(op, pulse, 0.0, reference, latest, elapsed, phase)
 
 
 @dataclass(frozen=True)
@@ -74,7 +81,7 @@ class VariablePulses(Compensator):
         self._pauses(self.width, self.interval)
 
     @classmethod
-    def _settings(cls, given: Stiction) -> Self:
+    def _settings(cls, given: StictionEstimate) -> Self:
         return cls(given.S / 2.0, 2.0 * given.dt, 5.0 * given.dt, given.gain * given.S / 4.0)
 
     def parameters(self, dt: float) -> tuple[float, ...]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.errors import ParameterError, require_finite, require_not_negative, require_positive, require_range
-from stiction.models.compiled import inlined
+from stiction.models.numba_compile import inline_kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,13 +30,13 @@ class PIDState(NamedTuple):
     """Weighted error of the derivative part in the last sample [PV units]."""
 
 
-@inlined
+@inline_kernel
 def pid_at_rest(op: float, pv: float, p) -> PIDState:
     """State of a controller that has kept `pv` at its set point with the output `op`."""
     return PIDState(op, op - p[0] * (p[4] - 1.0) * pv, 0.0, (p[5] - 1.0) * pv)
 
 
-@inlined
+@inline_kernel
 def pid_step(sp: float, pv: float, s: PIDState, manual: float, p) -> PIDState:
     """One sample in automatic, or in manual with the output `manual` when that is not NaN."""
     proportional = p[0] * (p[4] * sp - pv)

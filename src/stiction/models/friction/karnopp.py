@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from stiction.models.compiled import inlined
 from stiction.models.friction.stribeck import stribeck
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["karnopp_substep"]
 
 
-@inlined
+@inline_kernel
 def karnopp_substep(
     x: float, v: float, drive: float, h: float,
     mass: float, spring_rate: float, ease: float,

@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stiction.models.compiled import inlined
-from stiction.models.component import TIE, Valve, ValveState
+from stiction.models.component import TIE_TOLERANCE, Valve, ValveState
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["Choudhury", "choudhury_step"]
 
 
-@inlined
+@inline_kernel
 def _sign(value: float) -> float:
     return 1.0 if value > 0.0 else (-1.0 if value < 0.0 else 0.0)
 
 
-@inlined
+@inline_kernel
 def choudhury_step(op: float, s: ValveState, S: float, J: float, lag: float) -> ValveState:
     """One sample of the flow chart; `lag` is (S - J) / 2, and (S + J) / 2 breaks the stem away after a turn."""
     trend = op - s.op
@@ -82,9 +82,9 @@ class Choudhury(Valve):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._bands("S", "J")
+        self._require_bands("S", "J")
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Bands and lag (S, J, (S - J) / 2) [% of span], the bands widened by a tie."""
         del dt
-        return (self.S * (1.0 + TIE), self.J * (1.0 + TIE), (self.S - self.J) / 2.0)
+        return (self.S * (1.0 + TIE_TOLERANCE), self.J * (1.0 + TIE_TOLERANCE), (self.S - self.J) / 2.0)

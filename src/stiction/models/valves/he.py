@@ -7,13 +7,13 @@ from math import copysign
 from typing import ClassVar
 
 from stiction.errors import ParameterError
-from stiction.models.compiled import inlined
-from stiction.models.component import TIE, Valve, ValveState
+from stiction.models.component import TIE_TOLERANCE, Valve, ValveState
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["He", "he_step"]
 
 
-@inlined
+@inline_kernel
 def he_step(op: float, s: ValveState, fs: float, fd: float) -> ValveState:
     """The residual force op - position breaks the stem away above fs, and fd of it is left afterwards."""
     force = op - s.position
@@ -63,7 +63,7 @@ class He(Valve):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._bands("fs", "fd")
+        self._require_bands("fs", "fd")
         if self.fd > self.fs:
             raise ParameterError(
                 f"fd = {self.fd:g} % exceeds fs = {self.fs:g} %; dynamic friction is at most static friction."
@@ -72,4 +72,4 @@ class He(Valve):
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Bands (fs, fd) [% of span], fs widened by a tie."""
         del dt
-        return (self.fs * (1.0 + TIE), self.fd)
+        return (self.fs * (1.0 + TIE_TOLERANCE), self.fd)

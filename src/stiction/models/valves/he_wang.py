@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stiction.errors import ParameterError, require_finite, require_not_negative
-from stiction.models.compiled import inlined
-from stiction.models.component import TIE, Valve, ValveState
+from stiction.models.component import TIE_TOLERANCE, Valve, ValveState
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["HeWang", "he_wang_step", "overshoot_factor"]
 
 
-@inlined
+@inline_kernel
 def he_wang_step(op: float, s: ValveState, fs: float, fd: float, K: float) -> ValveState:
     """Break away where the residual force op - position exceeds fs, and slip K times the way to fd."""
     force = op - s.position
@@ -95,7 +95,7 @@ class HeWang(Valve):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._bands("fs", "fd")
+        self._require_bands("fs", "fd")
         object.__setattr__(self, "K", require_finite("K", self.K, "-"))
         if self.fd > self.fs:
             raise ParameterError(
@@ -107,4 +107,4 @@ class HeWang(Valve):
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Bands (fs, fd) [% of span], fs widened by a tie, and K [-]."""
         del dt
-        return (self.fs * (1.0 + TIE), self.fd, self.K)
+        return (self.fs * (1.0 + TIE_TOLERANCE), self.fd, self.K)

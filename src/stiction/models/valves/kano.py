@@ -5,19 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stiction.models.compiled import inlined
-from stiction.models.component import TIE, Valve, ValveState
+from stiction.models.component import TIE_TOLERANCE, Valve, ValveState
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["Kano", "kano_at_rest", "kano_step"]
 
 
-@inlined
+@inline_kernel
 def kano_at_rest(op: float, position: float, lag: float) -> ValveState:
     """Rest in the middle of the band: (S + J) / 2 of input breaks the stem away in either direction."""
     return ValveState(position, op, position + lag, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-@inlined
+@inline_kernel
 def kano_step(op: float, s: ValveState, S: float, J: float, lag: float) -> ValveState:
     """One sample of the flow chart; `lag` is (S - J) / 2."""
     trend = op - s.op
@@ -82,9 +82,9 @@ class Kano(Valve):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._bands("S", "J")
+        self._require_bands("S", "J")
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Bands and lag (S, J, (S - J) / 2) [% of span], the bands widened by a tie."""
         del dt
-        return (self.S * (1.0 + TIE), self.J * (1.0 + TIE), (self.S - self.J) / 2.0)
+        return (self.S * (1.0 + TIE_TOLERANCE), self.J * (1.0 + TIE_TOLERANCE), (self.S - self.J) / 2.0)

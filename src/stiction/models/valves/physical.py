@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from stiction.errors import ParameterError, require_positive
-from stiction.models.component import TIE, Valve
+from stiction.models.component import TIE_TOLERANCE, Valve
+from stiction.models.physical_stem import PhysicalParameters, physical_at_rest, physical_parameters, physical_step
 from stiction.models.positioner import Positioner
 from stiction.models.quantities import Quantity, to_si
-from stiction.models.stem import PhysicalParameters, physical_at_rest, physical_parameters, physical_step
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -241,7 +241,7 @@ class PhysicalValve(Valve):
                 spring_rate=self.spring_rate,
                 viscous=self.viscous,
                 coulomb=self.coulomb,
-                static=self.static * (1.0 + TIE),
+                static=self.static * (1.0 + TIE_TOLERANCE),
                 per_velocity=1.0 / self.stribeck_velocity,
                 ease=1.0 / (self.mass + h * self.viscous),
                 tolerance=tolerance,

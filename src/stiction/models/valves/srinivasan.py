@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError, require_number
-from stiction.models.compiled import inlined
-from stiction.models.component import TIE, Valve, ValveState
-from stiction.models.table import Table
+from stiction.models.component import TIE_TOLERANCE, Valve, ValveState
+from stiction.models.lookup_table import Table
+from stiction.models.numba_compile import inline_kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["Srinivasan", "srinivasan_printed_step", "srinivasan_step"]
 
 
-@inlined
+@inline_kernel
 def srinivasan_step(op: float, s: ValveState, sb: float, lag: float, slow: float) -> ValveState:
     """Eq. 5 repaired: follow when fast, else slip when |op - position| > sb, else rest; `lag` is sb - sj."""
     trend = op - s.op
@@ -32,7 +32,7 @@ def srinivasan_step(op: float, s: ValveState, sb: float, lag: float, slow: float
     return ValveState(s.position, op, s.rest, 0.0, 0.0, trend, 0.0, 0.0, 0.0, 0.0)
 
 
-@inlined
+@inline_kernel
 def srinivasan_printed_step(op: float, s: ValveState, sb: float, sj: float, slow: float) -> ValveState:
     """Eq. 5 as printed; the field `velocity` holds the last change of position."""
     trend = op - s.op
@@ -106,7 +106,7 @@ class Srinivasan(Valve):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._bands(*(name for name in ("sb", "sj") if not isinstance(getattr(self, name), Table)))
+        self._require_bands(*(name for name in ("sb", "sj") if not isinstance(getattr(self, name), Table)))
         rate = require_number("r", self.r, "% of span / s")
         if rate < 0.0:
             raise ParameterError(f"r = {rate:g} %/s is not a rate; give 0 or more (infinity never follows).")
@@ -114,7 +114,7 @@ class Srinivasan(Valve):
         band, jump = self.tables()
         for x in np.union1d(band.position, jump.position):
             for speed in np.union1d(_rates(band), _rates(jump)):
-                if jump.at(x, speed) > 2.0 * band.at(x, speed) * (1.0 + TIE):
+                if jump.at(x, speed) > 2.0 * band.at(x, speed) * (1.0 + TIE_TOLERANCE):
                     raise ParameterError(
                         f"sj = {jump.at(x, speed):g} % exceeds 2 sb = {2.0 * band.at(x, speed):g} %: the stem would "
                         "jump back and forth; give sj <= 2 sb."
@@ -134,12 +134,12 @@ class Srinivasan(Valve):
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """(sb, sb - sj, r dt), as printed (sb, sj, r dt) [% of span]; sb widened and r dt narrowed by a tie."""
-        slow = self.r * dt * (1.0 - TIE)
+        slow = self.r * dt * (1.0 - TIE_TOLERANCE)
         if isinstance(self.sb, Table) or isinstance(self.sj, Table):
             band, jump = (table.pack() for table in self.tables())
             return (slow, dt, float(5 + band.size), *band, *jump)
         sj = self.sj if self.as_printed else self.sb - self.sj
-        return (self.sb * (1.0 + TIE), sj, slow)
+        return (self.sb * (1.0 + TIE_TOLERANCE), sj, slow)
 
 
 def _rates(table: Table) -> NDArray[np.float64]:

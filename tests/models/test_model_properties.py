@@ -13,7 +13,7 @@ from hypothesis.errors import NoSuchExample
 from tests.strategies import VALVES, dyadic, inputs
 
 import stiction as st
-from stiction.models.facts import FACTS
+from stiction.models.model_properties import VALVE_PROPERTIES
 
 FACTORS = hs.sampled_from([0.25, 0.5, 2.0, 3.0, 8.0])
 
@@ -27,7 +27,7 @@ def shift(valve, op, by, factor, where):
 
 
 def scale(valve, op, by, factor, where):
-    units = FACTS[type(valve).__name__].parameters
+    units = VALVE_PROPERTIES[type(valve).__name__].parameters
     grown = {name: getattr(valve, name) * factor for name, unit in units.items() if unit.startswith("% of span")}
     return np.array_equal(drive(dataclasses.replace(valve, **grown), np.array(op) * factor), drive(valve, op) * factor)
 
@@ -53,8 +53,8 @@ def refine(valve, op, by, factor, where):
 
 LAWS = {law.__name__: law for law in (shift, scale, odd, hold, refine)}
 CASES = [(name, law) for name in VALVES for law in LAWS]
-AFFIRMED = [case for case in CASES if getattr(FACTS[case[0]], case[1])]
-DENIED = [case for case in CASES if not getattr(FACTS[case[0]], case[1])]
+AFFIRMED = [case for case in CASES if getattr(VALVE_PROPERTIES[case[0]], case[1])]
+DENIED = [case for case in CASES if not getattr(VALVE_PROPERTIES[case[0]], case[1])]
 PLACES = hs.integers(0, 100)
 
 
@@ -104,11 +104,11 @@ def test_overshoot(name):
         return bool(np.any(drive(valve, op) > op))
 
     cases = hs.tuples(VALVES[name], hs.lists(dyadic(0.0, 5.0), min_size=1, max_size=10))
-    assert found(cases, passes, tries=300) == FACTS[name].overshoot
+    assert found(cases, passes, tries=300) == VALVE_PROPERTIES[name].overshoot
 
 
 def test_parameters_are_the_constructor_s():
-    for name, facts in FACTS.items():
+    for name, facts in VALVE_PROPERTIES.items():
         known = {f.name for f in dataclasses.fields(getattr(st, name))}
         assert set(facts.parameters) <= known
         if name in VALVES:
@@ -116,7 +116,7 @@ def test_parameters_are_the_constructor_s():
 
 
 def test_only_the_ideal_valve_is_rate_independent():
-    assert [name for name, facts in FACTS.items() if facts.rate_independent] == ["Ideal"]
+    assert [name for name, facts in VALVE_PROPERTIES.items() if facts.rate_independent] == ["Ideal"]
 
 
 LIVELY = st.PhysicalValve(2.0, 1e5, 20.0, 100.0, 800.0, 1e-3, 0.1, 0.1, lag=2.0)
@@ -125,7 +125,7 @@ LIVELY = st.PhysicalValve(2.0, 1e5, 20.0, 100.0, 800.0, 1e-3, 0.1, 0.1, lag=2.0)
 
 @pytest.mark.parametrize("law", LAWS)
 def test_the_physical_valve_keeps_none_of_the_laws(law):
-    facts = FACTS["PhysicalValve"]
+    facts = VALVE_PROPERTIES["PhysicalValve"]
     op = [40.0, 50.0, 62.0, 55.0, 70.0, 40.0]
     cases = [(LIVELY, op, by, 1.25, where) for by in (0.0, 35.0) for where in range(5)]
     assert not getattr(facts, law)
@@ -133,6 +133,6 @@ def test_the_physical_valve_keeps_none_of_the_laws(law):
 
 
 def test_the_physical_valve_passes_its_input_in_a_slip():
-    assert FACTS["PhysicalValve"].overshoot
+    assert VALVE_PROPERTIES["PhysicalValve"].overshoot
     record = st.stroke(LIVELY, np.arange(40.0, 60.0, 0.25), dt=1.0)
     assert np.any(record.mv > record.op + 1.0)

@@ -15,9 +15,9 @@ from stiction.models.compensators.integral_deadband import integral_deadband_ste
 from stiction.models.compensators.knocker import knocker_step
 from stiction.models.compensators.two_move import two_move_step
 from stiction.models.compensators.variable_pulses import variable_pulses_step
-from stiction.models.compiled import inlined, kernel
-from stiction.models.component import TIE, ValveState, at_rest
-from stiction.models.table import lookup
+from stiction.models.component import TIE_TOLERANCE, ValveState, at_rest
+from stiction.models.lookup_table import lookup
+from stiction.models.numba_compile import inline_kernel, kernel
 from stiction.models.valves.choudhury import choudhury_step
 from stiction.models.valves.he import he_step
 from stiction.models.valves.he_wang import he_wang_step
@@ -48,11 +48,11 @@ __all__ = [
     "TWO_MOVE",
     "VARIABLE_PULSES",
     "compensator_step",
-    "is_plain",
+    "data_driven_parameters",
+    "data_driven_step",
+    "is_data_driven",
     "physical_parameters",
     "physical_step",
-    "plain_parameters",
-    "plain_step",
     "valve_at_rest",
     "valve_step",
 ]
@@ -64,10 +64,10 @@ PHYSICAL, HE_WANG = 10, 11
 NO_COMPENSATOR, KNOCKER, CONSTANT_REINFORCEMENT, VARIABLE_PULSES = 0, 1, 2, 3
 INTEGRAL_DEADBAND, CUADROS, TWO_MOVE, FOUR_MOVE = 4, 5, 6, 7
 
-_at_rest = inlined(at_rest)
+_at_rest = inline_kernel(at_rest)
 
 
-@inlined
+@inline_kernel
 def valve_at_rest(model: int, op: float, position: float, p) -> ValveState:
     """State of valve `model` with packed parameters `p`, its stem resting at `position` under the input `op`."""
     if model == KANO:
@@ -77,14 +77,14 @@ def valve_at_rest(model: int, op: float, position: float, p) -> ValveState:
     return _at_rest(op, position)
 
 
-@inlined
-def is_plain(model: int) -> bool:
+@inline_kernel
+def is_data_driven(model: int) -> bool:
     """Whether valve `model` carries at most three numbers."""
     return model < SRINIVASAN_TABLED or model == HE_WANG
 
 
-@inlined
-def plain_parameters(p):
+@inline_kernel
+def data_driven_parameters(p):
     """End stops and parameters of a plain model, (lowest, highest, first, second, third), zero where it has fewer."""
     first = p[2] if p.shape[0] > 2 else 0.0
     second = p[3] if p.shape[0] > 3 else 0.0
@@ -92,9 +92,9 @@ def plain_parameters(p):
     return p[0], p[1], first, second, third
 
 
-@inlined
-def plain_step(model: int, op: float, s: ValveState, q) -> ValveState:
-    """One sample of a plain model with the numbers `q` of `plain_parameters`, the input limited to the travel."""
+@inline_kernel
+def data_driven_step(model: int, op: float, s: ValveState, q) -> ValveState:
+    """One sample of a plain model with the numbers `q` of `data_driven_parameters`, the input limited to the travel."""
     op = min(max(op, q[0]), q[1])
     if model == KANO:
         return kano_step(op, s, q[2], q[3], q[4])
@@ -116,8 +116,8 @@ def plain_step(model: int, op: float, s: ValveState, q) -> ValveState:
 @kernel
 def valve_step(model: int, op: float, s: ValveState, p) -> ValveState:
     """One sample of any valve `model` with packed parameters `p`."""
-    if is_plain(model):
-        return plain_step(model, op, s, plain_parameters(p))
+    if is_data_driven(model):
+        return data_driven_step(model, op, s, data_driven_parameters(p))
     if model == PHYSICAL:
         return physical_step(op, s, physical_parameters(p))
     op = min(max(op, p[0]), p[1])
@@ -125,8 +125,8 @@ def valve_step(model: int, op: float, s: ValveState, p) -> ValveState:
     sb = lookup(p, 5, s.position, rate)
     sj = lookup(p, int(p[4]), s.position, rate)
     if model == SRINIVASAN_TABLED:
-        return srinivasan_step(op, s, sb * (1.0 + TIE), sb - sj, p[2])
-    return srinivasan_printed_step(op, s, sb * (1.0 + TIE), sj, p[2])
+        return srinivasan_step(op, s, sb * (1.0 + TIE_TOLERANCE), sb - sj, p[2])
+    return srinivasan_printed_step(op, s, sb * (1.0 + TIE_TOLERANCE), sj, p[2])
 
 
 @kernel

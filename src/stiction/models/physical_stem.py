@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from stiction.models.compiled import inlined, kernel
 from stiction.models.component import ValveState
 from stiction.models.friction.karnopp import karnopp_substep
 from stiction.models.friction.lugre import lugre_rest, lugre_substep
+from stiction.models.numba_compile import inline_kernel, kernel
 from stiction.models.positioner import positioner_step
 
 __all__ = ["PhysicalParameters", "physical_at_rest", "physical_parameters", "physical_step"]
 
-QUIET = 1e-9
+MIN_FORCE_SHARE = 1e-9
 """Share of the static friction below which a force is none [-]."""
 
 
@@ -80,7 +80,7 @@ class PhysicalParameters(NamedTuple):
     """Its deadband [% of span]."""
 
 
-@inlined
+@inline_kernel
 def physical_parameters(p) -> PhysicalParameters:
     """Packed parameters by name; read once before the samples, they stay in registers."""
     return PhysicalParameters(
@@ -89,7 +89,7 @@ def physical_parameters(p) -> PhysicalParameters:
     )  # fmt: skip
 
 
-@inlined
+@inline_kernel
 def _signal(op: float, position: float, integral: float, dt: float, q: PhysicalParameters):
     """Signal to the actuator [% of span] and the positioner's integral after `dt` [s]."""
     return positioner_step(op, position, integral, dt, q.gain, q.per_second, q.deadband, q.low, q.high)
@@ -108,7 +108,7 @@ def physical_at_rest(op: float, position: float, p) -> ValveState:
     return ValveState(position, op, position, 0.0, 0.0, 0.0, 0.0, bristles, pressure, 0.0)
 
 
-@inlined
+@inline_kernel
 def _is_held(op: float, begin: float, s: ValveState, q: PhysicalParameters) -> bool:
     """Whether friction or an end stop holds a stem at rest whatever the pressure can become in the sample."""
     low, high = min(begin, op), max(begin, op)
@@ -128,8 +128,8 @@ def _is_held(op: float, begin: float, s: ValveState, q: PhysicalParameters) -> b
     return not (pulled or pushed)
 
 
-@inlined
-def _stay(op: float, begin: float, s: ValveState, q: PhysicalParameters) -> ValveState:
+@inline_kernel
+def _rest_for_sample(op: float, begin: float, s: ValveState, q: PhysicalParameters) -> ValveState:
     """Rest for a sample: only the pressure and the positioner's integral move on, in closed form."""
     first, last, integral = begin, op, s.integral
     if q.gain != 0.0:
@@ -144,15 +144,15 @@ def _stay(op: float, begin: float, s: ValveState, q: PhysicalParameters) -> Valv
     return ValveState(s.position, op, s.rest, 0.0, 0.0, op - s.op, 0.0, s.force, pressure, integral)
 
 
-@inlined
+@inline_kernel
 def _is_settled(op: float, s: ValveState, q: PhysicalParameters) -> bool:
     """Whether input, pressure and bristles of a stem at rest are where they were."""
     force = q.rest_force + q.area * s.pressure - q.spring_rate * q.scale * s.position - q.stiffness * s.force
     settled = s.pressure == q.pressure + q.per_percent * op
-    return op == s.op and settled and q.gain == 0.0 and abs(force) <= QUIET * q.static
+    return op == s.op and settled and q.gain == 0.0 and abs(force) <= MIN_FORCE_SHARE * q.static
 
 
-@inlined
+@inline_kernel
 def physical_step(op: float, s: ValveState, q: PhysicalParameters) -> ValveState:
     """One sample: at once while the stem is held, in sub-steps while it may move."""
     op = min(max(op, q.low), q.high)
@@ -160,7 +160,7 @@ def physical_step(op: float, s: ValveState, q: PhysicalParameters) -> ValveState
     if s.velocity == 0.0:
         if q.lugre == 0.0:
             if _is_held(op, begin, s, q):
-                return _stay(op, begin, s, q)
+                return _rest_for_sample(op, begin, s, q)
         elif _is_settled(op, s, q):
             return s
     n = int(q.n)

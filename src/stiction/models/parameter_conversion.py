@@ -6,7 +6,7 @@ r"""One parameter map links every two-parameter valve: (S, J), (fs, fd) and (sb,
 
     S = fs + fd = 2\,sb - sj \qquad J = fs - fd = sj
 
-The numbers convert always, the valves do not: they differ in when the stem sticks again (`convert`).
+The numbers convert always, the valves do not: they differ in when the stem sticks again (`convert_valve`).
 """
 
 from __future__ import annotations
@@ -15,26 +15,26 @@ import math
 from typing import TYPE_CHECKING
 
 from stiction.errors import ParameterError, require_not_negative, require_positive
-from stiction.models.component import TIE
+from stiction.models.component import TIE_TOLERANCE
 from stiction.models.valves import Choudhury, He, Ideal, Kano, Srinivasan, Stenman
 
 if TYPE_CHECKING:
     from stiction.models.component import Valve
 
 __all__ = [
-    "convert",
-    "friction_to_jump",
-    "friction_to_stick",
-    "jump_to_friction",
-    "jump_to_stick",
-    "stick_to_friction",
-    "stick_to_jump",
+    "SJ_to_friction_bands",
+    "SJ_to_stick_bands",
+    "convert_valve",
+    "friction_bands_to_SJ",
+    "friction_to_stick_bands",
+    "stick_bands_to_SJ",
+    "stick_to_friction_bands",
 ]
 
 _CLASSES = {valve.__name__: valve for valve in (Choudhury, He, Ideal, Kano, Srinivasan, Stenman)}
 
 
-def jump_to_friction(S: float, J: float) -> tuple[float, float]:
+def SJ_to_friction_bands(S: float, J: float) -> tuple[float, float]:
     """(fs, fd) of (S, J) [% of span].
 
     Raises
@@ -44,11 +44,11 @@ def jump_to_friction(S: float, J: float) -> tuple[float, float]:
 
     Examples
     --------
-    >>> from stiction.models.dialects import jump_to_friction
-    >>> jump_to_friction(S=3.0, J=1.0)
+    >>> from stiction.models.parameter_conversion import SJ_to_friction_bands
+    >>> SJ_to_friction_bands(S=3.0, J=1.0)
     (2.0, 1.0)
     """
-    S, J = _band("S", S), _band("J", J)
+    S, J = _require_band("S", S), _require_band("J", J)
     if J > S:
         raise ParameterError(
             f"J = {J:g} % exceeds S = {S:g} %: fd = (S - J) / 2 would be negative. An overshooting valve has no "
@@ -57,7 +57,7 @@ def jump_to_friction(S: float, J: float) -> tuple[float, float]:
     return (S + J) / 2.0, (S - J) / 2.0
 
 
-def friction_to_jump(fs: float, fd: float) -> tuple[float, float]:
+def friction_bands_to_SJ(fs: float, fd: float) -> tuple[float, float]:
     """(S, J) of (fs, fd) [% of span].
 
     Raises
@@ -67,11 +67,11 @@ def friction_to_jump(fs: float, fd: float) -> tuple[float, float]:
 
     Examples
     --------
-    >>> from stiction.models.dialects import friction_to_jump
-    >>> friction_to_jump(fs=2.0, fd=1.0)
+    >>> from stiction.models.parameter_conversion import friction_bands_to_SJ
+    >>> friction_bands_to_SJ(fs=2.0, fd=1.0)
     (3.0, 1.0)
     """
-    fs, fd = _band("fs", fs), _band("fd", fd)
+    fs, fd = _require_band("fs", fs), _require_band("fd", fd)
     if fd > fs:
         raise ParameterError(
             f"fd = {fd:g} % exceeds fs = {fs:g} %: J = fs - fd would be negative; give fd of at most fs."
@@ -79,7 +79,7 @@ def friction_to_jump(fs: float, fd: float) -> tuple[float, float]:
     return fs + fd, fs - fd
 
 
-def jump_to_stick(S: float, J: float) -> tuple[float, float]:
+def SJ_to_stick_bands(S: float, J: float) -> tuple[float, float]:
     """(sb, sj) of (S, J) [% of span]; J > S converts.
 
     Raises
@@ -89,15 +89,15 @@ def jump_to_stick(S: float, J: float) -> tuple[float, float]:
 
     Examples
     --------
-    >>> from stiction.models.dialects import jump_to_stick
-    >>> jump_to_stick(S=3.0, J=1.0)
+    >>> from stiction.models.parameter_conversion import SJ_to_stick_bands
+    >>> SJ_to_stick_bands(S=3.0, J=1.0)
     (2.0, 1.0)
     """
-    S, J = _band("S", S), _band("J", J)
+    S, J = _require_band("S", S), _require_band("J", J)
     return (S + J) / 2.0, J
 
 
-def stick_to_jump(sb: float, sj: float) -> tuple[float, float]:
+def stick_bands_to_SJ(sb: float, sj: float) -> tuple[float, float]:
     """(S, J) of (sb, sj) [% of span].
 
     Raises
@@ -107,17 +107,17 @@ def stick_to_jump(sb: float, sj: float) -> tuple[float, float]:
 
     Examples
     --------
-    >>> from stiction.models.dialects import stick_to_jump
-    >>> stick_to_jump(sb=2.0, sj=1.0)
+    >>> from stiction.models.parameter_conversion import stick_bands_to_SJ
+    >>> stick_bands_to_SJ(sb=2.0, sj=1.0)
     (3.0, 1.0)
     """
-    sb, sj = _band("sb", sb), _band("sj", sj)
+    sb, sj = _require_band("sb", sb), _require_band("sj", sj)
     if sj > 2.0 * sb:
         raise ParameterError(f"sj = {sj:g} % exceeds 2 sb = {2.0 * sb:g} %: S would be negative; give sj <= 2 sb.")
     return 2.0 * sb - sj, sj
 
 
-def friction_to_stick(fs: float, fd: float) -> tuple[float, float]:
+def friction_to_stick_bands(fs: float, fd: float) -> tuple[float, float]:
     """(sb, sj) of (fs, fd) [% of span].
 
     Raises
@@ -127,14 +127,14 @@ def friction_to_stick(fs: float, fd: float) -> tuple[float, float]:
 
     Examples
     --------
-    >>> from stiction.models.dialects import friction_to_stick
-    >>> friction_to_stick(fs=2.0, fd=0.5)
+    >>> from stiction.models.parameter_conversion import friction_to_stick_bands
+    >>> friction_to_stick_bands(fs=2.0, fd=0.5)
     (2.0, 1.5)
     """
-    return float(fs), friction_to_jump(fs, fd)[1]
+    return float(fs), friction_bands_to_SJ(fs, fd)[1]
 
 
-def stick_to_friction(sb: float, sj: float) -> tuple[float, float]:
+def stick_to_friction_bands(sb: float, sj: float) -> tuple[float, float]:
     """(fs, fd) of (sb, sj) [% of span].
 
     Raises
@@ -144,11 +144,11 @@ def stick_to_friction(sb: float, sj: float) -> tuple[float, float]:
 
     Examples
     --------
-    >>> from stiction.models.dialects import stick_to_friction
-    >>> stick_to_friction(sb=2.0, sj=1.5)
+    >>> from stiction.models.parameter_conversion import stick_to_friction_bands
+    >>> stick_to_friction_bands(sb=2.0, sj=1.5)
     (2.0, 0.5)
     """
-    sb, sj = _band("sb", sb), _band("sj", sj)
+    sb, sj = _require_band("sb", sb), _require_band("sj", sj)
     if sj > sb:
         raise ParameterError(
             f"sj = {sj:g} % exceeds sb = {sb:g} %: fd = sb - sj would be negative. An overshooting valve has no "
@@ -157,7 +157,7 @@ def stick_to_friction(sb: float, sj: float) -> tuple[float, float]:
     return sb, sb - sj
 
 
-def convert(valve: Valve, model: type[Valve] | str, *, r: float | None = None, dt: float | None = None) -> Valve:
+def convert_valve(valve: Valve, model: type[Valve] | str, *, r: float | None = None, dt: float | None = None) -> Valve:
     """Write a valve as another model.
 
     Parameters
@@ -203,8 +203,8 @@ def convert(valve: Valve, model: type[Valve] | str, *, r: float | None = None, d
     Examples
     --------
     >>> import stiction as st
-    >>> from stiction.models.dialects import convert
-    >>> convert(st.Kano(S=3.0, J=1.0), "Srinivasan").sb
+    >>> from stiction.models.parameter_conversion import convert_valve
+    >>> convert_valve(st.Kano(S=3.0, J=1.0), "Srinivasan").sb
     2.0
     """
     target = _CLASSES.get(model if isinstance(model, str) else model.__name__)
@@ -217,16 +217,16 @@ def convert(valve: Valve, model: type[Valve] | str, *, r: float | None = None, d
     if dt is not None:
         dt = require_positive("dt", dt, "s")
     if isinstance(valve, Srinivasan):
-        _refuse_unlike(valve, target, dt)
+        _reject_different_valve(valve, target, dt)
     if source is target and r is None:
         return valve
-    S, J = _bands(valve)
+    S, J = _SJ_of(valve)
     travel = valve.travel
     if target is Srinivasan:
-        sb, sj = jump_to_stick(S, J)
-        return Srinivasan(sb, sj, _own_rate(valve, dt) if r is None else r, travel=travel)
+        sb, sj = SJ_to_stick_bands(S, J)
+        return Srinivasan(sb, sj, _equivalent_rate(valve, dt) if r is None else r, travel=travel)
     if target is He:
-        return He(*jump_to_friction(S, J), travel=travel)
+        return He(*SJ_to_friction_bands(S, J), travel=travel)
     if target is Kano:
         return Kano(S, J, travel=travel)
     if target is Choudhury:
@@ -236,7 +236,7 @@ def convert(valve: Valve, model: type[Valve] | str, *, r: float | None = None, d
             )
         return Choudhury(S, J, travel=travel)
     if target is Stenman:
-        if not math.isclose(S, J, rel_tol=TIE):
+        if not math.isclose(S, J, rel_tol=TIE_TOLERANCE):
             raise ParameterError(
                 f"S = {S:g} % and J = {J:g} % differ: Stenman's valve has one band, S = J = d. Keep the valve, or "
                 "decide on a d and write Stenman(d)."
@@ -247,20 +247,20 @@ def convert(valve: Valve, model: type[Valve] | str, *, r: float | None = None, d
     return Ideal(travel=travel)
 
 
-def _bands(valve: Valve) -> tuple[float, float]:
+def _SJ_of(valve: Valve) -> tuple[float, float]:
     """(S, J) of a valve [% of span]."""
     if isinstance(valve, Kano | Choudhury):
         return valve.S, valve.J
     if isinstance(valve, He):
-        return friction_to_jump(valve.fs, valve.fd)
+        return friction_bands_to_SJ(valve.fs, valve.fd)
     if isinstance(valve, Srinivasan):
-        return stick_to_jump(valve.sb, valve.sj)  # type: ignore[arg-type]
+        return stick_bands_to_SJ(valve.sb, valve.sj)  # type: ignore[arg-type]
     if isinstance(valve, Stenman):
         return valve.d, valve.d
     return 0.0, 0.0
 
 
-def _own_rate(valve: Valve, dt: float | None) -> float:
+def _equivalent_rate(valve: Valve, dt: float | None) -> float:
     """Rate of the Srinivasan valve that is the same valve [% of span / s]."""
     if isinstance(valve, Srinivasan):
         return valve.r
@@ -277,11 +277,11 @@ def _own_rate(valve: Valve, dt: float | None) -> float:
                 "in s, or the r you want."
             )
         # A move of exactly J does not yet carry He's stem along, nor does it carry the new valve's.
-        return (valve.fs - valve.fd + TIE * valve.fs) / (1.0 - TIE) / dt
+        return (valve.fs - valve.fd + TIE_TOLERANCE * valve.fs) / (1.0 - TIE_TOLERANCE) / dt
     return 0.0
 
 
-def _refuse_unlike(valve: Srinivasan, target: type[Valve], dt: float | None) -> None:
+def _reject_different_valve(valve: Srinivasan, target: type[Valve], dt: float | None) -> None:
     """Refuse what only a Srinivasan valve can do."""
     if target is Srinivasan:
         return
@@ -312,9 +312,9 @@ def _refuse_unlike(valve: Srinivasan, target: type[Valve], dt: float | None) -> 
         if not math.isclose(valve.r * dt, valve.sj, rel_tol=1e-6, abs_tol=1e-8 * valve.sb):
             raise ParameterError(
                 f"r = {valve.r:g} %/s is not the threshold sj / dt = {valve.sj / dt:g} %/s of He's valve; set r to it "
-                "first, or take the numbers alone with stick_to_friction(sb, sj)."
+                "first, or take the numbers alone with stick_to_friction_bands(sb, sj)."
             )
 
 
-def _band(name: str, value: float) -> float:
+def _require_band(name: str, value: float) -> float:
     return require_not_negative(name, value, "% of span")

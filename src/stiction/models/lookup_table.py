@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError
-from stiction.models.compiled import kernel
+from stiction.models.numba_compile import kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -17,7 +17,7 @@ __all__ = ["Table", "lookup"]
 
 
 @kernel
-def _place(p, first: int, n: int, x: float):
+def _find_cell(p, first: int, n: int, x: float):
     """Cell and weight of `x` among the `n` increasing knots p[first:first + n], held beyond the ends."""
     if n == 1 or x <= p[first]:
         return 0, 0.0
@@ -42,8 +42,8 @@ def lookup(p, first: int, position: float, rate: float) -> float:
     positions = first + 2
     rates = positions + n_position
     values = rates + n_rate
-    i, along = _place(p, positions, n_position, position)
-    j, across = _place(p, rates, n_rate, rate)
+    i, along = _find_cell(p, positions, n_position, position)
+    j, across = _find_cell(p, rates, n_rate, rate)
     i_next = min(i + 1, n_position - 1)
     j_next = min(j + 1, n_rate - 1)
     low = (1.0 - across) * p[values + i * n_rate + j] + across * p[values + i * n_rate + j_next]

@@ -11,35 +11,35 @@ from hypothesis import strategies as hs
 from tests.strategies import ORDERED, inputs
 
 import stiction as st
-from stiction.models import dialects
-from stiction.models.dialects import convert
+from stiction.models import parameter_conversion
+from stiction.models.parameter_conversion import convert_valve
 
 
 @given(pair=ORDERED)
 def test_numbers_go_round(pair):
     S, J = pair
-    friction = dialects.jump_to_friction(S, J)
-    stick = dialects.jump_to_stick(S, J)
-    assert dialects.friction_to_jump(*friction) == (S, J)
-    assert dialects.stick_to_jump(*stick) == (S, J)
-    assert dialects.friction_to_stick(*friction) == stick
-    assert dialects.stick_to_friction(*stick) == friction
+    friction = parameter_conversion.SJ_to_friction_bands(S, J)
+    stick = parameter_conversion.SJ_to_stick_bands(S, J)
+    assert parameter_conversion.friction_bands_to_SJ(*friction) == (S, J)
+    assert parameter_conversion.stick_bands_to_SJ(*stick) == (S, J)
+    assert parameter_conversion.friction_to_stick_bands(*friction) == stick
+    assert parameter_conversion.stick_to_friction_bands(*stick) == friction
 
 
 def test_numbers_of_a_published_valve():
     """After the USP valve: fs 12.644 %, fd 11.347 % are S 23.990 %, J 1.2968 % (check N20)."""
-    S, J = dialects.friction_to_jump(12.6437, 11.3469)
+    S, J = parameter_conversion.friction_bands_to_SJ(12.6437, 11.3469)
     assert pytest.approx(23.990, abs=1e-3) == S
     assert pytest.approx(1.2968, abs=1e-4) == J
 
 
 def test_stick_bands_may_overshoot_where_friction_bands_may_not():
-    assert dialects.jump_to_stick(S=1.0, J=3.0) == (2.0, 3.0)
-    assert dialects.stick_to_jump(sb=2.0, sj=3.0) == (1.0, 3.0)
+    assert parameter_conversion.SJ_to_stick_bands(S=1.0, J=3.0) == (2.0, 3.0)
+    assert parameter_conversion.stick_bands_to_SJ(sb=2.0, sj=3.0) == (1.0, 3.0)
     with pytest.raises(st.ParameterError, match=r"J = 3 % exceeds S = 1 %.*keep it as Kano"):
-        dialects.jump_to_friction(S=1.0, J=3.0)
+        parameter_conversion.SJ_to_friction_bands(S=1.0, J=3.0)
     with pytest.raises(st.ParameterError, match="sj = 3 % exceeds sb = 2 %"):
-        dialects.stick_to_friction(sb=2.0, sj=3.0)
+        parameter_conversion.stick_to_friction_bands(sb=2.0, sj=3.0)
 
 
 TABLED = st.Srinivasan(st.Table([0.0, 100.0], [1.0, 2.0]), 0.5, 0.0)
@@ -71,7 +71,7 @@ REFUSED = [
 @pytest.mark.parametrize(("valve", "model", "options", "told"), REFUSED)
 def test_what_does_not_convert_is_refused_with_a_remedy(valve, model, options, told):
     with pytest.raises(st.ParameterError, match=told):
-        convert(valve, model, **options)
+        convert_valve(valve, model, **options)
 
 
 CONVERTED = [
@@ -95,30 +95,30 @@ CONVERTED = [
 
 @pytest.mark.parametrize(("valve", "model", "options", "expected"), CONVERTED)
 def test_what_converts(valve, model, options, expected):
-    assert convert(valve, model, **options) == expected
-    assert convert(valve, model.__name__, **options) == expected
+    assert convert_valve(valve, model, **options) == expected
+    assert convert_valve(valve, model.__name__, **options) == expected
 
 
 def test_travel_comes_along():
-    assert convert(st.Kano(3.0, 1.0, travel=(0.0, 100.0)), "He").travel == (0.0, 100.0)
+    assert convert_valve(st.Kano(3.0, 1.0, travel=(0.0, 100.0)), "He").travel == (0.0, 100.0)
 
 
 def test_he_there_and_back():
-    valve = convert(st.He(2.0, 1.0), "Srinivasan", dt=0.5)
+    valve = convert_valve(st.He(2.0, 1.0), "Srinivasan", dt=0.5)
     assert valve.r == pytest.approx(2.0, rel=1e-8)
-    assert convert(valve, "He", dt=0.5) == st.He(2.0, 1.0)
+    assert convert_valve(valve, "He", dt=0.5) == st.He(2.0, 1.0)
 
 
 @given(op=inputs())
 def test_bands_of_nothing_are_the_ideal_valve(op):
     for valve in (st.Kano(0.0, 0.0), st.Stenman(0.0), st.He(0.0, 0.0), st.Srinivasan(0.0, 0.0, 3.0)):
-        assert np.array_equal(st.stroke(valve, op, 1.0).mv, st.stroke(convert(valve, "Ideal"), op, 1.0).mv)
+        assert np.array_equal(st.stroke(valve, op, 1.0).mv, st.stroke(convert_valve(valve, "Ideal"), op, 1.0).mv)
 
 
 @given(S=hs.floats(allow_nan=True, allow_infinity=True), J=hs.floats(allow_nan=True, allow_infinity=True))
 def test_bad_numbers_get_a_sentence(S, J):
     if 0.0 <= J <= S < math.inf:
-        assert dialects.jump_to_friction(S, J)[0] >= 0.0
+        assert parameter_conversion.SJ_to_friction_bands(S, J)[0] >= 0.0
     else:
         with pytest.raises(st.ParameterError, match=r"^[SJ]\b.*(give|finite|keep)"):
-            dialects.jump_to_friction(S, J)
+            parameter_conversion.SJ_to_friction_bands(S, J)

@@ -2,8 +2,8 @@
 
 Examples
 --------
->>> from stiction.models.facts import FACTS
->>> FACTS["Kano"].hold, FACTS["He"].hold
+>>> from stiction.models.model_properties import VALVE_PROPERTIES
+>>> VALVE_PROPERTIES["Kano"].hold, VALVE_PROPERTIES["He"].hold
 (False, True)
 """
 
@@ -11,13 +11,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["FACTS", "ValveFacts"]
+__all__ = ["VALVE_PROPERTIES", "ValveProperties"]
 
 _BAND = "% of span"
 
 
 @dataclass(frozen=True, slots=True)
-class ValveFacts:
+class ValveProperties:
     """What holds of a valve model without end stops, for numbers as parameters."""
 
     parameters: dict[str, str]
@@ -45,46 +45,46 @@ class ValveFacts:
         return self.hold and self.refine
 
 
-FACTS: dict[str, ValveFacts] = {
-    "Ideal": ValveFacts({}, "", hold=True, refine=True, note="no friction"),
-    "Stenman": ValveFacts(
+VALVE_PROPERTIES: dict[str, ValveProperties] = {
+    "Ideal": ValveProperties({}, "", hold=True, refine=True, note="no friction"),
+    "Stenman": ValveProperties(
         {"d": _BAND},
         "stenman2003",
         hold=True,
         note="S = J = d: a slow ramp always gives stairs, stick-jump-follow cannot be shown",
     ),
-    "Kano": ValveFacts(
+    "Kano": ValveProperties(
         {"S": _BAND, "J": _BAND},
         "kano2004",
         refine=True,
         overshoot=True,
         note="a held sample is a stop, and the next move in the same direction asks for J",
     ),
-    "Choudhury": ValveFacts(
+    "Choudhury": ValveProperties(
         {"S": _BAND, "J": _BAND},
         "choudhury2005",
         overshoot=True,
         note="equal to Kano for J <= S and then also refine; for J > S it contradicts its own describing function",
     ),
-    "He": ValveFacts(
+    "He": ValveProperties(
         {"fs": _BAND, "fd": _BAND},
         "he2007",
         hold=True,
         note="follows only moves of more than fs - fd in one sample: a rate threshold that changes with dt",
     ),
-    "HeWang": ValveFacts(
+    "HeWang": ValveProperties(
         {"fs": _BAND, "fd": _BAND, "K": "-"},
         "hewang2014",
         overshoot=True,
         note="K = 1 is He's valve; K > 1 rebounds, and may slip again in the next sample of a held input",
     ),
-    "Srinivasan": ValveFacts(
+    "Srinivasan": ValveProperties(
         {"sb": _BAND, "sj": _BAND, "r": "% of span / s"},
         "srinivasan2008",
         overshoot=True,
         note="r = 0 is Kano's valve, r infinite with sj = sb is Stenman's; sb and sj may be tables",
     ),
-    "PhysicalValve": ValveFacts(
+    "PhysicalValve": ValveProperties(
         {
             "mass": "kg",
             "spring_rate": "N/m",

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from stiction.models.compensators.component import CompensatorState
-from stiction.models.compiled import inlined
+from stiction.models.numba_compile import inline_kernel
 
-__all__ = ["sent", "watch_and_move"]
+__all__ = ["observe_and_move", "signal_to_valve"]
 
 
-@inlined
-def watch_and_move(
+@inline_kernel
+def observe_and_move(
     op: float,
     sp: float,
     pv: float,
@@ -83,8 +83,8 @@ def watch_and_move(
     )
 
 
-@inlined
-def sent(signal: float, position: float, s: CompensatorState) -> CompensatorState:
+@inline_kernel
+def signal_to_valve(signal: float, position: float, s: CompensatorState) -> CompensatorState:
     """State `s` with the `signal` that is sent instead of the controller's, and where the stem is thought to go."""
     return CompensatorState(
         signal, 0.0, 1.0, s.op, s.sp, s.reference, s.latest, s.elapsed, s.phase, s.side, position, s.begun, s.samples,

@@ -59,7 +59,7 @@ def as_process(process: Any, dead_time: float = 0.0) -> StateSpace | TransferFun
             raise ParameterError(f"process has {D.shape} outputs and inputs; give one of each.")
         return StateSpace(system.A, system.B, system.C, float(D.ravel()[0]), dead_time)
     if hasattr(system, "num") and hasattr(system, "den"):
-        num, den = _single(system.num), _single(system.den)
+        num, den = _single_polynomial(system.num), _single_polynomial(system.den)
         return TransferFunction(num, den, dead_time)
     raise ParameterError(
         f"process is a {type(process).__name__}; give a TransferFunction, a StateSpace, (num, den), "
@@ -67,7 +67,7 @@ def as_process(process: Any, dead_time: float = 0.0) -> StateSpace | TransferFun
     )
 
 
-def _single(polynomial: Any) -> np.ndarray:
+def _single_polynomial(polynomial: Any) -> np.ndarray:
     """Coefficients of a single-input single-output polynomial, however it is nested."""
     while isinstance(polynomial, list | tuple) and len(polynomial) == 1 and np.ndim(polynomial[0]):
         polynomial = polynomial[0]
