@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from stiction.models.parameter_sets import table1_reading_a, table1_reading_b
-from stiction.simulation.rate import CriticalRate, critical_rate
+from stiction.simulation.critical_rates import CriticalRate, critical_rate
 
 if TYPE_CHECKING:
     from stiction.models import PhysicalValve

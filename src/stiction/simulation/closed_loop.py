@@ -11,7 +11,7 @@ from stiction.errors import ParameterError, as_floats, require_finite, require_p
 from stiction.models.dispatch import NO_COMPENSATOR, is_data_driven
 from stiction.models.loop import require_loop
 from stiction.records.record import LoopRecord, Provenance
-from stiction.simulation.drivers import closed_loop, plain_loop
+from stiction.simulation.drivers import closed_loop, fast_closed_loop
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["simulate"]
 
-_NOTHING, _AUTOMATIC = np.zeros(1), np.full(1, np.nan)
+_NO_LOAD, _AUTOMATIC = np.zeros(1), np.full(1, np.nan)
 
 
 def simulate(
@@ -91,8 +91,8 @@ def simulate(
     if n < 1:
         raise ParameterError(f"duration = {duration:g} s is shorter than one sample of {loop.dt:g} s; make it longer.")
     seed, set_point = require_seed(seed), _series("sp", sp, n)
-    load = _NOTHING if disturbance is None else _series("disturbance", disturbance, n)
-    pv_load = _NOTHING if pv_disturbance is None else _series("pv_disturbance", pv_disturbance, n)
+    load = _NO_LOAD if disturbance is None else _series("disturbance", disturbance, n)
+    pv_load = _NO_LOAD if pv_disturbance is None else _series("pv_disturbance", pv_disturbance, n)
     if loop.noise > 0.0:
         pv_load = pv_load + np.random.default_rng(seed).normal(0.0, loop.noise, n)
     hand = _AUTOMATIC if manual is None else _series("manual", manual, n, gaps=True)
@@ -109,16 +109,16 @@ def simulate(
     recorded_sp[:] = set_point
     controller, valve, packed = loop.controller.pack(loop.dt), loop.valve.code, loop.valve.pack(loop.dt)
     if compensator is None and is_data_driven(valve):
-        plain_loop(
+        fast_closed_loop(
             controller, valve, packed, *loop.discrete, set_point, load, pv_load, hand, start, pv, op, mv
         )  # fmt: skip
     else:
-        kind, settings = NO_COMPENSATOR, _NOTHING
+        kind, settings = NO_COMPENSATOR, _NO_LOAD
         if compensator is not None:
             kind, settings = compensator.code, compensator.pack(loop.dt)
         closed_loop(
             controller, kind, settings, valve, packed, *loop.discrete,
-            set_point, load, pv_load, hand, start, pv, op, sent[0] if sent else _NOTHING, mv,
+            set_point, load, pv_load, hand, start, pv, op, sent[0] if sent else _NO_LOAD, mv,
         )  # fmt: skip
     return LoopRecord(
         tag,

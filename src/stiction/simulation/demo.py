@@ -11,7 +11,7 @@ import numpy as np
 
 from stiction.models import FOPDT, PID, SOPDT, Ideal, Integrating, Kano, Loop
 from stiction.simulation.closed_loop import simulate
-from stiction.simulation.signals import random_walk
+from stiction.simulation.input_signals import random_walk
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 __all__ = ["DemoLoop", "demo_plant"]
 
 _START = datetime(2026, 3, 2, 6, 0)
-_BURN_IN = 0.25
+_BURN_IN_SHARE = 0.25
 """Share of the record that runs before it, so that the record starts in the middle of things [-]."""
 
-Wave = Callable[["NDArray[Any]"], "NDArray[Any]"]
+LoadFunction = Callable[["NDArray[Any]"], "NDArray[Any]"]
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class _Loop:
     """Measurement noise [PV units]."""
     drift: float = 0.0
     """Wandering load: standard deviation of its change over one second [% of span]."""
-    outside: Wave | None = None
+    outside: LoadFunction | None = None
     """Load from elsewhere over time [% of span]."""
     resolution: float = 0.0
     """Steps in which the transmitter reports [PV units]."""
@@ -140,7 +140,7 @@ def _plant() -> tuple[_Loop, ...]:
 
 def _run(row: _Loop, seed: int) -> DemoLoop:
     duration = row.hours * 3600.0
-    before = round(_BURN_IN * duration / row.dt)
+    before = round(_BURN_IN_SHARE * duration / row.dt)
     n = before + round(duration / row.dt)
     whole = n * row.dt
     load = random_walk(0.0, row.drift, whole, row.dt, seed=seed)

@@ -18,7 +18,7 @@ from stiction.models.dispatch import (
 )
 from stiction.models.numba_compile import inline_kernel, kernel
 
-__all__ = ["advance", "closed_loop", "plain_loop", "stroke_one"]
+__all__ = ["closed_loop", "fast_closed_loop", "process_step", "stroke_one"]
 
 
 @kernel
@@ -46,7 +46,7 @@ def stroke_one(model, p, op, position, mv):
 
 
 @inline_kernel
-def _output(c, state):
+def _process_output(c, state):
     """What the states of a process add up to."""
     y = 0.0
     for i in range(c.shape[0]):
@@ -55,7 +55,7 @@ def _output(c, state):
 
 
 @inline_kernel
-def _inlet(k, delay, mv, mv0, load, load_step):
+def _process_input(k, delay, mv, mv0, load, load_step):
     """What a process sees `delay` samples late: the stem off where it rested, and the load."""
     if k < delay:
         return 0.0
@@ -63,7 +63,7 @@ def _inlet(k, delay, mv, mv0, load, load_step):
 
 
 @inline_kernel
-def advance(A, b_new, b_old, newer, older, state, work):
+def process_step(A, b_new, b_old, newer, older, state, work):
     """Take the states of a process on by one sample."""
     order = state.shape[0]
     for i in range(order):
@@ -76,7 +76,7 @@ def advance(A, b_new, b_old, newer, older, state, work):
 
 
 @kernel
-def plain_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv_load, manual, start, pv, op, mv):
+def fast_closed_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv_load, manual, start, pv, op, mv):
     """Run one loop with a plain valve and no compensator, as `closed_loop` does.
 
     A kernel of its own, since most loops are such ones and the general one takes long to compile. A first-order
@@ -104,23 +104,23 @@ def plain_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv
             pv[k] = y
             op[k] = controller.op
             mv[k] = min(max(valve.position, low), high)
-            newer = _inlet(k, delay, mv, mv0, load, load_step)
+            newer = _process_input(k, delay, mv, mv0, load, load_step)
             x = a * x + bn * newer + bo * older
             older = newer
         return
     state = A[:, 0] * 0.0 if order else c
     work = state.copy()
     for k in range(n):
-        y = pv0 + _output(c, state) + pv_load[k * pv_step]
+        y = pv0 + _process_output(c, state) + pv_load[k * pv_step]
         if d != 0.0:
-            y += d * _inlet(k, direct, mv, mv0, load, load_step)
+            y += d * _process_input(k, direct, mv, mv0, load, load_step)
         controller = pid_step(sp[k * sp_step], y, controller, manual[k * manual_step], settings)
         valve = data_driven_step(model, controller.op, valve, q)
         pv[k] = y
         op[k] = controller.op
         mv[k] = min(max(valve.position, low), high)
-        newer = _inlet(k, delay, mv, mv0, load, load_step)
-        advance(A, b_new, b_old, newer, older, state, work)
+        newer = _process_input(k, delay, mv, mv0, load, load_step)
+        process_step(A, b_new, b_old, newer, older, state, work)
         older = newer
 
 
@@ -151,9 +151,9 @@ def closed_loop(
     state = A[:, 0] * 0.0 if order else c
     work = state.copy()
     for k in range(n):
-        y = pv0 + _output(c, state) + pv_load[k * pv_step]
+        y = pv0 + _process_output(c, state) + pv_load[k * pv_step]
         if d != 0.0:
-            y += d * _inlet(k, direct, mv, mv0, load, load_step)
+            y += d * _process_input(k, direct, mv, mv0, load, load_step)
         pv[k] = y
         target, hand = sp[k * sp_step], manual[k * manual_step]
         if kind == NO_COMPENSATOR:
@@ -171,6 +171,6 @@ def closed_loop(
         op[k] = controller.op
         valve = valve_step(model, signal, valve, p)
         mv[k] = min(max(valve.position, low), high)
-        newer = _inlet(k, delay, mv, mv0, load, load_step)
-        advance(A, b_new, b_old, newer, older, state, work)
+        newer = _process_input(k, delay, mv, mv0, load, load_step)
+        process_step(A, b_new, b_old, newer, older, state, work)
         older = newer

@@ -11,7 +11,7 @@ import numpy as np
 from stiction.errors import ParameterError
 from stiction.models.lookup_table import Table
 from stiction.models.valves import Srinivasan
-from stiction.simulation.reduction import reduce_valve
+from stiction.simulation.model_reduction import reduce_valve
 from stiction.simulation.stroke import stroke
 
 if TYPE_CHECKING:
@@ -26,10 +26,13 @@ if TYPE_CHECKING:
 
 __all__ = ["Phenomena", "phenomena_table"]
 
-_SLOW, _MIDDLE, _FAST = 0.1, 0.5, 3.0
-_SEEN = 0.02
+_RATE_RATIOS = (0.1, 0.5, 3.0)
+"""Slow, middle and fast rate of a ramp over the critical rate [-]."""
+_MIN_RELATIVE_CHANGE = 0.02
+"""Relative change above which a slip varies, and a stem moves [-]."""
 _SAMPLES_PER_SLIP = 200
-_BANDS = 8.0
+_RAMP_LENGTH_BANDS = 8.0
+"""Length of a ramp over the stick band [-]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +72,12 @@ class Phenomena:
     @property
     def slip_varies_with_rate(self) -> bool:
         """Whether the slip changes with the rate by more than 2 %."""
-        return self.slip_over_rate > _SEEN
+        return self.slip_over_rate > _MIN_RELATIVE_CHANGE
 
     @property
     def slip_varies_with_position(self) -> bool:
         """Whether the slip changes over the travel by more than 2 %."""
-        return self.slip_over_travel > _SEEN
+        return self.slip_over_travel > _MIN_RELATIVE_CHANGE
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
@@ -127,12 +130,12 @@ def phenomena_table(valve: PhysicalValve) -> tuple[Phenomena, ...]:
     def drive_physical(travel: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
         return _position(stroke(physical, travel / found.gain + found.offset, dt, mv_start=float(travel[0])))
 
-    drives: dict[str, Drive] = {name: _driver(model) for name, model in models.items()}
+    drives: dict[str, Drive] = {name: _stroke_model(model) for name, model in models.items()}
     drives["PhysicalValve"] = drive_physical
-    return tuple(_row(name, drive, rate, sj, _BANDS * sb) for name, drive in drives.items())
+    return tuple(_measure_model(name, drive, rate, sj, _RAMP_LENGTH_BANDS * sb) for name, drive in drives.items())
 
 
-def _driver(model: Valve) -> Drive:
+def _stroke_model(model: Valve) -> Drive:
     return lambda travel, dt: _position(stroke(model, travel, dt))
 
 
@@ -141,12 +144,12 @@ def _position(record: LoopRecord) -> NDArray[np.float64]:
     return record.mv
 
 
-def _row(name: str, drive: Drive, rate: float, sj: float, span: float) -> Phenomena:
-    slow, middle, fast = (_slips(drive, share * rate, sj, span) for share in (_SLOW, _MIDDLE, _FAST))
+def _measure_model(name: str, drive: Drive, rate: float, sj: float, span: float) -> Phenomena:
+    slow, middle, fast = (_slips(drive, share * rate, sj, span) for share in _RATE_RATIOS)
     typical, faster = np.median(slow[1:] or [math.nan]), np.median(middle[1:] or [math.nan])
     return Phenomena(
         name,
-        _reversal_travel(drive, _SLOW * rate, sj, span),
+        _reversal_travel(drive, _RATE_RATIOS[0] * rate, sj, span),
         len(slow),
         len(fast),
         float(2.0 * abs(faster - typical) / (faster + typical)),
@@ -176,5 +179,5 @@ def _reversal_travel(drive: Drive, rate: float, sj: float, span: float) -> float
 
 def _edges(change: NDArray[np.float64], step: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Find the samples at which motion starts and ends."""
-    edge = np.diff((change > _SEEN * step).astype(np.int8), prepend=0)
+    edge = np.diff((change > _MIN_RELATIVE_CHANGE * step).astype(np.int8), prepend=0)
     return np.flatnonzero(edge > 0), np.flatnonzero(edge < 0)

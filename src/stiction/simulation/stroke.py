@@ -61,7 +61,7 @@ def stroke(
     record = LoopRecord("stroke", dt, op=op, provenance=Provenance(source=repr(valve)))  # type: ignore[arg-type]
     if missing := int(np.isnan(record.op).sum()):
         raise RecordError(f"op has {missing} missing values; a valve needs one at each sample: fill them first.")
-    mv = np.empty_like(record.op) if out is None else _writable(out, record.op.shape)
+    mv = np.empty_like(record.op) if out is None else _require_writable(out, record.op.shape)
     if np.may_share_memory(mv, record.op):
         record = replace(record, op=record.op.copy())
     if len(record):
@@ -70,7 +70,7 @@ def stroke(
     return LoopRecord("stroke", dt, op=record.op, mv=mv, provenance=record.provenance)
 
 
-def _writable(out: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
+def _require_writable(out: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
     """`out`, where a position can be written to."""
     if not isinstance(out, np.ndarray):
         raise ParameterError(f"out is a {type(out).__name__}; give an array of float64 of shape {shape}.")

@@ -21,14 +21,15 @@ if TYPE_CHECKING:
 
 __all__ = ["PlantLoop", "SimulatedPlant", "simulate_plant"]
 
-START = datetime(2026, 3, 2, 6, 0)
-MIDDLE = 50.0
+RECORD_START = datetime(2026, 3, 2, 6, 0)
+OPERATING_POINT = 50.0
 """Operating point of every loop [% of span]."""
-SETTLING = 0.25
+SETTLING_SHARE = 0.25
 """Time that the plant runs before the record starts, over the length of the record [-]."""
-CLEAR, TRACE = 1.0, 0.2
-"""Standard deviation of an oscillation over the one of the noise from which it is clear, and below which it is
-invisible [-]."""
+MIN_CLEAR_RATIO = 1.0
+"""Standard deviation of an oscillation over the standard deviation of the noise, above which it is clear [-]."""
+MIN_VISIBLE_RATIO = 0.2
+"""The ratio below which the oscillation is invisible [-]."""
 
 
 @dataclass(frozen=True)
@@ -128,17 +129,19 @@ def simulate_plant(seed: int = 0, *, hours: float = 6.0, dt: float = 5.0, units:
         raise ParameterError(f"units = {units} is below 4; two groups spread over two units each, so give 4 or more.")
     layout, steady = (draw_layout(np.random.default_rng(seed), units=units, steady=s) for s in (False, True))
     records = _run(layout, seed, hours, dt)
-    visible = [_visibility(*pair) for pair in zip(records, _run(steady, seed, hours, dt), strict=True)]
-    group_of = _reached(layout)
+    visible = [_fault_to_noise_ratio(*pair) for pair in zip(records, _run(steady, seed, hours, dt), strict=True)]
+    group_of = _reachable_groups(layout)
     loops = []
     for k, (one, record) in enumerate(zip(layout.loops, records, strict=True)):
         group = group_of.get(k, 0)
-        clear = visible[k] >= CLEAR
+        clear = visible[k] >= MIN_CLEAR_RATIO
         member = group if clear else 0
         cause = one.cause if one.cause != "none" or not member else "external disturbance"
         root = layout.loops[layout.sources[group - 1]].tag if member else ""
-        weak = group if TRACE <= visible[k] < CLEAR else 0
-        loops.append(PlantLoop(_in_units(record, one), cause, one.state, member, weak, root, one.span, one.S, one.J))
+        weak = group if MIN_VISIBLE_RATIO <= visible[k] < MIN_CLEAR_RATIO else 0
+        loops.append(
+            PlantLoop(_to_engineering_units(record, one), cause, one.state, member, weak, root, one.span, one.S, one.J)
+        )
     tags = [one.tag for one in layout.loops]
     return SimulatedPlant(tuple(loops), tuple((tags[path.source], tags[path.target]) for path in layout.paths))
 
@@ -146,7 +149,7 @@ def simulate_plant(seed: int = 0, *, hours: float = 6.0, dt: float = 5.0, units:
 def _run(layout: PlantLayout, seed: int, hours: float, dt: float) -> list[LoopRecord]:
     """Records of all loops in percent."""
     kept = round(hours * 3600.0 / dt)
-    n = kept + round(SETTLING * kept)
+    n = kept + round(SETTLING_SHARE * kept)
     loads = [_draw_load(np.random.default_rng([seed, 1, k]), one.drift, n, dt) for k, one in enumerate(layout.loops)]
     sp = [_draw_sp(np.random.default_rng([seed, 2, k]), one, n) for k, one in enumerate(layout.loops)]
     records: dict[int, LoopRecord] = {}
@@ -161,7 +164,9 @@ def _run(layout: PlantLayout, seed: int, hours: float, dt: float) -> list[LoopRe
             if path.target in both:
                 pv = records[path.source].pv
                 assert pv is not None
-                loads[path.target] = loads[path.target] + path.gain * _spread(pv - MIDDLE, path.delay, path.lag, dt)
+                loads[path.target] = loads[path.target] + path.gain * _delay_and_lag(
+                    pv - OPERATING_POINT, path.delay, path.lag, dt
+                )
         if len(both) == 2:
             a, b = both
             a_loop, b_loop = layout.loops[a].loop(dt), layout.loops[b].loop(dt)
@@ -180,12 +185,14 @@ def _run_single(
     n = sp.size
     if one.state == "pv_frozen":
         error = 0.02 * one.noise
-        op = np.clip(MIDDLE + one.Kc * error * (1.0 + np.arange(n) * dt / one.Ti), 0.0, 100.0)
-        return _record(one, dt, np.full(n, MIDDLE), np.full(n, MIDDLE - error), op)
+        op = np.clip(OPERATING_POINT + one.Kc * error * (1.0 + np.arange(n) * dt / one.Ti), 0.0, 100.0)
+        return _record(one, dt, np.full(n, OPERATING_POINT), np.full(n, OPERATING_POINT - error), op)
     if one.state == "saturated":
         load = load - 75.0
-    manual = np.full(n, MIDDLE) if one.state == "manual" else None
-    run = simulate(one.loop(dt), sp, n * dt, load, seed, manual=manual, pv_start=MIDDLE, op_start=MIDDLE)
+    manual = np.full(n, OPERATING_POINT) if one.state == "manual" else None
+    run = simulate(
+        one.loop(dt), sp, n * dt, load, seed, manual=manual, pv_start=OPERATING_POINT, op_start=OPERATING_POINT
+    )
     assert run.pv is not None
     return _record(one, dt, sp, run.pv, run.op)
 
@@ -194,18 +201,18 @@ def _record(one: LoopLayout, dt: float, sp, pv, op, *, secondary: str = "") -> L
     origin = Provenance(source="simulation", rows=op.size, secondary_tag=secondary)
     auto = np.full(op.size, one.state != "manual")
     return LoopRecord(
-        one.tag, dt, op=op, pv=pv, sp=sp, auto=auto, loop_type=one.loop_type, start=START, provenance=origin
+        one.tag, dt, op=op, pv=pv, sp=sp, auto=auto, loop_type=one.loop_type, start=RECORD_START, provenance=origin
     )
 
 
-def _in_units(record: LoopRecord, one: LoopLayout) -> LoopRecord:
+def _to_engineering_units(record: LoopRecord, one: LoopLayout) -> LoopRecord:
     """PV and SP in engineering units, with the rounding of a historian."""
     low, high = one.span
     assert record.pv is not None
     assert record.sp is not None
     scale = (high - low) / 100.0
     pv, sp = (low + scale * np.round(x, 2) for x in (record.pv, record.sp))
-    return replace(record, pv=pv, sp=sp, op=np.round(record.op, 2), start=START)
+    return replace(record, pv=pv, sp=sp, op=np.round(record.op, 2), start=RECORD_START)
 
 
 def _draw_load(rng: np.random.Generator, deviation: float, n: int, dt: float) -> NDArray[np.float64]:
@@ -218,13 +225,13 @@ def _draw_load(rng: np.random.Generator, deviation: float, n: int, dt: float) ->
 
 
 def _draw_sp(rng: np.random.Generator, one: LoopLayout, n: int) -> NDArray[np.float64]:
-    sp = np.full(n, MIDDLE)
+    sp = np.full(n, OPERATING_POINT)
     for _ in range(one.sp_steps):
         sp[int(rng.integers(n // 4, n)) :] += float(rng.uniform(-2.0, 2.0))
     return sp
 
 
-def _spread(x: NDArray[np.float64], delay: float, lag: float, dt: float) -> NDArray[np.float64]:
+def _delay_and_lag(x: NDArray[np.float64], delay: float, lag: float, dt: float) -> NDArray[np.float64]:
     """Delay a signal and pass it through a first-order lag."""
     from scipy.signal import lfilter
 
@@ -233,7 +240,7 @@ def _spread(x: NDArray[np.float64], delay: float, lag: float, dt: float) -> NDAr
     return np.asarray(lfilter([1.0 - pole], [1.0, -pole], late))
 
 
-def _reached(layout: PlantLayout) -> dict[int, int]:
+def _reachable_groups(layout: PlantLayout) -> dict[int, int]:
     """Loop -> number of the group whose source can reach it, cascades included."""
     partner = layout.secondary | {b: a for a, b in layout.secondary.items()}
     group_of: dict[int, int] = {}
@@ -246,7 +253,7 @@ def _reached(layout: PlantLayout) -> dict[int, int]:
     return group_of
 
 
-def _visibility(record: LoopRecord, steady: LoopRecord) -> float:
+def _fault_to_noise_ratio(record: LoopRecord, steady: LoopRecord) -> float:
     """Standard deviation of what the faults add over the noise of the steady plant, in the signal that shows it best.
 
     The noise is the deviation of the first difference over the root of 2.
@@ -257,11 +264,11 @@ def _visibility(record: LoopRecord, steady: LoopRecord) -> float:
         assert calm is not None
         noise = float(np.diff(calm).std()) / np.sqrt(2.0)
         if noise > 0.0:
-            ratios.append(float(_without_drift(x - calm, record.dt).std()) / noise)
+            ratios.append(float(_remove_drift(x - calm, record.dt).std()) / noise)
     return max(ratios)
 
 
-def _without_drift(x: NDArray[np.float64], dt: float, window: float = 1800.0) -> NDArray[np.float64]:
+def _remove_drift(x: NDArray[np.float64], dt: float, window: float = 1800.0) -> NDArray[np.float64]:
     """Take off the moving mean over half an hour; the ends without a full window are cut off."""
     width = round(window / dt)
     mean = np.convolve(x, np.full(width, 1.0 / width), "valid")

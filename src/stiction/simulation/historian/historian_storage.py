@@ -20,12 +20,20 @@ if TYPE_CHECKING:
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["averaged", "each_signal", "exception_reported", "interpolated", "quantised", "sampled", "swinging_door"]
+__all__ = [
+    "average_intervals",
+    "compress_by_swinging_door",
+    "interpolate_samples",
+    "map_signals",
+    "quantise_signals",
+    "report_by_exception",
+    "sample_slower",
+]
 
 SIGNALS = ("op", "pv", "sp", "mv")
 
 
-def each_signal(record: LoopRecord, change: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> LoopRecord:
+def map_signals(record: LoopRecord, change: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> LoopRecord:
     """Apply `change` to every signal that was recorded.
 
     Parameters
@@ -45,7 +53,7 @@ def each_signal(record: LoopRecord, change: Callable[[NDArray[np.float64]], NDAr
     return replace(record, **{name: change(x) for name, x in signals.items() if x is not None})
 
 
-def sampled(record: LoopRecord, dt: float) -> LoopRecord:
+def sample_slower(record: LoopRecord, dt: float) -> LoopRecord:
     """Sample slower: the last value at each tick.
 
     Parameters
@@ -68,17 +76,17 @@ def sampled(record: LoopRecord, dt: float) -> LoopRecord:
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import sampled
-    >>> sampled(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0, 4.0, 5.0]), dt=2.0).op.tolist()
+    >>> from stiction.simulation.historian import sample_slower
+    >>> sample_slower(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0, 4.0, 5.0]), dt=2.0).op.tolist()
     [1.0, 3.0, 5.0]
     """
     require_record(record)
-    kept = _ticks(record, dt)
+    kept = _tick_indices(record, dt)
     signals: dict[str, Any] = {name: getattr(record, name) for name in (*SIGNALS, "auto")}
     return replace(record, dt=dt, **{name: x[kept] for name, x in signals.items() if x is not None})
 
 
-def averaged(record: LoopRecord, dt: float) -> LoopRecord:
+def average_intervals(record: LoopRecord, dt: float) -> LoopRecord:
     """Store the mean of each interval.
 
     Parameters
@@ -101,12 +109,12 @@ def averaged(record: LoopRecord, dt: float) -> LoopRecord:
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import averaged
-    >>> averaged(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0, 4.0, 5.0]), dt=2.0).op.tolist()
+    >>> from stiction.simulation.historian import average_intervals
+    >>> average_intervals(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0, 4.0, 5.0]), dt=2.0).op.tolist()
     [1.5, 3.5]
     """
     require_record(record)
-    _longer(record, dt)
+    _require_longer_period(record, dt)
     m = round(dt / record.dt)
     n = len(record) // m
     signals: dict[str, Any] = {name: getattr(record, name) for name in SIGNALS}
@@ -118,7 +126,7 @@ def averaged(record: LoopRecord, dt: float) -> LoopRecord:
     return replace(record, dt=m * record.dt, **parts)
 
 
-def interpolated(record: LoopRecord, dt: float) -> LoopRecord:
+def interpolate_samples(record: LoopRecord, dt: float) -> LoopRecord:
     """Ask a historian that samples every `dt` for the record's own rate: straight lines between its samples.
 
     Parameters
@@ -141,16 +149,16 @@ def interpolated(record: LoopRecord, dt: float) -> LoopRecord:
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import interpolated
-    >>> interpolated(LoopRecord("FC1", 1.0, op=[1.0, 9.0, 3.0, 9.0, 5.0]), dt=2.0).op.tolist()
+    >>> from stiction.simulation.historian import interpolate_samples
+    >>> interpolate_samples(LoopRecord("FC1", 1.0, op=[1.0, 9.0, 3.0, 9.0, 5.0]), dt=2.0).op.tolist()
     [1.0, 2.0, 3.0, 4.0, 5.0]
     """
     require_record(record)
-    kept, k = _ticks(record, dt), np.arange(len(record))
-    return each_signal(record, lambda x: np.interp(k, kept, x[kept]))
+    kept, k = _tick_indices(record, dt), np.arange(len(record))
+    return map_signals(record, lambda x: np.interp(k, kept, x[kept]))
 
 
-def exception_reported(record: LoopRecord, deviation: float, *, interpolate: bool = False) -> LoopRecord:
+def report_by_exception(record: LoopRecord, deviation: float, *, interpolate: bool = False) -> LoopRecord:
     """Report by exception: a value is stored when it has left the last one stored by more than the deviation.
 
     Parameters
@@ -179,22 +187,22 @@ def exception_reported(record: LoopRecord, deviation: float, *, interpolate: boo
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import exception_reported
+    >>> from stiction.simulation.historian import report_by_exception
     >>> record = LoopRecord("FC1", 1.0, op=[0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
-    >>> exception_reported(record, deviation=1.0).op.tolist()
+    >>> report_by_exception(record, deviation=1.0).op.tolist()
     [0.0, 0.0, 2.0, 2.0, 4.0, 4.0]
     """
     require_record(record)
     deviation = require_not_negative("deviation", deviation, "-")
 
     def change(x: NDArray[np.float64]) -> NDArray[np.float64]:
-        stored = _exceptions(x, deviation * float(np.nanstd(x)))
-        return np.interp(np.arange(x.size), stored, x[stored]) if interpolate else _hold(x, stored)
+        stored = _exception_indices(x, deviation * float(np.nanstd(x)))
+        return np.interp(np.arange(x.size), stored, x[stored]) if interpolate else _hold_last_value(x, stored)
 
-    return each_signal(record, change)
+    return map_signals(record, change)
 
 
-def swinging_door(record: LoopRecord, deviation: float) -> LoopRecord:
+def compress_by_swinging_door(record: LoopRecord, deviation: float) -> LoopRecord:
     """Compress by the swinging door and give back straight lines between the values stored.
 
     A value is stored where no straight line from the last one stored stays within the deviation of all since. The line
@@ -224,22 +232,22 @@ def swinging_door(record: LoopRecord, deviation: float) -> LoopRecord:
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import swinging_door
+    >>> from stiction.simulation.historian import compress_by_swinging_door
     >>> record = LoopRecord("FC1", 1.0, op=[0.0, 1.1, 1.9, 3.0, 2.1, 0.9, 0.0])
-    >>> swinging_door(record, deviation=0.2).op.tolist()
+    >>> compress_by_swinging_door(record, deviation=0.2).op.tolist()
     [0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0]
     """
     require_record(record)
     deviation = require_not_negative("deviation", deviation, "-")
 
     def change(x: NDArray[np.float64]) -> NDArray[np.float64]:
-        stored = _door(x, deviation * float(np.nanstd(x)))
+        stored = _swinging_door_indices(x, deviation * float(np.nanstd(x)))
         return np.interp(np.arange(x.size), stored, x[stored])
 
-    return each_signal(record, change)
+    return map_signals(record, change)
 
 
-def quantised(record: LoopRecord, *, op: float = 0.0, pv: float = 0.0) -> LoopRecord:
+def quantise_signals(record: LoopRecord, *, op: float = 0.0, pv: float = 0.0) -> LoopRecord:
     """Round OP, and PV with its SP, to whole steps.
 
     Parameters
@@ -262,8 +270,8 @@ def quantised(record: LoopRecord, *, op: float = 0.0, pv: float = 0.0) -> LoopRe
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import quantised
-    >>> quantised(LoopRecord("FC1", 1.0, op=[50.2, 50.4, 50.6]), op=0.5).op.tolist()
+    >>> from stiction.simulation.historian import quantise_signals
+    >>> quantise_signals(LoopRecord("FC1", 1.0, op=[50.2, 50.4, 50.6]), op=0.5).op.tolist()
     [50.0, 50.5, 50.5]
     """
     require_record(record)
@@ -276,26 +284,26 @@ def quantised(record: LoopRecord, *, op: float = 0.0, pv: float = 0.0) -> LoopRe
     return replace(record, **changed)
 
 
-def _longer(record: LoopRecord, dt: float) -> None:
+def _require_longer_period(record: LoopRecord, dt: float) -> None:
     if require_positive("dt", dt, "s") < record.dt * (1.0 - 1e-9):
         raise ParameterError(f"dt = {dt:g} s is shorter than the record's {record.dt:g} s; give at least that.")
 
 
-def _ticks(record: LoopRecord, dt: float) -> NDArray[np.intp]:
+def _tick_indices(record: LoopRecord, dt: float) -> NDArray[np.intp]:
     """Last sample at or before each tick of a slower clock, shape (n_ticks,)."""
-    _longer(record, dt)
+    _require_longer_period(record, dt)
     if not len(record):
         return np.empty(0, dtype=np.intp)
     n = int((len(record) - 1) * record.dt / dt * (1.0 + 1e-12)) + 1
     return np.floor(np.arange(n) * (dt / record.dt) * (1.0 + 1e-12)).astype(np.intp)
 
 
-def _hold(x: NDArray[np.float64], stored: NDArray[np.intp]) -> NDArray[np.float64]:
+def _hold_last_value(x: NDArray[np.float64], stored: NDArray[np.intp]) -> NDArray[np.float64]:
     """Give each sample the value last stored."""
     return x[stored][np.searchsorted(stored, np.arange(x.size), side="right") - 1]
 
 
-def _exceptions(x: NDArray[np.float64], deviation: float) -> NDArray[np.intp]:
+def _exception_indices(x: NDArray[np.float64], deviation: float) -> NDArray[np.intp]:
     """Samples that are stored by exception; a value that goes missing or comes back is one."""
     stored, last = [], np.inf
     for k, value in enumerate(x.tolist()):
@@ -305,7 +313,7 @@ def _exceptions(x: NDArray[np.float64], deviation: float) -> NDArray[np.intp]:
     return np.array(stored, dtype=np.intp)
 
 
-def _door(x: NDArray[np.float64], deviation: float) -> NDArray[np.intp]:
+def _swinging_door_indices(x: NDArray[np.float64], deviation: float) -> NDArray[np.intp]:
     """Samples that the swinging door stores; the first and the last always."""
     values = x.tolist()
     stored = [0] if values else []

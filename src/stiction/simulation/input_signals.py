@@ -52,7 +52,7 @@ def ramp(start: float, stop: float, rate: float, dt: float) -> NDArray[np.float6
 
     Examples
     --------
-    >>> from stiction.simulation.signals import ramp
+    >>> from stiction.simulation.input_signals import ramp
     >>> ramp(50.0, 52.0, rate=0.5, dt=1.0).tolist()
     [50.0, 50.5, 51.0, 51.5, 52.0]
     """
@@ -96,12 +96,12 @@ def triangle(
 
     Examples
     --------
-    >>> from stiction.simulation.signals import triangle
+    >>> from stiction.simulation.input_signals import triangle
     >>> triangle(50.0, 2.0, period=8.0, duration=9.0, dt=1.0).tolist()
     [50.0, 51.0, 52.0, 51.0, 50.0, 49.0, 48.0, 49.0, 50.0]
     """
     mean, amplitude = require_finite("mean", mean), require_not_negative("amplitude", amplitude, "% of span")
-    turns = _time(duration, dt) / require_positive("period", period, "s")
+    turns = _sample_times(duration, dt) / require_positive("period", period, "s")
     wave = 1.0 - 4.0 * np.abs((turns + 0.25) % 1.0 - 0.5)
     return mean + (amplitude if upwards else -amplitude) * wave
 
@@ -136,12 +136,12 @@ def sine(
 
     Examples
     --------
-    >>> from stiction.simulation.signals import sine
+    >>> from stiction.simulation.input_signals import sine
     >>> sine(50.0, 2.0, period=4.0, duration=4.0, dt=1.0).round(9).tolist()
     [50.0, 52.0, 50.0, 48.0]
     """
     mean, amplitude = require_finite("mean", mean), require_not_negative("amplitude", amplitude, "% of span")
-    turns = _time(duration, dt) / require_positive("period", period, "s")
+    turns = _sample_times(duration, dt) / require_positive("period", period, "s")
     return mean + amplitude * np.sin(2.0 * np.pi * turns + require_finite("phase", phase, "rad"))
 
 
@@ -169,7 +169,7 @@ def staircase(levels: Sequence[float] | NDArray[np.float64], hold: float, dt: fl
 
     Examples
     --------
-    >>> from stiction.simulation.signals import staircase
+    >>> from stiction.simulation.input_signals import staircase
     >>> staircase([50.0, 50.5, 50.0], hold=2.0, dt=1.0).tolist()
     [50.0, 50.0, 50.5, 50.5, 50.0, 50.0]
     """
@@ -179,7 +179,7 @@ def staircase(levels: Sequence[float] | NDArray[np.float64], hold: float, dt: fl
         raise ParameterError(f"levels must be a series of numbers, got {levels!r}.") from None
     if series.ndim != 1 or not np.all(np.isfinite(series)):
         raise ParameterError("levels must be a series of finite numbers in % of span.")
-    n = _samples("hold", hold, dt)
+    n = _count_samples("hold", hold, dt)
     require_samples("the steps together", series.size * hold, dt)
     return np.repeat(series, n)
 
@@ -215,14 +215,14 @@ def random_walk(
 
     Examples
     --------
-    >>> from stiction.simulation.signals import random_walk
+    >>> from stiction.simulation.input_signals import random_walk
     >>> walk = random_walk(50.0, 0.3, duration=100.0, dt=1.0, seed=1)
     >>> walk.shape, float(walk[0])
     ((100,), 50.0)
     """
     start = require_finite("start", start, "% of span")
     spread = require_not_negative("spread", spread, "% of span")
-    n = _samples("duration", duration, dt)
+    n = _count_samples("duration", duration, dt)
     steps = np.random.default_rng(require_seed(seed)).normal(0.0, spread * dt**0.5, n)
     steps[0] = start
     return np.cumsum(steps)
@@ -258,19 +258,19 @@ def binary_sequence(
 
     Examples
     --------
-    >>> from stiction.simulation.signals import binary_sequence
+    >>> from stiction.simulation.input_signals import binary_sequence
     >>> binary_sequence(48.0, 52.0, hold=2.0, duration=6.0, dt=1.0, seed=3).tolist()
     [52.0, 52.0, 48.0, 48.0, 48.0, 48.0]
     """
     low, high = require_finite("low", low, "% of span"), require_finite("high", high, "% of span")
     if not low < high:
         raise ParameterError(f"low = {low:g} % is not below high = {high:g} %; give two levels in this order.")
-    n, per_level = _samples("duration", duration, dt), _samples("hold", hold, dt)
+    n, per_level = _count_samples("duration", duration, dt), _count_samples("hold", hold, dt)
     drawn = np.random.default_rng(require_seed(seed)).integers(0, 2, -(-n // per_level))
     return np.repeat(np.array([low, high])[drawn], per_level)[:n]
 
 
-def _samples(name: str, length: float, dt: float) -> int:
+def _count_samples(name: str, length: float, dt: float) -> int:
     """Whole samples of a length of time."""
     length, dt = require_positive(name, length, "s"), require_positive("dt", dt, "s")
     require_samples(name, length, dt)
@@ -280,6 +280,6 @@ def _samples(name: str, length: float, dt: float) -> int:
     return n
 
 
-def _time(duration: float, dt: float) -> NDArray[np.float64]:
+def _sample_times(duration: float, dt: float) -> NDArray[np.float64]:
     """Time of each sample [s], shape (n_samples,)."""
-    return np.arange(_samples("duration", duration, dt), dtype=np.float64) * dt
+    return np.arange(_count_samples("duration", duration, dt), dtype=np.float64) * dt

@@ -11,7 +11,7 @@ import numpy as np
 from stiction.errors import MOST_SAMPLES, ParameterError, require_count, require_positive
 from stiction.models.valves import Choudhury, He, HeWang, Kano, PhysicalValve, Srinivasan, Stenman
 from stiction.models.valves.he_wang import overshoot_factor
-from stiction.simulation.rate import critical_rate
+from stiction.simulation.critical_rates import critical_rate
 from stiction.simulation.stroke import stroke
 
 if TYPE_CHECKING:
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Reduction", "ReductionError", "reduce_valve"]
 
-_FRACTIONS = (0.2, 0.7, 1.5, 5.0)
-_UNNAMED_RATE = 1.0
+_RATE_FRACTIONS = (0.2, 0.7, 1.5, 5.0)
+_DEFAULT_RATE = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,19 +153,19 @@ def reduce_valve(valve: PhysicalValve, *, samples: int = 4000, amplitude: float 
     errors: list[ReductionError] = []
     continuous = replace(valve, hold="linear")
     middle = 50.0 / valve.gain + valve.offset if math.isfinite(valve.travel[0]) else valve.offset
-    for rate in (fraction * (found.rate or _UNNAMED_RATE) for fraction in _FRACTIONS):
-        for signal, dt, op in _signals(rate, amplitude, samples):
+    for rate in (fraction * (found.rate or _DEFAULT_RATE) for fraction in _RATE_FRACTIONS):
+        for signal, dt, op in _input_signals(rate, amplitude, samples):
             op = op + middle
             start = valve.gain * (op[0] - valve.offset)
             truth = stroke(continuous, op, dt, mv_start=start).mv
             errors += [
-                ReductionError(name, f"{signal}, {rate:.3g} %/s", rate, *_distance(model, op, dt, bands, truth))
+                ReductionError(name, f"{signal}, {rate:.3g} %/s", rate, *_position_error(model, op, dt, bands, truth))
                 for name, model in bands.valves().items()
             ]
     return replace(bands, errors=tuple(errors))
 
 
-def _signals(rate: float, amplitude: float, samples: int) -> list[tuple[str, float, NDArray[np.float64]]]:
+def _input_signals(rate: float, amplitude: float, samples: int) -> list[tuple[str, float, NDArray[np.float64]]]:
     """Ramp and sine about 0 that reach `rate`: name, sampling period [s] and values, shape (samples,)."""
     share = np.linspace(0.0, 1.0, samples)
     ramp, period = 2.0 * amplitude / rate, 2.0 * math.pi * amplitude / rate
@@ -176,7 +176,7 @@ def _signals(rate: float, amplitude: float, samples: int) -> list[tuple[str, flo
     ]
 
 
-def _distance(
+def _position_error(
     model: Valve, op: NDArray[np.float64], dt: float, bands: Reduction, truth: NDArray[np.float64] | None
 ) -> tuple[float, float]:
     """Largest and RMS difference [% of travel]."""

@@ -9,15 +9,24 @@ import numpy as np
 
 from stiction.errors import ParameterError, require_finite, require_not_negative, require_seed
 from stiction.records.record import require_record
-from stiction.simulation.historian.stored import SIGNALS, each_signal
+from stiction.simulation.historian.historian_storage import SIGNALS, map_signals
 
 if TYPE_CHECKING:
     from stiction.records.record import LoopRecord
 
-__all__ = ["clipped", "clock_jumps", "frozen", "gaps", "missing", "part_manual", "replayed", "rescaled"]
+__all__ = [
+    "add_clock_jumps",
+    "add_gaps",
+    "add_manual_period",
+    "change_units",
+    "clip_op",
+    "drop_samples",
+    "freeze_signals",
+    "replay_segment",
+]
 
 
-def gaps(record: LoopRecord, share: float, seed: int = 0, *, count: int = 3) -> LoopRecord:
+def add_gaps(record: LoopRecord, share: float, seed: int = 0, *, count: int = 3) -> LoopRecord:
     """Lose stretches of all signals.
 
     Parameters
@@ -44,19 +53,21 @@ def gaps(record: LoopRecord, share: float, seed: int = 0, *, count: int = 3) -> 
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import gaps
-    >>> record = gaps(LoopRecord("FC1", 1.0, op=np.arange(100.0)), share=0.3, seed=1)
+    >>> from stiction.simulation.historian import add_gaps
+    >>> record = add_gaps(LoopRecord("FC1", 1.0, op=np.arange(100.0)), share=0.3, seed=1)
     >>> int(np.isnan(record.op).sum())
     30
     """
     require_record(record)
     lost = np.zeros(len(record), dtype=bool)
-    for first, last in _stretches(len(record), _share(share), count, np.random.default_rng(require_seed(seed))):
+    for first, last in _draw_segments(
+        len(record), _require_share(share), count, np.random.default_rng(require_seed(seed))
+    ):
         lost[first:last] = True
-    return each_signal(record, lambda x: np.where(lost, np.nan, x))
+    return map_signals(record, lambda x: np.where(lost, np.nan, x))
 
 
-def missing(record: LoopRecord, share: float, seed: int = 0) -> LoopRecord:
+def drop_samples(record: LoopRecord, share: float, seed: int = 0) -> LoopRecord:
     """Lose single samples here and there, of each signal by itself.
 
     Parameters
@@ -81,16 +92,16 @@ def missing(record: LoopRecord, share: float, seed: int = 0) -> LoopRecord:
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import missing
-    >>> missing(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0]), share=1.0).op.tolist()
+    >>> from stiction.simulation.historian import drop_samples
+    >>> drop_samples(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0]), share=1.0).op.tolist()
     [nan, nan, nan]
     """
     require_record(record)
-    share, rng = _share(share), np.random.default_rng(require_seed(seed))
-    return each_signal(record, lambda x: np.where(rng.random(x.size) < share, np.nan, x))
+    share, rng = _require_share(share), np.random.default_rng(require_seed(seed))
+    return map_signals(record, lambda x: np.where(rng.random(x.size) < share, np.nan, x))
 
 
-def frozen(record: LoopRecord, share: float, seed: int = 0, *, count: int = 3) -> LoopRecord:
+def freeze_signals(record: LoopRecord, share: float, seed: int = 0, *, count: int = 3) -> LoopRecord:
     """Hold the last values of all signals over stretches, as a lost connection does.
 
     Parameters
@@ -117,19 +128,21 @@ def frozen(record: LoopRecord, share: float, seed: int = 0, *, count: int = 3) -
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import frozen
-    >>> record = frozen(LoopRecord("FC1", 1.0, op=np.arange(10.0)), share=0.5, count=1)
+    >>> from stiction.simulation.historian import freeze_signals
+    >>> record = freeze_signals(LoopRecord("FC1", 1.0, op=np.arange(10.0)), share=0.5, count=1)
     >>> np.unique(record.op).size
     6
     """
     require_record(record)
     from_where = np.arange(len(record))
-    for first, last in _stretches(len(record), _share(share), count, np.random.default_rng(require_seed(seed))):
+    for first, last in _draw_segments(
+        len(record), _require_share(share), count, np.random.default_rng(require_seed(seed))
+    ):
         from_where[first:last] = first
-    return each_signal(record, lambda x: x[from_where])
+    return map_signals(record, lambda x: x[from_where])
 
 
-def clock_jumps(record: LoopRecord, count: int, seed: int = 0, *, longest: float = 0.05) -> LoopRecord:
+def add_clock_jumps(record: LoopRecord, count: int, seed: int = 0, *, longest: float = 0.05) -> LoopRecord:
     """Set the clock forwards, which leaves a stretch out, or backwards, which writes a stretch over the one before.
 
     Parameters
@@ -156,8 +169,8 @@ def clock_jumps(record: LoopRecord, count: int, seed: int = 0, *, longest: float
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import clock_jumps
-    >>> record = clock_jumps(LoopRecord("FC1", 1.0, op=np.arange(100.0)), count=2, seed=1)
+    >>> from stiction.simulation.historian import add_clock_jumps
+    >>> record = add_clock_jumps(LoopRecord("FC1", 1.0, op=np.arange(100.0)), count=2, seed=1)
     >>> record.provenance.clock_jumps, bool((np.diff(record.op) > 1.0).any())
     (2, True)
     """
@@ -165,7 +178,7 @@ def clock_jumps(record: LoopRecord, count: int, seed: int = 0, *, longest: float
     require_not_negative("count", count, "-")
     rng, kept = np.random.default_rng(require_seed(seed)), np.ones(len(record), dtype=bool)
     for _ in range(count):
-        size = max(int(len(record) * _share(longest) * rng.random()), 1)
+        size = max(int(len(record) * _require_share(longest) * rng.random()), 1)
         first = int(rng.integers(0, max(len(record) - size, 1)))
         kept[first : first + size] = False
     signals: dict[str, Any] = {name: getattr(record, name) for name in (*SIGNALS, "auto")}
@@ -173,7 +186,7 @@ def clock_jumps(record: LoopRecord, count: int, seed: int = 0, *, longest: float
     return replace(record, provenance=origin, **{name: x[kept] for name, x in signals.items() if x is not None})
 
 
-def replayed(record: LoopRecord, share: float, seed: int = 0) -> LoopRecord:
+def replay_segment(record: LoopRecord, share: float, seed: int = 0) -> LoopRecord:
     """Copy an earlier stretch of the record over a later one.
 
     Parameters
@@ -198,21 +211,21 @@ def replayed(record: LoopRecord, share: float, seed: int = 0) -> LoopRecord:
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import replayed
-    >>> record = replayed(LoopRecord("FC1", 1.0, op=np.arange(10.0)), share=0.3, seed=1)
+    >>> from stiction.simulation.historian import replay_segment
+    >>> record = replay_segment(LoopRecord("FC1", 1.0, op=np.arange(10.0)), share=0.3, seed=1)
     >>> np.unique(record.op).size
     7
     """
     require_record(record)
-    n, size = len(record), round(len(record) * _share(share, 0.5))
+    n, size = len(record), round(len(record) * _require_share(share, 0.5))
     rng, from_where = np.random.default_rng(require_seed(seed)), np.arange(n)
     first = int(rng.integers(0, n - 2 * size + 1))
     again = int(rng.integers(first + size, n - size + 1))
     from_where[again : again + size] = np.arange(first, first + size)
-    return each_signal(record, lambda x: x[from_where])
+    return map_signals(record, lambda x: x[from_where])
 
 
-def part_manual(record: LoopRecord, share: float, seed: int = 0, *, told: bool = False) -> LoopRecord:
+def add_manual_period(record: LoopRecord, share: float, seed: int = 0, *, record_mode: bool = False) -> LoopRecord:
     """Put the loop in manual for a stretch: OP rests, PV settles to its median with the noise it has.
 
     Parameters
@@ -223,7 +236,7 @@ def part_manual(record: LoopRecord, share: float, seed: int = 0, *, told: bool =
         Length of the stretch, as a share of the record [-], 0 to 1.
     seed : int
         Seed of where, and of the noise.
-    told : bool
+    record_mode : bool
         Whether the mode was recorded, in `auto`.
 
     Returns
@@ -243,14 +256,14 @@ def part_manual(record: LoopRecord, share: float, seed: int = 0, *, told: bool =
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import part_manual
-    >>> record = part_manual(LoopRecord("FC1", 1.0, op=np.arange(10.0)), share=0.4, told=True)
+    >>> from stiction.simulation.historian import add_manual_period
+    >>> record = add_manual_period(LoopRecord("FC1", 1.0, op=np.arange(10.0)), share=0.4, record_mode=True)
     >>> int((~record.auto).sum()), np.unique(record.op).size
     (4, 7)
     """
     require_record(record)
     rng = np.random.default_rng(require_seed(seed))
-    ((first, last),) = _stretches(len(record), _share(share), 1, rng)
+    ((first, last),) = _draw_segments(len(record), _require_share(share), 1, rng)
     if first == last:
         return record
     inside = np.zeros(len(record), dtype=bool)
@@ -262,12 +275,12 @@ def part_manual(record: LoopRecord, share: float, seed: int = 0, *, told: bool =
         start, end = record.pv[first], float(np.nanmedian(record.pv))
         settling = end + (start - end) * np.exp(-np.maximum(age, 0) / 20.0) + rng.normal(0.0, 1.0, age.size) * noise
         parts["pv"] = np.where(inside, settling, record.pv)
-    if told:
+    if record_mode:
         parts["auto"] = ~inside if record.auto is None else record.auto & ~inside
     return replace(record, **parts)
 
 
-def clipped(record: LoopRecord, share: float) -> LoopRecord:
+def clip_op(record: LoopRecord, share: float) -> LoopRecord:
     """Record OP in a range that ends below its peaks: it rests at the limit while the loop goes on.
 
     Parameters
@@ -290,16 +303,16 @@ def clipped(record: LoopRecord, share: float) -> LoopRecord:
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import clipped
-    >>> clipped(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0, 4.0, 5.0]), share=0.5).op.tolist()
+    >>> from stiction.simulation.historian import clip_op
+    >>> clip_op(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0, 4.0, 5.0]), share=0.5).op.tolist()
     [1.0, 2.0, 3.0, 3.0, 3.0]
     """
     require_record(record)
-    limit = float(np.nanquantile(record.op, 1.0 - _share(share)))
+    limit = float(np.nanquantile(record.op, 1.0 - _require_share(share)))
     return replace(record, op=np.minimum(record.op, limit))
 
 
-def rescaled(
+def change_units(
     record: LoopRecord, *, op: tuple[float, float] = (1.0, 0.0), pv: tuple[float, float] = (1.0, 0.0)
 ) -> LoopRecord:
     """Write OP, and PV with its SP, in another unit.
@@ -324,8 +337,8 @@ def rescaled(
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import rescaled
-    >>> rescaled(LoopRecord("FC1", 1.0, op=[0.0, 50.0, 100.0]), op=(0.16, 4.0)).op.tolist()
+    >>> from stiction.simulation.historian import change_units
+    >>> change_units(LoopRecord("FC1", 1.0, op=[0.0, 50.0, 100.0]), op=(0.16, 4.0)).op.tolist()
     [4.0, 12.0, 20.0]
     """
     require_record(record)
@@ -339,13 +352,13 @@ def rescaled(
     return replace(record, **changed)
 
 
-def _share(share: float, most: float = 1.0) -> float:
+def _require_share(share: float, most: float = 1.0) -> float:
     if not 0.0 <= share <= most:
         raise ParameterError(f"share = {share:g} is outside 0 to {most:g}; it is a part of the record.")
     return float(share)
 
 
-def _stretches(n: int, share: float, count: int, rng: np.random.Generator) -> list[tuple[int, int]]:
+def _draw_segments(n: int, share: float, count: int, rng: np.random.Generator) -> list[tuple[int, int]]:
     """`count` stretches that do not overlap, of share * n samples together: the rest is cut at random between them."""
     total = round(share * n)
     edges = np.round(np.linspace(0, total, count + 1)).astype(int)

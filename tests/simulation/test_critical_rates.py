@@ -12,7 +12,7 @@ from tests.reference import physical as reference
 
 import stiction as st
 from stiction.models.parameter_sets import nominal, published_valve, table1_reading_a, table1_reading_b
-from stiction.simulation.rate import inertial_rate, ramp_behaviour, stribeck_rates
+from stiction.simulation.critical_rates import inertial_rate, ramp_behaviour, stribeck_rates
 
 
 @pytest.mark.parametrize("row", reference.CRITICAL, ids=lambda row: row.case)

@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 Mechanism = Literal["inertial", "stribeck", "none"]
-_BRACKET = 4.0
+_BRACKET_FACTOR = 4.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +127,7 @@ def stribeck_rates(valve: PhysicalValve) -> tuple[float, float]:
     Examples
     --------
     >>> from stiction.models.parameter_sets import table1_reading_b
-    >>> from stiction.simulation.rate import stribeck_rates
+    >>> from stiction.simulation.critical_rates import stribeck_rates
     >>> round(0.18 * stribeck_rates(table1_reading_b())[1], 4)
     0.0916
     """
@@ -168,7 +168,7 @@ def inertial_rate(valve: PhysicalValve) -> float:
     Examples
     --------
     >>> from stiction.models.parameter_sets import table1_reading_a
-    >>> from stiction.simulation.rate import inertial_rate
+    >>> from stiction.simulation.critical_rates import inertial_rate
     >>> round(0.18 * inertial_rate(table1_reading_a()), 2)
     6.36
     """
@@ -227,12 +227,12 @@ def ramp_behaviour(valve: PhysicalValve, rate: float, slips: float = 8.0) -> Ram
     Examples
     --------
     >>> from stiction.models.parameter_sets import table1_reading_a
-    >>> from stiction.simulation.rate import ramp_behaviour
+    >>> from stiction.simulation.critical_rates import ramp_behaviour
     >>> ramp_behaviour(table1_reading_a(), rate=4.0 / 0.18).kind
     'staircase'
     """
     rate = require_positive("rate", rate, "% of span / s")
-    bare = _bare(valve)
+    bare = _without_actuator(valve)
     fs = 100.0 * bare.static / bare.force_span
     jump = 100.0 * (bare.static - bare.coulomb) / bare.force_span
     wait = max(jump, 0.02 * fs) / rate
@@ -251,10 +251,10 @@ def ramp_behaviour(valve: PhysicalValve, rate: float, slips: float = 8.0) -> Ram
     mv = stroke(bare, op_from_rest, dt, mv_start=position).mv
     assert mv is not None
     moving = np.diff(mv) > 0.02 * bare.gain * rate * dt
-    return _describe(rate, moving, mv)
+    return _count_slips(rate, moving, mv)
 
 
-def _describe(rate: float, moving: NDArray[np.bool_], mv: NDArray[np.float64]) -> RampBehaviour:
+def _count_slips(rate: float, moving: NDArray[np.bool_], mv: NDArray[np.float64]) -> RampBehaviour:
     """Count starts and rests; `moving` is (n_samples - 1,), `mv` (n_samples,)."""
     change = np.diff(moving.astype(np.int8), prepend=0)
     starts, rests = np.flatnonzero(change > 0), np.flatnonzero(change < 0)
@@ -266,7 +266,7 @@ def _describe(rate: float, moving: NDArray[np.bool_], mv: NDArray[np.float64]) -
     return RampBehaviour(rate, kind, int(starts.size), slip, float(1.0 - moving[starts[0] :].mean()))
 
 
-def _bare(valve: PhysicalValve) -> PhysicalValve:
+def _without_actuator(valve: PhysicalValve) -> PhysicalValve:
     """Stem and spring alone, the input a true ramp."""
     if not isinstance(valve, PhysicalValve):
         raise ParameterError(f"valve is a {type(valve).__name__}; only a PhysicalValve has mass, spring and damping.")
@@ -313,7 +313,7 @@ def critical_rate(valve: PhysicalValve, *, simulate: bool = True, tolerance: flo
     >>> round(0.18 * found.rate, 1), found.mechanism
     (6.8, 'inertial')
     """
-    bare = _bare(valve)
+    bare = _without_actuator(valve)
     tolerance = require_positive("tolerance", tolerance, "-")
     inertial = inertial_rate(bare)
     low, high = stribeck_rates(bare)
@@ -331,11 +331,11 @@ def _bisect(valve: PhysicalValve, guess: float, tolerance: float) -> float:
     low = high = guess
     if ramp_behaviour(valve, guess).kind == "staircase":
         while ramp_behaviour(valve, high).kind == "staircase":
-            low, high = high, high * _BRACKET
+            low, high = high, high * _BRACKET_FACTOR
     else:
         while ramp_behaviour(valve, low).kind != "staircase":
-            low, high = low / _BRACKET, low
-            if low < guess / _BRACKET**3:
+            low, high = low / _BRACKET_FACTOR, low
+            if low < guess / _BRACKET_FACTOR**3:
                 return 0.0
     while high > low * (1.0 + tolerance):
         middle = math.sqrt(low * high)
@@ -375,7 +375,7 @@ def behaviour_map(valve: PhysicalValve, rates: ArrayLike, damping: ArrayLike) ->
     >>> st.behaviour_map(table1_reading_a(), rates=[20.0, 60.0], damping=[0.058]).staircase.tolist()
     [[True, False]]
     """
-    bare = _bare(valve)
+    bare = _without_actuator(valve)
     rate_axis = np.array([require_positive("rates", value, "% of span / s") for value in np.atleast_1d(rates)])
     zeta_axis = np.array([require_not_negative("damping", value, "-") for value in np.atleast_1d(damping)])
     shape = (zeta_axis.size, rate_axis.size)
