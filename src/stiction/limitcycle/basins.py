@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from stiction.errors import ParameterError, require_count, require_kind, require_numbers, require_positive
-from stiction.limitcycle.exact.flow import DIVERGED, SETTLED, STOPPED, TERMS, flow
-from stiction.limitcycle.exact.run import Machine, machine
+from stiction.limitcycle.exact.event_simulation import DIVERGED, SETTLED, STOPPED, TERMS, simulate_events
+from stiction.limitcycle.exact.packed_loop import PackedLoop, pack_loop
 from stiction.limitcycle.result import LimitCycle
 from stiction.models.numba_compile import kernel
 
@@ -27,7 +27,7 @@ __all__ = ["Attractor", "BasinMap", "basin_map", "smallest_pulse"]
 
 AT_REST, UNSETTLED, RUNAWAY = -1, -2, -3
 """Labels of starts that end in no cycle."""
-_BLOCK = 32
+_STARTS_PER_BLOCK = 32
 """Starts that a thread takes at once [-]: enough to hide the call, few enough to share and to tell progress."""
 
 
@@ -91,7 +91,7 @@ class BasinMap:
 
 
 @kernel
-def _block(
+def _run_block(
     A, B, C, D, C_pv, D_pv, delay, sb, lag, rate, times, loads, z, x, up, most_turns, most_steps, tolerance, size, out
 ):  # fmt: skip
     """Run a block of starts; rows of `out`: status, period, OP amplitude, top level, slips in a turn, turns."""
@@ -100,7 +100,7 @@ def _block(
     turns, states = np.empty((most_turns + 1, 9)), np.empty((most_turns + 1, n))
     none2, none = np.empty((0, 2)), np.empty(0)
     for i in range(z.shape[0]):
-        status, k, _, _, period = flow(
+        status, k, _, _, period = simulate_events(
             A, B, C, D, C_pv, D_pv, delay, sb, lag, rate, times[i], loads[i], z[i], x[i], up[i], most_turns, most_steps,
             tolerance, seg_t, seg_q, turns, states, none2, none, none, none, none,
         )  # fmt: skip
@@ -185,7 +185,7 @@ def basin_map(
     >>> [a.name for a in basin_map(loop, op_start=np.array([0.3, 1.5]), mv_start=0.25).attractors]
     ['2 levels', '5 levels']
     """
-    m = machine(loop)
+    m = pack_loop(loop)
     most_turns, tolerance = require_count("most_turns", most_turns), require_positive("tolerance", tolerance)
     threads = (os.cpu_count() or 1) if threads is None else require_count("threads", threads)
     asked = {
@@ -203,7 +203,7 @@ def basin_map(
         raise ParameterError("pulse_length holds a negative time; give 0 s or more.")
     n = op.size
     if after is None:
-        z = _states(m, op.ravel(), pv.ravel(), mv.ravel())
+        z = _start_states(m, op.ravel(), pv.ravel(), mv.ravel())
         x, wait = mv.ravel().copy(), np.zeros(n)
     else:
         if not getattr(after, "section", ()) or len(after.section) != m.linear.order + 1:
@@ -215,18 +215,18 @@ def basin_map(
     if after is None:
         heights[:, 0] = heights[:, 1]
     out = np.full((n, 6), np.nan)
-    _share(m, z, x, times, heights, most_turns, tolerance, out, threads, progress)
-    return _label(m, out, shape)
+    _run_in_threads(m, z, x, times, heights, most_turns, tolerance, out, threads, progress)
+    return _label_starts(m, out, shape)
 
 
-def _share(m: Machine, z, x, times, heights, most_turns, tolerance, out, threads, progress) -> None:
+def _run_in_threads(m: PackedLoop, z, x, times, heights, most_turns, tolerance, out, threads, progress) -> None:
     """Blocks of starts over threads, the results written to `out`."""
     n = x.shape[0]
-    up, block = np.ones(n), cast("Any", _block)
+    up, block = np.ones(n), cast("Any", _run_block)
     z = np.ascontiguousarray(z / m.scale)
 
     def work(first: int) -> int:
-        cut = slice(first, min(first + _BLOCK, n))
+        cut = slice(first, min(first + _STARTS_PER_BLOCK, n))
         block(
             *m.arguments, times[cut], heights[cut], z[cut], x[cut], up[cut], most_turns, 400_000, tolerance, m.memory,
             out[cut],
@@ -235,13 +235,13 @@ def _share(m: Machine, z, x, times, heights, most_turns, tolerance, out, threads
 
     done = 0
     with ThreadPoolExecutor(threads) as pool:
-        for count in pool.map(work, range(0, n, _BLOCK)):
+        for count in pool.map(work, range(0, n, _STARTS_PER_BLOCK)):
             done += count
             if progress is not None:
                 progress(done, n)
 
 
-def _states(m: Machine, op, pv, mv) -> NDArray[np.float64]:
+def _start_states(m: PackedLoop, op, pv, mv) -> NDArray[np.float64]:
     """States with the process at rest at `pv`, the controller at `op` and the stem at `mv`, shape (n, n_states)."""
     linear = m.linear
     n = linear.order
@@ -257,7 +257,7 @@ def _states(m: Machine, op, pv, mv) -> NDArray[np.float64]:
     return np.asarray(np.linalg.lstsq(rows, known, rcond=1e-12)[0][:n].T, dtype=np.float64)
 
 
-def _label(m: Machine, out: NDArray[np.float64], shape: tuple[int, ...]) -> BasinMap:
+def _label_starts(m: PackedLoop, out: NDArray[np.float64], shape: tuple[int, ...]) -> BasinMap:
     """Group the ends of all starts into attractors."""
     status, period, amplitude, top, slips, turns = out.T
     period = period * m.unit / np.maximum(turns, 1.0)

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError
-from stiction.limitcycle.bands import bands, frictionless
-from stiction.limitcycle.crossing import frequency_grid
-from stiction.limitcycle.describing.stenman import lattice_offset, require_families
-from stiction.limitcycle.exact.run import machine
-from stiction.limitcycle.exact.search import solve
+from stiction.limitcycle.continuous_form import continuous_form, is_frictionless
+from stiction.limitcycle.describing.staircase import require_families, rest_level_offset
+from stiction.limitcycle.exact.packed_loop import pack_loop
+from stiction.limitcycle.exact.search import solve_packed
+from stiction.limitcycle.harmonic_balance_search import harmonic_balance
 from stiction.limitcycle.linear import LinearPart, linear_part
-from stiction.limitcycle.prediction import harmonic_balance
-from stiction.limitcycle.sampled import sampled_limit_cycles
+from stiction.limitcycle.nyquist_crossings import frequency_grid
+from stiction.limitcycle.sampled_cycles import sampled_limit_cycles
 from stiction.models.dispatch import is_data_driven
 
 if TYPE_CHECKING:
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from stiction.limitcycle.result import LimitCycle
     from stiction.models import Loop
 
-__all__ = ["UNSTABLE", "frictionless_stable", "predict_limit_cycles", "runs_away", "why_none"]
+__all__ = ["UNSTABLE_TEXT", "explain_no_cycle", "is_stable_without_friction", "is_unstable", "predict_limit_cycles"]
 
-UNSTABLE = "The loop is unstable even without friction"
+UNSTABLE_TEXT = "The loop is unstable even without friction"
 """How what is said of such a loop begins."""
 
 
@@ -87,15 +87,15 @@ def predict_limit_cycles(
     """
     linear = linear_part(loop, sp=sp, disturbance=disturbance)
     families = None if families is None else require_families(families)
-    if frictionless(loop.valve):
+    if is_frictionless(loop.valve):
         return ()
-    banded = bands(loop.valve)
+    banded = continuous_form(loop.valve)
     if families is not None and banded is not None and banded.staircase:
-        offsets = tuple(f if isinstance(f, str) else lattice_offset(banded.jump, f, linear.rest) for f in families)
+        offsets = tuple(f if isinstance(f, str) else rest_level_offset(banded.jump, f, linear.rest) for f in families)
     else:
         offsets = None
-    warning = "" if frictionless_stable(linear) else (
-        f"{UNSTABLE}: oscillations above the largest unstable cycle grow without end."
+    warning = "" if is_stable_without_friction(linear) else (
+        f"{UNSTABLE_TEXT}: oscillations above the largest unstable cycle grow without end."
     )  # fmt: skip
     predicted = [replace(cycle, warning=warning) for cycle in harmonic_balance(linear, loop.valve, offsets)]
     if not exact:
@@ -105,11 +105,11 @@ def predict_limit_cycles(
         sampled = sampled_limit_cycles(loop, sp=sp, disturbance=disturbance) if is_data_driven(loop.valve.code) else ()
         return (*(replace(cycle, warning=warning or note) for cycle in predicted), *sampled)
     solved = [replace(cycle, warning=cycle.warning or warning) for cycle in
-              solve(machine(loop, sp=sp, disturbance=disturbance), loop, families, predicted)]  # fmt: skip
-    return _beside(predicted, solved)
+              solve_packed(pack_loop(loop, sp=sp, disturbance=disturbance), loop, families, predicted)]  # fmt: skip
+    return _pair_with_exact_cycles(predicted, solved)
 
 
-def _beside(predicted: list[LimitCycle], solved: list[LimitCycle]) -> tuple[LimitCycle, ...]:
+def _pair_with_exact_cycles(predicted: list[LimitCycle], solved: list[LimitCycle]) -> tuple[LimitCycle, ...]:
     """Attach to each prediction its nearest exact cycle, each exact cycle once, and append the others."""
     pairs = sorted(
         (distance, i, k)
@@ -125,13 +125,13 @@ def _beside(predicted: list[LimitCycle], solved: list[LimitCycle]) -> tuple[Limi
     out = [
         replace(guess, exact=solved[partner[i]], offset=solved[partner[i]].offset)
         if i in partner
-        else replace(guess, warning=guess.warning or _alone(guess))
+        else replace(guess, warning=guess.warning or _no_exact_cycle_text(guess))
         for i, guess in enumerate(predicted)
     ]
     return (*out, *(cycle for k, cycle in enumerate(solved) if k not in partner.values()))
 
 
-def _alone(guess: LimitCycle) -> str:
+def _no_exact_cycle_text(guess: LimitCycle) -> str:
     return "" if guess.kind == "boundary" else "No exact cycle was found for it: do not trust this prediction."
 
 
@@ -147,7 +147,7 @@ def _distance(guess: LimitCycle, cycle: LimitCycle) -> float:
     return apart if apart < 1.2 else math.inf
 
 
-def why_none(loop: Loop) -> str:
+def explain_no_cycle(loop: Loop) -> str:
     """Say why no limit cycle was found, in a sentence.
 
     Parameters
@@ -164,16 +164,16 @@ def why_none(loop: Loop) -> str:
     Examples
     --------
     >>> import stiction as st
-    >>> why_none(st.Loop(st.PID(-0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0))
+    >>> explain_no_cycle(st.Loop(st.PID(-0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0))
     'The loop is unstable even without friction: it runs away. Turn or lower the gain of the controller.'
     """
-    if runs_away(loop):
-        return f"{UNSTABLE}: it runs away. Turn or lower the gain of the controller."
-    if frictionless(loop.valve):
+    if is_unstable(loop):
+        return f"{UNSTABLE_TEXT}: it runs away. Turn or lower the gain of the controller."
+    if is_frictionless(loop.valve):
         return "No limit cycle: the valve does not stick."
     if loop.controller.Kc == 0.0:
         return "No limit cycle: the controller has no gain, so that the OP does not answer the valve."
-    if bands(loop.valve) is None:
+    if continuous_form(loop.valve) is None:
         return (
             "No limit cycle was predicted, which is no proof: the describing function meets the loop nowhere, and "
             f"{type(loop.valve).__name__} has no exact form here. Simulate the loop to see whether it cycles."
@@ -181,16 +181,16 @@ def why_none(loop: Loop) -> str:
     return "No limit cycle: the describing function meets the loop nowhere, nor does any start end in one."
 
 
-def runs_away(loop: Loop) -> bool:
+def is_unstable(loop: Loop) -> bool:
     """Whether the loop is unstable even without friction; False where it has no linear part to tell by."""
     try:
         linear = linear_part(replace(loop, compensator=None))
     except ParameterError:
         return False
-    return not frictionless_stable(linear)
+    return not is_stable_without_friction(linear)
 
 
-def frictionless_stable(linear: LinearPart) -> bool:
+def is_stable_without_friction(linear: LinearPart) -> bool:
     """Whether the loop with an ideal valve is stable, by Nyquist's count with the real dead time."""
     if linear.dead_time and abs(linear.D) >= 1.0:
         return False

@@ -59,10 +59,10 @@ def describe_sine(amplitude: float, N: complex) -> str:
 
 def describe_crossings(loop: Loop, cycles: Sequence[LimitCycle]) -> str:
     """Say which limit cycles the Nyquist plot predicts."""
-    from stiction.limitcycle.predict import why_none
+    from stiction.limitcycle.predict import explain_no_cycle
 
     if not cycles:
-        return why_none(loop)
+        return explain_no_cycle(loop)
     stable = [cycle for cycle in cycles if cycle.kind == "cycle" and cycle.stable]
     if not stable:
         return "The curves cross, but no limit cycle is stable: smaller oscillations die out, larger ones grow."

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.errors import MissingExtraError, ParameterError
-from stiction.limitcycle.describing.face import describing_function, rate_dependent
+from stiction.limitcycle.describing.valve_df import describing_function, is_rate_dependent
 
 if TYPE_CHECKING:
     from stiction.models import Valve
@@ -49,7 +49,7 @@ def as_control_nonlinearity(valve: Valve, *, family: str | float = "half") -> An
         from control import DescribingFunctionNonlinearity
     except ImportError:
         raise MissingExtraError("python-control is not installed; pip install 'stiction[control]'.") from None
-    if rate_dependent(valve):
+    if is_rate_dependent(valve):
         raise ParameterError(f"{type(valve).__name__} depends on the rate of its input; python-control has no N(A, w).")
 
     class StickyValve(DescribingFunctionNonlinearity):

@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.limitcycle.exact.flow import SETTLED, STOPPED
+from stiction.limitcycle.exact.event_simulation import SETTLED, STOPPED
 from stiction.limitcycle.result import LimitCycle
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.limitcycle.exact.run import Machine
+    from stiction.limitcycle.exact.packed_loop import PackedLoop
 
-__all__ = ["Orbit", "family_name", "limit_cycle", "refine", "rest_levels"]
+__all__ = ["Orbit", "family_name", "limit_cycle", "refine_orbit", "rest_levels"]
 
-_GRAIN = 1e-7
+_LEVEL_TOLERANCE = 1e-7
 """Distance of two rests, over sb, up to which they are on one level [-]."""
-_FLAT = 1e-6
+_STABILITY_TOLERANCE = 1e-6
 """Distance of the largest multiplier from the unit circle within which stability is not told [-]."""
 
 
@@ -42,7 +42,7 @@ class Orbit:
     """Whether all of them lie inside the unit circle; None when the largest lies on it to within rounding."""
 
 
-def _back(m: Machine, w, turns: int, level: float | None):
+def _return_map(m: PackedLoop, w, turns: int, level: float | None):
     """The return map of w = (states, level) and its time; None when the motion is another.
 
     The level is fixed when given, and tied to the states where the stem follows an OP without dead time.
@@ -61,12 +61,12 @@ def _back(m: Machine, w, turns: int, level: float | None):
     return image, float(run.time[turns] - run.time[0])
 
 
-def refine(m: Machine, states, level: float, turns: int = 1, *, fixed: bool) -> Orbit | None:
+def refine_orbit(m: PackedLoop, states, level: float, turns: int = 1, *, fixed: bool) -> Orbit | None:
     """Newton's method on the return map from a first guess; None when it leads nowhere.
 
     Parameters
     ----------
-    m : Machine
+    m : PackedLoop
         The loop.
     states : ndarray, shape (n,)
         Guess of the states where the stem comes to rest at the top.
@@ -83,7 +83,7 @@ def refine(m: Machine, states, level: float, turns: int = 1, *, fixed: bool) -> 
     size = np.maximum(np.abs(w), 1e-3 * np.max(np.abs(w), initial=1e-12))
     if w.size > len(states):
         size[-1] = max(abs(level), m.valve.sb)
-    here = _back(m, w, turns, held)
+    here = _return_map(m, w, turns, held)
     miss = math.inf
     for _ in range(30):
         if here is None:
@@ -92,14 +92,14 @@ def refine(m: Machine, states, level: float, turns: int = 1, *, fixed: bool) -> 
         miss = float(np.max(np.abs(gap)))
         if miss < 1e-13:
             break
-        slope = _slope(m, w, size, turns, held)
+        slope = _return_map_derivative(m, w, size, turns, held)
         if slope is None:
             return None
         step = np.linalg.lstsq(slope - np.eye(w.size), -gap, rcond=1e-12)[0]
         share, best = 1.0, None
         while share > 1e-3:
             trial = w + share * step * size
-            there = _back(m, trial, turns, held)
+            there = _return_map(m, trial, turns, held)
             if there is not None and (np.max(np.abs((there[0] - trial) / size)) < miss or miss < 1e-9):
                 best = trial, there
                 break
@@ -112,12 +112,12 @@ def refine(m: Machine, states, level: float, turns: int = 1, *, fixed: bool) -> 
             break
     if here is None or miss > 1e-9:
         return None
-    slope = _slope(m, w, size, turns, held)
+    slope = _return_map_derivative(m, w, size, turns, held)
     if slope is None:
         return None
     values = sorted(np.linalg.eigvals(slope), key=abs, reverse=True)
     largest = abs(values[0]) if values else 0.0
-    stable = None if abs(largest - 1.0) < _FLAT else bool(largest < 1.0)
+    stable = None if abs(largest - 1.0) < _STABILITY_TOLERANCE else bool(largest < 1.0)
     kept = tuple(complex(v) for i, v in enumerate(values) if i == 0 or abs(v) > 1e-7)
     n = m.linear.order
     if tied:
@@ -127,14 +127,14 @@ def refine(m: Machine, states, level: float, turns: int = 1, *, fixed: bool) -> 
     return Orbit(np.asarray(w[:n], dtype=np.float64), level, here[1], turns, kept, stable)
 
 
-def _slope(m: Machine, w, size, turns: int, held: float | None):
+def _return_map_derivative(m: PackedLoop, w, size, turns: int, held: float | None):
     """Derivative of the return map in units of `size`, by central differences, one-sided at a corner."""
     out = np.empty((w.size, w.size))
     for i in range(w.size):
         for h in (1e-5, 1e-7):
             shift = np.zeros(w.size)
             shift[i] = h * size[i]
-            above, below = _back(m, w + shift, turns, held), _back(m, w - shift, turns, held)
+            above, below = _return_map(m, w + shift, turns, held), _return_map(m, w - shift, turns, held)
             if above is not None and below is not None:
                 out[:, i] = (above[0] - below[0]) / (2.0 * h * size)
                 break
@@ -143,7 +143,7 @@ def _slope(m: Machine, w, size, turns: int, held: float | None):
     return out
 
 
-def limit_cycle(m: Machine, orbit: Orbit) -> LimitCycle:
+def limit_cycle(m: PackedLoop, orbit: Orbit) -> LimitCycle:
     """Describe an orbit: amplitudes, rest levels, family."""
     run, _ = m.run(
         orbit.states, orbit.level, most_turns=2 * orbit.turns + 3, tolerance=-1.0, n_events=4096, most_steps=400_000
@@ -168,10 +168,10 @@ def limit_cycle(m: Machine, orbit: Orbit) -> LimitCycle:
     )  # fmt: skip
 
 
-def rest_levels(m: Machine, heights) -> list[float]:
+def rest_levels(m: PackedLoop, heights) -> list[float]:
     """The levels among the heights of single rests, ascending, in deviations [% of span]."""
     heights = np.sort(heights)
-    return [float(x) for i, x in enumerate(heights) if i == 0 or x - heights[i - 1] > _GRAIN * m.valve.sb]
+    return [float(x) for i, x in enumerate(heights) if i == 0 or x - heights[i - 1] > _LEVEL_TOLERANCE * m.valve.sb]
 
 
 def family_name(offset: float | None, jump: float) -> str:

@@ -17,20 +17,20 @@ import numpy as np
 
 from stiction.models.numba_compile import kernel
 
-__all__ = ["DIVERGED", "FULL", "REST", "SETTLED", "STOPPED", "TERMS", "flow"]
+__all__ = ["BUFFER_FULL", "DIVERGED", "REST", "SETTLED", "STOPPED", "TERMS", "simulate_events"]
 
 TERMS = 13
 """Coefficients of each series [-]: with a step of 1 or less the next term is below 0.5**13 / 13! of the states."""
-SETTLED, STOPPED, REST, DIVERGED, FULL = 0, 1, 2, 3, 4
+SETTLED, STOPPED, REST, DIVERGED, BUFFER_FULL = 0, 1, 2, 3, 4
 """Why a run ends: it repeats; turns or steps are used up; nothing moves; OP is 1e5 bands off; the past has no room."""
-_BAND = 1.0 + 1e-11
+_BAND_WIDENING = 1.0 + 1e-11
 """Width of the break-away band over sb [-]: an input that meets it to within rounding has not crossed it."""
-_STRETCH = 32.0
+_MAX_REST_STEP = 32.0
 """Longest step while the stem rests and the last terms have died out [-]."""
 
 
 @kernel
-def _value(q, t):
+def _polynomial(q, t):
     total = 0.0
     for k in range(q.shape[0] - 1, -1, -1):
         total = total * t + q[k]
@@ -38,7 +38,7 @@ def _value(q, t):
 
 
 @kernel
-def _slope(q, t):
+def _derivative(q, t):
     total = 0.0
     for k in range(q.shape[0] - 1, 0, -1):
         total = total * t + k * q[k]
@@ -46,14 +46,14 @@ def _slope(q, t):
 
 
 @kernel
-def _turn(q, a, b):
+def _turning_point(q, a, b):
     """Where the slope of q changes sign between a and b."""
-    rising = _slope(q, a) > 0.0
+    rising = _derivative(q, a) > 0.0
     for _ in range(60):
         middle = 0.5 * (a + b)
         if middle in (a, b):
             break
-        if (_slope(q, middle) > 0.0) == rising:
+        if (_derivative(q, middle) > 0.0) == rising:
             a = middle
         else:
             b = middle
@@ -65,12 +65,12 @@ def _root(q, level, sign, a, b):
     """Root of sign (q - level) between a, where it is negative, and b, where it is not: Newton within a bracket."""
     t = b
     for _ in range(80):
-        f = sign * (_value(q, t) - level)
+        f = sign * (_polynomial(q, t) - level)
         if f >= 0.0:
             b = t
         else:
             a = t
-        slope = sign * _slope(q, t)
+        slope = sign * _derivative(q, t)
         new = t - f / slope if slope != 0.0 else 0.5 * (a + b)
         if not a < new < b:
             new = 0.5 * (a + b)
@@ -82,29 +82,29 @@ def _root(q, level, sign, a, b):
 
 
 @kernel
-def _reach(q, level, sign, a, b):
+def _first_reach(q, level, sign, a, b):
     """First time in a..b at which sign (q - level) >= 0; -1 when it stays below."""
-    if sign * (_value(q, a) - level) >= 0.0:
+    if sign * (_polynomial(q, a) - level) >= 0.0:
         return a
-    if sign * (_value(q, b) - level) >= 0.0:
+    if sign * (_polynomial(q, b) - level) >= 0.0:
         return _root(q, level, sign, a, b)
-    if sign * _slope(q, a) > 0.0 and sign * _slope(q, b) < 0.0:
-        top = _turn(q, a, b)
-        if sign * (_value(q, top) - level) >= 0.0:
+    if sign * _derivative(q, a) > 0.0 and sign * _derivative(q, b) < 0.0:
+        top = _turning_point(q, a, b)
+        if sign * (_polynomial(q, top) - level) >= 0.0:
             return _root(q, level, sign, a, top)
     return -1.0
 
 
 @kernel
-def _slowed(q, rate, sign, a, b):
+def _first_slowdown(q, rate, sign, a, b):
     """First time in a..b at which the rate of q in direction `sign` is below `rate`; -1 when it never is."""
-    if sign * _slope(q, b) >= rate:
+    if sign * _derivative(q, b) >= rate:
         return -1.0
     for _ in range(60):
         middle = 0.5 * (a + b)
         if middle in (a, b):
             break
-        if sign * _slope(q, middle) >= rate:
+        if sign * _derivative(q, middle) >= rate:
             a = middle
         else:
             b = middle
@@ -112,7 +112,7 @@ def _slowed(q, rate, sign, a, b):
 
 
 @kernel
-def _shift(q, s, out):
+def _shift_origin(q, s, out):
     """Coefficients of q about s."""
     n = q.shape[0]
     for k in range(n):
@@ -125,19 +125,19 @@ def _shift(q, s, out):
 
 
 @kernel
-def _extend(q, a, b, low, high):
+def _extend_range(q, a, b, low, high):
     """Widen low..high to the values of q over a..b."""
     for t in (a, b):
-        v = _value(q, t)
+        v = _polynomial(q, t)
         low, high = min(low, v), max(high, v)
-    if (_slope(q, a) > 0.0) != (_slope(q, b) > 0.0):
-        v = _value(q, _turn(q, a, b))
+    if (_derivative(q, a) > 0.0) != (_derivative(q, b) > 0.0):
+        v = _polynomial(q, _turning_point(q, a, b))
         low, high = min(low, v), max(high, v)
     return low, high
 
 
 @kernel
-def flow(
+def simulate_events(
     A, B, C, D, C_pv, D_pv, delay, sb, lag, rate, load_t, load, z, x, up, most_turns, most_steps, tolerance,
     seg_t, seg_q, turns, states, events, grid, grid_x, grid_op, grid_pv,
 ):  # fmt: skip
@@ -158,12 +158,12 @@ def flow(
     t, rest_t, follows, followed, slips = 0.0, 0.0, False, 0.0, 0.0
     n_turns, n_events, at, k_load = 0, 0, 0, 0
     op_low, op_high, pv_low, pv_high = math.inf, -math.inf, math.inf, -math.inf
-    band = sb * _BAND
+    band = sb * _BAND_WIDENING
     for _ in range(most_steps):
         while k_load + 1 < load_t.shape[0] and load_t[k_load + 1] <= t:
             k_load += 1
         v = load[k_load]
-        cap = _STRETCH
+        cap = _MAX_REST_STEP
         if delay > 0.0:
             cap = min(cap, delay)
         if k_load + 1 < load_t.shape[0]:
@@ -177,7 +177,7 @@ def flow(
         h = min(1.0, cap)
         if follows and delay > 0.0:
             q = seg_q[cur % size]
-            _shift(q, past - seg_t[cur % size], xq)
+            _shift_origin(q, past - seg_t[cur % size], xq)
             if cur + 1 < head:
                 h = min(h, seg_t[(cur + 1) % size] - past)
             xq[0] -= up * lag
@@ -216,7 +216,7 @@ def flow(
                 tail = max(tail, abs(Z[TERMS - 1, i]) / largest[i], abs(Z[TERMS - 2, i]) / largest[i])
             h = min(max(1.0, (1e-16 / tail) ** (1.0 / (TERMS - 1))), cap)
         if delay > 0.0 and head - cur >= size:
-            return FULL, n_turns, n_events, t, 0
+            return BUFFER_FULL, n_turns, n_events, t, 0
         seg_t[head % size] = t
         for k in range(TERMS):
             seg_q[head % size, k] = uq[k]
@@ -235,25 +235,29 @@ def flow(
                     b = seg_t[(piece + 1) % size] - origin
                     last = False
                 if follows:
-                    hit = _slowed(q, rate, up, a, b)
+                    hit = _first_slowdown(q, rate, up, a, b)
                 else:
-                    hit = _reach(q, x + band, 1.0, a, b)
+                    hit = _first_reach(q, x + band, 1.0, a, b)
                     sign = 1.0
-                    other = _reach(q, x - band, -1.0, a, b if hit < 0.0 else hit)
+                    other = _first_reach(q, x - band, -1.0, a, b if hit < 0.0 else hit)
                     if other >= 0.0:
                         hit, sign = other, -1.0
                 if hit >= 0.0:
                     event, b = True, hit
                     done = origin + hit - begin
-                    op, speed = _value(q, hit), _slope(q, hit)
-                op_low, op_high = _extend(q, a, b, op_low, op_high)
+                    op, speed = _polynomial(q, hit), _derivative(q, hit)
+                op_low, op_high = _extend_range(q, a, b, op_low, op_high)
                 if event or last:
                     break
                 piece += 1
-        pv_low, pv_high = _extend(yq, 0.0, done, pv_low, pv_high)
+        pv_low, pv_high = _extend_range(yq, 0.0, done, pv_low, pv_high)
         while at < grid.shape[0] and grid[at] < t + done:
             local = grid[at] - t
-            grid_x[at], grid_op[at], grid_pv[at] = _value(xq, local), _value(uq, local), _value(yq, local)
+            grid_x[at], grid_op[at], grid_pv[at] = (
+                _polynomial(xq, local),
+                _polynomial(uq, local),
+                _polynomial(yq, local),
+            )
             at += 1
         moved = 0.0
         for i in range(n):
@@ -268,12 +272,12 @@ def flow(
             return DIVERGED, n_turns, n_events, t, 0
         if not event:
             if follows:
-                x = _value(xq, done)
+                x = _polynomial(xq, done)
             elif moved < 1e-9 and t - rest_t > delay and k_load + 1 == load_t.shape[0]:
                 return REST, n_turns, n_events, t, 0
             continue
         if follows:
-            x = _value(xq, done)
+            x = _polynomial(xq, done)
             follows = False
         else:
             if sign < 0.0 and up > 0.0:

@@ -1,4 +1,4 @@
-"""Packing and unpacking for `flow`: one loop in continuous time."""
+"""Packing and unpacking for `simulate_events`: one loop in continuous time."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from stiction.errors import ParameterError
-from stiction.limitcycle.bands import Bands, require_bands
-from stiction.limitcycle.exact.flow import TERMS, flow
+from stiction.limitcycle.continuous_form import ContinuousValve, require_continuous_form
+from stiction.limitcycle.exact.event_simulation import TERMS, simulate_events
 from stiction.limitcycle.linear import LinearPart, linear_part
 from stiction.models.loop import require_loop
 
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
 
     from stiction.models import Loop
 
-__all__ = ["Machine", "Run", "machine"]
+__all__ = ["EventRun", "PackedLoop", "pack_loop"]
 
 
 @dataclass(frozen=True)
-class Run:
+class EventRun:
     """What one run of the loop left behind; times in seconds, all signals in deviations."""
 
     status: int
-    """Why it ended: one of the codes of `flow`."""
+    """Why it ended: one of the codes of `simulate_events`."""
     time: NDArray[np.float64]
     """Time of each rest at the top [s], shape (n_turns,)."""
     level: NDArray[np.float64]
@@ -43,22 +43,22 @@ class Run:
 
 
 @dataclass(frozen=True, eq=False)
-class Machine:
+class PackedLoop:
     """A loop ready to run in continuous time."""
 
     linear: LinearPart
     """Its linear part."""
-    valve: Bands
+    valve: ContinuousValve
     """Its valve."""
     unit: float
     """Longest step of the series [s]."""
     arguments: tuple[Any, ...]
-    """The leading arguments of `flow`, the states balanced."""
+    """The leading arguments of `simulate_events`, the states balanced."""
     scale: NDArray[np.float64]
     """States over balanced states, shape (n,)."""
 
     @property
-    def lattices(self) -> bool:
+    def has_lattice(self) -> bool:
         """Whether the stem may only rest and jump, so that cycles come in families over the offset of its levels.
 
         A valve that follows does so, too, when every slip turns its input at once: the OP has no dead time, and
@@ -70,10 +70,10 @@ class Machine:
         answers = abs(float(C @ B)) > 1e-12 * float(np.abs(C) @ np.abs(B))
         return self.valve.rate > 0.0 or (self.linear.dead_time == 0.0 and answers)
 
-    def still(self) -> Machine:
+    def without_following(self) -> PackedLoop:
         """The same loop with a stem that never follows: it stays on its lattice while it settles."""
         valve = self.valve._replace(rate=math.inf)
-        return Machine(self.linear, valve, self.unit, (*self.arguments[:-1], math.inf), self.scale)
+        return PackedLoop(self.linear, valve, self.unit, (*self.arguments[:-1], math.inf), self.scale)
 
     @property
     def memory(self) -> int:
@@ -83,7 +83,7 @@ class Machine:
     def run(
         self, z, x: float, *, up: float = 1.0, most_turns: int = 200, most_steps: int = 200_000,
         tolerance: float = 1e-11, loads=((0.0, 0.0),), n_events: int = 0, grid=None,
-    ) -> tuple[Run, NDArray[np.float64]]:  # fmt: skip
+    ) -> tuple[EventRun, NDArray[np.float64]]:  # fmt: skip
         """Run from rest at `x` [% of span] with states `z` (n,); `grid` asks for stem, OP and PV at these times [s].
 
         Returns the run and the signals, shape (3, n_grid); OP and PV are those before the dead time.
@@ -95,7 +95,7 @@ class Machine:
         signals = np.full((3, wanted.size), np.nan)
         times = np.array([time for time, _ in loads]) / self.unit
         size = self.memory
-        status, k, n_ev, _, period = cast("Any", flow)(
+        status, k, n_ev, _, period = cast("Any", simulate_events)(
             *self.arguments, times, np.array([float(value) for _, value in loads]),
             np.asarray(z) / self.scale, float(x),
             up, most_turns, most_steps, tolerance, np.empty(size), np.empty((size, TERMS)), turns, states, events,
@@ -105,10 +105,10 @@ class Machine:
         swing = turns[:, 2:].copy()
         swing[:, 6] *= self.unit
         events = events[:n_ev] * [self.unit, 1.0]
-        return Run(status, turns[:, 0] * self.unit, turns[:, 1], states, swing, events, period), signals
+        return EventRun(status, turns[:, 0] * self.unit, turns[:, 1], states, swing, events, period), signals
 
 
-def machine(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> Machine:
+def pack_loop(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> PackedLoop:
     """Make a loop ready to run in continuous time.
 
     Raises
@@ -118,17 +118,17 @@ def machine(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> Machine
         loop.
     """
     require_loop(loop)
-    valve = require_bands(loop.valve)
+    valve = require_continuous_form(loop.valve)
     linear = linear_part(loop, sp=sp, disturbance=disturbance)
     if valve.sb <= 0.0:
         raise ParameterError(
             f"{loop.valve!r} has no stiction: the loop is linear and has no limit cycle of its own. Give a valve that "
             "sticks."
         )
-    return _machine(linear, valve)
+    return _pack(linear, valve)
 
 
-def _machine(linear: LinearPart, valve: Bands) -> Machine:
+def _pack(linear: LinearPart, valve: ContinuousValve) -> PackedLoop:
     if linear.D != 0.0 and linear.dead_time == 0.0:
         raise ParameterError(
             "the OP would jump together with the stem (an algebraic loop of derivative or proportional action "
@@ -151,4 +151,4 @@ def _machine(linear: LinearPart, valve: Bands) -> Machine:
         np.ascontiguousarray(A * unit), B * unit, np.ascontiguousarray(C), linear.D, np.ascontiguousarray(C_pv),
         linear.D_pv, linear.dead_time / unit, valve.sb, valve.lag, valve.rate * unit,
     )  # fmt: skip
-    return Machine(linear, valve, unit, packed, scale)
+    return PackedLoop(linear, valve, unit, packed, scale)

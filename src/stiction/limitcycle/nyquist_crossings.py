@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from stiction.limitcycle.linear import LinearPart
 
-__all__ = ["crossings", "frequency_grid", "polish"]
+__all__ = ["find_crossings", "frequency_grid", "refine_crossing"]
 
 
 @kernel
@@ -81,7 +81,7 @@ def frequency_grid(linear: LinearPart, largest_n: float, points: int = 2000) -> 
     return grid
 
 
-def crossings(curves, omega, response) -> list[tuple[int, float, float]]:
+def find_crossings(curves, omega, response) -> list[tuple[int, float, float]]:
     """First guesses of 1 + L N = 0 along several curves N(a) and the response L(omega).
 
     Parameters
@@ -121,7 +121,7 @@ def crossings(curves, omega, response) -> list[tuple[int, float, float]]:
     return out
 
 
-def polish(
+def refine_crossing(
     describe: Callable[[float, float], complex], linear: LinearPart, a: float, omega: float, low: float, high: float
 ) -> tuple[float, float] | None:
     """Newton on log(-L N) = 0 in (a, log omega), kept on the branch low..high; None when it does not settle."""

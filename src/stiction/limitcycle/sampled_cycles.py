@@ -25,7 +25,7 @@ __all__ = ["sampled_limit_cycles"]
 
 
 @kernel
-def _play(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, disturbance, start, nudge, op, pv, mv):
+def _run_sampled_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, disturbance, start, nudge, op, pv, mv):
     """Run the sampled loop over the length of `op` from (op, pv, mv); `nudge` moves the first state."""
     n, order = op.shape[0], c.shape[0]
     controller = pid_at_rest(start[0], start[1], pid)
@@ -56,7 +56,7 @@ def _play(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, disturbance, 
 
 
 @kernel
-def _returns(op, pv, mv, window, first, tolerance):
+def _find_repeat(op, pv, mv, window, first, tolerance):
     """Fewest samples after which the last `window` samples of op, pv and mv have been seen before; 0 for never."""
     n = op.shape[0]
     for lag in range(2, n - window - first):
@@ -130,17 +130,17 @@ def sampled_limit_cycles(
     periods = require_positive("periods", periods)
     longest = None if longest is None else require_positive("longest", longest, "s")
     found: list[LimitCycle] = []
-    rest = sp / _gain(loop) - disturbance if _gain(loop) else 0.0
+    rest = sp / _static_gain(loop) - disturbance if _static_gain(loop) else 0.0
     given = None if op_start is None else np.atleast_1d(require_numbers("op_start", op_start, "% of span"))
     starts = _default_starts(loop) if given is None else given - rest
     for size in starts:
-        cycle = _orbit(loop, sp, disturbance, rest + float(size), mv_start, periods, longest, tolerance)
-        if cycle is not None and not any(_same(cycle, known) for known in found):
+        cycle = _find_orbit(loop, sp, disturbance, rest + float(size), mv_start, periods, longest, tolerance)
+        if cycle is not None and not any(_is_same_cycle(cycle, known) for known in found):
             found.append(cycle)
     return tuple(sorted(found, key=lambda cycle: cycle.amplitude))
 
 
-def _gain(loop: Loop) -> float:
+def _static_gain(loop: Loop) -> float:
     try:
         value = complex(loop.process.at(0.0)).real
     except (ZeroDivisionError, np.linalg.LinAlgError):
@@ -155,17 +155,17 @@ def _default_starts(loop: Loop) -> np.ndarray:
     return np.array([0.5, 1.0, 1.5, 2.5, 4.0, 8.0]) * max(sizes, default=1.0)
 
 
-def _orbit(loop, sp, disturbance, op0, mv0, periods, longest, tolerance) -> LimitCycle | None:
+def _find_orbit(loop, sp, disturbance, op0, mv0, periods, longest, tolerance) -> LimitCycle | None:
     """Follow one start until it repeats; the run doubles until it holds enough oscillations."""
     dt = loop.dt
     discrete = loop.process.discretise(dt)
     head = (loop.controller.pack(dt), loop.valve.code, loop.valve.pack(dt), *discrete, float(sp), float(disturbance))
-    start = np.array([op0, _gain(loop) * op0, mv0])
+    start = np.array([op0, _static_gain(loop) * op0, mv0])
     n = 4096
     while True:
         op, pv, mv = np.empty(n), np.empty(n), np.empty(n)
-        cast("Any", _play)(*head, start, 0.0, op, pv, mv)
-        ups = _upward(op)
+        cast("Any", _run_sampled_loop)(*head, start, 0.0, op, pv, mv)
+        ups = _upward_crossings(op)
         if ups.size > periods or n >= 1 << 21:
             break
         n *= 2
@@ -175,7 +175,7 @@ def _orbit(loop, sp, disturbance, op0, mv0, periods, longest, tolerance) -> Limi
     most = int((20.0 * one) if longest is None else longest / dt)
     window = min(len(discrete.c) + discrete.delay + 8 + int(one), n // 4)
     size = float(np.ptp(op[n // 2 :])) / 2.0
-    lag = int(_returns(op, pv, mv, window, max(n - window - most - 1, 0), tolerance * max(size, float(np.ptp(pv)))))
+    lag = int(_find_repeat(op, pv, mv, window, max(n - window - most - 1, 0), tolerance * max(size, float(np.ptp(pv)))))
     swings = [slice(int(a), int(b) + 1) for a, b in pairwise(ups)][-200:]
     turns = max(round(lag / one), 1)
     cut = slice(n - lag, n) if lag else slice(n - int(10 * one) - 1, n)
@@ -196,14 +196,14 @@ def _orbit(loop, sp, disturbance, op0, mv0, periods, longest, tolerance) -> Limi
     )  # fmt: skip
 
 
-def _upward(op) -> np.ndarray:
+def _upward_crossings(op) -> np.ndarray:
     tail = op[op.size // 2 :]
     middle = 0.5 * (tail.max() + tail.min())
     above = tail > middle
     return np.nonzero(above[1:] & ~above[:-1])[0]
 
 
-def _same(one: LimitCycle, other: LimitCycle) -> bool:
+def _is_same_cycle(one: LimitCycle, other: LimitCycle) -> bool:
     return (
         one.turns == other.turns
         and abs(one.period - other.period) < 5e-3 * one.period

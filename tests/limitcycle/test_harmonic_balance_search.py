@@ -11,7 +11,7 @@ from tests.reference import limitcycle as known
 import stiction as st
 from stiction.limitcycle import Deadband, Relay, Saturation, harmonic_balance, predict_limit_cycles
 from stiction.limitcycle.linear import linear_part
-from stiction.limitcycle.predict import frictionless_stable
+from stiction.limitcycle.predict import is_stable_without_friction
 from stiction.paper.fig7 import EXAMPLE_LOOP, figure7
 
 
@@ -126,7 +126,7 @@ def test_no_stiction_no_cycle(valve):
 
 def test_unstable_loop_is_said_to_be_unstable():
     loop = st.Loop(st.PID(2.0, 10.0), st.Kano(5.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
-    assert not frictionless_stable(linear_part(loop))
+    assert not is_stable_without_friction(linear_part(loop))
     assert all("unstable even without friction" in c.warning for c in predict_limit_cycles(loop, exact=False))
 
 
@@ -134,7 +134,7 @@ def test_unstable_loop_is_said_to_be_unstable():
 def test_nyquist_count_of_the_frictionless_loop(gain, stable):
     """Kc e^{-s} / s is stable up to pi / 2; with an integrator in the controller that lies far off, the same."""
     loop = st.Loop(st.PID(gain, 1e9), st.Ideal(), st.Integrating(1.0, dead_time=1.0), dt=0.1)
-    assert frictionless_stable(linear_part(loop)) is stable
+    assert is_stable_without_friction(linear_part(loop)) is stable
 
 
 def test_improper_and_algebraic_loops_are_refused():
@@ -202,7 +202,7 @@ def test_stability_without_friction_is_that_of_the_roots():
         if abs(num[0]) < 0.05 or np.min(np.abs(roots.real)) < 0.02:
             continue
         loop = st.Loop(pid, st.Kano(3.0, 1.0), st.TransferFunction(num, den), dt=0.1)
-        assert frictionless_stable(linear_part(loop)) == bool((roots.real < 0.0).all()), seed
+        assert is_stable_without_friction(linear_part(loop)) == bool((roots.real < 0.0).all()), seed
         seen.append(bool((roots.real < 0.0).all()))
     assert len(seen) > 150
     assert sum(seen) > 20
@@ -212,7 +212,7 @@ def test_stability_of_a_gain_behind_a_dead_time():
     """exp(-10 s) under a P controller: every swing is Kc times the last one."""
     for gain, stable in ((0.2, True), (1.2, False)):
         loop = st.Loop(st.PID(gain, np.inf), st.Kano(3.0, 1.0), st.TransferFunction([1.0], [1.0], 10.0), dt=1.0)
-        assert frictionless_stable(linear_part(loop)) == stable
+        assert is_stable_without_friction(linear_part(loop)) == stable
 
 
 def test_choudhury_beyond_its_band_is_run_in_samples():

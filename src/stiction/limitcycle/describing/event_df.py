@@ -13,17 +13,17 @@ import numpy as np
 
 from stiction.models.numba_compile import kernel
 
-__all__ = ["banded_df"]
+__all__ = ["continuous_form_df"]
 
 
 @kernel
-def _constant(level, a, b):
+def _constant_integrals(level, a, b):
     """Fourier integrals of a constant over phases a..b: against sin and cos."""
     return level * (math.cos(a) - math.cos(b)), level * (math.sin(b) - math.sin(a))
 
 
 @kernel
-def _sine(amplitude, a, b):
+def _sine_integrals(amplitude, a, b):
     """Fourier integrals of A sin(phase) over phases a..b: against sin and cos."""
     half = (b - a) / 2.0
     return (
@@ -33,7 +33,7 @@ def _sine(amplitude, a, b):
 
 
 @kernel
-def _half_turn(sb, lag, slow, amplitude, x):
+def _half_period(sb, lag, slow, amplitude, x):
     """Drive the stem from x while A sin goes from -A to A; `slow` is r / (A omega). Returns x and both integrals."""
     phase, end = -math.pi / 2.0, math.pi / 2.0
     until = math.acos(min(slow, 1.0)) if slow <= 1.0 else -math.pi
@@ -43,19 +43,19 @@ def _half_turn(sb, lag, slow, amplitude, x):
         if ratio > 1.0 + 1e-12:
             break
         slip = math.asin(min(max(ratio, -1.0), 1.0))
-        s, c = _constant(x, phase, slip)
+        s, c = _constant_integrals(x, phase, slip)
         inphase += s
         quadrature += c
         phase = slip
         x = amplitude * math.sin(phase) - lag
         if -until <= phase < until:
-            s, c = _sine(amplitude, phase, until)
-            s2, c2 = _constant(-lag, phase, until)
+            s, c = _sine_integrals(amplitude, phase, until)
+            s2, c2 = _constant_integrals(-lag, phase, until)
             inphase += s + s2
             quadrature += c + c2
             phase = until
             x = amplitude * math.sin(phase) - lag
-    s, c = _constant(x, phase, max(phase, end))
+    s, c = _constant_integrals(x, phase, max(phase, end))
     return x, inphase + s, quadrature + c
 
 
@@ -64,8 +64,8 @@ def _sine_response(sb, lag, slow, amplitude, x):
     """N of one valve from the position x, once two successive turns agree; the number of turns is returned too."""
     real, imag = 0.0, 0.0
     for turn in range(64):
-        top, s_up, c_up = _half_turn(sb, lag, slow, amplitude, x)
-        down, s_down, c_down = _half_turn(sb, lag, slow, amplitude, -top)
+        top, s_up, c_up = _half_period(sb, lag, slow, amplitude, x)
+        down, s_down, c_down = _half_period(sb, lag, slow, amplitude, -top)
         bottom = -down
         real = (s_up + s_down) / (math.pi * amplitude)
         imag = (c_up + c_down) / (math.pi * amplitude)
@@ -76,18 +76,18 @@ def _sine_response(sb, lag, slow, amplitude, x):
 
 
 @kernel
-def _many(sb, lag, slow, amplitude, start, real, imag, turns):
+def _sine_responses(sb, lag, slow, amplitude, start, real, imag, turns):
     for k in range(amplitude.shape[0]):
         real[k], imag[k], turns[k] = _sine_response(sb, lag, slow[k], amplitude[k], start[k])
 
 
-def banded_df(sb: float, lag: float, rate: float, amplitude, omega, start):
+def continuous_form_df(sb: float, lag: float, rate: float, amplitude, omega, start):
     """N(A, omega) by events, and the turns until the motion repeated.
 
     Parameters
     ----------
     sb, lag, rate : float
-        The valve, see `Bands` [% of span, % of span, % of span / s].
+        The valve, see `ContinuousValve` [% of span, % of span, % of span / s].
     amplitude, omega, start : ndarray, shape (n,)
         Amplitude [% of span] and frequency [rad/s] of the input, and the stem's rest position before [% of span].
 
@@ -101,5 +101,5 @@ def banded_df(sb: float, lag: float, rate: float, amplitude, omega, start):
     n = amplitude.shape[0]
     real, imag, turns = np.empty(n), np.empty(n), np.empty(n, dtype=np.int64)
     slow = np.full(n, np.inf) if math.isinf(rate) else rate / (amplitude * omega)
-    _many(sb, lag, slow, amplitude, start, real, imag, turns)
+    _sine_responses(sb, lag, slow, amplitude, start, real, imag, turns)
     return real + 1j * imag, turns

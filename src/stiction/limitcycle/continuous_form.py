@@ -12,10 +12,10 @@ from typing import NamedTuple
 from stiction.errors import ParameterError
 from stiction.models import Choudhury, He, HeWang, Ideal, Kano, Srinivasan, Stenman, Table, Valve
 
-__all__ = ["Bands", "bands", "frictionless", "require_bands"]
+__all__ = ["ContinuousValve", "continuous_form", "is_frictionless", "require_continuous_form"]
 
 
-class Bands(NamedTuple):
+class ContinuousValve(NamedTuple):
     """A valve in continuous time."""
 
     sb: float
@@ -36,7 +36,7 @@ class Bands(NamedTuple):
         return math.isinf(self.rate) and self.jump > 0.0
 
 
-def bands(valve: Valve) -> Bands | None:
+def continuous_form(valve: Valve) -> ContinuousValve | None:
     """Return the continuous-time form of a valve, or None when it has none.
 
     Parameters
@@ -46,46 +46,46 @@ def bands(valve: Valve) -> Bands | None:
 
     Returns
     -------
-    Bands or None
+    ContinuousValve or None
         None for physical valves, tables, eq. 5 as printed and Choudhury's valve with J > S.
 
     Examples
     --------
     >>> import stiction as st
-    >>> bands(st.Kano(S=3.0, J=1.0))
-    Bands(sb=2.0, lag=1.0, rate=0.0)
+    >>> continuous_form(st.Kano(S=3.0, J=1.0))
+    ContinuousValve(sb=2.0, lag=1.0, rate=0.0)
     """
     if isinstance(valve, Stenman):
-        found = Bands(valve.d, 0.0, math.inf)
+        found = ContinuousValve(valve.d, 0.0, math.inf)
     elif isinstance(valve, He):
-        found = Bands(valve.fs, valve.fd, math.inf)
+        found = ContinuousValve(valve.fs, valve.fd, math.inf)
     elif isinstance(valve, HeWang):
-        found = Bands(valve.fs, valve.fs - valve.K * (valve.fs - valve.fd), math.inf)
+        found = ContinuousValve(valve.fs, valve.fs - valve.K * (valve.fs - valve.fd), math.inf)
     elif isinstance(valve, Kano) or (isinstance(valve, Choudhury) and valve.J <= valve.S):
-        found = Bands((valve.S + valve.J) / 2.0, (valve.S - valve.J) / 2.0, 0.0)
+        found = ContinuousValve((valve.S + valve.J) / 2.0, (valve.S - valve.J) / 2.0, 0.0)
     elif (
         isinstance(valve, Srinivasan)
         and not valve.as_printed
         and not isinstance(valve.sb, Table)
         and not isinstance(valve.sj, Table)
     ):
-        found = Bands(valve.sb, valve.sb - valve.sj, valve.r)
+        found = ContinuousValve(valve.sb, valve.sb - valve.sj, valve.r)
     else:
         return None
     if found.jump <= 1e-12 * found.sb:
-        return Bands(found.sb, found.sb, 0.0)
+        return ContinuousValve(found.sb, found.sb, 0.0)
     return found
 
 
-def frictionless(valve: Valve) -> bool:
+def is_frictionless(valve: Valve) -> bool:
     """Whether a valve follows its input at once: the ideal one, or any whose bands are 0."""
-    found = bands(valve)
+    found = continuous_form(valve)
     return isinstance(valve, Ideal) or (found is not None and found.sb == 0.0)
 
 
-def require_bands(valve: Valve) -> Bands:
+def require_continuous_form(valve: Valve) -> ContinuousValve:
     """Return the continuous-time form of a valve, or say that it has none."""
-    found = bands(valve)
+    found = continuous_form(valve)
     if found is None:
         raise ParameterError(
             f"{valve!r} has no continuous-time form here; give Stenman, Kano, Choudhury (J <= S), He, HeWang or "

@@ -8,27 +8,27 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.limitcycle.bands import bands
+from stiction.limitcycle.continuous_form import continuous_form
 from stiction.limitcycle.describing import describing_function
-from stiction.limitcycle.describing.face import rate_dependent
-from stiction.limitcycle.describing.stenman import lattice_offset, staircase_amplitudes, staircase_levels
+from stiction.limitcycle.describing.staircase import rest_level_offset, staircase_amplitudes, staircase_levels
+from stiction.limitcycle.describing.valve_df import is_rate_dependent
 from stiction.models import Choudhury
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["Family", "families_of", "family_of"]
+__all__ = ["DFBranches", "branches_of_family", "family_names"]
 
-_LEVELS = 60
+_MAX_AMPLITUDE_JUMPS = 60
 """Largest amplitude of a staircase, in jumps [-]: N is then 1 to a thousandth or so."""
-_ONSET = 1.0
+_DEFAULT_ONSET = 1.0
 """Amplitude at which the search begins of a valve whose bands are not known beforehand [% of span]."""
-_LARGE = 1e4
+_MAX_AMPLITUDE_RATIO = 1e4
 """Largest amplitude of any other valve, over that at which it begins to move [-]."""
 
 
 @dataclass(frozen=True)
-class Family:
+class DFBranches:
     """N(A) of one family of rest levels, in branches."""
 
     name: str
@@ -37,13 +37,13 @@ class Family:
     """Amplitudes that part the branches, the onset of motion first [% of span]."""
     largest: float
     """Largest amplitude searched [% of span]."""
-    describe: Callable[..., Any]
+    evaluate: Callable[..., Any]
     """N over arrays (amplitude, omega)."""
     levels: Callable[[float], tuple[float, ...]]
     """Rest levels at an amplitude [% of span]; empty where the stem has none."""
     lag: float
     """Distance of the stem's turning points behind those of the input [% of span]."""
-    rated: bool
+    rate_dependent: bool
     """Whether N depends on the frequency."""
 
     def branches(self, points: int = 160) -> list[np.ndarray]:
@@ -62,60 +62,69 @@ class Family:
         return out
 
 
-def families_of(valve: Any) -> tuple[str | float, ...]:
+def family_names(valve: Any) -> tuple[str | float, ...]:
     """Names of the families of a nonlinearity: two symmetric ones for a staircase, else one."""
-    banded = None if hasattr(valve, "describing_function") else bands(valve)
+    banded = None if hasattr(valve, "describing_function") else continuous_form(valve)
     return ("half", "integer") if banded is not None and banded.staircase else ("",)
 
 
-def family_of(valve: Any, name: str | float) -> Family:
+def branches_of_family(valve: Any, name: str | float) -> DFBranches:
     """Return the branches of one family of a nonlinearity."""
     if hasattr(valve, "describing_function"):
         size = max((value for value in vars(valve).values()), default=1.0)
-        stops = valve.jumps(_LEVELS * size)
-        onset = () if stops and _moves(valve, stops[0]) is False else (0.0,)
-        return Family("", (*onset, *stops), _LARGE * size, _plain(valve), lambda _: (), 0.0, rated=False)
-    banded = bands(valve)
-    rated = rate_dependent(valve)
+        stops = valve.jumps(_MAX_AMPLITUDE_JUMPS * size)
+        onset = () if stops and _output_moves(valve, stops[0]) is False else (0.0,)
+        return DFBranches(
+            "",
+            (*onset, *stops),
+            _MAX_AMPLITUDE_RATIO * size,
+            _memoryless_df(valve),
+            lambda _: (),
+            0.0,
+            rate_dependent=False,
+        )
+    banded = continuous_form(valve)
+    depends_on_rate = is_rate_dependent(valve)
     if banded is not None and banded.staircase:
         sb, lag, _ = banded
-        offset = lattice_offset(banded.jump, name)
-        largest = _LEVELS * banded.jump + sb
+        offset = rest_level_offset(banded.jump, name)
+        largest = _MAX_AMPLITUDE_JUMPS * banded.jump + sb
         stops = staircase_amplitudes(sb, lag, offset, largest * (1.0 - 1e-6))
         label = name if isinstance(name, str) else f"{offset:g}"
-        return Family(
+        return DFBranches(
             label,
             tuple(stops),
             largest,
             lambda a, _w: describing_function(valve, a, family=offset),
             lambda a: staircase_levels(sb, lag, offset, a),
             lag,
-            rated=False,
+            rate_dependent=False,
         )
     if banded is not None:
         sb, lag, rate = banded
         onset = (sb + lag) / 2.0
         if rate == 0.0:
             # Where S = 0 the stem moves at any amplitude, and its jump is the measure.
-            return Family(
-                "", (onset,), _LARGE * (onset or sb), lambda a, _w: describing_function(valve, a),
-                lambda a: (float(lag - a), float(a - lag)), lag, rated=False,
+            return DFBranches(
+                "", (onset,), _MAX_AMPLITUDE_RATIO * (onset or sb), lambda a, _w: describing_function(valve, a),
+                lambda a: (float(lag - a), float(a - lag)), lag, rate_dependent=False,
             )  # fmt: skip
-        return Family(
+        return DFBranches(
             "", (onset,), 200.0 * onset, lambda a, w: describing_function(valve, a, w),
             lambda a: (float(lag - a), float(a - lag)),
-            lag, rated=True,
+            lag, rate_dependent=True,
         )  # fmt: skip
-    scale = (valve.S + valve.J) / 2.0 if isinstance(valve, Choudhury) else _ONSET
-    return Family(
-        "", (scale,), 20.0 * scale, lambda a, w: describing_function(valve, a, w if rated else None, tolerance=2e-3),
-        lambda _: (), 0.0, rated=rated,
+    scale = (valve.S + valve.J) / 2.0 if isinstance(valve, Choudhury) else _DEFAULT_ONSET
+    return DFBranches(
+        "", (scale,), 20.0 * scale,
+        lambda a, w: describing_function(valve, a, w if depends_on_rate else None, tolerance=2e-3),
+        lambda _: (), 0.0, rate_dependent=depends_on_rate,
     )  # fmt: skip
 
 
-def _plain(valve: Any) -> Callable[..., Any]:
+def _memoryless_df(valve: Any) -> Callable[..., Any]:
     return lambda a, _w: valve.describing_function(np.asarray(a, dtype=float))
 
 
-def _moves(valve: Any, amplitude: float) -> bool:
+def _output_moves(valve: Any, amplitude: float) -> bool:
     return bool(valve.describing_function(np.array([0.5 * amplitude]))[0] != 0.0)

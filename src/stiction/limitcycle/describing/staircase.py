@@ -21,19 +21,19 @@ from stiction.errors import ParameterError
 from stiction.models.numba_compile import kernel
 
 __all__ = [
-    "lattice_offset",
     "require_families",
+    "rest_level_offset",
     "staircase_amplitudes",
     "staircase_df",
     "staircase_levels",
     "stenman_printed",
 ]
 
-_TIE = 1e-12
+_LEVEL_TOLERANCE = 1e-12
 """Share of the amplitude by which a level may be missed and still be reached: rounding, not physics [-]."""
 
 
-def lattice_offset(jump: float, family: str | float, rest: float = 0.0) -> float:
+def rest_level_offset(jump: float, family: str | float, rest: float = 0.0) -> float:
     """Offset of the rest levels from the centre of the oscillation [% of span], 0 <= offset < jump.
 
     Parameters
@@ -64,14 +64,14 @@ def require_families(families: Iterable[str | float]) -> tuple[str | float, ...]
         raise ParameterError(f"families = {families!r} is no series; give for example ['half', 'integer'].")
     found = tuple(families)
     for family in found:
-        lattice_offset(1.0, family)
+        rest_level_offset(1.0, family)
     return found
 
 
 def staircase_levels(sb: float, lag: float, offset: float, amplitude: float) -> tuple[float, ...]:
     """Rest levels visited under an input of this amplitude, ascending [% of span]; fewer than two: no motion."""
     jump = sb - lag
-    slack = _TIE * amplitude
+    slack = _LEVEL_TOLERANCE * amplitude
     top = math.floor((amplitude - lag - offset + slack) / jump)
     bottom = math.ceil((lag - amplitude - offset - slack) / jump)
     return tuple(offset + k * jump for k in range(bottom, top + 1))
@@ -83,12 +83,12 @@ def staircase_amplitudes(sb: float, lag: float, offset: float, largest: float) -
     up = [offset + k * jump + lag for k in range(-2, int(largest / jump) + 2)]
     down = [-(offset - k * jump - lag) for k in range(-2, int(largest / jump) + 2)]
     onset = next(a for a in sorted(up + down) if len(staircase_levels(sb, lag, offset, a)) > 1)
-    reached = sorted(a for a in up + down if onset - _TIE * onset <= a <= largest)
+    reached = sorted(a for a in up + down if onset - _LEVEL_TOLERANCE * onset <= a <= largest)
     return [a for i, a in enumerate(reached) if i == 0 or a > reached[i - 1] * (1.0 + 1e-9)]
 
 
 @kernel
-def _staircase(sb, lag, offset, amplitude, real, imag):
+def _sum_jumps(sb, lag, offset, amplitude, real, imag):
     jump = sb - lag
     for i in range(amplitude.shape[0]):
         a = amplitude[i]
@@ -108,7 +108,7 @@ def staircase_df(sb: float, lag: float, offset: float, amplitude):
     """N(A) of a staircase whose levels are offset + k (sb - lag), shape of `amplitude`."""
     amplitude = np.asarray(amplitude, dtype=float)
     real, imag = np.empty(amplitude.size), np.empty(amplitude.size)
-    _staircase(sb, lag, offset, np.ascontiguousarray(amplitude.ravel()), real, imag)
+    _sum_jumps(sb, lag, offset, np.ascontiguousarray(amplitude.ravel()), real, imag)
     return (real + 1j * imag).reshape(amplitude.shape)
 
 

@@ -22,8 +22,12 @@ if TYPE_CHECKING:
 
 __all__ = ["numeric_df"]
 
-_FEWEST, _MOST, _PERIODS = 1 << 10, 1 << 22, 40
-"""Samples of a period at first and at most, and periods until two must agree [-]."""
+_MIN_SAMPLES = 1 << 10
+"""Samples in a period at first [-]."""
+_MAX_SAMPLES = 1 << 22
+"""Samples in a period at most [-]."""
+_MAX_PERIODS = 40
+"""Periods within which two in succession must agree [-]."""
 
 
 @kernel
@@ -82,21 +86,21 @@ def numeric_df(
     ConvergenceError
         When successive periods do not agree, or the finest sampling does not meet the tolerance.
     """
-    n, last = _FEWEST, math.nan
+    n, last = _MIN_SAMPLES, math.nan
     period = 2.0 * math.pi / (omega or 1.0)
     lead_in = 2 if start is None else 0
-    while n <= _MOST:
+    while n <= _MAX_SAMPLES:
         packed = valve.pack(period / n)
         real, imag, travel, periods = _stroke_sine(
-            valve.code, packed, n, amplitude, centre, centre + (start or 0.0), lead_in, tolerance / 4.0, _PERIODS
+            valve.code, packed, n, amplitude, centre, centre + (start or 0.0), lead_in, tolerance / 4.0, _MAX_PERIODS
         )
-        if periods < 0 and n < _MOST >> 4:
+        if periods < 0 and n < _MAX_SAMPLES >> 4:
             n *= 4
             continue
         if periods < 0:
             raise ConvergenceError(
-                f"the valve's motion under a sine of {amplitude:g} % did not repeat within {_PERIODS} periods to "
-                f"{tolerance / 4:g}; ask for a larger tolerance."
+                f"the valve's motion under a sine of {amplitude:g} % did not repeat to {tolerance / 4:g} within "
+                f"{_MAX_PERIODS} periods; give a larger tolerance."
             )
         value = complex(real, imag)
         bound = periods * travel / (n * amplitude)
@@ -104,11 +108,11 @@ def numeric_df(
             return value
         last = value
         n *= 2
-        while n < _MOST and periods * travel / (2 * n * amplitude) > tolerance:
+        while n < _MAX_SAMPLES and periods * travel / (2 * n * amplitude) > tolerance:
             n *= 2
     raise ConvergenceError(
-        f"N at {amplitude:g} % could not be had to {tolerance:g} with {_MOST} samples in a period; ask for a larger "
-        "tolerance."
+        f"N at an amplitude of {amplitude:g} % does not meet the tolerance {tolerance:g} with {_MAX_SAMPLES} samples "
+        "in a period; give a larger tolerance."
     )
 
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.errors import ParameterError, require_finite, require_numbers, require_positive
-from stiction.limitcycle.bands import bands, frictionless
-from stiction.limitcycle.describing.numeric import numeric_dfs
-from stiction.limitcycle.describing.sine import banded_df
-from stiction.limitcycle.describing.stenman import lattice_offset, staircase_df, staircase_levels, stenman_printed
+from stiction.limitcycle.continuous_form import continuous_form, is_frictionless
+from stiction.limitcycle.describing.event_df import continuous_form_df
+from stiction.limitcycle.describing.numeric_df import numeric_dfs
+from stiction.limitcycle.describing.staircase import rest_level_offset, staircase_df, staircase_levels, stenman_printed
 from stiction.limitcycle.describing.two_parameter import two_parameter_df
 from stiction.models import Choudhury, Ideal, Kano, Srinivasan, Stenman
 
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
 
     from stiction.models import Valve
 
-__all__ = ["describing_function", "rate_dependent"]
+__all__ = ["describing_function", "is_rate_dependent"]
 
 
-def rate_dependent(valve: Any) -> bool:
+def is_rate_dependent(valve: Any) -> bool:
     """Whether N depends on the frequency: physical valves, and Srinivasan's with a finite rate other than 0."""
     if hasattr(valve, "describing_function"):
         return False
     if isinstance(valve, Srinivasan):
-        return valve.as_printed or bands(valve) is None or 0.0 < valve.r < float("inf")
-    return bands(valve) is None and not isinstance(valve, Ideal | Choudhury)
+        return valve.as_printed or continuous_form(valve) is None or 0.0 < valve.r < float("inf")
+    return continuous_form(valve) is None and not isinstance(valve, Ideal | Choudhury)
 
 
 def describing_function(
@@ -92,8 +92,8 @@ def describing_function(
     """
     if not (hasattr(valve, "pack") or hasattr(valve, "describing_function")):
         raise ParameterError(f"valve is of type {type(valve).__name__}; give a valve model such as Kano(S, J).")
-    size = _above_0("amplitude", amplitude, "% of span")
-    lattice_offset(1.0, family)
+    size = _require_positive_values("amplitude", amplitude, "% of span")
+    rest_level_offset(1.0, family)
     tolerance, centre = require_positive("tolerance", tolerance), require_finite("centre", centre, "% of span")
     if as_printed is not False:
         if not isinstance(valve, Stenman):
@@ -103,36 +103,36 @@ def describing_function(
         return stenman_printed(valve.d, size, roots_repaired=as_printed == "roots repaired")
     if method not in ("auto", "events", "numeric"):
         raise ParameterError(f"method = {method!r} is unknown; use 'auto', 'events' or 'numeric'.")
-    if omega is None and rate_dependent(valve):
+    if omega is None and is_rate_dependent(valve):
         raise ParameterError(f"{type(valve).__name__} depends on the rate of its input; give omega in rad/s.")
-    speed = _above_0("omega", 1.0 if omega is None else omega, "rad/s")
+    speed = _require_positive_values("omega", 1.0 if omega is None else omega, "rad/s")
     try:
         size, speed = np.broadcast_arrays(size, speed)
     except ValueError:
         raise ParameterError(
             f"amplitude has shape {size.shape} and omega {speed.shape}, which do not match; give equal shapes."
         ) from None
-    flat = _values(valve, size.ravel(), speed.ravel(), family, method, tolerance, centre)
+    flat = _evaluate(valve, size.ravel(), speed.ravel(), family, method, tolerance, centre)
     return flat.reshape(size.shape)
 
 
-def _above_0(name: str, value: ArrayLike, unit: str) -> NDArray[np.float64]:
+def _require_positive_values(name: str, value: ArrayLike, unit: str) -> NDArray[np.float64]:
     array = require_numbers(name, value, unit)
     if np.any(array <= 0.0):
         raise ParameterError(f"{name} = {brief(value)} must be positive [{unit}]; give values above 0.")
     return array
 
 
-def _values(valve: Any, size, speed, family: str | float, method: str, tolerance: float, centre: float):
+def _evaluate(valve: Any, size, speed, family: str | float, method: str, tolerance: float, centre: float):
     """N over flat arrays of amplitude and frequency."""
     if hasattr(valve, "describing_function"):
         return valve.describing_function(size)
     free = bool(np.all(np.isinf(valve.travel)))
-    if free and frictionless(valve):
+    if free and is_frictionless(valve):
         return np.ones(size.shape, dtype=complex)
-    banded, start = bands(valve) if free else None, None
+    banded, start = continuous_form(valve) if free else None, None
     if banded is not None and banded.staircase:
-        offset = lattice_offset(banded.jump, family)
+        offset = rest_level_offset(banded.jump, family)
         if method == "auto":
             return staircase_df(banded.sb, banded.lag, offset, size)
         levels = [staircase_levels(banded.sb, banded.lag, offset, a) for a in size]
@@ -140,12 +140,12 @@ def _values(valve: Any, size, speed, family: str | float, method: str, tolerance
     if method == "numeric" or banded is None:
         if method == "events":
             raise ParameterError(f"{valve!r} cannot be taken event by event; use method = 'numeric'.")
-        return numeric_dfs(valve, size, speed if rate_dependent(valve) else None, start, tolerance, centre)
+        return numeric_dfs(valve, size, speed if is_rate_dependent(valve) else None, start, tolerance, centre)
     if method == "auto" and isinstance(valve, Kano | Choudhury):
         return two_parameter_df(valve.S, valve.J, size)
     if start is None:
         start = banded.lag - size
-    value, turns = banded_df(*banded, size, speed, start)
+    value, turns = continuous_form_df(*banded, size, speed, start)
     if np.any(turns >= 64):
         value[turns >= 64] = numeric_dfs(valve, size[turns >= 64], speed[turns >= 64], None, tolerance, centre)
     return value

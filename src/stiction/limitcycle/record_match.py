@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.errors import RecordError
-from stiction.limitcycle.bands import require_bands
+from stiction.limitcycle.continuous_form import require_continuous_form
 from stiction.limitcycle.exact.search import exact_limit_cycles
 from stiction.models.loop import require_loop
 from stiction.records.gaps import interpolate_gaps
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from stiction.models import Loop
     from stiction.records.record import LoopRecord
 
-__all__ = ["CycleMatch", "match_record", "measured_cycle"]
+__all__ = ["CycleMatch", "match_record", "measure_record_cycle"]
 
-_FAR = 0.25
+_MAX_DISTANCE = 0.25
 """Distance beyond which a record is in none of the cycles predicted [-], as in `CycleMatch.distance`."""
 
 
@@ -50,7 +50,7 @@ class CycleMatch:
         """One paragraph for people."""
         measured = f"The record oscillates with period {self.period:.4g} s and OP amplitude {self.amplitude:.4g} %"
         if self.cycle is None:
-            return f"{measured}; no predicted limit cycle of this loop is within {100 * _FAR:.0f} % of that."
+            return f"{measured}; no predicted limit cycle of this loop is within {100 * _MAX_DISTANCE:.0f} % of that."
         text = f"{measured}: it is in the {self.cycle.summary()[:-1].split(', by')[0]}."
         if not self.others:
             return f"{text} The loop has no other stable cycle."
@@ -101,9 +101,9 @@ def match_record(loop: Loop, record: LoopRecord, cycles: tuple[LimitCycle, ...] 
     2
     """
     require_loop(loop)
-    period, amplitude, amplitude_pv = measured_cycle(record)
+    period, amplitude, amplitude_pv = measure_record_cycle(record)
     if cycles is None:
-        if require_bands(loop.valve).staircase and record.mv is not None:
+        if require_continuous_form(loop.valve).staircase and record.mv is not None:
             recent = record.mv[-max(int(3 * period / record.dt), 2) :]
             set_point = 0.0 if record.sp is None else float(np.nanmedian(record.sp))
             families = [float(np.nanmedian(recent))]
@@ -121,13 +121,13 @@ def match_record(loop: Loop, record: LoopRecord, cycles: tuple[LimitCycle, ...] 
         return math.sqrt(sum(x * x for x in logs) / 3.0)
 
     ranked = sorted(candidates, key=distance)
-    if not ranked or distance(ranked[0]) > _FAR:
+    if not ranked or distance(ranked[0]) > _MAX_DISTANCE:
         nearest = distance(ranked[0]) if ranked else math.inf
         return CycleMatch(None, nearest, period, amplitude, amplitude_pv, tuple(ranked))
     return CycleMatch(ranked[0], distance(ranked[0]), period, amplitude, amplitude_pv, tuple(ranked[1:]))
 
 
-def measured_cycle(record: LoopRecord) -> tuple[float, float, float]:
+def measure_record_cycle(record: LoopRecord) -> tuple[float, float, float]:
     """Period [s], OP amplitude [% of span] and PV amplitude of the second half of a record.
 
     The period is the mean distance of upward crossings of the OP through its mid level, with a hysteresis of a
@@ -137,7 +137,7 @@ def measured_cycle(record: LoopRecord) -> tuple[float, float, float]:
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; give a record of the closed loop.")
     half = slice(len(record) // 2, None)
-    op, pv = _filled(record.op[half]), _filled(record.pv[half])
+    op, pv = _fill_gaps(record.op[half]), _fill_gaps(record.pv[half])
     if op.size < 16 or np.ptp(op) == 0.0:
         raise RecordError(f"{record.tag} does not oscillate: its OP is constant or too short.")
     high, low = np.percentile(op, [97.0, 3.0])
@@ -166,7 +166,7 @@ def measured_cycle(record: LoopRecord) -> tuple[float, float, float]:
     )
 
 
-def _filled(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def _fill_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
     if not np.isfinite(x).any():
         raise RecordError("the record holds no finite value in its second half.")
     return interpolate_gaps(x)
