@@ -1,4 +1,4 @@
-"""What stands in a loop: one page per model."""
+"""Models of the parts of a control loop: one page per model."""
 
 from stiction.models.compensators import (
     Compensator,

@@ -1,7 +1,7 @@
 """The one file that knows all valve and compensator pages: from a model's code to its step.
 
-Plain models carry at most three numbers. Their steps are compiled into the drivers, which then keep the whole
-state in registers; the others (tables, physics) are called, which costs a plain model several times its own work.
+Data-driven models with at most three numbers are compiled into the drivers, which keep the whole state in registers.
+Other models (tables, physical valve) are called, which would make a data-driven model several times slower.
 """
 
 from __future__ import annotations
@@ -79,13 +79,13 @@ def valve_at_rest(model: int, op: float, position: float, p) -> ValveState:
 
 @inline_kernel
 def is_data_driven(model: int) -> bool:
-    """Whether valve `model` carries at most three numbers."""
+    """Whether valve `model` has at most three numbers as parameters."""
     return model < SRINIVASAN_TABLED or model == HE_WANG
 
 
 @inline_kernel
 def data_driven_parameters(p):
-    """End stops and parameters of a plain model, (lowest, highest, first, second, third), zero where it has fewer."""
+    """End stops and parameters of a data-driven model: (lowest, highest, first, second, third), missing ones 0."""
     first = p[2] if p.shape[0] > 2 else 0.0
     second = p[3] if p.shape[0] > 3 else 0.0
     third = p[4] if p.shape[0] > 4 else 0.0
@@ -94,7 +94,7 @@ def data_driven_parameters(p):
 
 @inline_kernel
 def data_driven_step(model: int, op: float, s: ValveState, q) -> ValveState:
-    """One sample of a plain model with the numbers `q` of `data_driven_parameters`, the input limited to the travel."""
+    """One sample of a data-driven model with `q` from `data_driven_parameters`; the input is limited to the travel."""
     op = min(max(op, q[0]), q[1])
     if model == KANO:
         return kano_step(op, s, q[2], q[3], q[4])

@@ -18,7 +18,7 @@ __all__ = ["Table", "lookup"]
 
 @kernel
 def _find_cell(p, first: int, n: int, x: float):
-    """Cell and weight of `x` among the `n` increasing knots p[first:first + n], held beyond the ends."""
+    """Cell and weight of `x` among the `n` increasing knots p[first:first + n], constant beyond the ends."""
     if n == 1 or x <= p[first]:
         return 0, 0.0
     if x >= p[first + n - 1]:
@@ -71,7 +71,7 @@ class Table:
 
     Notes
     -----
-    Beyond its ends a table keeps its last value.
+    Beyond its ends the table is constant.
 
     References
     ----------
@@ -96,7 +96,7 @@ class Table:
             value = value[:, np.newaxis]
         if value.shape != (position.size, rate.size):
             raise ParameterError(
-                f"value has shape {value.shape} but position and rate ask for ({position.size}, {rate.size}); "
+                f"value has shape {value.shape} but position and rate need ({position.size}, {rate.size}); "
                 "give one value per position (and rate)."
             )
         if not np.all(np.isfinite(value)) or np.any(value < 0.0):

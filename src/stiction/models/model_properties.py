@@ -1,4 +1,4 @@
-"""What holds of each valve model: parameters, invariants, overshoot, source. The tests prove every entry.
+"""Properties of each valve model: parameters, invariants, overshoot, source. The tests prove every entry.
 
 Examples
 --------
@@ -18,12 +18,12 @@ _BAND = "% of span"
 
 @dataclass(frozen=True, slots=True)
 class ValveProperties:
-    """What holds of a valve model without end stops, for numbers as parameters."""
+    """Properties of a valve model without end stops, with numbers as parameters."""
 
     parameters: dict[str, str]
     """Parameter -> unit."""
     source: str
-    """Key in references.bib; empty for the ideal valve, which is nobody's."""
+    """Key in references.bib; empty for the ideal valve."""
     shift: bool = True
     """Input plus a constant gives position plus that constant."""
     scale: bool = True
@@ -31,9 +31,9 @@ class ValveProperties:
     odd: bool = True
     """The negative input gives the negative position."""
     hold: bool = False
-    """A sample held once more changes nothing."""
+    """Repeating a sample changes nothing."""
     refine: bool = False
-    """A sample inserted between two others, on the way from one to the next, changes nothing later."""
+    """Inserting a sample between two others, with a value between theirs, changes no other sample."""
     overshoot: bool = False
     """The stem may slip beyond its input (J > S)."""
     note: str = ""
@@ -51,20 +51,20 @@ VALVE_PROPERTIES: dict[str, ValveProperties] = {
         {"d": _BAND},
         "stenman2003",
         hold=True,
-        note="S = J = d: a slow ramp always gives stairs, stick-jump-follow cannot be shown",
+        note="S = J = d: a slow ramp always gives a staircase, never stick-jump-follow",
     ),
     "Kano": ValveProperties(
         {"S": _BAND, "J": _BAND},
         "kano2004",
         refine=True,
         overshoot=True,
-        note="a held sample is a stop, and the next move in the same direction asks for J",
+        note="a repeated sample is a stop, and the next move in the same direction must exceed J",
     ),
     "Choudhury": ValveProperties(
         {"S": _BAND, "J": _BAND},
         "choudhury2005",
         overshoot=True,
-        note="equal to Kano for J <= S and then also refine; for J > S it contradicts its own describing function",
+        note="equal to Kano for J <= S (then `refine` holds too); for J > S it contradicts its own describing function",
     ),
     "He": ValveProperties(
         {"fs": _BAND, "fd": _BAND},
@@ -103,4 +103,4 @@ VALVE_PROPERTIES: dict[str, ValveProperties] = {
         note="has dynamics and end stops: the position depends on the speed of the input and on the operating point",
     ),
 }
-"""Class name -> facts."""
+"""Class name -> properties."""

@@ -1,4 +1,4 @@
-r"""One parameter map links every two-parameter valve: (S, J), (fs, fd) and (sb, sj).
+r"""Conversion between the parameters of the two-parameter valves: (S, J), (fs, fd) and (sb, sj).
 
 .. math::
 
@@ -6,7 +6,7 @@ r"""One parameter map links every two-parameter valve: (S, J), (fs, fd) and (sb,
 
     S = fs + fd = 2\,sb - sj \qquad J = fs - fd = sj
 
-The numbers convert always, the valves do not: they differ in when the stem sticks again (`convert_valve`).
+The parameters can always be converted. The valves differ in when the stem sticks again (see `convert_valve`).
 """
 
 from __future__ import annotations
@@ -158,16 +158,16 @@ def stick_to_friction_bands(sb: float, sj: float) -> tuple[float, float]:
 
 
 def convert_valve(valve: Valve, model: type[Valve] | str, *, r: float | None = None, dt: float | None = None) -> Valve:
-    """Write a valve as another model.
+    """Convert a valve to another model.
 
     Parameters
     ----------
     valve : Valve
         Ideal, Stenman, Kano, Choudhury, He or Srinivasan.
     model : type of Valve or str
-        The model wanted, as class or name.
+        The model to convert to, as class or name.
     r : float, optional
-        Rate of a Srinivasan valve wanted [% of span / s], where it should not be the valve's own.
+        Rate of the Srinivasan valve to make [% of span / s]; by default the rate of the same valve.
     dt : float, optional
         Sampling period [s]; He's valve has a hidden rate threshold (fs - fd) / dt, so its way to and from
         Srinivasan's needs it.
@@ -180,25 +180,25 @@ def convert_valve(valve: Valve, model: type[Valve] | str, *, r: float | None = N
     Raises
     ------
     ParameterError
-        When the valve cannot be written so; the sentence says what can.
+        When the valve has no such form; the message says what to do.
 
     Notes
     -----
-    The identical valve, to the last bit where the bands are exact in binary, comes of
+    These conversions give the identical valve, to the last bit if the bands are exact in binary:
 
     - Kano <-> Srinivasan with r = 0 (any J), both <-> Choudhury (J <= S only: beyond, they differ);
     - He <-> Srinivasan with r just above (fs - fd) / dt, at that dt only;
     - Stenman <-> Srinivasan with sj = sb and r infinite, both <-> He with fd = 0;
     - anything with bands of 0 <-> Ideal.
 
-    Only the same numbers, not the same valve, come of
+    These conversions keep the parameters, but the valve behaves differently:
 
     - Kano or Choudhury <-> He: positions differ by at most J at any instant, and not at all on held steps;
     - Kano or Choudhury <-> Stenman (S = J only);
     - any valve to Srinivasan with an `r` given here.
 
-    A Srinivasan valve whose r is not 0 is no Kano or Choudhury valve, and one with tables or `as_printed` is none
-    of the others: these are refused.
+    A Srinivasan valve with r above 0 has no Kano or Choudhury form. A Srinivasan valve with tables or `as_printed`
+    has no other form. These conversions raise a `ParameterError`.
 
     Examples
     --------
@@ -211,7 +211,7 @@ def convert_valve(valve: Valve, model: type[Valve] | str, *, r: float | None = N
     source = type(valve)
     if target is None or source not in _CLASSES.values():
         wrong = source.__name__ if target else (model if isinstance(model, str) else model.__name__)
-        raise ParameterError(f"{wrong} does not convert; the models that do are {', '.join(sorted(_CLASSES))}.")
+        raise ParameterError(f"{wrong} cannot be converted; use one of {', '.join(sorted(_CLASSES))}.")
     if r is not None and target is not Srinivasan:
         raise ParameterError(f"r = {r:g} %/s is no parameter of {target.__name__}; leave it out.")
     if dt is not None:
@@ -261,7 +261,7 @@ def _SJ_of(valve: Valve) -> tuple[float, float]:
 
 
 def _equivalent_rate(valve: Valve, dt: float | None) -> float:
-    """Rate of the Srinivasan valve that is the same valve [% of span / s]."""
+    """Rate of the equivalent Srinivasan valve [% of span / s]."""
     if isinstance(valve, Srinivasan):
         return valve.r
     if isinstance(valve, Stenman):
@@ -276,13 +276,13 @@ def _equivalent_rate(valve: Valve, dt: float | None) -> float:
                 "He's valve follows only above (fs - fd) / dt [%/s], which changes with the sampling period; give dt "
                 "in s, or the r you want."
             )
-        # A move of exactly J does not yet carry He's stem along, nor does it carry the new valve's.
+        # A move of exactly J moves neither the stem of He's valve nor that of the new valve.
         return (valve.fs - valve.fd + TIE_TOLERANCE * valve.fs) / (1.0 - TIE_TOLERANCE) / dt
     return 0.0
 
 
 def _reject_different_valve(valve: Srinivasan, target: type[Valve], dt: float | None) -> None:
-    """Refuse what only a Srinivasan valve can do."""
+    """Raise when only a Srinivasan valve has this behaviour."""
     if target is Srinivasan:
         return
     if not isinstance(valve.sb, float) or not isinstance(valve.sj, float):
@@ -298,21 +298,21 @@ def _reject_different_valve(valve: Srinivasan, target: type[Valve], dt: float | 
         return
     if target in (Kano, Choudhury) and valve.r != 0.0:
         raise ParameterError(
-            f"r = {valve.r:g} %/s: {target.__name__}'s valve follows at any rate. Set r = 0 first, knowing that it is "
-            "another valve on slow ramps."
+            f"r = {valve.r:g} %/s: {target.__name__}'s valve follows at any rate. Set r = 0 first; on slow ramps that "
+            "is a different valve."
         )
     if target is Stenman and not math.isinf(valve.r):
         raise ParameterError(
-            f"r = {valve.r:g} %/s: Stenman's valve never follows. Set r to infinity first, knowing that it is another "
-            "valve on fast ramps."
+            f"r = {valve.r:g} %/s: Stenman's valve never follows. Set r to infinity first; on fast ramps that "
+            "is a different valve."
         )
     if target is He and not (math.isinf(valve.r) and valve.sb == valve.sj):
         if dt is None:
-            raise ParameterError("He's valve follows only above (fs - fd) / dt [%/s]; give dt in s to compare r with.")
+            raise ParameterError("He's valve follows only above (fs - fd) / dt [%/s]; give dt in s, to compare with r.")
         if not math.isclose(valve.r * dt, valve.sj, rel_tol=1e-6, abs_tol=1e-8 * valve.sb):
             raise ParameterError(
                 f"r = {valve.r:g} %/s is not the threshold sj / dt = {valve.sj / dt:g} %/s of He's valve; set r to it "
-                "first, or take the numbers alone with stick_to_friction_bands(sb, sj)."
+                "first, or convert the parameters alone with stick_to_friction_bands(sb, sj)."
             )
 
 

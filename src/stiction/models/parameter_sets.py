@@ -1,8 +1,9 @@
 """Published physical valves, by name.
 
-`table1_reading_a` and `table1_reading_b` are the paper's Table I, whose pounds and slopes have no unit: two
-readings give its Fig. 2 (errata E7). The other sets are the valve of Garcia's comparison, nominal and as fitted to
-records with graphite packing, as public code of that group gives them. Its Teflon fits are not there in numbers.
+`table1_reading_a` and `table1_reading_b` are Table I of the paper, which prints pounds and slopes without a unit. Two
+readings of the units give its Fig. 2 (erratum E7). The other sets are the valve of Garcia's comparison, nominal and as
+fitted to records with graphite packing, as public code of that group gives them. The numbers of its Teflon fits are not
+published.
 """
 
 from __future__ import annotations

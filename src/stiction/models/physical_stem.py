@@ -1,4 +1,4 @@
-"""The stem on its spring, as the kernels of the physical valve move it: at once while held, else in sub-steps."""
+"""Kernels of the physical valve: one step while friction holds the stem, sub-steps while it can move."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from stiction.models.positioner import positioner_step
 __all__ = ["PhysicalParameters", "physical_at_rest", "physical_parameters", "physical_step"]
 
 MIN_FORCE_SHARE = 1e-9
-"""Share of the static friction below which a force is none [-]."""
+"""Force over static friction below which a force counts as zero [-]."""
 
 
 class PhysicalParameters(NamedTuple):
-    """What the kernels of the physical valve know, in SI units."""
+    """Parameters of the kernels of the physical valve, in SI units."""
 
     lugre: float
     """1 for LuGre friction, 0 for Karnopp's [-]."""
@@ -29,9 +29,9 @@ class PhysicalParameters(NamedTuple):
     h: float
     """Sub-step [s]."""
     keep: float
-    """Share of the pressure that the lag keeps over a sub-step [-]."""
+    """Share of the pressure that remains after a sub-step of the lag [-]."""
     keep_sample: float
-    """The same over a sample [-]."""
+    """Share that remains after a sample [-]."""
     keep_mean: float
     """Mean of that share over a sample [-]."""
     mass: float
@@ -75,14 +75,14 @@ class PhysicalParameters(NamedTuple):
     gain: float
     """Gain of the positioner, 0 where there is none [-]."""
     per_second: float
-    """Reciprocal of its integral time [1/s]."""
+    """Reciprocal of the integral time of the positioner [1/s]."""
     deadband: float
-    """Its deadband [% of span]."""
+    """Deadband of the positioner [% of span]."""
 
 
 @inline_kernel
 def physical_parameters(p) -> PhysicalParameters:
-    """Packed parameters by name; read once before the samples, they stay in registers."""
+    """Unpack the parameters by name, once before the samples, so that they stay in registers."""
     return PhysicalParameters(
         p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12], p[13], p[14], p[15],
         p[16], p[17], p[18], p[19], p[20], p[21], p[22], p[23], p[24], p[25], p[26], p[27], p[28], p[29], p[30],
@@ -130,7 +130,7 @@ def _is_held(op: float, begin: float, s: ValveState, q: PhysicalParameters) -> b
 
 @inline_kernel
 def _rest_for_sample(op: float, begin: float, s: ValveState, q: PhysicalParameters) -> ValveState:
-    """Rest for a sample: only the pressure and the positioner's integral move on, in closed form."""
+    """Hold the stem for a sample: only the pressure and the positioner's integral change, in closed form."""
     first, last, integral = begin, op, s.integral
     if q.gain != 0.0:
         first, _ = _signal(begin, s.position, s.integral, 0.0, q)
@@ -154,7 +154,7 @@ def _is_settled(op: float, s: ValveState, q: PhysicalParameters) -> bool:
 
 @inline_kernel
 def physical_step(op: float, s: ValveState, q: PhysicalParameters) -> ValveState:
-    """One sample: at once while the stem is held, in sub-steps while it may move."""
+    """One sample: one step while friction holds the stem, sub-steps while it can move."""
     op = min(max(op, q.low), q.high)
     begin = s.op if q.ramped != 0.0 else op
     if s.velocity == 0.0:

@@ -44,7 +44,7 @@ class Cuadros(Compensator):
     width : float
         Length of a pulse [s], rounded to whole samples.
     interval : float
-        Time from the onset of one pulse to that of the next [s], rounded to whole samples; above `width`.
+        Time from the start of one pulse to the start of the next [s], rounded to whole samples; above `width`.
     band : float
         Half width of the band about the set point [PV units].
 
@@ -55,10 +55,10 @@ class Cuadros(Compensator):
 
     Notes
     -----
-    The pulses bring the PV nearer to the set point than the bare cycle does, so that a narrower band than that of an
-    integral deadband is enough; then the valve stands still. An offset of up to `band` stays. That the method stops
-    on a small error is recalled from the paper; that the integral is held meanwhile, and the settings, are this
-    page's: the knocker's, and a band of 0.75 J in PV units.
+    The pulses bring the PV nearer to the set point than the bare cycle does, so a narrower band than for an
+    integral deadband is enough. Then the valve rests. An offset of up to `band` stays. The paper stops
+    the pulses on a small error. Holding the integral meanwhile is an addition of this project, as are the settings:
+    those of the knocker, and a band of 0.75 J in PV units.
 
     References
     ----------

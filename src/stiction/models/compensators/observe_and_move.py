@@ -1,4 +1,4 @@
-"""Watch a cycle, open the loop, move, settle, rest; and close the loop again: what two-move and four-move share."""
+"""Common phases of two-move and four-move: observe a cycle, open the loop, move, settle, rest, close the loop."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ def observe_and_move(
     cycles: float,
     tries: float,
 ) -> CompensatorState:
-    """Advance the phase by a sample and pass `op` on; the page says what is sent in the phases above 0.
+    """Advance the phase by a sample and pass `op` on; in phases above 0 the caller sets the signal.
 
-    0 watch: a cycle begins where the error rises above the band after it lay below it. The first cycle shows the swing
-    of the OP, the next `cycles`, of lengths that differ by less than half, the mean position. 1, 2, ... `moves`: each
-    holds for `move` samples, the last for one cycle, while the process settles. Then rest, until the error leaves the
-    band. A change of set point ends every phase. After `tries` moves in a row that did not bring the error into the
-    band, only such a change ends the watch.
+    Phase 0, observation: a cycle begins when the error rises above the band after it was below it. The first cycle
+    gives the swing of the OP. The next `cycles`, with lengths that differ by less than half, give the mean position.
+    Phases 1, 2, ... `moves`: each lasts `move` samples, the last one cycle, while the process settles. Then the signal
+    rests until the error leaves the band. A change of set point ends every phase. After `tries` successive moves that
+    did not bring the error into the band, only a change of set point starts new moves.
     """
     error = sp - pv
     elapsed = s.elapsed + 1.0
@@ -85,7 +85,7 @@ def observe_and_move(
 
 @inline_kernel
 def signal_to_valve(signal: float, position: float, s: CompensatorState) -> CompensatorState:
-    """State `s` with the `signal` that is sent instead of the controller's, and where the stem is thought to go."""
+    """State `s` with `signal` to the valve in place of the controller output, and the expected stem `position`."""
     return CompensatorState(
         signal, 0.0, 1.0, s.op, s.sp, s.reference, s.latest, s.elapsed, s.phase, s.side, position, s.begun, s.samples,
         s.total, s.low, s.high, s.failed,

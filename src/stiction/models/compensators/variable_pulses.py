@@ -1,4 +1,4 @@
-"""Pulses whose height grows with the error, up to a limit: the knocker that is gentle near the set point."""
+"""A knocker whose pulses grow with the error, up to a limit."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def variable_pulses_step(
 
 @dataclass(frozen=True)
 class VariablePulses(Compensator):
-    """Haegglund's knocker with pulses as high as the error asks, amplitude min(1, abs(e) / full).
+    """Haegglund's knocker with pulses of the height amplitude min(1, abs(e) / full).
 
     Parameters
     ----------
@@ -41,9 +41,9 @@ class VariablePulses(Compensator):
     width : float
         Length of a pulse [s], rounded to whole samples.
     interval : float
-        Time from the onset of one pulse to that of the next [s], rounded to whole samples; above `width`.
+        Time from the start of one pulse to the start of the next [s], rounded to whole samples; above `width`.
     full : float
-        Error from which on pulses have their greatest height [PV units].
+        Error above which pulses have their greatest height [PV units].
 
     Raises
     ------
@@ -52,9 +52,9 @@ class VariablePulses(Compensator):
 
     Notes
     -----
-    Of the source only the title is known here: pulses of variable amplitude, to reduce wear. The law, proportional to
-    the error, is this page's. `for_stiction` gives the knocker's settings, and full pulses from S / 4 in PV units on.
-    Simulated on the loop of the tests: less travel than the knocker where J < S, and more PV deviation.
+    The source uses pulses of variable amplitude to reduce wear. The rule here, proportional to the error, is this
+    project's. `for_stiction` gives the settings of the knocker, and full pulses above an error of S / 4 in PV units.
+    For J < S there is less stem travel and more PV deviation than with the knocker.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""What the valve moves: linear processes with exact dead time."""
+"""Linear processes with exact dead time."""
 
 from stiction.models.processes.discretise import Discrete, discretise
 from stiction.models.processes.from_control import as_process

@@ -1,4 +1,4 @@
-"""Processes that control people already hold: `control` and `scipy.signal` systems, by their attributes."""
+"""Processes from other packages: systems of `control` and `scipy.signal`, recognised by their attributes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["as_process"]
 
 
 def as_process(process: Any, dead_time: float = 0.0) -> StateSpace | TransferFunction:
-    """Take this package's processes, or a continuous single-input single-output system of another.
+    """Convert a continuous single-input single-output system to a process of this package.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ def _sign(value: float) -> float:
 
 @inline_kernel
 def choudhury_step(op: float, s: ValveState, S: float, J: float, lag: float) -> ValveState:
-    """One sample of the flow chart; `lag` is (S - J) / 2, and (S + J) / 2 breaks the stem away after a turn."""
+    """One sample of the flow chart; `lag` is (S - J) / 2; after a reversal (S + J) / 2 breaks the stem away."""
     trend = op - s.op
     sign = _sign(trend)
     rest = s.rest
@@ -59,10 +59,10 @@ class Choudhury(Valve):
 
     Notes
     -----
-    A stem that has slipped keeps following a monotone input: a repeated staircase cannot be shown
-    (srinivasan2008, section V). A single noisy sample that turns the input brings the stem to rest. For
-    J <= S the model equals Kano's; for J > S it does not, nor its own describing function. A stem beyond OP (J > S)
-    that came to rest breaks away again by (S + J) / 2 from where it is, whichever way OP goes.
+    After a slip the stem follows a monotone input, so the model has no staircase (srinivasan2008, section V). A single
+    noisy sample that reverses the input brings the stem to rest. For J <= S the model equals Kano's; for J > S it
+    equals neither Kano's model nor its own describing function. A stem that rests beyond OP (J > S) breaks away again
+    when OP is (S + J) / 2 from it, in either direction.
 
     References
     ----------

@@ -15,7 +15,7 @@ __all__ = ["He", "he_step"]
 
 @inline_kernel
 def he_step(op: float, s: ValveState, fs: float, fd: float) -> ValveState:
-    """The residual force op - position breaks the stem away above fs, and fd of it is left afterwards."""
+    """A residual force op - position above fs breaks the stem away; afterwards the force is fd."""
     force = op - s.position
     if abs(force) > fs:
         return ValveState(op - copysign(fd, force), op, op, copysign(1.0, force), 1.0, op - s.op, 0.0, 0.0, 0.0, 0.0)
@@ -42,7 +42,7 @@ class He(Valve):
     -----
     The stem follows its input only where that moves by more than fs - fd in one sample: a hidden rate
     threshold (fs - fd) / dt that changes with the sampling period. It equals Srinivasan's valve with
-    sb = fs, sj = fs - fd and r just above sj / dt (at r itself that one follows, He's does not), and differs from
+    sb = fs, sj = fs - fd and r just above sj / dt (at exactly r Srinivasan's valve follows), and differs from
     Kano's by at most J at any instant.
 
     References

@@ -1,4 +1,4 @@
-"""Kano's two-parameter valve: deadband plus stickband S and slip jump J, with the friction's direction remembered."""
+"""Kano's two-parameter valve: deadband plus stickband S and slip jump J, with the direction of friction as a state."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def kano_step(op: float, s: ValveState, S: float, J: float, lag: float) -> Valve
 class Kano(Valve):
     """Kano's valve: the preferred form of the (S, J) model.
 
-    The stem rests until its input has gone back by S (a reversal) or on by J (the same direction), slips to
-    lie (S - J) / 2 behind the input, and follows until the input stops or turns.
+    The stem rests until its input has moved by S after a reversal, or by J in the same direction. Then it slips to
+    (S - J) / 2 from the input, and follows until the input stops or reverses.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class Kano(Valve):
 
     Notes
     -----
-    A held sample counts as a stop, so the model is not rate independent. For J <= S it is the same valve as
+    A repeated sample counts as a stop, so the model is not rate independent. For J <= S it is the same valve as
     Choudhury's and as Srinivasan's with r = 0.
 
     References

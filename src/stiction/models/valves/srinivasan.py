@@ -1,4 +1,4 @@
-"""The paper's three-parameter valve: stick band sb, stick jump sj and the rate r below which it goes in stairs."""
+"""The paper's three-parameter valve: stick band sb, stick jump sj and the rate r below which it moves in stairs."""
 
 from __future__ import annotations
 
@@ -70,8 +70,8 @@ class Srinivasan(Valve):
         Rate of the input below which a moving stem sticks again [% of span / s]; 0 always follows, infinity
         never does.
     as_printed : bool
-        Use eq. 5 as the paper prints it. It keeps an error of up to one input increment per jump and dies on
-        steps: there sgn(du) is 0 in the sample after the jump and the stem stays where it is for ever.
+        Use eq. 5 as the paper prints it. It has an error of up to one input increment per jump. After a step
+        sgn(du) is 0 in the sample after the jump, and the stem never moves again.
 
     Raises
     ------
@@ -81,7 +81,7 @@ class Srinivasan(Valve):
     Notes
     -----
     One model covers four: r = 0 is Kano's and Choudhury's valve with S = 2 sb - sj, J = sj; r just above
-    sj / dt is He's; r infinite with sj = sb is Stenman's. Held steps do not tell them apart, only ramps do.
+    sj / dt is He's; r infinite with sj = sb is Stenman's. They differ on ramps, not on held steps.
 
     References
     ----------
@@ -109,7 +109,9 @@ class Srinivasan(Valve):
         self._require_bands(*(name for name in ("sb", "sj") if not isinstance(getattr(self, name), Table)))
         rate = require_number("r", self.r, "% of span / s")
         if rate < 0.0:
-            raise ParameterError(f"r = {rate:g} %/s is not a rate; give 0 or more (infinity never follows).")
+            raise ParameterError(
+                f"r = {rate:g} %/s is negative; give 0 or more (with infinity the stem never follows)."
+            )
         object.__setattr__(self, "r", rate)
         band, jump = self.tables()
         for x in np.union1d(band.position, jump.position):

@@ -38,7 +38,7 @@ class Stenman(Valve):
     Notes
     -----
     Deadband and slip jump are tied together (S = J = d), and any slow input gives a staircase: the
-    stick-jump-follow of a fast ramp cannot be shown.
+    model never follows a fast ramp.
 
     References
     ----------
