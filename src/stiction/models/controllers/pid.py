@@ -148,7 +148,7 @@ class PID:
         Kd = require_finite("Kd", Kd, "% of span s per PV unit")
         if Kp == 0.0 or Ki * Kp < 0.0 or Kd * Kp < 0.0:
             raise ParameterError(
-                f"Kp = {Kp:g}, Ki = {Ki:g}, Kd = {Kd:g} has no standard form; give Kp other than 0 and one sign for all."
+                f"Kp = {Kp:g}, Ki = {Ki:g}, Kd = {Kd:g} has no standard form; give Kp other than 0 and equal signs."
             )
         Td = Kd / Kp
         Tf = require_not_negative("Tf", Tf, "s")
