@@ -1,4 +1,4 @@
-"""Let it run: a valve alone, or the whole loop."""
+"""Simulation of a valve alone, of a control loop and of a plant."""
 
 from stiction.simulation.closed_loop import simulate
 from stiction.simulation.critical_rates import behaviour_map, critical_rate, ramp_behaviour

@@ -1,4 +1,4 @@
-"""Why the rate of a ramp matters: the rate that separates stairs from stick-jump-follow, and a map about it."""
+"""The ramp rate that separates stairs from stick-jump-follow, and a map of both behaviours."""
 
 from __future__ import annotations
 
@@ -28,16 +28,17 @@ __all__ = [
 
 Mechanism = Literal["inertial", "stribeck", "none"]
 _BRACKET_FACTOR = 4.0
+"""Factor by which the search for a bracket widens [-]."""
 
 
 @dataclass(frozen=True, slots=True)
 class RampBehaviour:
-    """What a stem does on a ramp after it first breaks away."""
+    """Behaviour of a stem on a ramp after it first breaks away."""
 
     rate: float
     """Rate of the ramp [% of span / s]."""
     kind: Literal["staircase", "follow", "stuck"]
-    """Whether the stem sticks again and again, follows, or never moves."""
+    """`staircase` when the stem sticks repeatedly, `follow` when it follows, `stuck` when it never moves."""
     slips: int
     """Times the stem started from rest [-]."""
     slip: float
@@ -48,14 +49,14 @@ class RampBehaviour:
 
 @dataclass(frozen=True, slots=True)
 class CriticalRate:
-    """The rate that separates stairs from stick-jump-follow, and why."""
+    """The rate that separates stairs from stick-jump-follow, and its mechanism."""
 
     rate: float
     """Ramps slower than this give stairs, faster ones follow [% of span / s]; 0 when no ramp gives stairs."""
     mechanism: Mechanism
-    """What rules: the inertia of the stem, the falling part of Stribeck's curve, or nothing."""
+    """Mechanism: the inertia of the stem, the falling part of Stribeck's curve, or none."""
     inertial: float
-    """Rate below which the stem, swinging after its slip, comes to rest again, in closed form [% of span / s]."""
+    """Rate below which a stem that oscillates after a slip comes to rest, in closed form [% of span / s]."""
     stribeck: float
     """Rate below which a steady slide is unstable, in closed form [% of span / s]."""
     stribeck_low: float
@@ -63,14 +64,14 @@ class CriticalRate:
     velocity: float
     """Speed of the stem at `rate` [m/s]."""
     method: Literal["simulation", "closed form"]
-    """Where `rate` comes from."""
+    """How `rate` was computed."""
 
     def summary(self) -> str:
-        """Say it in a sentence."""
+        """Summary in a sentence."""
         if self.mechanism == "none":
             return "No ramp gives stairs: static friction is not above Coulomb friction, or damping is high."
         why = {"inertial": "the stem's inertia", "stribeck": "the falling part of Stribeck's curve"}[self.mechanism]
-        return f"Ramps below {self.rate:.3g} % of span / s give stairs, faster ones follow; {why} rules."
+        return f"Ramps below {self.rate:.3g} % of span / s give stairs, faster ones follow. The cause is {why}."
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
@@ -86,7 +87,7 @@ class BehaviourMap:
     damping: NDArray[np.float64]
     """Damping ratios of the stem [-], shape (n_damping,)."""
     staircase: NDArray[np.bool_]
-    """True where the stem goes in stairs, shape (n_damping, n_rates)."""
+    """True where the stem moves in stairs, shape (n_damping, n_rates)."""
     slip: NDArray[np.float64]
     """Median slip of the stairs [% of travel], NaN where there are none, shape (n_damping, n_rates)."""
     stuck: NDArray[np.float64]
@@ -97,8 +98,8 @@ class BehaviourMap:
     """Closed form of the Stribeck boundary [% of span / s], shape (n_damping,)."""
 
     def summary(self) -> str:
-        """Say it in a sentence."""
-        return f"{int(self.staircase.sum())} of {self.staircase.size} ramps go in stairs."
+        """Summary in a sentence."""
+        return f"{int(self.staircase.sum())} of {self.staircase.size} ramps give stairs."
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
@@ -122,7 +123,7 @@ def stribeck_rates(valve: PhysicalValve) -> tuple[float, float]:
     Returns
     -------
     tuple of float
-        Lower and upper end [% of span / s]; (0, 0) where any slide is stable.
+        Lower and upper end [% of span / s]; (0, 0) when every slide is stable.
 
     Examples
     --------
@@ -148,12 +149,12 @@ def stribeck_rates(valve: PhysicalValve) -> tuple[float, float]:
 
 
 def inertial_rate(valve: PhysicalValve) -> float:
-    r"""Rate below which a stem that swings after its first slip comes to rest again.
+    r"""Rate below which a stem that oscillates after its first slip comes to rest.
 
-    After the break friction is taken as F_c at once (a Stribeck velocity that is small beside the ramp's speed).
+    After the break-away the friction is F_c (the Stribeck velocity is small compared with the speed of the ramp).
     In units of the ramp's speed and of :math:`1/\omega` the stem's speed w then obeys
-    :math:`w'' + 2\zeta w' + w = 1, w(0) = 0, w'(0) = q` with :math:`q = (F_s - F_c) / (\sqrt{K m}\,v)`; the rate
-    asked for makes its first minimum 0, which gives q as a function of the damping ratio alone.
+    :math:`w'' + 2\zeta w' + w = 1, w(0) = 0, w'(0) = q` with :math:`q = (F_s - F_c) / (\sqrt{K m}\,v)`; at the
+    rate returned the first minimum of w is 0, which gives q as a function of the damping ratio alone.
 
     Parameters
     ----------
@@ -202,12 +203,12 @@ def _speed_per_rate(valve: PhysicalValve) -> float:
 
 
 def ramp_behaviour(valve: PhysicalValve, rate: float, slips: float = 8.0) -> RampBehaviour:
-    """Simulate a ramp and say what the stem does on it.
+    """Simulate a ramp and classify the motion of the stem.
 
     Parameters
     ----------
     valve : PhysicalValve
-        The valve; its lag, positioner and end stops are left out.
+        The valve, without its lag, positioner and end stops.
     rate : float
         Rate of the ramp [% of span / s].
     slips : float
@@ -221,8 +222,8 @@ def ramp_behaviour(valve: PhysicalValve, rate: float, slips: float = 8.0) -> Ram
     Raises
     ------
     ParameterError
-        When the valve is not a `PhysicalValve` or the rate is not positive, or so slow or fast that the ramp would be
-        more samples than can be made.
+        When the valve is not a `PhysicalValve` or the rate is not positive, or so slow or fast that the ramp would
+        have too many samples.
 
     Examples
     --------
@@ -242,8 +243,7 @@ def ramp_behaviour(valve: PhysicalValve, rate: float, slips: float = 8.0) -> Ram
     if length > MOST_SAMPLES * dt:
         other = "faster" if dt == bare.time_constant else "slower"
         raise ParameterError(
-            f"rate = {rate:g} % of span / s needs a ramp of more than the {MOST_SAMPLES:,} samples that can be made; "
-            f"give a {other} one."
+            f"rate = {rate:g} % of span / s needs a ramp of more than {MOST_SAMPLES:,} samples; give a {other} ramp."
         )
     op = rate * dt * np.arange(math.ceil(length / dt) + 1)
     op_from_rest = op + start * fs
@@ -267,7 +267,7 @@ def _count_slips(rate: float, moving: NDArray[np.bool_], mv: NDArray[np.float64]
 
 
 def _without_actuator(valve: PhysicalValve) -> PhysicalValve:
-    """Stem and spring alone, the input a true ramp."""
+    """The valve without lag, positioner and end stops, its input a continuous ramp."""
     if not isinstance(valve, PhysicalValve):
         raise ParameterError(f"valve is a {type(valve).__name__}; only a PhysicalValve has mass, spring and damping.")
     return replace(valve, lag=0.0, positioner=None, travel=(-math.inf, math.inf), hold="linear")
@@ -279,7 +279,7 @@ def critical_rate(valve: PhysicalValve, *, simulate: bool = True, tolerance: flo
     Parameters
     ----------
     valve : PhysicalValve
-        The valve; the rate is that of the signal to its actuator, so lag and positioner are left out.
+        The valve; the rate refers to the signal to its actuator, so lag and positioner have no effect.
     simulate : bool
         Find the rate by bisection on the simulated valve; otherwise take the larger of the closed forms.
     tolerance : float
@@ -288,7 +288,7 @@ def critical_rate(valve: PhysicalValve, *, simulate: bool = True, tolerance: flo
     Returns
     -------
     CriticalRate
-        The rate, both closed forms and the mechanism that rules.
+        The rate, both closed forms and the mechanism.
 
     Raises
     ------
@@ -297,9 +297,9 @@ def critical_rate(valve: PhysicalValve, *, simulate: bool = True, tolerance: flo
 
     Notes
     -----
-    Two mechanisms make stairs. A stem with little damping swings after its slip and may come to rest while it
-    swings back (inertial). A steady slide on the falling part of Stribeck's curve is unstable where damping does
-    not make up for it (Stribeck). The closed forms bound the mechanisms taken alone, the bisection sees both.
+    Two mechanisms cause stairs. A stem with little damping oscillates after its slip and can come to rest on the way
+    back (inertial). A steady slide on the falling part of Stribeck's curve is unstable if damping is too small
+    (Stribeck). Each closed form covers one mechanism alone; the bisection covers both.
 
     References
     ----------
@@ -327,7 +327,7 @@ def critical_rate(valve: PhysicalValve, *, simulate: bool = True, tolerance: flo
 
 
 def _bisect(valve: PhysicalValve, guess: float, tolerance: float) -> float:
-    """Rate between stairs below and following above, 0 where no rate about the guess gives stairs."""
+    """Rate between stairs below and following above; 0 when no rate near the guess gives stairs."""
     low = high = guess
     if ramp_behaviour(valve, guess).kind == "staircase":
         while ramp_behaviour(valve, high).kind == "staircase":
@@ -384,8 +384,8 @@ def behaviour_map(valve: PhysicalValve, rates: ArrayLike, damping: ArrayLike) ->
     valves = [replace(bare, viscous=float(zeta) * critical) for zeta in zeta_axis]
     for i, one in enumerate(valves):
         for j, rate in enumerate(rate_axis):
-            seen = ramp_behaviour(one, float(rate))
-            staircase[i, j], slip[i, j], stuck[i, j] = seen.kind == "staircase", seen.slip, seen.stuck
+            found = ramp_behaviour(one, float(rate))
+            staircase[i, j], slip[i, j], stuck[i, j] = found.kind == "staircase", found.slip, found.stuck
     inertial = np.array([inertial_rate(one) for one in valves])
     stribeck = np.array([stribeck_rates(one)[1] for one in valves])
     return BehaviourMap(rate_axis, zeta_axis, staircase, slip, stuck, inertial, stribeck)

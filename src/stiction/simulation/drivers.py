@@ -1,4 +1,4 @@
-"""The engine: one valve over samples, one loop over samples. Everything else is packing and unpacking."""
+"""Compiled drivers: one valve or one loop over all samples."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["closed_loop", "fast_closed_loop", "process_step", "stroke_one"]
 
 @kernel
 def stroke_one(model, p, op, position, mv):
-    """Drive one valve over `op` (n_samples,) from rest at `position`; the stem goes to `mv` (n_samples,)."""
+    """Drive one valve over `op` (n_samples,) from rest at `position`; writes the stem to `mv` (n_samples,)."""
     if op.shape[0] == 0:
         return
     s = valve_at_rest(model, op[0], position, p)
@@ -47,7 +47,7 @@ def stroke_one(model, p, op, position, mv):
 
 @inline_kernel
 def _process_output(c, state):
-    """What the states of a process add up to."""
+    """Output of a process from its states."""
     y = 0.0
     for i in range(c.shape[0]):
         y += c[i] * state[i]
@@ -56,7 +56,7 @@ def _process_output(c, state):
 
 @inline_kernel
 def _process_input(k, delay, mv, mv0, load, load_step):
-    """What a process sees `delay` samples late: the stem off where it rested, and the load."""
+    """Input of a process, `delay` samples late: deviation of the stem from its start, plus the load."""
     if k < delay:
         return 0.0
     return mv[k - delay] - mv0 + load[(k - delay) * load_step]
@@ -64,7 +64,7 @@ def _process_input(k, delay, mv, mv0, load, load_step):
 
 @inline_kernel
 def process_step(A, b_new, b_old, newer, older, state, work):
-    """Take the states of a process on by one sample."""
+    """Advance the states of a process by one sample."""
     order = state.shape[0]
     for i in range(order):
         total = 0.0
@@ -77,10 +77,10 @@ def process_step(A, b_new, b_old, newer, older, state, work):
 
 @kernel
 def fast_closed_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv_load, manual, start, pv, op, mv):
-    """Run one loop with a plain valve and no compensator, as `closed_loop` does.
+    """Run one loop with a data-driven valve and no compensator, as `closed_loop` does.
 
-    A kernel of its own, since most loops are such ones and the general one takes long to compile. A first-order
-    process runs on scalars; the order of operations is that of the general one.
+    A separate kernel, because most loops need no more and the general kernel takes long to compile. A first-order
+    process runs on scalars; the order of operations equals that of the general kernel.
     """
     n, order = pv.shape[0], c.shape[0]
     pv0, op0, mv0 = start[0], start[1], start[2]
@@ -126,14 +126,34 @@ def fast_closed_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, lo
 
 @kernel
 def closed_loop(
-    pid, kind, h, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv_load, manual, start, pv, op, sent, mv
+    pid,
+    kind,
+    h,
+    model,
+    p,
+    A,
+    b_new,
+    b_old,
+    c,
+    d,
+    delay,
+    direct,
+    sp,
+    load,
+    pv_load,
+    manual,
+    start,
+    pv,
+    op,
+    valve_signal,
+    mv,
 ):
-    """Run one loop over `pv` (n_samples,), with the compensator `kind` of parameters `h` where there is one.
+    """Run one loop over `pv` (n_samples,), with the compensator `kind` of parameters `h`, if any.
 
     `sp`, `load`, `pv_load` and `manual` hold one value per sample, or one value for all of them. `load` is added
     to the stem position at the process inlet [% of span], `pv_load` to the process output (measurement noise
-    included). `start` is (pv, op, position) at rest before the first sample. What the compensator sends goes to
-    `sent`, which is not touched without one.
+    included). `start` is (pv, op, position) at rest before the first sample. The signal of the compensator goes to
+    `valve_signal`, which is not used without a compensator.
     """
     n, order = pv.shape[0], c.shape[0]
     pv0, op0, mv0 = start[0], start[1], start[2]
@@ -155,19 +175,19 @@ def closed_loop(
         if d != 0.0:
             y += d * _process_input(k, direct, mv, mv0, load, load_step)
         pv[k] = y
-        target, hand = sp[k * sp_step], manual[k * manual_step]
+        target, manual_op = sp[k * sp_step], manual[k * manual_step]
         if kind == NO_COMPENSATOR:
-            controller = pid_step(target, y, controller, hand, settings)
+            controller = pid_step(target, y, controller, manual_op, settings)
             signal = controller.op
         else:
-            followed = sent[k - 1] if compensator.track != 0.0 and hand != hand else hand
-            controller = pid_step(target, y, controller, followed, holding if compensator.hold != 0.0 else settings)
-            if hand == hand:
+            tracked_op = valve_signal[k - 1] if compensator.track != 0.0 and manual_op != manual_op else manual_op
+            controller = pid_step(target, y, controller, tracked_op, holding if compensator.hold != 0.0 else settings)
+            if manual_op == manual_op:
                 compensator = compensator_at_rest(controller.op, target)
             else:
                 compensator = compensator_step(kind, controller.op, target, y, compensator, h)
             signal = min(max(compensator.valve_signal, pid[6]), pid[7])
-            sent[k] = signal
+            valve_signal[k] = signal
         op[k] = controller.op
         valve = valve_step(model, signal, valve, p)
         mv[k] = min(max(valve.position, low), high)

@@ -1,7 +1,7 @@
-"""Test signals for valves and loops, each a series of one value per sample.
+"""Input signals for valves and loops, one value per sample.
 
-All signals take the sampling period `dt` [s] last but for the seed, levels are in % of span (or in the units of
-whatever they are added to), and lengths are rounded to whole samples; no more than `errors.MOST_SAMPLES` are made.
+The sampling period `dt` [s] is the last argument before the seed. Levels are in % of span (or in the units of the
+signal they are added to). Lengths are rounded to whole samples, at most `errors.MOST_SAMPLES`.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ def ramp(start: float, stop: float, rate: float, dt: float) -> NDArray[np.float6
     start, stop : float
         First and last level [% of span].
     rate : float
-        Speed [% of span / s], more than 0 in either direction.
+        Rate [% of span / s], above 0 for both directions.
     dt : float
         Sampling period [s].
 
     Returns
     -------
     ndarray, shape (n_samples,)
-        The levels; the last sample is `stop` even where the rate does not meet it.
+        The levels; the last sample is `stop`.
 
     Raises
     ------
@@ -69,20 +69,20 @@ def ramp(start: float, stop: float, rate: float, dt: float) -> NDArray[np.float6
 def triangle(
     mean: float, amplitude: float, period: float, duration: float, dt: float, *, upwards: bool = True
 ) -> NDArray[np.float64]:
-    """Triangular wave, the signal of a valve test by ramps.
+    """Triangular wave, the signal of a ramp test.
 
     Parameters
     ----------
     mean : float
-        Level it starts from and swings about [% of span].
+        First level and mean [% of span].
     amplitude : float
-        Half of its peak to peak [% of span].
+        Half peak to peak [% of span].
     period, duration : float
         Period and length [s].
     dt : float
         Sampling period [s].
     upwards : bool
-        Whether it rises first.
+        Whether the wave rises first.
 
     Returns
     -------
@@ -114,9 +114,9 @@ def sine(
     Parameters
     ----------
     mean : float
-        Level it swings about [% of span].
+        Mean level [% of span].
     amplitude : float
-        Half of its peak to peak [% of span].
+        Half peak to peak [% of span].
     period, duration : float
         Period and length [s].
     dt : float
@@ -146,14 +146,14 @@ def sine(
 
 
 def staircase(levels: Sequence[float] | NDArray[np.float64], hold: float, dt: float) -> NDArray[np.float64]:
-    """Staircase, each level held: the signal of a valve test by steps.
+    """Staircase with held levels, the signal of a step test.
 
     Parameters
     ----------
     levels : sequence of float
         Levels in their order [% of span].
     hold : float
-        How long each is held [s], at least one sample.
+        Time at each level [s], at least one sample.
     dt : float
         Sampling period [s].
 
@@ -194,14 +194,14 @@ def random_walk(
     start : float
         First level [% of span].
     spread : float
-        Standard deviation of the change over one second [% of span]; over t seconds it grows by the root of t,
-        whatever the sampling period.
+        Standard deviation of the change over one second [% of span]; over t seconds it is larger by the
+        square root of t, for any sampling period.
     duration : float
         Length [s].
     dt : float
         Sampling period [s].
     seed : int, optional
-        Seed; without one each call draws its own walk.
+        Seed; without it every call gives a different walk.
 
     Returns
     -------
@@ -244,7 +244,7 @@ def binary_sequence(
     dt : float
         Sampling period [s].
     seed : int, optional
-        Seed; without one each call draws its own sequence.
+        Seed; without it every call gives a different sequence.
 
     Returns
     -------

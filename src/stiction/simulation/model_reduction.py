@@ -1,4 +1,4 @@
-"""From physics to data-driven: the bands of a physical valve, and what each simple model loses."""
+"""A physical valve as data-driven models: their parameters, and the error of each model."""
 
 from __future__ import annotations
 
@@ -22,17 +22,19 @@ if TYPE_CHECKING:
 __all__ = ["Reduction", "ReductionError", "reduce_valve"]
 
 _RATE_FRACTIONS = (0.2, 0.7, 1.5, 5.0)
+"""Rates of the input signals over the critical rate [-]."""
 _DEFAULT_RATE = 1.0
+"""Rate used for a valve without a critical rate [% of span / s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReductionError:
-    """How far a data-driven model is from the physical valve on one signal."""
+    """Error of a data-driven model against the physical valve on one signal."""
 
     model: str
     """Name of the data-driven model."""
     signal: str
-    """The input, in words."""
+    """Description of the input."""
     rate: float
     """Highest rate of the input [% of span / s]."""
     maximum: float
@@ -43,7 +45,7 @@ class ReductionError:
 
 @dataclass(frozen=True, slots=True)
 class Reduction:
-    """A physical valve in the parameters of the data-driven models, and what each of them loses."""
+    """Parameters of the data-driven models for a physical valve, and the error of each model."""
 
     fs: float
     """Static friction band, 100 F_s / (A dP) [% of span]."""
@@ -71,7 +73,7 @@ class Reduction:
     def valves(self) -> dict[str, Valve]:
         """Data-driven valves with these parameters, by name.
 
-        Their input is the OP less `offset`, times `gain`; their bands are taken times `gain` [% of travel].
+        Their input is `gain` times (OP - `offset`); their bands are multiplied by `gain` [% of travel].
         """
         fs, fd, S, J, r = (self.gain * band for band in (self.fs, self.fd, self.S, self.J, self.r))
         return {
@@ -84,17 +86,17 @@ class Reduction:
         }
 
     def best(self, signal: str) -> ReductionError:
-        """Error of the model that comes closest on one of the signals, by its RMS [% of travel]."""
+        """Error of the best model on one of the signals, by its RMS [% of travel]."""
         return min((error for error in self.errors if error.signal == signal), key=lambda error: error.rms)
 
     def summary(self) -> str:
-        """Say it in a sentence or two."""
+        """Summary in two sentences."""
         worst = {name: max(e.rms for e in self.errors if e.model == name) for name in self.valves()}
-        told = ", ".join(f"{name} {rms:.2f} %" for name, rms in sorted(worst.items(), key=lambda item: item[1]))
+        errors = ", ".join(f"{name} {rms:.2f} %" for name, rms in sorted(worst.items(), key=lambda item: item[1]))
         return (
             f"S = {self.S:.2f} %, J = {self.J:.2f} %, sb = {self.sb:.2f} %, sj = {self.sj:.2f} %, "
             f"r = {self.r:.3g} %/s. "
-            f"Largest RMS error over the signals: {told}."
+            f"Largest RMS error over the signals: {errors}."
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -103,18 +105,18 @@ class Reduction:
 
 
 def reduce_valve(valve: PhysicalValve, *, samples: int = 4000, amplitude: float = 30.0) -> Reduction:
-    r"""Write a physical valve in the parameters of the data-driven models.
+    r"""Compute the parameters of the data-driven models for a physical valve.
 
     .. math:: fs = sb = \frac{100 F_s}{A\,\Delta P}, \quad fd = \frac{100 F_c}{A\,\Delta P}, \quad
               S = fs + fd, \quad J = sj = fs - fd
 
-    and r is the critical rate. The error of each model is its distance from the physical valve over ramps and
+    and r is the critical rate. The error of each model is its difference from the physical valve on ramps and
     sines about the middle of the travel, with peak rates below and above the critical rate.
 
     Parameters
     ----------
     valve : PhysicalValve
-        The valve, taken as it is, lag and positioner included; the parameters know only friction, area and spring.
+        The valve with its lag and positioner; the parameters depend only on friction, area and spring.
     samples : int
         Samples of each signal, 2 or more [-].
     amplitude : float

@@ -37,14 +37,14 @@ _RAMP_LENGTH_BANDS = 8.0
 
 @dataclass(frozen=True, slots=True)
 class Phenomena:
-    """What one model shows on ramps, in numbers."""
+    """Behaviour of one model on ramps, in numbers."""
 
     model: str
     """Name of the model."""
     reversal_travel: float
     """Input from the reversal of a slow ramp to the first move back [% of travel].
 
-    In stairs it lies between S and S + J, with slips that overshoot below."""
+    On a staircase it lies between S and S + J; with slips that overshoot it is smaller."""
     slips_slow: int
     """Slips on a ramp at a tenth of the critical rate [-]."""
     slips_fast: int
@@ -66,7 +66,7 @@ class Phenomena:
 
     @property
     def rate_dependent(self) -> bool:
-        """Whether the same model does both."""
+        """Whether the model shows both."""
         return self.staircase and self.follow
 
     @property
@@ -87,12 +87,12 @@ class Phenomena:
 
 
 def phenomena_table(valve: PhysicalValve) -> tuple[Phenomena, ...]:
-    """Run each model through the paper's phenomena.
+    """Test each model for the phenomena of the paper.
 
     Parameters
     ----------
     valve : PhysicalValve
-        The physical valve, and where the data-driven models have their parameters from.
+        The physical valve, from which the parameters of the data-driven models are computed.
 
     Returns
     -------
@@ -118,7 +118,9 @@ def phenomena_table(valve: PhysicalValve) -> tuple[Phenomena, ...]:
     """
     found = reduce_valve(valve, samples=50)
     if not found.r:
-        raise ParameterError("The valve has no critical rate: no ramp gives stairs, so there is nothing to compare.")
+        raise ParameterError(
+            "The valve has no critical rate: no ramp gives stairs. Raise its static friction or lower its damping."
+        )
     models = found.valves()
     sb, sj, rate = (found.gain * value for value in (found.sb, found.sj, found.r))
     larger = np.array([1.0, 1.25])
@@ -168,7 +170,7 @@ def _slips(drive: Drive, rate: float, sj: float, span: float) -> list[float]:
 
 
 def _reversal_travel(drive: Drive, rate: float, sj: float, span: float) -> float:
-    """Input between the last move up and the first move down of a triangle [% of travel]."""
+    """Input from the reversal to the first move down of a triangle [% of travel]."""
     step = sj / _SAMPLES_PER_SLIP
     up = np.arange(0.0, span, step)
     travel = np.concatenate([up, up[::-1]])

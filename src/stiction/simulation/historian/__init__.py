@@ -1,4 +1,4 @@
-"""Between the plant and the file: what historians do to records, one small function for each effect."""
+"""Effects of historians and of faulty data on records, one function for each effect."""
 
 from stiction.simulation.historian.data_faults import (
     add_clock_jumps,

@@ -1,4 +1,4 @@
-"""What goes missing or wrong between the plant and the file."""
+"""Faults in recorded data: gaps, frozen values, clock jumps, copied segments, other units."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ __all__ = [
 
 
 def add_gaps(record: LoopRecord, share: float, seed: int = 0, *, count: int = 3) -> LoopRecord:
-    """Lose stretches of all signals.
+    """Remove segments of all signals.
 
     Parameters
     ----------
     record : LoopRecord
-        What was recorded.
+        The record.
     share : float
-        Samples lost, as a share of the record [-], 0 to 1.
+        Share of removed samples [-], 0 to 1.
     seed : int
-        Seed of where they lie.
+        Seed of the positions.
     count : int
         Number of gaps [-].
 
@@ -59,25 +59,25 @@ def add_gaps(record: LoopRecord, share: float, seed: int = 0, *, count: int = 3)
     30
     """
     require_record(record)
-    lost = np.zeros(len(record), dtype=bool)
+    lost_mask = np.zeros(len(record), dtype=bool)
     for first, last in _draw_segments(
         len(record), _require_share(share), count, np.random.default_rng(require_seed(seed))
     ):
-        lost[first:last] = True
-    return map_signals(record, lambda x: np.where(lost, np.nan, x))
+        lost_mask[first:last] = True
+    return map_signals(record, lambda x: np.where(lost_mask, np.nan, x))
 
 
 def drop_samples(record: LoopRecord, share: float, seed: int = 0) -> LoopRecord:
-    """Lose single samples here and there, of each signal by itself.
+    """Remove single samples at random, independently for each signal.
 
     Parameters
     ----------
     record : LoopRecord
-        What was recorded.
+        The record.
     share : float
-        Chance of each sample to be lost [-], 0 to 1.
+        Probability that a sample is removed [-], 0 to 1.
     seed : int
-        Seed of which.
+        Seed of the choice.
 
     Returns
     -------
@@ -102,18 +102,18 @@ def drop_samples(record: LoopRecord, share: float, seed: int = 0) -> LoopRecord:
 
 
 def freeze_signals(record: LoopRecord, share: float, seed: int = 0, *, count: int = 3) -> LoopRecord:
-    """Hold the last values of all signals over stretches, as a lost connection does.
+    """Hold the last values of all signals over segments, as after a lost connection.
 
     Parameters
     ----------
     record : LoopRecord
-        What was recorded.
+        The record.
     share : float
-        Samples held, as a share of the record [-], 0 to 1.
+        Share of held samples [-], 0 to 1.
     seed : int
-        Seed of where.
+        Seed of the position.
     count : int
-        Number of stretches [-].
+        Number of segments [-].
 
     Returns
     -------
@@ -134,32 +134,32 @@ def freeze_signals(record: LoopRecord, share: float, seed: int = 0, *, count: in
     6
     """
     require_record(record)
-    from_where = np.arange(len(record))
+    source_index = np.arange(len(record))
     for first, last in _draw_segments(
         len(record), _require_share(share), count, np.random.default_rng(require_seed(seed))
     ):
-        from_where[first:last] = first
-    return map_signals(record, lambda x: x[from_where])
+        source_index[first:last] = first
+    return map_signals(record, lambda x: x[source_index])
 
 
 def add_clock_jumps(record: LoopRecord, count: int, seed: int = 0, *, longest: float = 0.05) -> LoopRecord:
-    """Set the clock forwards, which leaves a stretch out, or backwards, which writes a stretch over the one before.
+    """Remove a segment at each jump of the clock: forwards it is not recorded, backwards it is overwritten.
 
     Parameters
     ----------
     record : LoopRecord
-        What was recorded.
+        The record.
     count : int
         Number of jumps [-].
     seed : int
-        Seed of where, and of how far.
+        Seed of the positions and lengths.
     longest : float
         Longest jump, as a share of the record [-].
 
     Returns
     -------
     LoopRecord
-        A shorter record whose provenance counts the jumps, as a reader of time stamps would.
+        A shorter record; its provenance counts the jumps, as a reader of time stamps does.
 
     Raises
     ------
@@ -176,27 +176,27 @@ def add_clock_jumps(record: LoopRecord, count: int, seed: int = 0, *, longest: f
     """
     require_record(record)
     require_not_negative("count", count, "-")
-    rng, kept = np.random.default_rng(require_seed(seed)), np.ones(len(record), dtype=bool)
+    rng, kept_mask = np.random.default_rng(require_seed(seed)), np.ones(len(record), dtype=bool)
     for _ in range(count):
         size = max(int(len(record) * _require_share(longest) * rng.random()), 1)
         first = int(rng.integers(0, max(len(record) - size, 1)))
-        kept[first : first + size] = False
+        kept_mask[first : first + size] = False
     signals: dict[str, Any] = {name: getattr(record, name) for name in (*SIGNALS, "auto")}
     origin = replace(record.provenance, clock_jumps=record.provenance.clock_jumps + count)
-    return replace(record, provenance=origin, **{name: x[kept] for name, x in signals.items() if x is not None})
+    return replace(record, provenance=origin, **{name: x[kept_mask] for name, x in signals.items() if x is not None})
 
 
 def replay_segment(record: LoopRecord, share: float, seed: int = 0) -> LoopRecord:
-    """Copy an earlier stretch of the record over a later one.
+    """Copy an earlier segment of the record over a later one.
 
     Parameters
     ----------
     record : LoopRecord
-        What was recorded.
+        The record.
     share : float
-        Length of the stretch, as a share of the record [-], 0 to 0.5.
+        Length of the segment over the length of the record [-], 0 to 0.5.
     seed : int
-        Seed of where.
+        Seed of the position.
 
     Returns
     -------
@@ -218,26 +218,26 @@ def replay_segment(record: LoopRecord, share: float, seed: int = 0) -> LoopRecor
     """
     require_record(record)
     n, size = len(record), round(len(record) * _require_share(share, 0.5))
-    rng, from_where = np.random.default_rng(require_seed(seed)), np.arange(n)
+    rng, source_index = np.random.default_rng(require_seed(seed)), np.arange(n)
     first = int(rng.integers(0, n - 2 * size + 1))
     again = int(rng.integers(first + size, n - size + 1))
-    from_where[again : again + size] = np.arange(first, first + size)
-    return map_signals(record, lambda x: x[from_where])
+    source_index[again : again + size] = np.arange(first, first + size)
+    return map_signals(record, lambda x: x[source_index])
 
 
 def add_manual_period(record: LoopRecord, share: float, seed: int = 0, *, record_mode: bool = False) -> LoopRecord:
-    """Put the loop in manual for a stretch: OP rests, PV settles to its median with the noise it has.
+    """Put the loop in manual for a period: OP is constant, PV settles to its median with unchanged noise.
 
     Parameters
     ----------
     record : LoopRecord
-        What was recorded.
+        The record.
     share : float
-        Length of the stretch, as a share of the record [-], 0 to 1.
+        Length of the period over the length of the record [-], 0 to 1.
     seed : int
-        Seed of where, and of the noise.
+        Seed of the position and of the noise.
     record_mode : bool
-        Whether the mode was recorded, in `auto`.
+        Whether `auto` records the mode.
 
     Returns
     -------
@@ -251,7 +251,7 @@ def add_manual_period(record: LoopRecord, share: float, seed: int = 0, *, record
 
     Notes
     -----
-    The noise is estimated from the PV's second differences, which leave white noise six times its variance.
+    The noise is estimated from the second differences of the PV, which have six times the variance of white noise.
 
     Examples
     --------
@@ -281,14 +281,14 @@ def add_manual_period(record: LoopRecord, share: float, seed: int = 0, *, record
 
 
 def clip_op(record: LoopRecord, share: float) -> LoopRecord:
-    """Record OP in a range that ends below its peaks: it rests at the limit while the loop goes on.
+    """Limit the recorded OP below its peaks; the other signals do not change.
 
     Parameters
     ----------
     record : LoopRecord
-        What was recorded.
+        The record.
     share : float
-        Samples at the limit [-], 0 to 1.
+        Share of samples at the limit [-], 0 to 1.
 
     Returns
     -------
@@ -315,12 +315,12 @@ def clip_op(record: LoopRecord, share: float) -> LoopRecord:
 def change_units(
     record: LoopRecord, *, op: tuple[float, float] = (1.0, 0.0), pv: tuple[float, float] = (1.0, 0.0)
 ) -> LoopRecord:
-    """Write OP, and PV with its SP, in another unit.
+    """Convert OP, and PV with its SP, to other units.
 
     Parameters
     ----------
     record : LoopRecord
-        What was recorded.
+        The record.
     op, pv : tuple of float
         Factor and offset of the new unit: (0.16, 4.0) writes an OP in milliampere.
 
@@ -354,12 +354,12 @@ def change_units(
 
 def _require_share(share: float, most: float = 1.0) -> float:
     if not 0.0 <= share <= most:
-        raise ParameterError(f"share = {share:g} is outside 0 to {most:g}; it is a part of the record.")
+        raise ParameterError(f"share = {share:g} is outside 0 to {most:g}; give the share of the record.")
     return float(share)
 
 
 def _draw_segments(n: int, share: float, count: int, rng: np.random.Generator) -> list[tuple[int, int]]:
-    """`count` stretches that do not overlap, of share * n samples together: the rest is cut at random between them."""
+    """`count` segments at random positions, without overlap, of share * n samples together."""
     total = round(share * n)
     edges = np.round(np.linspace(0, total, count + 1)).astype(int)
     before = np.sort(rng.integers(0, n - total + 1, count))

@@ -1,4 +1,4 @@
-"""Every effect by its name and one strength: 0 is hardly there, 1 is the worst that a plant lives with."""
+"""Every effect by its name and a strength from 0 (hardly visible) to 1 (the worst in a plant)."""
 
 from __future__ import annotations
 
@@ -77,28 +77,28 @@ EFFECTS: dict[str, Callable[[LoopRecord, float, int], LoopRecord]] = {
     "saturation": lambda record, strength, _: clip_op(record, 0.5 * strength),
     "units": _draw_units,
 }
-"""Name -> effect of (record, strength, seed): intervals to 60 samples, deviations to 2 standard deviations, steps to
-0.3 of the swing, 30 % missing, held or replayed, five clock jumps, half of the record in manual or saturated."""
+"""Name -> effect of (record, strength, seed): at strength 1 intervals of 60 samples, deviations of 2 standard
+deviations, steps of 0.3 of the swing, 30 % missing, held or replayed, five clock jumps, half in manual or saturated."""
 
 
 def apply_effect(record: LoopRecord, effect: str, strength: float, seed: int = 0) -> LoopRecord:
-    """Put a record through one effect of a historian.
+    """Apply one effect of a historian to a record.
 
     Parameters
     ----------
     record : LoopRecord
-        What was recorded, OP and PV at least.
+        The record, with OP and PV.
     effect : str
         One of `EFFECTS`.
     strength : float
-        How bad it is [-], 0 to 1.
+        Strength of the effect [-], 0 to 1.
     seed : int
-        Seed of what is random in it.
+        Seed of the random part of the effect.
 
     Returns
     -------
     LoopRecord
-        The record as the historian gives it back.
+        The record with the effect.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""What a historian keeps of the signals and gives back: slower, held, straightened or rounded.
+"""Storage in a historian: slower sampling, averages, compression, rounding.
 
-Deviations are in standard deviations of each signal, so that one number fits OP, PV and SP.
+Deviations are in standard deviations of each signal, so that one number applies to OP, PV and SP.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ SIGNALS = ("op", "pv", "sp", "mv")
 
 
 def map_signals(record: LoopRecord, change: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> LoopRecord:
-    """Apply `change` to every signal that was recorded.
+    """Apply `change` to every recorded signal.
 
     Parameters
     ----------
     record : LoopRecord
-        What was recorded.
+        The record.
     change : callable
         From a signal, shape (n_samples,), to its new form of the same shape.
 
@@ -54,12 +54,12 @@ def map_signals(record: LoopRecord, change: Callable[[NDArray[np.float64]], NDAr
 
 
 def sample_slower(record: LoopRecord, dt: float) -> LoopRecord:
-    """Sample slower: the last value at each tick.
+    """Sample at a longer period: the last value at each tick.
 
     Parameters
     ----------
     record : LoopRecord
-        What was recorded.
+        The record.
     dt : float
         New sampling period [s], at least the record's own.
 
@@ -81,9 +81,9 @@ def sample_slower(record: LoopRecord, dt: float) -> LoopRecord:
     [1.0, 3.0, 5.0]
     """
     require_record(record)
-    kept = _tick_indices(record, dt)
+    index = _tick_indices(record, dt)
     signals: dict[str, Any] = {name: getattr(record, name) for name in (*SIGNALS, "auto")}
-    return replace(record, dt=dt, **{name: x[kept] for name, x in signals.items() if x is not None})
+    return replace(record, dt=dt, **{name: x[index] for name, x in signals.items() if x is not None})
 
 
 def average_intervals(record: LoopRecord, dt: float) -> LoopRecord:
@@ -92,7 +92,7 @@ def average_intervals(record: LoopRecord, dt: float) -> LoopRecord:
     Parameters
     ----------
     record : LoopRecord
-        What was recorded.
+        The record.
     dt : float
         Interval [s]; rounded to whole samples of the record.
 
@@ -127,12 +127,12 @@ def average_intervals(record: LoopRecord, dt: float) -> LoopRecord:
 
 
 def interpolate_samples(record: LoopRecord, dt: float) -> LoopRecord:
-    """Ask a historian that samples every `dt` for the record's own rate: straight lines between its samples.
+    """Sample every `dt` and interpolate linearly to the sampling period of the record.
 
     Parameters
     ----------
     record : LoopRecord
-        What was recorded.
+        The record.
     dt : float
         Sampling period of the historian [s].
 
@@ -154,21 +154,21 @@ def interpolate_samples(record: LoopRecord, dt: float) -> LoopRecord:
     [1.0, 2.0, 3.0, 4.0, 5.0]
     """
     require_record(record)
-    kept, k = _tick_indices(record, dt), np.arange(len(record))
-    return map_signals(record, lambda x: np.interp(k, kept, x[kept]))
+    index, k = _tick_indices(record, dt), np.arange(len(record))
+    return map_signals(record, lambda x: np.interp(k, index, x[index]))
 
 
 def report_by_exception(record: LoopRecord, deviation: float, *, interpolate: bool = False) -> LoopRecord:
-    """Report by exception: a value is stored when it has left the last one stored by more than the deviation.
+    """Report by exception: store a value that differs from the last stored value by more than the deviation.
 
     Parameters
     ----------
     record : LoopRecord
-        What was recorded.
+        The record.
     deviation : float
         Exception deviation, in standard deviations of each signal [-].
     interpolate : bool
-        Give back straight lines between the values stored, in place of the last one held.
+        Interpolate linearly between the stored values instead of holding the last one.
 
     Returns
     -------
@@ -203,15 +203,15 @@ def report_by_exception(record: LoopRecord, deviation: float, *, interpolate: bo
 
 
 def compress_by_swinging_door(record: LoopRecord, deviation: float) -> LoopRecord:
-    """Compress by the swinging door and give back straight lines between the values stored.
+    """Compress by the swinging door algorithm and interpolate linearly between the stored values.
 
-    A value is stored where no straight line from the last one stored stays within the deviation of all since. The line
-    that is given back ends on a true value, and so is off by less than twice the deviation.
+    A value is stored when no straight line from the last stored value is within the deviation of all later values. The
+    interpolated line ends at a true value, so its error is below twice the deviation.
 
     Parameters
     ----------
     record : LoopRecord
-        What was recorded.
+        The record.
     deviation : float
         Half opening of the door, in standard deviations of each signal [-].
 
@@ -253,9 +253,9 @@ def quantise_signals(record: LoopRecord, *, op: float = 0.0, pv: float = 0.0) ->
     Parameters
     ----------
     record : LoopRecord
-        What was recorded.
+        The record.
     op, pv : float
-        Step [% of span, PV units]; 0 leaves the signal.
+        Step [% of span, PV units]; 0 does not round.
 
     Returns
     -------
@@ -286,7 +286,7 @@ def quantise_signals(record: LoopRecord, *, op: float = 0.0, pv: float = 0.0) ->
 
 def _require_longer_period(record: LoopRecord, dt: float) -> None:
     if require_positive("dt", dt, "s") < record.dt * (1.0 - 1e-9):
-        raise ParameterError(f"dt = {dt:g} s is shorter than the record's {record.dt:g} s; give at least that.")
+        raise ParameterError(f"dt = {dt:g} s is shorter than the record's {record.dt:g} s; give this or more.")
 
 
 def _tick_indices(record: LoopRecord, dt: float) -> NDArray[np.intp]:
@@ -299,12 +299,12 @@ def _tick_indices(record: LoopRecord, dt: float) -> NDArray[np.intp]:
 
 
 def _hold_last_value(x: NDArray[np.float64], stored: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Give each sample the value last stored."""
+    """Hold the last stored value."""
     return x[stored][np.searchsorted(stored, np.arange(x.size), side="right") - 1]
 
 
 def _exception_indices(x: NDArray[np.float64], deviation: float) -> NDArray[np.intp]:
-    """Samples that are stored by exception; a value that goes missing or comes back is one."""
+    """Samples stored by exception, the start and end of missing values included."""
     stored, last = [], np.inf
     for k, value in enumerate(x.tolist()):
         if not abs(value - last) <= deviation and (value == value or last == last):
@@ -314,7 +314,7 @@ def _exception_indices(x: NDArray[np.float64], deviation: float) -> NDArray[np.i
 
 
 def _swinging_door_indices(x: NDArray[np.float64], deviation: float) -> NDArray[np.intp]:
-    """Samples that the swinging door stores; the first and the last always."""
+    """Samples that the swinging door algorithm stores; the first and the last always."""
     values = x.tolist()
     stored = [0] if values else []
     at, low, high = 0, -np.inf, np.inf

@@ -1,4 +1,4 @@
-"""Which loops a simulated plant has, how they are tuned, what is wrong with them, and which paths connect them."""
+"""Layout of a simulated plant: loops, tuning, faults, and the paths between loops."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ class LoopLayout:
     loop_type: str
     """Type as in `LoopRecord`."""
     gain: float
-    """Process gain [-]; of a level the integration rate [1/s]."""
+    """Process gain [-]; integration rate of a level loop [1/s]."""
     time_constant: float
-    """Time constant [s]; 0 of a level."""
+    """Time constant [s]; 0 for a level loop."""
     dead_time: float
     """Dead time [s]."""
     Kc: float
@@ -55,7 +55,7 @@ class LoopLayout:
     sp_steps: int = 0
     """Set point changes in the record [-]."""
     cause: str = "none"
-    """What is wrong: "stiction", "tight tuning", "sensor", or "none"."""
+    """Cause of the fault: "stiction", "tight tuning", "sensor", or "none"."""
     state: str = "in_control"
     """Loop state: "in_control", "manual", "saturated" or "pv_frozen"."""
 
@@ -94,7 +94,7 @@ class PlantLayout:
     secondary: dict[int, int]
     """Index of a primary loop -> index of its secondary loop."""
     paths: tuple[Path, ...]
-    """Paths, ordered so that what disturbs a loop comes before what the loop disturbs."""
+    """Paths, ordered so that the paths to a loop come before the paths from it."""
     sources: tuple[int, ...]
     """Index of the loop from which each group's oscillation starts."""
 
@@ -105,7 +105,7 @@ def draw_layout(rng: np.random.Generator, *, units: int = 4, steady: bool = Fals
     Parameters
     ----------
     rng : numpy.random.Generator
-        Where the plant is drawn from.
+        Source of random numbers.
     units : int
         Units, 14 loops each [-].
     steady : bool
@@ -114,9 +114,9 @@ def draw_layout(rng: np.random.Generator, *, units: int = 4, steady: bool = Fals
     Returns
     -------
     PlantLayout
-        The plant: a sticky valve and a loop with too high a gain whose oscillations spread, a level loop with too
-        short an integral time, a sticky valve that disturbs nobody, a frozen transmitter, a loop in manual, and one
-        at its output limit.
+        The plant: a sticky valve and a loop with too high a gain whose oscillations spread, a level loop with too short
+        an integral time, a sticky valve that disturbs no other loop, a frozen transmitter, a loop in manual, and one at
+        its output limit.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Run a simulated plant: sources first, then the loops that they disturb."""
+"""Simulate a plant: first the sources of oscillation, then the loops that they disturb."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ MIN_VISIBLE_RATIO = 0.2
 
 @dataclass(frozen=True)
 class PlantLoop:
-    """A loop of the plant: what a historian recorded, and the truth."""
+    """A loop of the plant: its record and its true fault."""
 
     record: LoopRecord
     """SP, PV, OP and mode."""
     cause: str
-    """What is wrong: "stiction", "tight tuning", "external disturbance", "sensor" or "none"."""
+    """Cause of the fault: "stiction", "tight tuning", "external disturbance", "sensor" or "none"."""
     state: str
     """Loop state: "in_control", "manual", "saturated" or "pv_frozen"."""
     group: int
@@ -58,7 +58,7 @@ class PlantLoop:
 
 @dataclass(frozen=True)
 class SimulatedPlant:
-    """A plant whose truth is known."""
+    """A plant with known faults."""
 
     loops: tuple[PlantLoop, ...]
     """All loops."""
@@ -99,7 +99,7 @@ def simulate_plant(seed: int = 0, *, hours: float = 6.0, dt: float = 5.0, units:
     Returns
     -------
     SimulatedPlant
-        Records and truth. A sticky valve and a loop with too high a gain are the sources of the two groups. Besides,
+        Records and faults. A sticky valve and a loop with too high a gain are the sources of the two groups. Also,
         a level loop has too short an integral time, a sticky valve disturbs no other loop, a transmitter is frozen,
         a loop is in manual, and one rests at its output limit.
 
@@ -148,8 +148,8 @@ def simulate_plant(seed: int = 0, *, hours: float = 6.0, dt: float = 5.0, units:
 
 def _run(layout: PlantLayout, seed: int, hours: float, dt: float) -> list[LoopRecord]:
     """Records of all loops in percent."""
-    kept = round(hours * 3600.0 / dt)
-    n = kept + round(SETTLING_SHARE * kept)
+    recorded = round(hours * 3600.0 / dt)
+    n = recorded + round(SETTLING_SHARE * recorded)
     loads = [_draw_load(np.random.default_rng([seed, 1, k]), one.drift, n, dt) for k, one in enumerate(layout.loops)]
     sp = [_draw_sp(np.random.default_rng([seed, 2, k]), one, n) for k, one in enumerate(layout.loops)]
     records: dict[int, LoopRecord] = {}
@@ -175,7 +175,7 @@ def _run(layout: PlantLayout, seed: int, hours: float, dt: float) -> list[LoopRe
             records[b] = _record(layout.loops[b], dt, op, pv2, op2)
         else:
             records[k] = _run_single(layout.loops[k], dt, sp[k], loads[k], seed + 7919 * k)
-    return [records[k].window(n - kept, n) for k in range(len(loads))]
+    return [records[k].window(n - recorded, n) for k in range(len(loads))]
 
 
 def _run_single(
@@ -216,7 +216,7 @@ def _to_engineering_units(record: LoopRecord, one: LoopLayout) -> LoopRecord:
 
 
 def _draw_load(rng: np.random.Generator, deviation: float, n: int, dt: float) -> NDArray[np.float64]:
-    """Load that wanders about zero: noise through a lag of 15 minutes."""
+    """Random load about zero: noise through a lag of 15 minutes."""
     from scipy.signal import lfilter
 
     pole = float(np.exp(-dt / 900.0))
@@ -241,7 +241,7 @@ def _delay_and_lag(x: NDArray[np.float64], delay: float, lag: float, dt: float) 
 
 
 def _reachable_groups(layout: PlantLayout) -> dict[int, int]:
-    """Loop -> number of the group whose source can reach it, cascades included."""
+    """Loop -> number of the group whose source can disturb it, cascades included."""
     partner = layout.secondary | {b: a for a, b in layout.secondary.items()}
     group_of: dict[int, int] = {}
     for number, source in enumerate(layout.sources, start=1):
@@ -254,7 +254,7 @@ def _reachable_groups(layout: PlantLayout) -> dict[int, int]:
 
 
 def _fault_to_noise_ratio(record: LoopRecord, steady: LoopRecord) -> float:
-    """Standard deviation of what the faults add over the noise of the steady plant, in the signal that shows it best.
+    """Standard deviation of the effect of the faults over the noise of the steady plant, for the clearest signal.
 
     The noise is the deviation of the first difference over the root of 2.
     """
@@ -269,7 +269,7 @@ def _fault_to_noise_ratio(record: LoopRecord, steady: LoopRecord) -> float:
 
 
 def _remove_drift(x: NDArray[np.float64], dt: float, window: float = 1800.0) -> NDArray[np.float64]:
-    """Take off the moving mean over half an hour; the ends without a full window are cut off."""
+    """Subtract the moving mean over half an hour; the ends without a full window are cut off."""
     width = round(window / dt)
     mean = np.convolve(x, np.full(width, 1.0 / width), "valid")
     return x[width // 2 : width // 2 + mean.size] - mean
