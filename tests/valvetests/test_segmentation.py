@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as strategy
 
-from stiction.valvetests.hidden_stairs import hidden_stairs
+from stiction.valvetests.hidden_stairs import find_hidden_stairs
 from stiction.valvetests.ramp_split import OpRamp
 from stiction.valvetests.segmentation import Segment, noise_std, quantisation_step, segment_penalty, segment_signal
 
@@ -73,9 +73,9 @@ def test_hidden_stairs_are_found_and_following_is_not_taken_for_stairs():
     op = 10.0 + 0.04 * t
     ramp = OpRamp(Segment(0, 600, 0.0, 599.0, float(op.mean()), 0.04))
     stairs = np.floor(op / 1.0) * 1.0
-    found, seen = hidden_stairs(ramp, t, stairs + 0.5 * chance.standard_normal(600), 0.5, 1.0)
+    found, seen = find_hidden_stairs(ramp, t, stairs + 0.5 * chance.standard_normal(600), 0.5, 1.0)
     assert found is not None
     assert found.jump == pytest.approx(1.0, rel=0.03)
     assert seen < 1.0
-    false = [hidden_stairs(ramp, t, op + 0.5 * chance.standard_normal(600), 0.5, 1.0)[0] for _ in range(100)]
+    false = [find_hidden_stairs(ramp, t, op + 0.5 * chance.standard_normal(600), 0.5, 1.0)[0] for _ in range(100)]
     assert sum(entry is not None for entry in false) <= 1
