@@ -183,7 +183,7 @@ def test_a_compensator_is_refused_not_overlooked(ask, valve):
     """The cycles without it are not those of the loop: its pulses make the stem move before the band is crossed."""
     without = st.Loop(st.PID(0.2, 10.0), valve, st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
     assert st.predict_limit_cycles(without, exact=False)
-    with pytest.raises(st.ParameterError, match=r"holds a compensator \(Knocker\)"):
+    with pytest.raises(st.ParameterError, match=r"has a compensator \(Knocker\)"):
         ask(replace(without, compensator=st.Knocker(1.5, 2.0, 5.0)))
 
 

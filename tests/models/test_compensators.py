@@ -348,7 +348,7 @@ def test_settings_that_contradict_each_other():
         st.Knocker(1.0, 5.0, 5.0)
     with pytest.raises(st.ParameterError, match="J = 4 % exceeds S = 3 %"):
         st.TwoMove(3.0, 4.0, 1.0)
-    with pytest.raises(st.ParameterError, match=r"cycles = 1\.5 cannot be; give a whole number of 1 or more"):
+    with pytest.raises(st.ParameterError, match=r"cycles = 1\.5 is not allowed; give a whole number of 1 or more"):
         st.FourMove(1.0, cycles=1.5)  # type: ignore[arg-type]
     with pytest.raises(st.ParameterError, match=r"share = 0\.6 is above 1/2"):
         st.FourMove(1.0, share=0.6)

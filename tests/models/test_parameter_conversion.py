@@ -62,9 +62,9 @@ REFUSED = [
     (st.Srinivasan(2.0, 1.0, 1.01), "He", {"dt": 1.0}, "is not the threshold sj / dt = 1 %/s"),
     (st.Srinivasan(2.0, 1.0, 0.0, as_printed=True), "Kano", {}, "as printed"),
     (TABLED, "Kano", {}, "table"),
-    (st.Kano(3.0, 1.0), "HeWang", {}, "HeWang does not convert"),
-    (st.HeWang(2.0, 1.0), "Kano", {}, "HeWang does not convert"),
-    (st.Kano(3.0, 1.0), "Kanoo", {}, "Kanoo does not convert; the models that do are Choudhury, He"),
+    (st.Kano(3.0, 1.0), "HeWang", {}, "HeWang cannot be converted"),
+    (st.HeWang(2.0, 1.0), "Kano", {}, "HeWang cannot be converted"),
+    (st.Kano(3.0, 1.0), "Kanoo", {}, "Kanoo cannot be converted; use one of Choudhury, He"),
 ]
 
 

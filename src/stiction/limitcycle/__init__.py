@@ -1,4 +1,4 @@
-"""What must come: describing functions, limit cycles and their stability, basins."""
+"""Describing functions, limit cycles and their stability, basins of attraction."""
 
 from stiction.limitcycle.basins import Attractor, BasinMap, basin_map, smallest_pulse
 from stiction.limitcycle.continuation import Bifurcation, Branch, bifurcation

@@ -1,4 +1,4 @@
-"""Basins: from which starts, loads and pulses the loop ends in which limit cycle."""
+"""Basins of attraction: the limit cycle in which each start, load or pulse ends."""
 
 from __future__ import annotations
 
@@ -25,20 +25,24 @@ if TYPE_CHECKING:
 
 __all__ = ["Attractor", "BasinMap", "basin_map", "smallest_pulse"]
 
-AT_REST, UNSETTLED, RUNAWAY = -1, -2, -3
-"""Labels of starts that end in no cycle."""
+AT_REST = -1
+"""Label of a start that ends at rest."""
+UNSETTLED = -2
+"""Label of a start that did not settle in time."""
+RUNAWAY = -3
+"""Label of a start whose OP grows without limit."""
 _STARTS_PER_BLOCK = 32
-"""Starts that a thread takes at once [-]: enough to hide the call, few enough to share and to tell progress."""
+"""Starts in one block of a thread [-]."""
 
 
 @dataclass(frozen=True)
 class Attractor:
-    """What a share of the starts ends in."""
+    """A limit cycle, or family of cycles, in which a share of the starts ends."""
 
     label: int
     """Number in the map."""
     name: str
-    """In words: levels of a staircase, or period and amplitude."""
+    """Number of levels of a staircase, or period and amplitude."""
     share: float
     """Share of the starts [-]."""
     period: tuple[float, float]
@@ -49,7 +53,7 @@ class Attractor:
 
 @dataclass(frozen=True)
 class BasinMap:
-    """Where each start ends."""
+    """Limit cycle in which each start ends."""
 
     label: NDArray[np.int64]
     """Attractor of each start; -1 comes to rest, -2 did not settle in time, -3 runs away. Shape of the starts."""
@@ -130,7 +134,7 @@ def basin_map(
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> BasinMap:
-    """Where every start of a loop ends, in continuous time.
+    """Find the limit cycle in which every start of a loop ends, in continuous time.
 
     The starts are broadcast against each other: a map is ``op_start[:, None]`` against ``pv_start[None, :]``, a
     Monte Carlo study a set of random arrays of one shape.
@@ -143,17 +147,17 @@ def basin_map(
         Start: OP [% of span], PV [PV units] at rest, and stem position [% of span], as deviations from the point
         of rest. The input of the valve is held for one dead time.
     disturbance : array_like
-        Step of the load at time 0, for good [% of span].
+        Permanent step of the load at time 0 [% of span].
     pulse, pulse_length : array_like
         Height [% of span] and length [s] of a load pulse that begins at time 0.
     after : LimitCycle, optional
         Start in this exact cycle instead of at `op_start`, `pv_start`, `mv_start`.
     phase : array_like
-        Where in that cycle, as a share of its period from the rest at the top [-].
+        Position in that cycle, as a share of its period from the rest at the top [-].
     most_turns : int
         Oscillations after which a start counts as not settled.
     tolerance : float
-        Relative change from turn to turn below which it has settled [-].
+        Relative change between oscillations below which the motion has settled [-].
     threads : int, optional
         Threads that share the starts; by default one per core.
     progress : callable, optional
@@ -167,7 +171,7 @@ def basin_map(
     Raises
     ------
     ParameterError
-        When the loop has no continuous-time form, a start is not finite or of a shape that does not go with the others,
+        When the loop has no continuous-time form, a start is not finite or its shape does not match the others,
         `most_turns` or `threads` is no whole number above 0, `tolerance` is not positive, or `after` is not an exact
         cycle.
 
@@ -188,19 +192,19 @@ def basin_map(
     m = pack_loop(loop)
     most_turns, tolerance = require_count("most_turns", most_turns), require_positive("tolerance", tolerance)
     threads = (os.cpu_count() or 1) if threads is None else require_count("threads", threads)
-    asked = {
+    arguments = {
         "op_start": op_start, "pv_start": pv_start, "mv_start": mv_start, "disturbance": disturbance, "pulse": pulse,
         "pulse_length": pulse_length, "phase": phase,
     }  # fmt: skip
-    given = {name: require_numbers(name, value) for name, value in asked.items()}
+    starts = {name: require_numbers(name, value) for name, value in arguments.items()}
     try:
-        op, pv, mv, step, height, length, at = np.broadcast_arrays(*given.values())
+        op, pv, mv, step, height, length, at = np.broadcast_arrays(*starts.values())
     except ValueError:
-        shapes = ", ".join(f"{name} {value.shape}" for name, value in given.items() if value.ndim)
+        shapes = ", ".join(f"{name} {value.shape}" for name, value in starts.items() if value.ndim)
         raise ParameterError(f"The starts have shapes that do not match ({shapes}); give equal shapes.") from None
     shape = op.shape
     if np.any(length < 0.0):
-        raise ParameterError("pulse_length holds a negative time; give 0 s or more.")
+        raise ParameterError("pulse_length has a negative value; give 0 s or more.")
     n = op.size
     if after is None:
         z = _start_states(m, op.ravel(), pv.ravel(), mv.ravel())
@@ -220,7 +224,7 @@ def basin_map(
 
 
 def _run_in_threads(m: PackedLoop, z, x, times, heights, most_turns, tolerance, out, threads, progress) -> None:
-    """Blocks of starts over threads, the results written to `out`."""
+    """Run blocks of starts in threads and write the results to `out`."""
     n = x.shape[0]
     up, block = np.ones(n), cast("Any", _run_block)
     z = np.ascontiguousarray(z / m.scale)
@@ -258,7 +262,7 @@ def _start_states(m: PackedLoop, op, pv, mv) -> NDArray[np.float64]:
 
 
 def _label_starts(m: PackedLoop, out: NDArray[np.float64], shape: tuple[int, ...]) -> BasinMap:
-    """Group the ends of all starts into attractors."""
+    """Group the final motions of all starts into attractors."""
     status, period, amplitude, top, slips, turns = out.T
     period = period * m.unit / np.maximum(turns, 1.0)
     label = np.full(status.size, AT_REST)
@@ -322,7 +326,7 @@ def smallest_pulse(
     -------
     (float, float) or None
         Size of the pulse [% of span], negative downwards, and the share of the period from the rest at the top at
-        which it begins [-]; None when no pulse up to `largest` does it.
+        which it begins [-]; None when no pulse up to `largest` is enough.
 
     Examples
     --------

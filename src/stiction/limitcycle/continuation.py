@@ -1,4 +1,4 @@
-"""A limit cycle followed over a parameter: where cycles are born, change stability and die."""
+"""Continuation of limit cycles over a parameter: where cycles appear, change stability and disappear."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["Bifurcation", "Branch", "bifurcation"]
 
 _MAX_HALVINGS = 7
-"""Halvings of a step of the parameter, before a cycle counts as gone [-]: born and dies are told to 1/128 of a step."""
+"""Halvings of a parameter step before a cycle counts as gone [-]; born and dies are exact to 1/128 of a step."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Bifurcation:
     parameter: str
     """Name of the parameter."""
     values: NDArray[np.float64]
-    """Values asked for, shape (n,)."""
+    """Values of the parameter, shape (n,)."""
     branches: tuple[Branch, ...]
     """The branches, by family and amplitude."""
 
@@ -107,7 +107,7 @@ def bifurcation(
     families: Iterable[str | float] = ("half", "integer"),
     searches: int = 5,
 ) -> Bifurcation:
-    """Follow every limit cycle of a loop over one parameter.
+    """Continue every limit cycle of a loop over one parameter.
 
     Parameters
     ----------
@@ -119,11 +119,10 @@ def bifurcation(
     values : array_like, shape (n,)
         Values of the parameter.
     families : iterable of str or float
-        Families of a staircase valve, by name or by a rest level [% of span]. Over the load the rest levels stay
-        where they are without one and the point of rest moves between them; over other parameters a family stays
-        symmetric.
+        Families of a staircase valve, by name or by a rest level [% of span]. Over the load the rest levels
+        are constant and the point of rest moves between them; over other parameters a family stays symmetric.
     searches : int
-        Number of values at which cycles are searched for afresh; between them they are continued.
+        Number of values with a new search for cycles; between them cycles are continued.
 
     Returns
     -------
@@ -148,11 +147,11 @@ def bifurcation(
     grid = np.unique(require_numbers("values", values))
     if grid.size == 0:
         raise ParameterError("values is empty; give at least one number.")
-    searches, asked = require_count("searches", searches), require_families(families)
+    searches, family_list = require_count("searches", searches), require_families(families)
     _set_parameter(loop, parameter, float(grid[0]))
     branches: list[Branch] = []
     lattice = pack_loop(*_set_parameter(loop, parameter, float(grid[0]))[:1]).valve.staircase
-    for family in asked if lattice else ("",):
+    for family in family_list if lattice else ("",):
         mine: list[Branch] = []
         for index in np.unique(np.linspace(0, grid.size - 1, min(searches, grid.size)).astype(int)):
             value = float(grid[index])
@@ -203,7 +202,7 @@ def _continue_cycle(loop: Loop, parameter: str, grid, index: int, family, cycle:
 def _continue_one_way(
     loop: Loop, parameter: str, values, family, cycle: LimitCycle
 ) -> tuple[list[LimitCycle], float | None]:
-    """Cycles at values[1:], as far as it goes, and the value beyond which it does not."""
+    """Cycles at values[1:] as far as they exist, and the value at which they end."""
     out: list[LimitCycle] = []
     for here, there in pairwise(values):
         reached, now = float(here), cycle
@@ -231,7 +230,7 @@ def _continue_one_way(
 def _cycle_at_next_value(
     loop: Loop, parameter: str, here: float, there: float, family, cycle: LimitCycle
 ) -> LimitCycle | None:
-    """The same cycle at a neighbouring value; None where it is gone."""
+    """The cycle at a neighbouring value; None when it does not exist there."""
     try:
         _, before, old = _pack_at(loop, parameter, here, family)
         _, m, new = _pack_at(loop, parameter, there, family)

@@ -1,4 +1,4 @@
-"""One continuous-time valve behind five names: break away at sb, slip to a lag, follow while fast enough.
+"""The continuous-time form of the data-driven valves: break away at sb, slip to a lag, follow while fast enough.
 
 In continuous time the data-driven models differ only in when the stem rests again. Stenman's and He's never
 follow (a staircase), Kano's and Choudhury's follow until the input turns, Srinivasan's while |du/dt| >= r.
@@ -16,12 +16,12 @@ __all__ = ["ContinuousValve", "continuous_form", "is_frictionless", "require_con
 
 
 class ContinuousValve(NamedTuple):
-    """A valve in continuous time."""
+    """A data-driven valve in continuous time."""
 
     sb: float
     """Input away from the resting stem that breaks it loose [% of span]."""
     lag: float
-    """Distance of the moving stem behind its input [% of span]; the slip jump is sb - lag."""
+    """Distance of the moving stem from its input [% of span]; the slip jump is sb - lag."""
     rate: float
     """Rate of the input below which the stem rests again [% of span / s]."""
 
@@ -32,7 +32,7 @@ class ContinuousValve(NamedTuple):
 
     @property
     def staircase(self) -> bool:
-        """True when the stem only rests and jumps: its rest levels form a lattice of step `jump`."""
+        """True when the stem only rests and jumps; its rest levels are then `jump` apart."""
         return math.isinf(self.rate) and self.jump > 0.0
 
 
@@ -78,17 +78,17 @@ def continuous_form(valve: Valve) -> ContinuousValve | None:
 
 
 def is_frictionless(valve: Valve) -> bool:
-    """Whether a valve follows its input at once: the ideal one, or any whose bands are 0."""
+    """Whether a valve follows its input without friction: the ideal valve, or any with bands of 0."""
     found = continuous_form(valve)
     return isinstance(valve, Ideal) or (found is not None and found.sb == 0.0)
 
 
 def require_continuous_form(valve: Valve) -> ContinuousValve:
-    """Return the continuous-time form of a valve, or say that it has none."""
+    """Return the continuous-time form of a valve; raise when it has none."""
     found = continuous_form(valve)
     if found is None:
         raise ParameterError(
-            f"{valve!r} has no continuous-time form here; give Stenman, Kano, Choudhury (J <= S), He, HeWang or "
+            f"{valve!r} has no continuous-time form; give Stenman, Kano, Choudhury (J <= S), He, HeWang or "
             "Srinivasan with constant bands, or search the sampled loop with sampled_limit_cycles."
         )
     return found

@@ -1,4 +1,4 @@
-"""The describing function of a nonlinearity, cut at its jumps into smooth branches."""
+"""The describing function of a nonlinearity, divided at its jumps into smooth branches."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 __all__ = ["DFBranches", "branches_of_family", "family_names"]
 
 _MAX_AMPLITUDE_JUMPS = 60
-"""Largest amplitude of a staircase, in jumps [-]: N is then 1 to a thousandth or so."""
+"""Largest amplitude of a staircase, in jumps [-]; N is then 1 to about 0.001."""
 _DEFAULT_ONSET = 1.0
-"""Amplitude at which the search begins of a valve whose bands are not known beforehand [% of span]."""
+"""First amplitude of the search for a valve without known bands [% of span]."""
 _MAX_AMPLITUDE_RATIO = 1e4
-"""Largest amplitude of any other valve, over that at which it begins to move [-]."""
+"""Largest amplitude of other valves over the amplitude at which they begin to move [-]."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class DFBranches:
     name: str
     """"half", "integer", the offset, or empty for a nonlinearity with one describing function."""
     jumps: tuple[float, ...]
-    """Amplitudes that part the branches, the onset of motion first [% of span]."""
+    """Amplitudes between the branches, the onset of motion first [% of span]."""
     largest: float
     """Largest amplitude searched [% of span]."""
     evaluate: Callable[..., Any]
@@ -42,12 +42,12 @@ class DFBranches:
     levels: Callable[[float], tuple[float, ...]]
     """Rest levels at an amplitude [% of span]; empty where the stem has none."""
     lag: float
-    """Distance of the stem's turning points behind those of the input [% of span]."""
+    """Distance between the turning points of stem and input [% of span]."""
     rate_dependent: bool
     """Whether N depends on the frequency."""
 
     def branches(self, points: int = 160) -> list[np.ndarray]:
-        """Amplitudes along each branch, crowded at its ends [% of span]."""
+        """Amplitudes along each branch, denser at its ends [% of span]."""
         edges = [*self.jumps, self.largest]
         out = []
         for k, (low, high) in enumerate(pairwise(edges)):
@@ -64,47 +64,47 @@ class DFBranches:
 
 def family_names(valve: Any) -> tuple[str | float, ...]:
     """Names of the families of a nonlinearity: two symmetric ones for a staircase, else one."""
-    banded = None if hasattr(valve, "describing_function") else continuous_form(valve)
-    return ("half", "integer") if banded is not None and banded.staircase else ("",)
+    valve_form = None if hasattr(valve, "describing_function") else continuous_form(valve)
+    return ("half", "integer") if valve_form is not None and valve_form.staircase else ("",)
 
 
 def branches_of_family(valve: Any, name: str | float) -> DFBranches:
     """Return the branches of one family of a nonlinearity."""
     if hasattr(valve, "describing_function"):
         size = max((value for value in vars(valve).values()), default=1.0)
-        stops = valve.jumps(_MAX_AMPLITUDE_JUMPS * size)
-        onset = () if stops and _output_moves(valve, stops[0]) is False else (0.0,)
+        jumps = valve.jumps(_MAX_AMPLITUDE_JUMPS * size)
+        onset = () if jumps and _output_moves(valve, jumps[0]) is False else (0.0,)
         return DFBranches(
             "",
-            (*onset, *stops),
+            (*onset, *jumps),
             _MAX_AMPLITUDE_RATIO * size,
             _memoryless_df(valve),
             lambda _: (),
             0.0,
             rate_dependent=False,
         )
-    banded = continuous_form(valve)
+    valve_form = continuous_form(valve)
     depends_on_rate = is_rate_dependent(valve)
-    if banded is not None and banded.staircase:
-        sb, lag, _ = banded
-        offset = rest_level_offset(banded.jump, name)
-        largest = _MAX_AMPLITUDE_JUMPS * banded.jump + sb
-        stops = staircase_amplitudes(sb, lag, offset, largest * (1.0 - 1e-6))
+    if valve_form is not None and valve_form.staircase:
+        sb, lag, _ = valve_form
+        offset = rest_level_offset(valve_form.jump, name)
+        largest = _MAX_AMPLITUDE_JUMPS * valve_form.jump + sb
+        jumps = staircase_amplitudes(sb, lag, offset, largest * (1.0 - 1e-6))
         label = name if isinstance(name, str) else f"{offset:g}"
         return DFBranches(
             label,
-            tuple(stops),
+            tuple(jumps),
             largest,
             lambda a, _w: describing_function(valve, a, family=offset),
             lambda a: staircase_levels(sb, lag, offset, a),
             lag,
             rate_dependent=False,
         )
-    if banded is not None:
-        sb, lag, rate = banded
+    if valve_form is not None:
+        sb, lag, rate = valve_form
         onset = (sb + lag) / 2.0
         if rate == 0.0:
-            # Where S = 0 the stem moves at any amplitude, and its jump is the measure.
+            # With S = 0 the stem moves at any amplitude, so the jump sets the scale.
             return DFBranches(
                 "", (onset,), _MAX_AMPLITUDE_RATIO * (onset or sb), lambda a, _w: describing_function(valve, a),
                 lambda a: (float(lag - a), float(a - lag)), lag, rate_dependent=False,

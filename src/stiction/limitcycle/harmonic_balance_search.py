@@ -1,4 +1,4 @@
-"""Every solution of 1 + L(j omega) N(A) = 0: which limit cycles the describing function expects of a loop."""
+"""Every solution of 1 + L(j omega) N(A) = 0: the limit cycles that the describing function predicts."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def harmonic_balance(
     Parameters
     ----------
     linear : LinearPart, TransferFunction, StateSpace or a system of `control` or `scipy.signal`
-        Everything between the nonlinearity's output and its input, the sign of the feedback left out.
+        The system from the output of the nonlinearity to its input, without the sign of the feedback.
     nonlinearity : Valve, Saturation, Relay, Deadband or Quantiser
         The nonlinearity.
     families : iterable of str or float, optional
@@ -39,7 +39,7 @@ def harmonic_balance(
     Returns
     -------
     tuple of LimitCycle
-        By family and amplitude, none twice. Stability is Loeb's criterion.
+        By family and amplitude, each once. Stability is by Loeb's criterion.
 
     Raises
     ------
@@ -49,8 +49,8 @@ def harmonic_balance(
     Notes
     -----
     The curves are crossed as polylines in the plane of log magnitude and phase, branch by branch, then each
-    crossing is polished by Newton's method. At a jump of N from N1 to N2 the segment between them is crossed
-    with L: where it is met the amplitude is a boundary, not a solution.
+    crossing is refined by Newton's method. At a jump of N from N1 to N2 the segment between them is crossed
+    with L: at a crossing the amplitude is a boundary, not a solution.
 
     Examples
     --------
@@ -121,7 +121,7 @@ def _find_boundary(linear, family, a: float, below: complex, above: complex, sha
 def _solve_rate_dependent(linear: LinearPart, family: DFBranches, points: int = 120) -> list[LimitCycle]:
     """Solutions of a family whose N depends on amplitude and frequency: cells in which both parts change sign."""
     low, high = family.jumps[0], family.largest
-    # Of a physical valve, whose `high` is 20 times `low`, each N is a run of its own.
+    # For a physical valve, with `high` 20 times `low`, each N needs a simulation.
     fine = family.lag >= 0.0 and high > 25.0 * low
     n_a, n_w = (points, points) if fine else (24, 24)
     a = low * (1.0 + np.geomspace(1e-4, high / low - 1.0, n_a))
@@ -192,5 +192,5 @@ def _as_linear_part(system: Any) -> LinearPart:
     """A linear system as the linear part of a loop, its output being the PV."""
     process = as_process(system).state_space()
     if process.D != 0.0 and process.dead_time == 0.0 and process.A.shape[0] == 0:
-        raise ParameterError("linear is a plain gain: there is nothing to oscillate; give a dynamic system.")
+        raise ParameterError("linear is a constant gain, which cannot oscillate; give a dynamic system.")
     return LinearPart(process.A, process.B, -process.C, -process.D, process.C, process.D, process.dead_time, 0.0)

@@ -1,4 +1,4 @@
-"""Where two curves of the Nyquist plane meet: L(j omega) and -1/N(A), in the plane of log magnitude and phase."""
+"""Crossings of L(j omega) and -1/N(A) in the plane of log magnitude and phase."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["find_crossings", "frequency_grid", "refine_crossing"]
 
 @kernel
 def _segments_meet(px, py, qx, qy, found):
-    """Pairs of segments that meet modulo whole turns; rows (i + s, j + t) go to `found`, their number is returned."""
+    """Write crossing segments, modulo whole turns, as rows (i + s, j + t) to `found`; returns their number."""
     n = 0
     turn = 2.0 * math.pi
     for j in range(qx.shape[0] - 1):
@@ -49,7 +49,7 @@ def _segments_meet(px, py, qx, qy, found):
 
 
 def frequency_grid(linear: LinearPart, largest_n: float, points: int = 2000) -> NDArray[np.float64]:
-    """Frequencies [rad/s] that resolve L wherever |L| N can reach 1: log spaced, its phase turning < 0.1 rad a step.
+    """Frequencies [rad/s] that resolve L where |L| N can reach 1: log spaced, with phase steps below 0.1 rad.
 
     Parameters
     ----------
@@ -60,11 +60,13 @@ def frequency_grid(linear: LinearPart, largest_n: float, points: int = 2000) -> 
     points : int
         Points before refinement.
     """
-    marks = np.abs(np.concatenate([linear.poles, linear.zeros(), [1.0 / linear.dead_time] if linear.dead_time else []]))
-    marks = marks[marks > 1e-12 * np.max(marks, initial=1e-300)]
-    if marks.size == 0:
-        marks = np.ones(1)
-    grid = np.geomspace(1e-4 * marks.min(), 1e4 * marks.max(), points)
+    corners = np.abs(
+        np.concatenate([linear.poles, linear.zeros(), [1.0 / linear.dead_time] if linear.dead_time else []])
+    )
+    corners = corners[corners > 1e-12 * np.max(corners, initial=1e-300)]
+    if corners.size == 0:
+        corners = np.ones(1)
+    grid = np.geomspace(1e-4 * corners.min(), 1e4 * corners.max(), points)
     enough = np.nonzero(np.abs(linear.at(1j * grid)) * largest_n >= 0.5)[0]
     if enough.size == 0:
         return grid[:0]
@@ -73,8 +75,8 @@ def frequency_grid(linear: LinearPart, largest_n: float, points: int = 2000) -> 
         grid = np.geomspace(grid[0], grid[-1], points)
     for _ in range(12):
         value = linear.at(1j * grid)
-        turned = np.maximum(np.abs(np.angle(value[1:] / value[:-1])), np.diff(grid) * linear.dead_time)
-        coarse = np.nonzero(turned > 0.1)[0]
+        phase_step = np.maximum(np.abs(np.angle(value[1:] / value[:-1])), np.diff(grid) * linear.dead_time)
+        coarse = np.nonzero(phase_step > 0.1)[0]
         if coarse.size == 0 or grid.size > 200_000:
             break
         grid = np.sort(np.concatenate([grid, np.sqrt(grid[coarse] * grid[coarse + 1])]))
@@ -87,7 +89,7 @@ def find_crossings(curves, omega, response) -> list[tuple[int, float, float]]:
     Parameters
     ----------
     curves : list of (a, n)
-        Parameter and N of each curve, shapes (n_points,); points with N = 0 are left out.
+        Parameter and N of each curve, shapes (n_points,); points with N = 0 are ignored.
     omega, response : ndarray, shape (n_frequencies,)
         Frequencies [rad/s] and L there.
 
@@ -124,9 +126,9 @@ def find_crossings(curves, omega, response) -> list[tuple[int, float, float]]:
 def refine_crossing(
     describe: Callable[[float, float], complex], linear: LinearPart, a: float, omega: float, low: float, high: float
 ) -> tuple[float, float] | None:
-    """Newton on log(-L N) = 0 in (a, log omega), kept on the branch low..high; None when it does not settle."""
+    """Newton on log(-L N) = 0 in (a, log omega), limited to low..high; None when it does not converge."""
 
-    def miss(a: float, logw: float) -> complex:
+    def error(a: float, logw: float) -> complex:
         w = math.exp(logw)
         value = -complex(linear.at(1j * w)) * describe(a, w)
         return complex(np.log(value)) if value else complex(math.inf, 0.0)
@@ -134,13 +136,13 @@ def refine_crossing(
     logw = math.log(omega)
     span = high - low
     a = min(max(a, low + 1e-9 * min(span, low or span)), high)
-    f = miss(a, logw)
+    f = error(a, logw)
     for _ in range(40):
         step_a = 1e-6 * max(abs(a), 1e-300)
-        if a + step_a > high or not math.isfinite(abs(miss(a + step_a, logw))):
+        if a + step_a > high or not math.isfinite(abs(error(a + step_a, logw))):
             step_a = -step_a
-        fa = (miss(a + step_a, logw) - f) / step_a
-        fw = (miss(a, logw + 1e-6) - miss(a, logw - 1e-6)) / 2e-6
+        fa = (error(a + step_a, logw) - f) / step_a
+        fw = (error(a, logw + 1e-6) - error(a, logw - 1e-6)) / 2e-6
         det = fa.real * fw.imag - fa.imag * fw.real
         if det == 0.0 or not math.isfinite(det):
             return None
@@ -149,7 +151,7 @@ def refine_crossing(
         scale = 1.0
         while scale > 1e-4:
             trial_a = min(max(a + scale * da, low), high)
-            trial = miss(trial_a, logw + scale * dw)
+            trial = error(trial_a, logw + scale * dw)
             if abs(trial) < abs(f) or abs(trial) < 1e-12:
                 break
             scale /= 2.0

@@ -1,4 +1,4 @@
-"""From a record to its cycle: which predicted limit cycle it is in, and where it could jump."""
+"""The predicted limit cycle that matches a record, and the other stable cycles."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ if TYPE_CHECKING:
 __all__ = ["CycleMatch", "match_record", "measure_record_cycle"]
 
 _MAX_DISTANCE = 0.25
-"""Distance beyond which a record is in none of the cycles predicted [-], as in `CycleMatch.distance`."""
+"""Distance above which a record matches no predicted cycle [-], as in `CycleMatch.distance`."""
 
 
 @dataclass(frozen=True)
 class CycleMatch:
-    """Which cycle a record is in."""
+    """The limit cycle that matches a record."""
 
     cycle: LimitCycle | None
-    """The predicted cycle nearest to the record, None when none is near."""
+    """The predicted cycle nearest to the record; None when no cycle is near."""
     distance: float
     """Root mean square of the log ratios of period and amplitudes [-]; 0.1 is about 10 % off."""
     period: float
@@ -47,10 +47,10 @@ class CycleMatch:
     """Other stable cycles, into which a disturbance could move the loop."""
 
     def summary(self) -> str:
-        """One paragraph for people."""
+        """Summary in a few sentences."""
         measured = f"The record oscillates with period {self.period:.4g} s and OP amplitude {self.amplitude:.4g} %"
         if self.cycle is None:
-            return f"{measured}; no predicted limit cycle of this loop is within {100 * _MAX_DISTANCE:.0f} % of that."
+            return f"{measured}; no predicted limit cycle of this loop is within {100 * _MAX_DISTANCE:.0f} % of it."
         text = f"{measured}: it is in the {self.cycle.summary()[:-1].split(', by')[0]}."
         if not self.others:
             return f"{text} The loop has no other stable cycle."
@@ -70,21 +70,21 @@ class CycleMatch:
 
 
 def match_record(loop: Loop, record: LoopRecord, cycles: tuple[LimitCycle, ...] | None = None) -> CycleMatch:
-    """Find the predicted limit cycle a record is in.
+    """Find the predicted limit cycle that matches a record.
 
     Parameters
     ----------
     loop : Loop
         The loop as identified: controller, valve and process.
     record : LoopRecord
-        What was measured, `op` and `pv`; with `mv` the rest levels of a staircase valve are taken from it.
+        The record, with `op` and `pv`; with `mv` the rest levels of a staircase valve are taken from it.
     cycles : tuple of LimitCycle, optional
         The cycles to choose from; by default those of `exact_limit_cycles`.
 
     Returns
     -------
     CycleMatch
-        The nearest cycle, how near it is, and the other stable cycles.
+        The nearest cycle, its distance, and the other stable cycles.
 
     Raises
     ------
@@ -139,7 +139,9 @@ def measure_record_cycle(record: LoopRecord) -> tuple[float, float, float]:
     half = slice(len(record) // 2, None)
     op, pv = _fill_gaps(record.op[half]), _fill_gaps(record.pv[half])
     if op.size < 16 or np.ptp(op) == 0.0:
-        raise RecordError(f"{record.tag} does not oscillate: its OP is constant or too short.")
+        raise RecordError(
+            f"{record.tag} does not oscillate: its OP is constant or too short; give a record with an oscillation."
+        )
     high, low = np.percentile(op, [97.0, 3.0])
     middle, guard = (high + low) / 2.0, (high - low) / 8.0
     ups, armed = [], False
@@ -168,5 +170,5 @@ def measure_record_cycle(record: LoopRecord) -> tuple[float, float, float]:
 
 def _fill_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
     if not np.isfinite(x).any():
-        raise RecordError("the record holds no finite value in its second half.")
+        raise RecordError("the record has no finite value in its second half; give a record with data.")
     return interpolate_gaps(x)

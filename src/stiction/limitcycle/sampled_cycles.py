@@ -1,4 +1,4 @@
-"""Limit cycles of the loop as it is simulated: sampling makes each oscillation a little different."""
+"""Limit cycles of the sampled loop, in which successive oscillations differ slightly."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ __all__ = ["sampled_limit_cycles"]
 
 @kernel
 def _run_sampled_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, disturbance, start, nudge, op, pv, mv):
-    """Run the sampled loop over the length of `op` from (op, pv, mv); `nudge` moves the first state."""
+    """Run the sampled loop over the length of `op` from (op, pv, mv); `nudge` is added to the first state."""
     n, order = op.shape[0], c.shape[0]
     controller = pid_at_rest(start[0], start[1], pid)
     valve = valve_at_rest(model, start[0], start[2], p)
@@ -57,7 +57,7 @@ def _run_sampled_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, d
 
 @kernel
 def _find_repeat(op, pv, mv, window, first, tolerance):
-    """Fewest samples after which the last `window` samples of op, pv and mv have been seen before; 0 for never."""
+    """Smallest lag at which the last `window` samples of op, pv and mv repeat; 0 when they do not."""
     n = op.shape[0]
     for lag in range(2, n - window - first):
         worst = 0.0
@@ -79,7 +79,7 @@ def sampled_limit_cycles(
     Parameters
     ----------
     loop : Loop
-        The loop, its noise left out; any valve model.
+        The loop, without its noise; any valve model.
     sp, disturbance : float
         Set point [PV units] and constant load [% of span].
     op_start : array_like, optional
@@ -97,22 +97,22 @@ def sampled_limit_cycles(
     Returns
     -------
     tuple of LimitCycle
-        Found motions by amplitude. `period` is the mean length of one oscillation, the amplitudes are medians, and
+        Motions by amplitude. `period` is the mean length of one oscillation, the amplitudes are medians, and
         `turns` is the number of oscillations after which the samples repeat. A sampled orbit takes a whole number
         of samples, so several oscillations of unequal length share one orbit, and most motions do not repeat
-        within any practical time; `warning` says which. `stable` is True by construction: they were reached.
+        within any practical time; `warning` says which. `stable` is True, because the simulation reached them.
 
     Raises
     ------
     ParameterError
-        When a duration or `tolerance` is not positive, a set point, load or start is not finite, or the loop holds a
+        When a duration or `tolerance` is not positive, a set point, load or start is not finite, or the loop has a
         compensator.
 
     Notes
     -----
-    Not the continuous loop: sampling delays every slip by up to dt and biases the period by a few per cent when
-    the jump is fast against dt, and lets the rest levels of a staircase valve drift from their lattice. As dt
-    goes to 0 the motions tend to those of `exact_limit_cycles`.
+    Sampling delays every slip by up to dt, changes the period by a few per cent when the jump is fast compared with dt,
+    and lets the rest levels of a staircase valve drift. As dt goes to 0 the motions tend to those of
+    `exact_limit_cycles`.
 
     Examples
     --------
@@ -124,15 +124,15 @@ def sampled_limit_cycles(
     """
     require_loop(loop)
     if loop.compensator is not None:
-        raise ParameterError("the loop holds a compensator; remove it to look for its own limit cycles.")
+        raise ParameterError("the loop has a compensator; give the loop without it.")
     sp, disturbance = require_finite("sp", sp, "PV units"), require_finite("disturbance", disturbance, "% of span")
     mv_start, tolerance = require_finite("mv_start", mv_start, "% of span"), require_positive("tolerance", tolerance)
     periods = require_positive("periods", periods)
     longest = None if longest is None else require_positive("longest", longest, "s")
     found: list[LimitCycle] = []
     rest = sp / _static_gain(loop) - disturbance if _static_gain(loop) else 0.0
-    given = None if op_start is None else np.atleast_1d(require_numbers("op_start", op_start, "% of span"))
-    starts = _default_starts(loop) if given is None else given - rest
+    levels = None if op_start is None else np.atleast_1d(require_numbers("op_start", op_start, "% of span"))
+    starts = _default_starts(loop) if levels is None else levels - rest
     for size in starts:
         cycle = _find_orbit(loop, sp, disturbance, rest + float(size), mv_start, periods, longest, tolerance)
         if cycle is not None and not any(_is_same_cycle(cycle, known) for known in found):
@@ -156,7 +156,7 @@ def _default_starts(loop: Loop) -> np.ndarray:
 
 
 def _find_orbit(loop, sp, disturbance, op0, mv0, periods, longest, tolerance) -> LimitCycle | None:
-    """Follow one start until it repeats; the run doubles until it holds enough oscillations."""
+    """Run one start until it repeats; the run doubles until it has enough oscillations."""
     dt = loop.dt
     discrete = loop.process.discretise(dt)
     head = (loop.controller.pack(dt), loop.valve.code, loop.valve.pack(dt), *discrete, float(sp), float(disturbance))

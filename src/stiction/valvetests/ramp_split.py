@@ -80,8 +80,8 @@ def find_ramps(reading: StemSignal, tag: str) -> tuple[tuple[OpRamp, ...], list[
             )
         swing = float(np.ptp(reading.op))
         raise RecordError(
-            f"The OP of {tag} holds no ramp of {MIN_RAMP_TRAVEL} % and {MIN_RAMP_SAMPLES} samples (it spans {swing:.3g} %); "
-            "drive it up and down as plan_ramp_test says."
+            f"The OP of {tag} holds no ramp of {MIN_RAMP_TRAVEL} % and {MIN_RAMP_SAMPLES} samples (it spans "
+            f"{swing:.3g} %); drive it up and down as plan_ramp_test says."
         )
     return ramps, pieces
 

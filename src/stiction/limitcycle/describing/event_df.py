@@ -1,4 +1,4 @@
-"""A valve under a sine, event by event: exact for every valve that rests, slips and follows.
+"""Describing function event by event: exact for every valve that rests, slips and follows.
 
 Between events the stem rests (constant) or follows (its input less a lag), so both Fourier integrals are sums of
 closed forms and nothing is sampled. This is the only exact form for Srinivasan's valve with a finite rate, and
@@ -61,7 +61,7 @@ def _half_period(sb, lag, slow, amplitude, x):
 
 @kernel
 def _sine_response(sb, lag, slow, amplitude, x):
-    """N of one valve from the position x, once two successive turns agree; the number of turns is returned too."""
+    """N of one valve from the position x when two successive periods agree, and the number of periods."""
     real, imag = 0.0, 0.0
     for turn in range(64):
         top, s_up, c_up = _half_period(sb, lag, slow, amplitude, x)

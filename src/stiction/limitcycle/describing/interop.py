@@ -1,4 +1,4 @@
-"""Our valves as describing-function nonlinearities of python-control (extra `control`)."""
+"""Valves as describing-function nonlinearities of python-control (extra `control`)."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ _MAX_PERIODS = 40
 
 @kernel
 def _stroke_sine(model, p, n, amplitude, centre, start, lead_in, agree, most):
-    """N by sums over one period of n samples, the travel in it, and the periods it took; -1 when it never settled.
+    """N by sums over one period of n samples, the travel in it, and the number of periods; -1 when it did not settle.
 
     The input starts at its lowest point, where the stem of an established staircase rests on its lowest level.
     """
@@ -72,14 +72,14 @@ def numeric_df(
     amplitude : float
         Amplitude of its input [% of span].
     omega : float or None
-        Frequency of its input [rad/s]; None for a valve that does not care.
+        Frequency of its input [rad/s]; None for a rate-independent valve.
     start : float or None
-        Rest position of the stem before the first sample [% of span]; None leads in with two periods of falling
-        amplitude, so that an established oscillation is found.
+        Rest position of the stem before the first sample [% of span]; None starts with two periods of falling
+        amplitude, which lead to the established oscillation.
     tolerance : float
         Largest error allowed [-].
     centre : float
-        Input about which the sine swings [% of span].
+        Mean of the sine [% of span].
 
     Raises
     ------

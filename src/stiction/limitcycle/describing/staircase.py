@@ -1,7 +1,7 @@
 """Describing function of a staircase (Stenman's valve, He's, Srinivasan's that never follows), any rest levels.
 
-Every up-jump to the level L happens when the input passes L + lag, every down-jump from L at L - sb. Integrating
-the two Fourier integrals by parts leaves a sum over jumps: with the jump size j,
+Every upward jump to the level L happens when the input passes L + lag, every downward jump from L at L - sb.
+Integrating the two Fourier integrals by parts leaves a sum over jumps: with the jump size j,
 
     Re N = j / (pi A) sum_L [ sqrt(1 - ((L + lag) / A)^2) + sqrt(1 - ((L - sb) / A)^2) ]
     Im N = -n j (sb + lag) / (pi A^2)
@@ -30,7 +30,7 @@ __all__ = [
 ]
 
 _LEVEL_TOLERANCE = 1e-12
-"""Share of the amplitude by which a level may be missed and still be reached: rounding, not physics [-]."""
+"""Relative tolerance on the amplitude at which a level is reached [-]."""
 
 
 def rest_level_offset(jump: float, family: str | float, rest: float = 0.0) -> float:
@@ -43,7 +43,7 @@ def rest_level_offset(jump: float, family: str | float, rest: float = 0.0) -> fl
     family : str or float
         "half" (levels +-jump/2, +-3 jump/2, ...), "integer" (0, +-jump, ...) or one of the levels [% of span].
     rest : float
-        Where the centre lies on the scale of that level [% of span].
+        Position of the centre on the scale of that level [% of span].
     """
     if family == "half":
         return jump / 2.0
@@ -59,9 +59,9 @@ def rest_level_offset(jump: float, family: str | float, rest: float = 0.0) -> fl
 
 
 def require_families(families: Iterable[str | float]) -> tuple[str | float, ...]:
-    """Return families of rest levels as a tuple, or say which is none."""
+    """Return families of rest levels as a tuple; raise when one is unknown."""
     if isinstance(families, str) or not isinstance(families, Iterable):
-        raise ParameterError(f"families = {families!r} is no series; give for example ['half', 'integer'].")
+        raise ParameterError(f"families = {families!r} is not a series; give for example ['half', 'integer'].")
     found = tuple(families)
     for family in found:
         rest_level_offset(1.0, family)
@@ -113,7 +113,7 @@ def staircase_df(sb: float, lag: float, offset: float, amplitude):
 
 
 def stenman_printed(d: float, amplitude, *, roots_repaired: bool = False):
-    """Eqs. 6 and 7 letter by letter; NaN from 5d/2 on, where the paper stops.
+    """Eqs. 6 and 7 letter by letter; NaN above 5d/2, which the paper does not cover.
 
     Parameters
     ----------

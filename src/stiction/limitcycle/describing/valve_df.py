@@ -1,4 +1,4 @@
-"""The describing function of every valve behind one name."""
+"""The describing function of any valve."""
 
 from __future__ import annotations
 
@@ -57,15 +57,14 @@ def describing_function(
         Rest levels of a staircase (Stenman, He, Srinivasan with r infinite): "half" for +-d/2, +-3d/2, ...,
         "integer" for 0, +-d, ..., or one level [% of span].
     as_printed : bool or str
-        Stenman only: eqs. 6-7 letter by letter; "roots repaired" mends the first misprint only.
+        Stenman only: eqs. 6-7 letter by letter; "roots repaired" corrects the first misprint only.
     method : str
         "auto" takes the closed form where there is one; "events" is exact between slips; "numeric" drives the
         compiled valve with a sampled sine until successive periods agree.
     tolerance : float
         Largest error of the numeric method [-].
     centre : float
-        Input about which the sine swings [% of span]; it matters to valves with end stops, a physical valve among
-        them.
+        Mean of the sine [% of span]; it has an effect on valves with end stops, such as a physical valve.
 
     Returns
     -------
@@ -130,22 +129,22 @@ def _evaluate(valve: Any, size, speed, family: str | float, method: str, toleran
     free = bool(np.all(np.isinf(valve.travel)))
     if free and is_frictionless(valve):
         return np.ones(size.shape, dtype=complex)
-    banded, start = continuous_form(valve) if free else None, None
-    if banded is not None and banded.staircase:
-        offset = rest_level_offset(banded.jump, family)
+    valve_form, start = continuous_form(valve) if free else None, None
+    if valve_form is not None and valve_form.staircase:
+        offset = rest_level_offset(valve_form.jump, family)
         if method == "auto":
-            return staircase_df(banded.sb, banded.lag, offset, size)
-        levels = [staircase_levels(banded.sb, banded.lag, offset, a) for a in size]
+            return staircase_df(valve_form.sb, valve_form.lag, offset, size)
+        levels = [staircase_levels(valve_form.sb, valve_form.lag, offset, a) for a in size]
         start = np.array([x[0] if x else offset for x in levels])
-    if method == "numeric" or banded is None:
+    if method == "numeric" or valve_form is None:
         if method == "events":
-            raise ParameterError(f"{valve!r} cannot be taken event by event; use method = 'numeric'.")
+            raise ParameterError(f"{valve!r} has no event-by-event form; use method = 'numeric'.")
         return numeric_dfs(valve, size, speed if is_rate_dependent(valve) else None, start, tolerance, centre)
     if method == "auto" and isinstance(valve, Kano | Choudhury):
         return two_parameter_df(valve.S, valve.J, size)
     if start is None:
-        start = banded.lag - size
-    value, turns = continuous_form_df(*banded, size, speed, start)
+        start = valve_form.lag - size
+    value, turns = continuous_form_df(*valve_form, size, speed, start)
     if np.any(turns >= 64):
         value[turns >= 64] = numeric_dfs(valve, size[turns >= 64], speed[turns >= 64], None, tolerance, centre)
     return value

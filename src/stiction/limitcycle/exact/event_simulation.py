@@ -1,8 +1,8 @@
-"""The loop in continuous time, event by event, exact to rounding: a Taylor series between events.
+"""Simulation of the loop in continuous time, event by event, exact to rounding.
 
 Between events the loop is linear: the stem rests, or it follows its input at a fixed lag. The states of the
-linear part are advanced by their Taylor series, over steps so short (norm of A times step <= 1/2) that what twelve
-terms leave is below 2e-14 of them, and longer ones where the last terms have died out. A dead time is exact: the
+linear part are advanced by their Taylor series, over steps so short (norm of A times step <= 1/2) that the error after
+twelve terms is below 2e-14 of them; steps are longer when the last terms are negligible. A dead time is exact: the
 series of the output are kept and read back later. Events are roots of these polynomials: the input leaves the band
 (slip), or slows down below the rate (rest).
 
@@ -21,12 +21,20 @@ __all__ = ["BUFFER_FULL", "DIVERGED", "REST", "SETTLED", "STOPPED", "TERMS", "si
 
 TERMS = 13
 """Coefficients of each series [-]: with a step of 1 or less the next term is below 0.5**13 / 13! of the states."""
-SETTLED, STOPPED, REST, DIVERGED, BUFFER_FULL = 0, 1, 2, 3, 4
-"""Why a run ends: it repeats; turns or steps are used up; nothing moves; OP is 1e5 bands off; the past has no room."""
+SETTLED = 0
+"""End of a run: the motion repeats."""
+STOPPED = 1
+"""End of a run: the largest number of turns or steps is reached."""
+REST = 2
+"""End of a run: the loop is at rest."""
+DIVERGED = 3
+"""End of a run: OP is more than 1e5 bands from its origin."""
+BUFFER_FULL = 4
+"""End of a run: the buffer for the dead time is full."""
 _BAND_WIDENING = 1.0 + 1e-11
-"""Width of the break-away band over sb [-]: an input that meets it to within rounding has not crossed it."""
+"""Width of the break-away band over sb [-]: an input that equals it to within rounding has not crossed it."""
 _MAX_REST_STEP = 32.0
-"""Longest step while the stem rests and the last terms have died out [-]."""
+"""Longest step while the stem rests and the last terms are negligible [-]."""
 
 
 @kernel

@@ -24,10 +24,10 @@ __all__ = ["EventRun", "PackedLoop", "pack_loop"]
 
 @dataclass(frozen=True)
 class EventRun:
-    """What one run of the loop left behind; times in seconds, all signals in deviations."""
+    """Result of one run of the loop; times in seconds, all signals in deviations."""
 
     status: int
-    """Why it ended: one of the codes of `simulate_events`."""
+    """Reason of the end: one of the codes of `simulate_events`."""
     time: NDArray[np.float64]
     """Time of each rest at the top [s], shape (n_turns,)."""
     level: NDArray[np.float64]
@@ -44,12 +44,12 @@ class EventRun:
 
 @dataclass(frozen=True, eq=False)
 class PackedLoop:
-    """A loop ready to run in continuous time."""
+    """A loop packed for the simulation in continuous time."""
 
     linear: LinearPart
-    """Its linear part."""
+    """Linear part of the loop."""
     valve: ContinuousValve
-    """Its valve."""
+    """Valve of the loop."""
     unit: float
     """Longest step of the series [s]."""
     arguments: tuple[Any, ...]
@@ -59,10 +59,10 @@ class PackedLoop:
 
     @property
     def has_lattice(self) -> bool:
-        """Whether the stem may only rest and jump, so that cycles come in families over the offset of its levels.
+        """Whether the stem can only rest and jump, so that cycles form families over the offset of its levels.
 
-        A valve that follows does so, too, when every slip turns its input at once: the OP has no dead time, and
-        its slope answers a jump of the stem.
+        This also holds for a valve that follows when every slip reverses its input immediately: the OP has no dead
+        time, and its slope changes with a jump of the stem.
         """
         if self.valve.jump <= 0.0:
             return False
@@ -71,13 +71,13 @@ class PackedLoop:
         return self.valve.rate > 0.0 or (self.linear.dead_time == 0.0 and answers)
 
     def without_following(self) -> PackedLoop:
-        """The same loop with a stem that never follows: it stays on its lattice while it settles."""
+        """The same loop with a stem that never follows and keeps its rest levels while it settles."""
         valve = self.valve._replace(rate=math.inf)
         return PackedLoop(self.linear, valve, self.unit, (*self.arguments[:-1], math.inf), self.scale)
 
     @property
     def memory(self) -> int:
-        """Series to keep for the dead time."""
+        """Number of series stored for the dead time."""
         return 64 + 8 * math.ceil(self.linear.dead_time / self.unit)
 
     def run(
@@ -109,7 +109,7 @@ class PackedLoop:
 
 
 def pack_loop(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> PackedLoop:
-    """Make a loop ready to run in continuous time.
+    """Pack a loop for the simulation in continuous time.
 
     Raises
     ------

@@ -21,7 +21,7 @@ __all__ = ["Orbit", "family_name", "limit_cycle", "refine_orbit", "rest_levels"]
 _LEVEL_TOLERANCE = 1e-7
 """Distance of two rests, over sb, up to which they are on one level [-]."""
 _STABILITY_TOLERANCE = 1e-6
-"""Distance of the largest multiplier from the unit circle within which stability is not told [-]."""
+"""Distance of the largest multiplier from the unit circle below which stability is unknown [-]."""
 
 
 @dataclass(frozen=True)
@@ -37,13 +37,13 @@ class Orbit:
     turns: int
     """Oscillations in it."""
     multipliers: tuple[complex, ...]
-    """Eigenvalues of the return map, largest first; empty when they could not be had."""
+    """Eigenvalues of the return map, largest first; empty when they are unknown."""
     stable: bool | None
     """Whether all of them lie inside the unit circle; None when the largest lies on it to within rounding."""
 
 
 def _return_map(m: PackedLoop, w, turns: int, level: float | None):
-    """The return map of w = (states, level) and its time; None when the motion is another.
+    """The return map of w = (states, level) and its time; None when the motion has another form.
 
     The level is fixed when given, and tied to the states where the stem follows an OP without dead time.
     """
@@ -62,7 +62,7 @@ def _return_map(m: PackedLoop, w, turns: int, level: float | None):
 
 
 def refine_orbit(m: PackedLoop, states, level: float, turns: int = 1, *, fixed: bool) -> Orbit | None:
-    """Newton's method on the return map from a first guess; None when it leads nowhere.
+    """Newton's method on the return map from a first guess; None when it does not converge.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def rest_levels(m: PackedLoop, heights) -> list[float]:
 
 
 def family_name(offset: float | None, jump: float) -> str:
-    """Name of a lattice by its offset from the point of rest: "integer", "half", the offset, or empty for none."""
+    """Name of a family of rest levels by its offset: "integer", "half", the offset, or empty for none."""
     if offset is None:
         return ""
     if min(offset, jump - offset) < 1e-9 * jump:

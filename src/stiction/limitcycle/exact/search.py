@@ -1,4 +1,4 @@
-"""All limit cycles of a loop in continuous time: from predictions, from starts of every size, and their mirrors."""
+"""All limit cycles of a loop in continuous time: from predictions, from starts of every size, and by symmetry."""
 
 from __future__ import annotations
 
@@ -26,8 +26,10 @@ _START_AMPLITUDES = (0.7, 1.05, 1.5, 2.2, 3.3, 5.0, 9.0, 20.0)
 """OP amplitudes of the starts, over sb [-]."""
 _START_PHASES = (-math.pi, -2.6, -2.1)
 """Phases of L at the frequencies of the starts [rad]: -1/N of a stem that lags has half a turn to a quarter."""
-_QUICK_TURNS, _QUICK_STEPS = 24, 60_000
-"""Turns and steps of a first look, which tells most starts that lead to a cycle already known [-]."""
+_QUICK_TURNS = 24
+"""Turns of a first, short run, enough for most starts that end in a known cycle [-]."""
+_QUICK_STEPS = 60_000
+"""Steps of that run [-]."""
 
 
 def exact_limit_cycles(
@@ -42,16 +44,15 @@ def exact_limit_cycles(
     Parameters
     ----------
     loop : Loop
-        The loop; its `dt` plays no part, and output limits, end stops and noise are left out.
+        The loop; its `dt`, output limits, end stops and noise have no effect.
     sp : float
         Set point [PV units].
     disturbance : float
         Constant load at the process inlet [% of span].
     families : iterable of str or float, optional
-        For a stem that only rests and jumps (Stenman, He, Srinivasan when slow, and any valve where each slip turns
-        the OP at once): "half" and "integer" are the two
-        families symmetric about the point of rest, a number is the absolute position of one rest level
-        [% of span]. By default both symmetric ones.
+        For a stem that only rests and jumps (Stenman, He, Srinivasan when slow, and any valve with which each slip
+        reverses the OP immediately): "half" and "integer" are the two families symmetric about the point of rest, a
+        number is the absolute position of one rest level [% of span]. By default both symmetric ones.
 
     Returns
     -------
@@ -62,13 +63,13 @@ def exact_limit_cycles(
     ------
     ParameterError
         When the valve has no continuous-time form or no stiction, the controller and process are improper or
-        make an algebraic loop, the loop has no point of rest, it holds a compensator, or a family is unknown.
+        make an algebraic loop, the loop has no point of rest, it has a compensator, or a family is unknown.
 
     Notes
     -----
-    A staircase valve moves by exactly one jump at a time, so the offset of its rest levels against the load is
-    conserved and cycles come in families over it. Sampling lets every jump overshoot a little and makes the
-    lattice drift: in a simulation the offset is only as lasting as dt is short.
+    A staircase valve moves by exactly one jump at a time, so the offset of its rest levels against the load is constant
+    and there is a family of cycles over it. In a sampled simulation every jump overshoots a little, so that the levels
+    drift; the drift is slower for a shorter dt.
 
     Examples
     --------
@@ -77,8 +78,8 @@ def exact_limit_cycles(
     >>> [(c.family, round(c.period, 2)) for c in exact_limit_cycles(loop)]
     [('half', 21.12), ('half', 16.24), ('integer', 17.6), ('integer', 15.66)]
     """
-    asked = None if families is None else require_families(families)
-    return solve_packed(pack_loop(loop, sp=sp, disturbance=disturbance), loop, asked)
+    chosen = None if families is None else require_families(families)
+    return solve_packed(pack_loop(loop, sp=sp, disturbance=disturbance), loop, chosen)
 
 
 def solve_packed(
@@ -87,17 +88,17 @@ def solve_packed(
     families: Iterable[str | float] | None = None,
     guesses: Iterable[LimitCycle] | None = None,
 ) -> tuple[LimitCycle, ...]:
-    """`exact_limit_cycles` of a loop made ready to run, from predictions already at hand or made here."""
+    """`exact_limit_cycles` of a packed loop, from the predictions `guesses` or new ones."""
     found: list[LimitCycle] = []
-    at_hand = None if guesses is None else list(guesses)
+    predictions = None if guesses is None else list(guesses)
     if not m.valve.staircase:
-        found += [cycle for cycle in search_from_starts(m, loop, None, at_hand) if cycle.offset is None]
+        found += [cycle for cycle in search_from_starts(m, loop, None, predictions) if cycle.offset is None]
     if not m.has_lattice:
         return tuple(found)
     for family in ("half", "integer") if families is None else families:
         offset = rest_level_offset(m.valve.jump, family, m.linear.rest)
         name = family if isinstance(family, str) else f"{offset:g}"
-        mine = None if at_hand is None else [guess for guess in at_hand if guess.family in ("", name)]
+        mine = None if predictions is None else [guess for guess in predictions if guess.family in ("", name)]
         found += [cycle for cycle in search_from_starts(m, loop, offset, mine) if cycle.offset is not None]
     return tuple(found)
 
@@ -147,7 +148,7 @@ def is_same_cycle(one: LimitCycle, other: LimitCycle, tolerance: float = 1e-6) -
 def _settle_and_refine(
     m: PackedLoop, states, level: float, offset, found, *, refine_first: bool = False, up: float = 1.0
 ) -> None:
-    """Follow the loop from a start to where it settles, refine that, and keep it when it is new."""
+    """Run the loop from a start until it settles, refine the cycle, and add it when it is new."""
     fixed = offset is not None
     look = m if not fixed or math.isinf(m.valve.rate) else m.without_following()
     if refine_first:
@@ -206,7 +207,7 @@ def _refine_run(m: PackedLoop, run, fixed: bool) -> Orbit | None:
 
 
 def _cycle_from_run(m: PackedLoop, orbit: Orbit, run) -> LimitCycle:
-    """A cycle known from a settled run only: its turn is shorter than the dead time, so the map needs the past."""
+    """A cycle from a settled run only: its turn is shorter than the dead time, so the return map needs the past."""
     k = orbit.turns
     swing = run.swing[-k:]
     recent = run.events[run.events[:, 0] > run.time[-1] - orbit.period * (1.0 + 1e-9), 1]
@@ -216,12 +217,12 @@ def _cycle_from_run(m: PackedLoop, orbit: Orbit, run) -> LimitCycle:
         "continuous", "cycle", family_name(offset, m.valve.jump), float(swing[:, 0].max() - swing[:, 1].min()) / 2.0,
         orbit.period, float(swing[:, 2].max() - swing[:, 3].min()) / 2.0, (levels[-1] - levels[0]) / 2.0,
         tuple(x + m.linear.rest for x in levels), stable=True, offset=offset, turns=k,
-        warning="Known from a settled run: the stem turns within the dead time, so no multipliers are given.",
+        warning="Found by simulation: the stem turns within the dead time, so there are no multipliers.",
     )  # fmt: skip
 
 
 def _add_if_new(found: list[LimitCycle], m: PackedLoop, orbit: Orbit) -> None:
-    """Keep an orbit when it is new; the quick look at period and level spares most descriptions."""
+    """Add an orbit when it is new; period and level are compared first, which is faster."""
     near = 1e-6 * max(m.valve.sb, abs(orbit.level))
     for known in found:
         if (
@@ -237,7 +238,7 @@ def _add_if_new(found: list[LimitCycle], m: PackedLoop, orbit: Orbit) -> None:
 
 
 def _from_prediction(m: PackedLoop, loop: Loop, guess: LimitCycle, family) -> tuple[np.ndarray, float]:
-    """States and level at the rest at the top, as the describing function sees them."""
+    """States and level at the rest at the top, from the describing function."""
     w = guess.omega
     n = complex(describing_function(loop.valve, guess.amplitude, w, family=family))
     top = guess.levels[-1] - m.linear.rest if guess.levels else guess.amplitude_mv
