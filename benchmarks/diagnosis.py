@@ -18,7 +18,7 @@ import numpy as np
 from bench import Row, Section
 
 import stiction as st
-from stiction.simulation.historian import sampled
+from stiction.simulation.historian import sample_slower
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -154,7 +154,7 @@ def _loops(n: int) -> dict[str, LoopRecord]:
     run = st.simulate(
         base, 70.0, 3.0 * n, 6.0 * (np.arange(3 * n) < 20), seed=1, pv_start=70.0, op_start=50.0, tag="slower"
     )
-    out["slower"] = replace(sampled(run, 3.0), mv=None, loop_type="flow", integrating=False)
+    out["slower"] = replace(sample_slower(run, 3.0), mv=None, loop_type="flow", integrating=False)
     return out | with_position
 
 

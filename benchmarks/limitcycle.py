@@ -8,8 +8,8 @@ from bench import Row, Section, median_time
 
 import stiction as st
 from stiction.limitcycle import as_control_nonlinearity, basin_map, predict_limit_cycles
-from stiction.limitcycle.crossing import crossings, polish
 from stiction.limitcycle.linear import linear_part
+from stiction.limitcycle.nyquist_crossings import find_crossings, refine_crossing
 
 LOOP = st.Loop(st.PID.parallel(0.5, 1.0, 0.1), st.Stenman(0.5), st.TransferFunction([1.0], [5.0, 6.0, 1.0]), dt=0.01)
 AMPLITUDES, FREQUENCIES = np.linspace(0.26, 0.74, 200), np.geomspace(0.05, 2.0, 2000)
@@ -23,9 +23,9 @@ def limitcycle() -> Section:
 
     def ours():
         n = st.describing_function(LOOP.valve, AMPLITUDES)
-        guesses = crossings([(AMPLITUDES, n)], FREQUENCIES, linear.at(1j * FREQUENCIES))
+        guesses = find_crossings([(AMPLITUDES, n)], FREQUENCIES, linear.at(1j * FREQUENCIES))
         return [
-            polish(lambda a, _w: complex(st.describing_function(LOOP.valve, a)), linear, a, w, 0.26, 0.74)
+            refine_crossing(lambda a, _w: complex(st.describing_function(LOOP.valve, a)), linear, a, w, 0.26, 0.74)
             for _, a, w in guesses
         ]
 

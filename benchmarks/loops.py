@@ -12,7 +12,7 @@ from bench import Row, Section, in_turn, median_time
 from twin import twin
 
 import stiction as st
-from stiction.simulation.drivers import plain_loop
+from stiction.simulation.drivers import fast_closed_loop
 
 N, N_SHORT, N_CONTROL, N_COMPARED = 500_000, 10_000, 3_000, 1_000
 DT, SP, S, J = 1.0, 10.0, 3.0, 1.0
@@ -28,7 +28,7 @@ def loops() -> Section:
 
     def kernel(out=ours):
         pv, op, mv = out
-        plain_loop(pid, code, p, *discrete, sp, nothing, nothing, automatic, start, pv, op, mv)
+        fast_closed_loop(pid, code, p, *discrete, sp, nothing, nothing, automatic, start, pv, op, mv)
 
     def c_twin(out=theirs):
         twin().loop_kano(

@@ -13,7 +13,7 @@ from twin import build
 
 import stiction as st
 from stiction.models.parameter_sets import nominal, table1_reading_a, table1_reading_b
-from stiction.models.stem import PhysicalParameters
+from stiction.models.physical_stem import PhysicalParameters
 from stiction.simulation.drivers import stroke_one
 
 INCH = 0.0254

@@ -165,9 +165,9 @@ def _draw_second(own: int, count: int) -> Iterator[KnownLoop]:
 
 def _store(case: Case, rng: np.random.Generator) -> tuple[LoopRecord, tuple[str, ...]]:
     """The record of a case after one effect of a historian."""
-    from stiction.simulation.historian import spoil
+    from stiction.simulation.historian import apply_effect
 
     effect = str(rng.choice(STORED_EFFECTS))
     strength = MAX_EFFECT * float(rng.uniform(0.1, 1.0))
-    record = spoil(case.record, effect, strength, int(rng.integers(2**31)))
+    record = apply_effect(case.record, effect, strength, int(rng.integers(2**31)))
     return (record, (effect,)) if len(record) >= 300 else (case.record, ())

@@ -14,8 +14,8 @@ from calibration.populations.position import report_position
 from calibration.populations.processes import log_uniform
 from stiction.errors import ParameterError
 from stiction.records.quality.quantisation import robust_range
-from stiction.simulation.historian import EFFECTS, SLOWER, sampled, spoil
-from stiction.simulation.historian.effects import SLOWEST
+from stiction.simulation.historian import EFFECTS, INTERVAL_EFFECTS, apply_effect, sample_slower
+from stiction.simulation.historian.effects import MAX_INTERVAL_SAMPLES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -174,7 +174,7 @@ def record_scenario(plan: Scenario, cause: str, rng: np.random.Generator, noise:
     record = plan.run(level * lagged_noise(rng, plan.n, colour))
     if not _sound(record, cause):
         return None
-    shown = sampled(record, plan.every * record.dt)
+    shown = sample_slower(record, plan.every * record.dt)
     integrating = plan.loop.process.den[-1] == 0.0  # type: ignore[union-attr]
     kinds = ["level", "level", "pressure"] if integrating else ["flow", "flow", "pressure", "temperature"]
     shown = replace(
@@ -242,9 +242,13 @@ def stored(case: Case, rng: np.random.Generator) -> Case:
     """
     strength = MILD * float(rng.random())
     per_period = case.period / case.record.dt if np.isfinite(case.period) else 2.0 * PER_PERIOD[0]
-    room = float(np.log(max(per_period / PER_PERIOD[0], 1.0)) / np.log(SLOWEST))
-    usual = [name for name in EFFECTS if name not in SLOWER or round(SLOWEST ** min(strength, room)) > 1]
+    room = float(np.log(max(per_period / PER_PERIOD[0], 1.0)) / np.log(MAX_INTERVAL_SAMPLES))
+    usual = [
+        name
+        for name in EFFECTS
+        if name not in INTERVAL_EFFECTS or round(MAX_INTERVAL_SAMPLES ** min(strength, room)) > 1
+    ]
     effect = str(rng.choice(usual))
-    strength = min(strength, room) if effect in SLOWER else strength
-    record = spoil(case.record, effect, strength, int(rng.integers(2**31)))
+    strength = min(strength, room) if effect in INTERVAL_EFFECTS else strength
+    record = apply_effect(case.record, effect, strength, int(rng.integers(2**31)))
     return replace(case, record=record, cycles=record.duration / case.period, effects=(effect,))

@@ -20,7 +20,7 @@ from calibration.populations.scenario import Scenario
 from calibration.populations.valves import LEAST_JUMP, sticky_valve
 from stiction.models import FOPDT, PID, SOPDT, Ideal, Integrating, Kano, Loop, TransferFunction
 from stiction.records.quality.quantisation import robust_range
-from stiction.simulation.historian import averaged, quantised, sampled
+from stiction.simulation.historian import average_intervals, quantise_signals, sample_slower
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -115,12 +115,12 @@ def _recorded(rng: np.random.Generator, plan: Scenario, cause: str, kind: str, t
         return None
     shown, effects = run, []
     if plan.every > 1:
-        keep, effect = (averaged, "averaging") if rng.random() < 0.6 else (sampled, "sampling")
+        keep, effect = (average_intervals, "averaging") if rng.random() < 0.6 else (sample_slower, "sampling")
         shown, effects = keep(run, plan.every * run.dt), [effect]
     if rng.random() < 0.3:
         op_step = float(rng.choice([0.0, 0.01, 0.1]))
         shown, effects = (
-            quantised(shown, op=op_step, pv=swing * log_uniform(rng, 1e-4, 0.02)),
+            quantise_signals(shown, op=op_step, pv=swing * log_uniform(rng, 1e-4, 0.02)),
             [*effects, "quantisation"],
         )
     sp = shown.sp if rng.random() < 0.75 else None

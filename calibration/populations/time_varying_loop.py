@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from stiction.models.compiled import kernel
 from stiction.models.controllers.pid import pid_at_rest, pid_step
+from stiction.models.numba_compile import kernel
 from stiction.models.valves.kano import kano_at_rest, kano_step
-from stiction.simulation.drivers import advance
+from stiction.simulation.drivers import process_step
 
 __all__ = ["changing_loop"]
 
@@ -47,5 +47,5 @@ def changing_loop(pid, sticks, J_over_S, A, b_new, b_old, c, delay, sensor, sp, 
         newer = 0.0
         if k >= delay:
             newer = mv[k - delay] - op0 + load[k - delay]
-        advance(A, b_new, b_old, newer, older, state, work)
+        process_step(A, b_new, b_old, newer, older, state, work)
         older = newer

@@ -63,7 +63,7 @@ def healthy_csv() -> str:
     """A flow loop with a good valve and a moving load."""
     from dataclasses import replace
 
-    from stiction.simulation.signals import random_walk
+    from stiction.simulation.input_signals import random_walk
 
     loop = st.Loop(st.PID(0.35, 6.0), st.Ideal(), st.FOPDT(1.8, 5.0, 2.0), dt=1.0, noise=0.2)
     load = random_walk(0.0, 0.08, 900.0, 1.0, seed=2)

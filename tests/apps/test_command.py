@@ -182,7 +182,7 @@ def test_doctor_names_the_command_that_mends(run, monkeypatch):
 
 
 def test_doctor_without_a_writable_cache(run, monkeypatch):
-    monkeypatch.setattr("stiction.models.compiled.cache_folder", lambda: None)
+    monkeypatch.setattr("stiction.models.numba_compile.cache_folder", lambda: None)
     done = run("doctor")
     assert done.code == 1
     assert "NUMBA_CACHE_DIR" in done.out

@@ -97,21 +97,21 @@ def test_table_over_the_travel(spec):
 
 
 def test_units_and_published_sets():
-    from stiction.models.parameter_sets import SETS, nominal
+    from stiction.models.parameter_sets import PUBLISHED_VALVES, nominal
 
     assert model_text.valve("nominal") == nominal()
     assert model_text.valve("nominal:lag=0 s,positioner.gain=5") == nominal(lag=0.0, positioner=st.Positioner(5.0))
-    for name in SETS:
+    for name in PUBLISHED_VALVES:
         assert isinstance(model_text.valve(name), st.PhysicalValve)
 
 
 def test_every_valve_model_can_be_typed():
-    from stiction.models.facts import FACTS
+    from stiction.models.model_properties import VALVE_PROPERTIES
 
     with pytest.raises(ParameterError) as fault:
         model_text.valve("no such valve")
     listed = str(fault.value).split("there are ")[1].rstrip(".").split(", ")
-    assert {name.lower().removesuffix("valve") for name in FACTS} <= set(listed)
+    assert {name.lower().removesuffix("valve") for name in VALVE_PROPERTIES} <= set(listed)
 
 
 @pytest.mark.parametrize(

@@ -19,8 +19,8 @@ from stiction.compensation.structured_text import recommended_text, structured_t
 from stiction.errors import ParameterError
 from stiction.models import compensators
 from stiction.models.compensators.component import compensator_at_rest
-from stiction.models.compiled import kernel
-from stiction.models.switch import compensator_step
+from stiction.models.dispatch import compensator_step
+from stiction.models.numba_compile import kernel
 
 KINDS = [getattr(compensators, name) for name in compensators.__all__ if name != "Compensator"]
 SIGNALS, SETTINGS = 1000, 40

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import stiction
-from stiction.models import Valve, switch
+from stiction.models import Valve, dispatch
 
 pytestmark = pytest.mark.quick
 
@@ -50,10 +50,10 @@ def test_there_are_valves():
 
 def branches() -> set[int]:
     """Codes that the switch asks for by name, and the ideal valve's, which it falls through to."""
-    steps = [f for f in ast.parse(inspect.getsource(switch)).body if getattr(f, "name", "").endswith("_step")]
+    steps = [f for f in ast.parse(inspect.getsource(dispatch)).body if getattr(f, "name", "").endswith("_step")]
     asked = [node for f in steps for node in ast.walk(f) if isinstance(node, ast.Compare)]
     names = [ast.unparse(node.comparators[0]) for node in asked if ast.unparse(node.left) == "model"]
-    return {getattr(switch, name) for name in names} | {switch.IDEAL}
+    return {getattr(dispatch, name) for name in names} | {dispatch.IDEAL}
 
 
 @pytest.mark.parametrize("valve", VALVES, ids=lambda v: v.__name__)
@@ -67,21 +67,21 @@ def test_valve_has_a_branch(valve):
 @pytest.mark.parametrize("page", pages("models/valves"))
 def test_step_is_called_by_the_switch(page):
     steps = re.findall(r"^def ([a-z]\w+_step)\(", text_of(PACKAGE / "models/valves" / f"{page}.py"), re.M)
-    called = inspect.getsource(switch)
+    called = inspect.getsource(dispatch)
     assert [step for step in steps if f"{step}(" not in called] == []
 
 
 @pytest.mark.parametrize("valve", VALVES, ids=lambda v: v.__name__)
 def test_valve_has_a_facts_row(valve):
-    from stiction.models.facts import FACTS
+    from stiction.models.model_properties import VALVE_PROPERTIES
 
-    assert valve.__name__ in FACTS
+    assert valve.__name__ in VALVE_PROPERTIES
 
 
 def test_no_facts_row_without_a_valve():
-    from stiction.models.facts import FACTS
+    from stiction.models.model_properties import VALVE_PROPERTIES
 
-    assert set(FACTS) == {valve.__name__ for valve in VALVES}
+    assert set(VALVE_PROPERTIES) == {valve.__name__ for valve in VALVES}
 
 
 @pytest.mark.parametrize("valve", STUDIED, ids=lambda v: v.__name__)
@@ -113,18 +113,18 @@ def compensators() -> dict[str, str]:
 def test_compensator_is_complete(name):
     """A page with its step, a code of its own, a branch, a facts row with a source, and rows of numbers."""
     from stiction.models import compensators as room
-    from stiction.models.compensators.facts import FACTS
+    from stiction.models.compensators.compensator_properties import COMPENSATOR_PROPERTIES
 
     page = compensators()[name]
-    facts = FACTS[name]
-    assert f"{page}_step(" in inspect.getsource(switch.compensator_step)
+    facts = COMPENSATOR_PROPERTIES[name]
+    assert f"{page}_step(" in inspect.getsource(dispatch.compensator_step)
     assert [other for other in compensators() if getattr(room, other).code == getattr(room, name).code] == [name]
     assert set(facts.parameters) == {f.name for f in dataclasses.fields(getattr(room, name))}
     assert facts.source in KEYS
     assert facts.source in (inspect.getdoc(getattr(room, name)) or "").split("References")[-1]
     assert getattr(stiction, name) is getattr(room, name)
     assert re.search(rf"\b{name}\b", PUBLISHED), "no row in tests/reference/"
-    assert set(FACTS) == set(compensators())
+    assert set(COMPENSATOR_PROPERTIES) == set(compensators())
 
 
 DETECTORS = [

@@ -55,7 +55,7 @@ def test_errors_import_nothing_of_ours():
 
 def test_numba_is_touched_in_one_place():
     users = {name_of(p) for p in PACKAGE.rglob("*.py") if re.search(r"^\s*(import|from) numba", text_of(p), re.M)}
-    assert users == {"src/stiction/models/compiled.py"}
+    assert users == {"src/stiction/models/numba_compile.py"}
 
 
 @pytest.mark.parametrize("path", PAGES, ids=name_of)

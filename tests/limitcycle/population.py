@@ -13,11 +13,11 @@ import time
 import numpy as np
 
 import stiction as st
-from stiction.limitcycle.exact.flow import SETTLED
-from stiction.limitcycle.exact.run import machine
+from stiction.limitcycle.exact.event_simulation import SETTLED
+from stiction.limitcycle.exact.packed_loop import pack_loop
 from stiction.limitcycle.exact.search import exact_limit_cycles
 from stiction.limitcycle.linear import linear_part
-from stiction.limitcycle.predict import frictionless_stable
+from stiction.limitcycle.predict import is_stable_without_friction
 
 SEED = 2008
 
@@ -46,7 +46,7 @@ def random_loop(rng):
         ])  # fmt: skip
         loop = st.Loop(controller, valve, process, dt=tau / 100.0)
         try:
-            if frictionless_stable(linear_part(loop)):
+            if is_stable_without_friction(linear_part(loop)):
                 return loop
         except st.ParameterError:
             continue
@@ -54,7 +54,7 @@ def random_loop(rng):
 
 def found_by_simulation(loop, rng, starts):
     """(period, OP amplitude, top level, whether the stem followed) of each settled start, and the lattices used."""
-    m = machine(loop)
+    m = pack_loop(loop)
     valve, linear = m.valve, m.linear
     lattices = [valve.jump / 2.0, 0.0, float(rng.uniform(0.1, 0.4) * valve.jump)] if valve.jump else [0.0]
     ends = []
@@ -81,7 +81,7 @@ def check(loop, rng, starts):
     missing = []
     for period, amplitude, top, follows in ends:
         if not _listed(listed, period, amplitude):
-            if not follows and machine(loop).lattices:
+            if not follows and pack_loop(loop).has_lattice:
                 listed += exact_limit_cycles(loop, families=[top])
             if not _listed(listed, period, amplitude):
                 missing.append((period, amplitude, top, follows))

@@ -9,7 +9,7 @@ import pytest
 
 import stiction as st
 from stiction.limitcycle import basin_map, bifurcation, exact_limit_cycles, match_record, smallest_pulse
-from stiction.limitcycle.recorded import measured_cycle
+from stiction.limitcycle.record_match import measure_record_cycle
 from stiction.paper.fig6 import figure6
 from stiction.paper.fig7 import EXAMPLE_LOOP
 from stiction.paper.fig8 import figure8
@@ -171,7 +171,7 @@ def test_noise_at_the_mid_level_makes_no_more_cycles():
     wave = np.sin(2.0 * np.pi * k / 40.0) + 0.2 * np.random.default_rng(1).normal(size=k.size)
     crossings = np.count_nonzero((wave[1:] > 0.0) != (wave[:-1] > 0.0))
     assert crossings > 1.2 * 2.0 * k.size / 40.0
-    period, amplitude, _ = measured_cycle(st.LoopRecord("X", 0.5, op=wave, pv=wave))
+    period, amplitude, _ = measure_record_cycle(st.LoopRecord("X", 0.5, op=wave, pv=wave))
     assert period == pytest.approx(20.0, rel=0.01)
     assert amplitude == pytest.approx(1.4, abs=0.2)
 

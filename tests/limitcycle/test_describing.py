@@ -12,8 +12,8 @@ from tests.reference import limitcycle as known
 
 import stiction as st
 from stiction.limitcycle import Deadband, Quantiser, Relay, Saturation, as_control_nonlinearity, describing_function
-from stiction.limitcycle.bands import bands
-from stiction.limitcycle.describing.stenman import lattice_offset, staircase_amplitudes
+from stiction.limitcycle.continuous_form import continuous_form
+from stiction.limitcycle.describing.staircase import rest_level_offset, staircase_amplitudes
 
 
 @pytest.mark.parametrize(("amplitude", "value"), known.STENMAN_HALF.items())
@@ -106,8 +106,8 @@ VALVES = some.one_of(
 def test_closed_forms_equal_the_event_by_event_integral(valve, ratio, family):
     band = getattr(valve, "d", None) or getattr(valve, "fs", None) or valve.S / 2 + valve.J / 2
     a = ratio * band
-    form = bands(valve)
-    steps = staircase_amplitudes(*form[:2], lattice_offset(form.jump, family), 2.0 * a) if form.staircase else []
+    form = continuous_form(valve)
+    steps = staircase_amplitudes(*form[:2], rest_level_offset(form.jump, family), 2.0 * a) if form.staircase else []
     assume(all(abs(step - a) > 1e-9 * a for step in steps))
     closed = describing_function(valve, a, family=family)
     assert describing_function(valve, a, family=family, method="events") == pytest.approx(closed, abs=1e-9)

@@ -13,7 +13,7 @@ from tests.reference import limitcycle as known
 
 import stiction as st
 from stiction.limitcycle import exact_limit_cycles, sampled_limit_cycles
-from stiction.limitcycle.exact.run import machine
+from stiction.limitcycle.exact.packed_loop import pack_loop
 from stiction.paper.fig7 import EXAMPLE_LOOP
 
 
@@ -94,7 +94,7 @@ TWINS = {
 @pytest.mark.parametrize("name", TWINS)
 def test_period_is_that_of_scipy_s_ode_solver_to_1e_6(name):
     loop, x, lead = TWINS[name]
-    m = machine(loop)
+    m = pack_loop(loop)
     lin, valve = m.linear, m.valve
     swings = period_of_twin(
         lin.A,

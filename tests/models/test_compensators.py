@@ -20,12 +20,12 @@ from tests.strategies import dyadic, inputs
 
 import stiction as st
 from stiction.models import compensators as room
-from stiction.models import switch
+from stiction.models import dispatch
+from stiction.models.compensators.compensator_properties import COMPENSATOR_PROPERTIES
 from stiction.models.compensators.component import compensator_at_rest
-from stiction.models.compensators.facts import FACTS
 
 CONTROLLER, PROCESS, GAIN = st.PID(0.2, 10.0), st.FOPDT(3.0, 10.0, 10.0), 3.0
-CLASSES = {name: getattr(room, name) for name in FACTS}
+CLASSES = {name: getattr(room, name) for name in COMPENSATOR_PROPERTIES}
 SET_POINTS = np.linspace(1.0, 12.0, 12)
 
 
@@ -54,7 +54,7 @@ def drive(compensator, op, sp, pv, start=None):
     state = compensator_at_rest(float(op[0] if start is None else start), float(sp[0]))
     p, rows = compensator.pack(1.0), []
     for values in zip(op, sp, pv, strict=True):
-        state = switch.compensator_step(compensator.code, *map(float, values), state, p)
+        state = dispatch.compensator_step(compensator.code, *map(float, values), state, p)
         rows.append((state.valve_signal, state.hold, state.track))
     return np.array(rows).T
 
@@ -134,9 +134,9 @@ def test_shift_and_odd_symmetry(name, op, pv, by):
     assert np.array_equal(drive(PULSES[name], -op, sp, -pv), [-sent, hold, track])
 
 
-@pytest.mark.parametrize("name", FACTS)
+@pytest.mark.parametrize("name", COMPENSATOR_PROPERTIES)
 def test_what_the_row_says_is_what_the_steps_ask(name):
-    facts = FACTS[name]
+    facts = COMPENSATOR_PROPERTIES[name]
     compensator = CLASSES[name].for_stiction(5.0, 2.0, 1.0, gain=GAIN)
     record = run(st.Kano(5.0, 2.0), compensator, sp=10.0)
     sent, hold, track = drive(compensator, record.op, record.sp, record.pv, start=0.0)
@@ -156,7 +156,7 @@ def digest():
     hand[700:720] = 3.0
     options = {"manual": hand, "disturbance": np.where(np.arange(n) < 800, 0.0, 1.0), "seed": 4}
     sp = np.where(np.arange(n) < 600, 10.0, 8.0)
-    for name in FACTS:
+    for name in COMPENSATOR_PROPERTIES:
         compensator = CLASSES[name].for_stiction(5.0, 2.0, 1.0, gain=GAIN)
         record = run(st.Kano(5.0, 2.0), compensator, sp, float(n), noise=0.05, **options)
         for series in (record.op, record.pv, record.mv, record.valve_signal):
@@ -321,11 +321,11 @@ def test_record_carries_the_signal():
         st.LoopRecord("A", 1.0, op=[1.0, 2.0], valve_signal=[1.0, 2.0, 3.0])
 
 
-@pytest.mark.parametrize("name", FACTS)
+@pytest.mark.parametrize("name", COMPENSATOR_PROPERTIES)
 def test_settings_scale_with_the_stiction(name):
     """Twice S, J and noise: twice what is in % of span and in PV units, the same times and numbers."""
     one, two = (CLASSES[name].for_stiction(3.0 * k, 1.0 * k, 2.0, gain=-GAIN, noise=0.1 * k) for k in (1.0, 2.0))
-    for key, unit in FACTS[name].parameters.items():
+    for key, unit in COMPENSATOR_PROPERTIES[name].parameters.items():
         factor = 2.0 if unit in ("% of span", "PV units") else 1.0
         if getattr(one, key) is not None:
             assert getattr(two, key) == pytest.approx(factor * getattr(one, key))
@@ -334,11 +334,11 @@ def test_settings_scale_with_the_stiction(name):
     assert CLASSES[name](**told) == one
 
 
-@pytest.mark.parametrize("name", FACTS)
+@pytest.mark.parametrize("name", COMPENSATOR_PROPERTIES)
 @given(data=some.data(), wrong=some.sampled_from([math.nan, math.inf, -1.0, "wide", [1.0, 2.0]]))
 def test_bad_settings_get_a_sentence(name, data, wrong):
     good = CLASSES[name].for_stiction(3.0, 1.0, 1.0)
-    key = data.draw(some.sampled_from(sorted(FACTS[name].parameters)))
+    key = data.draw(some.sampled_from(sorted(COMPENSATOR_PROPERTIES[name].parameters)))
     with pytest.raises(st.ParameterError, match=rf"\b{key}\b.*\.$"):
         dataclasses.replace(good, **{key: wrong})
 
@@ -348,7 +348,7 @@ def test_settings_that_contradict_each_other():
         st.Knocker(1.0, 5.0, 5.0)
     with pytest.raises(st.ParameterError, match="J = 4 % exceeds S = 3 %"):
         st.TwoMove(3.0, 4.0, 1.0)
-    with pytest.raises(st.ParameterError, match=r"cycles = 1\.5 cannot be; give a whole number of 1 or more"):
+    with pytest.raises(st.ParameterError, match=r"cycles = 1\.5 is not allowed; give a whole number of 1 or more"):
         st.FourMove(1.0, cycles=1.5)  # type: ignore[arg-type]
     with pytest.raises(st.ParameterError, match=r"share = 0\.6 is above 1/2"):
         st.FourMove(1.0, share=0.6)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.models.dialects import convert
+from stiction.models.parameter_conversion import convert_valve
 
 PAIRS = [(3.0, 1.0), (5.0, 2.0), (5.0, 5.0), (5.0, 0.0), (4.0, 3.5)]
 N = 20_000
@@ -57,28 +57,28 @@ def op(request):
 def test_kano_choudhury_and_srinivasan_without_r_are_one_valve(S, J, op):
     kano = st.Kano(S, J)
     assert np.ptp(st.stroke(kano, op, DT).mv) > 1.0
-    assert difference(kano, convert(kano, st.Choudhury), op) == 0.0
-    assert difference(kano, convert(kano, st.Srinivasan), op) == 0.0
+    assert difference(kano, convert_valve(kano, st.Choudhury), op) == 0.0
+    assert difference(kano, convert_valve(kano, st.Srinivasan), op) == 0.0
 
 
 @pytest.mark.parametrize(("S", "J"), PAIRS)
 def test_he_is_srinivasan_with_its_hidden_rate(S, J, op):
-    he = convert(st.Kano(S, J), st.He)
-    assert difference(he, convert(he, st.Srinivasan, dt=DT), op) == 0.0
+    he = convert_valve(st.Kano(S, J), st.He)
+    assert difference(he, convert_valve(he, st.Srinivasan, dt=DT), op) == 0.0
 
 
 @pytest.mark.parametrize("d", [1.0, 2.5, 5.0])
 def test_stenman_is_srinivasan_that_never_follows_and_he_without_lag(d, op):
     stenman = st.Stenman(d)
     assert difference(stenman, st.Srinivasan(d, d, math.inf), op) == 0.0
-    assert difference(stenman, convert(stenman, st.Srinivasan), op) == 0.0
-    assert difference(stenman, convert(stenman, st.He), op) == 0.0
+    assert difference(stenman, convert_valve(stenman, st.Srinivasan), op) == 0.0
+    assert difference(stenman, convert_valve(stenman, st.He), op) == 0.0
 
 
 @pytest.mark.parametrize(("S", "J"), PAIRS)
 def test_he_strays_from_kano_by_at_most_J(S, J, op):
     kano = st.Kano(S, J)
-    assert difference(kano, convert(kano, st.He), op) <= J + 1e-12
+    assert difference(kano, convert_valve(kano, st.He), op) <= J + 1e-12
 
 
 def test_he_strays_from_kano_by_nearly_J():
@@ -90,7 +90,7 @@ def test_he_strays_from_kano_by_nearly_J():
 @pytest.mark.parametrize(("S", "J"), PAIRS)
 def test_slow_inputs_stop_srinivasan_as_they_stop_he(S, J):
     """r infinite equals He as long as no sample moves by more than J."""
-    he = convert(st.Kano(S, J), st.He)
+    he = convert_valve(st.Kano(S, J), st.He)
     sb, sj = he.fs, he.fs - he.fd
     op = np.cumsum(np.random.default_rng(2).uniform(-1.0, 1.0, N) * min(0.9 * J, 0.5))
     assert difference(he, st.Srinivasan(sb, sj, math.inf), op) == 0.0
@@ -115,4 +115,4 @@ def test_a_ramp_tells_them_apart():
 @pytest.mark.parametrize(("S", "J"), [(1.0, 3.0), (2.0, 5.0), (0.5, 0.75)])
 def test_kano_with_overshoot_is_srinivasan_too(S, J, op):
     kano = st.Kano(S, J)
-    assert difference(kano, convert(kano, st.Srinivasan), op) == 0.0
+    assert difference(kano, convert_valve(kano, st.Srinivasan), op) == 0.0

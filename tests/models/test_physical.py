@@ -13,9 +13,9 @@ from tests.models import event_driven
 from tests.reference import physical as reference
 
 import stiction as st
-from stiction.models.parameter_sets import SETS, published_valve, table1_reading_a, table1_reading_b
+from stiction.models.parameter_sets import PUBLISHED_VALVES, published_valve, table1_reading_a, table1_reading_b
+from stiction.models.physical_stem import PhysicalParameters, physical_at_rest, physical_step
 from stiction.models.positioner import Positioner
-from stiction.models.stem import PhysicalParameters, physical_at_rest, physical_step
 
 INCH = 0.0254
 
@@ -84,7 +84,7 @@ def test_kernel_against_events(make, rate):
     assert x[-1] == pytest.approx(last, abs=0.03 * slip)
 
 
-@pytest.mark.parametrize("name", SETS)
+@pytest.mark.parametrize("name", PUBLISHED_VALVES)
 def test_default_substep_is_fine_enough(name):
     """A tenth of the default sub-step moves no position by more than 0.1 % of travel."""
     valve = published_valve(name, hold="linear")

@@ -9,7 +9,7 @@ from dataclasses import FrozenInstanceError, replace
 import pytest
 
 import stiction as st
-from stiction.models.parameter_sets import SETS, published_valve, table1_reading_a, table1_reading_b
+from stiction.models.parameter_sets import PUBLISHED_VALVES, published_valve, table1_reading_a, table1_reading_b
 from stiction.models.quantities import to_si
 
 GOOD = {
@@ -103,6 +103,6 @@ def test_table1_readings_differ_in_mass_alone():
 
 
 def test_sets_by_name():
-    assert all(isinstance(published_valve(name), st.PhysicalValve) for name in SETS)
+    assert all(isinstance(published_valve(name), st.PhysicalValve) for name in PUBLISHED_VALVES)
     with pytest.raises(st.ParameterError, match="nominal"):
         published_valve("teflon")

@@ -11,8 +11,8 @@ from tests import naive
 import stiction as st
 from stiction.paper import equation5, equations6and7, errata, section5
 from stiction.paper.eqs1to3 import equations1to3
-from stiction.paper.eqs6to7 import measured
-from stiction.paper.plain import plain
+from stiction.paper.eqs6to7 import measure_df
+from stiction.paper.to_plain import to_plain
 
 pytestmark = pytest.mark.quick
 
@@ -58,7 +58,7 @@ def test_printed_eq_5_keeps_at_most_one_increment_per_jump_on_a_ramp():
     ],
 )
 def test_n_measured_on_the_valve_is_n5_and_n6(family, ratio, expected):
-    assert measured(ratio, family)[0] == pytest.approx(expected, abs=1e-3)
+    assert measure_df(ratio, family)[0] == pytest.approx(expected, abs=1e-3)
 
 
 def test_only_the_corrected_forms_are_what_the_valve_does():
@@ -146,11 +146,11 @@ def test_section_5_measures_what_the_paper_says():
 
 def test_numbers_are_json_ready():
     for data in (errata(), equation5(), equations6and7(), section5()):
-        short, full = (json.dumps(plain(data, series=series)) for series in (False, True))
+        short, full = (json.dumps(to_plain(data, series=series)) for series in (False, True))
         assert json.loads(full)
         assert len(short) <= len(full)
-    assert "position" not in plain(equation5(), series=False)["responses"][0]
-    assert plain(equation5())["responses"][0]["position"]["printed"][-1] == 1.0
+    assert "position" not in to_plain(equation5(), series=False)["responses"][0]
+    assert to_plain(equation5())["responses"][0]["position"]["printed"][-1] == 1.0
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,7 @@ def test_critical_rate(row):
 
 def test_both_boundaries_of_reading_b_are_shown():
     """N4: a steady slide is unstable below 0.0916 psi/s; stairs from rest go on above it, where the slide is stable."""
-    from stiction.simulation.rate import ramp_behaviour, stribeck_rates
+    from stiction.simulation.critical_rates import ramp_behaviour, stribeck_rates
 
     b = next(r for r in table1().readings if r.name == "B")
     assert b.slide_pressure == pytest.approx(0.0916, abs=5e-5)

@@ -16,17 +16,17 @@ from stiction.records import LoopRecord, assess_quality, usable_segment
 from stiction.records.quality.moving_average import detect_averaging_window
 from stiction.simulation import simulate
 from stiction.simulation.historian import (
-    averaged,
-    clipped,
-    exception_reported,
-    frozen,
-    gaps,
-    interpolated,
-    missing,
-    quantised,
-    replayed,
-    sampled,
-    swinging_door,
+    add_gaps,
+    average_intervals,
+    clip_op,
+    compress_by_swinging_door,
+    drop_samples,
+    freeze_signals,
+    interpolate_samples,
+    quantise_signals,
+    replay_segment,
+    report_by_exception,
+    sample_slower,
 )
 
 
@@ -104,14 +104,14 @@ def test_loops_without_noise_are_never_refused_for_their_history(silent, decimal
 
 
 DESTROYED = {
-    "sampling": (lambda r, p: sampled(r, float(round(p / 2.3))), {"sampling", "length"}),
-    "averaging": (lambda r, p: averaged(r, float(round(p / 2.5))), {"sampling", "length"}),
-    "interpolation": (lambda r, p: interpolated(r, p / 4.0), {"compression"}),
-    "exception": (lambda r, _: exception_reported(r, 1.0), {"exception reporting"}),
-    "exception 2": (lambda r, _: exception_reported(r, 2.0), {"exception reporting", "held values", "op movement"}),
-    "swinging door": (lambda r, _: swinging_door(r, 1.0), {"compression"}),
-    "swinging door 2": (lambda r, _: swinging_door(r, 2.0), {"compression"}),
-    "saturation": (lambda r, _: clipped(r, 0.3), {"saturation"}),
+    "sampling": (lambda r, p: sample_slower(r, float(round(p / 2.3))), {"sampling", "length"}),
+    "averaging": (lambda r, p: average_intervals(r, float(round(p / 2.5))), {"sampling", "length"}),
+    "interpolation": (lambda r, p: interpolate_samples(r, p / 4.0), {"compression"}),
+    "exception": (lambda r, _: report_by_exception(r, 1.0), {"exception reporting"}),
+    "exception 2": (lambda r, _: report_by_exception(r, 2.0), {"exception reporting", "held values", "op movement"}),
+    "swinging door": (lambda r, _: compress_by_swinging_door(r, 1.0), {"compression"}),
+    "swinging door 2": (lambda r, _: compress_by_swinging_door(r, 2.0), {"compression"}),
+    "saturation": (lambda r, _: clip_op(r, 0.3), {"saturation"}),
 }
 
 
@@ -126,13 +126,13 @@ def test_what_destroys_the_record_is_refused_for_that_reason(noisy, effect):
 
 
 LOWERED = {
-    "exception": (lambda r, _: exception_reported(r, 0.2), "exception reporting"),
-    "swinging door": (lambda r, _: swinging_door(r, 0.15), "compression"),
-    "sampled": (lambda r, _: sampled(r, 15.0), "sampling"),
-    "gaps": (lambda r, seed: gaps(r, 0.3, seed), "missing values"),
-    "frozen": (lambda r, seed: frozen(r, 0.2, seed), "frozen pv"),
-    "replayed": (lambda r, seed: replayed(r, 0.1, seed), "copied data"),
-    "saturated": (lambda r, _: clipped(r, 0.4), "saturation"),
+    "exception": (lambda r, _: report_by_exception(r, 0.2), "exception reporting"),
+    "swinging door": (lambda r, _: compress_by_swinging_door(r, 0.15), "compression"),
+    "sampled": (lambda r, _: sample_slower(r, 15.0), "sampling"),
+    "gaps": (lambda r, seed: add_gaps(r, 0.3, seed), "missing values"),
+    "frozen": (lambda r, seed: freeze_signals(r, 0.2, seed), "frozen pv"),
+    "replayed": (lambda r, seed: replay_segment(r, 0.1, seed), "copied data"),
+    "saturated": (lambda r, _: clip_op(r, 0.4), "saturation"),
 }
 
 
@@ -164,15 +164,15 @@ def sticking_transmitter(seed, n=1600):
 @pytest.mark.parametrize("seed", range(4))
 def test_a_sticking_transmitter_is_no_exception_storage_though_samples_are_lost_or_op_is_clipped(seed):
     record = sticking_transmitter(seed)
-    for other in (record, missing(record, 0.15, seed), clipped(record, 0.2)):
+    for other in (record, drop_samples(record, 0.15, seed), clip_op(record, 0.2)):
         assert next(g for g in judged(other).checks if g.name == "exception reporting").severity == "ok"
-    stored = exception_reported(record, 1.0)  # of both: this is storage
+    stored = report_by_exception(record, 1.0)  # of both: this is storage
     assert next(g for g in judged(stored).checks if g.name == "exception reporting").severity != "ok"
 
 
 def test_rounding_is_called_by_its_name(noisy):
     for record in noisy:
-        coarse = {g.name: g.severity for g in judged(quantised(record, op=3.0, pv=2.0)).checks}
+        coarse = {g.name: g.severity for g in judged(quantise_signals(record, op=3.0, pv=2.0)).checks}
         assert coarse["exception reporting"] == "ok"
         assert coarse["held values"] != "reject"
         assert coarse["pv resolution"] != "ok"
@@ -181,25 +181,25 @@ def test_rounding_is_called_by_its_name(noisy):
 @pytest.mark.parametrize("lost", [0.0, 0.1])
 def test_op_at_its_own_limit_is_seen_in_short_cycles_and_though_samples_are_lost(noisy, lost):
     for seed, record in enumerate(noisy):
-        fast = sampled(record, max(find_oscillation(record).period / 15.0, 1.0))
-        gates = {g.name: g for g in judged(missing(clipped(fast, 0.35), lost, seed)).checks}
+        fast = sample_slower(record, max(find_oscillation(record).period / 15.0, 1.0))
+        gates = {g.name: g for g in judged(drop_samples(clip_op(fast, 0.35), lost, seed)).checks}
         assert gates["saturation"].value > 15.0
 
 
 @pytest.mark.parametrize("share", [0.03, 0.06, 0.15])
 def test_op_at_its_own_limit_is_seen_beside_held_values(noisy, share):
     for seed, record in enumerate(noisy):
-        fast = sampled(record, max(find_oscillation(record).period / 15.0, 1.0))
-        gates = {g.name: g for g in judged(clipped(frozen(fast, share, seed), 0.35)).checks}
+        fast = sample_slower(record, max(find_oscillation(record).period / 15.0, 1.0))
+        gates = {g.name: g for g in judged(clip_op(freeze_signals(fast, share, seed), 0.35)).checks}
         assert gates["saturation"].value > 15.0
-        unclipped = {g.name: g for g in judged(frozen(fast, share, seed)).checks}
+        unclipped = {g.name: g for g in judged(freeze_signals(fast, share, seed)).checks}
         assert unclipped["saturation"].value < 5.0
 
 
 @pytest.mark.parametrize("every", [2, 3, 4])
 def test_lines_between_few_samples_are_seen_where_both_signals_lie_on_them(noisy, every):
     for record in noisy:
-        gate = next(g for g in judged(interpolated(record, float(every))).checks if g.name == "compression")
+        gate = next(g for g in judged(interpolate_samples(record, float(every))).checks if g.name == "compression")
         assert gate.severity != "ok"
         assert gate.severity == "reject" or gate.value == pytest.approx(100.0 * (1.0 - 1.0 / every), abs=2.0)
 
@@ -210,12 +210,12 @@ def severities(record, period):
 
 SPOILED = (
     lambda r: r,
-    lambda r: exception_reported(r, 0.4),
-    lambda r: swinging_door(r, 0.4),
-    lambda r: interpolated(r, 7.0),
-    lambda r: clipped(r, 0.2),
-    lambda r: frozen(r, 0.2, 3),
-    lambda r: replayed(r, 0.2, 3),
+    lambda r: report_by_exception(r, 0.4),
+    lambda r: compress_by_swinging_door(r, 0.4),
+    lambda r: interpolate_samples(r, 7.0),
+    lambda r: clip_op(r, 0.2),
+    lambda r: freeze_signals(r, 0.2, 3),
+    lambda r: replay_segment(r, 0.2, 3),
     lambda r: replace(r, op=np.clip(8.0 * (r.op - 50.0) + 50.0, 0.0, 100.0)),
     lambda r: replace(r, pv=np.round(r.pv, 1), op=np.round(r.op, 1)),
 )

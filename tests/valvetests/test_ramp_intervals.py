@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.valvetests.ramp_intervals import covariance
+from stiction.valvetests.ramp_intervals import slip_covariance
 
 from .population import _valve, seen_by_flow, seen_by_position, truth, valves
 
@@ -99,4 +99,4 @@ def test_covariance_is_the_jackknife():
     best = np.linalg.lstsq(design, target, rcond=None)[0]
     without = [np.linalg.lstsq(design[group != g], target[group != g], rcond=None)[0] - best for g in range(6)]
     expected = 5.0 / 6.0 * sum(np.outer(d, d) for d in without)
-    np.testing.assert_allclose(covariance(group, design, target, best), expected, rtol=1e-9)
+    np.testing.assert_allclose(slip_covariance(group, design, target, best), expected, rtol=1e-9)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.limitcycle import basin_map, bifurcation
-from stiction.limitcycle.branches import families_of, family_of
-from stiction.limitcycle.crossing import frequency_grid
-from stiction.limitcycle.exact.run import machine
+from stiction.limitcycle.df_branches import branches_of_family, family_names
+from stiction.limitcycle.exact.packed_loop import pack_loop
 from stiction.limitcycle.linear import linear_part
+from stiction.limitcycle.nyquist_crossings import frequency_grid
 from stiction.report import Figure, labels, style
 
 if TYPE_CHECKING:
@@ -49,8 +49,8 @@ def nyquist(loop: Loop, found: Sequence[LimitCycle], *, sp: float, disturbance: 
     rates = [cycle.omega for cycle in predicted] or [_frequency_at_180(linear)]
     omega = np.geomspace(min(rates) / 20.0, max(rates) * 20.0, 1200)
     data = [_curve(linear.at(1j * omega), "L(jω)", style.line_style(style.PV, 1.8))]
-    for k, name in enumerate(families_of(loop.valve)):
-        family = family_of(loop.valve, name)
+    for k, name in enumerate(family_names(loop.valve)):
+        family = branches_of_family(loop.valve, name)
         inverse = np.concatenate([np.append(_inverse(family, a, rates[0]), np.nan) for a in family.branches(80)[:6]])
         rated = f" at {labels.format_number(rates[0])} rad/s" if family.rated else ""
         line = {"color": COLORS[1 + k], "dash": DASHES[1 + k], "width": 1.4}
@@ -78,7 +78,7 @@ def motion(loop: Loop, cycle: LimitCycle, *, sp: float, disturbance: float) -> t
     """Return time [s] and (valve position, OP, PV) over two periods of an exact cycle."""
     time = np.linspace(0.0, 2.0 * cycle.period, 601)
     *states, position = cycle.section
-    _, signals = machine(loop, sp=sp, disturbance=disturbance).run(np.array(states), position, grid=time)
+    _, signals = pack_loop(loop, sp=sp, disturbance=disturbance).run(np.array(states), position, grid=time)
     return time, signals
 
 

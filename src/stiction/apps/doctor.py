@@ -81,7 +81,7 @@ def _kernels() -> list[Check]:
     """Where compiled kernels are kept, whether they are there, and whether one runs."""
     import time
 
-    from stiction.models.compiled import cache_folder
+    from stiction.models.numba_compile import cache_folder
 
     folder = cache_folder()
     if folder is None:

@@ -54,7 +54,7 @@ def limit_cycles(
     from stiction.apps.output import note, print_json, print_table, say
     from stiction.apps.simulate import DEFAULTS
     from stiction.errors import ParameterError
-    from stiction.limitcycle.predict import why_none
+    from stiction.limitcycle.predict import explain_no_cycle
 
     if over is not None and report is None:
         raise ParameterError(f"--over {over} is for the diagram of the report; add --report, or leave it out.")
@@ -70,14 +70,14 @@ def limit_cycles(
     if as_json:
         print_json([cycle.to_dict() for cycle in found])
         if not found:
-            note(why_none(made))
+            note(explain_no_cycle(made))
     else:
         if found:
             print_table(COLUMNS, [row(cycle) for cycle in found], right=COLUMNS[3:9])
             if any(cycle.family for cycle in found):
                 say(FAMILIES)
         else:
-            say(why_none(made))
+            say(explain_no_cycle(made))
         if target is not None:
             say(f"Report: {target}")
     return int(any(cycle.kind == "cycle" and cycle.stable for cycle in found))

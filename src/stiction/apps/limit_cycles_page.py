@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from stiction.apps import cycle_figures as figures
 from stiction.apps.cycle_table import COLUMNS, FAMILIES, row
-from stiction.limitcycle.predict import why_none
+from stiction.limitcycle.predict import explain_no_cycle
 from stiction.report import Block, Heading, SideBySide, Table, Text, write_page
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def write_limit_cycles_page(
     number = {0: "no stable limit cycle", 1: "one stable limit cycle"}.get(
         len(stable), f"{len(stable)} stable limit cycles"
     )
-    blocks: list[Block] = [Text(f"The loop has {number}." if found else why_none(loop), kind="lead")]
+    blocks: list[Block] = [Text(f"The loop has {number}." if found else explain_no_cycle(loop), kind="lead")]
     if found:
         caption = "A boundary parts what grows from what shrinks."
         if any(cycle.family for cycle in found):

@@ -87,15 +87,15 @@ def ran_away(loop: Loop, record: LoopRecord) -> str:
     """Say that a loop has run away, and why; empty where it has not."""
     import numpy as np
 
-    from stiction.limitcycle.predict import UNSTABLE, runs_away
+    from stiction.limitcycle.predict import UNSTABLE_TEXT, is_unstable
 
     assert record.pv is not None
     lost = not (np.isfinite(record.op).all() and np.isfinite(record.pv).all())
     if not lost and float(np.abs(record.op - record.op[0]).max()) < FAR:
         return ""
     why = "Turn or lower the gain of the controller, give it op_limits=0..100, or shorten dt."
-    if runs_away(loop):
-        why = f"{UNSTABLE}: turn or lower the gain of the controller."
+    if is_unstable(loop):
+        why = f"{UNSTABLE_TEXT}: turn or lower the gain of the controller."
     return f"The loop ran away: OP leaves its start by more than {FAR:g} % of span. {why}"
 
 

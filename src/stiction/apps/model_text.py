@@ -48,7 +48,7 @@ def valve(spec: str | Mapping[str, Any]) -> Valve:
     (3.0, 1.0)
     """
     from stiction import models
-    from stiction.models.parameter_sets import SETS
+    from stiction.models.parameter_sets import PUBLISHED_VALVES
     from stiction.models.positioner import Positioner
 
     classes = ("Ideal", "Stenman", "Kano", "Choudhury", "He", "HeWang", "Srinivasan")
@@ -59,10 +59,10 @@ def valve(spec: str | Mapping[str, Any]) -> Valve:
     parts |= given.pop("positioner", {})
     if parts:
         given["positioner"] = build("positioner", "positioner", {"positioner": Positioner}, parts)
-    if name in SETS:
+    if name in PUBLISHED_VALVES:
         build("valve", name, {name: models.PhysicalValve}, given, complete=False)
-        return SETS[name](**{key: value_of(text) for key, text in given.items()})
-    return build("valve", name, makers, given, also=SETS)
+        return PUBLISHED_VALVES[name](**{key: value_of(text) for key, text in given.items()})
+    return build("valve", name, makers, given, also=PUBLISHED_VALVES)
 
 
 def controller(spec: str | Mapping[str, Any]) -> PID:

@@ -37,9 +37,9 @@ def paper(*, report: Report = None, figure: int | None = None, as_json: Json = F
 
         write_paper_page(parts, target)
     if as_json:
-        from stiction.paper.plain import plain
+        from stiction.paper.to_plain import to_plain
 
-        print_json({part: plain(data, series=figure is not None) for part, data in parts.items()})
+        print_json({part: to_plain(data, series=figure is not None) for part, data in parts.items()})
         return 0
     say(f"{TITLE}\n{SOURCE}\nSimulated; the recorded data of the paper are not available.")
     for part, data in parts.items():

@@ -98,9 +98,9 @@ def op_signal(spec: str, dt: float) -> tuple[NDArray[np.float64], float]:
     name, colon, _ = spec.partition(":")
     if not colon and spec.strip().lower().replace("-", "_") not in SIGNALS:
         return _op_of_file(spec)
-    from stiction.simulation import signals
+    from stiction.simulation import input_signals
 
-    makers: dict[str, Any] = {known: getattr(signals, known) for known in SIGNALS}
+    makers: dict[str, Any] = {known: getattr(input_signals, known) for known in SIGNALS}
     name, given = split("op", spec.replace(name, name.replace("-", "_"), 1))
     seed = given.get("seed")
     if isinstance(seed, str) and seed.isdigit():

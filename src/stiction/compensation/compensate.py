@@ -16,7 +16,7 @@ from stiction.compensation.trials import Job, programme_for, run, run_all
 from stiction.compensation.twin import build_twin, twin_of_loop
 from stiction.diagnosis import Diagnosis
 from stiction.errors import ParameterError, RecordError, require_count, require_positive
-from stiction.limitcycle.predict import UNSTABLE, runs_away
+from stiction.limitcycle.predict import UNSTABLE_TEXT, is_unstable
 from stiction.models import Loop
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ ERRORS = ((1.3, 1.3), (0.7, 0.7), (1.3, 0.7), (0.7, 1.3))
 """Factors on S and J by which the identification may be wrong [-]."""
 FEW = 4
 """Seeds with which variants are compared, at most [-]."""
-_RUNS_AWAY = f"{UNSTABLE}: with a good valve, too, it runs away. Turn or lower the gain of the controller first."
+_RUNS_AWAY = f"{UNSTABLE_TEXT}: with a good valve, too, it runs away. Turn or lower the gain of the controller first."
 
 
 def compensate(
@@ -111,7 +111,7 @@ def compensate(
         if controller is not None:
             raise ParameterError("controller is for a Diagnosis, and the Loop has its own; put it into the Loop.")
         tag, (S, J) = "loop", _stiction(source)
-        if runs_away(source):
+        if is_unstable(source):
             return _no_advice(tag, _RUNS_AWAY, whole, S=S, J=J)
         twin = twin_of_loop(source)
     else:

@@ -11,7 +11,7 @@ from stiction.compensation.exchange import exchange
 from stiction.compensation.repair import stiction_of
 from stiction.compensation.surroundings import run_in
 from stiction.diagnosis.oscillation import about_drift, control_error, filled, find_oscillation, half_cycles, smooth
-from stiction.limitcycle.bands import bands
+from stiction.limitcycle.continuous_form import continuous_form
 from stiction.simulation import simulate
 
 if TYPE_CHECKING:
@@ -161,7 +161,7 @@ def _kick(loop: Loop, n: int, length: int) -> NDArray[np.float64]:
 
     A stem that only rests and jumps would come back to that very point: a load of half a jump puts it out of reach.
     """
-    found, load = bands(loop.valve), np.zeros(n)
+    found, load = continuous_form(loop.valve), np.zeros(n)
     if found is not None and found.staircase:
         load += found.jump / 2.0
     S = (stiction_of(loop.valve) or (UNKNOWN, 0.0))[0]

@@ -20,7 +20,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stiction.errors import require_not_negative
-from stiction.limitcycle.bands import bands
+from stiction.limitcycle.continuous_form import continuous_form
 from stiction.models import Kano
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def stiction_of(valve: Valve) -> tuple[float, float] | None:
     S, J = getattr(valve, "S", None), getattr(valve, "J", None)
     if S is not None and J is not None:
         return float(S), float(J)
-    banded = bands(valve)
+    banded = continuous_form(valve)
     if banded is None or not banded.sb > 0.0:
         return None
     return float(banded.sb + banded.lag), float(banded.sb - banded.lag)

@@ -24,8 +24,8 @@ from stiction.compensation.exchange import exchange
 from stiction.compensation.repair import stiction_of
 from stiction.errors import ParameterError, require_positive, require_samples
 from stiction.limitcycle import describing_function, predict_limit_cycles
-from stiction.limitcycle.bands import frictionless
-from stiction.limitcycle.describing.face import rate_dependent
+from stiction.limitcycle.continuous_form import is_frictionless
+from stiction.limitcycle.describing.valve_df import is_rate_dependent
 from stiction.models import PID, Ideal
 from stiction.models.loop import require_loop
 from stiction.simulation import simulate
@@ -223,11 +223,11 @@ def df_margin(loop: Loop) -> float:
     float
         The margin [-].
     """
-    if frictionless(loop.valve):
+    if is_frictionless(loop.valve):
         return 1.0 / sensitivity(loop)
     omega, L = _open_loop(loop, loop.controller)
     sizes = _band(loop.valve) * np.geomspace(0.505, 50.0, 120)
-    N = describing_function(loop.valve, sizes[:, np.newaxis], omega if rate_dependent(loop.valve) else None)
+    N = describing_function(loop.valve, sizes[:, np.newaxis], omega if is_rate_dependent(loop.valve) else None)
     return float(np.abs(1.0 + N * L[np.newaxis, :]).min())
 
 
@@ -276,7 +276,7 @@ def _jump(loop: Loop) -> float:
 
 def _band(valve: Valve) -> float:
     """S of the valve [% of span], J where S is 0; 1 of one that does not stick."""
-    if frictionless(valve):
+    if is_frictionless(valve):
         return 1.0
     found = stiction_of(valve)
     if found is None:

@@ -1,15 +1,15 @@
-"""What must come: describing functions, limit cycles and their stability, basins."""
+"""Describing functions, limit cycles and their stability, basins of attraction."""
 
 from stiction.limitcycle.basins import Attractor, BasinMap, basin_map, smallest_pulse
 from stiction.limitcycle.continuation import Bifurcation, Branch, bifurcation
 from stiction.limitcycle.describing import Deadband, Quantiser, Relay, Saturation, describing_function
 from stiction.limitcycle.describing.interop import as_control_nonlinearity
 from stiction.limitcycle.exact.search import exact_limit_cycles
+from stiction.limitcycle.harmonic_balance_search import harmonic_balance
 from stiction.limitcycle.predict import predict_limit_cycles
-from stiction.limitcycle.prediction import harmonic_balance
-from stiction.limitcycle.recorded import CycleMatch, match_record
+from stiction.limitcycle.record_match import CycleMatch, match_record
 from stiction.limitcycle.result import LimitCycle
-from stiction.limitcycle.sampled import sampled_limit_cycles
+from stiction.limitcycle.sampled_cycles import sampled_limit_cycles
 
 __all__ = [
     "Attractor",

@@ -1,4 +1,4 @@
-"""Basins: from which starts, loads and pulses the loop ends in which limit cycle."""
+"""Basins of attraction: the limit cycle in which each start, load or pulse ends."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from stiction.errors import ParameterError, require_count, require_kind, require_numbers, require_positive
-from stiction.limitcycle.exact.flow import DIVERGED, SETTLED, STOPPED, TERMS, flow
-from stiction.limitcycle.exact.run import Machine, machine
+from stiction.limitcycle.exact.event_simulation import DIVERGED, SETTLED, STOPPED, TERMS, simulate_events
+from stiction.limitcycle.exact.packed_loop import PackedLoop, pack_loop
 from stiction.limitcycle.result import LimitCycle
-from stiction.models.compiled import kernel
+from stiction.models.numba_compile import kernel
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,20 +25,24 @@ if TYPE_CHECKING:
 
 __all__ = ["Attractor", "BasinMap", "basin_map", "smallest_pulse"]
 
-AT_REST, UNSETTLED, RUNAWAY = -1, -2, -3
-"""Labels of starts that end in no cycle."""
-_BLOCK = 32
-"""Starts that a thread takes at once [-]: enough to hide the call, few enough to share and to tell progress."""
+AT_REST = -1
+"""Label of a start that ends at rest."""
+UNSETTLED = -2
+"""Label of a start that did not settle in time."""
+RUNAWAY = -3
+"""Label of a start whose OP grows without limit."""
+_STARTS_PER_BLOCK = 32
+"""Starts in one block of a thread [-]."""
 
 
 @dataclass(frozen=True)
 class Attractor:
-    """What a share of the starts ends in."""
+    """A limit cycle, or family of cycles, in which a share of the starts ends."""
 
     label: int
     """Number in the map."""
     name: str
-    """In words: levels of a staircase, or period and amplitude."""
+    """Number of levels of a staircase, or period and amplitude."""
     share: float
     """Share of the starts [-]."""
     period: tuple[float, float]
@@ -49,7 +53,7 @@ class Attractor:
 
 @dataclass(frozen=True)
 class BasinMap:
-    """Where each start ends."""
+    """Limit cycle in which each start ends."""
 
     label: NDArray[np.int64]
     """Attractor of each start; -1 comes to rest, -2 did not settle in time, -3 runs away. Shape of the starts."""
@@ -91,7 +95,7 @@ class BasinMap:
 
 
 @kernel
-def _block(
+def _run_block(
     A, B, C, D, C_pv, D_pv, delay, sb, lag, rate, times, loads, z, x, up, most_turns, most_steps, tolerance, size, out
 ):  # fmt: skip
     """Run a block of starts; rows of `out`: status, period, OP amplitude, top level, slips in a turn, turns."""
@@ -100,7 +104,7 @@ def _block(
     turns, states = np.empty((most_turns + 1, 9)), np.empty((most_turns + 1, n))
     none2, none = np.empty((0, 2)), np.empty(0)
     for i in range(z.shape[0]):
-        status, k, _, _, period = flow(
+        status, k, _, _, period = simulate_events(
             A, B, C, D, C_pv, D_pv, delay, sb, lag, rate, times[i], loads[i], z[i], x[i], up[i], most_turns, most_steps,
             tolerance, seg_t, seg_q, turns, states, none2, none, none, none, none,
         )  # fmt: skip
@@ -130,7 +134,7 @@ def basin_map(
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> BasinMap:
-    """Where every start of a loop ends, in continuous time.
+    """Find the limit cycle in which every start of a loop ends, in continuous time.
 
     The starts are broadcast against each other: a map is ``op_start[:, None]`` against ``pv_start[None, :]``, a
     Monte Carlo study a set of random arrays of one shape.
@@ -143,17 +147,17 @@ def basin_map(
         Start: OP [% of span], PV [PV units] at rest, and stem position [% of span], as deviations from the point
         of rest. The input of the valve is held for one dead time.
     disturbance : array_like
-        Step of the load at time 0, for good [% of span].
+        Permanent step of the load at time 0 [% of span].
     pulse, pulse_length : array_like
         Height [% of span] and length [s] of a load pulse that begins at time 0.
     after : LimitCycle, optional
         Start in this exact cycle instead of at `op_start`, `pv_start`, `mv_start`.
     phase : array_like
-        Where in that cycle, as a share of its period from the rest at the top [-].
+        Position in that cycle, as a share of its period from the rest at the top [-].
     most_turns : int
         Oscillations after which a start counts as not settled.
     tolerance : float
-        Relative change from turn to turn below which it has settled [-].
+        Relative change between oscillations below which the motion has settled [-].
     threads : int, optional
         Threads that share the starts; by default one per core.
     progress : callable, optional
@@ -167,7 +171,7 @@ def basin_map(
     Raises
     ------
     ParameterError
-        When the loop has no continuous-time form, a start is not finite or of a shape that does not go with the others,
+        When the loop has no continuous-time form, a start is not finite or its shape does not match the others,
         `most_turns` or `threads` is no whole number above 0, `tolerance` is not positive, or `after` is not an exact
         cycle.
 
@@ -185,25 +189,25 @@ def basin_map(
     >>> [a.name for a in basin_map(loop, op_start=np.array([0.3, 1.5]), mv_start=0.25).attractors]
     ['2 levels', '5 levels']
     """
-    m = machine(loop)
+    m = pack_loop(loop)
     most_turns, tolerance = require_count("most_turns", most_turns), require_positive("tolerance", tolerance)
     threads = (os.cpu_count() or 1) if threads is None else require_count("threads", threads)
-    asked = {
+    arguments = {
         "op_start": op_start, "pv_start": pv_start, "mv_start": mv_start, "disturbance": disturbance, "pulse": pulse,
         "pulse_length": pulse_length, "phase": phase,
     }  # fmt: skip
-    given = {name: require_numbers(name, value) for name, value in asked.items()}
+    starts = {name: require_numbers(name, value) for name, value in arguments.items()}
     try:
-        op, pv, mv, step, height, length, at = np.broadcast_arrays(*given.values())
+        op, pv, mv, step, height, length, at = np.broadcast_arrays(*starts.values())
     except ValueError:
-        shapes = ", ".join(f"{name} {value.shape}" for name, value in given.items() if value.ndim)
+        shapes = ", ".join(f"{name} {value.shape}" for name, value in starts.items() if value.ndim)
         raise ParameterError(f"The starts have shapes that do not match ({shapes}); give equal shapes.") from None
     shape = op.shape
     if np.any(length < 0.0):
-        raise ParameterError("pulse_length holds a negative time; give 0 s or more.")
+        raise ParameterError("pulse_length has a negative value; give 0 s or more.")
     n = op.size
     if after is None:
-        z = _states(m, op.ravel(), pv.ravel(), mv.ravel())
+        z = _start_states(m, op.ravel(), pv.ravel(), mv.ravel())
         x, wait = mv.ravel().copy(), np.zeros(n)
     else:
         if not getattr(after, "section", ()) or len(after.section) != m.linear.order + 1:
@@ -215,18 +219,18 @@ def basin_map(
     if after is None:
         heights[:, 0] = heights[:, 1]
     out = np.full((n, 6), np.nan)
-    _share(m, z, x, times, heights, most_turns, tolerance, out, threads, progress)
-    return _label(m, out, shape)
+    _run_in_threads(m, z, x, times, heights, most_turns, tolerance, out, threads, progress)
+    return _label_starts(m, out, shape)
 
 
-def _share(m: Machine, z, x, times, heights, most_turns, tolerance, out, threads, progress) -> None:
-    """Blocks of starts over threads, the results written to `out`."""
+def _run_in_threads(m: PackedLoop, z, x, times, heights, most_turns, tolerance, out, threads, progress) -> None:
+    """Run blocks of starts in threads and write the results to `out`."""
     n = x.shape[0]
-    up, block = np.ones(n), cast("Any", _block)
+    up, block = np.ones(n), cast("Any", _run_block)
     z = np.ascontiguousarray(z / m.scale)
 
     def work(first: int) -> int:
-        cut = slice(first, min(first + _BLOCK, n))
+        cut = slice(first, min(first + _STARTS_PER_BLOCK, n))
         block(
             *m.arguments, times[cut], heights[cut], z[cut], x[cut], up[cut], most_turns, 400_000, tolerance, m.memory,
             out[cut],
@@ -235,13 +239,13 @@ def _share(m: Machine, z, x, times, heights, most_turns, tolerance, out, threads
 
     done = 0
     with ThreadPoolExecutor(threads) as pool:
-        for count in pool.map(work, range(0, n, _BLOCK)):
+        for count in pool.map(work, range(0, n, _STARTS_PER_BLOCK)):
             done += count
             if progress is not None:
                 progress(done, n)
 
 
-def _states(m: Machine, op, pv, mv) -> NDArray[np.float64]:
+def _start_states(m: PackedLoop, op, pv, mv) -> NDArray[np.float64]:
     """States with the process at rest at `pv`, the controller at `op` and the stem at `mv`, shape (n, n_states)."""
     linear = m.linear
     n = linear.order
@@ -257,8 +261,8 @@ def _states(m: Machine, op, pv, mv) -> NDArray[np.float64]:
     return np.asarray(np.linalg.lstsq(rows, known, rcond=1e-12)[0][:n].T, dtype=np.float64)
 
 
-def _label(m: Machine, out: NDArray[np.float64], shape: tuple[int, ...]) -> BasinMap:
-    """Group the ends of all starts into attractors."""
+def _label_starts(m: PackedLoop, out: NDArray[np.float64], shape: tuple[int, ...]) -> BasinMap:
+    """Group the final motions of all starts into attractors."""
     status, period, amplitude, top, slips, turns = out.T
     period = period * m.unit / np.maximum(turns, 1.0)
     label = np.full(status.size, AT_REST)
@@ -322,7 +326,7 @@ def smallest_pulse(
     -------
     (float, float) or None
         Size of the pulse [% of span], negative downwards, and the share of the period from the rest at the top at
-        which it begins [-]; None when no pulse up to `largest` does it.
+        which it begins [-]; None when no pulse up to `largest` is enough.
 
     Examples
     --------

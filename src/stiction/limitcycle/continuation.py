@@ -1,4 +1,4 @@
-"""A limit cycle followed over a parameter: where cycles are born, change stability and die."""
+"""Continuation of limit cycles over a parameter: where cycles appear, change stability and disappear."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.errors import ParameterError, StictionError, require_count, require_numbers
-from stiction.limitcycle.describing.stenman import lattice_offset, require_families
-from stiction.limitcycle.exact.orbit import limit_cycle, refine
-from stiction.limitcycle.exact.run import Machine, machine
-from stiction.limitcycle.exact.search import same_cycle, search
+from stiction.limitcycle.describing.staircase import require_families, rest_level_offset
+from stiction.limitcycle.exact.packed_loop import PackedLoop, pack_loop
+from stiction.limitcycle.exact.periodic_orbit import limit_cycle, refine_orbit
+from stiction.limitcycle.exact.search import is_same_cycle, search_from_starts
 from stiction.models.loop import require_loop
 
 if TYPE_CHECKING:
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Bifurcation", "Branch", "bifurcation"]
 
-_HALVINGS = 7
-"""Halvings of a step of the parameter, before a cycle counts as gone [-]: born and dies are told to 1/128 of a step."""
+_MAX_HALVINGS = 7
+"""Halvings of a parameter step before a cycle counts as gone [-]; born and dies are exact to 1/128 of a step."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Bifurcation:
     parameter: str
     """Name of the parameter."""
     values: NDArray[np.float64]
-    """Values asked for, shape (n,)."""
+    """Values of the parameter, shape (n,)."""
     branches: tuple[Branch, ...]
     """The branches, by family and amplitude."""
 
@@ -107,7 +107,7 @@ def bifurcation(
     families: Iterable[str | float] = ("half", "integer"),
     searches: int = 5,
 ) -> Bifurcation:
-    """Follow every limit cycle of a loop over one parameter.
+    """Continue every limit cycle of a loop over one parameter.
 
     Parameters
     ----------
@@ -119,11 +119,10 @@ def bifurcation(
     values : array_like, shape (n,)
         Values of the parameter.
     families : iterable of str or float
-        Families of a staircase valve, by name or by a rest level [% of span]. Over the load the rest levels stay
-        where they are without one and the point of rest moves between them; over other parameters a family stays
-        symmetric.
+        Families of a staircase valve, by name or by a rest level [% of span]. Over the load the rest levels
+        are constant and the point of rest moves between them; over other parameters a family stays symmetric.
     searches : int
-        Number of values at which cycles are searched for afresh; between them they are continued.
+        Number of values with a new search for cycles; between them cycles are continued.
 
     Returns
     -------
@@ -148,23 +147,23 @@ def bifurcation(
     grid = np.unique(require_numbers("values", values))
     if grid.size == 0:
         raise ParameterError("values is empty; give at least one number.")
-    searches, asked = require_count("searches", searches), require_families(families)
-    _at(loop, parameter, float(grid[0]))
+    searches, family_list = require_count("searches", searches), require_families(families)
+    _set_parameter(loop, parameter, float(grid[0]))
     branches: list[Branch] = []
-    lattice = machine(*_at(loop, parameter, float(grid[0]))[:1]).valve.staircase
-    for family in asked if lattice else ("",):
+    lattice = pack_loop(*_set_parameter(loop, parameter, float(grid[0]))[:1]).valve.staircase
+    for family in family_list if lattice else ("",):
         mine: list[Branch] = []
         for index in np.unique(np.linspace(0, grid.size - 1, min(searches, grid.size)).astype(int)):
             value = float(grid[index])
-            here, m, offset = _machine(loop, parameter, value, family)
-            for cycle in search(m, here, offset):
-                if cycle.section and not _known(mine, value, cycle):
-                    mine.append(_follow(loop, parameter, grid, int(index), family, cycle))
+            here, m, offset = _pack_at(loop, parameter, value, family)
+            for cycle in search_from_starts(m, here, offset):
+                if cycle.section and not _is_known(mine, value, cycle):
+                    mine.append(_continue_cycle(loop, parameter, grid, int(index), family, cycle))
         branches += sorted(mine, key=lambda b: float(b.amplitude.mean()))
     return Bifurcation(parameter, grid, tuple(branches))
 
 
-def _at(loop: Loop, parameter: str, value: float) -> tuple[Loop, float]:
+def _set_parameter(loop: Loop, parameter: str, value: float) -> tuple[Loop, float]:
     """The loop with the parameter at a value, and the load."""
     if parameter == "disturbance":
         return loop, value
@@ -181,27 +180,29 @@ def _at(loop: Loop, parameter: str, value: float) -> tuple[Loop, float]:
     )
 
 
-def _machine(loop: Loop, parameter: str, value: float, family: str | float) -> tuple[Loop, Machine, float | None]:
-    here, disturbance = _at(loop, parameter, value)
-    m = machine(here, disturbance=disturbance)
+def _pack_at(loop: Loop, parameter: str, value: float, family: str | float) -> tuple[Loop, PackedLoop, float | None]:
+    here, disturbance = _set_parameter(loop, parameter, value)
+    m = pack_loop(here, disturbance=disturbance)
     if not m.valve.staircase:
         return here, m, None
-    offset = lattice_offset(m.valve.jump, family)
+    offset = rest_level_offset(m.valve.jump, family)
     absolute = parameter == "disturbance" or not isinstance(family, str)
     return here, m, (offset - m.linear.rest) % m.valve.jump if absolute else offset
 
 
-def _follow(loop: Loop, parameter: str, grid, index: int, family, cycle: LimitCycle) -> Branch:
+def _continue_cycle(loop: Loop, parameter: str, grid, index: int, family, cycle: LimitCycle) -> Branch:
     """Continue one cycle to both ends of the grid."""
-    up, dies = _walk(loop, parameter, grid[index:], family, cycle)
-    down, born = _walk(loop, parameter, grid[: index + 1][::-1], family, cycle)
+    up, dies = _continue_one_way(loop, parameter, grid[index:], family, cycle)
+    down, born = _continue_one_way(loop, parameter, grid[: index + 1][::-1], family, cycle)
     cycles = (*down[::-1], cycle, *up)
     first = index - len(down)
     return Branch(cycle.family, grid[first : first + len(cycles)], cycles, born, dies)
 
 
-def _walk(loop: Loop, parameter: str, values, family, cycle: LimitCycle) -> tuple[list[LimitCycle], float | None]:
-    """Cycles at values[1:], as far as it goes, and the value beyond which it does not."""
+def _continue_one_way(
+    loop: Loop, parameter: str, values, family, cycle: LimitCycle
+) -> tuple[list[LimitCycle], float | None]:
+    """Cycles at values[1:] as far as they exist, and the value at which they end."""
     out: list[LimitCycle] = []
     for here, there in pairwise(values):
         reached, now = float(here), cycle
@@ -210,12 +211,12 @@ def _walk(loop: Loop, parameter: str, values, family, cycle: LimitCycle) -> tupl
             target = reached + step
             if (target - there) * (there - here) > 0.0:
                 target = float(there)
-            found = _next(loop, parameter, reached, target, family, now)
+            found = _cycle_at_next_value(loop, parameter, reached, target, family, now)
             if found is not None:
                 reached, now = target, found
                 if reached == there:
                     break
-            elif abs(step) < abs(there - here) * 0.5**_HALVINGS:
+            elif abs(step) < abs(there - here) * 0.5**_MAX_HALVINGS:
                 return out, reached
             else:
                 step /= 2.0
@@ -226,11 +227,13 @@ def _walk(loop: Loop, parameter: str, values, family, cycle: LimitCycle) -> tupl
     return out, None
 
 
-def _next(loop: Loop, parameter: str, here: float, there: float, family, cycle: LimitCycle) -> LimitCycle | None:
-    """The same cycle at a neighbouring value; None where it is gone."""
+def _cycle_at_next_value(
+    loop: Loop, parameter: str, here: float, there: float, family, cycle: LimitCycle
+) -> LimitCycle | None:
+    """The cycle at a neighbouring value; None when it does not exist there."""
     try:
-        _, before, old = _machine(loop, parameter, here, family)
-        _, m, new = _machine(loop, parameter, there, family)
+        _, before, old = _pack_at(loop, parameter, here, family)
+        _, m, new = _pack_at(loop, parameter, there, family)
     except StictionError:
         return None
     *states, level = cycle.section
@@ -242,7 +245,7 @@ def _next(loop: Loop, parameter: str, here: float, there: float, family, cycle: 
     else:
         guesses = [level * size]
     for guess in sorted(guesses, key=lambda x: abs(x - level * size)):
-        orbit = refine(m, np.array(states) * size, guess, cycle.turns, fixed=new is not None)
+        orbit = refine_orbit(m, np.array(states) * size, guess, cycle.turns, fixed=new is not None)
         if orbit is not None:
             found = limit_cycle(m, orbit)
             if len(found.levels) == len(cycle.levels):
@@ -250,9 +253,9 @@ def _next(loop: Loop, parameter: str, here: float, there: float, family, cycle: 
     return None
 
 
-def _known(branches: list[Branch], value: float, cycle: LimitCycle) -> bool:
+def _is_known(branches: list[Branch], value: float, cycle: LimitCycle) -> bool:
     return any(
-        same_cycle(cycle, known, 1e-4)
+        is_same_cycle(cycle, known, 1e-4)
         for branch in branches
         for at, known in zip(branch.values, branch.cycles, strict=True)
         if at == value

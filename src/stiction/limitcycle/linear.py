@@ -34,11 +34,11 @@ class LinearPart:
     C: NDArray[np.float64]
     """From the states to the OP, shape (n,)."""
     D: float
-    """Direct path from the stem to the OP, behind the dead time [-]."""
+    """Direct path from the stem to the OP, after the dead time [-]."""
     C_pv: NDArray[np.float64]
     """From the states to the PV, shape (n,)."""
     D_pv: float
-    """Direct path from the stem to the PV, behind the dead time [PV units per % of span]."""
+    """Direct path from the stem to the PV, after the dead time [PV units per % of span]."""
     dead_time: float
     """Dead time [s]."""
     rest: float
@@ -91,7 +91,7 @@ def linear_part(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> Lin
     Parameters
     ----------
     loop : Loop
-        The loop; its `dt` plays no part.
+        The loop; its `dt` has no effect.
     sp : float
         Set point [PV units].
     disturbance : float
@@ -105,7 +105,7 @@ def linear_part(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> Lin
     Raises
     ------
     ParameterError
-        When controller and process together are improper or have no point of rest, the loop holds a compensator, or
+        When controller and process together are improper or have no point of rest, the loop has a compensator, or
         `sp` or `disturbance` is not finite.
 
     Examples
@@ -118,8 +118,8 @@ def linear_part(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> Lin
     require_loop(loop)
     if loop.compensator is not None:
         raise ParameterError(
-            f"the loop holds a compensator ({type(loop.compensator).__name__}), which no describing function and no "
-            "exact cycle covers; give the loop without it, or simulate it as it is."
+            f"the loop has a compensator ({type(loop.compensator).__name__}), for which there is no describing "
+            "function and no exact cycle; give the loop without it, or simulate it."
         )
     sp, disturbance = require_finite("sp", sp, "PV units"), require_finite("disturbance", disturbance, "% of span")
     process = as_process(loop.process).state_space()
@@ -135,8 +135,8 @@ def linear_part(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> Lin
     solution = np.linalg.lstsq(balance, known, rcond=1e-12)[0]
     if np.max(np.abs(balance @ solution - known)) > 1e-8 * max(1.0, float(np.max(np.abs(known)))):
         raise ParameterError(
-            f"the loop has no point of rest for sp = {sp:g} and disturbance = {disturbance:g}: its process cannot "
-            "hold a steady PV: it has no gain at rest, or integrates the load without integral action. Set both to 0."
+            f"the loop has no point of rest for sp = {sp:g} and disturbance = {disturbance:g}: its process has "
+            "no steady gain, or integrates the load without integral action. Set both to 0."
         )
     return LinearPart(A, B, C, D, C_pv, process.D, process.dead_time, float(solution[n]))
 

@@ -1,4 +1,4 @@
-"""Which limit cycles a loop can fall into, predicted and exact side by side."""
+"""Prediction of all limit cycles of a loop, with the exact cycle for each."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError
-from stiction.limitcycle.bands import bands, frictionless
-from stiction.limitcycle.crossing import frequency_grid
-from stiction.limitcycle.describing.stenman import lattice_offset, require_families
-from stiction.limitcycle.exact.run import machine
-from stiction.limitcycle.exact.search import solve
+from stiction.limitcycle.continuous_form import continuous_form, is_frictionless
+from stiction.limitcycle.describing.staircase import require_families, rest_level_offset
+from stiction.limitcycle.exact.packed_loop import pack_loop
+from stiction.limitcycle.exact.search import solve_packed
+from stiction.limitcycle.harmonic_balance_search import harmonic_balance
 from stiction.limitcycle.linear import LinearPart, linear_part
-from stiction.limitcycle.prediction import harmonic_balance
-from stiction.limitcycle.sampled import sampled_limit_cycles
-from stiction.models.switch import is_plain
+from stiction.limitcycle.nyquist_crossings import frequency_grid
+from stiction.limitcycle.sampled_cycles import sampled_limit_cycles
+from stiction.models.dispatch import is_data_driven
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from stiction.limitcycle.result import LimitCycle
     from stiction.models import Loop
 
-__all__ = ["UNSTABLE", "frictionless_stable", "predict_limit_cycles", "runs_away", "why_none"]
+__all__ = ["UNSTABLE_TEXT", "explain_no_cycle", "is_stable_without_friction", "is_unstable", "predict_limit_cycles"]
 
-UNSTABLE = "The loop is unstable even without friction"
-"""How what is said of such a loop begins."""
+UNSTABLE_TEXT = "The loop is unstable even without friction"
+"""Beginning of every message about such a loop."""
 
 
 def predict_limit_cycles(
@@ -39,17 +39,16 @@ def predict_limit_cycles(
     disturbance: float = 0.0,
     families: Iterable[str | float] | None = None,
 ) -> tuple[LimitCycle, ...]:
-    """Every limit cycle a sticky loop can fall into, with its stability and how far to trust it.
+    """Predict every limit cycle of a loop with a sticky valve, with its stability and reliability.
 
     Parameters
     ----------
     loop : Loop
         The loop. Controller and process are taken in continuous time with their real dead time; `dt`, noise,
-        output limits and end stops play no part.
+        output limits and end stops have no effect.
     exact : bool
-        Solve each cycle exactly too (`LimitCycle.exact`), and add the cycles the describing function misses. For a
-        valve without an exact form whose samples are quickly run (Choudhury's with J > S), add those of
-        `sampled_limit_cycles`.
+        Also solve each cycle exactly (`LimitCycle.exact`), and add the cycles that the describing function misses.
+        For a data-driven valve without an exact form (Choudhury's with J > S), add those of `sampled_limit_cycles`.
     sp : float
         Set point [PV units].
     disturbance : float
@@ -60,14 +59,14 @@ def predict_limit_cycles(
     Returns
     -------
     tuple of LimitCycle
-        Solutions of 1 + L(j omega) N(A) = 0 and the boundaries at jumps of N, each beside its exact cycle; then
+        Solutions of 1 + L(j omega) N(A) = 0 and the boundaries at jumps of N, each with its exact cycle; then
         exact cycles without a prediction (`method` "continuous", or "sampled"). Empty for a valve without stiction.
 
     Raises
     ------
     ParameterError
         When controller and process are improper or make an algebraic loop, the loop has no point of rest, or it
-        holds a compensator; when `sp` or `disturbance` is not finite, or a family is unknown.
+        has a compensator; when `sp` or `disturbance` is not finite, or a family is unknown.
 
     References
     ----------
@@ -87,30 +86,32 @@ def predict_limit_cycles(
     """
     linear = linear_part(loop, sp=sp, disturbance=disturbance)
     families = None if families is None else require_families(families)
-    if frictionless(loop.valve):
+    if is_frictionless(loop.valve):
         return ()
-    banded = bands(loop.valve)
-    if families is not None and banded is not None and banded.staircase:
-        offsets = tuple(f if isinstance(f, str) else lattice_offset(banded.jump, f, linear.rest) for f in families)
+    valve_form = continuous_form(loop.valve)
+    if families is not None and valve_form is not None and valve_form.staircase:
+        offsets = tuple(
+            f if isinstance(f, str) else rest_level_offset(valve_form.jump, f, linear.rest) for f in families
+        )
     else:
         offsets = None
-    warning = "" if frictionless_stable(linear) else (
-        f"{UNSTABLE}: oscillations above the largest unstable cycle grow without end."
+    warning = "" if is_stable_without_friction(linear) else (
+        f"{UNSTABLE_TEXT}: oscillations above the largest unstable cycle grow without limit."
     )  # fmt: skip
     predicted = [replace(cycle, warning=warning) for cycle in harmonic_balance(linear, loop.valve, offsets)]
     if not exact:
         return tuple(predicted)
-    if banded is None:
-        note = f"{type(loop.valve).__name__} has no exact form here; check with a simulation."
-        sampled = sampled_limit_cycles(loop, sp=sp, disturbance=disturbance) if is_plain(loop.valve.code) else ()
+    if valve_form is None:
+        note = f"{type(loop.valve).__name__} has no exact form; check the prediction with a simulation."
+        sampled = sampled_limit_cycles(loop, sp=sp, disturbance=disturbance) if is_data_driven(loop.valve.code) else ()
         return (*(replace(cycle, warning=warning or note) for cycle in predicted), *sampled)
     solved = [replace(cycle, warning=cycle.warning or warning) for cycle in
-              solve(machine(loop, sp=sp, disturbance=disturbance), loop, families, predicted)]  # fmt: skip
-    return _beside(predicted, solved)
+              solve_packed(pack_loop(loop, sp=sp, disturbance=disturbance), loop, families, predicted)]  # fmt: skip
+    return _pair_with_exact_cycles(predicted, solved)
 
 
-def _beside(predicted: list[LimitCycle], solved: list[LimitCycle]) -> tuple[LimitCycle, ...]:
-    """Attach to each prediction its nearest exact cycle, each exact cycle once, and append the others."""
+def _pair_with_exact_cycles(predicted: list[LimitCycle], solved: list[LimitCycle]) -> tuple[LimitCycle, ...]:
+    """Assign the nearest exact cycle to each prediction, each exact cycle once, and append the others."""
     pairs = sorted(
         (distance, i, k)
         for i, guess in enumerate(predicted)
@@ -125,30 +126,30 @@ def _beside(predicted: list[LimitCycle], solved: list[LimitCycle]) -> tuple[Limi
     out = [
         replace(guess, exact=solved[partner[i]], offset=solved[partner[i]].offset)
         if i in partner
-        else replace(guess, warning=guess.warning or _alone(guess))
+        else replace(guess, warning=guess.warning or _no_exact_cycle_text(guess))
         for i, guess in enumerate(predicted)
     ]
     return (*out, *(cycle for k, cycle in enumerate(solved) if k not in partner.values()))
 
 
-def _alone(guess: LimitCycle) -> str:
-    return "" if guess.kind == "boundary" else "No exact cycle was found for it: do not trust this prediction."
+def _no_exact_cycle_text(guess: LimitCycle) -> str:
+    return "" if guess.kind == "boundary" else "No exact cycle was found for this prediction: do not trust it."
 
 
 def _distance(guess: LimitCycle, cycle: LimitCycle) -> float:
-    """How far an exact cycle is from a prediction; infinite when it is another family or another kind."""
+    """Distance of an exact cycle from a prediction; infinite for another family or stability."""
     if guess.family in ("half", "integer") and (guess.family != cycle.family):
         return math.inf
     if guess.stable is not None and cycle.stable is not None and guess.stable != cycle.stable:
         return math.inf
-    apart = abs(math.log(guess.amplitude / cycle.amplitude)) + abs(math.log(guess.period / cycle.period))
+    distance = abs(math.log(guess.amplitude / cycle.amplitude)) + abs(math.log(guess.period / cycle.period))
     if guess.family and len(guess.levels) != len(cycle.levels):
-        apart += 0.5
-    return apart if apart < 1.2 else math.inf
+        distance += 0.5
+    return distance if distance < 1.2 else math.inf
 
 
-def why_none(loop: Loop) -> str:
-    """Say why no limit cycle was found, in a sentence.
+def explain_no_cycle(loop: Loop) -> str:
+    """Explain in a sentence why no limit cycle was found.
 
     Parameters
     ----------
@@ -158,39 +159,39 @@ def why_none(loop: Loop) -> str:
     Returns
     -------
     str
-        That the valve is good, the loop unstable or without gain, the describing function all there was to look with,
-        or none of it.
+        The reason: a valve without friction, an unstable loop, a controller without gain, or a search without
+        result.
 
     Examples
     --------
     >>> import stiction as st
-    >>> why_none(st.Loop(st.PID(-0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0))
-    'The loop is unstable even without friction: it runs away. Turn or lower the gain of the controller.'
+    >>> explain_no_cycle(st.Loop(st.PID(-0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0))
+    'The loop is unstable even without friction. Reverse or lower the gain of the controller.'
     """
-    if runs_away(loop):
-        return f"{UNSTABLE}: it runs away. Turn or lower the gain of the controller."
-    if frictionless(loop.valve):
+    if is_unstable(loop):
+        return f"{UNSTABLE_TEXT}. Reverse or lower the gain of the controller."
+    if is_frictionless(loop.valve):
         return "No limit cycle: the valve does not stick."
     if loop.controller.Kc == 0.0:
-        return "No limit cycle: the controller has no gain, so that the OP does not answer the valve."
-    if bands(loop.valve) is None:
+        return "No limit cycle: the controller has no gain, so the OP does not react to the PV."
+    if continuous_form(loop.valve) is None:
         return (
-            "No limit cycle was predicted, which is no proof: the describing function meets the loop nowhere, and "
-            f"{type(loop.valve).__name__} has no exact form here. Simulate the loop to see whether it cycles."
+            "No limit cycle was found by the describing function, and "
+            f"{type(loop.valve).__name__} has no exact form. Simulate the loop to see whether it oscillates."
         )
-    return "No limit cycle: the describing function meets the loop nowhere, nor does any start end in one."
+    return "No limit cycle was found, neither by the describing function nor by simulation from several starts."
 
 
-def runs_away(loop: Loop) -> bool:
-    """Whether the loop is unstable even without friction; False where it has no linear part to tell by."""
+def is_unstable(loop: Loop) -> bool:
+    """Whether the loop is unstable even without friction; False when it has no linear part."""
     try:
         linear = linear_part(replace(loop, compensator=None))
     except ParameterError:
         return False
-    return not frictionless_stable(linear)
+    return not is_stable_without_friction(linear)
 
 
-def frictionless_stable(linear: LinearPart) -> bool:
+def is_stable_without_friction(linear: LinearPart) -> bool:
     """Whether the loop with an ideal valve is stable, by Nyquist's count with the real dead time."""
     if linear.dead_time and abs(linear.D) >= 1.0:
         return False
@@ -200,8 +201,8 @@ def frictionless_stable(linear: LinearPart) -> bool:
     omega = frequency_grid(linear, 50.0)
     if omega.size < 2:
         return outside == 0
-    turned = np.unwrap(np.angle(1.0 + linear.at(1j * omega)))
-    # At either end 1 + L is real but for the poles at the origin, each of which turns it by a quarter.
-    start = round(float(turned[0]) / math.pi + at_origin / 2.0)
-    end = round(float(turned[-1]) / math.pi)
+    phase = np.unwrap(np.angle(1.0 + linear.at(1j * omega)))
+    # At either end 1 + L is real, except that each pole at the origin turns it by a quarter.
+    start = round(float(phase[0]) / math.pi + at_origin / 2.0)
+    end = round(float(phase[-1]) / math.pi)
     return outside - (end - start) == 0

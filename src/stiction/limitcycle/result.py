@@ -1,4 +1,4 @@
-"""One limit cycle: how large, how fast, where the stem rests, whether it lasts, and how far to trust it."""
+"""One limit cycle: amplitude, period, rest levels, stability and reliability."""
 
 from __future__ import annotations
 
@@ -41,17 +41,17 @@ class LimitCycle:
     stable: bool | None
     """Whether small disturbances die out; None when it could not be decided."""
     multipliers: tuple[complex, ...] = ()
-    """What a small disturbance is multiplied by in one period, largest first; exact cycles only [-]."""
+    """Factors on a small disturbance in one period, largest first; exact cycles only [-]."""
     offset: float | None = None
-    """Offset of the lattice of rest levels from the point of rest of the frictionless loop [% of span]."""
+    """Offset of the rest levels from the point of rest of the frictionless loop [% of span]."""
     turns: int = 1
     """Oscillations after which the motion repeats; more than one when successive swings differ [-]."""
     exact: LimitCycle | None = None
-    """The exact cycle this prediction stands for, when there is one."""
+    """The exact cycle of this prediction, if there is one."""
     section: tuple[float, ...] = ()
     """States of the linear part and the stem position [% of span] at the rest at the top, in deviations."""
     warning: str = ""
-    """What limits the meaning of this cycle; empty when nothing does."""
+    """Warning about this cycle; empty when there is none."""
 
     @property
     def omega(self) -> float:
@@ -70,7 +70,7 @@ class LimitCycle:
 
     @property
     def trust(self) -> str:
-        """How far the describing function can be trusted here, in words."""
+        """Reliability of the describing function for this cycle, in words."""
         if self.kind == "boundary":
             return "Where N jumps: it separates the cycles below and above and is no oscillation itself."
         if self.method != "describing function":
@@ -86,7 +86,7 @@ class LimitCycle:
         return f"Do not trust the describing function here: {off} against the exact cycle. Use the exact one."
 
     def summary(self) -> str:
-        """One line for people."""
+        """Summary in one line."""
         fate = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
         name = f" ({self.family})" if self.family else ""
         text = (

@@ -1,4 +1,4 @@
-"""What stands in a loop: one page per model."""
+"""Models of the parts of a control loop: one page per model."""
 
 from stiction.models.compensators import (
     Compensator,
@@ -12,10 +12,10 @@ from stiction.models.compensators import (
 )
 from stiction.models.component import Valve
 from stiction.models.controllers import PID
+from stiction.models.lookup_table import Table
 from stiction.models.loop import Loop
 from stiction.models.positioner import Positioner
 from stiction.models.processes import FOPDT, SOPDT, Integrating, StateSpace, TransferFunction
-from stiction.models.table import Table
 from stiction.models.valves import Choudhury, He, HeWang, Ideal, Kano, PhysicalValve, Srinivasan, Stenman
 
 __all__ = [

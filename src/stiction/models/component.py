@@ -1,4 +1,4 @@
-"""The protocol of everything that stands in a loop, and the states that steps pass on.
+"""The protocol of all parts of a loop, and the state that a valve step passes on.
 
 A component is two scalar functions on its page, ``X_at_rest(...) -> state`` and
 ``X_step(input, state, parameters...) -> state``: floats in, one named tuple of floats out, no arrays,
@@ -18,14 +18,14 @@ from stiction.errors import require_not_negative, require_range
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["TIE", "Valve", "ValveState", "at_rest"]
+__all__ = ["TIE_TOLERANCE", "Valve", "ValveState", "at_rest"]
 
-TIE = 1e-9
-"""Relative width of a tie [-]: an input that meets a band to within rounding has not crossed it."""
+TIE_TOLERANCE = 1e-9
+"""Relative tolerance of a band [-]: an input that equals a band to within rounding has not crossed it."""
 
 
 class ValveState(NamedTuple):
-    """What a valve remembers from one sample to the next; each model uses the fields it needs."""
+    """State of a valve between two samples; each model uses the fields it needs."""
 
     position: float
     """Stem position [% of span]."""
@@ -44,7 +44,7 @@ class ValveState(NamedTuple):
     force: float
     """Internal state of the friction law, physical valves only [m]."""
     pressure: float
-    """Actuator pressure behind its lag, physical valves only [Pa]."""
+    """Actuator pressure after its lag, physical valves only [Pa]."""
     integral: float
     """Integral of the positioner, physical valves only [% of span]."""
 
@@ -56,7 +56,7 @@ def at_rest(op: float, position: float) -> ValveState:
 
 @dataclass(frozen=True)
 class Valve:
-    """What every valve model has in common.
+    """Base class of all valve models.
 
     Parameters
     ----------
@@ -72,8 +72,8 @@ class Valve:
     def __post_init__(self) -> None:
         object.__setattr__(self, "travel", require_range("travel", self.travel))
 
-    def _bands(self, *names: str) -> None:
-        """Turn the bands named into floats, or say which is no number of 0 or more [% of span]."""
+    def _require_bands(self, *names: str) -> None:
+        """Convert the named bands to floats; raise when one is not a number of 0 or more [% of span]."""
         for name in names:
             object.__setattr__(self, name, require_not_negative(name, getattr(self, name), "% of span"))
 

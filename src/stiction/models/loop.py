@@ -1,4 +1,4 @@
-"""A control loop: controller, valve and process, sampled, and a compensator of stiction where there is one."""
+"""A sampled control loop: controller, valve, process and, optionally, a compensator of stiction."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ class Loop:
     noise : float
         Standard deviation of the white measurement noise on the PV [PV units].
     compensator : Compensator, optional
-        What stands between controller and valve. It acts while the controller is in automatic; in manual the
-        OP passes.
+        Compensator of stiction between controller and valve. It acts in automatic; in manual the OP goes to the
+        valve unchanged.
 
     Raises
     ------
     ParameterError
-        When `dt` is not positive, `noise` negative, a part is not of its kind, or the process passes its input
-        on at once (an algebraic loop).
+        When `dt` is not positive, `noise` is negative, a part is of the wrong type, or the process passes its
+        input to the PV without delay (an algebraic loop).
 
     Examples
     --------
@@ -77,23 +77,23 @@ class Loop:
             self.compensator.pack(self.dt)
         if self.discrete.d != 0.0 and self.discrete.direct_delay == 0:
             raise ParameterError(
-                f"process has a direct path ({self.discrete.d:g}) and no dead time: the PV would depend on the OP it "
-                "causes. Add a lag or a dead time."
+                f"process has a direct path ({self.discrete.d:g}) and no dead time: the PV would depend on the "
+                "OP of the same sample. Add a lag or a dead time."
             )
 
     @cached_property
     def discrete(self) -> Discrete:
-        """The process at the sampling period, for the input held by the stem."""
+        """The process at the sampling period, with its input held between samples."""
         return self.process.discretise(self.dt)
 
 
 def require_loop(loop: object) -> None:
-    """Refuse what is no loop.
+    """Raise when the argument is not a `Loop`.
 
     Parameters
     ----------
     loop : object
-        What was given in place of one.
+        The argument to check.
 
     Raises
     ------

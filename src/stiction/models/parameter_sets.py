@@ -1,8 +1,9 @@
 """Published physical valves, by name.
 
-`table1_reading_a` and `table1_reading_b` are the paper's Table I, whose pounds and slopes have no unit: two
-readings give its Fig. 2 (errata E7). The other sets are the valve of Garcia's comparison, nominal and as fitted to
-records with graphite packing, as public code of that group gives them. Its Teflon fits are not there in numbers.
+`table1_reading_a` and `table1_reading_b` are Table I of the paper, which prints pounds and slopes without a unit. Two
+readings of the units give its Fig. 2 (erratum E7). The other sets are the valve of Garcia's comparison, nominal and as
+fitted to records with graphite packing, as public code of that group gives them. The numbers of its Teflon fits are not
+published.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 __all__ = [
-    "SETS",
+    "PUBLISHED_VALVES",
     "graphite_karnopp",
     "graphite_lugre",
     "nominal",
@@ -171,7 +172,7 @@ def graphite_lugre(**changes: Any) -> PhysicalValve:
     return PhysicalValve(**{**_BODY, "spring_rate": 206916.0, "preload": 2572.1, **friction, **bristles, **changes})
 
 
-SETS: dict[str, Callable[..., PhysicalValve]] = {
+PUBLISHED_VALVES: dict[str, Callable[..., PhysicalValve]] = {
     make.__name__: make
     for make in (table1_reading_a, table1_reading_b, nominal, nominal_lugre, graphite_karnopp, graphite_lugre)
 }
@@ -183,7 +184,7 @@ def published_valve(name: str, **changes: Any) -> PhysicalValve:
     Parameters
     ----------
     name : str
-        One of `SETS`.
+        One of `PUBLISHED_VALVES`.
     **changes
         Parameters of `PhysicalValve` to change.
 
@@ -203,6 +204,6 @@ def published_valve(name: str, **changes: Any) -> PhysicalValve:
     >>> published_valve("nominal").static
     780.0
     """
-    if name not in SETS:
-        raise ParameterError(f"There is no parameter set {name!r}; use one of {', '.join(SETS)}.")
-    return SETS[name](**changes)
+    if name not in PUBLISHED_VALVES:
+        raise ParameterError(f"There is no parameter set {name!r}; use one of {', '.join(PUBLISHED_VALVES)}.")
+    return PUBLISHED_VALVES[name](**changes)

@@ -1,4 +1,4 @@
-"""The positioner: a small controller on the valve that feeds the actuator until the stem is where it should be."""
+"""The positioner: a controller on the valve that drives the actuator until the stem reaches its set point."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import math
 from dataclasses import dataclass
 
 from stiction.errors import require_not_negative, require_positive
-from stiction.models.compiled import inlined
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["Positioner", "positioner_step"]
 
 
-@inlined
+@inline_kernel
 def positioner_step(
     op: float, position: float, integral: float, dt: float,
     gain: float, per_second: float, deadband: float, low: float, high: float,
 ):  # fmt: skip
-    """Signal to the actuator and integral after `dt` [s]; the integral waits while the signal is at a limit."""
+    """Signal to the actuator and integral after `dt` [s]; the integral is held while the signal is at a limit."""
     error = op - position
     error = gain * (error - min(max(error, -deadband), deadband))
     change = error * per_second * dt
@@ -42,7 +42,7 @@ class Positioner:
     integral_time : float
         Integral time [s]; infinity, the default, gives a proportional positioner.
     deadband : float
-        Error to either side that the positioner leaves alone [% of span].
+        Half width of the deadband: the positioner ignores a smaller error [% of span].
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Physical quantities: SI floats, or text with a unit that leaves nothing to guess."""
+"""Physical quantities: SI floats, or text with an unambiguous unit."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class Quantity:
     unit : str
         The SI unit, as pint writes it.
     default : float, optional
-        Value where none is given [unit]; without one the field must be given.
+        Default value [unit]; without it the field is required.
     zero : bool
         Whether 0 is allowed.
     negative : bool

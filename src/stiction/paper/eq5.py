@@ -13,16 +13,21 @@ from stiction.simulation.stroke import stroke
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["SB", "SJ", "Equation5", "Reply", "Response", "equation5"]
+__all__ = ["EQ5_SB", "EQ5_SJ", "Equation5", "InputReply", "Response", "equation5"]
 
-SB, SJ, R = 2.0, 1.0, 0.1
-"""Stick band and jump [% of span], rate [% of span / s] of the valve that is compared."""
-DT = 1.0
+EQ5_SB = 2.0
+"""Stick band of the compared valve [% of span]."""
+EQ5_SJ = 1.0
+"""Jump of the compared valve [% of span]."""
+EQ5_R = 0.1
+"""Rate of the compared valve [% of span / s]."""
+DT_S = 1.0
+"""Sampling period [s]."""
 
 
 @dataclass(frozen=True)
-class Reply:
-    """Where a model ends after a step of the OP from 0 to 10 %."""
+class InputReply:
+    """Final stem position of a model after a step of the OP from 0 to 10 %."""
 
     model: str
     """The model, with its parameters."""
@@ -50,27 +55,27 @@ class Response:
 
 @dataclass(frozen=True)
 class Equation5:
-    """What the printed form of eq. 5 does, beside the repaired one."""
+    """Eq. 5 as printed and repaired."""
 
-    replies: tuple[Reply, ...]
-    """Where each model ends after a step."""
+    replies: tuple[InputReply, ...]
+    """Final stem position of each model after a step."""
     responses: tuple[Response, ...]
     """Step, ramp up and down, random walk."""
 
     def summary(self) -> str:
-        """Say it in two sentences."""
+        """Summary in two sentences."""
         printed, repaired = self.replies[:2]
         apart = ", ".join(f"{response.name} {response.difference:.3g} %" for response in self.responses)
         return (
-            f"After a step from 0 to 10 % eq. 5 as printed stays at {printed.last:g} %, repaired it ends at "
-            f"{repaired.last:g} % as the others do. Largest difference: {apart}."
+            f"After a step from 0 to 10 %, eq. 5 as printed stays at {printed.last:g} %. Repaired it ends at "
+            f"{repaired.last:g} %, like the other models. Largest difference: {apart}."
         )
 
     def to_dict(self, *, series: bool = True) -> dict[str, Any]:
         """JSON-ready form; with or without arrays."""
-        from stiction.paper.plain import plain
+        from stiction.paper.to_plain import to_plain
 
-        return plain(self, series=series)
+        return to_plain(self, series=series)
 
 
 def equation5(seed: int = 0) -> Equation5:
@@ -84,9 +89,9 @@ def equation5(seed: int = 0) -> Equation5:
     Returns
     -------
     Equation5
-        As printed the stem jumps by sj in the direction of du, keeps what the OP went beyond sb, and stands still for
-        ever after a step, whose du is 0 in the next sample. Repaired it jumps to sb - sj behind the OP, as the valves
-        of Kano, He and Choudhury with S = 2 sb - sj, J = sj do.
+        As printed, the stem jumps by sj in the direction of du and keeps the excess of the OP over sb. After a step it
+        never moves again, because du is 0 in the next sample. Repaired, it jumps to sb - sj from the OP, like the
+        valves of Kano, He and Choudhury with S = 2 sb - sj, J = sj.
 
     References
     ----------
@@ -103,27 +108,29 @@ def equation5(seed: int = 0) -> Equation5:
     ramp = np.r_[up, np.full(10, up[-1]), up[::-1]]
     walk = np.cumsum(np.random.default_rng(seed).normal(0.0, 0.7, 300))
     valves = {
-        "eq. 5, printed": Srinivasan(SB, SJ, R, as_printed=True),
-        "eq. 5, repaired": Srinivasan(SB, SJ, R),
-        "Choudhury, S = 3, J = 1": Choudhury(2.0 * SB - SJ, SJ),
-        "Kano, S = 3, J = 1": Kano(2.0 * SB - SJ, SJ),
-        "He, fs = 2, fd = 1": He(SB, SB - SJ),
+        "eq. 5, printed": Srinivasan(EQ5_SB, EQ5_SJ, EQ5_R, as_printed=True),
+        "eq. 5, repaired": Srinivasan(EQ5_SB, EQ5_SJ, EQ5_R),
+        "Choudhury, S = 3, J = 1": Choudhury(2.0 * EQ5_SB - EQ5_SJ, EQ5_SJ),
+        "Kano, S = 3, J = 1": Kano(2.0 * EQ5_SB - EQ5_SJ, EQ5_SJ),
+        "He, fs = 2, fd = 1": He(EQ5_SB, EQ5_SB - EQ5_SJ),
     }
-    replies = tuple(Reply(name, float(_stem(valve, step)[-1])) for name, valve in valves.items())
+    replies = tuple(InputReply(name, float(_stem(valve, step)[-1])) for name, valve in valves.items())
     inputs = (("step", step), ("ramp up and down", ramp), ("random walk", walk))
     return Equation5(replies, tuple(_response(name, op) for name, op in inputs))
 
 
 def _response(name: str, op: NDArray[np.float64]) -> Response:
     forms = {"printed": True, "corrected": False}
-    position = {form: _stem(Srinivasan(SB, SJ, R, as_printed=printed), op) for form, printed in forms.items()}
+    position = {
+        form: _stem(Srinivasan(EQ5_SB, EQ5_SJ, EQ5_R, as_printed=printed), op) for form, printed in forms.items()
+    }
     apart = float(np.abs(position["printed"] - position["corrected"]).max())
     return Response(
-        name, DT * np.arange(op.size, dtype=np.float64), op, position, apart, float(np.abs(np.diff(op)).max())
+        name, DT_S * np.arange(op.size, dtype=np.float64), op, position, apart, float(np.abs(np.diff(op)).max())
     )
 
 
 def _stem(valve: Any, op: NDArray[np.float64]) -> NDArray[np.float64]:
-    mv = stroke(valve, op, DT).mv
+    mv = stroke(valve, op, DT_S).mv
     assert mv is not None
     return mv

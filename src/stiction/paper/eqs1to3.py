@@ -1,6 +1,7 @@
 """Eqs. 1 to 3 stepped in plain Python, with the force at rest as printed or corrected: the proof of E2.
 
-A slow, obvious twin of the physical valve in the paper's units (reading A): pound force, inch, second.
+A slow and simple second implementation of the physical valve in the paper's units (reading A): pound force, inch,
+second.
 """
 
 from __future__ import annotations
@@ -18,11 +19,26 @@ if TYPE_CHECKING:
 
 __all__ = ["Equations1to3", "equations1to3", "stribeck_friction"]
 
-MASS, SPRING, VISCOUS, AREA = 3.0, 300.0, 3.5, 100.0
-COULOMB, STATIC, STRIBECK = 320.0, 384.0, 0.01
-TOLERANCE = 1e-3
-TOP = 18.0
-DT = 1e-4
+MASS = 3.0
+"""Mass of stem and plug [lbf s2/in]."""
+SPRING = 300.0
+"""Spring rate [lbf/in]."""
+VISCOUS = 3.5
+"""Viscous coefficient [lbf s/in]."""
+AREA = 100.0
+"""Diaphragm area [in2]."""
+COULOMB = 320.0
+"""Coulomb friction [lbf]."""
+STATIC = 384.0
+"""Static friction [lbf]."""
+STRIBECK = 0.01
+"""Stribeck velocity [in/s]."""
+VELOCITY_TOLERANCE = 1e-3
+"""Speed below which the stem counts as at rest [in/s]."""
+MAX_PRESSURE_PSI = 18.0
+"""End of the ramp [psi]."""
+DT_S = 1e-4
+"""Time step [s]."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +58,11 @@ class Equations1to3:
     held: float
     """Force on the stem at its first rest after a slip, P A - K x [lbf]."""
     friction: dict[str, float]
-    """Friction that eq. 2 answers there with, `printed` and `corrected` [lbf]."""
+    """Friction of eq. 2 at that rest, `printed` and `corrected` [lbf]."""
 
 
 def stribeck_friction(speed: float, *, as_printed: bool = False) -> float:
-    """Eq. 3 at a positive speed [in/s]: friction [lbf], infinite where it overflows; E1 mended unless as printed.
+    """Eq. 3 at a positive speed [in/s]: friction [lbf], infinite on overflow; E1 is corrected unless `as_printed`.
 
     Examples
     --------
@@ -67,9 +83,9 @@ def equations1to3(slope: float = 4.0) -> Equations1to3:
     Returns
     -------
     Equations1to3
-        As printed the force at rest stays above the static friction once it is, whatever the spring does: friction
-        answers with F_s to a smaller force and drives the stem instead of holding it, which chatters ever after (how
-        often depends on the step). Eq. 3 has E1 mended in both, as it overflows otherwise.
+        As printed, the force at rest ignores the spring. Once above static friction it stays above it, so that friction
+        F_s exceeds the real force and drives the stem, which then chatters (the number of starts depends on the time
+        step). Eq. 3 has E1 corrected in both forms, because it overflows otherwise.
 
     Raises
     ------
@@ -87,9 +103,9 @@ def equations1to3(slope: float = 4.0) -> Equations1to3:
     5
     """
     slope = require_positive("slope", slope, "psi/s")
-    require_samples("the ramp", TOP / slope, DT)
-    n = round(TOP / slope / DT) + 1
-    time = DT * np.arange(n, dtype=np.float64)
+    require_samples("the ramp", MAX_PRESSURE_PSI / slope, DT_S)
+    n = round(MAX_PRESSURE_PSI / slope / DT_S) + 1
+    time = DT_S * np.arange(n, dtype=np.float64)
     pressure = slope * time
     position, starts, rests, first = {}, {}, {}, 0
     for form, spring in (("printed", 0.0), ("corrected", SPRING)):
@@ -98,9 +114,11 @@ def equations1to3(slope: float = 4.0) -> Equations1to3:
         begins, ends = np.flatnonzero(edge > 0), np.flatnonzero(edge < 0)
         gaps = begins[1:] - ends[: begins.size - 1]
         position[form], starts[form] = stem, int(begins.size)
-        rests[form] = DT * float(gaps.max(initial=0))
+        rests[form] = DT_S * float(gaps.max(initial=0))
         if not ends.size:
-            raise ParameterError(f"slope = {slope:g} psi/s leaves the stem no time to come to rest; give a lower one.")
+            raise ParameterError(
+                f"slope = {slope:g} psi/s is too high for the stem to come to rest; give a lower slope."
+            )
         first = int(ends[0])
     held = float(AREA * pressure[first] - SPRING * position["corrected"][first])
     friction = {"printed": STATIC if AREA * pressure[first] >= STATIC else held, "corrected": held}
@@ -113,16 +131,16 @@ def _run(pressure: list[float], spring_at_rest: float) -> tuple[NDArray[np.float
     x = v = 0.0
     for k, psi in enumerate(pressure):
         held = psi * AREA - spring_at_rest * x
-        if abs(v) >= TOLERANCE:
+        if abs(v) >= VELOCITY_TOLERANCE:
             friction = math.copysign(stribeck_friction(abs(v)), v)
         elif abs(held) < STATIC:
             friction, v = psi * AREA - SPRING * x, 0.0
         else:
             friction = math.copysign(STATIC, held)
         before = v
-        v += DT * (psi * AREA - SPRING * x - VISCOUS * v - friction) / MASS
+        v += DT_S * (psi * AREA - SPRING * x - VISCOUS * v - friction) / MASS
         if before * v < 0.0:
             v = 0.0
-        x += DT * v
-        stem[k], moving[k] = x, abs(v) >= TOLERANCE
+        x += DT_S * v
+        stem[k], moving[k] = x, abs(v) >= VELOCITY_TOLERANCE
     return stem, moving

@@ -1,4 +1,4 @@
-"""The errata of the paper, E1 to E8, each with the numbers that prove it, computed here and now."""
+"""The errata of the paper, E1 to E8, each with computed numbers that prove it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stiction.models import Stenman
 from stiction.models.parameter_sets import table1_reading_a, table1_reading_b
 from stiction.paper.eq5 import equation5
 from stiction.paper.eqs1to3 import equations1to3, stribeck_friction
-from stiction.paper.eqs6to7 import D, measured, one_root_each
+from stiction.paper.eqs6to7 import EXAMPLE_D, df_with_single_roots, measure_df
 from stiction.paper.fig2 import pressure_ramp, read_ramp
 
 if TYPE_CHECKING:
@@ -27,9 +27,9 @@ class Proof:
     quantity: str
     """What was computed, with its unit."""
     form: str
-    """In which form of the equation or reading of the units, or by which independent way."""
+    """Form of the equation, reading of the units, or independent method."""
     value: float | complex | str
-    """The number, or the behaviour seen."""
+    """The number, or the observed behaviour."""
 
 
 @dataclass(frozen=True)
@@ -45,23 +45,23 @@ class Erratum:
     correct: str
     """What is correct."""
     why: str
-    """What shows it, in a sentence."""
+    """The reason, in a sentence."""
     proofs: tuple[Proof, ...]
     """The numbers that prove it."""
 
     def value(self, quantity: str, form: str) -> float | complex | str:
-        """One number by the begin of its quantity and its form."""
+        """One number by its form and the first words of its quantity."""
         return next(p.value for p in self.proofs if p.quantity.startswith(quantity) and p.form == form)
 
     def summary(self) -> str:
-        """Say it in a line."""
+        """Summary in a line."""
         return f"{self.number}, {self.where}: {self.printed} should be {self.correct}."
 
     def to_dict(self, *, series: bool = True) -> dict[str, Any]:
         """JSON-ready form."""
-        from stiction.paper.plain import plain
+        from stiction.paper.to_plain import to_plain
 
-        return plain(self, series=series)
+        return to_plain(self, series=series)
 
 
 def errata() -> tuple[Erratum, ...]:
@@ -94,7 +94,7 @@ def _e1() -> Erratum:
             friction = stribeck_friction(speed, as_printed=form == "printed")
             value = friction if math.isfinite(friction) else "overflows"
             proofs.append(Proof(f"friction at {speed:g} in/s [lbf]", form, value))
-    why = "The text says that this term decreases as the stem moves; as printed it grows without bound."
+    why = "The text says that this term decreases with the speed of the stem; as printed it grows without bound."
     return Erratum("E1", "eq. 3", "exp((v/vs)²)", "exp(-(v/vs)²)", why, tuple(proofs))
 
 
@@ -109,50 +109,50 @@ def _e2() -> Erratum:
         proofs += [Proof(quantity, form, float(values[form])) for form in ("printed", "corrected")]
     why = (
         "Friction at rest must balance the force on the stem, spring included. As printed it exceeds that force and "
-        "drives the stem, which chatters instead of resting (steps of 0.1 ms; the count depends on the step)."
+        "drives the stem, which chatters instead of resting (time step 0.1 ms; the count depends on it)."
     )
     return Erratum("E2", "eq. 2", "Fe = P A", "Fe = P A - K x (- Pv Av)", why, tuple(proofs))
 
 
 def _e3() -> Erratum:
-    valve = Stenman(D)
+    valve = Stenman(EXAMPLE_D)
     proofs = (
-        Proof("N at A = d [-]", "printed", complex(describing_function(valve, D, as_printed=True))),
-        Proof("N at A = d [-]", "corrected", complex(describing_function(valve, D))),
-        Proof("N at A = d [-]", "measured on the valve", complex(measured(1.0)[0])),
+        Proof("N at A = d [-]", "printed", complex(describing_function(valve, EXAMPLE_D, as_printed=True))),
+        Proof("N at A = d [-]", "corrected", complex(describing_function(valve, EXAMPLE_D))),
+        Proof("N at A = d [-]", "measured on the valve", complex(measure_df(1.0)[0])),
     )
     why = "The valve of eq. 4, driven by a sine, has the describing function with the square inside."
     return Erratum("E3", "eq. 6", "√((1 - d/2A)²)", "√(1 - (d/2A)²)", why, proofs)
 
 
 def _e4() -> Erratum:
-    valve, far = Stenman(D), 1000.0
-    roots = describing_function(valve, 2.0 * D, as_printed="roots repaired")
+    valve, far = Stenman(EXAMPLE_D), 1000.0
+    roots = describing_function(valve, 2.0 * EXAMPLE_D, as_printed="roots repaired")
     proofs = (
         Proof("N at A = 2d [-]", "printed, E3 mended", complex(roots)),
-        Proof("N at A = 2d [-]", "corrected", complex(describing_function(valve, 2.0 * D))),
-        Proof("N at A = 2d [-]", "measured on the valve", complex(measured(2.0)[0])),
-        Proof("real part of N at A = 1000 d [-]", "every root once, as printed", one_root_each(far)),
-        Proof("real part of N at A = 1000 d [-]", "corrected", float(describing_function(valve, far * D).real)),
+        Proof("N at A = 2d [-]", "corrected", complex(describing_function(valve, 2.0 * EXAMPLE_D))),
+        Proof("N at A = 2d [-]", "measured on the valve", complex(measure_df(2.0)[0])),
+        Proof("real part of N at A = 1000 d [-]", "every root once, as printed", df_with_single_roots(far)),
+        Proof("real part of N at A = 1000 d [-]", "corrected", float(describing_function(valve, far * EXAMPLE_D).real)),
     )
     why = (
-        "Every level but the outermost is passed on the way up and on the way down, so its root counts twice. With "
-        "every root once N tends to 1/2 for large amplitudes; a valve whose stairs are small beside them has N = 1."
+        "The stem passes every level but the outermost on the way up and on the way down, so its root counts twice. If "
+        "every root counted once, N would tend to 1/2 for large amplitudes; a valve with small stairs has N = 1."
     )
     return Erratum("E4", "eq. 6, 3d/2 ≤ A < 5d/2", "(2d/πA)(√₁ + √₃)", "(2d/πA)(2√₁ + √₃)", why, proofs)
 
 
 def _e5() -> Erratum:
-    valve, ratio = Stenman(D), 1.1
+    valve, ratio = Stenman(EXAMPLE_D), 1.1
     proofs: list[Proof] = []
     for family, levels in (("half", "levels ±d/2"), ("integer", "levels 0, ±d")):
-        n = complex(describing_function(valve, ratio * D, family=family))
+        n = complex(describing_function(valve, ratio * EXAMPLE_D, family=family))
         proofs += [
             Proof("N at A = 1.1 d [-]", f"{levels}, closed form", n),
-            Proof("N at A = 1.1 d [-]", f"{levels}, measured on the valve", complex(measured(ratio, family)[0])),
+            Proof("N at A = 1.1 d [-]", f"{levels}, measured on the valve", complex(measure_df(ratio, family)[0])),
         ]
-    why = "Where the stem stood at first decides between which levels it goes: N is a family, and so are the cycles."
-    printed, correct = "the describing function", "that of the rest levels ±d/2, ±3d/2, ... only"
+    why = "The first rest position of the stem fixes the levels: there is one N, and one set of cycles, per position."
+    printed, correct = "the describing function", "the describing function of the rest levels ±d/2, ±3d/2, ... only"
     return Erratum("E5", "eqs. 6 and 7", printed, correct, why, tuple(proofs))
 
 
@@ -162,26 +162,26 @@ def _e6() -> Erratum:
     proofs += [
         Proof("largest difference, printed against repaired [% of span]", r.name, r.difference) for r in found.responses
     ]
-    why = "In the sample after a step du is 0 and so is its sign: as printed the stem stays where its jump ended."
-    printed, correct = "jump of sj in the direction of Δu", "jump to sb - sj behind u, in the direction of u - x"
+    why = "In the sample after a step du and its sign are 0: as printed the stem stays where its jump ended."
+    printed, correct = "jump of sj in the direction of Δu", "jump to sb - sj from u, in the direction of u - x"
     return Erratum("E6", "eq. 5", printed, correct, why, tuple(proofs))
 
 
 def _e7() -> Erratum:
     light = "3.5 lbm/s"
     readings: tuple[tuple[str, PhysicalValve, float], ...] = (
-        ("A: 3 lbf s²/in, 3.5 lbf s/in, psi/s", table1_reading_a(**_FREE), 1.0),
-        ("B: 3 lbm, 3.5 lbf s/in, psi/min", table1_reading_b(**_FREE), 60.0),
-        ("3 lbm, 3.5 lbf s/in, psi/s", table1_reading_b(**_FREE), 1.0),
-        ("3 lbm, 3.5 lbm/s, psi/s", table1_reading_b(viscous=light, **_FREE), 1.0),
+        ("A: 3 lbf s²/in, 3.5 lbf s/in, psi/s", table1_reading_a(**_FREE_RAMP), 1.0),
+        ("B: 3 lbm, 3.5 lbf s/in, psi/min", table1_reading_b(**_FREE_RAMP), 60.0),
+        ("3 lbm, 3.5 lbf s/in, psi/s", table1_reading_b(**_FREE_RAMP), 1.0),
+        ("3 lbm, 3.5 lbm/s, psi/s", table1_reading_b(viscous=light, **_FREE_RAMP), 1.0),
     )
     proofs: list[Proof] = []
     for name, valve, seconds in readings:
         for slope in (4.0, 9.0):
-            seen = read_ramp(*pressure_ramp(valve, slope / seconds))
-            told = f"staircase, {seen['slips']} slips of {seen['slip']:.4g} in" if seen["slips"] > 1 else "follow"
-            proofs.append(Proof(f"slope {slope:g}", name, told))
-    why = "Two readings give stairs at slope 4 and none at slope 9, as Figs. 2b and 2c do; the two others do not."
+            ramp = read_ramp(*pressure_ramp(valve, slope / seconds))
+            text = f"staircase, {ramp['slips']} slips of {ramp['slip']:.4g} in" if ramp["slips"] > 1 else "follow"
+            proofs.append(Proof(f"slope {slope:g}", name, text))
+    why = "Two readings give stairs at slope 4 and none at slope 9, as in Figs. 2b and 2c; the other two do not."
     printed, correct = "3 lb, 3.5 lb/s, slopes without unit", "explicit units: reading A or B"
     return Erratum("E7", "Table I and Fig. 2", printed, correct, why, tuple(proofs))
 
@@ -192,12 +192,12 @@ def _e8() -> Erratum:
         for tolerance in ("1e-2", "1e-3", "1e-4")
         for seen in [read_ramp(*_ramp_with_tolerance(f"{tolerance} in/s"))]
     )
-    why = "As a speed in in/s it makes sense, and any value near it gives the same slips within 1 %."
+    why = "As a speed in in/s it is plausible, and values near it give the same slips within 1 %."
     return Erratum("E8", "section II", "velocity tolerance 1e-3", "1e-3 in/s", why, proofs)
 
 
-_FREE: dict[str, Any] = {"hold": "linear", "travel": (-math.inf, math.inf)}
+_FREE_RAMP: dict[str, Any] = {"hold": "linear", "travel": (-math.inf, math.inf)}
 
 
 def _ramp_with_tolerance(tolerance: str) -> Any:
-    return pressure_ramp(table1_reading_a(velocity_tolerance=tolerance, **_FREE), 4.0)
+    return pressure_ramp(table1_reading_a(velocity_tolerance=tolerance, **_FREE_RAMP), 4.0)

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
     from stiction.models import PhysicalValve
 
-__all__ = ["Figure2", "Panel", "figure2", "finished_slips", "pressure_ramp", "read_ramp"]
+__all__ = ["Figure2", "Panel", "figure2", "find_slips", "pressure_ramp", "read_ramp"]
 
-TOP = 18.0
+MAX_PRESSURE_PSI = 18.0
 """End of the ramp [psi]."""
-STEP = 0.002
+PRESSURE_STEP_PSI = 0.002
 """Pressure between two samples [psi]."""
-STROKE = 6.0
+STROKE_IN = 6.0
 """Stem travel from 0 to 18 psi without friction, A P / K [in]."""
 PANELS = (("2a", 4.0, False), ("2b", 4.0, True), ("2c", 9.0, True))
 """Panel, slope, and whether there is friction."""
@@ -74,20 +74,22 @@ class Figure2:
         return next(panel for panel in self.panels if (panel.name, panel.reading) == (name, reading))
 
     def summary(self) -> str:
-        """Say it in a sentence per panel with friction."""
-        told = []
+        """Summary in a sentence per panel with friction."""
+        sentences = []
         for p in self.panels:
             if p.slips:
-                told.append(f"{p.name} in reading {p.reading}: {p.slips} slips of {p.slip:.3g} in.")
+                sentences.append(f"{p.name} in reading {p.reading}: {p.slips} slips of {p.slip:.3g} in.")
             elif p.name != "2a":
-                told.append(f"{p.name} in reading {p.reading}: one break at {p.first_break:.3g} psi, then it follows.")
-        return " ".join(told)
+                sentences.append(
+                    f"{p.name} in reading {p.reading}: one break at {p.first_break:.3g} psi, then it follows."
+                )
+        return " ".join(sentences)
 
     def to_dict(self, *, series: bool = True) -> dict[str, Any]:
         """JSON-ready form; with or without arrays."""
-        from stiction.paper.plain import plain
+        from stiction.paper.to_plain import to_plain
 
-        return plain(self, series=series)
+        return to_plain(self, series=series)
 
 
 def figure2() -> Figure2:
@@ -97,11 +99,11 @@ def figure2() -> Figure2:
     -------
     Figure2
         Simulated, as in the paper: 2a without friction at slope 4, 2b with friction at slope 4 (stairs), 2c with
-        friction at slope 9 (stick, jump, follow), eqs. 1 to 3 with errata E1 and E2 mended.
+        friction at slope 9 (stick, jump, follow), eqs. 1 to 3 with errata E1 and E2 corrected.
 
     Notes
     -----
-    About 5 stairs in the printed Fig. 2b would mean reading A, about 22 reading B; its text tells no count.
+    Reading A gives 5 stairs in Fig. 2b and reading B gives 22; the text of the paper gives no number.
 
     References
     ----------
@@ -120,10 +122,10 @@ def pressure_ramp(
     valve: PhysicalValve, slope: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Time [s], pressure [psi] and stem [in], each of shape (n_samples,), of a ramp to 18 psi at `slope` [psi/s]."""
-    pressure = STEP * np.arange(round(TOP / STEP) + 1, dtype=np.float64)
-    mv = stroke(valve, pressure / PSI_PER_PERCENT, STEP / slope).mv
+    pressure = PRESSURE_STEP_PSI * np.arange(round(MAX_PRESSURE_PSI / PRESSURE_STEP_PSI) + 1, dtype=np.float64)
+    mv = stroke(valve, pressure / PSI_PER_PERCENT, PRESSURE_STEP_PSI / slope).mv
     assert mv is not None
-    return pressure / slope, pressure, 0.01 * STROKE * mv
+    return pressure / slope, pressure, 0.01 * STROKE_IN * mv
 
 
 def read_ramp(
@@ -131,7 +133,7 @@ def read_ramp(
 ) -> dict[str, Any]:
     """Read the numbers of a `Panel` off a ramp, all arrays of shape (n_samples,)."""
     moving = np.diff(position) != 0.0
-    starts, slips = finished_slips(position)
+    starts, slips = find_slips(position)
     speed = np.diff(position)[starts[0] :] / (time[1] - time[0])
     return {
         "behaviour": "staircase" if slips.size > 1 else "follow",
@@ -144,7 +146,7 @@ def read_ramp(
     }
 
 
-def finished_slips(position: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+def find_slips(position: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     """Samples at which a stem, shape (n_samples,), starts from rest, and how far it goes each time it rests again.
 
     The last start may be cut off by the end of the record, so there may be one slip fewer than starts.
@@ -152,8 +154,8 @@ def finished_slips(position: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDA
     Examples
     --------
     >>> import numpy as np
-    >>> from stiction.paper.fig2 import finished_slips
-    >>> [found.tolist() for found in finished_slips(np.array([0.0, 0.0, 1.0, 1.5, 1.5, 2.0]))]
+    >>> from stiction.paper.fig2 import find_slips
+    >>> [found.tolist() for found in find_slips(np.array([0.0, 0.0, 1.0, 1.5, 1.5, 2.0]))]
     [[1, 4], [1.5]]
     """
     edge = np.diff((np.diff(position) != 0.0).astype(np.int8), prepend=0)
@@ -164,7 +166,7 @@ def finished_slips(position: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDA
 def _panel(name: str, slope: float, friction: bool, reading: str) -> Panel:
     unit, seconds = SLOPE_UNITS[reading]
     none = {} if friction else {"coulomb": 0.0, "static": 0.0}
-    # The stop at 100 % would end a slip that overshoots there, and the paper has none.
+    # The paper has no end stop; a stop at 100 % would cut off a slip that overshoots there.
     valve = READINGS[reading](hold="linear", travel=(-math.inf, math.inf), **none)
     time, pressure, position = pressure_ramp(valve, slope / seconds)
     read = read_ramp(time, pressure, position)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiction.paper.lab_valve import FOLLOWED, LabRamp, lab_ramp
+from stiction.paper.lab_valve import FOLLOWED_RATES, LabRamp, lab_ramp
 
 __all__ = ["figure3"]
 
@@ -18,8 +18,8 @@ def figure3() -> tuple[LabRamp, ...]:
 
     Notes
     -----
-    The one-parameter model goes in stairs at every rate, so it misses this figure; the two-parameter model and eq. 5
-    show it. Eq. 5 as printed shows it as well, late by less than one increment of the OP.
+    The one-parameter model moves in stairs at every rate, so it cannot show this figure; the two-parameter model and
+    eq. 5 show it. Eq. 5 as printed shows it too, with an error below one increment of the OP.
 
     References
     ----------
@@ -31,4 +31,4 @@ def figure3() -> tuple[LabRamp, ...]:
     >>> [ramp.behaviour["three parameters, corrected (eq. 5)"] for ramp in figure3()]
     ['follow', 'follow']
     """
-    return tuple(lab_ramp(rate, "follow") for rate in FOLLOWED)
+    return tuple(lab_ramp(rate, "follow") for rate in FOLLOWED_RATES)

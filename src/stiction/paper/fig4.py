@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiction.paper.lab_valve import STAIRS, LabRamp, lab_ramp
+from stiction.paper.lab_valve import STAIRCASE_RATES, LabRamp, lab_ramp
 
 __all__ = ["figure4"]
 
@@ -18,8 +18,8 @@ def figure4() -> tuple[LabRamp, ...]:
 
     Notes
     -----
-    The two-parameter model never sticks again on a ramp, so it misses this figure. The one-parameter model goes in
-    stairs, but its jump is its band: from 5 to 15 % at d = 5.1 % it shows a single slip.
+    The two-parameter model never sticks again on a ramp, so it cannot show this figure. The one-parameter model moves
+    in stairs, but its jump equals its band: from 5 to 15 % with d = 5.1 % there is a single slip.
 
     References
     ----------
@@ -31,4 +31,4 @@ def figure4() -> tuple[LabRamp, ...]:
     >>> [ramp.behaviour["three parameters, corrected (eq. 5)"] for ramp in figure4()]
     ['staircase', 'staircase']
     """
-    return tuple(lab_ramp(rate, "staircase") for rate in STAIRS)
+    return tuple(lab_ramp(rate, "staircase") for rate in STAIRCASE_RATES)

@@ -14,19 +14,29 @@ if TYPE_CHECKING:
 
 __all__ = ["Figure5", "figure5"]
 
-DT = 1.0
-LAG = 2.0
-NOISE = 0.1
-RATE = 0.05
-GAIN, ZERO = 1.2, 4.0
-POSITION = (20.0, 30.0, 40.0, 50.0, 60.0)
-STICK_BAND = (3.0, 3.4, 4.5, 3.8, 3.2)
-JUMP = (1.2, 1.8, 3.0, 2.2, 1.5)
+DT_S = 1.0
+"""Sampling period [s]."""
+SENSOR_LAG_S = 2.0
+"""Time constant of the flow sensor [s]."""
+NOISE_STD = 0.1
+"""Standard deviation of the flow's noise, as stem position [% of span]."""
+RAMP_RATE = 0.05
+"""Rate of the OP [% of span / s]."""
+FLOW_GAIN = 1.2
+"""Flow over stem position [m3/h per % of span]."""
+FLOW_ZERO = 4.0
+"""Flow at stem position 0 [m3/h]."""
+POSITIONS = (20.0, 30.0, 40.0, 50.0, 60.0)
+"""Stem positions of the table [% of span]."""
+STICK_BANDS = (3.0, 3.4, 4.5, 3.8, 3.2)
+"""Stick bands at these positions [% of span]."""
+JUMPS = (1.2, 1.8, 3.0, 2.2, 1.5)
+"""Jumps at these positions [% of span]."""
 
 
 @dataclass(frozen=True)
 class Figure5:
-    """A ramp of the flow loop up and down, and what the ramp test reads from the flow alone."""
+    """A ramp of the flow loop up and down, and the result of the ramp test from the flow alone."""
 
     time: NDArray[np.float64] = field(repr=False)
     """Time [s], shape (n_samples,)."""
@@ -35,7 +45,7 @@ class Figure5:
     pv: dict[str, NDArray[np.float64]] = field(repr=False)
     """Flow with eq. 5 as `printed` and `corrected` [m3/h], each of shape (n_samples,)."""
     position: dict[str, NDArray[np.float64]] = field(repr=False)
-    """Stem, which the paper could not measure [% of span], each of shape (n_samples,)."""
+    """Stem position, not measured in the paper [% of span], each of shape (n_samples,)."""
     travel: NDArray[np.float64]
     """Positions at which sb and sj are given [% of span], shape (5,)."""
     sb: NDArray[np.float64]
@@ -43,7 +53,7 @@ class Figure5:
     sj: NDArray[np.float64]
     """Jump there [% of span], shape (5,)."""
     test: RampTest = field(repr=False)
-    """What `analyse_ramp` reads from the flow of the corrected model."""
+    """Result of `analyse_ramp` for the flow of the corrected model."""
 
 
 def figure5(seed: int = 0) -> Figure5:
@@ -57,9 +67,9 @@ def figure5(seed: int = 0) -> Figure5:
     Returns
     -------
     Figure5
-        The paper's industrial record is not available and its text gives no numbers for it: the table of sb and sj,
-        the rate, the flow's gain, the sensor's lag of 2 s and the noise are this project's, chosen to show what the
-        text says: stairs at low rate, with slip jump and stick band that vary over the stem position. The paper
+        The paper's industrial record is not available and its text gives no numbers for it: the table of sb and sj, the
+        rate, the flow's gain, the sensor's lag of 2 s and the noise are this project's, chosen to show what the text
+        describes: stairs at a low rate, with a slip jump and a stick band that vary over the stem position. The paper
         ramped up only; the way down is added, since a flow alone shows the stick band only when both are seen.
 
     References
@@ -77,25 +87,25 @@ def figure5(seed: int = 0) -> Figure5:
     from stiction.simulation import stroke
     from stiction.valvetests import analyse_ramp
 
-    rest = np.full(60, POSITION[0])
-    rise = np.arange(POSITION[0], POSITION[-1], RATE * DT)
-    op = np.concatenate([rest, rise, np.full(60, POSITION[-1]), rise[::-1], rest])
-    travel, sb, sj = np.array(POSITION), np.array(STICK_BAND), np.array(JUMP)
-    noise = NOISE * GAIN * np.random.default_rng(seed).standard_normal(op.size)
+    rest = np.full(60, POSITIONS[0])
+    rise = np.arange(POSITIONS[0], POSITIONS[-1], RAMP_RATE * DT_S)
+    op = np.concatenate([rest, rise, np.full(60, POSITIONS[-1]), rise[::-1], rest])
+    travel, sb, sj = np.array(POSITIONS), np.array(STICK_BANDS), np.array(JUMPS)
+    noise = NOISE_STD * FLOW_GAIN * np.random.default_rng(seed).standard_normal(op.size)
     position: dict[str, NDArray[np.float64]] = {}
     pv: dict[str, NDArray[np.float64]] = {}
     for name, as_printed in (("printed", True), ("corrected", False)):
-        valve = Srinivasan(Table(travel, sb), Table(travel, sj), r=2.0 * RATE, as_printed=as_printed)
-        stem = np.asarray(stroke(valve, op, DT).mv)
+        valve = Srinivasan(Table(travel, sb), Table(travel, sj), r=2.0 * RAMP_RATE, as_printed=as_printed)
+        stem = np.asarray(stroke(valve, op, DT_S).mv)
         position[name] = stem
-        pv[name] = ZERO + GAIN * _sensor(stem) + noise
-    record = LoopRecord("flow loop", DT, op=op, pv=pv["corrected"], loop_type="flow")
-    return Figure5(np.arange(op.size, dtype=np.float64) * DT, op, pv, position, travel, sb, sj, analyse_ramp(record))
+        pv[name] = FLOW_ZERO + FLOW_GAIN * _sensor(stem) + noise
+    record = LoopRecord("flow loop", DT_S, op=op, pv=pv["corrected"], loop_type="flow")
+    return Figure5(np.arange(op.size, dtype=np.float64) * DT_S, op, pv, position, travel, sb, sj, analyse_ramp(record))
 
 
 def _sensor(stem: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Stem behind the first-order lag of the flow sensor."""
-    keep = float(np.exp(-DT / LAG))
+    """Stem position after the first-order lag of the flow sensor."""
+    keep = float(np.exp(-DT_S / SENSOR_LAG_S))
     seen = stem.copy()
     for k in range(1, stem.size):
         seen[k] = keep * seen[k - 1] + (1.0 - keep) * stem[k]

@@ -28,7 +28,7 @@ class Figure6:
     cycles: tuple[LimitCycle, ...]
     """The limit cycles of the loop, solved exactly."""
     note: str
-    """What is the paper's and what is assumed."""
+    """Which values are from the paper and which are assumed."""
 
 
 def figure6(duration: float = 3000.0) -> Figure6:
@@ -60,5 +60,5 @@ def figure6(duration: float = 3000.0) -> Figure6:
         LEVEL_LOOP, sp=rest, duration=duration, op_start=rest - 2.0, pv_start=rest - 2.0, mv_start=rest - 2.0,
         tag="Fig. 6", loop_type="level",
     )  # fmt: skip
-    note = "d = 5.1 % is the paper's; process and controller are assumed, so the period is not the paper's."
+    note = "d = 5.1 % is from the paper; process and controller are assumed, so the period differs from the paper."
     return Figure6(record, exact_limit_cycles(LEVEL_LOOP), note)

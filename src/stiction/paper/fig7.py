@@ -32,7 +32,7 @@ class Curve:
     family: str
     """"half" or "integer"."""
     source: str
-    """"corrected", "printed" (eqs. 6-7 letter by letter) or "roots repaired" (first misprint mended only)."""
+    """"corrected", "printed" (eqs. 6-7 letter by letter) or "roots repaired" (only the first misprint corrected)."""
     amplitude: NDArray[np.float64]
     """Amplitudes [% of span], shape (n,)."""
     value: NDArray[np.complex128]

@@ -1,4 +1,4 @@
-"""Table I: the paper's valve in the two readings of its units, and what follows from them."""
+"""Table I: the valve of the paper in two readings of its units, and the derived numbers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from stiction.models.parameter_sets import table1_reading_a, table1_reading_b
-from stiction.simulation.rate import CriticalRate, critical_rate
+from stiction.simulation.critical_rates import CriticalRate, critical_rate
 
 if TYPE_CHECKING:
     from stiction.models import PhysicalValve
@@ -28,7 +28,7 @@ class Parameter:
     symbol: str
     """Symbol of the paper."""
     meaning: str
-    """What it is, in the paper's words."""
+    """Meaning, in the words of the paper."""
     printed: str
     """Value as printed."""
     readings: dict[str, str]
@@ -37,7 +37,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Reading:
-    """What Table I comes to in one reading."""
+    """Numbers derived from Table I in one reading."""
 
     name: str
     """A or B."""
@@ -64,7 +64,7 @@ class Reading:
     critical: CriticalRate
     """Ramp rate that separates stairs from stick-jump-follow, and why."""
     critical_pressure: float
-    """The same as a rate of the pressure [psi/s]."""
+    """Critical rate as a rate of the pressure [psi/s]."""
     critical_speed: float
     """Speed of the stem there [in/s]."""
     slide_pressure: float
@@ -78,10 +78,10 @@ class Table1:
     parameters: tuple[Parameter, ...]
     """The lines of the table."""
     readings: tuple[Reading, ...]
-    """What follows in reading A and in reading B."""
+    """Derived numbers in reading A and in reading B."""
 
     def summary(self) -> str:
-        """Say it in a sentence per reading."""
+        """Summary in a sentence per reading."""
         return " ".join(
             f"Reading {r.name} (slopes in {r.slope_unit}): S = {r.S:.2f} %, J = {r.J:.2f} %, damping ratio "
             f"{r.damping_ratio:.3g}, stairs below {r.critical_pressure:.3g} psi/s ({r.critical.mechanism}), a steady "
@@ -91,13 +91,13 @@ class Table1:
 
     def to_dict(self, *, series: bool = True) -> dict[str, Any]:
         """JSON-ready form; with or without arrays."""
-        from stiction.paper.plain import plain
+        from stiction.paper.to_plain import to_plain
 
-        return plain(self, series=series)
+        return to_plain(self, series=series)
 
 
 def table1() -> Table1:
-    """Read Table I with explicit units and derive what the simple models would call it.
+    """Read Table I with explicit units and derive the parameters of the simple models.
 
     Returns
     -------

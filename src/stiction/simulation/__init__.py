@@ -1,10 +1,10 @@
-"""Let it run: a valve alone, or the whole loop."""
+"""Simulation of a valve alone, of a control loop and of a plant."""
 
 from stiction.simulation.closed_loop import simulate
+from stiction.simulation.critical_rates import behaviour_map, critical_rate, ramp_behaviour
+from stiction.simulation.input_signals import binary_sequence, ramp, random_walk, sine, staircase, triangle
+from stiction.simulation.model_reduction import reduce_valve
 from stiction.simulation.phenomena import phenomena_table
-from stiction.simulation.rate import behaviour_map, critical_rate, ramp_behaviour
-from stiction.simulation.reduction import reduce_valve
-from stiction.simulation.signals import binary_sequence, ramp, random_walk, sine, staircase, triangle
 from stiction.simulation.stroke import stroke
 
 __all__ = [

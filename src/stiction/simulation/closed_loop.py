@@ -1,4 +1,4 @@
-"""The loop in time: controller, valve and process together."""
+"""Simulation of a control loop."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError, as_floats, require_finite, require_positive, require_samples, require_seed
+from stiction.models.dispatch import NO_COMPENSATOR, is_data_driven
 from stiction.models.loop import require_loop
-from stiction.models.switch import NO_COMPENSATOR, is_plain
 from stiction.records.record import LoopRecord, Provenance
-from stiction.simulation.drivers import closed_loop, plain_loop
+from stiction.simulation.drivers import closed_loop, fast_closed_loop
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 __all__ = ["simulate"]
 
-_NOTHING, _AUTOMATIC = np.zeros(1), np.full(1, np.nan)
+_NO_LOAD = np.zeros(1)
+_AUTOMATIC = np.full(1, np.nan)
 
 
 def simulate(
@@ -51,30 +52,30 @@ def simulate(
     disturbance : float or array_like, shape (n_samples,), optional
         Load, added to the valve position at the process inlet [% of span].
     seed : int, optional
-        Seed of the measurement noise, 0 or more; without one each run draws its own.
+        Seed of the measurement noise, 0 or more; without it every run has different noise.
     pv_disturbance : float or array_like, shape (n_samples,), optional
         Added to the process output [PV units].
     manual : float or array_like, shape (n_samples,), optional
-        OP where the loop is in manual [% of span]; NaN where it is in automatic. Changes are bumpless.
+        OP in manual [% of span]; NaN in automatic. Changes are bumpless.
     pv_start, op_start : float
-        Operating point at which the loop rests before the first sample [PV units, % of span]: the PV is
-        `pv_start` when the stem is where `op_start` puts it.
+        Operating point of the loop at rest before the first sample [PV units, % of span]: the PV is `pv_start`
+        when the stem is at the position for `op_start`.
     mv_start : float, optional
-        Where the stem rests before the first sample [% of span]; by default at `op_start`.
+        Stem position before the first sample [% of span]; by default `op_start`.
     tag, loop_type : str
         Name and type of the record.
 
     Returns
     -------
     LoopRecord
-        `op`, `pv`, `sp` and the valve position `mv`; with a compensator also `valve_signal`, what it sent to the
-        valve, within the output limits of the controller.
+        `op`, `pv`, `sp` and the valve position `mv`; with a compensator also `valve_signal`, the signal to the
+        valve within the output limits of the controller.
 
     Raises
     ------
     ParameterError
-        When a series has another length than the simulation or is not a series of numbers, or `seed` is no whole
-        number of 0 or more.
+        When the length of a series differs from that of the simulation, a series is not numeric, or `seed` is not
+        a whole number of 0 or more.
 
     Examples
     --------
@@ -91,11 +92,11 @@ def simulate(
     if n < 1:
         raise ParameterError(f"duration = {duration:g} s is shorter than one sample of {loop.dt:g} s; make it longer.")
     seed, set_point = require_seed(seed), _series("sp", sp, n)
-    load = _NOTHING if disturbance is None else _series("disturbance", disturbance, n)
-    pv_load = _NOTHING if pv_disturbance is None else _series("pv_disturbance", pv_disturbance, n)
+    load = _NO_LOAD if disturbance is None else _series("disturbance", disturbance, n)
+    pv_load = _NO_LOAD if pv_disturbance is None else _series("pv_disturbance", pv_disturbance, n)
     if loop.noise > 0.0:
         pv_load = pv_load + np.random.default_rng(seed).normal(0.0, loop.noise, n)
-    hand = _AUTOMATIC if manual is None else _series("manual", manual, n, gaps=True)
+    manual_op = _AUTOMATIC if manual is None else _series("manual", manual, n, gaps=True)
     start = np.array(
         [
             require_finite("pv_start", pv_start, "PV units"),
@@ -104,21 +105,21 @@ def simulate(
         ]
     )
     compensator = loop.compensator
-    # One block: the pages of a large one come many at a time, those of smaller ones singly, as they are touched.
-    pv, op, mv, recorded_sp, *sent = np.empty((4 if compensator is None else 5, n))
+    # One large array: the operating system gives its memory pages in groups, those of small arrays one by one.
+    pv, op, mv, recorded_sp, *valve_signal = np.empty((4 if compensator is None else 5, n))
     recorded_sp[:] = set_point
     controller, valve, packed = loop.controller.pack(loop.dt), loop.valve.code, loop.valve.pack(loop.dt)
-    if compensator is None and is_plain(valve):
-        plain_loop(
-            controller, valve, packed, *loop.discrete, set_point, load, pv_load, hand, start, pv, op, mv
+    if compensator is None and is_data_driven(valve):
+        fast_closed_loop(
+            controller, valve, packed, *loop.discrete, set_point, load, pv_load, manual_op, start, pv, op, mv
         )  # fmt: skip
     else:
-        kind, settings = NO_COMPENSATOR, _NOTHING
+        kind, settings = NO_COMPENSATOR, _NO_LOAD
         if compensator is not None:
             kind, settings = compensator.code, compensator.pack(loop.dt)
         closed_loop(
             controller, kind, settings, valve, packed, *loop.discrete,
-            set_point, load, pv_load, hand, start, pv, op, sent[0] if sent else _NOTHING, mv,
+            set_point, load, pv_load, manual_op, start, pv, op, valve_signal[0] if valve_signal else _NO_LOAD, mv,
         )  # fmt: skip
     return LoopRecord(
         tag,
@@ -127,8 +128,8 @@ def simulate(
         pv=pv,
         sp=recorded_sp,
         mv=mv,
-        valve_signal=sent[0] if sent else None,
-        auto=None if manual is None else np.broadcast_to(np.isnan(hand), n).copy(),
+        valve_signal=valve_signal[0] if valve_signal else None,
+        auto=None if manual is None else np.broadcast_to(np.isnan(manual_op), n).copy(),
         loop_type=loop_type,
         provenance=Provenance(source="simulation", rows=n),
     )

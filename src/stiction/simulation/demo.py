@@ -1,4 +1,4 @@
-"""A small plant whose truth is known: nine loops, four sticky valves among them, for a first look at the package."""
+"""A small simulated plant with known faults: nine loops, four of them with sticky valves."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from stiction.models import FOPDT, PID, SOPDT, Ideal, Integrating, Kano, Loop
 from stiction.simulation.closed_loop import simulate
-from stiction.simulation.signals import random_walk
+from stiction.simulation.input_signals import random_walk
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,22 +22,22 @@ if TYPE_CHECKING:
 __all__ = ["DemoLoop", "demo_plant"]
 
 _START = datetime(2026, 3, 2, 6, 0)
-_BURN_IN = 0.25
-"""Share of the record that runs before it, so that the record starts in the middle of things [-]."""
+_BURN_IN_SHARE = 0.25
+"""Simulated time before the record over the length of the record [-]."""
 
-Wave = Callable[["NDArray[Any]"], "NDArray[Any]"]
+LoadFunction = Callable[["NDArray[Any]"], "NDArray[Any]"]
 
 
 @dataclass(frozen=True)
 class DemoLoop:
-    """A loop of the demo plant: what a historian recorded of it, and what is true."""
+    """A loop of the demo plant: its record and its true fault."""
 
     record: LoopRecord
     """SP, PV and OP; the stem position stays hidden."""
     cause: str
-    """What is wrong: stiction, deadband, tight tuning, external disturbance, sensor, none."""
+    """Cause of the fault: stiction, deadband, tight tuning, external disturbance, sensor, none."""
     story: str
-    """The truth in a few words."""
+    """Description of the fault in a few words."""
     S: float
     """Deadband plus stickband of the valve [% of span]."""
     J: float
@@ -46,7 +46,7 @@ class DemoLoop:
 
 @dataclass(frozen=True)
 class _Loop:
-    """One row of the plant: engineering units, seconds, % of span."""
+    """One loop of the plant: engineering units, seconds, % of span."""
 
     tag: str
     loop_type: str
@@ -61,11 +61,11 @@ class _Loop:
     noise: float = 0.0
     """Measurement noise [PV units]."""
     drift: float = 0.0
-    """Wandering load: standard deviation of its change over one second [% of span]."""
-    outside: Wave | None = None
-    """Load from elsewhere over time [% of span]."""
+    """Standard deviation of the change of the random load over one second [% of span]."""
+    external_load: LoadFunction | None = None
+    """External load over time [% of span]."""
     resolution: float = 0.0
-    """Steps in which the transmitter reports [PV units]."""
+    """Resolution of the transmitter [PV units]."""
 
 
 def demo_plant(seed: int = 1) -> tuple[DemoLoop, ...]:
@@ -79,13 +79,13 @@ def demo_plant(seed: int = 1) -> tuple[DemoLoop, ...]:
     Returns
     -------
     tuple of DemoLoop
-        Nine loops: sticky valves of three strengths and one on a level, a loop tuned too tightly, one disturbed from
-        outside, one with a coarse transmitter, a healthy one, and a level whose valve only has play.
+        Nine loops: sticky valves of three strengths and one on a level, a loop tuned too tightly, one with an external
+        disturbance, one with a coarse transmitter, a healthy one, and a level loop whose valve has deadband only.
 
     Notes
     -----
-    Every controller is a PI in an ordinary tuning (lambda or SIMC), but for the one that is tuned too tightly; every
-    load wanders; noise is 0.1 to 0.5 % of the reading; OP is recorded to 0.01 %.
+    Every controller is a PI controller with a usual tuning (lambda or SIMC), except the one that is tuned too tightly.
+    Every load varies randomly. Noise is 0.1 to 0.5 % of the reading, and OP is recorded to 0.01 %.
 
     Examples
     --------
@@ -121,7 +121,7 @@ def _plant() -> tuple[_Loop, ...]:
         _Loop(
             "FIC-106", "flow", "external disturbance", "supply pressure swings, valve good",
             FOPDT(1.5, 4.0, 2.0), PID(0.33, 6.0), 75.0, noise=0.12, drift=0.01,
-            outside=lambda t: 3.0 * np.sin(2.0 * np.pi * t / 95.0),
+            external_load=lambda t: 3.0 * np.sin(2.0 * np.pi * t / 95.0),
         ),
         _Loop(
             "TIC-107", "temperature", "sensor", "transmitter reports in steps of 0.5, valve good",
@@ -140,21 +140,21 @@ def _plant() -> tuple[_Loop, ...]:
 
 def _run(row: _Loop, seed: int) -> DemoLoop:
     duration = row.hours * 3600.0
-    before = round(_BURN_IN * duration / row.dt)
+    before = round(_BURN_IN_SHARE * duration / row.dt)
     n = before + round(duration / row.dt)
     whole = n * row.dt
     load = random_walk(0.0, row.drift, whole, row.dt, seed=seed)
     load = load - float(load.mean())
-    if row.outside is not None:
-        load = load + row.outside(np.arange(n) * row.dt)
+    if row.external_load is not None:
+        load = load + row.external_load(np.arange(n) * row.dt)
     controller = replace(row.controller, op_limits=(0.0, 100.0))
     loop = Loop(controller, row.valve, row.process, row.dt, noise=row.noise)
     run = simulate(
         loop, row.sp, whole, load, seed, pv_start=row.sp, op_start=50.0, tag=row.tag, loop_type=row.loop_type
     )
-    kept = run.window(before, n)
-    assert kept.pv is not None
-    pv = row.resolution * np.round(kept.pv / row.resolution) if row.resolution else kept.pv
-    record = replace(kept, pv=pv, op=np.round(kept.op, 2), mv=None, start=_START)
+    recorded = run.window(before, n)
+    assert recorded.pv is not None
+    pv = row.resolution * np.round(recorded.pv / row.resolution) if row.resolution else recorded.pv
+    record = replace(recorded, pv=pv, op=np.round(recorded.op, 2), mv=None, start=_START)
     S, J = (row.valve.S, row.valve.J) if isinstance(row.valve, Kano) else (0.0, 0.0)
     return DemoLoop(record, row.cause, row.story, S, J)

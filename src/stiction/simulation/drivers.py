@@ -1,37 +1,37 @@
-"""The engine: one valve over samples, one loop over samples. Everything else is packing and unpacking."""
+"""Compiled drivers: one valve or one loop over all samples."""
 
 from __future__ import annotations
 
 from stiction.models.compensators.component import compensator_at_rest
-from stiction.models.compiled import inlined, kernel
 from stiction.models.controllers.pid import pid_at_rest, pid_step
-from stiction.models.switch import (
+from stiction.models.dispatch import (
     NO_COMPENSATOR,
     PHYSICAL,
     compensator_step,
-    is_plain,
+    data_driven_parameters,
+    data_driven_step,
+    is_data_driven,
     physical_parameters,
     physical_step,
-    plain_parameters,
-    plain_step,
     valve_at_rest,
     valve_step,
 )
+from stiction.models.numba_compile import inline_kernel, kernel
 
-__all__ = ["advance", "closed_loop", "plain_loop", "stroke_one"]
+__all__ = ["closed_loop", "fast_closed_loop", "process_step", "stroke_one"]
 
 
 @kernel
 def stroke_one(model, p, op, position, mv):
-    """Drive one valve over `op` (n_samples,) from rest at `position`; the stem goes to `mv` (n_samples,)."""
+    """Drive one valve over `op` (n_samples,) from rest at `position`; writes the stem to `mv` (n_samples,)."""
     if op.shape[0] == 0:
         return
     s = valve_at_rest(model, op[0], position, p)
     low, high = p[0], p[1]
-    if is_plain(model):
-        q = plain_parameters(p)
+    if is_data_driven(model):
+        q = data_driven_parameters(p)
         for k in range(op.shape[0]):
-            s = plain_step(model, op[k], s, q)
+            s = data_driven_step(model, op[k], s, q)
             mv[k] = min(max(s.position, low), high)
         return
     if model == PHYSICAL:
@@ -45,26 +45,26 @@ def stroke_one(model, p, op, position, mv):
         mv[k] = min(max(s.position, low), high)
 
 
-@inlined
-def _output(c, state):
-    """What the states of a process add up to."""
+@inline_kernel
+def _process_output(c, state):
+    """Output of a process from its states."""
     y = 0.0
     for i in range(c.shape[0]):
         y += c[i] * state[i]
     return y
 
 
-@inlined
-def _inlet(k, delay, mv, mv0, load, load_step):
-    """What a process sees `delay` samples late: the stem off where it rested, and the load."""
+@inline_kernel
+def _process_input(k, delay, mv, mv0, load, load_step):
+    """Input of a process, `delay` samples late: deviation of the stem from its start, plus the load."""
     if k < delay:
         return 0.0
     return mv[k - delay] - mv0 + load[(k - delay) * load_step]
 
 
-@inlined
-def advance(A, b_new, b_old, newer, older, state, work):
-    """Take the states of a process on by one sample."""
+@inline_kernel
+def process_step(A, b_new, b_old, newer, older, state, work):
+    """Advance the states of a process by one sample."""
     order = state.shape[0]
     for i in range(order):
         total = 0.0
@@ -76,11 +76,11 @@ def advance(A, b_new, b_old, newer, older, state, work):
 
 
 @kernel
-def plain_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv_load, manual, start, pv, op, mv):
-    """Run one loop with a plain valve and no compensator, as `closed_loop` does.
+def fast_closed_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv_load, manual, start, pv, op, mv):
+    """Run one loop with a data-driven valve and no compensator, as `closed_loop` does.
 
-    A kernel of its own, since most loops are such ones and the general one takes long to compile. A first-order
-    process runs on scalars; the order of operations is that of the general one.
+    A separate kernel, because most loops need no more and the general kernel takes long to compile. A first-order
+    process runs on scalars; the order of operations equals that of the general kernel.
     """
     n, order = pv.shape[0], c.shape[0]
     pv0, op0, mv0 = start[0], start[1], start[2]
@@ -92,7 +92,7 @@ def plain_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv
     settings = (pid[0], pid[1], pid[2], pid[3], pid[4], pid[5], pid[6], pid[7], pid[8], pid[9])
     controller = pid_at_rest(op0, pv0, settings)
     valve = valve_at_rest(model, op0, mv0, p)
-    q = plain_parameters(p)
+    q = data_driven_parameters(p)
     older = 0.0
     if order == 1 and d == 0.0:
         x = 0.0
@@ -100,40 +100,60 @@ def plain_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv
         for k in range(n):
             y = pv0 + gain * x + pv_load[k * pv_step]
             controller = pid_step(sp[k * sp_step], y, controller, manual[k * manual_step], settings)
-            valve = plain_step(model, controller.op, valve, q)
+            valve = data_driven_step(model, controller.op, valve, q)
             pv[k] = y
             op[k] = controller.op
             mv[k] = min(max(valve.position, low), high)
-            newer = _inlet(k, delay, mv, mv0, load, load_step)
+            newer = _process_input(k, delay, mv, mv0, load, load_step)
             x = a * x + bn * newer + bo * older
             older = newer
         return
     state = A[:, 0] * 0.0 if order else c
     work = state.copy()
     for k in range(n):
-        y = pv0 + _output(c, state) + pv_load[k * pv_step]
+        y = pv0 + _process_output(c, state) + pv_load[k * pv_step]
         if d != 0.0:
-            y += d * _inlet(k, direct, mv, mv0, load, load_step)
+            y += d * _process_input(k, direct, mv, mv0, load, load_step)
         controller = pid_step(sp[k * sp_step], y, controller, manual[k * manual_step], settings)
-        valve = plain_step(model, controller.op, valve, q)
+        valve = data_driven_step(model, controller.op, valve, q)
         pv[k] = y
         op[k] = controller.op
         mv[k] = min(max(valve.position, low), high)
-        newer = _inlet(k, delay, mv, mv0, load, load_step)
-        advance(A, b_new, b_old, newer, older, state, work)
+        newer = _process_input(k, delay, mv, mv0, load, load_step)
+        process_step(A, b_new, b_old, newer, older, state, work)
         older = newer
 
 
 @kernel
 def closed_loop(
-    pid, kind, h, model, p, A, b_new, b_old, c, d, delay, direct, sp, load, pv_load, manual, start, pv, op, sent, mv
+    pid,
+    kind,
+    h,
+    model,
+    p,
+    A,
+    b_new,
+    b_old,
+    c,
+    d,
+    delay,
+    direct,
+    sp,
+    load,
+    pv_load,
+    manual,
+    start,
+    pv,
+    op,
+    valve_signal,
+    mv,
 ):
-    """Run one loop over `pv` (n_samples,), with the compensator `kind` of parameters `h` where there is one.
+    """Run one loop over `pv` (n_samples,), with the compensator `kind` of parameters `h`, if any.
 
     `sp`, `load`, `pv_load` and `manual` hold one value per sample, or one value for all of them. `load` is added
     to the stem position at the process inlet [% of span], `pv_load` to the process output (measurement noise
-    included). `start` is (pv, op, position) at rest before the first sample. What the compensator sends goes to
-    `sent`, which is not touched without one.
+    included). `start` is (pv, op, position) at rest before the first sample. The signal of the compensator goes to
+    `valve_signal`, which is not used without a compensator.
     """
     n, order = pv.shape[0], c.shape[0]
     pv0, op0, mv0 = start[0], start[1], start[2]
@@ -151,26 +171,26 @@ def closed_loop(
     state = A[:, 0] * 0.0 if order else c
     work = state.copy()
     for k in range(n):
-        y = pv0 + _output(c, state) + pv_load[k * pv_step]
+        y = pv0 + _process_output(c, state) + pv_load[k * pv_step]
         if d != 0.0:
-            y += d * _inlet(k, direct, mv, mv0, load, load_step)
+            y += d * _process_input(k, direct, mv, mv0, load, load_step)
         pv[k] = y
-        target, hand = sp[k * sp_step], manual[k * manual_step]
+        target, manual_op = sp[k * sp_step], manual[k * manual_step]
         if kind == NO_COMPENSATOR:
-            controller = pid_step(target, y, controller, hand, settings)
+            controller = pid_step(target, y, controller, manual_op, settings)
             signal = controller.op
         else:
-            followed = sent[k - 1] if compensator.track != 0.0 and hand != hand else hand
-            controller = pid_step(target, y, controller, followed, holding if compensator.hold != 0.0 else settings)
-            if hand == hand:
+            tracked_op = valve_signal[k - 1] if compensator.track != 0.0 and manual_op != manual_op else manual_op
+            controller = pid_step(target, y, controller, tracked_op, holding if compensator.hold != 0.0 else settings)
+            if manual_op == manual_op:
                 compensator = compensator_at_rest(controller.op, target)
             else:
                 compensator = compensator_step(kind, controller.op, target, y, compensator, h)
             signal = min(max(compensator.valve_signal, pid[6]), pid[7])
-            sent[k] = signal
+            valve_signal[k] = signal
         op[k] = controller.op
         valve = valve_step(model, signal, valve, p)
         mv[k] = min(max(valve.position, low), high)
-        newer = _inlet(k, delay, mv, mv0, load, load_step)
-        advance(A, b_new, b_old, newer, older, state, work)
+        newer = _process_input(k, delay, mv, mv0, load, load_step)
+        process_step(A, b_new, b_old, newer, older, state, work)
         older = newer

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.errors import ParameterError
-from stiction.models.table import Table
+from stiction.models.lookup_table import Table
 from stiction.models.valves import Srinivasan
-from stiction.simulation.reduction import reduce_valve
+from stiction.simulation.model_reduction import reduce_valve
 from stiction.simulation.stroke import stroke
 
 if TYPE_CHECKING:
@@ -26,22 +26,25 @@ if TYPE_CHECKING:
 
 __all__ = ["Phenomena", "phenomena_table"]
 
-_SLOW, _MIDDLE, _FAST = 0.1, 0.5, 3.0
-_SEEN = 0.02
+_RATE_RATIOS = (0.1, 0.5, 3.0)
+"""Slow, middle and fast rate of a ramp over the critical rate [-]."""
+_MIN_RELATIVE_CHANGE = 0.02
+"""Relative change above which a slip varies, and a stem moves [-]."""
 _SAMPLES_PER_SLIP = 200
-_BANDS = 8.0
+_RAMP_LENGTH_BANDS = 8.0
+"""Length of a ramp over the stick band [-]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Phenomena:
-    """What one model shows on ramps, in numbers."""
+    """Behaviour of one model on ramps, in numbers."""
 
     model: str
     """Name of the model."""
     reversal_travel: float
     """Input from the reversal of a slow ramp to the first move back [% of travel].
 
-    In stairs it lies between S and S + J, with slips that overshoot below."""
+    On a staircase it lies between S and S + J; with slips that overshoot it is smaller."""
     slips_slow: int
     """Slips on a ramp at a tenth of the critical rate [-]."""
     slips_fast: int
@@ -63,18 +66,18 @@ class Phenomena:
 
     @property
     def rate_dependent(self) -> bool:
-        """Whether the same model does both."""
+        """Whether the model shows both."""
         return self.staircase and self.follow
 
     @property
     def slip_varies_with_rate(self) -> bool:
         """Whether the slip changes with the rate by more than 2 %."""
-        return self.slip_over_rate > _SEEN
+        return self.slip_over_rate > _MIN_RELATIVE_CHANGE
 
     @property
     def slip_varies_with_position(self) -> bool:
         """Whether the slip changes over the travel by more than 2 %."""
-        return self.slip_over_travel > _SEEN
+        return self.slip_over_travel > _MIN_RELATIVE_CHANGE
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
@@ -84,12 +87,12 @@ class Phenomena:
 
 
 def phenomena_table(valve: PhysicalValve) -> tuple[Phenomena, ...]:
-    """Run each model through the paper's phenomena.
+    """Test each model for the phenomena of the paper.
 
     Parameters
     ----------
     valve : PhysicalValve
-        The physical valve, and where the data-driven models have their parameters from.
+        The physical valve, from which the parameters of the data-driven models are computed.
 
     Returns
     -------
@@ -115,7 +118,9 @@ def phenomena_table(valve: PhysicalValve) -> tuple[Phenomena, ...]:
     """
     found = reduce_valve(valve, samples=50)
     if not found.r:
-        raise ParameterError("The valve has no critical rate: no ramp gives stairs, so there is nothing to compare.")
+        raise ParameterError(
+            "The valve has no critical rate: no ramp gives stairs. Raise its static friction or lower its damping."
+        )
     models = found.valves()
     sb, sj, rate = (found.gain * value for value in (found.sb, found.sj, found.r))
     larger = np.array([1.0, 1.25])
@@ -127,12 +132,12 @@ def phenomena_table(valve: PhysicalValve) -> tuple[Phenomena, ...]:
     def drive_physical(travel: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
         return _position(stroke(physical, travel / found.gain + found.offset, dt, mv_start=float(travel[0])))
 
-    drives: dict[str, Drive] = {name: _driver(model) for name, model in models.items()}
+    drives: dict[str, Drive] = {name: _stroke_model(model) for name, model in models.items()}
     drives["PhysicalValve"] = drive_physical
-    return tuple(_row(name, drive, rate, sj, _BANDS * sb) for name, drive in drives.items())
+    return tuple(_measure_model(name, drive, rate, sj, _RAMP_LENGTH_BANDS * sb) for name, drive in drives.items())
 
 
-def _driver(model: Valve) -> Drive:
+def _stroke_model(model: Valve) -> Drive:
     return lambda travel, dt: _position(stroke(model, travel, dt))
 
 
@@ -141,12 +146,12 @@ def _position(record: LoopRecord) -> NDArray[np.float64]:
     return record.mv
 
 
-def _row(name: str, drive: Drive, rate: float, sj: float, span: float) -> Phenomena:
-    slow, middle, fast = (_slips(drive, share * rate, sj, span) for share in (_SLOW, _MIDDLE, _FAST))
+def _measure_model(name: str, drive: Drive, rate: float, sj: float, span: float) -> Phenomena:
+    slow, middle, fast = (_slips(drive, share * rate, sj, span) for share in _RATE_RATIOS)
     typical, faster = np.median(slow[1:] or [math.nan]), np.median(middle[1:] or [math.nan])
     return Phenomena(
         name,
-        _reversal_travel(drive, _SLOW * rate, sj, span),
+        _reversal_travel(drive, _RATE_RATIOS[0] * rate, sj, span),
         len(slow),
         len(fast),
         float(2.0 * abs(faster - typical) / (faster + typical)),
@@ -165,7 +170,7 @@ def _slips(drive: Drive, rate: float, sj: float, span: float) -> list[float]:
 
 
 def _reversal_travel(drive: Drive, rate: float, sj: float, span: float) -> float:
-    """Input between the last move up and the first move down of a triangle [% of travel]."""
+    """Input from the reversal to the first move down of a triangle [% of travel]."""
     step = sj / _SAMPLES_PER_SLIP
     up = np.arange(0.0, span, step)
     travel = np.concatenate([up, up[::-1]])
@@ -176,5 +181,5 @@ def _reversal_travel(drive: Drive, rate: float, sj: float, span: float) -> float
 
 def _edges(change: NDArray[np.float64], step: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Find the samples at which motion starts and ends."""
-    edge = np.diff((change > _SEEN * step).astype(np.int8), prepend=0)
+    edge = np.diff((change > _MIN_RELATIVE_CHANGE * step).astype(np.int8), prepend=0)
     return np.flatnonzero(edge > 0), np.flatnonzero(edge < 0)

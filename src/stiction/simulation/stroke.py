@@ -1,4 +1,4 @@
-"""The valve on its own: drive it over any input."""
+"""Simulation of a valve alone, for any input."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ def stroke(
     dt : float
         Sampling period [s].
     mv_start : float, optional
-        Where the stem rests before the first sample [% of span]; by default at the first input.
+        Stem position before the first sample [% of span]; by default the first input.
     out : ndarray, shape (n_samples,), optional
-        Where to put the valve position; `op` itself may be given, and is overwritten.
+        Array for the valve position; `op` itself is allowed and is overwritten.
 
     Returns
     -------
@@ -47,7 +47,7 @@ def stroke(
     ParameterError
         When `dt` is not positive, or `out` cannot be written or has another shape or type than `op`.
     RecordError
-        When `op` is not a series of numbers, or one is missing.
+        When `op` is not a series of numbers, or has missing values.
 
     Examples
     --------
@@ -60,8 +60,8 @@ def stroke(
         raise ParameterError(f"valve is a {type(valve).__name__}; give a valve model such as Kano(S, J).")
     record = LoopRecord("stroke", dt, op=op, provenance=Provenance(source=repr(valve)))  # type: ignore[arg-type]
     if missing := int(np.isnan(record.op).sum()):
-        raise RecordError(f"op has {missing} missing values; a valve needs one at each sample: fill them first.")
-    mv = np.empty_like(record.op) if out is None else _writable(out, record.op.shape)
+        raise RecordError(f"op has {missing} missing values; fill them first.")
+    mv = np.empty_like(record.op) if out is None else _require_writable(out, record.op.shape)
     if np.may_share_memory(mv, record.op):
         record = replace(record, op=record.op.copy())
     if len(record):
@@ -70,8 +70,8 @@ def stroke(
     return LoopRecord("stroke", dt, op=record.op, mv=mv, provenance=record.provenance)
 
 
-def _writable(out: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """`out`, where a position can be written to."""
+def _require_writable(out: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Return `out`, or raise when positions cannot be written to it."""
     if not isinstance(out, np.ndarray):
         raise ParameterError(f"out is a {type(out).__name__}; give an array of float64 of shape {shape}.")
     if out.shape != shape or out.dtype != np.float64:

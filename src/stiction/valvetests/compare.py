@@ -109,7 +109,7 @@ def _change(name: str, old: Estimate, new: Estimate) -> Change:
     difference = new.value - old.value
     if not math.isfinite(difference):
         return Change(name, unit_of(name), old, new, math.nan, "cannot tell")
-    (old_low, old_high), (new_low, new_high) = _range(old), _range(new)
+    (old_low, old_high), (new_low, new_high) = _interval_of(old), _interval_of(new)
     if new_high < old_low:
         verdict = "smaller"
     elif new_low > old_high:
@@ -119,7 +119,7 @@ def _change(name: str, old: Estimate, new: Estimate) -> Change:
     return Change(name, unit_of(name), old, new, difference, verdict)
 
 
-def _range(estimate: Estimate) -> tuple[float, float]:
+def _interval_of(estimate: Estimate) -> tuple[float, float]:
     """Interval of an estimate; without one, two spreads or a tenth of the value either way."""
     if math.isfinite(estimate.low) and math.isfinite(estimate.high):
         return estimate.low, estimate.high

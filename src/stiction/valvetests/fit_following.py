@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiction.valvetests.ramp_split import OpRamp
-    from stiction.valvetests.stem_moves import Moves
+    from stiction.valvetests.stem_moves import StemMoves
 
 __all__ = ["fit_following"]
 
 
-def fit_following(ramps: Sequence[OpRamp], found: Sequence[Moves]) -> tuple[Estimate, Estimate]:
+def fit_following(ramps: Sequence[OpRamp], found: Sequence[StemMoves]) -> tuple[Estimate, Estimate]:
     """Deadband and S of a stem that followed every ramp, from its position.
 
     Parameters

@@ -21,26 +21,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.valvetests.ramp_intervals import SystematicError, covariance, estimate
+from stiction.valvetests.ramp_intervals import SystematicError, make_estimate, slip_covariance
 from stiction.valvetests.result import Estimate
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["FrictionFit", "Rows", "fit_friction"]
+__all__ = ["FrictionFit", "SlipRows", "fit_friction"]
 
-LEAST_SPAN = 5.0
+MIN_SLOPE_TRAVEL = 5.0
 """Travel over which the slope of a position's frictionless line is worth fitting [% of span]."""
-LEAST_DOUBT = 0.02
+MIN_SLIP_ERROR = 0.02
 """What a slip on the slowest ramp may still be wrong by [% of span]."""
-DISTINCT = 1.3
+MIN_RATE_RATIO = 1.3
 """Ratio of two rates above which they tell a lag from friction [-]."""
-OUTLIER = 5.0
+OUTLIER_LIMIT_STD = 5.0
 """Slips further than this from the fit, in robust standard deviations, are left out [-]."""
 
 
 @dataclass(frozen=True, slots=True)
-class Rows:
+class SlipRows:
     """Slips and points of following as arrays; a point of following belongs to the slip before it."""
 
     direction: NDArray[np.float64]
@@ -101,7 +101,7 @@ class FrictionFit:
     """Whether slips were seen opening and closing."""
 
 
-def fit_friction(rows: Rows, is_position: bool, *, dt: float, op_step: float, rounding: float) -> FrictionFit:
+def fit_friction(rows: SlipRows, is_position: bool, *, dt: float, op_step: float, rounding: float) -> FrictionFit:
     """Fit the line and the friction.
 
     Parameters
@@ -125,7 +125,7 @@ def fit_friction(rows: Rows, is_position: bool, *, dt: float, op_step: float, ro
     n = rows.op.size
     both = np.unique(rows.direction).size == 2
     span = float(np.ptp(np.concatenate([rows.before, rows.after, rows.follow_stem])))
-    free_slope = not is_position or (both and span >= LEAST_SPAN)
+    free_slope = not is_position or (both and span >= MIN_SLOPE_TRAVEL)
     seen = np.flatnonzero(np.isnan(rows.hidden_jump))
     hidden = np.flatnonzero(np.isfinite(rows.hidden_jump))
     follow, mean = np.flatnonzero(~rows.follow_mean), np.flatnonzero(rows.follow_mean)
@@ -147,10 +147,10 @@ def fit_friction(rows: Rows, is_position: bool, *, dt: float, op_step: float, ro
     columns = [sign * share[:, k] for k in range(points)]
     moving = (sort == 2) | (sort == 3) | ((sort == 1) & rows.followed[slip])
     speeds = np.abs(rows.rate[slip][moving])
-    free_lag = speeds.size > 0 and float(speeds.max()) > DISTINCT * float(speeds.min())
+    free_lag = speeds.size > 0 and float(speeds.max()) > MIN_RATE_RATIO * float(speeds.min())
     columns += [rows.rate[slip] * moving] if free_lag else []
     speeds = np.abs(rows.rate)
-    free_late = not is_position and float(speeds.max()) > DISTINCT * float(speeds.min())
+    free_late = not is_position and float(speeds.max()) > MIN_RATE_RATIO * float(speeds.min())
     shown = (sort == 0) | ((sort == 1) & ~rows.followed[slip])
     columns += [rows.rate[slip] * shown] if free_late else []
     columns += [balance.astype(np.float64)] if both else []
@@ -160,18 +160,18 @@ def fit_friction(rows: Rows, is_position: bool, *, dt: float, op_step: float, ro
     # While a sample or a slip lasts OP goes on: a slow ramp tells more than a fast one.
     # What follows after a slip does not stop late.
     slides = np.abs(rows.rate) * (rows.rise + dt * ~(rows.followed & is_position))
-    weight = 1.0 / (LEAST_DOUBT + slides)
+    weight = 1.0 / (MIN_SLIP_ERROR + slides)
     kept = np.ones(n, bool)
     best = _solve(design, target, weight[slip])
     for _ in range(2):
         miss = np.abs(target - design @ best)
         worst = np.zeros(n)
         np.maximum.at(worst, slip[sort < 2], miss[sort < 2])
-        kept = worst <= max(OUTLIER * 1.4826 * float(np.median(worst)), 0.05)
+        kept = worst <= max(OUTLIER_LIMIT_STD * 1.4826 * float(np.median(worst)), 0.05)
         best = _solve(design[kept[slip]], target[kept[slip]], weight[slip[kept[slip]]])
     inside = kept[slip]
     weights = weight[slip[inside], np.newaxis]
-    spread = covariance(slip[inside], weights * design[inside], weights[:, 0] * target[inside], best)
+    spread = slip_covariance(slip[inside], weights * design[inside], weights[:, 0] * target[inside], best)
 
     slope = float(best[-1]) if free_slope else 1.0
     offset = float(best[len(best) - 1 - free_slope]) if both else 0.0
@@ -191,8 +191,8 @@ def fit_friction(rows: Rows, is_position: bool, *, dt: float, op_step: float, ro
     def told(name: str, weights: tuple[float, ...], readings: NDArray[np.float64], times: float = 1.0) -> Estimate:
         contrast = np.zeros(best.size)
         contrast[: len(weights)] = weights
-        below, above = doubt.of(name)
-        return estimate(
+        below, above = doubt.bounds(name)
+        return make_estimate(
             times * float(contrast @ best),
             times * times * float(contrast @ spread @ contrast),
             times * readings,

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
     from stiction.valvetests.ramp_split import OpRamp
 
-__all__ = ["HiddenStairs", "hidden_stairs"]
+__all__ = ["HiddenStairs", "find_hidden_stairs"]
 
-CHANCE = 1e-3
+MAX_FALSE_ALARM = 1e-3
 """Chance that noise alone makes such a peak in a ramp [-]."""
-FITTING = (0.3, 1.6)
+AMPLITUDE_RATIO_RANGE = (0.3, 1.6)
 """Amplitude of the peak over that of a saw-tooth of its period, least and most [-]."""
-FEWEST = 3.0
+MIN_STAIRS = 3.0
 """Fewest stairs in a ramp [-]."""
 
 
@@ -40,7 +40,7 @@ class HiddenStairs:
     """Mean line of the stem there [unit of the stem signal]."""
 
 
-def hidden_stairs(
+def find_hidden_stairs(
     ramp: OpRamp, time: NDArray[np.float64], stem: NDArray[np.float64], sigma: float, gain: float
 ) -> tuple[HiddenStairs | None, float]:
     """Search the part of a ramp after its first slip.
@@ -73,14 +73,14 @@ def hidden_stairs(
     size = 1 << (4 * n - 1).bit_length()
     power = np.abs(np.fft.rfft(left, size)) ** 2 / n
     frequency = np.fft.rfftfreq(size, dt)
-    band = (frequency * n * dt >= FEWEST) & (frequency <= 0.25 / dt)
-    needed = math.log(max(0.25 * n, 1.0) / CHANCE)
+    band = (frequency * n * dt >= MIN_STAIRS) & (frequency <= 0.25 / dt)
+    needed = math.log(max(0.25 * n, 1.0) / MAX_FALSE_ALARM)
     seen = math.pi * sigma * math.sqrt(4.0 * needed / n)
     k = int(np.flatnonzero(band)[np.argmax(power[band])])
     jump = abs(ramp.rate) / float(frequency[k])
     amplitude = 2.0 * math.sqrt(float(power[k]) / n)
     ratio = amplitude * math.pi / (jump * abs(gain))
-    if power[k] < needed * sigma * sigma or not FITTING[0] <= ratio <= FITTING[1]:
+    if power[k] < needed * sigma * sigma or not AMPLITUDE_RATIO_RANGE[0] <= ratio <= AMPLITUDE_RATIO_RANGE[1]:
         return None, seen
     ends = time[n // 8], time[n - 1 - n // 8]
     line = tuple(float(stem.mean() + slope * (t - time.mean())) for t in ends)

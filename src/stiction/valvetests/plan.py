@@ -17,7 +17,7 @@ from stiction.valvetests.result import json_ready
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["TestPlan", "within_span"]
+__all__ = ["TestPlan", "require_range_in_span"]
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class TestPlan:
     def summary(self) -> str:
         """Say the plan in words."""
         head = (
-            f"{self.kind.capitalize()}: {_clock(self.duration)} in manual, OP from {self.op.min():g} to "
+            f"{self.kind.capitalize()}: {_format_duration(self.duration)} in manual, OP from {self.op.min():g} to "
             f"{self.op.max():g} %, at most {self.upset:g} % from its start at {self.start:g} %."
         )
         return "\n".join([head, *self.notes])
@@ -98,7 +98,7 @@ class TestPlan:
         return target
 
 
-def within_span(low: float, high: float, names: tuple[str, str] = ("low", "high")) -> tuple[float, float]:
+def require_range_in_span(low: float, high: float, names: tuple[str, str] = ("low", "high")) -> tuple[float, float]:
     """Return (low, high) as numbers with 0 <= low < high <= 100, or say what is wrong with them."""
     low, high = require_finite(names[0], low, "% of span"), require_finite(names[1], high, "% of span")
     if not 0.0 <= low < high <= 100.0:
@@ -109,6 +109,6 @@ def within_span(low: float, high: float, names: tuple[str, str] = ("low", "high"
     return low, high
 
 
-def _clock(seconds: float) -> str:
+def _format_duration(seconds: float) -> str:
     minutes = round(seconds / 60.0)
     return f"{minutes // 60} h {minutes % 60:02d} min" if minutes >= 60 else f"{seconds / 60.0:.3g} min"

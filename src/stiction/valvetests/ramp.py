@@ -11,15 +11,15 @@ from stiction.errors import RecordError, require_count, require_positive
 from stiction.records.record import require_record
 from stiction.valvetests.fit_following import fit_following
 from stiction.valvetests.friction_fit import FrictionFit, fit_friction
-from stiction.valvetests.ramp_rate import bracket_rate, classify
+from stiction.valvetests.ramp_rate import bracket_rate, classify_ramps
 from stiction.valvetests.ramp_result import RampTest
 from stiction.valvetests.ramp_split import OpRamp, find_ramps
 from stiction.valvetests.ramp_tables import ramp_events, ramps_by_travel, rows_for_fit
 from stiction.valvetests.ramp_verdict import open_questions, ramp_verdict
 from stiction.valvetests.result import Estimate
 from stiction.valvetests.segmentation import noise_std, quantisation_step
-from stiction.valvetests.stem_moves import Moves, classify_segments
-from stiction.valvetests.stem_signal import COARSE, StemSignal, read_stem
+from stiction.valvetests.stem_moves import StemMoves, classify_segments
+from stiction.valvetests.stem_signal import MAX_ROUNDING_STEP, StemSignal, read_stem
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = ["analyse_ramp"]
 
-TURNED = -0.5
+REVERSED_POSITION_GAIN = -0.5
 """Travel per OP travel below which a position is the closing, not the opening [-]."""
 
 
@@ -91,13 +91,13 @@ def analyse_ramp(
     settings = {"signal": signal, "lag": lag, "limit": limit, "bins": bins}
     reading = read_stem(record, signal, lag)
     op_ramps, pieces = find_ramps(reading, record.tag)
-    found, rounding = _moves(reading, op_ramps, record.tag)
+    found, rounding = _classify_ramps(reading, op_ramps, record.tag)
     rows = rows_for_fit(op_ramps, found)
     fit = None
     if rows.op.size:
         grain = {"dt": record.dt, "op_step": reading.op_step, "rounding": rounding}
         fit = fit_friction(rows, reading.signal == "mv", **grain)
-    ramps = classify(op_ramps, found, fit)
+    ramps = classify_ramps(op_ramps, found, fit)
     r_low, r_high, contradiction = bracket_rate(ramps)
     sb = sj = deadband = S = Estimate()
     if fit is not None:
@@ -105,7 +105,7 @@ def analyse_ramp(
     elif reading.signal == "mv":
         deadband, S = fit_following(op_ramps, found)
     op_line = np.concatenate([[p.at(t) for t in reading.time[p.first : p.last]] for p in pieces])
-    valve, position, model, residual = _against_record(record, reading, op_line, fit, r_low, r_high)
+    valve, position, model, residual = _compare_with_record(record, reading, op_line, fit, r_low, r_high)
     stuck = max(moved.lead for moved in found)
     unknown = open_questions(reading, ramps, fit, stuck, r_low, r_high, contradiction)
     verdict, reason = ramp_verdict(sb, sj, S, stuck, limit, reading.signal, fit.doubt if fit else None)
@@ -118,7 +118,7 @@ def analyse_ramp(
     )  # fmt: skip
 
 
-def _moves(reading: StemSignal, ramps: tuple[OpRamp, ...], tag: str) -> tuple[tuple[Moves, ...], float]:
+def _classify_ramps(reading: StemSignal, ramps: tuple[OpRamp, ...], tag: str) -> tuple[tuple[StemMoves, ...], float]:
     """Moves in every ramp, and the step to which the stem is rounded [its unit]."""
     inside = [slice(ramp.line.first, ramp.line.last) for ramp in ramps]
     tested = np.concatenate([reading.stem[part] for part in inside])
@@ -126,13 +126,13 @@ def _moves(reading: StemSignal, ramps: tuple[OpRamp, ...], tag: str) -> tuple[tu
     spread = driven - driven.mean()
     gain = float(spread @ (tested - tested.mean()) / (spread @ spread)) or 1e-12
     if reading.signal == "mv":
-        if gain < TURNED:
+        if gain < REVERSED_POSITION_GAIN:
             raise RecordError(
                 f"The valve position of {tag} goes against the OP, by {gain:.2g} % per %; give 100 minus it, the "
                 "opening that the OP asks for."
             )
         gain = 1.0
-    rounding = quantisation_step(tested, COARSE * abs(gain))
+    rounding = quantisation_step(tested, MAX_ROUNDING_STEP * abs(gain))
     sigma = max(noise_std(reading.stem), 0.5 * rounding, 0.002 * abs(gain))
     found = tuple(
         classify_segments(ramp, reading.time[part], reading.stem[part], sigma, rounding, gain)
@@ -141,7 +141,7 @@ def _moves(reading: StemSignal, ramps: tuple[OpRamp, ...], tag: str) -> tuple[tu
     return found, rounding
 
 
-def _against_record(
+def _compare_with_record(
     record: LoopRecord,
     reading: StemSignal,
     op_line: NDArray[np.float64],

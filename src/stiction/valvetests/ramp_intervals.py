@@ -25,9 +25,9 @@ from stiction.valvetests.result import Estimate
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["SystematicError", "covariance", "estimate"]
+__all__ = ["SystematicError", "make_estimate", "slip_covariance"]
 
-INSIDE = 0.975
+INTERVAL_QUANTILE = 0.975
 """Chance below the upper end of an interval of 95 % [-]."""
 
 
@@ -48,7 +48,7 @@ class SystematicError:
     flow: bool
     """Whether the stem is read from a flow, whose lag can hide a part of a jump."""
 
-    def of(self, name: str) -> tuple[float, float]:
+    def bounds(self, name: str) -> tuple[float, float]:
         """(below, above) the value of `name` that the truth may be [% of span].
 
         `behind` is the distance from the frictionless line after a jump, `follow` that of a stem that follows, `S` the
@@ -64,7 +64,7 @@ class SystematicError:
         }[name]
 
 
-def covariance(
+def slip_covariance(
     slip: NDArray[np.int64], design: NDArray[np.float64], target: NDArray[np.float64], best: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Covariance of the least-squares solution `best` over slips, shape (n_columns, n_columns).
@@ -83,7 +83,7 @@ def covariance(
     return total * (members.size - 1.0) / max(members.size, 1)
 
 
-def estimate(
+def make_estimate(
     value: float, variance: float, readings: NDArray[np.float64], slips: int, doubt: tuple[float, float]
 ) -> Estimate:
     """Value [% of span] with its 95 % interval: Student's factor for `slips`, and the `doubt` below and above."""
@@ -93,5 +93,5 @@ def estimate(
     spread = float(readings.std(ddof=1)) if n > 1 else math.nan
     if n < 3 or slips < 2:
         return Estimate(value, math.nan, math.nan, spread, n)
-    half = float(stdtrit(slips - 1.0, INSIDE)) * math.sqrt(max(variance, 0.0))
+    half = float(stdtrit(slips - 1.0, INTERVAL_QUANTILE)) * math.sqrt(max(variance, 0.0))
     return Estimate(value, value - half - doubt[0], value + half + doubt[1], spread, n)

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError, require_count, require_not_negative, require_positive, require_samples
-from stiction.valvetests.plan import TestPlan, within_span
+from stiction.valvetests.plan import TestPlan, require_range_in_span
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 __all__ = ["plan_ramp_test"]
 
-AROUND = (4.0, 1.25, 0.8, 0.5)
+RATE_MULTIPLES = (4.0, 1.25, 0.8, 0.5)
 """Rates tried about the expected threshold, as multiples of it [-]; the fast ones first, they cost least."""
 
 
@@ -73,11 +73,11 @@ def plan_ramp_test(
     >>> print(plan.summary().splitlines()[0])
     Ramp test: 1 h 34 min in manual, OP from 5 to 15 %, at most 10 % from its start at 5 %.
     """
-    low, high = within_span(low, high)
+    low, high = require_range_in_span(low, high)
     if (threshold is None) == (rates is None):
         raise ParameterError("Give either threshold (the expected r) or rates [% of span / s], one of the two.")
     if threshold is not None:
-        rates = [factor * require_positive("threshold", threshold, "% of span / s") for factor in AROUND]
+        rates = [factor * require_positive("threshold", threshold, "% of span / s") for factor in RATE_MULTIPLES]
     assert rates is not None
     speeds = [require_positive("rate", rate, "% of span / s") for rate in np.atleast_1d(rates).tolist()]
     dt, wait = require_positive("dt", dt, "s"), require_not_negative("wait", wait, "s")
@@ -103,17 +103,17 @@ def plan_ramp_test(
     rest = round(wait / dt)
     parts = [np.full(max(rest, 1), begin)]
     if begin != low:
-        parts += [_line(begin, low, speeds[0] * dt), np.full(rest, low)]
+        parts += [_ramp_values(begin, low, speeds[0] * dt), np.full(rest, low)]
     for speed in speeds:
         for _ in range(repeats):
             parts += [
-                _line(low, high, speed * dt),
+                _ramp_values(low, high, speed * dt),
                 np.full(rest, high),
-                _line(high, low, speed * dt),
+                _ramp_values(high, low, speed * dt),
                 np.full(rest, low),
             ]
     if begin != low:
-        parts += [_line(low, begin, speeds[0] * dt), np.full(rest, begin)]
+        parts += [_ramp_values(low, begin, speeds[0] * dt), np.full(rest, begin)]
     upset = max(abs(high - begin), abs(low - begin))
     listed = ", ".join(f"{speed:.3g}" for speed in speeds)
     notes = (
@@ -128,7 +128,7 @@ def plan_ramp_test(
     return TestPlan("ramp test", dt, np.concatenate(parts), begin, upset, notes, settings)
 
 
-def _line(first: float, last: float, step: float) -> np.ndarray:
+def _ramp_values(first: float, last: float, step: float) -> np.ndarray:
     """From `first` to `last` in equal steps of about `step`, without the first and with the last value."""
     n = max(1, round(abs(last - first) / step))
     return first + (last - first) * np.arange(1, n + 1) / n

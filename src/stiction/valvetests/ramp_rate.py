@@ -13,15 +13,17 @@ from stiction.valvetests.result import Behaviour, Ramp
 if TYPE_CHECKING:
     from stiction.valvetests.friction_fit import FrictionFit
     from stiction.valvetests.ramp_split import OpRamp
-    from stiction.valvetests.stem_moves import Moves
+    from stiction.valvetests.stem_moves import StemMoves
 
-__all__ = ["bracket_rate", "classify"]
+__all__ = ["bracket_rate", "classify_ramps"]
 
-MOSTLY = 0.65
+MIN_MAJORITY_SHARE = 0.65
 """Share of the OP travel after the first slip that decides [-]."""
 
 
-def classify(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...], fit: FrictionFit | None) -> tuple[Ramp, ...]:
+def classify_ramps(
+    ramps: tuple[OpRamp, ...], found: tuple[StemMoves, ...], fit: FrictionFit | None
+) -> tuple[Ramp, ...]:
     """Name what the stem did in each ramp."""
     slope = abs(fit.slope) if fit else 1.0
     jump = abs(fit.sj.value) if fit else 0.0
@@ -45,7 +47,7 @@ def classify(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...], fit: FrictionF
     return tuple(table)
 
 
-def _behaviour(moved: Moves, slope: float, jump: float) -> tuple[Behaviour, str]:
+def _behaviour(moved: StemMoves, slope: float, jump: float) -> tuple[Behaviour, str]:
     if not moved.slips and not moved.follows:
         return "did not slip", f"the stem rested over {moved.lead:.3g} % of OP travel"
     if moved.hidden:
@@ -56,13 +58,13 @@ def _behaviour(moved: Moves, slope: float, jump: float) -> tuple[Behaviour, str]
     if followed + rested < smallest:
         return "cannot tell", "the stem broke loose only at the end of the ramp"
     share = followed / (followed + rested)
-    if share >= MOSTLY:
+    if share >= MIN_MAJORITY_SHARE:
         if smallest > jump > 0.5 * smallest:
             return "cannot tell", f"stairs of {jump:.2g} % would be too small to see (smallest {smallest:.2g} %)"
         if followed < 0.5 * jump:
             return "cannot tell", "the stem broke loose only at the end of the ramp"
         return "follow", f"it moved with the OP over {share:.0%} of the travel after its first slip"
-    if share <= 1.0 - MOSTLY:
+    if share <= 1.0 - MIN_MAJORITY_SHARE:
         slips = count_noun(len(moved.slips), "slip")
         return "staircase", f"{slips} with rests over {1 - share:.0%} of the travel between"
     return "mixed", f"it followed over {share:.0%} of the travel after its first slip and rested over the remainder"

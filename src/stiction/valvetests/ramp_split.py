@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
 __all__ = ["OpRamp", "find_ramps"]
 
-LEAST_TRAVEL = 0.5
+MIN_RAMP_TRAVEL = 0.5
 """Least OP travel of a ramp [% of span]."""
-LEAST_SAMPLES = 20
+MIN_RAMP_SAMPLES = 20
 """Fewest samples of a ramp [-]."""
-MOST_NOISE = 0.5
+MAX_OP_NOISE = 0.5
 """OP noise above which the OP is not a test signal [% of span]."""
-SAME_RATE = 0.25
+MAX_RATE_DIFFERENCE = 0.25
 """Neighbouring lines whose rates differ by less than this share are one ramp [-]."""
-NEEDS = "a ramp test needs the loop in manual and a straight OP: see plan_ramp_test."
+RAMP_TEST_NEEDS = "a ramp test needs the loop in manual and a straight OP: see plan_ramp_test."
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,13 +63,13 @@ def find_ramps(reading: StemSignal, tag: str) -> tuple[tuple[OpRamp, ...], list[
     RecordError
         When the OP holds no ramp or reacts to PV, with what it holds instead.
     """
-    if reading.op_sigma > MOST_NOISE and reading.op_step < MOST_NOISE:
+    if reading.op_sigma > MAX_OP_NOISE and reading.op_step < MAX_OP_NOISE:
         raise RecordError(
             f"The OP of {tag} moves by {reading.op_sigma:.2g} % from sample to sample with no ramp in it (a loop in "
-            f"automatic?); {NEEDS} For a record of normal operation use diagnose or identify."
+            f"automatic?); {RAMP_TEST_NEEDS} For a record of normal operation use diagnose or identify."
         )
-    reject_feedback(reading, tag, NEEDS)
-    pieces = _joined(segment_signal(reading.time, reading.op, reading.op_sigma))
+    reject_feedback(reading, tag, RAMP_TEST_NEEDS)
+    pieces = _join_ramps(segment_signal(reading.time, reading.op, reading.op_sigma))
     ramps = tuple(OpRamp(piece) for piece in pieces if _is_ramp(piece, reading.op_sigma))
     if not ramps:
         rests = sum(piece.slope == 0.0 for piece in pieces)
@@ -80,23 +80,23 @@ def find_ramps(reading: StemSignal, tag: str) -> tuple[tuple[OpRamp, ...], list[
             )
         swing = float(np.ptp(reading.op))
         raise RecordError(
-            f"The OP of {tag} holds no ramp of {LEAST_TRAVEL} % and {LEAST_SAMPLES} samples (it spans {swing:.3g} %); "
-            "drive it up and down as plan_ramp_test says."
+            f"The OP of {tag} holds no ramp of {MIN_RAMP_TRAVEL} % and {MIN_RAMP_SAMPLES} samples (it spans "
+            f"{swing:.3g} %); drive it up and down as plan_ramp_test says."
         )
     return ramps, pieces
 
 
 def _is_ramp(piece: Segment, sigma: float) -> bool:
     travel = abs(piece.slope) * (piece.end - piece.start)
-    return piece.n >= LEAST_SAMPLES and travel >= max(LEAST_TRAVEL, 5.0 * sigma)
+    return piece.n >= MIN_RAMP_SAMPLES and travel >= max(MIN_RAMP_TRAVEL, 5.0 * sigma)
 
 
-def _joined(pieces: list[Segment]) -> list[Segment]:
+def _join_ramps(pieces: list[Segment]) -> list[Segment]:
     """Join neighbouring lines of about the same rate that meet."""
     joined: list[Segment] = []
     for piece in pieces:
         before = joined[-1] if joined else None
-        if before is not None and before.slope * piece.slope > 0.0 and _alike(before.slope, piece.slope):
+        if before is not None and before.slope * piece.slope > 0.0 and _is_same_rate(before.slope, piece.slope):
             slope = (piece.at(piece.end) - before.at(before.start)) / (piece.end - before.start)
             level = 0.5 * (piece.at(piece.end) + before.at(before.start))
             joined[-1] = replace(before, last=piece.last, end=piece.end, slope=slope, level=level)
@@ -105,5 +105,5 @@ def _joined(pieces: list[Segment]) -> list[Segment]:
     return joined
 
 
-def _alike(a: float, b: float) -> bool:
-    return abs(a - b) <= SAME_RATE * max(abs(a), abs(b))
+def _is_same_rate(a: float, b: float) -> bool:
+    return abs(a - b) <= MAX_RATE_DIFFERENCE * max(abs(a), abs(b))

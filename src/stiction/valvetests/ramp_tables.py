@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.valvetests.friction_fit import FrictionFit, Rows
+from stiction.valvetests.friction_fit import FrictionFit, SlipRows
 from stiction.valvetests.result import StemEvent, TravelBin
 
 if TYPE_CHECKING:
     from stiction.valvetests.ramp_split import OpRamp
-    from stiction.valvetests.stem_moves import Moves
+    from stiction.valvetests.stem_moves import StemMoves
 
 __all__ = ["ramp_events", "ramps_by_travel", "rows_for_fit"]
 
 
-def rows_for_fit(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...]) -> Rows:
+def rows_for_fit(ramps: tuple[OpRamp, ...], found: tuple[StemMoves, ...]) -> SlipRows:
     """Slips and points of following of all ramps, in order."""
     slips: list[tuple[float, ...]] = []
     points: list[tuple[float, ...]] = []
@@ -37,7 +37,7 @@ def rows_for_fit(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...]) -> Rows:
                 points += [(place, 0.0, *middle), (place, 0.0, follow.op_end, follow.stem_end)]
     direction, op, before, after, rate, followed, jumps, rise = np.array(slips, dtype=float).reshape(-1, 8).T
     place, mean, follow_op, follow_stem = np.array(points, dtype=float).reshape(-1, 4).T
-    return Rows(
+    return SlipRows(
         direction,
         op,
         before,
@@ -53,7 +53,9 @@ def rows_for_fit(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...]) -> Rows:
     )
 
 
-def ramp_events(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...], fit: FrictionFit | None) -> tuple[StemEvent, ...]:
+def ramp_events(
+    ramps: tuple[OpRamp, ...], found: tuple[StemMoves, ...], fit: FrictionFit | None
+) -> tuple[StemEvent, ...]:
     """Every stick and slip, in order of time."""
     if fit is None:
         return ()
@@ -78,7 +80,7 @@ def ramp_events(ramps: tuple[OpRamp, ...], found: tuple[Moves, ...], fit: Fricti
     return tuple(sorted(table, key=lambda event: event.time))
 
 
-def ramps_by_travel(rows: Rows, fit: FrictionFit | None, bins: int) -> tuple[TravelBin, ...]:
+def ramps_by_travel(rows: SlipRows, fit: FrictionFit | None, bins: int) -> tuple[TravelBin, ...]:
     """Stick band and jump in `bins` stretches of the travel, by direction."""
     if fit is None:
         return ()

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["open_questions", "ramp_verdict"]
 
-BELOW_ZERO = 0.25
+MAX_NEGATIVE_VALUE = 0.25
 """What noise may take a quantity below 0 in a good test [% of span], and as a share of S."""
 
 
@@ -33,7 +33,7 @@ def ramp_verdict(
     `stuck` is the longest OP travel without any slip [% of span]. A stem that began somewhere in its band of S + J may
     rest so long with half of it as S.
     """
-    allowed = BELOW_ZERO * max(1.0, S.value if S.known else 0.0)
+    allowed = MAX_NEGATIVE_VALUE * max(1.0, S.value if S.known else 0.0)
     for key, name, found in (("S", "S, deadband plus stickband,", S), ("sb", "sb", sb), ("sj", "sj", sj)):
         # What is wrong in every slip alike takes an interval below 0 in a good test too: only scatter counts.
         known = doubt.of(key)[0] if doubt else 0.0
@@ -95,7 +95,7 @@ def open_questions(
             f"intervals allow for the {fit.doubt.late / pace:.2g} s that a slip took to show. Ramp at a second rate, "
             "slower by half or more."
         )
-    lines += _rate_words(ramps, r_low, r_high, contradiction)
+    lines += _rate_questions(ramps, r_low, r_high, contradiction)
     if fit.sb.known and fit.sb.n < 3:
         lines.append(f"intervals: {fit.sb.n} slip{'s' if fit.sb.n > 1 else ''} only. Repeat the ramp.")
     coarse = [ramp for ramp in ramps if ramp.behaviour == "cannot tell"]
@@ -111,7 +111,7 @@ def open_questions(
     return tuple(lines)
 
 
-def _rate_words(ramps: tuple[Ramp, ...], r_low: float, r_high: float, contradiction: bool) -> list[str]:
+def _rate_questions(ramps: tuple[Ramp, ...], r_low: float, r_high: float, contradiction: bool) -> list[str]:
     if contradiction:
         return [
             f"r: stairs at {r_high:.3g} %/s but following at {r_low:.3g} %/s; it varies over the travel or the "

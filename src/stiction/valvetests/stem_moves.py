@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.valvetests.hidden_stairs import HiddenStairs, hidden_stairs
+from stiction.valvetests.hidden_stairs import HiddenStairs, find_hidden_stairs
 from stiction.valvetests.segmentation import Segment, segment_penalty, segment_signal
 
 if TYPE_CHECKING:
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 
     from stiction.valvetests.ramp_split import OpRamp
 
-__all__ = ["Following", "Moves", "Slip", "classify_segments"]
+__all__ = ["Following", "Slip", "StemMoves", "classify_segments"]
 
-REST = 0.25
+MAX_REST_SLOPE = 0.25
 """A line below this share of the expected slope is a rest [-]."""
-PASSING = 0.4
+MIN_REST_SHARE = 0.4
 """A rest shorter than this share of the input travel that the jump about it calls for is none [-]."""
-CLEAR = 3.0
+MIN_CLEAR_RATIO = 3.0
 """Jumps below this multiple of the smallest stair seen singly are also sought by their regularity [-]."""
-PASSED = 0.865
+RISE_SHARE = 0.865
 """Share of a slip that two time constants of a lag show, 1 - exp(-2) [-]."""
-TRANSIT = 3.0
+MIN_SLIP_SLOPE = 3.0
 """A line above this multiple of the expected slope is a slip in progress [-]."""
 
 
@@ -69,7 +69,7 @@ class Following:
 
 
 @dataclass(frozen=True, slots=True)
-class Moves:
+class StemMoves:
     """Slips and following in one ramp."""
 
     slips: tuple[Slip, ...]
@@ -94,7 +94,7 @@ class _Run:
 
 def classify_segments(
     ramp: OpRamp, time: NDArray[np.float64], stem: NDArray[np.float64], sigma: float, rounding: float, gain: float
-) -> Moves:
+) -> StemMoves:
     """Slips and following of the stem in one ramp.
 
     Parameters
@@ -117,7 +117,9 @@ def classify_segments(
     expected = gain * ramp.rate
     least = max(1.6 * rounding, 0.02 * abs(gain))
     dt = float(np.median(np.diff(time)))
-    runs = _settled(_runs(segment_signal(time, stem, sigma), expected, least, sigma), abs(expected), dt)
+    runs = _drop_transients(
+        _join_segments(segment_signal(time, stem, sigma), expected, least, sigma), abs(expected), dt
+    )
     heading = math.copysign(1.0, expected)
     slips: list[Slip] = []
     follows: list[Following] = []
@@ -142,34 +144,34 @@ def classify_segments(
     lead = abs(ramp.rate) * (runs[0].piece.end - runs[0].piece.start) if runs and runs[0].rest else 0.0
     followed = sum(abs(follow.op_end - follow.op_start) for follow in follows)
     typical = float(np.median([abs(slip.after - slip.before) for slip in slips])) if slips else 0.0
-    if slips and (followed > 0.4 * (followed + rest_travel) or typical < CLEAR * seen):
+    if slips and (followed > 0.4 * (followed + rest_travel) or typical < MIN_CLEAR_RATIO * seen):
         later = time > slips[0].time
-        hidden, regular = hidden_stairs(ramp, time[later], stem[later], sigma, gain)
+        hidden, regular = find_hidden_stairs(ramp, time[later], stem[later], sigma, gain)
         seen = min(seen, regular)
         travel = abs(ramp.rate) * float(time[-1] - slips[0].time)
         all_seen = hidden is not None and abs(travel / hidden.jump + 0.5 - len(slips)) < 1.0 and not follows
         if hidden is not None and not all_seen:
             first = replace(slips[0], after=slips[0].before + gain * hidden.jump, stuck=math.nan)
-            return Moves((first,), (), travel, max(seen, least), lead, hidden)
-    return Moves(tuple(slips), tuple(follows), rest_travel, max(seen, least), lead, None)
+            return StemMoves((first,), (), travel, max(seen, least), lead, hidden)
+    return StemMoves(tuple(slips), tuple(follows), rest_travel, max(seen, least), lead, None)
 
 
 def _rise(time: NDArray[np.float64], stem: NDArray[np.float64], left: Segment, reached: Segment) -> float:
     """Time [s] from the rest `left` until the stem has made `PASSED` of its way to the piece it `reached`."""
     later = slice(left.last, reached.last)
     goal = reached.level + reached.slope * (time[later] - 0.5 * (reached.start + reached.end)) - left.level
-    there = (stem[later] - left.level) * np.sign(goal) >= PASSED * np.abs(goal)
+    there = (stem[later] - left.level) * np.sign(goal) >= RISE_SHARE * np.abs(goal)
     when = float(time[later][np.argmax(there)]) if there.any() else reached.start
     return when - left.end
 
 
-def _runs(pieces: list[Segment], expected: float, least: float, sigma: float) -> list[_Run]:
+def _join_segments(pieces: list[Segment], expected: float, least: float, sigma: float) -> list[_Run]:
     """Rests and stretches of following; slips in progress fall out, and what does not differ is joined."""
     runs: list[_Run] = []
     for k, piece in enumerate(pieces):
         ratio = piece.slope / expected
-        rest = abs(ratio) < REST
-        if not rest and (ratio > TRANSIT or ratio < 0.0 or (piece.n <= 4 and 0 < k < len(pieces) - 1)):
+        rest = abs(ratio) < MAX_REST_SLOPE
+        if not rest and (ratio > MIN_SLIP_SLOPE or ratio < 0.0 or (piece.n <= 4 and 0 < k < len(pieces) - 1)):
             continue
         before = runs[-1] if runs else None
         if before is not None and before.rest == rest:
@@ -182,7 +184,7 @@ def _runs(pieces: list[Segment], expected: float, least: float, sigma: float) ->
     return runs
 
 
-def _settled(runs: list[_Run], speed: float, dt: float) -> list[_Run]:
+def _drop_transients(runs: list[_Run], speed: float, dt: float) -> list[_Run]:
     """Drop what lies between two rests but is too short for a rest or for following: a slip seen through a lag.
 
     After a slip the input has to travel as far as the stem jumped before it slips again.
@@ -194,7 +196,7 @@ def _settled(runs: list[_Run], speed: float, dt: float) -> list[_Run]:
             reached = run if run.rest else runs[k + 1]
             left = runs[k - 1].piece
             jump = abs(reached.piece.level - left.at(left.end))
-            if speed * (run.piece.end - run.piece.start + dt) < PASSING * jump:
+            if speed * (run.piece.end - run.piece.start + dt) < MIN_REST_SHARE * jump:
                 continue
         settled.append(run)
     return settled

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 __all__ = ["StemSignal", "no_response_text", "read_stem", "reject_feedback"]
 
-MOST_MISSING = 0.2
+MAX_MISSING_SHARE = 0.2
 """Largest share of missing samples a test may have [-]."""
-COARSE = 0.3
+MAX_ROUNDING_STEP = 0.3
 """Steps above this are taken for moves, not for rounding [% of span]."""
 
 
@@ -73,18 +73,18 @@ def read_stem(record: LoopRecord, signal: str | None, lag: float) -> StemSignal:
     op = record.op
     for label, values in (("OP", op), (name.upper(), stem)):
         missing = float(np.mean(~np.isfinite(values)))
-        if missing > MOST_MISSING:
+        if missing > MAX_MISSING_SHARE:
             other = "; use signal='pv' if a flow was recorded" if label == "MV" else ""
             raise RecordError(
                 f"{missing:.0%} of {label} of {record.tag} is missing; a valve test needs at least "
-                f"{1 - MOST_MISSING:.0%}{other}, or cut the record to the part that is complete."
+                f"{1 - MAX_MISSING_SHARE:.0%}{other}, or cut the record to the part that is complete."
             )
     valid = np.isfinite(op) & np.isfinite(stem)
     time = record.time[valid]
-    rounding = quantisation_step(op[valid], COARSE)
+    rounding = quantisation_step(op[valid], MAX_ROUNDING_STEP)
     if lag > 0.0:
         op = np.interp(record.time, time, op[valid])
-        op = _behind(op, lag, record.dt)
+        op = _apply_lag(op, lag, record.dt)
     op_sigma = max(noise_std(op[valid]), rounding, 1e-3)
     return StemSignal(name, time, op[valid], stem[valid], op_sigma, rounding, noise_correlation(record))
 
@@ -113,7 +113,7 @@ def no_response_text(travel: float) -> str:
     )
 
 
-def _behind(op: NDArray[np.float64], lag: float, dt: float) -> NDArray[np.float64]:
+def _apply_lag(op: NDArray[np.float64], lag: float, dt: float) -> NDArray[np.float64]:
     """Return the OP behind a first-order lag, started at rest and exact for an input that ramps between samples."""
     a = float(np.exp(-dt / lag))
     new = 1.0 - lag / dt * (1.0 - a)

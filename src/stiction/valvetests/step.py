@@ -10,7 +10,7 @@ import numpy as np
 from stiction.errors import RecordError, require_positive
 from stiction.records.record import require_record
 from stiction.valvetests.segmentation import Segment, quantisation_step, segment_signal
-from stiction.valvetests.stem_signal import COARSE, read_stem, reject_feedback
+from stiction.valvetests.stem_signal import MAX_ROUNDING_STEP, read_stem, reject_feedback
 from stiction.valvetests.step_readings import (
     band_readings,
     deadband_only,
@@ -32,11 +32,11 @@ if TYPE_CHECKING:
 
 __all__ = ["analyse_steps"]
 
-MOST_NOISE = 0.5
+MAX_OP_NOISE = 0.5
 """OP noise above which the OP is not a test signal [% of span]."""
-STILL = 1e-3
+MIN_STEP = 1e-3
 """OP moves below this are no step [% of span]."""
-NEEDS = "a step test needs the loop in manual: see plan_step_test."
+STEP_TEST_NEEDS = "a step test needs the loop in manual: see plan_step_test."
 
 
 def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float = 1.0) -> StepTest:
@@ -88,9 +88,9 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
     limit = require_positive("limit", limit, "% of span")
     settings = {"signal": signal, "limit": limit}
     reading = read_stem(record, signal, 0.0)
-    holds = _holds(reading, record.tag)
-    sigma, rounding = _noise(reading, holds)
-    steps, smallest = _steps(reading, holds, sigma, rounding)
+    holds = _find_holds(reading, record.tag)
+    sigma, rounding = _stem_noise(reading, holds)
+    steps, smallest = _measure_steps(reading, holds, sigma, rounding)
     readings = band_readings(steps)
     turned = [r for r in readings if r.kind == "reversal"]
     onwards = [r for r in readings if r.kind == "resolution"]
@@ -113,26 +113,26 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
     )  # fmt: skip
 
 
-def _holds(reading: StemSignal, tag: str) -> list[Segment]:
+def _find_holds(reading: StemSignal, tag: str) -> list[Segment]:
     op = reading.op
     change = np.diff(op)
     sigma = 1.4826 * float(np.median(np.abs(change - np.median(change)))) / math.sqrt(2.0)
-    if sigma > MOST_NOISE:
+    if sigma > MAX_OP_NOISE:
         raise RecordError(
             f"The OP of {tag} moves by {sigma:.2g} % from sample to sample and holds no step (a loop in automatic?); "
-            f"{NEEDS} For a record of normal operation use diagnose or identify."
+            f"{STEP_TEST_NEEDS} For a record of normal operation use diagnose or identify."
         )
-    reject_feedback(reading, tag, NEEDS)
+    reject_feedback(reading, tag, STEP_TEST_NEEDS)
     pieces = segment_signal(reading.time, op, max(sigma, 1e-3))
     holds = [piece for piece in pieces if piece.slope == 0.0]
     if sum(piece.n for piece in holds) < 0.5 * op.size:
         raise RecordError(f"The OP of {tag} is not held between moves; use analyse_ramp for ramps, or hold each step.")
-    if np.abs(np.diff([hold.level for hold in holds])).max(initial=0.0) < STILL:
+    if np.abs(np.diff([hold.level for hold in holds])).max(initial=0.0) < MIN_STEP:
         raise RecordError(f"The OP of {tag} holds no step; move it as plan_step_test says.")
     return holds
 
 
-def _noise(reading: StemSignal, holds: Sequence[Segment]) -> tuple[float, float]:
+def _stem_noise(reading: StemSignal, holds: Sequence[Segment]) -> tuple[float, float]:
     """Noise of the stem within the second halves of the holds, and its rounding [unit of the stem]."""
     left: list[NDArray[np.float64]] = []
     freedom = 0
@@ -145,10 +145,10 @@ def _noise(reading: StemSignal, holds: Sequence[Segment]) -> tuple[float, float]
     # Few samples per hold and a rounded signal leave a median of 0 where there is noise.
     spread = max(spread, 0.7 * math.sqrt(float(rest @ rest) / max(freedom, 1)))
     scale = 1.0 if reading.signal == "mv" else float(np.ptp(reading.stem) / max(np.ptp(reading.op), 1e-9))
-    return spread, quantisation_step(reading.stem, COARSE * scale)
+    return spread, quantisation_step(reading.stem, MAX_ROUNDING_STEP * scale)
 
 
-def _steps(
+def _measure_steps(
     reading: StemSignal, holds: Sequence[Segment], sigma: float, rounding: float
 ) -> tuple[tuple[Step, ...], float]:
     """Every step with its response, and the smallest response that can be seen [unit of the stem]."""
@@ -164,7 +164,7 @@ def _steps(
         smallest = max(smallest, doubt)
         final = float(level.mean())
         size = hold.level - before.level
-        if abs(size) < STILL:
+        if abs(size) < MIN_STEP:
             rest, weight = final, level.size
             continue
         responded = abs(final - rest) > doubt

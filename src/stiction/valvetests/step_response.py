@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 
 __all__ = ["measure_response"]
 
-T86 = 1.0 - math.exp(-2.0)
+T86_SHARE = 1.0 - math.exp(-2.0)
 """T86 is the time to two time constants of a first-order response, 86.5 % [-]."""
-T63 = 1.0 - math.exp(-1.0)
+T63_SHARE = 1.0 - math.exp(-1.0)
 
 
 def measure_response(
@@ -36,16 +36,19 @@ def measure_response(
     travel = after - before
     done = (stem - before) / travel
     doubt = 3.0 * sigma / abs(travel)
-    if doubt > 1.0 - T63:
+    if doubt > 1.0 - T63_SHARE:
         return math.nan, math.nan, math.nan, math.nan, math.nan
-    lead = _reach(time, done, max(doubt, 0.01), begin) - begin
-    t63, t86 = _reach(time, done, T63, begin) - begin, _reach(time, done, T86, begin) - begin
-    t98 = _reach(time, done, 0.98, begin) - begin if doubt <= 0.02 else math.nan
+    lead = _time_of_level(time, done, max(doubt, 0.01), begin) - begin
+    t63, t86 = (
+        _time_of_level(time, done, T63_SHARE, begin) - begin,
+        _time_of_level(time, done, T86_SHARE, begin) - begin,
+    )
+    t98 = _time_of_level(time, done, 0.98, begin) - begin if doubt <= 0.02 else math.nan
     over = float(done.max()) - 1.0
-    return lead, t63, t86 if doubt <= 1.0 - T86 else math.nan, t98, 100.0 * over if over > doubt else 0.0
+    return lead, t63, t86 if doubt <= 1.0 - T86_SHARE else math.nan, t98, 100.0 * over if over > doubt else 0.0
 
 
-def _reach(time: NDArray[np.float64], done: NDArray[np.float64], level: float, begin: float) -> float:
+def _time_of_level(time: NDArray[np.float64], done: NDArray[np.float64], level: float, begin: float) -> float:
     """Return the first time after the step at which `done` reaches `level`, on the straight line between samples.
 
     A response within the sample of the step counts from that sample on: 0 s means less than a sample.

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["open_questions", "step_verdict"]
 
 
-MOST_AGAINST = 0.25
+MAX_OPPOSITE_SHARE = 0.25
 """Share of the responses that may go against the others, by noise [-]."""
 
 
@@ -42,7 +42,7 @@ def step_verdict(
     if not ways and given > limit and signal == "pv":
         return "undecided", no_response_text(given)
     against = min(sum(way < 0.0 for way in ways), sum(way > 0.0 for way in ways))
-    if against > MOST_AGAINST * len(ways):
+    if against > MAX_OPPOSITE_SHARE * len(ways):
         return "undecided", (
             f"The {what} went against the OP in {against} of {len(ways)} responses, with it in the others: the OP is "
             "not what moves it. Step in manual, with nothing but OP moving it."
@@ -72,7 +72,7 @@ def step_verdict(
         return "within limit", text
     if still.hidden > finest:
         return "undecided", f"{text} The noise hides responses below {still.hidden:.3g} %: hold the steps longer."
-    return "undecided", f"{text} {_finer(steps, finest)}"
+    return "undecided", f"{text} {_finer_steps_text(steps, finest)}"
 
 
 def open_questions(
@@ -89,12 +89,12 @@ def open_questions(
         )
     elif all(r.reading <= r.step * 1.001 for r in turned):
         finest = min(r.step for r in turned)
-        lines.append(f"S below {finest:.3g} %: every reversal {_at_once(steps, finest)}")
+        lines.append(f"S below {finest:.3g} %: every reversal {_first_step_text(steps, finest)}")
     if not onwards:
         lines.append("resolution: no two responses in the same direction. Step further.")
     elif all(r.reading <= r.step * 1.001 for r in onwards):
         finest = min(r.step for r in onwards)
-        lines.append(f"resolution below {finest:.3g} %: every move onwards {_at_once(steps, finest)}")
+        lines.append(f"resolution below {finest:.3g} %: every move onwards {_first_step_text(steps, finest)}")
     if not any(math.isfinite(step.t63) for step in steps):
         lines.append("response times: no response stands clear of the noise.")
     if signal == "pv":
@@ -102,14 +102,14 @@ def open_questions(
     return tuple(lines)
 
 
-def _at_once(steps: Sequence[Step], read: float) -> str:
+def _first_step_text(steps: Sequence[Step], read: float) -> str:
     """Say that the first step of `read` [% of span] was answered, and what gives a finer reading."""
     finest = min(abs(step.op_after - step.op_before) for step in steps)
     among = f" of {read:.3g} %, those of {finest:.3g} % none" if finest < 0.999 * read else ""
-    return f"answered its first step{among}. {_finer(steps, read)}"
+    return f"answered its first step{among}. {_finer_steps_text(steps, read)}"
 
 
-def _finer(steps: Sequence[Step], read: float) -> str:
+def _finer_steps_text(steps: Sequence[Step], read: float) -> str:
     """Say what gives a finer reading than steps of `read` [% of span]."""
     finest = min(abs(step.op_after - step.op_before) for step in steps)
     if finest < 0.999 * read:

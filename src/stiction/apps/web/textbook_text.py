@@ -31,11 +31,11 @@ MAX_PERIOD_CHANGE = 0.05
 
 def describe_ramp(position: NDArray[np.float64]) -> str:
     """Say how a stem moves on a rising ramp, from its positions of shape (n_samples,)."""
-    from stiction.paper.fig2 import finished_slips
+    from stiction.paper.fig2 import find_slips
 
     if position[-1] == position[0]:
         return "The stem does not move: the ramp is smaller than what breaks it loose."
-    starts, slips = finished_slips(position)
+    starts, slips = find_slips(position)
     first = position[starts[0] + 1] - position[starts[0]]
     if slips.size > 1:
         return f"The stem goes in stairs of {format_number(float(np.median(slips)), significant=2)} %."
@@ -59,10 +59,10 @@ def describe_sine(amplitude: float, N: complex) -> str:
 
 def describe_crossings(loop: Loop, cycles: Sequence[LimitCycle]) -> str:
     """Say which limit cycles the Nyquist plot predicts."""
-    from stiction.limitcycle.predict import why_none
+    from stiction.limitcycle.predict import explain_no_cycle
 
     if not cycles:
-        return why_none(loop)
+        return explain_no_cycle(loop)
     stable = [cycle for cycle in cycles if cycle.kind == "cycle" and cycle.stable]
     if not stable:
         return "The curves cross, but no limit cycle is stable: smaller oscillations die out, larger ones grow."

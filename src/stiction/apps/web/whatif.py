@@ -9,7 +9,7 @@ import numpy as np
 
 from stiction.apps.web.trend_signals import Swing, find_first_rise, measure_swing, thin
 from stiction.apps.web.whatif_text import describe_cycles, describe_trend
-from stiction.limitcycle.bands import bands
+from stiction.limitcycle.continuous_form import continuous_form
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -101,7 +101,7 @@ def make_start_load(settings: WhatIfSettings, n: int) -> NDArray[np.float64]:
     A stem that only rests and jumps would return to the point where it started and stay there, so half a jump of
     load remains after the pulse.
     """
-    form, load = bands(settings.loop.valve), np.zeros(n)
+    form, load = continuous_form(settings.loop.valve), np.zeros(n)
     if form is not None and form.staircase:
         load += form.jump / 2.0
     pulse = max(round((settings.dead_time + settings.tau) / settings.dt), 3)

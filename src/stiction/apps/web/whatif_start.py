@@ -114,9 +114,9 @@ def start_from_diagnosis(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfSt
 
 def _find_doubts(settings: WhatIfSettings) -> list[str]:
     """What speaks against the settings as they were identified."""
-    from stiction.limitcycle.predict import runs_away
+    from stiction.limitcycle.predict import is_unstable
 
-    if not runs_away(settings.loop):
+    if not is_unstable(settings.loop):
         return []
     return [
         "The loop as identified is unstable even with a good valve, which the record is not. Enter your process and "

@@ -91,12 +91,12 @@ def describe_cycles(settings: WhatIfSettings, loop: Loop, cycles: Sequence[Mappi
     str
         One to three sentences.
     """
-    from stiction.limitcycle.predict import why_none
+    from stiction.limitcycle.predict import explain_no_cycle
 
     stable = [row for row in cycles if row["kind"] == "cycle" and row["stable"]]
     without = "Without the compensator: " if settings.compensator != "none" else ""
     if not cycles:
-        return without + why_none(loop)
+        return without + explain_no_cycle(loop)
     if not stable:
         count = sum(row["kind"] == "cycle" for row in cycles)
         text = f"no stable limit cycle is predicted, and {count} unstable: smaller oscillations die out."

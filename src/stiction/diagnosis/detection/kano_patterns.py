@@ -14,7 +14,7 @@ import numpy as np
 
 from stiction.diagnosis.detection.evidence import judge, objections, swing, with_position
 from stiction.diagnosis.oscillation import smooth
-from stiction.models.compiled import kernel
+from stiction.models.numba_compile import kernel
 from stiction.records.quantiles import quantiles
 
 if TYPE_CHECKING:

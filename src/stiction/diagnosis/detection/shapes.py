@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 
-from stiction.models.compiled import kernel
+from stiction.models.numba_compile import kernel
 
 __all__ = ["area_ratio", "relay_misfit", "relay_shapes", "sine_misfit", "square_misfit", "triangle_misfit"]
 

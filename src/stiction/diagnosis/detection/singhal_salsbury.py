@@ -15,7 +15,7 @@ import numpy as np
 from stiction.diagnosis.detection.evidence import half_periods, judge, objections
 from stiction.diagnosis.detection.shapes import area_ratio
 from stiction.diagnosis.oscillation import error_name
-from stiction.models.compiled import kernel
+from stiction.models.numba_compile import kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

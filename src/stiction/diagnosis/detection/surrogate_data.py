@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.models.compiled import kernel
+from stiction.models.numba_compile import kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

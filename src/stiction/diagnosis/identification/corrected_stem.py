@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.candidates import Candidates, combinations, pattern_search
-from stiction.models.compiled import kernel
-from stiction.models.component import TIE
+from stiction.models.component import TIE_TOLERANCE
+from stiction.models.numba_compile import kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -43,7 +43,7 @@ def corrected_errors(op, observed, S, J, rests, shift, cap, limit, out):
             u = op[k]
             if (u - op[k - 1]) * direction > 0.0:
                 x = u - direction * gap
-            elif abs(u - x) > edge * (1.0 + TIE):
+            elif abs(u - x) > edge * (1.0 + TIE_TOLERANCE):
                 direction = 1.0 if u > x else -1.0
                 x = u - direction * gap
             else:

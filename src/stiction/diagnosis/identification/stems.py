@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiction.models.compiled import kernel
-from stiction.models.component import TIE
+from stiction.models.component import TIE_TOLERANCE
+from stiction.models.numba_compile import kernel
 
 __all__ = ["as_valve_arrays", "relay_signals", "valve_positions", "whole_position"]
 
@@ -20,7 +20,7 @@ def valve_positions(op, per_block, S, J, rests, start, out):
     """
     for v in range(out.shape[0]):
         half = 0.5 * (S[v] + J[v])
-        edge = half * (1.0 + TIE)
+        edge = half * (1.0 + TIE_TOLERANCE)
         gap = 0.5 * (S[v] - J[v])
         position = op[0] + start[v] * half
         direction = 0.0

@@ -16,8 +16,8 @@ import numpy as np
 
 from stiction.diagnosis.identification.candidates import combinations, evaluated, halved_steps, joined, pattern_search
 from stiction.diagnosis.identification.model_fit import fit_kano, fit_stenman, likely_candidates, model_fit
-from stiction.models.compiled import kernel
-from stiction.models.component import TIE, ValveState
+from stiction.models.component import TIE_TOLERANCE, ValveState
+from stiction.models.numba_compile import kernel
 from stiction.models.valves.srinivasan import srinivasan_step
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def fill_positions(op, per_block, sb, lag, slow, start, out):
         for k in range(out.shape[1]):
             total = 0.0
             for i in range(k * per_block, (k + 1) * per_block):
-                s = srinivasan_step(op[i], s, sb[v] * (1.0 + TIE), lag[v], slow[v] * (1.0 - TIE))
+                s = srinivasan_step(op[i], s, sb[v] * (1.0 + TIE_TOLERANCE), lag[v], slow[v] * (1.0 - TIE_TOLERANCE))
                 total += s.position
             out[v, k] = total / per_block
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.models.compiled import kernel
+from stiction.models.numba_compile import kernel
 from stiction.records.analysis_window import forward_fill_sp
 from stiction.records.gaps import interpolate_gaps
 

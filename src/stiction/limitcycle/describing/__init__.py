@@ -1,6 +1,6 @@
-"""What a valve does to a sine: describing functions, closed, event by event, and numeric."""
+"""Describing functions of valves: in closed form, event by event, and numeric."""
 
-from stiction.limitcycle.describing.face import describing_function
 from stiction.limitcycle.describing.memoryless import Deadband, Quantiser, Relay, Saturation
+from stiction.limitcycle.describing.valve_df import describing_function
 
 __all__ = ["Deadband", "Quantiser", "Relay", "Saturation", "describing_function"]

@@ -1,4 +1,4 @@
-"""Our valves as describing-function nonlinearities of python-control (extra `control`)."""
+"""Valves as describing-function nonlinearities of python-control (extra `control`)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.errors import MissingExtraError, ParameterError
-from stiction.limitcycle.describing.face import describing_function, rate_dependent
+from stiction.limitcycle.describing.valve_df import describing_function, is_rate_dependent
 
 if TYPE_CHECKING:
     from stiction.models import Valve
@@ -49,7 +49,7 @@ def as_control_nonlinearity(valve: Valve, *, family: str | float = "half") -> An
         from control import DescribingFunctionNonlinearity
     except ImportError:
         raise MissingExtraError("python-control is not installed; pip install 'stiction[control]'.") from None
-    if rate_dependent(valve):
+    if is_rate_dependent(valve):
         raise ParameterError(f"{type(valve).__name__} depends on the rate of its input; python-control has no N(A, w).")
 
     class StickyValve(DescribingFunctionNonlinearity):
@@ -60,7 +60,7 @@ def as_control_nonlinearity(valve: Valve, *, family: str | float = "half") -> An
 
         def __call__(self, A: float) -> float:
             """Stem position after this sample of the input, the valve at rest at 0 before the first."""
-            from stiction.models.switch import valve_at_rest, valve_step
+            from stiction.models.dispatch import valve_at_rest, valve_step
 
             packed = valve.pack(1.0)
             before = valve_at_rest(valve.code, 0.0, 0.0, packed) if self._state is None else self._state

@@ -79,7 +79,7 @@ class Relay:
 
 @dataclass(frozen=True)
 class Deadband:
-    """Deadband (play, backlash): the stem follows half the width behind and rests for the full width on reversal.
+    """Deadband (play, backlash): the stem follows at half the width and rests for the full width after a reversal.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class Deadband:
 
 @dataclass(frozen=True)
 class Quantiser:
-    """Rounds to the nearest multiple of a step: the memoryless cousin of Stenman's valve.
+    """Rounds to the nearest multiple of a step: like Stenman's valve, but without memory.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""Limit cycles solved exactly."""
+"""Exact limit cycles in continuous time."""

@@ -1,4 +1,4 @@
-"""All limit cycles of a loop in continuous time: from predictions, from starts of every size, and their mirrors."""
+"""All limit cycles of a loop in continuous time: from predictions, from starts of every size, and by symmetry."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.limitcycle.describing import describing_function
-from stiction.limitcycle.describing.stenman import lattice_offset, require_families
-from stiction.limitcycle.exact.flow import DIVERGED, REST, SETTLED
-from stiction.limitcycle.exact.orbit import Orbit, family_name, limit_cycle, refine, rest_levels
-from stiction.limitcycle.exact.run import Machine, machine
-from stiction.limitcycle.prediction import harmonic_balance
+from stiction.limitcycle.describing.staircase import require_families, rest_level_offset
+from stiction.limitcycle.exact.event_simulation import DIVERGED, REST, SETTLED
+from stiction.limitcycle.exact.packed_loop import PackedLoop, pack_loop
+from stiction.limitcycle.exact.periodic_orbit import Orbit, family_name, limit_cycle, refine_orbit, rest_levels
+from stiction.limitcycle.harmonic_balance_search import harmonic_balance
 from stiction.limitcycle.result import LimitCycle
 
 if TYPE_CHECKING:
@@ -20,14 +20,16 @@ if TYPE_CHECKING:
 
     from stiction.models import Loop
 
-__all__ = ["exact_limit_cycles", "same_cycle", "search", "solve"]
+__all__ = ["exact_limit_cycles", "is_same_cycle", "search_from_starts", "solve_packed"]
 
-_SIZES = (0.7, 1.05, 1.5, 2.2, 3.3, 5.0, 9.0, 20.0)
+_START_AMPLITUDES = (0.7, 1.05, 1.5, 2.2, 3.3, 5.0, 9.0, 20.0)
 """OP amplitudes of the starts, over sb [-]."""
-_PHASES = (-math.pi, -2.6, -2.1)
+_START_PHASES = (-math.pi, -2.6, -2.1)
 """Phases of L at the frequencies of the starts [rad]: -1/N of a stem that lags has half a turn to a quarter."""
-_LOOK, _LOOK_STEPS = 24, 60_000
-"""Turns and steps of a first look, which tells most starts that lead to a cycle already known [-]."""
+_QUICK_TURNS = 24
+"""Turns of a first, short run, enough for most starts that end in a known cycle [-]."""
+_QUICK_STEPS = 60_000
+"""Steps of that run [-]."""
 
 
 def exact_limit_cycles(
@@ -42,16 +44,15 @@ def exact_limit_cycles(
     Parameters
     ----------
     loop : Loop
-        The loop; its `dt` plays no part, and output limits, end stops and noise are left out.
+        The loop; its `dt`, output limits, end stops and noise have no effect.
     sp : float
         Set point [PV units].
     disturbance : float
         Constant load at the process inlet [% of span].
     families : iterable of str or float, optional
-        For a stem that only rests and jumps (Stenman, He, Srinivasan when slow, and any valve where each slip turns
-        the OP at once): "half" and "integer" are the two
-        families symmetric about the point of rest, a number is the absolute position of one rest level
-        [% of span]. By default both symmetric ones.
+        For a stem that only rests and jumps (Stenman, He, Srinivasan when slow, and any valve with which each slip
+        reverses the OP immediately): "half" and "integer" are the two families symmetric about the point of rest, a
+        number is the absolute position of one rest level [% of span]. By default both symmetric ones.
 
     Returns
     -------
@@ -62,13 +63,13 @@ def exact_limit_cycles(
     ------
     ParameterError
         When the valve has no continuous-time form or no stiction, the controller and process are improper or
-        make an algebraic loop, the loop has no point of rest, it holds a compensator, or a family is unknown.
+        make an algebraic loop, the loop has no point of rest, it has a compensator, or a family is unknown.
 
     Notes
     -----
-    A staircase valve moves by exactly one jump at a time, so the offset of its rest levels against the load is
-    conserved and cycles come in families over it. Sampling lets every jump overshoot a little and makes the
-    lattice drift: in a simulation the offset is only as lasting as dt is short.
+    A staircase valve moves by exactly one jump at a time, so the offset of its rest levels against the load is constant
+    and there is a family of cycles over it. In a sampled simulation every jump overshoots a little, so that the levels
+    drift; the drift is slower for a shorter dt.
 
     Examples
     --------
@@ -77,30 +78,33 @@ def exact_limit_cycles(
     >>> [(c.family, round(c.period, 2)) for c in exact_limit_cycles(loop)]
     [('half', 21.12), ('half', 16.24), ('integer', 17.6), ('integer', 15.66)]
     """
-    asked = None if families is None else require_families(families)
-    return solve(machine(loop, sp=sp, disturbance=disturbance), loop, asked)
+    chosen = None if families is None else require_families(families)
+    return solve_packed(pack_loop(loop, sp=sp, disturbance=disturbance), loop, chosen)
 
 
-def solve(
-    m: Machine, loop: Loop, families: Iterable[str | float] | None = None, guesses: Iterable[LimitCycle] | None = None
+def solve_packed(
+    m: PackedLoop,
+    loop: Loop,
+    families: Iterable[str | float] | None = None,
+    guesses: Iterable[LimitCycle] | None = None,
 ) -> tuple[LimitCycle, ...]:
-    """`exact_limit_cycles` of a loop made ready to run, from predictions already at hand or made here."""
+    """`exact_limit_cycles` of a packed loop, from the predictions `guesses` or new ones."""
     found: list[LimitCycle] = []
-    at_hand = None if guesses is None else list(guesses)
+    predictions = None if guesses is None else list(guesses)
     if not m.valve.staircase:
-        found += [cycle for cycle in search(m, loop, None, at_hand) if cycle.offset is None]
-    if not m.lattices:
+        found += [cycle for cycle in search_from_starts(m, loop, None, predictions) if cycle.offset is None]
+    if not m.has_lattice:
         return tuple(found)
     for family in ("half", "integer") if families is None else families:
-        offset = lattice_offset(m.valve.jump, family, m.linear.rest)
+        offset = rest_level_offset(m.valve.jump, family, m.linear.rest)
         name = family if isinstance(family, str) else f"{offset:g}"
-        mine = None if at_hand is None else [guess for guess in at_hand if guess.family in ("", name)]
-        found += [cycle for cycle in search(m, loop, offset, mine) if cycle.offset is not None]
+        mine = None if predictions is None else [guess for guess in predictions if guess.family in ("", name)]
+        found += [cycle for cycle in search_from_starts(m, loop, offset, mine) if cycle.offset is not None]
     return tuple(found)
 
 
-def search(
-    m: Machine, loop: Loop, offset: float | None, guesses: Iterable[LimitCycle] | None = None
+def search_from_starts(
+    m: PackedLoop, loop: Loop, offset: float | None, guesses: Iterable[LimitCycle] | None = None
 ) -> tuple[LimitCycle, ...]:
     """All cycles on one lattice offset [% of span] from the point of rest, or of a valve without a lattice (None)."""
     found: list[LimitCycle] = []
@@ -110,25 +114,29 @@ def search(
     for guess in guesses:
         if guess.kind == "cycle":
             states, level = _from_prediction(m, loop, guess, family)
-            _settle(m, states, level, offset, found, polish_first=True)
+            _settle_and_refine(m, states, level, offset, found, refine_first=True)
     for states, level in _starts(m, offset):
-        _settle(m, states, level, offset, found)
+        _settle_and_refine(m, states, level, offset, found)
     if offset is None or min(2.0 * offset % m.valve.jump, -2.0 * offset % m.valve.jump) < 1e-9 * m.valve.jump:
         for cycle in found:
             if cycle.stable is not False and cycle.section:
                 *states, level = cycle.section
-                _settle(m, -np.array(states), -level, offset, found, up=-1.0)
+                _settle_and_refine(m, -np.array(states), -level, offset, found, up=-1.0)
     if offset is not None:
-        found = [cycle for cycle in found if cycle.offset is None or _apart(cycle.offset, offset, m.valve.jump) < 1e-6]
+        found = [
+            cycle
+            for cycle in found
+            if cycle.offset is None or _offset_distance(cycle.offset, offset, m.valve.jump) < 1e-6
+        ]
     return tuple(sorted(found, key=lambda cycle: (cycle.amplitude, cycle.period)))
 
 
-def _apart(one: float, other: float, jump: float) -> float:
+def _offset_distance(one: float, other: float, jump: float) -> float:
     """Distance of two offsets on the circle of the lattice, as a share of the jump [-]."""
     return min((one - other) % jump, (other - one) % jump) / jump
 
 
-def same_cycle(one: LimitCycle, other: LimitCycle, tolerance: float = 1e-6) -> bool:
+def is_same_cycle(one: LimitCycle, other: LimitCycle, tolerance: float = 1e-6) -> bool:
     """Whether two exact cycles are the same motion."""
     return (
         abs(one.period / one.turns - other.period / other.turns) <= tolerance * one.period / one.turns
@@ -137,45 +145,47 @@ def same_cycle(one: LimitCycle, other: LimitCycle, tolerance: float = 1e-6) -> b
     )
 
 
-def _settle(m: Machine, states, level: float, offset, found, *, polish_first: bool = False, up: float = 1.0) -> None:
-    """Follow the loop from a start to where it settles, refine that, and keep it when it is new."""
+def _settle_and_refine(
+    m: PackedLoop, states, level: float, offset, found, *, refine_first: bool = False, up: float = 1.0
+) -> None:
+    """Run the loop from a start until it settles, refine the cycle, and add it when it is new."""
     fixed = offset is not None
-    look = m if not fixed or math.isinf(m.valve.rate) else m.still()
-    if polish_first:
-        orbit = refine(m, states, level, fixed=fixed)
+    look = m if not fixed or math.isinf(m.valve.rate) else m.without_following()
+    if refine_first:
+        orbit = refine_orbit(m, states, level, fixed=fixed)
         if orbit is not None:
-            _keep(found, m, orbit)
+            _add_if_new(found, m, orbit)
             return
-    run, _ = look.run(states, level, most_turns=_LOOK, tolerance=1e-6, up=up, most_steps=_LOOK_STEPS)
+    run, _ = look.run(states, level, most_turns=_QUICK_TURNS, tolerance=1e-6, up=up, most_steps=_QUICK_STEPS)
     if run.time.size < 2 or run.status in (REST, DIVERGED):
         return
-    if run.status != SETTLED and run.time.size < _LOOK:
+    if run.status != SETTLED and run.time.size < _QUICK_TURNS:
         return
-    if offset is None and m.lattices and not run.swing[-2:, 4].any():
+    if offset is None and m.has_lattice and not run.swing[-2:, 4].any():
         return
     orbit = None
-    if run.status == SETTLED and _seen(found, m, run):
+    if run.status == SETTLED and _ends_in_known_cycle(found, m, run):
         return
     if run.status == SETTLED:
-        orbit = _refined(m, run, fixed)
+        orbit = _refine_run(m, run, fixed)
     if orbit is None:
         run, _ = look.run(states, level, most_turns=600, tolerance=1e-10, up=up, most_steps=400_000, n_events=8192)
         if run.status != SETTLED:
             return
-        orbit = _refined(m, run, fixed)
+        orbit = _refine_run(m, run, fixed)
     if orbit is not None:
-        _keep(found, m, orbit)
+        _add_if_new(found, m, orbit)
         return
     if look is not m:
         return
     k = run.turns
     settled = Orbit(run.states[-1], float(run.level[-1]), float(run.time[-1] - run.time[-1 - k]), k, (), True)
-    cycle = _described(m, settled, run)
-    if not any(same_cycle(cycle, known) for known in found):
+    cycle = _cycle_from_run(m, settled, run)
+    if not any(is_same_cycle(cycle, known) for known in found):
         found.append(cycle)
 
 
-def _seen(found: list[LimitCycle], m: Machine, run) -> bool:
+def _ends_in_known_cycle(found: list[LimitCycle], m: PackedLoop, run) -> bool:
     """Whether a run that settled to 1e-6 ended in a cycle already in the list."""
     period = run.time[-1] - run.time[-1 - run.turns]
     height = (run.swing[-run.turns :, 0].max() - run.swing[-run.turns :, 1].min()) / 2.0
@@ -188,16 +198,16 @@ def _seen(found: list[LimitCycle], m: Machine, run) -> bool:
     )
 
 
-def _refined(m: Machine, run, fixed: bool) -> Orbit | None:
+def _refine_run(m: PackedLoop, run, fixed: bool) -> Orbit | None:
     level = float(run.level[-1])
     held = fixed or not run.swing[-run.turns :, 4].any()
     if run.swing[-1, 6] <= m.linear.dead_time:
         return None
-    return refine(m, run.states[-1], level, run.turns, fixed=held)
+    return refine_orbit(m, run.states[-1], level, run.turns, fixed=held)
 
 
-def _described(m: Machine, orbit: Orbit, run) -> LimitCycle:
-    """A cycle known from a settled run only: its turn is shorter than the dead time, so the map needs the past."""
+def _cycle_from_run(m: PackedLoop, orbit: Orbit, run) -> LimitCycle:
+    """A cycle from a settled run only: its turn is shorter than the dead time, so the return map needs the past."""
     k = orbit.turns
     swing = run.swing[-k:]
     recent = run.events[run.events[:, 0] > run.time[-1] - orbit.period * (1.0 + 1e-9), 1]
@@ -207,12 +217,12 @@ def _described(m: Machine, orbit: Orbit, run) -> LimitCycle:
         "continuous", "cycle", family_name(offset, m.valve.jump), float(swing[:, 0].max() - swing[:, 1].min()) / 2.0,
         orbit.period, float(swing[:, 2].max() - swing[:, 3].min()) / 2.0, (levels[-1] - levels[0]) / 2.0,
         tuple(x + m.linear.rest for x in levels), stable=True, offset=offset, turns=k,
-        warning="Known from a settled run: the stem turns within the dead time, so no multipliers are given.",
+        warning="Found by simulation: the stem turns within the dead time, so there are no multipliers.",
     )  # fmt: skip
 
 
-def _keep(found: list[LimitCycle], m: Machine, orbit: Orbit) -> None:
-    """Keep an orbit when it is new; the quick look at period and level spares most descriptions."""
+def _add_if_new(found: list[LimitCycle], m: PackedLoop, orbit: Orbit) -> None:
+    """Add an orbit when it is new; period and level are compared first, which is faster."""
     near = 1e-6 * max(m.valve.sb, abs(orbit.level))
     for known in found:
         if (
@@ -223,12 +233,12 @@ def _keep(found: list[LimitCycle], m: Machine, orbit: Orbit) -> None:
         ):
             return
     cycle = limit_cycle(m, orbit)
-    if not any(same_cycle(cycle, known) for known in found):
+    if not any(is_same_cycle(cycle, known) for known in found):
         found.append(cycle)
 
 
-def _from_prediction(m: Machine, loop: Loop, guess: LimitCycle, family) -> tuple[np.ndarray, float]:
-    """States and level at the rest at the top, as the describing function sees them."""
+def _from_prediction(m: PackedLoop, loop: Loop, guess: LimitCycle, family) -> tuple[np.ndarray, float]:
+    """States and level at the rest at the top, from the describing function."""
     w = guess.omega
     n = complex(describing_function(loop.valve, guess.amplitude, w, family=family))
     top = guess.levels[-1] - m.linear.rest if guess.levels else guess.amplitude_mv
@@ -237,7 +247,7 @@ def _from_prediction(m: Machine, loop: Loop, guess: LimitCycle, family) -> tuple
     return np.real(phasor * np.exp(-1j * before)), top
 
 
-def _starts(m: Machine, offset: float | None):
+def _starts(m: PackedLoop, offset: float | None):
     """Starts of many sizes, as if the stem had moved in a sine at a few frequencies."""
     linear = m.linear
     marks = np.abs(np.append(linear.poles, 1.0 / linear.dead_time if linear.dead_time else 0.0))
@@ -248,7 +258,7 @@ def _starts(m: Machine, offset: float | None):
     phase = np.unwrap(np.angle(linear.at(1j * grid)))
     phase -= 2.0 * math.pi * round(float(phase[0] + math.pi / 2.0) / (2.0 * math.pi))
     speeds = []
-    for wanted in _PHASES:
+    for wanted in _START_PHASES:
         past = np.nonzero(phase <= wanted)[0]
         speeds.append(grid[past[0]] if past.size else marks.min())
     jump = m.valve.jump
@@ -257,7 +267,7 @@ def _starts(m: Machine, offset: float | None):
         if gain == 0.0:
             continue
         unit = linear.states_at(w) * (-1.0 / gain) * np.exp(-1j * w * linear.dead_time)
-        for size in _SIZES:
+        for size in _START_AMPLITUDES:
             a = size * m.valve.sb
             level = a - m.valve.lag
             if offset is not None:

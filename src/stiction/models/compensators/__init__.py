@@ -1,4 +1,4 @@
-"""What stands between controller and valve: compensators of stiction, one page each."""
+"""Compensators of stiction, which act between controller and valve: one page each."""
 
 from stiction.models.compensators.component import Compensator
 from stiction.models.compensators.constant_reinforcement import ConstantReinforcement

@@ -1,8 +1,8 @@
-"""What stands between controller and valve: the state that its steps pass on, and what all compensators share.
+"""Base class and state of all compensators, which act between controller and valve.
 
-A compensator sees the controller's output, set point and PV, and gives the signal that is sent to the valve. It may
-also ask two things of the controller for the next sample: to hold its integral, or to track the signal sent (as a
-controller in manual does), which opens the loop. ``X_step(op, ..., state, parameters...) -> state`` as for valves.
+A compensator reads controller output, set point and PV, and computes the signal to the valve. For the next sample it
+can also make the controller hold its integral, or track the signal to the valve (as in manual), which opens the loop.
+``X_step(op, ..., state, parameters...) -> state`` as for valves.
 """
 
 from __future__ import annotations
@@ -13,23 +13,31 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 import numpy as np
 
 from stiction.errors import ParameterError, require_finite, require_not_negative, require_positive
-from stiction.models.compiled import inlined
+from stiction.models.numba_compile import inline_kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Compensator", "CompensatorState", "Stiction", "compensator_at_rest", "pulsed", "rhythm", "sign"]
+__all__ = [
+    "Compensator",
+    "CompensatorState",
+    "StictionEstimate",
+    "advance_pulse_train",
+    "compensator_at_rest",
+    "pulse_state",
+    "sign",
+]
 
 
 class CompensatorState(NamedTuple):
-    """What a compensator gives and remembers from one sample to the next; each uses the fields it needs."""
+    """Output and state of a compensator between two samples; each compensator uses the fields it needs."""
 
     valve_signal: float
-    """Signal sent to the valve, before the output limits of the controller [% of span]."""
+    """Signal to the valve, before the output limits of the controller [% of span]."""
     hold: float
-    """1 while the controller is to hold its integral [-]."""
+    """1 while the controller must hold its integral [-]."""
     track: float
-    """1 while the controller is to track the valve signal: the loop is open [-]."""
+    """1 while the controller must track the valve signal: the loop is open [-]."""
     op: float
     """Controller output of the last sample [% of span]."""
     sp: float
@@ -41,26 +49,26 @@ class CompensatorState(NamedTuple):
     elapsed: float
     """Samples since the latest pulse, the last cycle or the last move began [-]."""
     phase: float
-    """0 before the first pulse or while watching; then 1, 2, ... [-]."""
+    """0 before the first pulse or during observation; then 1, 2, ... [-]."""
     side: float
     """Side of the band on which the error was last outside: -1, 0 or 1 [-]."""
     position: float
-    """Where the stem is thought to be [% of span]."""
+    """Estimated stem position [% of span]."""
     begun: float
-    """Cycles begun since the watch began [-]."""
+    """Cycles that began since the start of the observation [-]."""
     samples: float
-    """Samples in the cycles watched, the first left out [-]."""
+    """Samples in the observed cycles, without the first cycle [-]."""
     total: float
     """Sum of `position` over them [% of span]."""
     low: float
-    """Lowest controller output in the cycles watched [% of span]."""
+    """Lowest controller output in the observed cycles [% of span]."""
     high: float
-    """Highest controller output in the cycles watched [% of span]."""
+    """Highest controller output in the observed cycles [% of span]."""
     failed: float
-    """Moves in a row after which the error did not settle within the band [-]."""
+    """Successive moves after which the error did not settle within the band [-]."""
 
 
-@inlined
+@inline_kernel
 def sign(x: float) -> float:
     """Sign of x: -1, 0 or 1; 0 for NaN."""
     if x > 0.0:
@@ -70,14 +78,14 @@ def sign(x: float) -> float:
     return 0.0
 
 
-@inlined
+@inline_kernel
 def compensator_at_rest(op: float, sp: float) -> CompensatorState:
-    """State of a compensator that passes `op` on and has seen nothing yet."""
+    """State of a compensator before its first sample, which passes `op` on."""
     return CompensatorState(op, 0.0, 0.0, op, sp, op, op, 0.0, 0.0, 0.0, op, 0.0, 0.0, 0.0, op, op, 0.0)
 
 
-@inlined
-def pulsed(
+@inline_kernel
+def pulse_state(
     op: float, pulse: float, hold: float, reference: float, latest: float, elapsed: float, phase: float
 ) -> CompensatorState:
     """State of a compensator that adds `pulse` to the controller output."""
@@ -86,8 +94,8 @@ def pulsed(
     )
 
 
-@inlined
-def rhythm(op: float, s: CompensatorState, interval: float) -> tuple[float, float, float, float]:
+@inline_kernel
+def advance_pulse_train(op: float, s: CompensatorState, interval: float) -> tuple[float, float, float, float]:
     """Advance a train of pulses by a sample: `reference`, `latest`, `elapsed`, `phase`."""
     elapsed = s.elapsed + 1.0
     if elapsed >= interval:
@@ -95,8 +103,8 @@ def rhythm(op: float, s: CompensatorState, interval: float) -> tuple[float, floa
     return s.reference, s.latest, elapsed, s.phase
 
 
-class Stiction(NamedTuple):
-    """What settings are made from."""
+class StictionEstimate(NamedTuple):
+    """Identified stiction, process gain and noise, from which settings are computed."""
 
     S: float
     """Deadband plus stickband [% of span]."""
@@ -105,14 +113,14 @@ class Stiction(NamedTuple):
     dt: float
     """Sampling period of the controller [s]."""
     gain: float
-    """Static gain of the process, its size [PV units per % of span]."""
+    """Absolute static gain of the process [PV units per % of span]."""
     noise: float
     """Standard deviation of the measurement noise [PV units]."""
 
 
 @dataclass(frozen=True)
 class Compensator:
-    """What every compensator has in common."""
+    """Base class of all compensators."""
 
     code: ClassVar[int]
 
@@ -140,7 +148,7 @@ class Compensator:
         """
         gain = abs(require_finite("gain", gain, "PV units per % of span"))
         return cls._settings(
-            Stiction(
+            StictionEstimate(
                 require_positive("S", S, "% of span"),
                 require_not_negative("J", J, "% of span"),
                 require_positive("dt", dt, "s"),
@@ -150,7 +158,7 @@ class Compensator:
         )
 
     @classmethod
-    def _settings(cls, given: Stiction) -> Self:
+    def _settings(cls, given: StictionEstimate) -> Self:
         raise NotImplementedError
 
     def parameters(self, dt: float) -> tuple[float, ...]:
@@ -166,7 +174,7 @@ class Compensator:
         return {"compensator": type(self).__name__, **asdict(self)}
 
     def _require(self, *, positive: dict[str, str], not_negative: dict[str, str]) -> None:
-        """Turn the settings named (-> unit) into floats, or say what is wrong with one."""
+        """Convert the named settings (-> unit) to floats; raise when one is outside its limits."""
         for name, unit in positive.items():
             object.__setattr__(self, name, require_positive(name, getattr(self, name), unit))
         for name, unit in not_negative.items():
@@ -174,18 +182,18 @@ class Compensator:
 
     @staticmethod
     def _pauses(width: float, interval: float) -> None:
-        """Ask for a pause between pulses [s]."""
+        """Raise when there is no pause between pulses [s]."""
         if width >= interval:
             raise ParameterError(
                 f"width = {width:g} s leaves no pause in interval = {interval:g} s; give width < interval."
             )
 
     def _at_least(self, name: str, lowest: float) -> None:
-        """Turn the setting into a number of the kind of `lowest`, or say that it lies below it or is none."""
+        """Convert the setting to the type of `lowest`; raise when it is below that or not a number."""
         value = require_finite(name, getattr(self, name), "-")
         if value < lowest or (isinstance(lowest, int) and value % 1.0 != 0.0):
             kind = "a whole number" if isinstance(lowest, int) else "a number"
-            raise ParameterError(f"{name} = {value:g} cannot be; give {kind} of {lowest:g} or more.")
+            raise ParameterError(f"{name} = {value:g} is not allowed; give {kind} of {lowest:g} or more.")
         object.__setattr__(self, name, type(lowest)(value))
 
     def _samples(self, name: str, dt: float) -> float:

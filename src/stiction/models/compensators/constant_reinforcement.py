@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, pulsed, sign
-from stiction.models.compiled import inlined
+from stiction.models.compensators.component import Compensator, CompensatorState, StictionEstimate, pulse_state, sign
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["ConstantReinforcement", "constant_reinforcement_step"]
 
 
-@inlined
+@inline_kernel
 def constant_reinforcement_step(op: float, s: CompensatorState, amplitude: float) -> CompensatorState:
-    """One sample: the direction is that of the last change of the controller's output."""
-    return pulsed(op, amplitude * sign(op - s.op), 0.0, op, op, 0.0, 0.0)
+    """One sample: the pulse has the direction of the last change of the controller output."""
+    return pulse_state(op, amplitude * sign(op - s.op), 0.0, op, op, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class ConstantReinforcement(Compensator):
     Parameters
     ----------
     amplitude : float
-        What is added [% of span].
+        Height of the constant [% of span].
 
     Raises
     ------
@@ -35,11 +35,10 @@ class ConstantReinforcement(Compensator):
 
     Notes
     -----
-    Lowest PV deviation of the pulse compensators, highest price: the valve is driven in every sample, and the direction
-    is that of the noise where there is any. Simulated here, stem travel rises 3 to 7 times without noise, and 14 to 40
-    times with it.
+    This compensator has the lowest PV deviation of the pulse compensators and the most stem travel: it drives the valve
+    in every sample, and with noise the direction is random.
 
-    `for_stiction` gives amplitude S / 2; half to all of the stiction band is recalled as the authors' advice.
+    `for_stiction` gives amplitude S / 2; the authors advise half to all of the stiction band.
 
     References
     ----------
@@ -60,7 +59,7 @@ class ConstantReinforcement(Compensator):
         self._require(positive={}, not_negative={"amplitude": "% of span"})
 
     @classmethod
-    def _settings(cls, given: Stiction) -> Self:
+    def _settings(cls, given: StictionEstimate) -> Self:
         return cls(given.S / 2.0)
 
     def parameters(self, dt: float) -> tuple[float, ...]:

@@ -5,25 +5,32 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, pulsed, rhythm, sign
-from stiction.models.compiled import inlined
+from stiction.models.compensators.component import (
+    Compensator,
+    CompensatorState,
+    StictionEstimate,
+    advance_pulse_train,
+    pulse_state,
+    sign,
+)
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["Cuadros", "cuadros_step"]
 
 
-@inlined
+@inline_kernel
 def cuadros_step(
     op: float, sp: float, pv: float, s: CompensatorState, amplitude: float, width: float, interval: float, band: float
 ) -> CompensatorState:
     """One sample; `width` and `interval` in samples."""
-    reference, latest, elapsed, phase = rhythm(op, s, interval)
+    reference, latest, elapsed, phase = advance_pulse_train(op, s, interval)
     pulse = 0.0
     hold = 0.0
     if abs(sp - pv) < band:
         hold = 1.0
     elif phase > 0.0 and elapsed < width:
         pulse = amplitude * sign(op - reference)
-    return pulsed(op, pulse, hold, reference, latest, elapsed, phase)
+    return pulse_state(op, pulse, hold, reference, latest, elapsed, phase)
 
 
 @dataclass(frozen=True)
@@ -37,7 +44,7 @@ class Cuadros(Compensator):
     width : float
         Length of a pulse [s], rounded to whole samples.
     interval : float
-        Time from the onset of one pulse to that of the next [s], rounded to whole samples; above `width`.
+        Time from the start of one pulse to the start of the next [s], rounded to whole samples; above `width`.
     band : float
         Half width of the band about the set point [PV units].
 
@@ -48,10 +55,10 @@ class Cuadros(Compensator):
 
     Notes
     -----
-    The pulses bring the PV nearer to the set point than the bare cycle does, so that a narrower band than that of an
-    integral deadband is enough; then the valve stands still. An offset of up to `band` stays. That the method stops
-    on a small error is recalled from the paper; that the integral is held meanwhile, and the settings, are this
-    page's: the knocker's, and a band of 0.75 J in PV units.
+    The pulses bring the PV nearer to the set point than the bare cycle does, so a narrower band than for an
+    integral deadband is enough. Then the valve rests. An offset of up to `band` stays. The paper stops
+    the pulses on a small error. Holding the integral meanwhile is an addition of this project, as are the settings:
+    those of the knocker, and a band of 0.75 J in PV units.
 
     References
     ----------
@@ -78,7 +85,7 @@ class Cuadros(Compensator):
         self._pauses(self.width, self.interval)
 
     @classmethod
-    def _settings(cls, given: Stiction) -> Self:
+    def _settings(cls, given: StictionEstimate) -> Self:
         band = 0.75 * given.gain * max(given.J, given.S / 20.0) + 3.0 * given.noise
         return cls(given.S / 2.0, 2.0 * given.dt, 5.0 * given.dt, band)
 

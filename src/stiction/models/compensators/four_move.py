@@ -1,4 +1,4 @@
-"""Four moves without a model (after Cuadros, Munaro and Munareto): sizes from the cycle seen, not from S and J."""
+"""Four moves without a model (after Cuadros, Munaro and Munareto): sizes from the observed cycle, not from S and J."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from stiction.errors import ParameterError
-from stiction.models.compensators.component import Compensator, CompensatorState, Stiction
-from stiction.models.compensators.watch import sent, watch_and_move
-from stiction.models.compiled import inlined
+from stiction.models.compensators.component import Compensator, CompensatorState, StictionEstimate
+from stiction.models.compensators.observe_and_move import observe_and_move, signal_to_valve
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["FourMove", "four_move_step"]
 
 
-@inlined
+@inline_kernel
 def four_move_step(
     op: float,
     sp: float,
@@ -27,7 +27,7 @@ def four_move_step(
     tries: float,
 ) -> CompensatorState:
     """One sample; `move` in samples."""
-    s = watch_and_move(op, sp, pv, op, s, 4.0, band, move, cycles, tries)
+    s = observe_and_move(op, sp, pv, op, s, 4.0, band, move, cycles, tries)
     if s.phase == 0.0:
         return s
     mean = s.total / s.samples
@@ -39,7 +39,7 @@ def four_move_step(
         signal = mean - reach * swing
     elif s.phase == 3.0:
         signal = mean + share * swing
-    return sent(signal, mean, s)
+    return signal_to_valve(signal, mean, s)
 
 
 @dataclass(frozen=True)
@@ -63,9 +63,9 @@ class FourMove(Compensator):
     move : float, optional
         How long each of the first three moves holds [s], rounded to whole samples; one sample by default.
     cycles : int
-        Cycles over which the mean is taken, after a first that shows the swing of the OP [-].
+        Cycles over which the mean is taken, after a first cycle that gives the swing of the OP [-].
     tries : int
-        Moves in a row without success after which the controller is left alone until the set point changes [-].
+        Successive failed moves after which the compensator waits for a change of set point [-].
 
     Raises
     ------
@@ -74,13 +74,13 @@ class FourMove(Compensator):
 
     Notes
     -----
-    That there are four moves and no model is recalled from the paper; how large they are is derived above. Needs a
-    symmetric cycle: where the stem rests longer on one side than on the other, the mean of the OP is not where the PV
-    meets the set point. Watches, takes over and limits as `TwoMove` does.
+    The paper has four moves and no model; their sizes are derived above. The cycle must be symmetric: if the stem rests
+    longer on one side, the mean of the OP is not the OP at which the PV equals the set point. Observation, hand-over to
+    the controller and limits are those of `TwoMove`.
 
-    `for_stiction` uses S and J for the band alone: J / 2 in PV units (S / 40 at least) and five standard deviations of
-    the noise. Too wide a band, and no cycle is seen: nothing happens. Simulated on the loop of the tests: an error of
-    0.01 to 0.21 of the bare cycle's for J < S, but 0.77 for J = S.
+    `for_stiction` uses S and J for the band alone: J / 2 in PV units (at least S / 40) plus five standard deviations of
+    the noise. With a band that is too wide no cycle is detected, and nothing happens. The method works well for J < S
+    and poorly for J = S.
 
     References
     ----------
@@ -106,7 +106,7 @@ class FourMove(Compensator):
         self._require(positive={"band": "PV units"}, not_negative={"share": "-"})
         if self.share > 0.5:
             raise ParameterError(
-                f"share = {self.share:g} is above 1/2: any stem would be left above the middle; give 1/2 or less."
+                f"share = {self.share:g} is above 1/2: every stem would end above the middle; give 1/2 or less."
             )
         if self.move is not None:
             self._require(positive={"move": "s"}, not_negative={})
@@ -115,7 +115,7 @@ class FourMove(Compensator):
         self._at_least("tries", 1)
 
     @classmethod
-    def _settings(cls, given: Stiction) -> Self:
+    def _settings(cls, given: StictionEstimate) -> Self:
         return cls(given.gain * max(given.J, given.S / 20.0) / 2.0 + 5.0 * given.noise)
 
     def parameters(self, dt: float) -> tuple[float, ...]:

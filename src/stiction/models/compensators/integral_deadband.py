@@ -5,19 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, pulsed
-from stiction.models.compiled import inlined
+from stiction.models.compensators.component import Compensator, CompensatorState, StictionEstimate, pulse_state
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["IntegralDeadband", "integral_deadband_step"]
 
 
-@inlined
+@inline_kernel
 def integral_deadband_step(op: float, sp: float, pv: float, band: float) -> CompensatorState:
-    """One sample; what it says of the integral holds for the next."""
+    """One sample; `hold` applies to the next sample."""
     hold = 0.0
     if abs(sp - pv) < band:
         hold = 1.0
-    return pulsed(op, 0.0, hold, op, op, 0.0, 0.0)
+    return pulse_state(op, 0.0, hold, op, op, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -36,13 +36,11 @@ class IntegralDeadband(Compensator):
 
     Notes
     -----
-    The cheapest remedy in the field, built into many controllers: where the band is wider than the error that the
-    stiction causes, the cycle ends, no travel is added, and an offset of up to `band` stays. Too narrow a band slows
-    the cycle and does not end it. The integral is held from the sample after the error is seen inside the band.
+    The cheapest remedy, built into many controllers. If the band is wider than the error that stiction causes, the
+    cycle ends without added stem travel, and an offset of up to `band` remains. A band that is too narrow slows the
+    cycle and does not end it. The integral is held from the sample after the error enters the band.
 
-    `for_stiction` gives a band of J in PV units (at least S / 20), and three standard deviations of the noise. Derived
-    here by simulation: on three self-regulating loops, four valves and 12 set points 0.75 J ended every cycle, and J
-    ended nearly all with J identified 30 % too small.
+    `for_stiction` gives a band of J in PV units (at least S / 20) plus three standard deviations of the noise.
 
     References
     ----------
@@ -63,7 +61,7 @@ class IntegralDeadband(Compensator):
         self._require(positive={}, not_negative={"band": "PV units"})
 
     @classmethod
-    def _settings(cls, given: Stiction) -> Self:
+    def _settings(cls, given: StictionEstimate) -> Self:
         return cls(given.gain * max(given.J, given.S / 20.0) + 3.0 * given.noise)
 
     def parameters(self, dt: float) -> tuple[float, ...]:

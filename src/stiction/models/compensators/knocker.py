@@ -1,24 +1,31 @@
-"""Haegglund's knocker: short pulses on the controller's output, in the direction in which it is going."""
+"""Haegglund's knocker: short pulses on the controller's output, in the direction in which the output moves."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, pulsed, rhythm, sign
-from stiction.models.compiled import inlined
+from stiction.models.compensators.component import (
+    Compensator,
+    CompensatorState,
+    StictionEstimate,
+    advance_pulse_train,
+    pulse_state,
+    sign,
+)
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["Knocker", "knocker_step"]
 
 
-@inlined
+@inline_kernel
 def knocker_step(op: float, s: CompensatorState, amplitude: float, width: float, interval: float) -> CompensatorState:
     """One sample; `width` and `interval` in samples."""
-    reference, latest, elapsed, phase = rhythm(op, s, interval)
+    reference, latest, elapsed, phase = advance_pulse_train(op, s, interval)
     pulse = 0.0
     if phase > 0.0 and elapsed < width:
         pulse = amplitude * sign(op - reference)
-    return pulsed(op, pulse, 0.0, reference, latest, elapsed, phase)
+    return pulse_state(op, pulse, 0.0, reference, latest, elapsed, phase)
 
 
 @dataclass(frozen=True)
@@ -37,7 +44,7 @@ class Knocker(Compensator):
     width : float
         Length of a pulse [s], rounded to whole samples.
     interval : float
-        Time from the onset of one pulse to that of the next [s], rounded to whole samples; above `width`.
+        Time from the start of one pulse to the start of the next [s], rounded to whole samples; above `width`.
 
     Raises
     ------
@@ -46,13 +53,12 @@ class Knocker(Compensator):
 
     Notes
     -----
-    Needs integral action: the pulses follow the direction of the OP. Limits: stem travel and reversals rise. Pulses as
-    high as S are worse than none for J < S, in PV and in travel (simulated, see the tests). The loop may lock to the
-    train of pulses in more than one way, with a PV deviation that differs by some 10 % from one to the other.
+    Needs integral action: the pulses follow the direction of the OP. Stem travel and reversals rise. For J < S, pulses
+    as high as S are worse than none, in PV and in stem travel. The loop can lock to the pulses in more than one way,
+    with PV deviations that differ by about 10 %.
 
     `for_stiction` gives amplitude S / 2 (after Srinivasan and Rengaswamy, 2005: half the stiction band), a width of 2
-    samples and an interval of 5, the long end of what Haegglund is recalled to recommend (amplitude 1 to 4 %, width 1
-    to 2 samples, interval 2 to 5). These settings were simulated here.
+    samples and an interval of 5 samples (Haegglund: amplitude 1 to 4 %, width 1 to 2 samples, interval 2 to 5).
 
     References
     ----------
@@ -76,7 +82,7 @@ class Knocker(Compensator):
         self._pauses(self.width, self.interval)
 
     @classmethod
-    def _settings(cls, given: Stiction) -> Self:
+    def _settings(cls, given: StictionEstimate) -> Self:
         return cls(given.S / 2.0, 2.0 * given.dt, 5.0 * given.dt)
 
     def parameters(self, dt: float) -> tuple[float, ...]:

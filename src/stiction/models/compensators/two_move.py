@@ -1,4 +1,4 @@
-"""Two moves (after Srinivasan and Rengaswamy, 2008): push the stem away, bring it to where it belongs, and stop."""
+"""Two moves (after Srinivasan and Rengaswamy, 2008) that bring the stem to its mean position and leave it there."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from stiction.errors import ParameterError
-from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, sign
-from stiction.models.compensators.watch import sent, watch_and_move
-from stiction.models.compiled import inlined
+from stiction.models.compensators.component import Compensator, CompensatorState, StictionEstimate, sign
+from stiction.models.compensators.observe_and_move import observe_and_move, signal_to_valve
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["TwoMove", "two_move_step"]
 
 
-@inlined
+@inline_kernel
 def two_move_step(
     op: float,
     sp: float,
@@ -35,29 +35,29 @@ def two_move_step(
     position = s.position
     if abs(op - position) > size - fd:
         position = op - fd * sign(op - position)
-    s = watch_and_move(op, sp, pv, position, s, 2.0, band, move, cycles, tries)
+    s = observe_and_move(op, sp, pv, position, s, 2.0, band, move, cycles, tries)
     if s.phase == 0.0:
         return s
     position = s.total / s.samples
     signal = position - fd
     if s.phase == 1.0:
         signal = signal + reach * size
-    return sent(signal, position, s)
+    return signal_to_valve(signal, position, s)
 
 
 @dataclass(frozen=True)
 class TwoMove(Compensator):
-    """Open the loop and put the stem where the cycle was about: two moves, then rest.
+    """Open the loop and move the stem to the mean of its cycle by two moves.
 
-    While the loop cycles, the stem is followed by He's rule with the bands of S and J. Over whole cycles its mean is
-    the position that holds the PV at the set point. Then the controller tracks, and the signal goes
+    While the loop cycles, He's model with the bands of S and J estimates the stem position. Its mean over whole cycles
+    is the position that holds the PV at the set point. Then the controller tracks, and the signal goes
 
     1. up to ``x - fd + reach S``, which breaks the stem away whatever its state,
     2. down to ``x - fd``: after more than S of travel the stem follows, fd above its input, and stops at x,
 
-    with x the mean and fd = (S - J) / 2. After one more cycle's time for the process to settle the valve stands still.
-    No loop cycles on a swing of the OP below S: an S above 0.9 of the swing seen is taken for an overestimate, and S
-    and J are reduced to it in proportion.
+    with x the mean and fd = (S - J) / 2. The process then has one cycle's time to settle, and the valve rests.
+    No loop cycles with an OP swing below S. An S above 0.9 times the observed swing is therefore too large, and S and
+    J are reduced in proportion.
 
     Parameters
     ----------
@@ -72,9 +72,9 @@ class TwoMove(Compensator):
     move : float, optional
         How long the first move holds [s], rounded to whole samples; one sample by default.
     cycles : int
-        Cycles over which the mean is taken, after a first that shows the swing of the OP [-].
+        Cycles over which the mean is taken, after a first cycle that gives the swing of the OP [-].
     tries : int
-        Moves in a row without success after which the controller is left alone until the set point changes [-].
+        Successive failed moves after which the compensator waits for a change of set point [-].
 
     Raises
     ------
@@ -83,25 +83,14 @@ class TwoMove(Compensator):
 
     Notes
     -----
-    The published method opens the loop for good, and is blind to load and set point from then on. Here the controller
-    takes over, bumpless, at once when the set point changes and when the error leaves `band`, except in the first
-    cycle's time after the moves. It watches, and moves again. It never acts while the set point keeps changing (a
-    cascade's slave), while the error stays within the band, or on an integrating process for long.
+    The published method leaves the loop open and does not react to load or set point afterwards. Here the controller
+    takes over without a bump when the set point changes or the error leaves `band` (not in the first cycle's time after
+    the moves). Then a new observation begins. The compensator never acts while the set point keeps changing (the
+    secondary loop of a cascade) or while the error is within the band, and not for long on an integrating process.
 
     `for_stiction` gives a band of J / 3 in PV units (of S / 60 at least) and five standard deviations of the noise.
-    Simulated with it (Kano valve, FOPDT 3 / (10 s + 1) with 10 s dead time, PI 0.2, 10 s, dt 1 s, 12 set points, 8 000
-    s): at rest in the end, and root mean square error after 2 000 s over that of the bare cycle:
-
-    =====  ===============  ===============  ===============
-    S, J   30 % too low     exact            30 % too high
-    =====  ===============  ===============  ===============
-    3, 3   12 of 12, 0.15   12 of 12, 0.21   10 of 12, 0.49
-    5, 2    9 of 12, 0.49   12 of 12, 0.19   12 of 12, 0.28
-    3, 1    3 of 12, 0.81   12 of 12, 0.15   12 of 12, 0.23
-    =====  ===============  ===============  ===============
-
-    The others cycle on as without a compensator. Where the cycle is smaller than the error of the moves, (S - J) / 2
-    times the relative error of S, trying costs more than it brings: J far below S.
+    If the cycle is smaller than the error of the moves, (S - J) / 2 times the relative error of S, the moves cost more
+    than they bring: this is so for J far below S. An S or J that is too large does less harm than one too small.
 
     References
     ----------
@@ -128,7 +117,7 @@ class TwoMove(Compensator):
         self._require(positive={"S": "% of span", "band": "PV units"}, not_negative={"J": "% of span"})
         if self.J > self.S:
             raise ParameterError(
-                f"J = {self.J:g} % exceeds S = {self.S:g} %: where such a stem comes to rest cannot be told from its "
+                f"J = {self.J:g} % exceeds S = {self.S:g} %: the rest position of such a stem does not follow from its "
                 "input; give J <= S."
             )
         if self.move is not None:
@@ -138,7 +127,7 @@ class TwoMove(Compensator):
         self._at_least("tries", 1)
 
     @classmethod
-    def _settings(cls, given: Stiction) -> Self:
+    def _settings(cls, given: StictionEstimate) -> Self:
         return cls(given.S, min(given.J, given.S), given.gain * max(given.J, given.S / 20.0) / 3.0 + 5.0 * given.noise)
 
     def parameters(self, dt: float) -> tuple[float, ...]:

@@ -1,31 +1,38 @@
-"""Pulses whose height grows with the error, up to a limit: the knocker that is gentle near the set point."""
+"""A knocker whose pulses grow with the error, up to a limit."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from stiction.models.compensators.component import Compensator, CompensatorState, Stiction, pulsed, rhythm, sign
-from stiction.models.compiled import inlined
+from stiction.models.compensators.component import (
+    Compensator,
+    CompensatorState,
+    StictionEstimate,
+    advance_pulse_train,
+    pulse_state,
+    sign,
+)
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["VariablePulses", "variable_pulses_step"]
 
 
-@inlined
+@inline_kernel
 def variable_pulses_step(
     op: float, sp: float, pv: float, s: CompensatorState, amplitude: float, width: float, interval: float, full: float
 ) -> CompensatorState:
     """One sample; `width` and `interval` in samples."""
-    reference, latest, elapsed, phase = rhythm(op, s, interval)
+    reference, latest, elapsed, phase = advance_pulse_train(op, s, interval)
     pulse = 0.0
     if phase > 0.0 and elapsed < width:
         pulse = min(amplitude, amplitude * abs(sp - pv) / full) * sign(op - reference)
-    return pulsed(op, pulse, 0.0, reference, latest, elapsed, phase)
+    return pulse_state(op, pulse, 0.0, reference, latest, elapsed, phase)
 
 
 @dataclass(frozen=True)
 class VariablePulses(Compensator):
-    """Haegglund's knocker with pulses as high as the error asks, amplitude min(1, abs(e) / full).
+    """Haegglund's knocker with pulses of the height amplitude min(1, abs(e) / full).
 
     Parameters
     ----------
@@ -34,9 +41,9 @@ class VariablePulses(Compensator):
     width : float
         Length of a pulse [s], rounded to whole samples.
     interval : float
-        Time from the onset of one pulse to that of the next [s], rounded to whole samples; above `width`.
+        Time from the start of one pulse to the start of the next [s], rounded to whole samples; above `width`.
     full : float
-        Error from which on pulses have their greatest height [PV units].
+        Error above which pulses have their greatest height [PV units].
 
     Raises
     ------
@@ -45,9 +52,9 @@ class VariablePulses(Compensator):
 
     Notes
     -----
-    Of the source only the title is known here: pulses of variable amplitude, to reduce wear. The law, proportional to
-    the error, is this page's. `for_stiction` gives the knocker's settings, and full pulses from S / 4 in PV units on.
-    Simulated on the loop of the tests: less travel than the knocker where J < S, and more PV deviation.
+    The source uses pulses of variable amplitude to reduce wear. The rule here, proportional to the error, is this
+    project's. `for_stiction` gives the settings of the knocker, and full pulses above an error of S / 4 in PV units.
+    For J < S there is less stem travel and more PV deviation than with the knocker.
 
     References
     ----------
@@ -74,7 +81,7 @@ class VariablePulses(Compensator):
         self._pauses(self.width, self.interval)
 
     @classmethod
-    def _settings(cls, given: Stiction) -> Self:
+    def _settings(cls, given: StictionEstimate) -> Self:
         return cls(given.S / 2.0, 2.0 * given.dt, 5.0 * given.dt, given.gain * given.S / 4.0)
 
     def parameters(self, dt: float) -> tuple[float, ...]:

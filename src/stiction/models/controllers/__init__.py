@@ -1,4 +1,4 @@
-"""What moves the valve: controllers."""
+"""Controllers."""
 
 from stiction.models.controllers.pid import PID
 

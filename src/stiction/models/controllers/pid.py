@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.errors import ParameterError, require_finite, require_not_negative, require_positive, require_range
-from stiction.models.compiled import inlined
+from stiction.models.numba_compile import inline_kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -18,7 +18,7 @@ __all__ = ["PID", "PIDState", "pid_at_rest", "pid_step"]
 
 
 class PIDState(NamedTuple):
-    """What the controller remembers from one sample to the next."""
+    """State of the controller between two samples."""
 
     op: float
     """Controller output [% of span]."""
@@ -30,13 +30,13 @@ class PIDState(NamedTuple):
     """Weighted error of the derivative part in the last sample [PV units]."""
 
 
-@inlined
+@inline_kernel
 def pid_at_rest(op: float, pv: float, p) -> PIDState:
-    """State of a controller that has kept `pv` at its set point with the output `op`."""
+    """State of a controller at rest with `pv` at its set point and the output `op`."""
     return PIDState(op, op - p[0] * (p[4] - 1.0) * pv, 0.0, (p[5] - 1.0) * pv)
 
 
-@inlined
+@inline_kernel
 def pid_step(sp: float, pv: float, s: PIDState, manual: float, p) -> PIDState:
     """One sample in automatic, or in manual with the output `manual` when that is not NaN."""
     proportional = p[0] * (p[4] * sp - pv)
@@ -81,7 +81,7 @@ class PID:
     op_limits : tuple of float
         Output limits [% of span]; none by default, so that a loop can be written in deviations.
     anti_windup : bool
-        Hold the integral while the output is at a limit and the error drives it further out.
+        Hold the integral while the output is at a limit and the error would drive it further.
     integral : str
         "backward" adds this sample's error to the integral before the output is computed, "forward" after.
 
@@ -141,14 +141,14 @@ class PID:
         Raises
         ------
         ParameterError
-            When `Kp` is zero (the standard form has no such controller) or its sign differs from the others'.
+            When `Kp` is zero (no standard form) or the gains differ in sign.
         """
         Kp = require_finite("Kp", Kp, "% of span per PV unit")
         Ki = require_finite("Ki", Ki, "% of span per PV unit and s")
         Kd = require_finite("Kd", Kd, "% of span s per PV unit")
         if Kp == 0.0 or Ki * Kp < 0.0 or Kd * Kp < 0.0:
             raise ParameterError(
-                f"Kp = {Kp:g}, Ki = {Ki:g}, Kd = {Kd:g} has no standard form; give a Kp other than 0 and one sign."
+                f"Kp = {Kp:g}, Ki = {Ki:g}, Kd = {Kd:g} has no standard form; give Kp other than 0 and equal signs."
             )
         Td = Kd / Kp
         Tf = require_not_negative("Tf", Tf, "s")

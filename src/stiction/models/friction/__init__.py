@@ -1,4 +1,4 @@
-"""Friction laws, one page each: how a stem on its spring moves on by one sub-step."""
+"""Friction laws, one page each: how the stem on its spring moves in one sub-step."""
 
 from stiction.models.friction.karnopp import karnopp_substep
 from stiction.models.friction.lugre import lugre_rest, lugre_substep

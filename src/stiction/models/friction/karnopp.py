@@ -1,16 +1,16 @@
-"""Karnopp's friction: a stem at rest takes any friction up to the static one, a stem below a tolerance is at rest."""
+"""Karnopp's friction: up to static friction the stem stays at rest; below a speed tolerance it counts as at rest."""
 
 from __future__ import annotations
 
 import math
 
-from stiction.models.compiled import inlined
 from stiction.models.friction.stribeck import stribeck
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["karnopp_substep"]
 
 
-@inlined
+@inline_kernel
 def karnopp_substep(
     x: float, v: float, drive: float, h: float,
     mass: float, spring_rate: float, ease: float,
@@ -22,11 +22,11 @@ def karnopp_substep(
 
     .. math:: v' = \frac{m v + h\,(F - K x - F(v))}{m + h F_v}, \qquad x' = x + h v'
 
-    The viscous force is taken at the end of the sub-step, so that no damping is too stiff for it, and the position
-    after the velocity, so that the stem's oscillation neither grows nor dies by the method. A steady slide is
-    stable in this form exactly where it is in the differential equation.
+    The viscous force is taken at the end of the sub-step, so that the method is stable for any damping. The
+    position is updated after the velocity, so that the method neither amplifies nor damps the stem's oscillation. A
+    steady slide is stable in this form exactly when it is stable in the differential equation.
 
-    The stem rests while the force on it, eqs. 1-2 with E2 mended, is at most the static friction; it comes to rest
+    The stem rests while the force on it, eqs. 1-2 with E2 corrected, is at most the static friction; it comes to rest
     where its velocity changes sign, or falls below the tolerance while static friction can hold it.
 
     After Karnopp (1985).

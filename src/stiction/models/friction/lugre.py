@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from stiction.models.compiled import inlined
 from stiction.models.friction.stribeck import stribeck
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["lugre_rest", "lugre_substep"]
 
 
-@inlined
+@inline_kernel
 def lugre_rest(force: float, static: float, stiffness: float) -> float:
     """Deflection of the bristles [m] that holds the stem at rest against `force` [N], as far as they can."""
     return min(max(force, -static), static) / stiffness
 
 
-@inlined
+@inline_kernel
 def lugre_substep(
     x: float, v: float, z: float, drive: float, h: float,
     mass: float, spring_rate: float, viscous: float,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from stiction.models.compiled import inlined
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["stribeck"]
 
 
-@inlined
+@inline_kernel
 def stribeck(ratio: float, coulomb: float, static: float) -> float:
     """Eq. 3 without its sign, Fc + (Fs - Fc) exp(-ratio^2) [N], for `ratio` = v / vs; the minus is erratum E1.
 

@@ -1,7 +1,7 @@
-"""What the valve moves: linear processes with exact dead time."""
+"""Linear processes with exact dead time."""
 
-from stiction.models.processes.accept import as_process
 from stiction.models.processes.discretise import Discrete, discretise
+from stiction.models.processes.from_control import as_process
 from stiction.models.processes.transfer_function import FOPDT, SOPDT, Integrating, StateSpace, TransferFunction
 
 __all__ = [

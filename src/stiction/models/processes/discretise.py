@@ -1,4 +1,4 @@
-"""Exact discretisation of a linear process behind a zero-order hold and a dead time of any length."""
+"""Exact discretisation of a linear process with a zero-order hold and a dead time of any length."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Discrete(NamedTuple):
     b_new: NDArray[np.float64]
     """Effect of the input that arrives within the sample, shape (n_states,)."""
     b_old: NDArray[np.float64]
-    """Effect of the input before it, shape (n_states,)."""
+    """Effect of the previous input, shape (n_states,)."""
     c: NDArray[np.float64]
     """Output row, shape (n_states,)."""
     d: float
@@ -31,7 +31,7 @@ class Discrete(NamedTuple):
     delay: int
     """Whole samples of dead time n."""
     direct_delay: int
-    """Samples m after which the direct path sees the input."""
+    """Delay m of the direct path [samples]."""
 
 
 def discretise(A, B, C, D: float, dead_time: float, dt: float) -> Discrete:
@@ -54,7 +54,7 @@ def discretise(A, B, C, D: float, dead_time: float, dt: float) -> Discrete:
     Raises
     ------
     ParameterError
-        When the dead time is more samples than can be kept (`errors.require_samples`).
+        When the dead time has too many samples (`errors.require_samples`).
 
     Notes
     -----

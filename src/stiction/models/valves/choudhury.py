@@ -5,20 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stiction.models.compiled import inlined
-from stiction.models.component import TIE, Valve, ValveState
+from stiction.models.component import TIE_TOLERANCE, Valve, ValveState
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["Choudhury", "choudhury_step"]
 
 
-@inlined
+@inline_kernel
 def _sign(value: float) -> float:
     return 1.0 if value > 0.0 else (-1.0 if value < 0.0 else 0.0)
 
 
-@inlined
+@inline_kernel
 def choudhury_step(op: float, s: ValveState, S: float, J: float, lag: float) -> ValveState:
-    """One sample of the flow chart; `lag` is (S - J) / 2, and (S + J) / 2 breaks the stem away after a turn."""
+    """One sample of the flow chart; `lag` is (S - J) / 2; after a reversal (S + J) / 2 breaks the stem away."""
     trend = op - s.op
     sign = _sign(trend)
     rest = s.rest
@@ -59,10 +59,10 @@ class Choudhury(Valve):
 
     Notes
     -----
-    A stem that has slipped keeps following a monotone input: a repeated staircase cannot be shown
-    (srinivasan2008, section V). A single noisy sample that turns the input brings the stem to rest. For
-    J <= S the model equals Kano's; for J > S it does not, nor its own describing function. A stem beyond OP (J > S)
-    that came to rest breaks away again by (S + J) / 2 from where it is, whichever way OP goes.
+    After a slip the stem follows a monotone input, so the model has no staircase (srinivasan2008, section V). A single
+    noisy sample that reverses the input brings the stem to rest. For J <= S the model equals Kano's; for J > S it
+    equals neither Kano's model nor its own describing function. A stem that rests beyond OP (J > S) breaks away again
+    when OP is (S + J) / 2 from it, in either direction.
 
     References
     ----------
@@ -82,9 +82,9 @@ class Choudhury(Valve):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._bands("S", "J")
+        self._require_bands("S", "J")
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Bands and lag (S, J, (S - J) / 2) [% of span], the bands widened by a tie."""
         del dt
-        return (self.S * (1.0 + TIE), self.J * (1.0 + TIE), (self.S - self.J) / 2.0)
+        return (self.S * (1.0 + TIE_TOLERANCE), self.J * (1.0 + TIE_TOLERANCE), (self.S - self.J) / 2.0)

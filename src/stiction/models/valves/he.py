@@ -7,15 +7,15 @@ from math import copysign
 from typing import ClassVar
 
 from stiction.errors import ParameterError
-from stiction.models.compiled import inlined
-from stiction.models.component import TIE, Valve, ValveState
+from stiction.models.component import TIE_TOLERANCE, Valve, ValveState
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["He", "he_step"]
 
 
-@inlined
+@inline_kernel
 def he_step(op: float, s: ValveState, fs: float, fd: float) -> ValveState:
-    """The residual force op - position breaks the stem away above fs, and fd of it is left afterwards."""
+    """A residual force op - position above fs breaks the stem away; afterwards the force is fd."""
     force = op - s.position
     if abs(force) > fs:
         return ValveState(op - copysign(fd, force), op, op, copysign(1.0, force), 1.0, op - s.op, 0.0, 0.0, 0.0, 0.0)
@@ -42,7 +42,7 @@ class He(Valve):
     -----
     The stem follows its input only where that moves by more than fs - fd in one sample: a hidden rate
     threshold (fs - fd) / dt that changes with the sampling period. It equals Srinivasan's valve with
-    sb = fs, sj = fs - fd and r just above sj / dt (at r itself that one follows, He's does not), and differs from
+    sb = fs, sj = fs - fd and r just above sj / dt (at exactly r Srinivasan's valve follows), and differs from
     Kano's by at most J at any instant.
 
     References
@@ -63,7 +63,7 @@ class He(Valve):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._bands("fs", "fd")
+        self._require_bands("fs", "fd")
         if self.fd > self.fs:
             raise ParameterError(
                 f"fd = {self.fd:g} % exceeds fs = {self.fs:g} %; dynamic friction is at most static friction."
@@ -72,4 +72,4 @@ class He(Valve):
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Bands (fs, fd) [% of span], fs widened by a tie."""
         del dt
-        return (self.fs * (1.0 + TIE), self.fd)
+        return (self.fs * (1.0 + TIE_TOLERANCE), self.fd)

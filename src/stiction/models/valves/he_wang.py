@@ -1,4 +1,4 @@
-"""He and Wang's semi-physical valve: He's bands, and a slip that overshoots its balance."""
+"""He and Wang's semi-physical valve: He's bands, and a slip that overshoots the balance of forces."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stiction.errors import ParameterError, require_finite, require_not_negative
-from stiction.models.compiled import inlined
-from stiction.models.component import TIE, Valve, ValveState
+from stiction.models.component import TIE_TOLERANCE, Valve, ValveState
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["HeWang", "he_wang_step", "overshoot_factor"]
 
 
-@inlined
+@inline_kernel
 def he_wang_step(op: float, s: ValveState, fs: float, fd: float, K: float) -> ValveState:
-    """Break away where the residual force op - position exceeds fs, and slip K times the way to fd."""
+    """Break away when the residual force op - position exceeds fs, and slip K times the distance to fd."""
     force = op - s.position
     if abs(force) > fs:
         direction = math.copysign(1.0, force)
@@ -63,8 +63,8 @@ class HeWang(Valve):
     fd : float
         Dynamic friction band [% of span], at most `fs`.
     K : float
-        How far the slip goes, in units of the way to the balance of forces [-], from 1 to 2. 1 is He's valve and a
-        well damped stem; 2 has no damping at all.
+        Length of the slip over the distance to the balance of forces [-], from 1 (He's valve, a well damped stem)
+        to 2 (no damping).
 
     Raises
     ------
@@ -73,8 +73,8 @@ class HeWang(Valve):
 
     Notes
     -----
-    K follows from the damping ratio of the stem (`overshoot_factor`). K = 1.99, the value used with the model,
-    asks for a damping ratio of 0.003; heavily packed valves have K = 1.
+    K follows from the damping ratio of the stem (`overshoot_factor`). K = 1.99, the published value, needs a
+    damping ratio of 0.003; heavily packed valves have K = 1.
 
     References
     ----------
@@ -95,7 +95,7 @@ class HeWang(Valve):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._bands("fs", "fd")
+        self._require_bands("fs", "fd")
         object.__setattr__(self, "K", require_finite("K", self.K, "-"))
         if self.fd > self.fs:
             raise ParameterError(
@@ -107,4 +107,4 @@ class HeWang(Valve):
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Bands (fs, fd) [% of span], fs widened by a tie, and K [-]."""
         del dt
-        return (self.fs * (1.0 + TIE), self.fd, self.K)
+        return (self.fs * (1.0 + TIE_TOLERANCE), self.fd, self.K)

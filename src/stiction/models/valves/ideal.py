@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stiction.models.compiled import inlined
 from stiction.models.component import Valve, ValveState
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["Ideal", "ideal_step"]
 
 
-@inlined
+@inline_kernel
 def ideal_step(op: float, s: ValveState) -> ValveState:
     """x(t) = u(t)."""
     return ValveState(op, op, op, 0.0, 1.0, op - s.op, 0.0, 0.0, 0.0, 0.0)

@@ -1,23 +1,23 @@
-"""Kano's two-parameter valve: deadband plus stickband S and slip jump J, with the friction's direction remembered."""
+"""Kano's two-parameter valve: deadband plus stickband S and slip jump J, with the direction of friction as a state."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stiction.models.compiled import inlined
-from stiction.models.component import TIE, Valve, ValveState
+from stiction.models.component import TIE_TOLERANCE, Valve, ValveState
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["Kano", "kano_at_rest", "kano_step"]
 
 
-@inlined
+@inline_kernel
 def kano_at_rest(op: float, position: float, lag: float) -> ValveState:
     """Rest in the middle of the band: (S + J) / 2 of input breaks the stem away in either direction."""
     return ValveState(position, op, position + lag, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-@inlined
+@inline_kernel
 def kano_step(op: float, s: ValveState, S: float, J: float, lag: float) -> ValveState:
     """One sample of the flow chart; `lag` is (S - J) / 2."""
     trend = op - s.op
@@ -44,8 +44,8 @@ def kano_step(op: float, s: ValveState, S: float, J: float, lag: float) -> Valve
 class Kano(Valve):
     """Kano's valve: the preferred form of the (S, J) model.
 
-    The stem rests until its input has gone back by S (a reversal) or on by J (the same direction), slips to
-    lie (S - J) / 2 behind the input, and follows until the input stops or turns.
+    The stem rests until its input has moved by S after a reversal, or by J in the same direction. Then it slips to
+    (S - J) / 2 from the input, and follows until the input stops or reverses.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class Kano(Valve):
 
     Notes
     -----
-    A held sample counts as a stop, so the model is not rate independent. For J <= S it is the same valve as
+    A repeated sample counts as a stop, so the model is not rate independent. For J <= S it is the same valve as
     Choudhury's and as Srinivasan's with r = 0.
 
     References
@@ -82,9 +82,9 @@ class Kano(Valve):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._bands("S", "J")
+        self._require_bands("S", "J")
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Bands and lag (S, J, (S - J) / 2) [% of span], the bands widened by a tie."""
         del dt
-        return (self.S * (1.0 + TIE), self.J * (1.0 + TIE), (self.S - self.J) / 2.0)
+        return (self.S * (1.0 + TIE_TOLERANCE), self.J * (1.0 + TIE_TOLERANCE), (self.S - self.J) / 2.0)

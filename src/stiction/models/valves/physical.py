@@ -1,4 +1,4 @@
-"""The physical valve: mass, spring, diaphragm and friction, eqs. 1 to 3 with their errata E1 and E2 mended."""
+"""The physical valve: mass, spring, diaphragm and friction, eqs. 1 to 3 with their errata E1 and E2 corrected."""
 # ruff: noqa: RUF009 - a Quantity is a descriptor, made once for the class
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from stiction.errors import ParameterError, require_positive
-from stiction.models.component import TIE, Valve
+from stiction.models.component import TIE_TOLERANCE, Valve
+from stiction.models.physical_stem import PhysicalParameters, physical_at_rest, physical_parameters, physical_step
 from stiction.models.positioner import Positioner
 from stiction.models.quantities import Quantity, to_si
-from stiction.models.stem import PhysicalParameters, physical_at_rest, physical_parameters, physical_step
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,8 +33,8 @@ class PhysicalValve(Valve):
         m \ddot x + F_v \dot x + K x &= A P - F_0 - P_v A_v - F_f \\
         F(v) &= \left[F_c + (F_s - F_c)\,e^{-(v/v_s)^2}\right] \operatorname{sgn} v
 
-    The stem rests while the force on it, spring included, is at most the static friction. Every quantity is an
-    SI number, or text with a unit such as "300 lbf/in"; a bare "lb" is refused, for it may be a mass or a force.
+    The stem rests while the force on it, spring included, is at most the static friction. Every quantity is an SI
+    number, or text with a unit such as "300 lbf/in"; a bare "lb" raises an error, because it can be a mass or a force.
 
     Parameters
     ----------
@@ -55,27 +55,27 @@ class PhysicalValve(Valve):
     friction : str
         "karnopp" or "lugre".
     pressure_range : tuple of float or str, optional
-        Pressures that are 0 and 100 % OP (100 and 0 % where air closes) [Pa]; by default from 0 to what moves
-        the stem over its stroke, K stroke / A.
+        Pressures that are 0 and 100 % OP (100 and 0 % where air closes) [Pa]; by default from 0 to the pressure that
+        moves the stem over its stroke, K stroke / A.
     preload : float or str, optional
         Force of the spring where it is least compressed, F_0 [N]; by default it puts the stem at 0 % for 0 % OP.
     fluid_force : float or str
         Force of the fluid against the air, P_v A_v [N].
     air_to_open : bool
-        Whether air opens the valve. Where it closes the valve the OP is still the opening asked for.
+        Whether air opens the valve. If air closes the valve, the OP is still the opening.
     lag : float or str
         Time constant of I/P converter and actuator [s].
     positioner : Positioner, optional
         Positioner on the stem position.
     velocity_tolerance : float or str, optional
-        Karnopp's tolerance: the speed below which static friction can catch the stem [m/s]; by default a
+        Karnopp's tolerance: the speed below which static friction can stop the stem [m/s]; by default a
         thousandth of the Stribeck velocity.
     bristle_stiffness : float or str, optional
         LuGre's sigma_0 [N/m]; by default static friction bends the bristles by 1e-4 of the stroke.
     bristle_damping : float or str, optional
         LuGre's sigma_1 [N s/m]; by default 2 sqrt(sigma_0 m), critical damping of the mass on its bristles.
     hold : str
-        "zero": the input is held through the sample and the position is that at its end, as behind a DCS.
+        "zero": the input is held through the sample and the position is taken at the end of the sample, as with a DCS.
         "linear": the input moves in a straight line from the last sample to this one, as in a ramp test.
     substep : float, optional
         Sub-step within a sample [s]; by default 1/500 (LuGre: 1/2500) of the longer of 1/omega and
@@ -195,7 +195,7 @@ class PhysicalValve(Valve):
 
     @property
     def time_constant(self) -> float:
-        """Longer of 1 / omega and F_v / K: how long the stem needs [s]."""
+        """Time constant of the stem: the longer of 1 / omega and F_v / K [s]."""
         return max(1.0 / self.natural_frequency, self.viscous / self.spring_rate)
 
     def _rest_force(self) -> float:
@@ -241,7 +241,7 @@ class PhysicalValve(Valve):
                 spring_rate=self.spring_rate,
                 viscous=self.viscous,
                 coulomb=self.coulomb,
-                static=self.static * (1.0 + TIE),
+                static=self.static * (1.0 + TIE_TOLERANCE),
                 per_velocity=1.0 / self.stribeck_velocity,
                 ease=1.0 / (self.mass + h * self.viscous),
                 tolerance=tolerance,
@@ -263,7 +263,7 @@ class PhysicalValve(Valve):
         )
 
     def pack(self, dt: float) -> NDArray[np.float64]:
-        """Parameters as the kernels take them; the step itself minds the end stops, shape (31,)."""
+        """Parameters as the kernels take them; the step itself applies the end stops, shape (31,)."""
         return np.array([-math.inf, math.inf, *self.parameters(dt)], dtype=np.float64)
 
 

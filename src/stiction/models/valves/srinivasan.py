@@ -1,4 +1,4 @@
-"""The paper's three-parameter valve: stick band sb, stick jump sj and the rate r below which it goes in stairs."""
+"""The paper's three-parameter valve: stick band sb, stick jump sj and the rate r below which it moves in stairs."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError, require_number
-from stiction.models.compiled import inlined
-from stiction.models.component import TIE, Valve, ValveState
-from stiction.models.table import Table
+from stiction.models.component import TIE_TOLERANCE, Valve, ValveState
+from stiction.models.lookup_table import Table
+from stiction.models.numba_compile import inline_kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["Srinivasan", "srinivasan_printed_step", "srinivasan_step"]
 
 
-@inlined
+@inline_kernel
 def srinivasan_step(op: float, s: ValveState, sb: float, lag: float, slow: float) -> ValveState:
     """Eq. 5 repaired: follow when fast, else slip when |op - position| > sb, else rest; `lag` is sb - sj."""
     trend = op - s.op
@@ -32,7 +32,7 @@ def srinivasan_step(op: float, s: ValveState, sb: float, lag: float, slow: float
     return ValveState(s.position, op, s.rest, 0.0, 0.0, trend, 0.0, 0.0, 0.0, 0.0)
 
 
-@inlined
+@inline_kernel
 def srinivasan_printed_step(op: float, s: ValveState, sb: float, sj: float, slow: float) -> ValveState:
     """Eq. 5 as printed; the field `velocity` holds the last change of position."""
     trend = op - s.op
@@ -70,8 +70,8 @@ class Srinivasan(Valve):
         Rate of the input below which a moving stem sticks again [% of span / s]; 0 always follows, infinity
         never does.
     as_printed : bool
-        Use eq. 5 as the paper prints it. It keeps an error of up to one input increment per jump and dies on
-        steps: there sgn(du) is 0 in the sample after the jump and the stem stays where it is for ever.
+        Use eq. 5 as the paper prints it. It has an error of up to one input increment per jump. After a step
+        sgn(du) is 0 in the sample after the jump, and the stem never moves again.
 
     Raises
     ------
@@ -81,7 +81,7 @@ class Srinivasan(Valve):
     Notes
     -----
     One model covers four: r = 0 is Kano's and Choudhury's valve with S = 2 sb - sj, J = sj; r just above
-    sj / dt is He's; r infinite with sj = sb is Stenman's. Held steps do not tell them apart, only ramps do.
+    sj / dt is He's; r infinite with sj = sb is Stenman's. They differ on ramps, not on held steps.
 
     References
     ----------
@@ -106,15 +106,17 @@ class Srinivasan(Valve):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._bands(*(name for name in ("sb", "sj") if not isinstance(getattr(self, name), Table)))
+        self._require_bands(*(name for name in ("sb", "sj") if not isinstance(getattr(self, name), Table)))
         rate = require_number("r", self.r, "% of span / s")
         if rate < 0.0:
-            raise ParameterError(f"r = {rate:g} %/s is not a rate; give 0 or more (infinity never follows).")
+            raise ParameterError(
+                f"r = {rate:g} %/s is negative; give 0 or more (with infinity the stem never follows)."
+            )
         object.__setattr__(self, "r", rate)
         band, jump = self.tables()
         for x in np.union1d(band.position, jump.position):
             for speed in np.union1d(_rates(band), _rates(jump)):
-                if jump.at(x, speed) > 2.0 * band.at(x, speed) * (1.0 + TIE):
+                if jump.at(x, speed) > 2.0 * band.at(x, speed) * (1.0 + TIE_TOLERANCE):
                     raise ParameterError(
                         f"sj = {jump.at(x, speed):g} % exceeds 2 sb = {2.0 * band.at(x, speed):g} %: the stem would "
                         "jump back and forth; give sj <= 2 sb."
@@ -134,12 +136,12 @@ class Srinivasan(Valve):
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """(sb, sb - sj, r dt), as printed (sb, sj, r dt) [% of span]; sb widened and r dt narrowed by a tie."""
-        slow = self.r * dt * (1.0 - TIE)
+        slow = self.r * dt * (1.0 - TIE_TOLERANCE)
         if isinstance(self.sb, Table) or isinstance(self.sj, Table):
             band, jump = (table.pack() for table in self.tables())
             return (slow, dt, float(5 + band.size), *band, *jump)
         sj = self.sj if self.as_printed else self.sb - self.sj
-        return (self.sb * (1.0 + TIE), sj, slow)
+        return (self.sb * (1.0 + TIE_TOLERANCE), sj, slow)
 
 
 def _rates(table: Table) -> NDArray[np.float64]:

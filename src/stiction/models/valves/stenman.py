@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stiction.models.compiled import inlined
-from stiction.models.component import TIE, Valve, ValveState
+from stiction.models.component import TIE_TOLERANCE, Valve, ValveState
+from stiction.models.numba_compile import inline_kernel
 
 __all__ = ["Stenman", "stenman_step"]
 
 
-@inlined
+@inline_kernel
 def stenman_step(op: float, s: ValveState, d: float) -> ValveState:
     """Eq. 4: x(t) = x(t-1) if |u(t) - x(t-1)| <= d, else u(t)."""
     if abs(op - s.position) > d:
@@ -38,7 +38,7 @@ class Stenman(Valve):
     Notes
     -----
     Deadband and slip jump are tied together (S = J = d), and any slow input gives a staircase: the
-    stick-jump-follow of a fast ramp cannot be shown.
+    model never follows a fast ramp.
 
     References
     ----------
@@ -57,9 +57,9 @@ class Stenman(Valve):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._bands("d")
+        self._require_bands("d")
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Band (d,) [% of span], widened by a tie."""
         del dt
-        return (self.d * (1.0 + TIE),)
+        return (self.d * (1.0 + TIE_TOLERANCE),)

@@ -1,4 +1,4 @@
-"""Every effect by its name and one strength: 0 is hardly there, 1 is the worst that a plant lives with."""
+"""Every effect by its name and a strength from 0 (hardly visible) to 1 (the worst in a plant)."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ import numpy as np
 from stiction.errors import ParameterError, require_seed
 from stiction.records.quality.quantisation import robust_range
 from stiction.records.record import require_record
-from stiction.simulation.historian.spoiled import (
-    clipped,
-    clock_jumps,
-    frozen,
-    gaps,
-    missing,
-    part_manual,
-    replayed,
-    rescaled,
+from stiction.simulation.historian.data_faults import (
+    add_clock_jumps,
+    add_gaps,
+    add_manual_period,
+    change_units,
+    clip_op,
+    drop_samples,
+    freeze_signals,
+    replay_segment,
 )
-from stiction.simulation.historian.stored import (
-    averaged,
-    exception_reported,
-    interpolated,
-    quantised,
-    sampled,
-    swinging_door,
+from stiction.simulation.historian.historian_storage import (
+    average_intervals,
+    compress_by_swinging_door,
+    interpolate_samples,
+    quantise_signals,
+    report_by_exception,
+    sample_slower,
 )
 
 if TYPE_CHECKING:
@@ -33,70 +33,72 @@ if TYPE_CHECKING:
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["EFFECTS", "SLOWER", "spoil"]
+__all__ = ["EFFECTS", "INTERVAL_EFFECTS", "apply_effect"]
 
-SLOWEST = 60
+MAX_INTERVAL_SAMPLES = 60
 """Longest sampling, averaging or interpolating interval of the effects [samples of the record]."""
-SLOWER = ("sampling", "averaging", "interpolation")
+INTERVAL_EFFECTS = ("sampling", "averaging", "interpolation")
 """Effects whose strength sets an interval: SLOWEST to the power of the strength [samples of the record]."""
 
 
-def _interval(record: LoopRecord, strength: float) -> float:
-    return round(SLOWEST**strength) * record.dt
+def _effect_interval(record: LoopRecord, strength: float) -> float:
+    return round(MAX_INTERVAL_SAMPLES**strength) * record.dt
 
 
-def _rounded(record: LoopRecord, strength: float, seed: int) -> LoopRecord:
+def _quantise_by_strength(record: LoopRecord, strength: float, seed: int) -> LoopRecord:
     del seed
     assert record.pv is not None
     part = 0.01 + 0.29 * strength
-    return quantised(record, op=part * robust_range(record.op), pv=part * robust_range(record.pv))
+    return quantise_signals(record, op=part * robust_range(record.op), pv=part * robust_range(record.pv))
 
 
-def _units(record: LoopRecord, strength: float, seed: int) -> LoopRecord:
+def _draw_units(record: LoopRecord, strength: float, seed: int) -> LoopRecord:
     rng = np.random.default_rng(require_seed(seed))
     pv = (float(10.0 ** rng.uniform(-3.0, 3.0)), float(rng.uniform(-100.0, 100.0)))
     op = [(0.01, 0.0), (0.16, 4.0)][int(rng.integers(2))] if strength > 0.5 else (1.0, 0.0)
-    return rescaled(record, op=op, pv=pv)
+    return change_units(record, op=op, pv=pv)
 
 
 EFFECTS: dict[str, Callable[[LoopRecord, float, int], LoopRecord]] = {
-    "sampling": lambda record, strength, _: sampled(record, _interval(record, strength)),
-    "averaging": lambda record, strength, _: averaged(record, _interval(record, strength)),
-    "interpolation": lambda record, strength, _: interpolated(record, _interval(record, strength)),
-    "exception": lambda record, strength, _: exception_reported(record, 2.0 * strength),
-    "swinging door": lambda record, strength, _: swinging_door(record, 2.0 * strength),
-    "quantisation": _rounded,
-    "gaps": lambda record, strength, seed: gaps(record, 0.3 * strength, seed),
-    "missing": lambda record, strength, seed: missing(record, 0.3 * strength, seed),
-    "held": lambda record, strength, seed: frozen(record, 0.3 * strength, seed),
-    "clock": lambda record, strength, seed: clock_jumps(record, 1 + round(4.0 * strength), seed),
-    "replay": lambda record, strength, seed: replayed(record, 0.3 * strength, seed),
-    "manual": lambda record, strength, seed: part_manual(record, 0.5 * strength, seed, told=bool(seed % 2)),
-    "saturation": lambda record, strength, _: clipped(record, 0.5 * strength),
-    "units": _units,
+    "sampling": lambda record, strength, _: sample_slower(record, _effect_interval(record, strength)),
+    "averaging": lambda record, strength, _: average_intervals(record, _effect_interval(record, strength)),
+    "interpolation": lambda record, strength, _: interpolate_samples(record, _effect_interval(record, strength)),
+    "exception": lambda record, strength, _: report_by_exception(record, 2.0 * strength),
+    "swinging door": lambda record, strength, _: compress_by_swinging_door(record, 2.0 * strength),
+    "quantisation": _quantise_by_strength,
+    "gaps": lambda record, strength, seed: add_gaps(record, 0.3 * strength, seed),
+    "missing": lambda record, strength, seed: drop_samples(record, 0.3 * strength, seed),
+    "held": lambda record, strength, seed: freeze_signals(record, 0.3 * strength, seed),
+    "clock": lambda record, strength, seed: add_clock_jumps(record, 1 + round(4.0 * strength), seed),
+    "replay": lambda record, strength, seed: replay_segment(record, 0.3 * strength, seed),
+    "manual": lambda record, strength, seed: add_manual_period(
+        record, 0.5 * strength, seed, record_mode=bool(seed % 2)
+    ),
+    "saturation": lambda record, strength, _: clip_op(record, 0.5 * strength),
+    "units": _draw_units,
 }
-"""Name -> effect of (record, strength, seed): intervals to 60 samples, deviations to 2 standard deviations, steps to
-0.3 of the swing, 30 % missing, held or replayed, five clock jumps, half of the record in manual or saturated."""
+"""Name -> effect of (record, strength, seed): at strength 1 intervals of 60 samples, deviations of 2 standard
+deviations, steps of 0.3 of the swing, 30 % missing, held or replayed, five clock jumps, half in manual or saturated."""
 
 
-def spoil(record: LoopRecord, effect: str, strength: float, seed: int = 0) -> LoopRecord:
-    """Put a record through one effect of a historian.
+def apply_effect(record: LoopRecord, effect: str, strength: float, seed: int = 0) -> LoopRecord:
+    """Apply one effect of a historian to a record.
 
     Parameters
     ----------
     record : LoopRecord
-        What was recorded, OP and PV at least.
+        The record, with OP and PV.
     effect : str
         One of `EFFECTS`.
     strength : float
-        How bad it is [-], 0 to 1.
+        Strength of the effect [-], 0 to 1.
     seed : int
-        Seed of what is random in it.
+        Seed of the random part of the effect.
 
     Returns
     -------
     LoopRecord
-        The record as the historian gives it back.
+        The record with the effect.
 
     Raises
     ------
@@ -106,9 +108,9 @@ def spoil(record: LoopRecord, effect: str, strength: float, seed: int = 0) -> Lo
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import spoil
+    >>> from stiction.simulation.historian import apply_effect
     >>> record = LoopRecord("FC1", 1.0, op=np.arange(120.0), pv=np.arange(120.0))
-    >>> len(spoil(record, "sampling", strength=1.0))
+    >>> len(apply_effect(record, "sampling", strength=1.0))
     2
     """
     require_record(record)

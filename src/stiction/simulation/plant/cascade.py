@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.models.compiled import kernel
 from stiction.models.controllers.pid import pid_at_rest, pid_step
-from stiction.models.switch import plain_parameters, plain_step, valve_at_rest
+from stiction.models.dispatch import data_driven_parameters, data_driven_step, valve_at_rest
+from stiction.models.numba_compile import kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -83,7 +83,7 @@ def _run_cascade(pid1, p1, delay1, pid2, p2, delay2, model, valve, sp, load1, lo
     set1 = (pid1[0], pid1[1], pid1[2], pid1[3], pid1[4], pid1[5], pid1[6], pid1[7], pid1[8], pid1[9])
     set2 = (pid2[0], pid2[1], pid2[2], pid2[3], pid2[4], pid2[5], pid2[6], pid2[7], pid2[8], pid2[9])
     c1, c2 = pid_at_rest(start, start, set1), pid_at_rest(start, start, set2)
-    stem, q = valve_at_rest(model, start, start, valve), plain_parameters(valve)
+    stem, q = valve_at_rest(model, start, start, valve), data_driven_parameters(valve)
     position, flow = load1 * 0.0, load1 * 0.0
     automatic = np.nan
     x1 = x2 = old1 = old2 = 0.0
@@ -94,7 +94,7 @@ def _run_cascade(pid1, p1, delay1, pid2, p2, delay2, model, valve, sp, load1, lo
         out[0, k], out[2, k] = pv1 + noise[0, k], pv2 + noise[1, k]
         c1 = pid_step(sp[k], out[0, k], c1, automatic, set1)
         c2 = pid_step(c1.op, out[2, k], c2, automatic, set2)
-        stem = plain_step(model, c2.op, stem, q)
+        stem = data_driven_step(model, c2.op, stem, q)
         position[k] = min(max(stem.position, q[0]), q[1]) - start
         out[1, k], out[3, k] = c1.op, c2.op
         new1 = flow[k - delay1] + load1[k - delay1] if k >= delay1 else 0.0

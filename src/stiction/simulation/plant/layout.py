@@ -1,4 +1,4 @@
-"""Which loops a simulated plant has, how they are tuned, what is wrong with them, and which paths connect them."""
+"""Layout of a simulated plant: loops, tuning, faults, and the paths between loops."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from stiction.models import FOPDT, PID, Ideal, Integrating, Kano, Loop
 
 __all__ = ["LoopLayout", "Path", "PlantLayout", "draw_layout"]
 
-TYPES = {
+LOOP_TYPE_RANGES = {
     "flow": ("FIC", (6.0, 14.0), (2.0, 6.0)),
     "pressure": ("PIC", (20.0, 50.0), (5.0, 12.0)),
     "temperature": ("TIC", (90.0, 240.0), (15.0, 40.0)),
     "level": ("LIC", (0.0, 0.0), (5.0, 10.0)),
 }
 """Loop type -> letters of its tag, range of the time constant [s], range of the dead time [s]."""
-UNIT = ("flow", "flow", "flow", "pressure", "pressure", "temperature", "level", "flow", "flow", "flow")
+UNIT_LOOP_TYPES = ("flow", "flow", "flow", "pressure", "pressure", "temperature", "level", "flow", "flow", "flow")
 """Single loops of a unit."""
-CASCADES = ("temperature", "level")
+PRIMARY_LOOP_TYPES = ("temperature", "level")
 """Primary loops of a unit; the secondary of each is a flow loop."""
 
 
@@ -33,9 +33,9 @@ class LoopLayout:
     loop_type: str
     """Type as in `LoopRecord`."""
     gain: float
-    """Process gain [-]; of a level the integration rate [1/s]."""
+    """Process gain [-]; integration rate of a level loop [1/s]."""
     time_constant: float
-    """Time constant [s]; 0 of a level."""
+    """Time constant [s]; 0 for a level loop."""
     dead_time: float
     """Dead time [s]."""
     Kc: float
@@ -55,7 +55,7 @@ class LoopLayout:
     sp_steps: int = 0
     """Set point changes in the record [-]."""
     cause: str = "none"
-    """What is wrong: "stiction", "tight tuning", "sensor", or "none"."""
+    """Cause of the fault: "stiction", "tight tuning", "sensor", or "none"."""
     state: str = "in_control"
     """Loop state: "in_control", "manual", "saturated" or "pv_frozen"."""
 
@@ -94,7 +94,7 @@ class PlantLayout:
     secondary: dict[int, int]
     """Index of a primary loop -> index of its secondary loop."""
     paths: tuple[Path, ...]
-    """Paths, ordered so that what disturbs a loop comes before what the loop disturbs."""
+    """Paths, ordered so that the paths to a loop come before the paths from it."""
     sources: tuple[int, ...]
     """Index of the loop from which each group's oscillation starts."""
 
@@ -105,7 +105,7 @@ def draw_layout(rng: np.random.Generator, *, units: int = 4, steady: bool = Fals
     Parameters
     ----------
     rng : numpy.random.Generator
-        Where the plant is drawn from.
+        Source of random numbers.
     units : int
         Units, 14 loops each [-].
     steady : bool
@@ -114,9 +114,9 @@ def draw_layout(rng: np.random.Generator, *, units: int = 4, steady: bool = Fals
     Returns
     -------
     PlantLayout
-        The plant: a sticky valve and a loop with too high a gain whose oscillations spread, a level loop with too
-        short an integral time, a sticky valve that disturbs nobody, a frozen transmitter, a loop in manual, and one
-        at its output limit.
+        The plant: a sticky valve and a loop with too high a gain whose oscillations spread, a level loop with too short
+        an integral time, a sticky valve that disturbs no other loop, a frozen transmitter, a loop in manual, and one at
+        its output limit.
 
     Examples
     --------
@@ -127,10 +127,10 @@ def draw_layout(rng: np.random.Generator, *, units: int = 4, steady: bool = Fals
     loops: list[LoopLayout] = []
     secondary: dict[int, int] = {}
     for unit in range(1, units + 1):
-        for loop_type in (*UNIT, *CASCADES):
+        for loop_type in (*UNIT_LOOP_TYPES, *PRIMARY_LOOP_TYPES):
             loops.append(_draw_loop(rng, loop_type, unit, len(loops)))
-        first_primary = len(loops) - len(CASCADES)
-        for k, _ in enumerate(CASCADES):
+        first_primary = len(loops) - len(PRIMARY_LOOP_TYPES)
+        for k, _ in enumerate(PRIMARY_LOOP_TYPES):
             secondary[first_primary + k] = len(loops)
             loops.append(_draw_loop(rng, "flow", unit, len(loops)))
             loops[first_primary + k] = _tune_primary(loops[first_primary + k], loops[-1])
@@ -138,7 +138,7 @@ def draw_layout(rng: np.random.Generator, *, units: int = 4, steady: bool = Fals
     first, second = (int(k) for k in rng.permutation(units)[:2])
     sticky = first * size + int(rng.choice([0, 1, 2, 3, 12, 13]))
     tight = second * size + int(rng.choice([3, 4, 5]))
-    used = {sticky, tight, *_partners(secondary, sticky), *_partners(secondary, tight)}
+    used = {sticky, tight, *_cascade_partners(secondary, sticky), *_cascade_partners(secondary, tight)}
     paths: list[Path] = []
     for source, unit, is_sticky in ((sticky, first, True), (tight, second, False)):
         near = [k for k in range(unit * size, (unit + 1) * size) if k not in used]
@@ -147,8 +147,8 @@ def draw_layout(rng: np.random.Generator, *, units: int = 4, steady: bool = Fals
         far = [k for k in range(further * size, (further + 1) * size) if k not in used]
         paths += _draw_paths(rng, source, near, far, is_sticky)
         used |= {path.target for path in paths}
-        used |= {partner for path in paths for partner in _partners(secondary, path.target)}
-    free = [k for k in range(len(loops)) if k not in used and not _partners(secondary, k)]
+        used |= {partner for path in paths for partner in _cascade_partners(secondary, path.target)}
+    free = [k for k in range(len(loops)) if k not in used and not _cascade_partners(secondary, k)]
     _set_faults(rng, loops, free, sticky, tight)
     if steady:
         loops = [replace(one, S=0.0, J=0.0, Kc=0.25 * one.Kc if k == tight else one.Kc) for k, one in enumerate(loops)]
@@ -156,7 +156,7 @@ def draw_layout(rng: np.random.Generator, *, units: int = 4, steady: bool = Fals
 
 
 def _draw_loop(rng: np.random.Generator, loop_type: str, unit: int, number: int) -> LoopLayout:
-    letters, time_constants, dead_times = TYPES[loop_type]
+    letters, time_constants, dead_times = LOOP_TYPE_RANGES[loop_type]
     tau, dead = float(rng.uniform(*time_constants)), float(rng.uniform(*dead_times))
     noise, drift = float(rng.uniform(0.1, 0.4)), float(rng.uniform(0.5, 2.0))
     if loop_type == "level":
@@ -184,7 +184,7 @@ def _tune_primary(primary: LoopLayout, secondary: LoopLayout) -> LoopLayout:
     return replace(primary, Kc=primary.time_constant / (primary.gain * closed), Ti=primary.time_constant)
 
 
-def _partners(secondary: dict[int, int], k: int) -> list[int]:
+def _cascade_partners(secondary: dict[int, int], k: int) -> list[int]:
     """The other loop of a cascade, if there is one."""
     return [b if a == k else a for a, b in secondary.items() if k in (a, b)]
 

@@ -1,4 +1,4 @@
-"""Run a simulated plant: sources first, then the loops that they disturb."""
+"""Simulate a plant: first the sources of oscillation, then the loops that they disturb."""
 
 from __future__ import annotations
 
@@ -21,24 +21,25 @@ if TYPE_CHECKING:
 
 __all__ = ["PlantLoop", "SimulatedPlant", "simulate_plant"]
 
-START = datetime(2026, 3, 2, 6, 0)
-MIDDLE = 50.0
+RECORD_START = datetime(2026, 3, 2, 6, 0)
+OPERATING_POINT = 50.0
 """Operating point of every loop [% of span]."""
-SETTLING = 0.25
+SETTLING_SHARE = 0.25
 """Time that the plant runs before the record starts, over the length of the record [-]."""
-CLEAR, TRACE = 1.0, 0.2
-"""Standard deviation of an oscillation over the one of the noise from which it is clear, and below which it is
-invisible [-]."""
+MIN_CLEAR_RATIO = 1.0
+"""Standard deviation of an oscillation over the standard deviation of the noise, above which it is clear [-]."""
+MIN_VISIBLE_RATIO = 0.2
+"""The ratio below which the oscillation is invisible [-]."""
 
 
 @dataclass(frozen=True)
 class PlantLoop:
-    """A loop of the plant: what a historian recorded, and the truth."""
+    """A loop of the plant: its record and its true fault."""
 
     record: LoopRecord
     """SP, PV, OP and mode."""
     cause: str
-    """What is wrong: "stiction", "tight tuning", "external disturbance", "sensor" or "none"."""
+    """Cause of the fault: "stiction", "tight tuning", "external disturbance", "sensor" or "none"."""
     state: str
     """Loop state: "in_control", "manual", "saturated" or "pv_frozen"."""
     group: int
@@ -57,7 +58,7 @@ class PlantLoop:
 
 @dataclass(frozen=True)
 class SimulatedPlant:
-    """A plant whose truth is known."""
+    """A plant with known faults."""
 
     loops: tuple[PlantLoop, ...]
     """All loops."""
@@ -98,7 +99,7 @@ def simulate_plant(seed: int = 0, *, hours: float = 6.0, dt: float = 5.0, units:
     Returns
     -------
     SimulatedPlant
-        Records and truth. A sticky valve and a loop with too high a gain are the sources of the two groups. Besides,
+        Records and faults. A sticky valve and a loop with too high a gain are the sources of the two groups. Also,
         a level loop has too short an integral time, a sticky valve disturbs no other loop, a transmitter is frozen,
         a loop is in manual, and one rests at its output limit.
 
@@ -128,25 +129,27 @@ def simulate_plant(seed: int = 0, *, hours: float = 6.0, dt: float = 5.0, units:
         raise ParameterError(f"units = {units} is below 4; two groups spread over two units each, so give 4 or more.")
     layout, steady = (draw_layout(np.random.default_rng(seed), units=units, steady=s) for s in (False, True))
     records = _run(layout, seed, hours, dt)
-    visible = [_visibility(*pair) for pair in zip(records, _run(steady, seed, hours, dt), strict=True)]
-    group_of = _reached(layout)
+    visible = [_fault_to_noise_ratio(*pair) for pair in zip(records, _run(steady, seed, hours, dt), strict=True)]
+    group_of = _reachable_groups(layout)
     loops = []
     for k, (one, record) in enumerate(zip(layout.loops, records, strict=True)):
         group = group_of.get(k, 0)
-        clear = visible[k] >= CLEAR
+        clear = visible[k] >= MIN_CLEAR_RATIO
         member = group if clear else 0
         cause = one.cause if one.cause != "none" or not member else "external disturbance"
         root = layout.loops[layout.sources[group - 1]].tag if member else ""
-        weak = group if TRACE <= visible[k] < CLEAR else 0
-        loops.append(PlantLoop(_in_units(record, one), cause, one.state, member, weak, root, one.span, one.S, one.J))
+        weak = group if MIN_VISIBLE_RATIO <= visible[k] < MIN_CLEAR_RATIO else 0
+        loops.append(
+            PlantLoop(_to_engineering_units(record, one), cause, one.state, member, weak, root, one.span, one.S, one.J)
+        )
     tags = [one.tag for one in layout.loops]
     return SimulatedPlant(tuple(loops), tuple((tags[path.source], tags[path.target]) for path in layout.paths))
 
 
 def _run(layout: PlantLayout, seed: int, hours: float, dt: float) -> list[LoopRecord]:
     """Records of all loops in percent."""
-    kept = round(hours * 3600.0 / dt)
-    n = kept + round(SETTLING * kept)
+    recorded = round(hours * 3600.0 / dt)
+    n = recorded + round(SETTLING_SHARE * recorded)
     loads = [_draw_load(np.random.default_rng([seed, 1, k]), one.drift, n, dt) for k, one in enumerate(layout.loops)]
     sp = [_draw_sp(np.random.default_rng([seed, 2, k]), one, n) for k, one in enumerate(layout.loops)]
     records: dict[int, LoopRecord] = {}
@@ -161,7 +164,9 @@ def _run(layout: PlantLayout, seed: int, hours: float, dt: float) -> list[LoopRe
             if path.target in both:
                 pv = records[path.source].pv
                 assert pv is not None
-                loads[path.target] = loads[path.target] + path.gain * _spread(pv - MIDDLE, path.delay, path.lag, dt)
+                loads[path.target] = loads[path.target] + path.gain * _delay_and_lag(
+                    pv - OPERATING_POINT, path.delay, path.lag, dt
+                )
         if len(both) == 2:
             a, b = both
             a_loop, b_loop = layout.loops[a].loop(dt), layout.loops[b].loop(dt)
@@ -170,7 +175,7 @@ def _run(layout: PlantLayout, seed: int, hours: float, dt: float) -> list[LoopRe
             records[b] = _record(layout.loops[b], dt, op, pv2, op2)
         else:
             records[k] = _run_single(layout.loops[k], dt, sp[k], loads[k], seed + 7919 * k)
-    return [records[k].window(n - kept, n) for k in range(len(loads))]
+    return [records[k].window(n - recorded, n) for k in range(len(loads))]
 
 
 def _run_single(
@@ -180,12 +185,14 @@ def _run_single(
     n = sp.size
     if one.state == "pv_frozen":
         error = 0.02 * one.noise
-        op = np.clip(MIDDLE + one.Kc * error * (1.0 + np.arange(n) * dt / one.Ti), 0.0, 100.0)
-        return _record(one, dt, np.full(n, MIDDLE), np.full(n, MIDDLE - error), op)
+        op = np.clip(OPERATING_POINT + one.Kc * error * (1.0 + np.arange(n) * dt / one.Ti), 0.0, 100.0)
+        return _record(one, dt, np.full(n, OPERATING_POINT), np.full(n, OPERATING_POINT - error), op)
     if one.state == "saturated":
         load = load - 75.0
-    manual = np.full(n, MIDDLE) if one.state == "manual" else None
-    run = simulate(one.loop(dt), sp, n * dt, load, seed, manual=manual, pv_start=MIDDLE, op_start=MIDDLE)
+    manual = np.full(n, OPERATING_POINT) if one.state == "manual" else None
+    run = simulate(
+        one.loop(dt), sp, n * dt, load, seed, manual=manual, pv_start=OPERATING_POINT, op_start=OPERATING_POINT
+    )
     assert run.pv is not None
     return _record(one, dt, sp, run.pv, run.op)
 
@@ -194,22 +201,22 @@ def _record(one: LoopLayout, dt: float, sp, pv, op, *, secondary: str = "") -> L
     origin = Provenance(source="simulation", rows=op.size, secondary_tag=secondary)
     auto = np.full(op.size, one.state != "manual")
     return LoopRecord(
-        one.tag, dt, op=op, pv=pv, sp=sp, auto=auto, loop_type=one.loop_type, start=START, provenance=origin
+        one.tag, dt, op=op, pv=pv, sp=sp, auto=auto, loop_type=one.loop_type, start=RECORD_START, provenance=origin
     )
 
 
-def _in_units(record: LoopRecord, one: LoopLayout) -> LoopRecord:
+def _to_engineering_units(record: LoopRecord, one: LoopLayout) -> LoopRecord:
     """PV and SP in engineering units, with the rounding of a historian."""
     low, high = one.span
     assert record.pv is not None
     assert record.sp is not None
     scale = (high - low) / 100.0
     pv, sp = (low + scale * np.round(x, 2) for x in (record.pv, record.sp))
-    return replace(record, pv=pv, sp=sp, op=np.round(record.op, 2), start=START)
+    return replace(record, pv=pv, sp=sp, op=np.round(record.op, 2), start=RECORD_START)
 
 
 def _draw_load(rng: np.random.Generator, deviation: float, n: int, dt: float) -> NDArray[np.float64]:
-    """Load that wanders about zero: noise through a lag of 15 minutes."""
+    """Random load about zero: noise through a lag of 15 minutes."""
     from scipy.signal import lfilter
 
     pole = float(np.exp(-dt / 900.0))
@@ -218,13 +225,13 @@ def _draw_load(rng: np.random.Generator, deviation: float, n: int, dt: float) ->
 
 
 def _draw_sp(rng: np.random.Generator, one: LoopLayout, n: int) -> NDArray[np.float64]:
-    sp = np.full(n, MIDDLE)
+    sp = np.full(n, OPERATING_POINT)
     for _ in range(one.sp_steps):
         sp[int(rng.integers(n // 4, n)) :] += float(rng.uniform(-2.0, 2.0))
     return sp
 
 
-def _spread(x: NDArray[np.float64], delay: float, lag: float, dt: float) -> NDArray[np.float64]:
+def _delay_and_lag(x: NDArray[np.float64], delay: float, lag: float, dt: float) -> NDArray[np.float64]:
     """Delay a signal and pass it through a first-order lag."""
     from scipy.signal import lfilter
 
@@ -233,8 +240,8 @@ def _spread(x: NDArray[np.float64], delay: float, lag: float, dt: float) -> NDAr
     return np.asarray(lfilter([1.0 - pole], [1.0, -pole], late))
 
 
-def _reached(layout: PlantLayout) -> dict[int, int]:
-    """Loop -> number of the group whose source can reach it, cascades included."""
+def _reachable_groups(layout: PlantLayout) -> dict[int, int]:
+    """Loop -> number of the group whose source can disturb it, cascades included."""
     partner = layout.secondary | {b: a for a, b in layout.secondary.items()}
     group_of: dict[int, int] = {}
     for number, source in enumerate(layout.sources, start=1):
@@ -246,8 +253,8 @@ def _reached(layout: PlantLayout) -> dict[int, int]:
     return group_of
 
 
-def _visibility(record: LoopRecord, steady: LoopRecord) -> float:
-    """Standard deviation of what the faults add over the noise of the steady plant, in the signal that shows it best.
+def _fault_to_noise_ratio(record: LoopRecord, steady: LoopRecord) -> float:
+    """Standard deviation of the effect of the faults over the noise of the steady plant, for the clearest signal.
 
     The noise is the deviation of the first difference over the root of 2.
     """
@@ -257,12 +264,12 @@ def _visibility(record: LoopRecord, steady: LoopRecord) -> float:
         assert calm is not None
         noise = float(np.diff(calm).std()) / np.sqrt(2.0)
         if noise > 0.0:
-            ratios.append(float(_without_drift(x - calm, record.dt).std()) / noise)
+            ratios.append(float(_remove_drift(x - calm, record.dt).std()) / noise)
     return max(ratios)
 
 
-def _without_drift(x: NDArray[np.float64], dt: float, window: float = 1800.0) -> NDArray[np.float64]:
-    """Take off the moving mean over half an hour; the ends without a full window are cut off."""
+def _remove_drift(x: NDArray[np.float64], dt: float, window: float = 1800.0) -> NDArray[np.float64]:
+    """Subtract the moving mean over half an hour; the ends without a full window are cut off."""
     width = round(window / dt)
     mean = np.convolve(x, np.full(width, 1.0 / width), "valid")
     return x[width // 2 : width // 2 + mean.size] - mean
