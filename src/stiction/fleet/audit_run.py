@@ -115,6 +115,7 @@ class AuditRun:
             "until": self.span[1] and self.span[1].isoformat(),
             "clock": clock_to_dict(clock),
             "loops": sorted(self.places),
+            **{name: getattr(self.options, name) for name in ("prior", "costs", "time_limit")},
         }
         number = self.book.begin_run(self.key, body)
         settings = WorkSettings(

@@ -149,7 +149,7 @@ def audit(
                 key, span = resolve_window(book, digest, first, last)
                 if places is None:
                     places = find_loop_places(sources, _with_times(options, *span), pattern=loops)
-                settings = _settings(sources, options, loops, ledger, signals)
+                settings = _settings(sources, options, loops, ledger, signals, connections)
                 write_settings(folder, settings)
                 run = AuditRun(folder, settings, book, key, span, places, chosen, progress or _ignore)
                 try:
@@ -198,7 +198,7 @@ def _with_times(options: dict[str, Any], since: Any, until: Any) -> dict[str, An
 
 
 def _settings(
-    sources: list[str], options: dict[str, Any], loops: str | None, ledger: str | None, signals: Any
+    sources: list[str], options: dict[str, Any], loops: str | None, ledger: str | None, signals: Any, connections: Any
 ) -> dict[str, Any]:
     from stiction import __version__
     from stiction.sources.database_url import is_database_url, show_url
@@ -211,6 +211,7 @@ def _settings(
         "loops": loops,
         "ledger": ledger and show_url(ledger),
         "signals": None if signals is None else os.fspath(signals),
+        "connections": None if connections is None else os.fspath(connections),
     }
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from contextlib import asynccontextmanager
-from importlib import resources
 from typing import TYPE_CHECKING
 
 from starlette.applications import Starlette
@@ -25,24 +24,19 @@ from stiction.apps.web import (
 )
 from stiction.apps.web.bodies import read_json, without_folders
 from stiction.apps.web.guard import Guard
+from stiction.apps.web.static_files import static_folder
 from stiction.apps.web.workers import TimeLimitError, Workers
 from stiction.errors import StictionError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
-    from pathlib import Path
 
     from starlette.requests import Request
 
     from stiction.apps.web.access import Access
     from stiction.apps.web.workspace import Workspace
 
-__all__ = ["make_app", "static_folder"]
-
-
-def static_folder() -> Path:
-    """Folder of the pages, styles and scripts."""
-    return resources.files("stiction.apps.web").joinpath("static")  # pyright: ignore[reportReturnType]
+__all__ = ["make_app"]
 
 
 def make_app(access: Access, workspace: Workspace) -> Guard:

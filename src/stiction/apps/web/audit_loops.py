@@ -94,7 +94,8 @@ class AuditLoops:
         """Write the record of a loop as a file; return its path."""
         folder = await self.prepare(workers, key)
         path = str(folder / "record.parquet")
-        await workers.background.call(write_audit_record, str(self.folder), key, path, limit_s=LOOP_LIMIT_S)
+        async with self._locks[key]:
+            await workers.background.call(write_audit_record, str(self.folder), key, path, limit_s=LOOP_LIMIT_S)
         return path
 
     def set_label(self, key: int, label: str) -> None:

@@ -21,6 +21,32 @@ const PRINT_HEIGHT = 160;
 const RESIZE_DELAY_MS = 60;
 export const live = new Set();
 
+/** Call `resize(width)` when the width of a box changes, but not while the page is printed. Returns {begin(), end()}. */
+export function widthWatcher(box, resize) {
+  let delay = 0;
+  let drawn = 0;
+  function check() {
+    const width = box.clientWidth;
+    if (!width || width === drawn || matchMedia("print").matches) return;
+    drawn = width;
+    resize(width);
+  }
+  const observer = new ResizeObserver(() => {
+    clearTimeout(delay);
+    delay = setTimeout(check, RESIZE_DELAY_MS);
+  });
+  return {
+    begin() {
+      drawn = box.clientWidth;
+      observer.observe(box);
+    },
+    end() {
+      clearTimeout(delay);
+      observer.disconnect();
+    },
+  };
+}
+
 /** The value of a colour of the page, such as color("pv"). */
 export function color(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
@@ -88,17 +114,13 @@ export function linePlot(options) {
     },
   };
   if (onZoom) setup.cursor.bind = { dblclick: () => () => onZoom(NaN, NaN) };
-  let delay = 0;
-  const watcher = new ResizeObserver(() => {
-    clearTimeout(delay);
-    delay = setTimeout(() => plot && box.clientWidth > 0 && !matchMedia("print").matches && plot.setSize({ width: box.clientWidth, height }), RESIZE_DELAY_MS);
-  });
+  const watcher = widthWatcher(box, (width) => plot.setSize({ width, height }));
   // uPlot needs the width of a box that is in the page.
   const draw = () => {
     if (plot || !box.isConnected) return;
     plot = new uPlot({ ...setup, width: Math.max(120, box.clientWidth) }, current, box);
     live.add(plot);
-    watcher.observe(box);
+    watcher.begin();
   };
   let current = data;
   requestAnimationFrame(draw);
@@ -117,7 +139,7 @@ export function linePlot(options) {
       caption.textContent = text;
     },
     destroy() {
-      watcher.disconnect();
+      watcher.end();
       if (plot) {
         live.delete(plot);
         plot.destroy();
