@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import sys
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING
 
 from starlette.applications import Starlette
@@ -38,6 +39,11 @@ if TYPE_CHECKING:
 
 __all__ = ["make_app"]
 
+FIRST_PAGE_LIMIT_S = 3.0
+"""Longest time for which the preparation of the workers waits for a browser [s]."""
+FIRST_SCREEN_S = 0.4
+"""Time that a browser takes from the sign-in to its first screen, about [s]."""
+
 
 def make_app(access: Access, workspace: Workspace) -> Guard:
     """Build the application inside its guard; `app.state` holds what the routes share: workers and workspace."""
@@ -45,12 +51,14 @@ def make_app(access: Access, workspace: Workspace) -> Guard:
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
-        app.state.workers = Workers()
-        app.state.workers.start([one.preload(app.state.workers) for one in workspace.audits.values()])
+        audits = workspace.audits.values()
+        workers = app.state.workers = Workers([str(one.folder) for one in audits])
+        app.state.signed_in = asyncio.Event()
+        workers.start([_first_page(app.state.signed_in), *(one.preload(workers) for one in audits)])
         if workspace.files:
             workspace.readings.start(app.state.workers, workspace.files, {})
         yield
-        for one in workspace.audits.values():
+        for one in audits:
             await one.stop()
         app.state.workers.stop()
 
@@ -75,6 +83,13 @@ def make_app(access: Access, workspace: Workspace) -> Guard:
     app.state.access = access
     app.state.workspace = workspace
     return Guard(app, access)
+
+
+async def _first_page(signed_in: asyncio.Event) -> None:
+    """Wait until a browser has signed in and drawn its first screen; without a browser not longer than the limit."""
+    with suppress(TimeoutError):
+        await asyncio.wait_for(signed_in.wait(), FIRST_PAGE_LIMIT_S)
+    await asyncio.sleep(FIRST_SCREEN_S)
 
 
 async def _shell(_: Request) -> Response:
@@ -102,6 +117,7 @@ async def _session(request: Request) -> Response:
             "Open the address that the command printed."
         )
         return JSONResponse({"error": message}, 403)
+    request.app.state.signed_in.set()
     response = JSONResponse({"signed_in": True})
     response.set_cookie(access.cookie_name, access.cookie, httponly=True, samesite="strict", path="/")
     return response

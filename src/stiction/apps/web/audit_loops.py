@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from starlette.exceptions import HTTPException
 
-from stiction.apps.web.audit_files import audit_rows, audit_version, preload_audit, result_version, tag_of_loop
+from stiction.apps.web.audit_files import audit_rows, audit_version, result_version, tag_of_loop
 from stiction.apps.web.audit_loop import prepare_audit_loop, write_audit_record
 from stiction.apps.web.workers import TimeLimitError, WorkerLostError
 from stiction.errors import StictionError
@@ -70,10 +70,9 @@ class AuditLoops:
         return json.dumps({"version": version, "rows": [], "progress": None}).encode()
 
     async def preload(self, workers: Workers) -> None:
-        """Open the audit in the workers before the page asks for it; the page says what is wrong with it."""
+        """Make the table before the page asks for it; the page says what is wrong with the audit."""
         with contextlib.suppress(StictionError, WorkerLostError, TimeLimitError, HTTPException):
             await self.changes(workers, 0)
-            await workers.background.call(preload_audit, str(self.folder))
 
     async def tag_of(self, workers: Workers, key: int) -> str:
         """Tag of a loop."""

@@ -2,27 +2,47 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from stiction.errors import StictionError
+
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from stiction.records import LoopRecord
 
 __all__ = ["warm_background", "warm_quick"]
 
 
-def warm_quick() -> None:
-    """Import and compile what a simulation and a zoom need."""
+def warm_quick(audits: Sequence[str] = ()) -> None:
+    """Import and compile what a simulation and a zoom need; open audits."""
     from stiction.apps.web.simulation_answers import warm_simulations
 
+    _open_audits(audits)
     _simulate_loop(600.0)
     warm_simulations()
 
 
-def warm_background() -> None:
-    """Import and compile what a diagnosis needs."""
-    import stiction as st
+def warm_background(audits: Sequence[str] = ()) -> None:
+    """Import and compile what the page of a loop needs; open audits."""
+    from stiction.apps.web.diagnose_loop import diagnose_loop
 
-    st.diagnose(_simulate_loop(1200.0))
+    _open_audits(audits)
+    with TemporaryDirectory() as folder:
+        path = f"{folder}/record.parquet"
+        _simulate_loop(1200.0).to_parquet(path)
+        diagnose_loop(path, folder)
+
+
+def _open_audits(audits: Sequence[str]) -> None:
+    """Open audits, so that the first question finds them open; an audit that cannot be opened is told when it is asked for."""
+    from stiction.apps.web.audit_files import load_audit
+
+    for folder in audits:
+        with suppress(StictionError):
+            load_audit(folder)
 
 
 def _simulate_loop(duration: float) -> LoopRecord:

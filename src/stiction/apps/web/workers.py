@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import signal
 import sys
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import StictionError
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
 
 __all__ = ["TimeLimitError", "Worker", "WorkerLostError", "WorkerPool", "Workers"]
 
-WARM_PAUSE_S = 0.2
-"""Time between two workers that are warmed [s]."""
+BACKGROUND_NICENESS = 5
+"""How far the processes for long work give way to the page [-]."""
 TIME_LIMIT_S = 60.0
 """Longest time of a call when the caller names none [s]."""
 
@@ -35,9 +36,11 @@ class WorkerFaultError(RuntimeError):
     """A call failed by a fault of the program."""
 
 
-def _answer_calls(connection: Connection) -> None:
+def _answer_calls(connection: Connection, niceness: int) -> None:
     """Run the calls of the server until it closes the connection. Runs in the worker process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "nice"):
+        os.nice(niceness)
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS"):
         os.environ.setdefault(name, "1")
     while True:
@@ -63,8 +66,9 @@ def _answer_calls(connection: Connection) -> None:
 class Worker:
     """One worker process. It runs one call at a time and is started again when it ends."""
 
-    def __init__(self, warm: Callable[[], object]) -> None:
+    def __init__(self, warm: Callable[[], object], niceness: int = 0) -> None:
         self._warm = warm
+        self._niceness = niceness
         self._process: Any = None
         self._connection: Connection | None = None
 
@@ -74,7 +78,7 @@ class Worker:
             return
         context = multiprocessing.get_context("spawn")
         self._connection, other = context.Pipe()
-        self._process = context.Process(target=_answer_calls, args=(other,), daemon=True)
+        self._process = context.Process(target=_answer_calls, args=(other, self._niceness), daemon=True)
         self._process.start()
         other.close()
 
@@ -122,11 +126,12 @@ class Worker:
 
 
 class WorkerPool:
-    """Some worker processes; each call goes to the first that is free."""
+    """Some worker processes; a call goes to a free one, the one that was used last, whose caches are filled."""
 
-    def __init__(self, count: int, warm: Callable[[], object]) -> None:
-        self._all = [Worker(warm) for _ in range(count)]
-        self._free: asyncio.Queue[Worker] = asyncio.Queue()
+    def __init__(self, count: int, warm: Callable[[], object], niceness: int = 0) -> None:
+        self._all = [Worker(warm, niceness) for _ in range(count)]
+        self._free: list[Worker] = []
+        self._freed = asyncio.Condition()
         self._tasks: set[asyncio.Task[Any]] = set()
 
     @property
@@ -135,26 +140,40 @@ class WorkerPool:
         return len(self._all)
 
     def start(self, ready: asyncio.Event) -> None:
-        """Start all processes; warm one after the other when `ready` is set, so that the others answer meanwhile."""
+        """Start the first process; when `ready` is set, start and warm the others, then warm the first one."""
         self._keep(asyncio.create_task(self._start(ready)))
 
     async def _start(self, ready: asyncio.Event) -> None:
-        for worker in self._all:
-            await asyncio.to_thread(worker.start)
-            self._free.put_nowait(worker)
+        first, *others = self._all
+        await asyncio.to_thread(first.start)
+        await self._give_back(first)
         await ready.wait()
-        cold = set(self._all)
-        while cold:
-            worker = await self._free.get()
-            try:
-                if worker in cold:
-                    cold.discard(worker)
-                    await worker.warm()
-            except (WorkerLostError, TimeLimitError) as error:
-                print(f"stiction: a worker process could not be prepared: {error}", file=sys.stderr)
-            finally:
-                self._free.put_nowait(worker)
-            await asyncio.sleep(WARM_PAUSE_S)
+        for worker in others:
+            await self._warm(worker)
+            await self._give_back(worker)
+        await self._take(first)
+        await self._warm(first)
+        await self._give_back(first)
+
+    @staticmethod
+    async def _warm(worker: Worker) -> None:
+        try:
+            await worker.warm()
+        except (WorkerLostError, TimeLimitError) as error:
+            print(f"stiction: a worker process could not be prepared: {error}", file=sys.stderr)
+
+    async def _take(self, wanted: Worker | None = None) -> Worker:
+        """Wait until a worker is free, or a certain one, and take it."""
+        async with self._freed:
+            await self._freed.wait_for(lambda: wanted in self._free if wanted else self._free)
+            worker = wanted or self._free[-1]
+            self._free.remove(worker)
+            return worker
+
+    async def _give_back(self, worker: Worker) -> None:
+        async with self._freed:
+            self._free.append(worker)
+            self._freed.notify_all()
 
     def stop(self) -> None:
         """End all processes at once."""
@@ -171,11 +190,11 @@ class WorkerPool:
         return await asyncio.shield(self._keep(asyncio.create_task(self._call(function, arguments, limit_s))))
 
     async def _call(self, function: Callable[..., Any], arguments: tuple[Any, ...], limit_s: float) -> Any:
-        worker = await self._free.get()
+        worker = await self._take()
         try:
             return await worker.call(function, *arguments, limit_s=limit_s)
         finally:
-            self._free.put_nowait(worker)
+            await self._give_back(worker)
 
     def _keep(self, task: asyncio.Task[Any]) -> asyncio.Task[Any]:
         """Hold a reference to a task until it ends, and read its exception."""
@@ -186,18 +205,26 @@ class WorkerPool:
 
 
 class Workers:
-    """The two pools of the server: quick answers, and long work."""
+    """The two pools of the server: quick answers, and long work.
 
-    def __init__(self, background_count: int | None = None) -> None:
+    Parameters
+    ----------
+    audits : sequence of str
+        Folders of audits that each worker opens before it is asked for them.
+    """
+
+    def __init__(self, audits: Sequence[str] = ()) -> None:
         from stiction.apps.web.warm import warm_background, warm_quick
 
-        self.quick = WorkerPool(2, warm_quick)
+        self.quick = WorkerPool(2, partial(warm_quick, audits))
         """Simulations, zooms and tables: at most some 50 ms each."""
-        self.background = WorkerPool(background_count or max(1, (os.cpu_count() or 2) - 1), warm_background)
+        self.background = WorkerPool(
+            max(1, (os.cpu_count() or 2) - 1), partial(warm_background, audits), BACKGROUND_NICENESS
+        )
         """Reading, diagnoses, limit cycles: seconds each."""
 
     def start(self, first: Sequence[Coroutine[Any, Any, None]] = ()) -> None:
-        """Start all processes, and warm them when the work of `first` is done."""
+        """Start the first process of each pool, and the rest when the work of `first` is done."""
         ready = asyncio.Event()
         self.quick.start(ready)
         self.background.start(ready)
@@ -212,5 +239,6 @@ class Workers:
 
     def stop(self) -> None:
         """End all processes."""
+        self._first.cancel()
         self.quick.stop()
         self.background.stop()
