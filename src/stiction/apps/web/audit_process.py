@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 from stiction.errors import StictionError
 
@@ -16,7 +17,7 @@ def main(folder: str) -> int:
 
     known = open_audit(folder)
     names = ("loops", "signals", "connections", "reading")
-    options = {name: known.settings.get(name) for name in names}
+    options: dict[str, Any] = {name: known.settings.get(name) for name in names}
     options |= {name: known.run.get(name) for name in ("since", "until")}
     options |= {name: value for name in RUN_OPTIONS if (value := known.run.get(name)) is not None}
     try:

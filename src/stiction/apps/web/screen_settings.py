@@ -1,4 +1,4 @@
-"""Settings of a screen: quantities with units and limits, choices, and how they are read from an address or a message."""
+"""Settings of a screen: quantities with units and limits, choices, and how an address or a message gives them."""
 
 from __future__ import annotations
 

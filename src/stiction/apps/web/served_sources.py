@@ -1,4 +1,4 @@
-"""What the command line of `stiction serve` names: audits, files, folders and patterns, checked before the page opens."""
+"""Audits and files that the command line of `stiction serve` names, checked before the page opens."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LEDGER_FILE = "ledger.sqlite"
 USUAL_SUFFIXES = frozenset((".csv", ".txt", ".tsv", ".xlsx", ".xls", ".parquet", ".mat", ".gz", ".zst", ".zip"))
 """Ends of the names of files that need no look into them before the page opens."""
 MAX_NAMED = 3
-"""Audits or reasons that a message names [-]."""
+"""Reasons that a message names [-]."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def find_sources(sources: Sequence[str]) -> ServedSources:
 
 
 def _check_audit(folder: Path) -> None:
-    """Check an audit; one that this version has not written is opened in another process, so that this one stays small."""
+    """Check an audit; another version's is opened in another process, so that the server stays small."""
     try:
         settings = tomllib.loads((folder / AUDIT_FILE).read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -80,10 +80,11 @@ def _check_audit(folder: Path) -> None:
 def check_audit(folder: str) -> None:
     """Open an audit; raise RecordError when it cannot be opened."""
     from stiction.fleet import open_audit
+    from stiction.fleet.folder import read_settings
 
-    settings = open_audit(folder).settings
-    if not settings.get("ledger") and not (Path(folder) / LEDGER_FILE).is_file():
+    if not read_settings(Path(folder)).get("ledger") and not (Path(folder) / LEDGER_FILE).is_file():
         raise RecordError(f"{folder}: {LEDGER_FILE}, the file with its results, is missing; run the audit again.")
+    open_audit(folder)
 
 
 def _list_files(source: str) -> list[tuple[str, str]]:
@@ -110,17 +111,18 @@ def _list_folder(folder: Path) -> list[tuple[str, str]]:
         audits = sorted(str(one.parent) for one in folder.glob(f"*/{AUDIT_FILE}"))
         if audits:
             raise RecordError(
-                f"{folder}: is no audit (it has no {AUDIT_FILE}), but it holds {len(audits)}; name one of them, such as "
-                f"{', '.join(audits[:MAX_NAMED])}."
+                f"{folder}: is no audit (it has no {AUDIT_FILE}); name one of the audits in it, such as {audits[0]}."
             )
         if not inside:
-            raise RecordError(f"{folder}: is no audit (it has no {AUDIT_FILE}) and holds no files; name another folder.")
+            raise RecordError(
+                f"{folder}: is no audit (it has no {AUDIT_FILE}) and holds no files; name another folder."
+            )
         _call_apart(check_files, str(folder), [str(one) for one in inside])
     return [(str(one.resolve()), one.name) for one in inside]
 
 
 def check_files(folder: str, paths: Sequence[str]) -> None:
-    """Check that the readers take one of the files of a folder; raise RecordError with their reasons when they do not."""
+    """Check that one of the files of a folder can be read; raise RecordError with the reasons where none can."""
     from stiction.sources.formats import FORMATS
     from stiction.sources.open_files import open_files
     from stiction.sources.options import ReadOptions

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from stiction.apps.web.screen_settings import Quantity, ScreenSettings
 from stiction.errors import ParameterError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from stiction.models import Valve
 
 __all__ = ["TEXTBOOK_MODELS", "TEXTBOOK_QUANTITIES", "TextbookSettings"]
@@ -71,7 +73,7 @@ class TextbookSettings(ScreenSettings):
 
     SCREEN = "the textbook"
     QUANTITIES = TEXTBOOK_QUANTITIES
-    CHOICES = {"model": TEXTBOOK_MODELS}
+    CHOICES: ClassVar[Mapping[str, Mapping[str, str]]] = {"model": TEXTBOOK_MODELS}
 
     model: str = "stenman"
     S: float = 0.5

@@ -37,7 +37,7 @@ def warm_background(audits: Sequence[str] = ()) -> None:
 
 
 def _open_audits(audits: Sequence[str]) -> None:
-    """Open audits, so that the first question finds them open; an audit that cannot be opened is told when it is asked for."""
+    """Open audits before they are asked for; the page says why one cannot be opened."""
     from stiction.apps.web.audit_files import load_audit
 
     for folder in audits:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from stiction.apps.web.screen_settings import ScreenSettings
 from stiction.apps.web.whatif_quantities import COMPENSATORS, QUANTITIES, VALVE_MODELS
 from stiction.errors import ParameterError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from stiction.models import PID, Loop, Valve
     from stiction.models.compensators import Compensator
 
@@ -69,7 +71,7 @@ class WhatIfSettings(ScreenSettings):
 
     SCREEN = "the what-if screen"
     QUANTITIES = QUANTITIES
-    CHOICES = {"model": VALVE_MODELS, "compensator": COMPENSATORS}
+    CHOICES: ClassVar[Mapping[str, Mapping[str, str]]] = {"model": VALVE_MODELS, "compensator": COMPENSATORS}
 
     model: str = "kano"
     compensator: str = "none"
