@@ -66,8 +66,7 @@ def _answer_calls(connection: Connection, niceness: int) -> None:
 class Worker:
     """One worker process. It runs one call at a time and is started again when it ends."""
 
-    def __init__(self, warm: Callable[[], object], niceness: int = 0) -> None:
-        self._warm = warm
+    def __init__(self, niceness: int = 0) -> None:
         self._niceness = niceness
         self._process: Any = None
         self._connection: Connection | None = None
@@ -91,10 +90,6 @@ class Worker:
         if self._connection is not None:
             self._connection.close()
             self._connection = None
-
-    async def warm(self) -> None:
-        """Import and compile what the calls need."""
-        await self.call(self._warm)
 
     async def call(self, function: Callable[..., Any], *arguments: Any, limit_s: float = 600.0) -> Any:
         """Run a function of a module in the process and return what it returns.
@@ -126,12 +121,17 @@ class Worker:
 
 
 class WorkerPool:
-    """Some worker processes; a call goes to a free one, the one that was used last, whose caches are filled."""
+    """Some worker processes; a call goes to a free one, the one that was used last, whose caches are filled.
 
-    def __init__(self, count: int, warm: Callable[[], object], niceness: int = 0) -> None:
-        self._all = [Worker(warm, niceness) for _ in range(count)]
+    `warm_steps` are called in each process, so that imports and compilation are done before a user waits for them.
+    """
+
+    def __init__(self, count: int, warm_steps: Sequence[Callable[[], object]] = (), niceness: int = 0) -> None:
+        self._all = [Worker(niceness) for _ in range(count)]
+        self._warm_steps = warm_steps
         self._free: list[Worker] = []
         self._freed = asyncio.Condition()
+        self._waiting = 0
         self._tasks: set[asyncio.Task[Any]] = set()
 
     @property
@@ -140,7 +140,7 @@ class WorkerPool:
         return len(self._all)
 
     def start(self, ready: asyncio.Event) -> None:
-        """Start the first process; when `ready` is set, start and warm the others, then warm the first one."""
+        """Start the first process; when `ready` is set, warm the others, then the first one between its calls."""
         self._keep(asyncio.create_task(self._start(ready)))
 
     async def _start(self, ready: asyncio.Event) -> None:
@@ -149,26 +149,36 @@ class WorkerPool:
         await self._give_back(first)
         await ready.wait()
         for worker in others:
-            await self._warm(worker)
+            for step in self._warm_steps:
+                await self._warm(worker, step)
             await self._give_back(worker)
-        await self._take(first)
-        await self._warm(first)
-        await self._give_back(first)
+        for step in self._warm_steps:
+            await self._take_idle(first)
+            await self._warm(first, step)
+            await self._give_back(first)
 
     @staticmethod
-    async def _warm(worker: Worker) -> None:
+    async def _warm(worker: Worker, step: Callable[[], object]) -> None:
         try:
-            await worker.warm()
+            await worker.call(step)
         except (WorkerLostError, TimeLimitError) as error:
             print(f"stiction: a worker process could not be prepared: {error}", file=sys.stderr)
 
-    async def _take(self, wanted: Worker | None = None) -> Worker:
-        """Wait until a worker is free, or a certain one, and take it."""
+    async def _take(self) -> Worker:
+        """Wait until a worker is free, and take it."""
+        self._waiting += 1
+        try:
+            async with self._freed:
+                await self._freed.wait_for(lambda: self._free)
+                return self._free.pop()
+        finally:
+            self._waiting -= 1
+
+    async def _take_idle(self, worker: Worker) -> None:
+        """Wait until a worker is free and no call waits, and take it."""
         async with self._freed:
-            await self._freed.wait_for(lambda: wanted in self._free if wanted else self._free)
-            worker = wanted or self._free[-1]
+            await self._freed.wait_for(lambda: worker in self._free and not self._waiting)
             self._free.remove(worker)
-            return worker
 
     async def _give_back(self, worker: Worker) -> None:
         async with self._freed:
@@ -214,13 +224,13 @@ class Workers:
     """
 
     def __init__(self, audits: Sequence[str] = ()) -> None:
-        from stiction.apps.web.warm import warm_background, warm_quick
+        from stiction.apps.web.warm import open_audits, warm_page, warm_reading, warm_simulation
 
-        self.quick = WorkerPool(2, partial(warm_quick, audits))
+        opening = [partial(open_audits, audits)] if audits else []
+        self.quick = WorkerPool(2, [*opening, warm_simulation])
         """Simulations, zooms and tables: at most some 50 ms each."""
-        self.background = WorkerPool(
-            max(1, (os.cpu_count() or 2) - 1), partial(warm_background, audits), BACKGROUND_NICENESS
-        )
+        count = max(1, (os.cpu_count() or 2) - 1)
+        self.background = WorkerPool(count, [*opening, warm_reading, warm_page], BACKGROUND_NICENESS)
         """Reading, diagnoses, limit cycles: seconds each."""
 
     def start(self, first: Sequence[Coroutine[Any, Any, None]] = ()) -> None:
