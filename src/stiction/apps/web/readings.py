@@ -144,8 +144,9 @@ class Readings:
 
 
 async def _list(request: Request) -> Response:
-    readings: Readings = request.app.state.workspace.readings
-    return JSONResponse({"readings": [one.to_dict() for one in readings.all.values()]})
+    workspace = request.app.state.workspace
+    readings = [one.to_dict() for one in workspace.readings.all.values()]
+    return JSONResponse({"readings": readings, "max_file_bytes": workspace.uploads.max_file_bytes})
 
 
 async def _start(request: Request) -> Response:
