@@ -11,7 +11,8 @@ from functools import partial
 import pytest
 
 from apps.web.running import run_apart
-from stiction.apps.web.workers import TimeLimitError, WorkerLostError, WorkerPool
+from stiction.apps.web.worker_process import TimeLimitError, WorkerLostError
+from stiction.apps.web.workers import WorkerPool
 from stiction.errors import ParameterError, require_positive
 
 

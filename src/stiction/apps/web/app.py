@@ -26,7 +26,8 @@ from stiction.apps.web import (
 from stiction.apps.web.bodies import read_json, without_folders
 from stiction.apps.web.guard import Guard
 from stiction.apps.web.static_files import static_folder
-from stiction.apps.web.workers import TimeLimitError, Workers
+from stiction.apps.web.worker_process import TimeLimitError
+from stiction.apps.web.workers import Workers
 from stiction.errors import StictionError
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ async def _start(request: Request) -> Response:
 
 
 async def _session(request: Request) -> Response:
-    """Exchange the token of the link for the cookie; GET tells whether the cookie is valid."""
+    """Exchange the token of the link for the cookie; GET says whether the cookie is valid."""
     access: Access = request.app.state.access
     if request.method == "GET":
         return JSONResponse({"signed_in": access.is_cookie(request.cookies.get(access.cookie_name, ""))})

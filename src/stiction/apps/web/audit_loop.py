@@ -57,7 +57,7 @@ def prepare_audit_loop(folder: str, key: int, target: str) -> None:
 
 
 def write_audit_record(folder: str, key: int, path: str) -> None:
-    """Write the record of a loop as a Parquet file, and beside it the options of its diagnosis.
+    """Write the record of a loop as a Parquet file, and the options of its diagnosis as `OPTIONS_FILE`.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from starlette.exceptions import HTTPException
 
 from stiction.apps.web.audit_files import audit_rows, audit_version, result_version, tag_of_loop
 from stiction.apps.web.audit_loop import prepare_audit_loop, write_audit_record
-from stiction.apps.web.workers import TimeLimitError, WorkerLostError
+from stiction.apps.web.worker_process import TimeLimitError, WorkerLostError
 from stiction.errors import StictionError
 
 if TYPE_CHECKING:

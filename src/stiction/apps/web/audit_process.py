@@ -1,4 +1,4 @@
-"""Go on with an audit: ``python -m stiction.apps.web.audit_process FOLDER``, the process behind "Go on"."""
+"""Go on with an audit, in a process of its own: ``python -m stiction.apps.web.audit_process FOLDER``."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ PVOP_PERIODS = 3
 
 
 def diagnose_file(record_path: str) -> Diagnosis:
-    """Diagnose the record in a Parquet file with the prior and the costs that `OPTIONS_FILE` beside it names."""
+    """Diagnose the record in a Parquet file with the prior and the costs in `OPTIONS_FILE` of the same folder."""
     import stiction as st
     from stiction.diagnosis.verdict.decision import Costs
 
@@ -97,7 +97,7 @@ def _finite(value: float) -> float | None:
 
 
 def loop_content(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return what the page of a loop shows beside its trends, ready for JSON."""
+    """Return what the page of a loop shows apart from its trends, ready for JSON."""
     from stiction.diagnosis.loop_state import HEADLINES, describe_action, describe_state
     from stiction.report import labels
     from stiction.report.explanation import describe_controller, describe_identification

@@ -17,7 +17,7 @@ __all__ = ["read_content", "read_trend", "try_remedies", "write_loop_report"]
 
 
 def read_content(folder: str) -> bytes:
-    """Return what the page of a loop shows beside its trends, as JSON."""
+    """Return what the page of a loop shows apart from its trends, as JSON."""
     return (Path(folder) / "content.json").read_bytes()
 
 

@@ -13,7 +13,7 @@ from starlette.routing import Route
 
 from stiction.apps.web.bodies import read_json
 from stiction.apps.web.read_files import map_as_csv, read_files
-from stiction.apps.web.workers import TimeLimitError, WorkerLostError
+from stiction.apps.web.worker_process import TimeLimitError, WorkerLostError
 from stiction.errors import StictionError
 
 if TYPE_CHECKING:

@@ -22,8 +22,8 @@ __all__ = ["ROUTES"]
 
 START_LIMIT_S = 120.0
 """Longest time of an identification [s]."""
-MAX_KEPT_STARTS = 50
-"""Loops whose start is kept for the next visit [-]."""
+MAX_CACHED_STARTS = 50
+"""Loops whose start stays in memory for the next visit [-]."""
 
 
 async def _options(_: Request) -> Response:
@@ -47,7 +47,7 @@ async def _start(request: Request) -> Response:
         cache[path] = await state.workers.background.call(answer_start, path, limit_s=START_LIMIT_S)
     cache.move_to_end(path)
     body = cache[path]
-    while len(cache) > MAX_KEPT_STARTS:
+    while len(cache) > MAX_CACHED_STARTS:
         cache.popitem(last=False)
     return Response(body, media_type="application/octet-stream")
 

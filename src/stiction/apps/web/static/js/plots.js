@@ -82,7 +82,7 @@ function seriesOptions({ label, kind = "pv", width = 1.5, points = false, dash, 
 /**
  * Draw lines over a common x. Returns {figure, plot, setData(data), setSentence(text), destroy()}.
  *
- * `title` and `sentence` say what is seen; `series` is [{label, kind: "pv"|"op"|"mv"|"sp"|"model", ...}]; `data` is
+ * `title` and `sentence` name and describe the picture; `series` is [{label, kind: "pv"|"op"|"mv"|"sp"|"model", ...}]; `data` is
  * [x, y1, y2, ...] with null for a gap; `xLabel`, `yLabel` are the axes; `height` in pixels; `sync` is a key that linked
  * plots share (cursor); `onZoom(from, to)` is called after a zoom by the mouse, with NaN after a double click;
  * `xTime` draws the x axis as a clock (x in seconds since 1970); `legend: false` leaves the legend out.

@@ -95,8 +95,8 @@ function followDrag(plot, onDrag) {
 }
 
 function legendOf(curves) {
-  const seen = new Set();
-  const entries = curves.filter((curve) => curve.name && curve.legend !== false && !seen.has(curve.name) && seen.add(curve.name));
+  const names = new Set();
+  const entries = curves.filter((curve) => curve.name && curve.legend !== false && !names.has(curve.name) && names.add(curve.name));
   return h("ul", { class: "legend" }, entries.map((curve) => h("li", {}, legendKey(curve), curve.name)));
 }
 
