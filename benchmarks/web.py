@@ -25,6 +25,13 @@ PAINTED = """const painted = () => new Promise((done) => requestAnimationFrame((
     channel.port1.onmessage = done;
     channel.port2.postMessage(0);
   }));
+  const change = async (element, before) => {
+    const end = performance.now() + 30000;
+    while (element.textContent === before) {
+      if (performance.now() > end) throw new Error(`${before}: nothing changed`);
+      await new Promise((done) => setTimeout(done, 1));
+    }
+  };
   const present = (selector) => new Promise((done) => {
     const look = () => document.querySelector(selector) ? done() : requestAnimationFrame(look);
     look();
@@ -54,7 +61,7 @@ FILTER = f"""async (text) => {{
   const begin = performance.now();
   field.value = text;
   field.dispatchEvent(new Event("input"));
-  while (count.textContent === before) await new Promise((done) => setTimeout(done, 1));
+  await change(count, before);
   await painted();
   return performance.now() - begin;
 }}"""
@@ -64,7 +71,7 @@ ZOOM = f"""async (label) => {{
   const before = caption.textContent;
   const begin = performance.now();
   document.querySelector(`[aria-label="${{label}}"]`).click();
-  while (caption.textContent === before) await new Promise((done) => setTimeout(done, 1));
+  await change(caption, before);
   await painted();
   return performance.now() - begin;
 }}"""
@@ -173,7 +180,8 @@ def write_audit(folder: Path) -> Path:
         for k, tag in enumerate(tags)
     ]  # fmt: skip
     book.write_results(key, [(row, 0.1) for row in rows])
-    book.end_run(run["id"], run["body"] | {"groups": []})
+    loops = sorted({*run["body"]["loops"], *new.values()})
+    book.end_run(run["id"], run["body"] | {"groups": [], "loops": loops})
     book.close()
     return out
 

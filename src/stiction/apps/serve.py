@@ -11,7 +11,8 @@ from stiction.apps.options import refuse_options
 from stiction.errors import MissingExtraError, ParameterError, RecordError
 
 if TYPE_CHECKING:
-    from stiction.apps.web.guard import Guard
+    from stiction.apps.web.access import Access
+    from stiction.apps.web.served_sources import ServedSources
 
 __all__ = ["serve"]
 
@@ -42,44 +43,40 @@ def serve(
         raise ParameterError(f"--port {port} is no port; give a number between 1 and 65535, or leave it out.")
     _check_installation()
     from stiction.apps.web.access import Access
-    from stiction.apps.web.app import make_app
-    from stiction.apps.web.workspace import open_workspace
+    from stiction.apps.web.served_sources import find_sources
 
-    with open_workspace(sources) as workspace, _listen(port) as listener:
+    found = find_sources(sources)
+    with _listen(port) as listener:
         access = Access(listener.getsockname()[1])
         print(access.address, flush=True)
         if open:
             import webbrowser
 
             webbrowser.open(access.address)
-        _run(make_app(access, workspace), listener)
+        _run(access, found, listener)
     return 0
 
 
 def _check_installation() -> None:
     """Say what is missing: the extra, or in a clone the plot library."""
-    try:
-        import starlette
-        import uvicorn
-        import websockets
-    except ImportError:
-        raise MissingExtraError(
-            "the packages of the web page are not installed; pip install 'stiction[web]'."
-        ) from None
-    del starlette, uvicorn, websockets
-    from stiction.apps.web.app import static_folder
+    from importlib.util import find_spec
 
+    from stiction.apps.web.static_files import static_folder
+
+    if not all(find_spec(name) for name in ("starlette", "uvicorn", "websockets")):
+        raise MissingExtraError("the packages of the web page are not installed; pip install 'stiction[web]'.")
     if not static_folder().joinpath("vendor", "uPlot.esm.js").is_file():
         raise RecordError("the plot library of the page is missing in this clone; run make web-assets once.")
 
 
 def _listen(port: int) -> socket.socket:
-    """Open the port on the loopback address, and on no other."""
+    """Listen at the port of the loopback address, and at no other; a browser that connects now waits for `_run`."""
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     if hasattr(socket, "SO_REUSEPORT"):  # not on Windows, where SO_REUSEADDR lets two servers share a port
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listener.bind(("127.0.0.1", port))
+        listener.listen()
     except OSError as error:
         listener.close()
         raise ParameterError(
@@ -88,20 +85,24 @@ def _listen(port: int) -> socket.socket:
     return listener
 
 
-def _run(app: Guard, listener: socket.socket) -> None:
+def _run(access: Access, sources: ServedSources, listener: socket.socket) -> None:
     """Answer requests until Ctrl-C."""
     import uvicorn
 
-    config = uvicorn.Config(
-        app,
-        log_level="warning",
-        access_log=False,
-        server_header=False,
-        timeout_graceful_shutdown=2,
-        ws_max_size=MAX_MESSAGE_BYTES,
-    )
-    try:
-        uvicorn.Server(config).run(sockets=[listener])
-    except KeyboardInterrupt as interrupt:
-        if type(interrupt) is not KeyboardInterrupt:
-            raise
+    from stiction.apps.web.app import make_app
+    from stiction.apps.web.workspace import open_workspace
+
+    with open_workspace(sources) as workspace:
+        config = uvicorn.Config(
+            make_app(access, workspace),
+            log_level="warning",
+            access_log=False,
+            server_header=False,
+            timeout_graceful_shutdown=2,
+            ws_max_size=MAX_MESSAGE_BYTES,
+        )
+        try:
+            uvicorn.Server(config).run(sockets=[listener])
+        except KeyboardInterrupt as interrupt:
+            if type(interrupt) is not KeyboardInterrupt:
+                raise

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Audit", "open_audit"]
 
+RUN_OPTIONS = ("prior", "costs", "time_limit")
+"""Options of `audit` that a run keeps in the ledger, None in audits of earlier versions."""
+
 
 @dataclass(frozen=True)
 class Audit:
@@ -45,7 +48,7 @@ class Audit:
     settings: dict[str, Any] = field(repr=False)
     """What was asked for: sources, options, version."""
     run: dict[str, Any] = field(repr=False)
-    """The newest run: `started`, `finished` (None while it is at work), `window`, `since` and `until`."""
+    """The newest run: `started`, `finished` (None while it is at work), `window`, `since`, `until` and its options."""
     signal_parts: dict[str, tuple[int, str]] = field(default_factory=dict, repr=False)
     """Tag -> number of the loop and name of the part that holds its block means."""
     ledger_url: str = field(default="", repr=False)
@@ -110,6 +113,14 @@ class Audit:
 
         number, part = self.signal_parts.get(tag, (0, ""))
         return read_signals(self.signals_folder, {number: part}).get(number) if part else None
+
+    @property
+    def diagnosis_options(self) -> dict[str, Any]:
+        """Prior and costs of the newest run, as arguments of `diagnose`; empty where the ledger does not have them."""
+        from stiction.diagnosis.verdict.decision import Costs
+
+        prior, costs = self.run.get("prior"), self.run.get("costs")
+        return {} if prior is None or costs is None else {"prior": prior, "costs": Costs(*costs)}
 
     @property
     def signals_folder(self) -> Path:
@@ -249,6 +260,6 @@ def read_audit(folder: Path, settings: dict[str, Any], database: Ledger) -> Audi
     places = {one.body["tag"]: loops[k] for k, one in results.items()}
     parts = {one.body["tag"]: (k, one.signals) for k, one in results.items()}
     about = {name: run[name] for name in ("started", "finished", "window", "version")}
-    about |= {name: run["body"].get(name) for name in ("since", "until", "missing_tags")}
+    about |= {name: run["body"].get(name) for name in ("since", "until", "missing_tags", *RUN_OPTIONS)}
     url = database.url if settings.get("ledger") else ""
     return Audit(folder, rank_rows(rows), groups, settings | {"places": places}, about, parts, url)

@@ -92,6 +92,7 @@ class AuditRun:
             "clock": clock_to_dict(clock),
             "loops": sorted(self.places),
             "missing_tags": self.options.missing_tags,
+            **{name: getattr(self.options, name) for name in ("prior", "costs", "time_limit")},
         }
         settings = WorkSettings(
             clock, *self.span, prior=self.options.prior, costs=self.options.costs, time_limit=self.options.time_limit

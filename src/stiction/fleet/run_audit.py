@@ -167,7 +167,7 @@ def audit(
                 digest = options_digest({"reading": options, "prior": prior, "costs": costs})
                 key, span = resolve_window(database, digest, first, last)
                 places, missing = known or find(*span)
-                settings = _settings(sources, options, loops, ledger, signals)
+                settings = _settings(sources, options, loops, ledger, signals, connections)
                 write_settings(folder, settings)
                 run = AuditRun(
                     folder, settings, database, key, span, places, replace(chosen, missing_tags=missing), report
@@ -218,7 +218,7 @@ def _with_times(options: dict[str, Any], since: Any, until: Any) -> dict[str, An
 
 
 def _settings(
-    sources: list[str], options: dict[str, Any], loops: str | None, ledger: str | None, signals: Any
+    sources: list[str], options: dict[str, Any], loops: str | None, ledger: str | None, signals: Any, connections: Any
 ) -> dict[str, Any]:
     from stiction import __version__
     from stiction.sources.database_url import is_database_url, show_url
@@ -231,6 +231,7 @@ def _settings(
         "loops": loops,
         "ledger": ledger and show_url(ledger),
         "signals": None if signals is None else os.fspath(signals),
+        "connections": None if connections is None else os.fspath(connections),
     }
 
 

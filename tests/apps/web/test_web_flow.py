@@ -162,6 +162,49 @@ def test_pasted_table_is_read(page):
     page.wait_for_selector("td:has-text('FIC-7')")
 
 
+def test_table_pasted_and_file_dropped_anywhere_are_read(page):
+    """Neither needs the zone: a browser opens a file that misses it, and the page would be gone."""
+    texts = [sticky_csv((f"{loop}.SP", f"{loop}.PV", f"{loop}.OP")) for loop in ("FIC-8", "FIC-9")]
+    page.evaluate(
+        """([pasted, dropped]) => {
+          const clipboard = new DataTransfer();
+          clipboard.setData("text/plain", pasted);
+          document.body.dispatchEvent(new ClipboardEvent("paste", {clipboardData: clipboard, bubbles: true}));
+          const files = new DataTransfer();
+          files.items.add(new File([dropped], "trend.csv"));
+          document.body.dispatchEvent(new DragEvent("drop", {dataTransfer: files, bubbles: true}));
+        }""",
+        texts,
+    )
+    for loop in ("FIC-8", "FIC-9"):
+        page.wait_for_selector(f"td:text-is('{loop}')")
+
+
+def test_file_that_is_too_large_is_said_before_it_is_sent(page, tmp_path):
+    large = tmp_path / "year.csv"
+    with large.open("wb") as file:
+        file.truncate(600_000_000)
+    sent = []
+    page.on("request", lambda request: request.method == "PUT" and sent.append(request.url))
+    page.set_input_files("input[type=file] >> nth=0", large)
+    page.wait_for_selector(".problem:has-text('year.csv is larger than 500 MB. Start the server with it')")
+    assert sent == []
+
+
+@pytest.mark.parametrize(("text", "words"), [("120", "outside 0 to 100 % of span"), ("abc", "must be a number")])
+def test_slider_value_out_of_range_is_said(server, open_page, text, words):
+    page = open_page(server, "#/whatif")
+    page.locator("#whatif-answer", has_text="oscillates").wait_for()
+    field = page.get_by_label("Deadband plus stickband S, number")
+    field.fill(text)
+    field.blur()
+    page.wait_for_selector(f".problem:has-text('{words}')")
+    field.fill("3")
+    field.blur()
+    page.locator("#whatif-answer", has_text="oscillates").wait_for()
+    assert page.locator(".problem").count() == 0
+
+
 def test_an_audit_is_browsed_exported_and_noted(serve, open_page, audit_folder, tmp_path):
     server = serve(str(audit_folder / "now"), str(audit_folder / "before"))
     page = open_page(server)

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+import stiction as st
 from apps.web.running import ROOT
 from apps.web.test_web_flow import sticky_csv
 from stiction.apps.cli import main
@@ -62,16 +63,37 @@ def test_bad_arguments_end_with_a_message(tmp_path, monkeypatch, capsys, argumen
     assert captured.out == ""
 
 
-def test_audit_of_another_version_is_said_on_the_page(serve, tmp_path):
-    folder = tmp_path / "old"
-    folder.mkdir()
-    (folder / "audit.toml").write_text('format = 99\nversion = "9.9"\nsources = []\n')
-    server = serve(str(folder))
-    answer = server.call("GET", "/api/sets/audit1/rows?since=0")
-    assert answer.status == 422
-    assert "format 99" in answer.json["error"]
-    assert str(tmp_path) not in answer.json["error"]
-    assert server.send("GET", "/healthz").status == 200
+@pytest.mark.parametrize(
+    ("files", "words"),
+    [
+        ({"audit.toml": 'format = 99\nversion = "9.9"\n'}, ["is an audit of format 99", "stiction 9.9", "new audit"]),
+        ({"audit.toml": "not = [toml"}, ["cannot be read", "start a new audit"]),
+        ({"audit.toml": f'format = 1\nversion = "{st.__version__}"\n'}, ["ledger.sqlite", "is missing"]),
+        ({"june/audit.toml": "format = 1"}, ["is no audit", "june"]),
+        ({"report.html": "<!doctype html><p>S"}, ["is no audit", "report.html: is an HTML page"]),
+    ],
+)
+def test_folder_that_cannot_be_served_is_refused(tmp_path, capsys, files, words):
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    assert main(["serve", "--no-open", str(tmp_path)]) == 3
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert [word for word in (str(tmp_path), *words) if word not in captured.err] == []
+
+
+def test_the_printed_address_listens(web_assets, tmp_path):
+    """A client that connects as soon as the address is printed is not refused."""
+    command = [sys.executable, "-m", "stiction", "serve", "--no-open"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment(), cwd=tmp_path) as process:
+        assert process.stdout is not None
+        port = int(process.stdout.readline().split(":")[2].split("/")[0])
+        with socket.create_connection(("127.0.0.1", port), timeout=5) as wire:
+            wire.sendall(f"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n".encode())
+            wire.settimeout(60)
+            assert wire.recv(100).startswith(b"HTTP/1.1 200")
+        process.terminate()
 
 
 def test_without_the_extra_the_pip_line_is_told(monkeypatch, capsys):
@@ -81,7 +103,7 @@ def test_without_the_extra_the_pip_line_is_told(monkeypatch, capsys):
 
 
 def test_without_the_plot_library_the_command_is_named(monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr("stiction.apps.web.app.static_folder", lambda: tmp_path)
+    monkeypatch.setattr("stiction.apps.web.static_files.static_folder", lambda: tmp_path)
     assert main(["serve", "--no-open"]) == 3
     assert "make web-assets" in capsys.readouterr().err
 
@@ -214,8 +236,6 @@ def children(process: int) -> list[Path]:
 
 def test_interrupted_audit_goes_on(serve, tmp_path):
     """An audit whose budget allowed only the screen is finished by the page, in a process of its own."""
-    import stiction as st
-
     loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
     record = st.simulate(loop, 150.0, 1200.0, seed=1, pv_start=148.0, op_start=50.0, tag="FIC-101")
     record.to_parquet(tmp_path / "p.parquet")

@@ -313,7 +313,7 @@ def test_csv_export_neutralises_formulas(server):
 
 
 def test_folder_on_the_command_line_is_not_left_by_links(tmp_path):
-    from stiction.apps.web.workspace import open_workspace
+    from stiction.apps.web.served_sources import find_sources
 
     secret = tmp_path / "secret.csv"
     secret.write_text(LOOP)
@@ -321,8 +321,7 @@ def test_folder_on_the_command_line_is_not_left_by_links(tmp_path):
     folder.mkdir()
     (folder / "own.csv").write_text(LOOP)
     (folder / "link.csv").symlink_to(secret)
-    with open_workspace([str(folder)]) as workspace:
-        assert [name for _, name in workspace.files] == ["own.csv"]
+    assert [name for _, name in find_sources([str(folder)]).files] == ["own.csv"]
 
 
 def test_scripts_make_no_markup_from_text():

@@ -6,11 +6,13 @@ import asyncio
 import operator
 import os
 import time
+from functools import partial
 
 import pytest
 
 from apps.web.running import run_apart
-from stiction.apps.web.workers import TimeLimitError, WorkerLostError, WorkerPool
+from stiction.apps.web.worker_process import TimeLimitError, WorkerLostError
+from stiction.apps.web.workers import WorkerPool
 from stiction.errors import ParameterError, require_positive
 
 
@@ -18,7 +20,7 @@ def run(work, count: int = 1):
     """Run a coroutine with a pool of warm processes."""
 
     async def inside():
-        pool = WorkerPool(count, os.getpid)
+        pool = WorkerPool(count, [os.getpid])
         ready = asyncio.Event()
         ready.set()
         pool.start(ready)
@@ -82,3 +84,30 @@ def test_calls_share_the_processes():
         return time.monotonic() - began
 
     assert run(work, count=2) < 1.9
+
+
+def test_the_process_that_was_used_last_is_used_again():
+    """What it holds in memory, such as an open audit, is there for the next call."""
+
+    async def work(pool):
+        await asyncio.gather(*(pool.call(time.sleep, 0.2) for _ in range(3)))
+        return {await pool.call(os.getpid) for _ in range(6)}
+
+    assert len(run(work, count=3)) == 1
+
+
+def test_calls_go_between_the_steps_that_warm_a_process():
+    async def inside():
+        pool, ready = WorkerPool(1, [partial(time.sleep, 1.0)] * 5), asyncio.Event()
+        ready.set()
+        pool.start(ready)
+        began = time.monotonic()
+        try:
+            await pool.call(os.getpid)
+            await asyncio.sleep(0.2)
+            await pool.call(os.getpid)
+        finally:
+            pool.stop()
+        return time.monotonic() - began
+
+    assert run_apart(inside()) < 4.5

@@ -46,7 +46,7 @@ class Access:
         return f"http://127.0.0.1:{self.port}/#token={self.token}"
 
     def is_token(self, text: str) -> bool:
-        """Whether a text is the token; the time that this takes tells nothing about it."""
+        """Whether a text is the token; the comparison takes the same time for all texts."""
         return hmac.compare_digest(text.encode(), self.token.encode())
 
     def is_cookie(self, text: str) -> bool:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import sys
-from contextlib import asynccontextmanager
-from importlib import resources
+from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING
 
 from starlette.applications import Starlette
@@ -25,24 +25,25 @@ from stiction.apps.web import (
 )
 from stiction.apps.web.bodies import read_json, without_folders
 from stiction.apps.web.guard import Guard
-from stiction.apps.web.workers import TimeLimitError, Workers
+from stiction.apps.web.static_files import static_folder
+from stiction.apps.web.worker_process import TimeLimitError
+from stiction.apps.web.workers import Workers
 from stiction.errors import StictionError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
-    from pathlib import Path
 
     from starlette.requests import Request
 
     from stiction.apps.web.access import Access
     from stiction.apps.web.workspace import Workspace
 
-__all__ = ["make_app", "static_folder"]
+__all__ = ["make_app"]
 
-
-def static_folder() -> Path:
-    """Folder of the pages, styles and scripts."""
-    return resources.files("stiction.apps.web").joinpath("static")  # pyright: ignore[reportReturnType]
+FIRST_PAGE_LIMIT_S = 3.0
+"""Longest time for which the preparation of the workers waits for a browser [s]."""
+FIRST_SCREEN_S = 0.4
+"""Time that a browser takes from the sign-in to its first screen, about [s]."""
 
 
 def make_app(access: Access, workspace: Workspace) -> Guard:
@@ -51,12 +52,14 @@ def make_app(access: Access, workspace: Workspace) -> Guard:
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
-        app.state.workers = Workers()
-        app.state.workers.start([one.preload(app.state.workers) for one in workspace.audits.values()])
+        audits = workspace.audits.values()
+        workers = app.state.workers = Workers([str(one.folder) for one in audits])
+        app.state.signed_in = asyncio.Event()
+        workers.start([_first_page(app.state.signed_in), *(one.preload(workers) for one in audits)])
         if workspace.files:
             workspace.readings.start(app.state.workers, workspace.files, {})
         yield
-        for one in workspace.audits.values():
+        for one in audits:
             await one.stop()
         app.state.workers.stop()
 
@@ -83,6 +86,13 @@ def make_app(access: Access, workspace: Workspace) -> Guard:
     return Guard(app, access)
 
 
+async def _first_page(signed_in: asyncio.Event) -> None:
+    """Wait until a browser has signed in and drawn its first screen; without a browser not longer than the limit."""
+    with suppress(TimeoutError):
+        await asyncio.wait_for(signed_in.wait(), FIRST_PAGE_LIMIT_S)
+    await asyncio.sleep(FIRST_SCREEN_S)
+
+
 async def _shell(_: Request) -> Response:
     return FileResponse(static_folder() / "index.html")
 
@@ -97,7 +107,7 @@ async def _start(request: Request) -> Response:
 
 
 async def _session(request: Request) -> Response:
-    """Exchange the token of the link for the cookie; GET tells whether the cookie is valid."""
+    """Exchange the token of the link for the cookie; GET says whether the cookie is valid."""
     access: Access = request.app.state.access
     if request.method == "GET":
         return JSONResponse({"signed_in": access.is_cookie(request.cookies.get(access.cookie_name, ""))})
@@ -108,6 +118,7 @@ async def _session(request: Request) -> Response:
             "Open the address that the command printed."
         )
         return JSONResponse({"error": message}, 403)
+    request.app.state.signed_in.set()
     response = JSONResponse({"signed_in": True})
     response.set_cookie(access.cookie_name, access.cookie, httponly=True, samesite="strict", path="/")
     return response

@@ -19,7 +19,6 @@ __all__ = [
     "compare_with",
     "describe_groups",
     "load_audit",
-    "preload_audit",
     "tag_of_loop",
 ]
 
@@ -42,11 +41,6 @@ MIN_SPECTRUM_BLOCKS = 16
 def load_audit(folder: str) -> Audit:
     """Open an audit, or give it as it was opened before if its results did not change since."""
     return _load(folder, result_version(folder))
-
-
-def preload_audit(folder: str) -> None:
-    """Open an audit, so that the next call finds it open."""
-    load_audit(folder)
 
 
 @lru_cache(maxsize=4)

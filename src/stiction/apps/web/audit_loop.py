@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiction.apps.web.audit_files import load_audit, tag_of_loop
 from stiction.apps.web.bodies import without_folders
-from stiction.apps.web.diagnose_loop import loop_content
+from stiction.apps.web.diagnose_loop import OPTIONS_FILE, loop_content
 from stiction.errors import StictionError
 
 if TYPE_CHECKING:
@@ -57,16 +57,22 @@ def prepare_audit_loop(folder: str, key: int, target: str) -> None:
 
 
 def write_audit_record(folder: str, key: int, path: str) -> None:
-    """Write the record of a loop as a Parquet file.
+    """Write the record of a loop as a Parquet file, and the options of its diagnosis as `OPTIONS_FILE`.
 
     Raises
     ------
     RecordError
         When the source cannot be read any more.
     """
-    if not Path(path).is_file():
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        load_audit(folder).read(tag_of_loop(folder, key)).to_parquet(path)
+    place = Path(path)
+    if place.is_file():
+        return
+    audit = load_audit(folder)
+    record = audit.read(tag_of_loop(folder, key))
+    place.parent.mkdir(parents=True, exist_ok=True)
+    options = {name: audit.run[name] for name in ("prior", "costs") if audit.run.get(name) is not None}
+    place.with_name(OPTIONS_FILE).write_text(json.dumps(options), encoding="utf-8")
+    record.to_parquet(place)
 
 
 def _diagnose(audit: Audit, row: dict[str, Any], record: LoopRecord) -> dict[str, Any]:
@@ -77,12 +83,11 @@ def _diagnose(audit: Audit, row: dict[str, Any], record: LoopRecord) -> dict[str
     from stiction.fleet.reduced_record import reduce_record
     from stiction.report.loop_view import LoopView
 
-    del audit
     if record.pv is None:
         return _content_of_row(row) | {"pvop": None, "arrays": {}}
     main = main_oscillation([LoopOscillation(**one) for one in row["oscillations"]])
     shorter = reduce_record(record, main.period if main is not None else float("nan"))
-    diagnosis = diagnose(shorter)
+    diagnosis = diagnose(shorter, **audit.diagnosis_options)
     content = loop_content(diagnosis)
     if row["status"] == "diagnosed" and diagnosis.verdict != row["verdict"]:
         content |= {

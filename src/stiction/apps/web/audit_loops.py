@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 from starlette.exceptions import HTTPException
 
-from stiction.apps.web.audit_files import audit_rows, audit_version, preload_audit, result_version, tag_of_loop
+from stiction.apps.web.audit_files import audit_rows, audit_version, result_version, tag_of_loop
 from stiction.apps.web.audit_loop import prepare_audit_loop, write_audit_record
-from stiction.apps.web.workers import TimeLimitError, WorkerLostError
+from stiction.apps.web.worker_process import TimeLimitError, WorkerLostError
 from stiction.errors import StictionError
 
 if TYPE_CHECKING:
@@ -70,10 +70,9 @@ class AuditLoops:
         return json.dumps({"version": version, "rows": [], "progress": None}).encode()
 
     async def preload(self, workers: Workers) -> None:
-        """Open the audit in the workers before the page asks for it; the page says what is wrong with it."""
+        """Make the table before the page asks for it; the page says what is wrong with the audit."""
         with contextlib.suppress(StictionError, WorkerLostError, TimeLimitError, HTTPException):
             await self.changes(workers, 0)
-            await workers.background.call(preload_audit, str(self.folder))
 
     async def tag_of(self, workers: Workers, key: int) -> str:
         """Tag of a loop."""
@@ -94,7 +93,8 @@ class AuditLoops:
         """Write the record of a loop as a file; return its path."""
         folder = await self.prepare(workers, key)
         path = str(folder / "record.parquet")
-        await workers.background.call(write_audit_record, str(self.folder), key, path, limit_s=LOOP_LIMIT_S)
+        async with self._locks[key]:
+            await workers.background.call(write_audit_record, str(self.folder), key, path, limit_s=LOOP_LIMIT_S)
         return path
 
     def set_label(self, key: int, label: str) -> None:

@@ -1,8 +1,9 @@
-"""Go on with an audit: ``python -m stiction.apps.web.audit_process FOLDER``, the process behind "Go on"."""
+"""Go on with an audit, in a process of its own: ``python -m stiction.apps.web.audit_process FOLDER``."""
 
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 from stiction.errors import StictionError
 
@@ -10,17 +11,17 @@ __all__ = ["main"]
 
 
 def main(folder: str) -> int:
-    """Run the audit of a folder again with its own settings; return an exit code."""
+    """Run the audit of a folder again with its own options; return an exit code."""
     from stiction.fleet import audit, open_audit
+    from stiction.fleet.audit import RUN_OPTIONS
 
     known = open_audit(folder)
-    run = known.run
+    names = ("loops", "signals", "connections", "reading")
+    options: dict[str, Any] = {name: known.settings.get(name) for name in names}
+    options |= {name: known.run.get(name) for name in ("since", "until")}
+    options |= {name: value for name in RUN_OPTIONS if (value := known.run.get(name)) is not None}
     try:
-        audit(
-            known.settings["sources"], folder, loops=known.settings.get("loops"),
-            signals=known.settings.get("signals"), reading=known.settings.get("reading"),
-            since=run.get("since"), until=run.get("until"),
-        )  # fmt: skip
+        audit(known.settings["sources"], folder, **options)
     except StictionError as error:
         print(error, file=sys.stderr)
         return 3

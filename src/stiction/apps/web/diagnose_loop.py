@@ -12,14 +12,29 @@ if TYPE_CHECKING:
     from stiction.diagnosis import Diagnosis
     from stiction.records import LoopRecord
 
-__all__ = ["diagnose_loop", "loop_content", "loop_row", "write_loop"]
+__all__ = ["OPTIONS_FILE", "diagnose_file", "diagnose_loop", "loop_content", "loop_row"]
 
+OPTIONS_FILE = "options.json"
+"""Prior and costs of the audit that a record belongs to; without it those of `stiction.diagnose` hold."""
 SPARKLINE_POINTS = 60
 """Points of a trend in a cell of the table [-]."""
 PVOP_POINTS = 1500
 """Points of the plot of PV over OP [-]."""
 PVOP_PERIODS = 3
 """Periods that this plot shows; they are the last ones [-]."""
+
+
+def diagnose_file(record_path: str) -> Diagnosis:
+    """Diagnose the record in a Parquet file with the prior and the costs in `OPTIONS_FILE` of the same folder."""
+    import stiction as st
+    from stiction.diagnosis.verdict.decision import Costs
+
+    [record] = st.read(record_path)
+    path = Path(record_path).with_name(OPTIONS_FILE)
+    options = json.loads(path.read_bytes()) if path.is_file() else {}
+    if "costs" in options:
+        options["costs"] = Costs(*options["costs"])
+    return st.diagnose(record, **options)
 
 
 def diagnose_loop(record_path: str, folder: str) -> dict[str, Any]:
@@ -37,19 +52,12 @@ def diagnose_loop(record_path: str, folder: str) -> dict[str, Any]:
     dict
         The row of the table of loops.
     """
-    import stiction as st
-
-    [record] = st.read(record_path)
-    diagnosis = st.diagnose(record)
-    return write_loop(diagnosis, folder)
-
-
-def write_loop(diagnosis: Diagnosis, folder: str, note: str = "raw samples of the source") -> dict[str, Any]:
-    """Write content and signals of a loop's page; return the row of the table."""
     from stiction.apps.web.trend_data import save_signals
     from stiction.report.loop_view import LoopView
 
+    diagnosis = diagnose_file(record_path)
     view = LoopView(diagnosis)
+    note = "raw samples of the source"
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     save_signals(target / "signals.npz", diagnosis.record, {"model": view.model, "position": view.valve_position}, note)
@@ -89,7 +97,7 @@ def _finite(value: float) -> float | None:
 
 
 def loop_content(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return what the page of a loop shows beside its trends, ready for JSON."""
+    """Return what the page of a loop shows apart from its trends, ready for JSON."""
     from stiction.diagnosis.loop_state import HEADLINES, describe_action, describe_state
     from stiction.report import labels
     from stiction.report.explanation import describe_controller, describe_identification

@@ -8,6 +8,8 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stiction.apps.web.diagnose_loop import diagnose_file
+
 if TYPE_CHECKING:
     from stiction.compensation import CompensationTrial
 
@@ -15,7 +17,7 @@ __all__ = ["read_content", "read_trend", "try_remedies", "write_loop_report"]
 
 
 def read_content(folder: str) -> bytes:
-    """Return what the page of a loop shows beside its trends, as JSON."""
+    """Return what the page of a loop shows apart from its trends, as JSON."""
     return (Path(folder) / "content.json").read_bytes()
 
 
@@ -28,23 +30,23 @@ def read_trend(folder: str, start: float | None, end: float | None, points: int)
 
 def write_loop_report(record_path: str, folder: str) -> tuple[str, str]:
     """Write the full report of a loop; return its path and the name under which it is saved."""
-    import stiction as st
+    from stiction.report import write_report
 
-    [record] = st.read(record_path)
     path = Path(folder) / "report.html"
     if not path.is_file():
-        st.write_report([st.diagnose(record)], path)
-    return str(path), f"{re.sub(r'[^A-Za-z0-9._-]+', '_', record.tag)[:60] or 'loop'}-report.html"
+        write_report([diagnose_file(record_path)], path)
+    tag = json.loads(read_content(folder))["tag"]
+    return str(path), f"{re.sub(r'[^A-Za-z0-9._-]+', '_', tag)[:60] or 'loop'}-report.html"
 
 
 def try_remedies(record_path: str, folder: str) -> bytes:
     """Try repair, retuning and compensators on the simulated loop; return the table as JSON."""
-    import stiction as st
+    from stiction.compensation import compensate
 
     path = Path(folder) / "remedies.json"
     if not path.is_file():
-        [record] = st.read(record_path)
-        path.write_text(json.dumps(_remedies(st.compensate(st.diagnose(record))), allow_nan=False), encoding="utf-8")
+        trial = compensate(diagnose_file(record_path))
+        path.write_text(json.dumps(_remedies(trial), allow_nan=False), encoding="utf-8")
     return path.read_bytes()
 
 

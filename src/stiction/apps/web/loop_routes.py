@@ -22,7 +22,7 @@ REPORT_LIMIT_S = 120.0
 
 
 async def _content(request: Request) -> Response:
-    """What the page of a loop shows beside its trends."""
+    """What the page of a loop shows apart from its trends."""
     folder = await _folder(request)
     return json_bytes(await request.app.state.workers.quick.call(read_content, str(folder)))
 

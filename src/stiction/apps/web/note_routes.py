@@ -25,14 +25,14 @@ async def _notes(request: Request) -> Response:
     loops, key = find_set(request), request.path_params["key"]
     tag = await loops.tag_of(request.app.state.workers, key)
     notes = await request.app.state.workers.quick.call(read_notes, str(loops.notes_folder), tag)
-    return JSONResponse({**notes, "kept": loops.notes_remark})
+    return JSONResponse({**notes, "remark": loops.notes_remark})
 
 
 async def _add(request: Request) -> Response:
     """Append a note; 409 with both texts when a newer one than the page showed is there."""
     loops, key = find_set(request), request.path_params["key"]
     body = await read_json(request)
-    texts = {name: _text(body, name) for name in ("label", "note", "author", "seen")}
+    texts = {name: _text(body, name) for name in ("label", "note", "author", "newest_time")}
     if len(texts["note"]) > MAX_NOTE or len(texts["author"]) > MAX_NAME:
         raise HTTPException(422, f"A note has at most {MAX_NOTE} characters, a name {MAX_NAME}.")
     tag = await loops.tag_of(request.app.state.workers, key)
@@ -40,7 +40,7 @@ async def _add(request: Request) -> Response:
     if "error" in answer:
         return JSONResponse(answer, 409)
     loops.set_label(key, answer["label"])
-    return JSONResponse({**answer, "kept": loops.notes_remark})
+    return JSONResponse({**answer, "remark": loops.notes_remark})
 
 
 def _text(body: dict[str, Any], name: str) -> str:

@@ -13,7 +13,7 @@ from starlette.routing import Route
 
 from stiction.apps.web.bodies import read_json
 from stiction.apps.web.read_files import map_as_csv, read_files
-from stiction.apps.web.workers import TimeLimitError, WorkerLostError
+from stiction.apps.web.worker_process import TimeLimitError, WorkerLostError
 from stiction.errors import StictionError
 
 if TYPE_CHECKING:
@@ -144,8 +144,9 @@ class Readings:
 
 
 async def _list(request: Request) -> Response:
-    readings: Readings = request.app.state.workspace.readings
-    return JSONResponse({"readings": [one.to_dict() for one in readings.all.values()]})
+    workspace = request.app.state.workspace
+    readings = [one.to_dict() for one in workspace.readings.all.values()]
+    return JSONResponse({"readings": readings, "max_file_bytes": workspace.uploads.max_file_bytes})
 
 
 async def _start(request: Request) -> Response:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from starlette.exceptions import HTTPException
 
 from stiction.apps.web.diagnose_loop import diagnose_loop
-from stiction.apps.web.workers import TimeLimitError, WorkerLostError
+from stiction.apps.web.worker_process import TimeLimitError, WorkerLostError
 from stiction.errors import StictionError
 
 if TYPE_CHECKING:

@@ -80,12 +80,11 @@ def answer_start(record_path: str) -> bytes:
     record_path : str
         File that holds one record.
     """
-    import stiction as st
+    from stiction.apps.web.diagnose_loop import diagnose_file
     from stiction.apps.web.packed import pack
     from stiction.apps.web.whatif_start import start_from_diagnosis
 
-    [record] = st.read(record_path)
-    return pack(start_from_diagnosis(st.diagnose(record)).to_dict())
+    return pack(start_from_diagnosis(diagnose_file(record_path)).to_dict())
 
 
 def warm_simulations() -> None:

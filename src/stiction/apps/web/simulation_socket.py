@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from starlette.websockets import WebSocketDisconnect
 
 from stiction.apps.web.simulation_answers import QUICK_KINDS, SLOW_KINDS, answer
-from stiction.apps.web.workers import TimeLimitError, WorkerFaultError, WorkerLostError
+from stiction.apps.web.worker_process import TimeLimitError, WorkerFaultError, WorkerLostError
 from stiction.errors import StictionError
 
 if TYPE_CHECKING:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, fields
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
 
-from stiction.apps.web.whatif_quantities import Quantity, require_within
+from stiction.apps.web.screen_settings import Quantity, ScreenSettings
 from stiction.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ TEXTBOOK_QUANTITIES = {
 
 
 @dataclass(frozen=True)
-class TextbookSettings:
+class TextbookSettings(ScreenSettings):
     """The numbers of the textbook screen; the defaults are the example of the paper's section V.C.
 
     Parameters
@@ -71,6 +71,10 @@ class TextbookSettings:
         When a number is outside the limits of its `Quantity`, or `model` is unknown.
     """
 
+    SCREEN = "the textbook"
+    QUANTITIES = TEXTBOOK_QUANTITIES
+    CHOICES: ClassVar[Mapping[str, Mapping[str, str]]] = {"model": TEXTBOOK_MODELS}
+
     model: str = "stenman"
     S: float = 0.5
     J: float = 0.5
@@ -82,30 +86,6 @@ class TextbookSettings:
     dead_time: float = 0.0
     pulse: float = 1.0
     length: float = 5.0
-
-    def __post_init__(self) -> None:
-        for name in TEXTBOOK_QUANTITIES:
-            object.__setattr__(self, name, require_within(name, getattr(self, name), TEXTBOOK_QUANTITIES))
-        if self.model not in TEXTBOOK_MODELS:
-            raise ParameterError(f"model = {self.model!r} is unknown; use one of {', '.join(TEXTBOOK_MODELS)}.")
-
-    @classmethod
-    def from_mapping(cls, values: Mapping[str, Any]) -> TextbookSettings:
-        """Make settings of the texts or numbers in an address or a message.
-
-        Raises
-        ------
-        ParameterError
-            When a name is unknown, or a value is no number or outside its limits.
-        """
-        known = {one.name for one in fields(cls)}
-        if unknown := sorted(set(values) - known):
-            raise ParameterError(f"{unknown[0]!r} is no setting of the textbook; use one of {', '.join(known)}.")
-        return cls(**values)
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form, as `from_mapping` takes it."""
-        return asdict(self)
 
     @property
     def band(self) -> float:

@@ -79,5 +79,5 @@ def thin(signals: tuple[NDArray[np.float64], ...], width: int) -> NDArray[np.int
         return np.arange(n)
     from tsdownsample import MinMaxDownsampler
 
-    kept = [MinMaxDownsampler().downsample(np.ascontiguousarray(x), n_out=2 * width) for x in signals]
-    return np.unique(np.concatenate(kept)).astype(np.intp)
+    chosen = [MinMaxDownsampler().downsample(np.ascontiguousarray(x), n_out=2 * width) for x in signals]
+    return np.unique(np.concatenate(chosen)).astype(np.intp)

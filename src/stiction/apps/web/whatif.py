@@ -40,7 +40,7 @@ class Trend:
     pv_swing: Swing
     """How PV swings in it."""
     sentence: str
-    """What is seen, in a sentence or two."""
+    """What the loop does, in a sentence or two."""
 
     def to_dict(self) -> dict[str, Any]:
         """Plain texts, numbers and arrays."""

@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from stiction.apps.web.screen_settings import Quantity
 
-from stiction.errors import ParameterError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-__all__ = ["COMPENSATORS", "QUANTITIES", "VALVE_MODELS", "Quantity", "require_within"]
+__all__ = ["COMPENSATORS", "QUANTITIES", "VALVE_MODELS"]
 
 VALVE_MODELS = {
     "kano": "Kano: S and J",
@@ -35,24 +28,6 @@ COMPENSATORS = {
 """Name of a compensator in the address -> its name on the screen."""
 
 
-@dataclass(frozen=True, slots=True)
-class Quantity:
-    """A number that a slider moves."""
-
-    label: str
-    """Name on the screen."""
-    unit: str
-    """Unit; empty where it has none."""
-    low: float
-    """Smallest value accepted [unit]."""
-    high: float
-    """Largest value accepted [unit]."""
-    scale: str
-    """Scale of the slider: "linear", or "log" for a quantity whose ratio matters."""
-    group: str
-    """What it belongs to: valve, controller, process or simulation."""
-
-
 QUANTITIES = {
     "S": Quantity("Deadband plus stickband S", "% of span", 0.0, 100.0, "linear", "valve"),
     "J": Quantity("Slip jump J", "% of span", 0.0, 100.0, "linear", "valve"),
@@ -73,32 +48,3 @@ QUANTITIES = {
     "op_high": Quantity("Upper limit of OP", "% of span", -1e9, 1e9, "linear", "simulation"),
 }
 """Name in the address -> what the number is."""
-
-
-def require_within(name: str, value: Any, quantities: Mapping[str, Quantity] = QUANTITIES) -> float:
-    """Return a value of the quantity called `name` as a number within its limits.
-
-    Raises
-    ------
-    ParameterError
-        When it is no number or outside the limits.
-
-    Examples
-    --------
-    >>> require_within("S", "3.5")
-    3.5
-    """
-    quantity = quantities[name]
-    unit = f" {quantity.unit}" if quantity.unit else ""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = math.nan
-    if math.isnan(number):
-        raise ParameterError(f"{quantity.label} must be a number in {quantity.unit}, got {value!r}.")
-    if not quantity.low <= number <= quantity.high:
-        raise ParameterError(
-            f"{quantity.label} = {number:g}{unit} is outside {quantity.low:g} to {quantity.high:g}{unit}. "
-            "Give a value within these limits."
-        )
-    return number

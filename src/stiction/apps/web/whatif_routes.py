@@ -22,8 +22,8 @@ __all__ = ["ROUTES"]
 
 START_LIMIT_S = 120.0
 """Longest time of an identification [s]."""
-MAX_KEPT_STARTS = 50
-"""Loops whose start is kept for the next visit [-]."""
+MAX_CACHED_STARTS = 50
+"""Loops whose start stays in memory for the next visit [-]."""
 
 
 async def _options(_: Request) -> Response:
@@ -41,14 +41,13 @@ async def _start(request: Request) -> Response:
     """Where the screen starts for a loop: its identified settings and part of its record."""
     state = request.app.state
     loops, key = find_set(request), request.path_params["key"]
-    cache: OrderedDict[tuple[str, int], bytes] = state.__dict__.setdefault("whatif_starts", OrderedDict())
-    place = (loops.id, key)
-    if place not in cache:
-        path = await loops.record_path(state.workers, key)
-        cache[place] = await state.workers.background.call(answer_start, path, limit_s=START_LIMIT_S)
-    cache.move_to_end(place)
-    body = cache[place]
-    while len(cache) > MAX_KEPT_STARTS:
+    cache: OrderedDict[str, bytes] = state.__dict__.setdefault("whatif_starts", OrderedDict())
+    path = await loops.record_path(state.workers, key)  # another one when the audit was run again
+    if path not in cache:
+        cache[path] = await state.workers.background.call(answer_start, path, limit_s=START_LIMIT_S)
+    cache.move_to_end(path)
+    body = cache[path]
+    while len(cache) > MAX_CACHED_STARTS:
         cache.popitem(last=False)
     return Response(body, media_type="application/octet-stream")
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, ClassVar
 
-from stiction.apps.web.whatif_quantities import COMPENSATORS, QUANTITIES, VALVE_MODELS, require_within
+from stiction.apps.web.screen_settings import ScreenSettings
+from stiction.apps.web.whatif_quantities import COMPENSATORS, QUANTITIES, VALVE_MODELS
 from stiction.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ SETTLING_WINDOWS = 3.0
 
 
 @dataclass(frozen=True)
-class WhatIfSettings:
+class WhatIfSettings(ScreenSettings):
     """The loop of the what-if screen, in the numbers of its sliders.
 
     Parameters
@@ -68,6 +69,10 @@ class WhatIfSettings:
     (3.0, 1)
     """
 
+    SCREEN = "the what-if screen"
+    QUANTITIES = QUANTITIES
+    CHOICES: ClassVar[Mapping[str, Mapping[str, str]]] = {"model": VALVE_MODELS, "compensator": COMPENSATORS}
+
     model: str = "kano"
     compensator: str = "none"
     S: float = 5.0
@@ -90,11 +95,7 @@ class WhatIfSettings:
     op_high: float = 100.0
 
     def __post_init__(self) -> None:
-        for name in QUANTITIES:
-            object.__setattr__(self, name, require_within(name, getattr(self, name)))
-        for name, known in (("model", VALVE_MODELS), ("compensator", COMPENSATORS)):
-            if getattr(self, name) not in known:
-                raise ParameterError(f"{name} = {getattr(self, name)!r} is unknown; use one of {', '.join(known)}.")
+        super().__post_init__()
         if not self.op_low < self.op_high:
             raise ParameterError(
                 f"The lower limit of OP is {self.op_low:g} % and the upper {self.op_high:g} %: raise the upper one."
@@ -113,34 +114,6 @@ class WhatIfSettings:
             raise ParameterError(
                 f"The time shown, {self.duration:g} s, holds less than 10 samples of {self.dt:g} s: lengthen it."
             )
-
-    @classmethod
-    def from_mapping(cls, values: Mapping[str, Any], start: WhatIfSettings | None = None) -> WhatIfSettings:
-        """Make settings of the texts or numbers in an address or a message.
-
-        Parameters
-        ----------
-        values : mapping of str to str or number
-            Name -> value; names that are no settings are refused.
-        start : WhatIfSettings, optional
-            Where the other values come from.
-
-        Raises
-        ------
-        ParameterError
-            When a name is unknown, or a value is no number or outside its limits.
-        """
-        known = {one.name for one in fields(cls)}
-        if unknown := sorted(set(values) - known):
-            raise ParameterError(f"{unknown[0]!r} is no setting of the what-if screen; use one of {', '.join(known)}.")
-        given: dict[str, Any] = dict(values)
-        if "integrating" in given:
-            given["integrating"] = str(given["integrating"]).lower() in ("1", "true")
-        return replace(start or cls(), **given)
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form, as `from_mapping` takes it."""
-        return asdict(self)
 
     @staticmethod
     def max_duration(dt: float) -> float:

@@ -1,4 +1,4 @@
-"""Where the what-if screen starts: the loop as its diagnosis identified it, and the record to draw behind it."""
+"""Where the what-if screen starts: the loop as its diagnosis identified it, and the record to compare with."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SHORTEST_RECORD_SAMPLES = 10
 
 @dataclass(frozen=True, slots=True)
 class WhatIfStart:
-    """Settings as identified, and the record behind them."""
+    """Settings as identified, and the record that they were identified from."""
 
     settings: WhatIfSettings
     """The loop as identified."""

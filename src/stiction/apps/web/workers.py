@@ -3,130 +3,36 @@
 from __future__ import annotations
 
 import asyncio
-import multiprocessing
 import os
-import signal
 import sys
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from stiction.errors import StictionError
+from stiction.apps.web.worker_process import TimeLimitError, Worker, WorkerLostError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Sequence
-    from multiprocessing.connection import Connection
 
-__all__ = ["TimeLimitError", "Worker", "WorkerLostError", "WorkerPool", "Workers"]
+__all__ = ["WorkerPool", "Workers"]
 
-WARM_PAUSE_S = 0.2
-"""Time between two workers that are warmed [s]."""
+BACKGROUND_NICENESS = 5
+"""How far the processes for long work give way to the page [-]."""
 TIME_LIMIT_S = 60.0
 """Longest time of a call when the caller names none [s]."""
 
 
-class WorkerLostError(RuntimeError):
-    """A worker process ended during a call."""
-
-
-class TimeLimitError(RuntimeError):
-    """A call took too long, and its worker process was ended."""
-
-
-class WorkerFaultError(RuntimeError):
-    """A call failed by a fault of the program."""
-
-
-def _answer_calls(connection: Connection) -> None:
-    """Run the calls of the server until it closes the connection. Runs in the worker process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
-    while True:
-        try:
-            function, arguments = connection.recv()
-        except (EOFError, OSError):
-            return
-        try:
-            answer = (True, function(*arguments))
-        except StictionError as error:
-            answer = (False, error)
-        except Exception as error:
-            import traceback
-
-            traceback.print_exc()
-            answer = (False, WorkerFaultError(f"{type(error).__name__}: {error}"))
-        try:
-            connection.send(answer)
-        except OSError:
-            return
-
-
-class Worker:
-    """One worker process. It runs one call at a time and is started again when it ends."""
-
-    def __init__(self, warm: Callable[[], object]) -> None:
-        self._warm = warm
-        self._process: Any = None
-        self._connection: Connection | None = None
-
-    def start(self) -> None:
-        """Start the process, if it does not run."""
-        if self._process is not None and self._process.is_alive():
-            return
-        context = multiprocessing.get_context("spawn")
-        self._connection, other = context.Pipe()
-        self._process = context.Process(target=_answer_calls, args=(other,), daemon=True)
-        self._process.start()
-        other.close()
-
-    def stop(self) -> None:
-        """End the process at once."""
-        if self._process is not None:
-            self._process.kill()
-            self._process.join()
-            self._process = None
-        if self._connection is not None:
-            self._connection.close()
-            self._connection = None
-
-    async def warm(self) -> None:
-        """Import and compile what the calls need."""
-        await self.call(self._warm)
-
-    async def call(self, function: Callable[..., Any], *arguments: Any, limit_s: float = 600.0) -> Any:
-        """Run a function of a module in the process and return what it returns.
-
-        Raises
-        ------
-        WorkerLostError, TimeLimitError
-            When the process ended, or took more than `limit_s`; the next call starts another.
-        """
-        self.start()
-        connection = self._connection
-        assert connection is not None
-        try:
-            connection.send((function, arguments))
-            done, answer = await asyncio.wait_for(asyncio.to_thread(connection.recv), limit_s)
-        except TimeoutError:
-            self._process.kill()
-            self._process.join()
-            self._process = self._connection = None  # the thread that still reads closes with the connection
-            raise TimeLimitError(f"This took more than {limit_s:g} s and was stopped.") from None
-        except (EOFError, OSError):
-            self.stop()
-            raise WorkerLostError(
-                "A worker process ended unexpectedly, perhaps for lack of memory. It was started again; try once more."
-            ) from None
-        if done:
-            return answer
-        raise answer
-
-
 class WorkerPool:
-    """Some worker processes; each call goes to the first that is free."""
+    """Some worker processes; a call goes to a free one, the one that was used last, whose caches are filled.
 
-    def __init__(self, count: int, warm: Callable[[], object]) -> None:
-        self._all = [Worker(warm) for _ in range(count)]
-        self._free: asyncio.Queue[Worker] = asyncio.Queue()
+    `warm_steps` are called in each process, so that imports and compilation are done before a user waits for them.
+    """
+
+    def __init__(self, count: int, warm_steps: Sequence[Callable[[], object]] = (), niceness: int = 0) -> None:
+        self._all = [Worker(niceness) for _ in range(count)]
+        self._warm_steps = warm_steps
+        self._free: list[Worker] = []
+        self._freed = asyncio.Condition()
+        self._waiting = 0
         self._tasks: set[asyncio.Task[Any]] = set()
 
     @property
@@ -135,26 +41,50 @@ class WorkerPool:
         return len(self._all)
 
     def start(self, ready: asyncio.Event) -> None:
-        """Start all processes; warm one after the other when `ready` is set, so that the others answer meanwhile."""
+        """Start the first process; when `ready` is set, warm the others, then the first one between its calls."""
         self._keep(asyncio.create_task(self._start(ready)))
 
     async def _start(self, ready: asyncio.Event) -> None:
-        for worker in self._all:
-            await asyncio.to_thread(worker.start)
-            self._free.put_nowait(worker)
+        first, *others = self._all
+        await asyncio.to_thread(first.start)
+        await self._give_back(first)
         await ready.wait()
-        cold = set(self._all)
-        while cold:
-            worker = await self._free.get()
-            try:
-                if worker in cold:
-                    cold.discard(worker)
-                    await worker.warm()
-            except (WorkerLostError, TimeLimitError) as error:
-                print(f"stiction: a worker process could not be prepared: {error}", file=sys.stderr)
-            finally:
-                self._free.put_nowait(worker)
-            await asyncio.sleep(WARM_PAUSE_S)
+        for worker in others:
+            for step in self._warm_steps:
+                await self._warm(worker, step)
+            await self._give_back(worker)
+        for step in self._warm_steps:
+            await self._take_idle(first)
+            await self._warm(first, step)
+            await self._give_back(first)
+
+    @staticmethod
+    async def _warm(worker: Worker, step: Callable[[], object]) -> None:
+        try:
+            await worker.call(step)
+        except (WorkerLostError, TimeLimitError) as error:
+            print(f"stiction: a worker process could not be prepared: {error}", file=sys.stderr)
+
+    async def _take(self) -> Worker:
+        """Wait until a worker is free, and take it."""
+        self._waiting += 1
+        try:
+            async with self._freed:
+                await self._freed.wait_for(lambda: self._free)
+                return self._free.pop()
+        finally:
+            self._waiting -= 1
+
+    async def _take_idle(self, worker: Worker) -> None:
+        """Wait until a worker is free and no call waits, and take it."""
+        async with self._freed:
+            await self._freed.wait_for(lambda: worker in self._free and not self._waiting)
+            self._free.remove(worker)
+
+    async def _give_back(self, worker: Worker) -> None:
+        async with self._freed:
+            self._free.append(worker)
+            self._freed.notify_all()
 
     def stop(self) -> None:
         """End all processes at once."""
@@ -171,11 +101,11 @@ class WorkerPool:
         return await asyncio.shield(self._keep(asyncio.create_task(self._call(function, arguments, limit_s))))
 
     async def _call(self, function: Callable[..., Any], arguments: tuple[Any, ...], limit_s: float) -> Any:
-        worker = await self._free.get()
+        worker = await self._take()
         try:
             return await worker.call(function, *arguments, limit_s=limit_s)
         finally:
-            self._free.put_nowait(worker)
+            await self._give_back(worker)
 
     def _keep(self, task: asyncio.Task[Any]) -> asyncio.Task[Any]:
         """Hold a reference to a task until it ends, and read its exception."""
@@ -186,18 +116,26 @@ class WorkerPool:
 
 
 class Workers:
-    """The two pools of the server: quick answers, and long work."""
+    """The two pools of the server: quick answers, and long work.
 
-    def __init__(self, background_count: int | None = None) -> None:
-        from stiction.apps.web.warm import warm_background, warm_quick
+    Parameters
+    ----------
+    audits : sequence of str
+        Folders of audits that each worker opens before it is asked for them.
+    """
 
-        self.quick = WorkerPool(2, warm_quick)
+    def __init__(self, audits: Sequence[str] = ()) -> None:
+        from stiction.apps.web.warm import open_audits, warm_page, warm_reading, warm_simulation
+
+        opening = [partial(open_audits, audits)] if audits else []
+        self.quick = WorkerPool(2, [*opening, warm_simulation])
         """Simulations, zooms and tables: at most some 50 ms each."""
-        self.background = WorkerPool(background_count or max(1, (os.cpu_count() or 2) - 1), warm_background)
+        count = max(1, (os.cpu_count() or 2) - 1)
+        self.background = WorkerPool(count, [*opening, warm_reading, warm_page], BACKGROUND_NICENESS)
         """Reading, diagnoses, limit cycles: seconds each."""
 
     def start(self, first: Sequence[Coroutine[Any, Any, None]] = ()) -> None:
-        """Start all processes, and warm them when the work of `first` is done."""
+        """Start the first process of each pool, and the rest when the work of `first` is done."""
         ready = asyncio.Event()
         self.quick.start(ready)
         self.background.start(ready)
@@ -212,5 +150,6 @@ class Workers:
 
     def stop(self) -> None:
         """End all processes."""
+        self._first.cancel()
         self.quick.stop()
         self.background.stop()

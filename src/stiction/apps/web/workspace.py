@@ -13,15 +13,13 @@ from stiction.apps.web.audit_loops import AuditLoops
 from stiction.apps.web.readings import Readings
 from stiction.apps.web.session_loops import SessionLoops
 from stiction.apps.web.uploads import Uploads
-from stiction.errors import RecordError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
+
+    from stiction.apps.web.served_sources import ServedSources
 
 __all__ = ["Workspace", "open_workspace"]
-
-AUDIT_FILE = "audit.toml"
-"""File by which a folder is known as an audit."""
 
 
 @dataclass
@@ -45,16 +43,8 @@ class Workspace:
 
 
 @contextmanager
-def open_workspace(sources: Sequence[str] = ()) -> Iterator[Workspace]:
-    """Make the temporary folder, and delete it at the end.
-
-    Raises
-    ------
-    RecordError
-        When a source is no audit and no file.
-    """
-    folders = [Path(source) for source in sources if (Path(source) / AUDIT_FILE).is_file()]
-    files = [file for source in sources if Path(source) not in folders for file in _list_files(source)]
+def open_workspace(sources: ServedSources) -> Iterator[Workspace]:
+    """Make the temporary folder, and delete it at the end."""
     folder = Path(tempfile.mkdtemp(prefix="stiction-serve-"))
     try:
         for name in ("uploads", "readings", "session"):
@@ -64,30 +54,8 @@ def open_workspace(sources: Sequence[str] = ()) -> Iterator[Workspace]:
             Uploads(folder / "uploads"),
             Readings(folder / "readings"),
             SessionLoops(folder / "session"),
-            files,
-            {one.id: one for one in (AuditLoops(path, folder / "audits") for path in folders)},
+            list(sources.files),
+            {one.id: one for one in (AuditLoops(path, folder / "audits") for path in sources.audits)},
         )
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-
-
-def _list_files(source: str) -> list[tuple[str, str]]:
-    """Files of a path, a folder or a pattern; in a folder only those that are really in it."""
-    from glob import glob, has_magic
-
-    path = Path(source)
-    if path.is_dir():
-        root = path.resolve()
-        found = [one for one in sorted(path.iterdir()) if one.is_file() and not one.name.startswith(".")]
-        inside = [one for one in found if one.resolve().is_relative_to(root)]
-        if not inside:
-            raise RecordError(f"{source} is no audit (it has no {AUDIT_FILE}) and holds no files; name another folder.")
-        return [(str(one.resolve()), one.name) for one in inside]
-    if has_magic(source) and not path.exists():
-        found = [Path(one) for one in sorted(glob(source, recursive=True)) if Path(one).is_file()]
-        if not found:
-            raise RecordError(f"{source}: no file matches this pattern; check the folder and the spelling.")
-        return [(str(one.resolve()), one.name) for one in found]
-    if not path.is_file():
-        raise RecordError(f"{source}: there is no such file or folder; check the name.")
-    return [(str(path.resolve()), path.name)]

@@ -1,4 +1,4 @@
-// Sliders with a number field beside each; both show and set one quantity.
+// Sliders, each with a number field; both show and set one quantity.
 
 import { h } from "./dom.js";
 

@@ -7,6 +7,7 @@ import { announce, duration, h, number, problem } from "./dom.js";
 export const title = "Files";
 const POLL_MS = 250;
 const SHOWN_LOOPS = 50;
+const PASTED_NAME = "pasted table.txt";
 
 /** Files of a drop, those in folders included, each with the path that the folder gives it. */
 async function droppedFiles(items) {
@@ -24,8 +25,11 @@ async function droppedFiles(items) {
       for (const one of entries) await walk(one, `${path}${entry.name}/`);
     }
   }
-  const entries = [...items].map((item) => item.webkitGetAsEntry?.()).filter(Boolean);
-  for (const entry of entries) await walk(entry, "");
+  const entries = [...items].map((item) => item.webkitGetAsEntry?.() ?? item.getAsFile()).filter(Boolean);
+  for (const entry of entries) {
+    if (entry instanceof File) files.push({ file: entry, name: entry.name });
+    else await walk(entry, "");
+  }
   return files;
 }
 
@@ -66,28 +70,38 @@ export async function render(root, { signal }) {
       h("button", { class: "primary", onclick: () => picker.click() }, "Choose files"),
       h("button", { onclick: () => folderPicker.click() }, "Choose a folder")),
     picker, folderPicker,
-    h("details", { class: "paste" }, h("summary", {}, "Paste a table"), paste,
-      h("button", { onclick: () => paste.value.trim() && send([{ file: new Blob([paste.value]), name: "pasted table.txt" }]) }, "Read the pasted table")),
+    h("details", { class: "paste" }, h("summary", {}, "Paste a table (or press Ctrl+V anywhere here)"), paste,
+      h("button", { onclick: () => paste.value.trim() && send([{ file: new Blob([paste.value]), name: PASTED_NAME }]) }, "Read the pasted table")),
     options.element,
   );
-  zone.addEventListener("dragover", (event) => {
+  // Files may be dropped, and a table pasted, anywhere on this screen: a browser would open a file that misses the zone.
+  let maxBytes = Infinity;
+  const listen = (type, listener) => document.addEventListener(type, listener, { signal });
+  listen("dragover", (event) => {
     event.preventDefault();
     zone.classList.add("over");
   });
-  zone.addEventListener("dragleave", () => zone.classList.remove("over"));
-  zone.addEventListener("drop", async (event) => {
+  listen("dragleave", () => zone.classList.remove("over"));
+  listen("drop", async (event) => {
     event.preventDefault();
     zone.classList.remove("over");
     send(await droppedFiles(event.dataTransfer.items));
   });
+  listen("paste", (event) => {
+    const text = event.clipboardData.getData("text/plain");
+    if (event.target.closest("input, textarea, select") || !text.trim().includes("\n")) return;
+    send([{ file: new Blob([text]), name: PASTED_NAME }]);
+  });
 
   async function send(files) {
     const ids = [];
+    uploads.querySelectorAll(".problem").forEach((one) => one.parentElement.remove());
     for (const { file, name } of files) {
       const bar = h("progress", { max: 1, value: 0, "aria-label": `Upload of ${name}` });
       const line = h("div", { class: "upload" }, h("span", {}, name), bar);
       uploads.append(line);
       try {
+        if (file.size > maxBytes) throw new Error(`${name} is larger than ${maxBytes / 1e6} MB. Start the server with it: stiction serve FILE.`);
         const answer = await uploadFile(`/api/files?name=${encodeURIComponent(name)}`, file, (share) => (bar.value = share), signal);
         ids.push(answer.id);
         line.remove();
@@ -100,7 +114,7 @@ export async function render(root, { signal }) {
     try {
       watch(await sendJson("POST", "/api/readings", { files: ids, options: options.values() }));
     } catch (error) {
-      uploads.append(problem(error.message));
+      uploads.append(h("div", {}, problem(error.message)));
     }
   }
 
@@ -121,7 +135,8 @@ export async function render(root, { signal }) {
   }
 
   root.append(h("h1", {}, "Is the valve sticking?"), h("p", { class: "note" }, "Drop one to three hours of PV, OP and SP, every 1 to 5 seconds, uncompressed."), zone, uploads, list);
-  const { readings } = await getJson("/api/readings", signal);
+  const { readings, max_file_bytes: limit } = await getJson("/api/readings", signal);
+  maxBytes = limit;
   for (const reading of readings) watch(reading);
 }
 

@@ -57,11 +57,11 @@ export async function render(root, { parts, signal }) {
   const wait = h("p", { class: "note", role: "status" }, "Loading the table …");
   root.append(wait);
   // Rows stay in memory, so that the table is there at once when the user comes back.
-  const kept = loaded.get(setId) ?? { rows: new Map(), sparks: new Map(), version: 0 };
-  loaded.set(setId, kept);
-  const { rows, sparks } = kept;
+  const stored = loaded.get(setId) ?? { rows: new Map(), sparks: new Map(), version: 0 };
+  loaded.set(setId, stored);
+  const { rows, sparks } = stored;
   let ordered = null; // all rows in the order of the table
-  let answer = await getJson(`/api/sets/${setId}/rows?since=${kept.version}`, signal);
+  let answer = await getJson(`/api/sets/${setId}/rows?since=${stored.version}`, signal);
   wait.remove();
   take(answer);
   const all = [...rows.values()];
@@ -85,10 +85,10 @@ export async function render(root, { parts, signal }) {
     progress.element, message, table.element);
 
   function take(next) {
-    kept.version = next.version;
+    stored.version = next.version;
     if (next.rows.length) ordered = null;
-    kept.progress = next.progress ?? kept.progress;
-    kept.confirmed = next.confirmed ?? kept.confirmed;
+    stored.progress = next.progress ?? stored.progress;
+    stored.confirmed = next.confirmed ?? stored.confirmed;
     for (const row of next.rows) {
       row.words = `${row.tag} ${row.area ?? ""} ${verdictWord(row)[1]} ${stateWord(row)} ${causeWord(row)} ${row.label ?? ""} ${row.action ?? ""} ${row.error ?? ""}`.toLowerCase();
       rows.set(row.key, row);
@@ -103,7 +103,7 @@ export async function render(root, { parts, signal }) {
     const matching = ordered.filter((row) =>
       words.every((word) => row.words.includes(word)) && (!area || row.area === area) && (!verdict || verdictWord(row)[1] === verdict) && (!state || stateWord(row) === state));
     table.setRows(matching, keepPlace);
-    const { confirmed = 0, refuted = 0 } = kept.confirmed ?? {};
+    const { confirmed = 0, refuted = 0 } = stored.confirmed ?? {};
     const notes = confirmed + refuted ? `; notes confirm ${confirmed} of ${confirmed + refuted} verdicts "stiction"` : "";
     count.textContent = (matching.length === rows.size ? `${rows.size} loops` : `${matching.length} of ${rows.size} loops`) + notes;
   }
@@ -139,21 +139,21 @@ export async function render(root, { parts, signal }) {
   for (const one of Object.values(choices)) one.addEventListener("change", () => filter());
   table.sortBy(filters.sorting?.name ?? (all.some((row) => row.priority) ? "priority" : "verdict"), filters.sorting?.descending);
   filter();
-  progress.show(kept.progress);
+  progress.show(stored.progress);
 
   let timer = 0;
   async function poll() {
     try {
-      answer = await getJson(`/api/sets/${setId}/rows?since=${kept.version}`, signal);
+      answer = await getJson(`/api/sets/${setId}/rows?since=${stored.version}`, signal);
       take(answer);
-      progress.show(kept.progress);
+      progress.show(stored.progress);
       if (answer.rows.length) filter(true);
       message.replaceChildren();
     } catch (error) {
       if (error.name === "AbortError") return;
       message.replaceChildren(problem(error.message));
     }
-    if (!signal.aborted) timer = setTimeout(poll, kept.progress?.running ? POLL_MS : SLOW_POLL_MS);
+    if (!signal.aborted) timer = setTimeout(poll, stored.progress?.running ? POLL_MS : SLOW_POLL_MS);
   }
   timer = setTimeout(poll, POLL_MS);
   return () => {

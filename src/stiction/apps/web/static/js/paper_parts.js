@@ -33,7 +33,7 @@ export function drawPaper(options, signal) {
     "section",
     { class: "card paper" },
     h("h2", {}, "The paper, printed and repaired"),
-    h("p", {}, "Figures 2 to 8 as the printed equations give them beside what the repaired ones give, then tables, equations and errata. The recorded data of the paper are not available: all curves are simulated."),
+    h("p", {}, "Figures 2 to 8 as the printed equations and as the repaired ones give them, then tables, equations and errata. The recorded data of the paper are not available: all curves are simulated."),
     folds,
   );
   return { element, destroy: () => drawn.forEach((block) => block.destroy()) };

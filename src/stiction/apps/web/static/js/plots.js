@@ -21,6 +21,32 @@ const PRINT_HEIGHT = 160;
 const RESIZE_DELAY_MS = 60;
 export const live = new Set();
 
+/** Call `resize(width)` when the width of a box changes, but not while the page is printed. Returns {begin(), end()}. */
+export function widthWatcher(box, resize) {
+  let delay = 0;
+  let drawn = 0;
+  function check() {
+    const width = box.clientWidth;
+    if (!width || width === drawn || matchMedia("print").matches) return;
+    drawn = width;
+    resize(width);
+  }
+  const observer = new ResizeObserver(() => {
+    clearTimeout(delay);
+    delay = setTimeout(check, RESIZE_DELAY_MS);
+  });
+  return {
+    begin() {
+      drawn = box.clientWidth;
+      observer.observe(box);
+    },
+    end() {
+      clearTimeout(delay);
+      observer.disconnect();
+    },
+  };
+}
+
 /** The value of a colour of the page, such as color("pv"). */
 export function color(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
@@ -56,7 +82,7 @@ function seriesOptions({ label, kind = "pv", width = 1.5, points = false, dash, 
 /**
  * Draw lines over a common x. Returns {figure, plot, setData(data), setSentence(text), destroy()}.
  *
- * `title` and `sentence` say what is seen; `series` is [{label, kind: "pv"|"op"|"mv"|"sp"|"model", ...}]; `data` is
+ * `title` and `sentence` name and describe the picture; `series` is [{label, kind: "pv"|"op"|"mv"|"sp"|"model", ...}]; `data` is
  * [x, y1, y2, ...] with null for a gap; `xLabel`, `yLabel` are the axes; `height` in pixels; `sync` is a key that linked
  * plots share (cursor); `onZoom(from, to)` is called after a zoom by the mouse, with NaN after a double click;
  * `xTime` draws the x axis as a clock (x in seconds since 1970); `legend: false` leaves the legend out.
@@ -88,17 +114,13 @@ export function linePlot(options) {
     },
   };
   if (onZoom) setup.cursor.bind = { dblclick: () => () => onZoom(NaN, NaN) };
-  let delay = 0;
-  const watcher = new ResizeObserver(() => {
-    clearTimeout(delay);
-    delay = setTimeout(() => plot && box.clientWidth > 0 && !matchMedia("print").matches && plot.setSize({ width: box.clientWidth, height }), RESIZE_DELAY_MS);
-  });
+  const watcher = widthWatcher(box, (width) => plot.setSize({ width, height }));
   // uPlot needs the width of a box that is in the page.
   const draw = () => {
     if (plot || !box.isConnected) return;
     plot = new uPlot({ ...setup, width: Math.max(120, box.clientWidth) }, current, box);
     live.add(plot);
-    watcher.observe(box);
+    watcher.begin();
   };
   let current = data;
   requestAnimationFrame(draw);
@@ -117,7 +139,7 @@ export function linePlot(options) {
       caption.textContent = text;
     },
     destroy() {
-      watcher.disconnect();
+      watcher.end();
       if (plot) {
         live.delete(plot);
         plot.destroy();

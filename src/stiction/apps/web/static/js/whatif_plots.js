@@ -7,7 +7,7 @@ import { color, linePlot } from "./plots.js";
 /** Amplitude of OP up to which the loop is said to rest [% of span]. */
 const REST_AMPLITUDE = 0.01;
 
-/** PV and OP over time, the record in grey behind, and lines at the amplitude of each stable limit cycle. */
+/** PV and OP over time, the record in grey under it, and lines at the amplitude of each stable limit cycle. */
 export function drawPlots(record, pvUnit, cyclesOf) {
   let middle = { pv: 0, op: 0 };
   const common = (name) => ({

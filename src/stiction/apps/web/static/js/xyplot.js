@@ -2,9 +2,8 @@
 
 import uPlot from "/static/vendor/uPlot.esm.js";
 import { h } from "./dom.js";
-import { axis, color, live } from "./plots.js";
+import { axis, color, live, widthWatcher } from "./plots.js";
 
-const RESIZE_DELAY_MS = 60;
 const DASHES = { solid: [], dash: [8, 4], dot: [2, 3], dashdot: [7, 3, 2, 3], longdash: [12, 4], longdashdot: [12, 4, 2, 4] };
 
 /** Colours of the reports -> colours of the page, which change with light and dark. */
@@ -96,8 +95,8 @@ function followDrag(plot, onDrag) {
 }
 
 function legendOf(curves) {
-  const seen = new Set();
-  const entries = curves.filter((curve) => curve.name && curve.legend !== false && !seen.has(curve.name) && seen.add(curve.name));
+  const names = new Set();
+  const entries = curves.filter((curve) => curve.name && curve.legend !== false && !names.has(curve.name) && names.add(curve.name));
   return h("ul", { class: "legend" }, entries.map((curve) => h("li", {}, legendKey(curve), curve.name)));
 }
 
@@ -168,7 +167,7 @@ export function xyPlot({ title, sentence = "", curves, xLabel, yLabel, height = 
     fit();
     if (onDrag) followDrag(plot, onDrag);
     live.add(plot);
-    watcher.observe(box);
+    watcher.begin();
     if (legend) keys.replaceChildren(legendOf(curves));
   }
   function fit() {
@@ -179,11 +178,7 @@ export function xyPlot({ title, sentence = "", curves, xLabel, yLabel, height = 
       plot.setScale("y", { min: y[0], max: y[1] });
     });
   }
-  let delay = 0;
-  const watcher = new ResizeObserver(() => {
-    clearTimeout(delay);
-    delay = setTimeout(() => plot && box.clientWidth > 0 && !matchMedia("print").matches && plot.setSize({ width: box.clientWidth, height }), RESIZE_DELAY_MS);
-  });
+  const watcher = widthWatcher(box, (width) => plot.setSize({ width, height }));
   const darkness = matchMedia("(prefers-color-scheme: dark)");
   const recolor = () => legend && plot && keys.replaceChildren(legendOf(curves));
   darkness.addEventListener("change", recolor);
@@ -209,7 +204,7 @@ export function xyPlot({ title, sentence = "", curves, xLabel, yLabel, height = 
       caption.textContent = text;
     },
     destroy() {
-      watcher.disconnect();
+      watcher.end();
       darkness.removeEventListener("change", recolor);
       if (plot) {
         live.delete(plot);

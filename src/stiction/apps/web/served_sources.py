@@ -1,0 +1,148 @@
+"""Audits and files that the command line of `stiction serve` names, checked before the page opens."""
+
+from __future__ import annotations
+
+import multiprocessing
+import tomllib
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from glob import glob, has_magic
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stiction import __version__
+from stiction.errors import RecordError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+__all__ = ["ServedSources", "check_audit", "check_files", "find_sources"]
+
+AUDIT_FILE = "audit.toml"
+"""File by which a folder is known as an audit."""
+LEDGER_FILE = "ledger.sqlite"
+"""Results of an audit; audits with a database have none."""
+USUAL_SUFFIXES = frozenset((".csv", ".txt", ".tsv", ".xlsx", ".xls", ".parquet", ".mat", ".gz", ".zst", ".zip"))
+"""Ends of the names of files that need no look into them before the page opens."""
+MAX_NAMED = 3
+"""Reasons that a message names [-]."""
+
+
+@dataclass(frozen=True)
+class ServedSources:
+    """Audits and files of the command line."""
+
+    audits: tuple[Path, ...] = ()
+    """Folders of audits."""
+    files: tuple[tuple[str, str], ...] = ()
+    """Path and shown name of each file."""
+
+
+def find_sources(sources: Sequence[str]) -> ServedSources:
+    """Find audits and files, and check that they can be opened.
+
+    Parameters
+    ----------
+    sources : sequence of str
+        Folders of audits, files, folders of files, patterns.
+
+    Raises
+    ------
+    RecordError
+        When there is no such file or folder, a folder is no audit and holds no file with records, or an audit is of
+        another version or damaged.
+
+    Examples
+    --------
+    >>> find_sources(["no-such-file.csv"])
+    Traceback (most recent call last):
+    ...
+    stiction.errors.RecordError: no-such-file.csv: there is no such file or folder; check the name.
+    """
+    audits = [Path(source) for source in sources if (Path(source) / AUDIT_FILE).is_file()]
+    for folder in audits:
+        _check_audit(folder)
+    files = [file for source in sources if Path(source) not in audits for file in _list_files(source)]
+    return ServedSources(tuple(audits), tuple(files))
+
+
+def _check_audit(folder: Path) -> None:
+    """Check an audit; another version's is opened in another process, so that the server stays small."""
+    try:
+        settings = tomllib.loads((folder / AUDIT_FILE).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        settings = {}
+    if settings.get("version") == __version__ and (folder / LEDGER_FILE).is_file():
+        return
+    _call_apart(check_audit, str(folder))
+
+
+def check_audit(folder: str) -> None:
+    """Open an audit; raise RecordError when it cannot be opened."""
+    from stiction.fleet import open_audit
+    from stiction.fleet.folder import read_settings
+
+    if not read_settings(Path(folder)).get("ledger") and not (Path(folder) / LEDGER_FILE).is_file():
+        raise RecordError(f"{folder}: {LEDGER_FILE}, the file with its results, is missing; run the audit again.")
+    open_audit(folder)
+
+
+def _list_files(source: str) -> list[tuple[str, str]]:
+    """Files of a path, a folder or a pattern; in a folder only those that are really in it."""
+    path = Path(source)
+    if path.is_dir():
+        return _list_folder(path)
+    if has_magic(source) and not path.exists():
+        found = [Path(one) for one in sorted(glob(source, recursive=True)) if Path(one).is_file()]
+        if not found:
+            raise RecordError(f"{source}: no file matches this pattern; check the folder and the spelling.")
+        return [(str(one.resolve()), one.name) for one in found]
+    if not path.is_file():
+        raise RecordError(f"{source}: there is no such file or folder; check the name.")
+    return [(str(path.resolve()), path.name)]
+
+
+def _list_folder(folder: Path) -> list[tuple[str, str]]:
+    """Files of a folder that is no audit."""
+    root = folder.resolve()
+    found = [one for one in sorted(folder.iterdir()) if one.is_file() and not one.name.startswith(".")]
+    inside = [one for one in found if one.resolve().is_relative_to(root)]
+    if not any(one.suffix.lower() in USUAL_SUFFIXES for one in inside):
+        audits = sorted(str(one.parent) for one in folder.glob(f"*/{AUDIT_FILE}"))
+        if audits:
+            raise RecordError(
+                f"{folder}: is no audit (it has no {AUDIT_FILE}); name one of the audits in it, such as {audits[0]}."
+            )
+        if not inside:
+            raise RecordError(
+                f"{folder}: is no audit (it has no {AUDIT_FILE}) and holds no files; name another folder."
+            )
+        _call_apart(check_files, str(folder), [str(one) for one in inside])
+    return [(str(one.resolve()), one.name) for one in inside]
+
+
+def check_files(folder: str, paths: Sequence[str]) -> None:
+    """Check that one of the files of a folder can be read; raise RecordError with the reasons where none can."""
+    from stiction.sources.formats import FORMATS
+    from stiction.sources.open_files import open_files
+    from stiction.sources.options import ReadOptions
+
+    reasons = []
+    for path in paths:
+        try:
+            files = open_files(path, ReadOptions())
+        except RecordError as error:
+            reasons.append(str(error).removeprefix(f"{folder}/").rstrip("."))
+        else:
+            if any(page.recognises(one.head, one.origin.name) for one in files for page in FORMATS):
+                return
+    raise RecordError(
+        f"{folder}: is no audit (it has no {AUDIT_FILE}), and none of its files holds records "
+        f"({'; '.join(reasons[:MAX_NAMED]) or 'all are binary'}); name another folder."
+    )
+
+
+def _call_apart(function: Callable[..., None], *arguments: Any) -> None:
+    """Call a function in another process."""
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        pool.submit(function, *arguments).result()
