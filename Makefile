@@ -33,10 +33,10 @@ demo: $(VENV)/.ready
 	@$(BIN)/stiction demo || [ $$? -eq 1 ]  # 1: a verdict differs from the truth, as the table shows
 
 test: $(VENV)/.ready-test
-	$(BIN)/python -m pytest -n $(WORKERS) -m "not slow and not browser and not database"
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m "not slow and not browser and not database"
 
 test-services: $(VENV)/.ready-test
-	$(BIN)/python -m pytest -n $(WORKERS) -m "browser or database"
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m "browser or database"
 
 fuzz: $(VENV)/.ready-test
 	$(BIN)/python tests/damaged_inputs.py 20000

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -68,7 +69,7 @@ def test_bad_input(run, folder, arguments, code, message):
 
 
 def test_ctrl_c_stops_and_the_same_command_goes_on(folder, run):
-    write_plant(folder / "plant.parquet", 24, 2000)
+    write_plant(folder / "plant.parquet", 24, 1000)
     command = [
         sys.executable,
         "-m",
@@ -88,7 +89,7 @@ def test_ctrl_c_stops_and_the_same_command_goes_on(folder, run):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env={"PYTHONPATH": str(ROOT / "src")},
+        env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
     )
     deadline = time.monotonic() + 120.0
     while not list((folder / "audit").glob("signals/part-*.parquet")) and time.monotonic() < deadline:
