@@ -16,10 +16,12 @@ from sources.postgres import PASSWORD
 from stiction.errors import RecordError
 from stiction.fleet.ledger import Ledger
 
+LOOPS = 12
+
 
 @pytest.fixture(scope="module")
 def plant(tmp_path_factory):
-    return write_plant(tmp_path_factory.mktemp("plant") / "plant.parquet")
+    return write_plant(tmp_path_factory.mktemp("plant") / "plant.parquet", LOOPS)
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +45,7 @@ def test_postgresql_ledger_survives_a_restart(plant, found, postgres, tmp_path):
     with engine.connect() as connection:
         rows = connection.execute(sa.text("SELECT COUNT(*), COUNT(DISTINCT loop_id) FROM stiction_result")).one()
     engine.dispose()
-    assert tuple(rows) == (24, 24)
+    assert tuple(rows) == (LOOPS, LOOPS)
     assert PASSWORD not in (tmp_path / "audit" / "audit.toml").read_text()
     with pytest.raises(RecordError, match="STICTION_LEDGER"):
         st.open_audit(tmp_path / "audit")
