@@ -68,6 +68,7 @@ def test_bad_input(run, folder, arguments, code, message):
     assert "Traceback" not in done.err
 
 
+@pytest.mark.processes
 def test_ctrl_c_stops_and_the_same_command_goes_on(folder, run):
     write_plant(folder / "plant.parquet", 24, 1000)
     command = [

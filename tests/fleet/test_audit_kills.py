@@ -14,6 +14,7 @@ import stiction as st
 from fleet.small_plant import finish, require_same, require_sound_ledger, start_audit, write_plant
 
 psutil = pytest.importorskip("psutil")
+pytestmark = pytest.mark.processes
 LOOPS = 12
 
 

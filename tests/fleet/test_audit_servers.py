@@ -16,6 +16,7 @@ from sources.postgres import PASSWORD
 from stiction.errors import RecordError
 from stiction.fleet.ledger import Ledger
 
+pytestmark = pytest.mark.processes
 LOOPS = 12
 
 
