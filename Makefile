@@ -9,11 +9,12 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
-.PHONY: help demo test fuzz check format web-assets bench calibrate validate docs picture wheelhouse release-check venv clean
+.PHONY: help demo test test-services fuzz check format web-assets bench calibrate validate docs picture wheelhouse release-check venv clean
 
 help:
 	@echo "make demo     diagnose simulated plant data and write a report"
-	@echo "make test     run the tests"
+	@echo "make test     run the tests that need nothing but Python"
+	@echo "make test-services  run the tests with a browser (Chromium), a database server (PostgreSQL), killed processes"
 	@echo "make fuzz     read 20 000 damaged inputs of all formats"
 	@echo "make check    lint, types, import contracts, documentation"
 	@echo "make format   let ruff mend layout and imports"
@@ -32,7 +33,10 @@ demo: $(VENV)/.ready
 	@$(BIN)/stiction demo || [ $$? -eq 1 ]  # 1: a verdict differs from the truth, as the table shows
 
 test: $(VENV)/.ready-test
-	$(BIN)/python -m pytest -n $(WORKERS)
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m "not (slow or browser or database or processes)"
+
+test-services: $(VENV)/.ready-test
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m "not slow and (browser or database or processes)"
 
 fuzz: $(VENV)/.ready-test
 	$(BIN)/python tests/damaged_inputs.py 20000

@@ -1,7 +1,8 @@
-"""``pytest -m quick`` reads only files with that mark: collecting all others takes longer than the tests."""
+"""One thread for linear algebra in each test process; ``pytest -m quick`` reads only files with that mark."""
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -9,9 +10,12 @@ if TYPE_CHECKING:
 
     import pytest
 
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # read when numpy is imported, after this file
+    os.environ.setdefault(_name, "1")
+
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Leave out files without the mark when only quick tests are asked for."""
+    """Leave out files without the mark when only quick tests are asked for: collecting all takes longer than them."""
     if config.option.markexpr != "quick" or collection_path.suffix != ".py":
         return None
     return b"pytest.mark.quick" not in collection_path.read_bytes() or None

@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
+from services import MARKS, open_browser, open_postgres
+
 ROOT = Path(__file__).resolve().parents[1]
 
 settings.register_profile("local", deadline=None)
@@ -42,6 +44,28 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         valve = st.Kano(S=3.0, J=1.0)
         st.stroke(valve, [0.0, 3.0], dt=1.0)
         st.simulate(st.Loop(st.PID(0.2, 10.0), valve, st.FOPDT(3.0, 10.0, 10.0), dt=1.0), sp=1.0, duration=10.0)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests that need a browser or a database server, before marks select tests."""
+    for item in items:
+        for fixture in MARKS.keys() & set(getattr(item, "fixturenames", ())):
+            item.add_marker(MARKS[fixture])
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """A browser for one module: its event loop must end before other modules start browsers of their own."""
+    with open_browser() as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def postgres():
+    """A PostgreSQL server for one module."""
+    with open_postgres() as running:
+        yield running
 
 
 @pytest.fixture(scope="session")

@@ -86,7 +86,7 @@ def start_and_interrupt(folder) -> tuple[subprocess.Popen[str], str]:
     """Start an audit, press Ctrl-C when its first loops are done, and give what it says."""
     process = subprocess.Popen(
         [sys.executable, "-m", "stiction", *COMMAND], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        text=True, env={"PYTHONPATH": str(ROOT / "src")}, start_new_session=True,
+        text=True, env=os.environ | {"PYTHONPATH": str(ROOT / "src")}, start_new_session=True,
     )  # fmt: skip
     deadline = time.monotonic() + 240.0
     while not list((folder / "audit").glob("signals/part-*.parquet")) and time.monotonic() < deadline:
@@ -99,6 +99,7 @@ def start_and_interrupt(folder) -> tuple[subprocess.Popen[str], str]:
     return process, said
 
 
+@pytest.mark.processes
 def test_ctrl_c_stops_and_the_same_command_goes_on(folder, run):
     write_plant(folder / "plant.parquet", 96, 2000)
     process, said = start_and_interrupt(folder)
@@ -110,6 +111,7 @@ def test_ctrl_c_stops_and_the_same_command_goes_on(folder, run):
     assert found["counts"]["diagnosed"] == 77
 
 
+@pytest.mark.processes
 def test_second_ctrl_c_stops_at_once(folder):
     write_plant(folder / "plant.parquet", 96, 2000)
     process, _ = start_and_interrupt(folder)

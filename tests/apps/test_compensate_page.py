@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import re
-import shutil
 
 import pytest
 
 from stiction.apps.cli import main
 from stiction.report.figures.label_placement import PLOT_SIZE_PX, place_labels
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FIGURES = (
     "PV before and after", "OP and valve position before and after", "PV deviation against stem travel",
     "Sensitivity to S and J", "The twin over the record", "Oscillation and load response by retuning",
@@ -74,20 +72,14 @@ def test_names_cover_neither_points_nor_each_other():
 
 
 @pytest.fixture
-def tab():
+def tab(browser):
     """A browser's tab; fails on any request off the disk and on any complaint in the console."""
-    if CHROMIUM is None:
-        pytest.skip("no chromium on this machine")
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     trouble = []
-    with playwright.sync_playwright() as driver:
-        chromium = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        opened = chromium.new_page(viewport={"width": 390, "height": 900})
-        opened.on("request", lambda r: r.url.startswith(("file://", "data:", "blob:")) or trouble.append(r.url))
-        opened.on("console", lambda message: trouble.append(message.text))
-        opened.on("pageerror", lambda error: trouble.append(str(error)))
-        yield opened
-        chromium.close()
+    opened = browser.new_page(viewport={"width": 390, "height": 900})
+    opened.on("request", lambda r: r.url.startswith(("file://", "data:", "blob:")) or trouble.append(r.url))
+    opened.on("console", lambda message: trouble.append(message.text))
+    opened.on("pageerror", lambda error: trouble.append(str(error)))
+    yield opened
     assert trouble == []
 
 

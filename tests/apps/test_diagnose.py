@@ -37,6 +37,8 @@ def test_a_sticky_loop_is_found(run, folder, sticky_csv):
     page = (folder / "stiction-report.html").read_text()
     assert "FIC-101" in page
     assert sorted(path.name for path in folder.iterdir()) == ["a.csv", "stiction-report.html"]
+    assert "replaced" not in done.out
+    assert "Report: stiction-report.html (the older report is replaced)" in run("diagnose", "a.csv").out
 
 
 def test_json_keeps_the_contract_and_stands_alone(run, folder, sticky_csv):

@@ -52,7 +52,7 @@ def write_example_files(folder: Path) -> None:
     from stiction.simulation.plant import simulate_plant
 
     (folder / "stiction-plant").mkdir()
-    write_plant_files(simulate_plant(0, hours=2.0), folder / "stiction-plant")
+    write_plant_files(simulate_plant(0, hours=1.0), folder / "stiction-plant")
 
     loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.1)
     run = st.simulate(loop, sp=51.0, duration=3600.0, seed=1, pv_start=50.0, op_start=50.0)

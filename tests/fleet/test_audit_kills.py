@@ -17,11 +17,13 @@ import stiction as st
 from fleet.small_plant import finish, require_same, require_sound_ledger, start_audit, write_plant
 
 psutil = pytest.importorskip("psutil")
+pytestmark = pytest.mark.processes
+LOOPS = 12
 
 
 @pytest.fixture(scope="module")
 def plant(tmp_path_factory):
-    return write_plant(tmp_path_factory.mktemp("plant") / "plant.parquet")
+    return write_plant(tmp_path_factory.mktemp("plant") / "plant.parquet", LOOPS)
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +41,7 @@ def go_on(plant, out, expected) -> None:
     """Run the audit again until it is done, and compare."""
     printed = finish(start_audit(plant, out))
     assert "commits" in printed, printed
-    require_sound_ledger(out, 24)
+    require_sound_ledger(out, LOOPS)
     require_same(st.open_audit(out), expected)
 
 

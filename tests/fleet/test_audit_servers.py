@@ -13,14 +13,17 @@ import sqlalchemy as sa
 
 import stiction as st
 from fleet.small_plant import require_same, write_plant
-from sources.postgres import PASSWORD, PostgresServer
+from sources.postgres import PASSWORD
 from stiction.errors import RecordError
 from stiction.fleet.ledger import Ledger
+
+pytestmark = pytest.mark.processes
+LOOPS = 12
 
 
 @pytest.fixture(scope="module")
 def plant(tmp_path_factory):
-    return write_plant(tmp_path_factory.mktemp("plant") / "plant.parquet")
+    return write_plant(tmp_path_factory.mktemp("plant") / "plant.parquet", LOOPS)
 
 
 @pytest.fixture(scope="module")
@@ -28,38 +31,27 @@ def found(plant, tmp_path_factory):
     return st.audit(plant, tmp_path_factory.mktemp("audit") / "audit", workers=2)
 
 
-@pytest.fixture(scope="module")
-def server():
-    try:
-        with PostgresServer() as running:
-            yield running
-    except (FileNotFoundError, KeyError) as error:
-        if os.environ.get("CI") == "true":
-            raise
-        pytest.skip(f"PostgreSQL: {error}")
-
-
-def test_postgresql_ledger_survives_a_restart(plant, found, server, tmp_path):
+def test_postgresql_ledger_survives_a_restart(plant, found, postgres, tmp_path):
     restarts = []
 
     def restart(progress):
         if progress.stage in ("screen", "diagnose") and progress.new and progress.stage not in restarts:
             restarts.append(progress.stage)
-            server.stop()
-            threading.Timer(1.0, server.start).start()
+            postgres.stop()
+            threading.Timer(1.0, postgres.start).start()
 
-    audit = st.audit(plant, tmp_path / "audit", workers=2, ledger=server.url, progress=restart)
+    audit = st.audit(plant, tmp_path / "audit", workers=2, ledger=postgres.url, progress=restart)
     assert restarts == ["screen", "diagnose"]
     require_same(audit, found)
-    engine = sa.create_engine(server.url)
+    engine = sa.create_engine(postgres.url)
     with engine.connect() as connection:
         rows = connection.execute(sa.text("SELECT COUNT(*), COUNT(DISTINCT loop_id) FROM stiction_result")).one()
     engine.dispose()
-    assert tuple(rows) == (24, 24)
+    assert tuple(rows) == (LOOPS, LOOPS)
     assert PASSWORD not in (tmp_path / "audit" / "audit.toml").read_text()
     with pytest.raises(RecordError, match="STICTION_LEDGER"):
         st.open_audit(tmp_path / "audit")
-    require_same(st.open_audit(tmp_path / "audit", ledger=server.url), found)
+    require_same(st.open_audit(tmp_path / "audit", ledger=postgres.url), found)
 
 
 @pytest.fixture(scope="module")
@@ -72,22 +64,22 @@ def duration(plant, tmp_path_factory) -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("k", range(20))
-def test_postgresql_server_restarts_at_any_moment(plant, found, duration, server, tmp_path, k):
+def test_postgresql_server_restarts_at_any_moment(plant, found, duration, postgres, tmp_path, k):
     """The server is gone for half a second at a random moment; each audit has a database of its own."""
     name = f"restart_{k}"
-    engine = sa.create_engine(server.url, isolation_level="AUTOCOMMIT")
+    engine = sa.create_engine(postgres.url, isolation_level="AUTOCOMMIT")
     with engine.connect() as connection:
         connection.execute(sa.text(f"CREATE DATABASE {name}"))
     engine.dispose()
 
     def restart():
-        server.stop()
+        postgres.stop()
         time.sleep(0.5)
-        server.start()
+        postgres.start()
 
     timer = threading.Timer(float(np.random.default_rng(300 + k).uniform(0.05, 1.0)) * duration, restart)
     timer.start()
-    url = f"{server.url.rpartition('/')[0]}/{name}"
+    url = f"{postgres.url.rpartition('/')[0]}/{name}"
     audit = st.audit(plant, tmp_path / "audit", workers=2, ledger=url)
     timer.join()
     require_same(audit, found)
@@ -96,14 +88,14 @@ def test_postgresql_server_restarts_at_any_moment(plant, found, duration, server
     with engine.connect() as connection:
         rows = connection.execute(sa.text("SELECT COUNT(*), COUNT(DISTINCT loop_id) FROM stiction_result")).one()
     engine.dispose()
-    assert tuple(rows) == (24, 24)
+    assert tuple(rows) == (LOOPS, LOOPS)
 
 
-def test_second_audit_of_a_ledger_is_refused(plant, server, tmp_path):
-    book = Ledger(server.url)
+def test_second_audit_of_a_ledger_is_refused(plant, postgres, tmp_path):
+    book = Ledger(postgres.url)
     book.create()
     with book.lock("Ana on machine A"), pytest.raises(RecordError, match="an audit is at work in it"):
-        st.audit(plant, tmp_path / "other", workers=1, ledger=server.url)
+        st.audit(plant, tmp_path / "other", workers=1, ledger=postgres.url)
     book.close()
 
 

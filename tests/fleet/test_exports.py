@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import shutil
 import time
 from dataclasses import replace
 
@@ -80,18 +79,6 @@ def test_empty_audit_has_exports(tmp_path):
     audit = replace(make_audit(tmp_path, 1), rows=[], signal_parts={})
     write_exports(audit)
     assert write_audit_page(audit).is_file()
-
-
-@pytest.fixture(scope="module")
-def browser():
-    playwright = pytest.importorskip("playwright.sync_api")
-    chromium = shutil.which("chromium") or shutil.which("google-chrome")
-    if chromium is None:
-        pytest.skip("no Chromium")
-    with playwright.sync_playwright() as running:
-        started = running.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        yield started
-        started.close()
 
 
 def test_page_of_10_000_loops_in_a_browser(tmp_path, browser):

@@ -6,14 +6,11 @@ import contextlib
 import io
 import json
 import re
-import shutil
 
 import pytest
 
 from stiction.apps.cli import main
 from stiction.apps.paper_text import PARTS
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
 @pytest.fixture(scope="module")
@@ -79,26 +76,21 @@ def test_page_says_what_is_simulated_and_asks_no_network(page):
     assert re.findall(r'(?:src|href)="(https?://[^"]+)"', body) == []
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
-def test_page_draws_every_figure_offline(page):
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+def test_page_draws_every_figure_offline(page, browser):
     trouble: list[str] = []
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        view = browser.new_page(viewport={"width": 1280, "height": 900})
-        local = ("file://", "data:", "blob:")
-        view.on("request", lambda request: request.url.startswith(local) or trouble.append(request.url))
-        view.on("console", lambda message: trouble.append(message.text))
-        view.on("pageerror", lambda error: trouble.append(str(error)))
-        view.goto(page.as_uri())
-        plots = view.locator(".plot")
-        # Six panels of Fig. 2, four ramps, two each of Fig. 5, eq. 5, eqs. 6-7 and Fig. 7, one each of Figs. 6 and 8.
-        assert plots.count() == 20
-        for k in range(plots.count()):
-            plots.nth(k).scroll_into_view_if_needed()
-            plots.nth(k).locator(".main-svg").first.wait_for()
-        assert view.locator(".plot[data-drawn]").count() == 20
-        assert view.evaluate("document.documentElement.scrollWidth") <= 1280
-        assert view.locator("figcaption").count() >= 20
-        browser.close()
+    view = browser.new_page(viewport={"width": 1280, "height": 900})
+    local = ("file://", "data:", "blob:")
+    view.on("request", lambda request: request.url.startswith(local) or trouble.append(request.url))
+    view.on("console", lambda message: trouble.append(message.text))
+    view.on("pageerror", lambda error: trouble.append(str(error)))
+    view.goto(page.as_uri())
+    plots = view.locator(".plot")
+    # Six panels of Fig. 2, four ramps, two each of Fig. 5, eq. 5, eqs. 6-7 and Fig. 7, one each of Figs. 6 and 8.
+    assert plots.count() == 20
+    for k in range(plots.count()):
+        plots.nth(k).scroll_into_view_if_needed()
+        plots.nth(k).locator(".main-svg").first.wait_for()
+    assert view.locator(".plot[data-drawn]").count() == 20
+    assert view.evaluate("document.documentElement.scrollWidth") <= 1280
+    assert view.locator("figcaption").count() >= 20
     assert trouble == []

@@ -9,26 +9,31 @@ import signal
 import socket
 import subprocess
 import tempfile
-from contextlib import contextmanager
 from glob import glob
 from pathlib import Path
-from typing import TYPE_CHECKING
 from urllib.parse import quote
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
 PASSWORD = "s/e:c@r %t+ü"
+
+
+def find_program(name: str) -> str | None:
+    """Path of a program of PostgreSQL, also where Debian keeps it."""
+    path = os.pathsep.join([os.environ.get("PATH", ""), *sorted(glob("/usr/lib/postgresql/*/bin"), reverse=True)])
+    return shutil.which(name, path=path)
+
+
+def has_postgres() -> bool:
+    """Whether a server can be started here."""
+    return bool(find_program("initdb") and find_program("postgres"))
 
 
 class PostgresServer:
     """A server with password authentication that can be stopped and started again."""
 
     def __enter__(self) -> PostgresServer:
-        path = os.pathsep.join([os.environ.get("PATH", ""), *sorted(glob("/usr/lib/postgresql/*/bin"), reverse=True)])
-        initdb, postgres = shutil.which("initdb", path=path), shutil.which("postgres", path=path)
-        if initdb is None or postgres is None:
-            raise FileNotFoundError("initdb and postgres: install PostgreSQL (Debian: postgresql)")
+        initdb, postgres = find_program("initdb"), find_program("postgres")
+        assert initdb is not None
+        assert postgres is not None
         user = "postgres" if os.geteuid() == 0 else pwd.getpwuid(os.geteuid()).pw_name  # initdb refuses root
         drop = {"user": user, "group": pwd.getpwnam(user).pw_gid, "extra_groups": []} if os.geteuid() == 0 else {}
         self._folder = tempfile.TemporaryDirectory(prefix="stiction-pg-", dir="/tmp")
@@ -72,13 +77,6 @@ class PostgresServer:
         except subprocess.TimeoutExpired:
             self._server.kill()
             self._server.communicate()
-
-
-@contextmanager
-def postgres_server() -> Iterator[str]:
-    """Start a server, give the URL of its database, stop it."""
-    with PostgresServer() as server:
-        yield server.url
 
 
 def wait_until_open(server: subprocess.Popen[bytes], port: int) -> None:

@@ -69,6 +69,7 @@ GOOD = "AO2,F1,op\nAI1,F1,pv\n"
         ("tag,loop,role\n,F1,op\n", r"line 2: tag or loop is empty"),
         ("tag,loop,role,master\nAO2,F1,op,f1\n", r"line 2: F1 is its own master"),
         ("tag,loop,role\n", r"no rows below its header"),
+        ("tag,loop,role\nAI1,F1,unused\n", r"no rows below its header that name a signal"),
         ("\n", r"the map is empty"),
         ("tag,loop,role\n" + GOOD + "X9,F1,sp\n", r"line 4: tag 'X9' is not in the source; its columns are AI1, AO2"),
     ],
@@ -111,3 +112,25 @@ def test_a_written_map_gives_the_same_loops(columns, tmp_path):
     assert [loop.roles for loop in back] == [level.roles, chosen.roles]
     assert (back[1].spans, back[1].units, back[1].area) == (chosen.spans, chosen.units, chosen.area)
     assert [entry.name for entry in tmp_path.iterdir()] == ["map.csv"]
+
+
+def test_a_written_map_lists_unused_columns_which_an_edit_can_use(columns, tmp_path):
+    [chosen] = assign_roles(columns[:3], ReadOptions(columns={"pv": "AI1", "op": "AO2"}))
+    path = tmp_path / "map.csv"
+    write_map([chosen], path)
+    assert path.read_text().splitlines()[1:] == [
+        "AI1,plant,pv,,,,,,", "AO2,plant,op,,,,,,", "AI3,plant,unused,,,,,,",
+    ]  # fmt: skip
+    [back] = assign_roles(columns[:3], ReadOptions(), read_map(path))
+    assert (back.roles, back.unused) == (chosen.roles, ["AI3"])
+    path.write_text(path.read_text().replace("unused", "sp"))
+    [edited] = assign_roles(columns[:3], ReadOptions(), read_map(path))
+    assert (edited.roles["sp"].name, edited.unused) == ("AI3", [])
+
+
+def test_columns_without_a_name_are_mapped_by_their_number(columns, tmp_path):
+    nameless = [TagColumn("", one.table, None, one.load, position=one.position) for one in columns[:2]]
+    [chosen] = assign_roles(nameless, ReadOptions(columns={"pv": 0, "op": 1}))
+    write_map([chosen], tmp_path / "map.csv")
+    [back] = assign_roles(nameless, ReadOptions(), read_map(tmp_path / "map.csv"))
+    assert back.roles == chosen.roles

@@ -226,3 +226,18 @@ def test_masters_of_the_map_overrule_the_data():
 def test_a_column_named_by_the_tag_alone_is_the_pv():
     roles = assigned("HEATER,HEATER.OP,TANK,TANK.OP")
     assert roles == {tag: {"op": f"{tag}.OP", "pv": tag} for tag in ("HEATER", "TANK")}
+
+
+@pytest.mark.parametrize("tags", ["FT101,FV101", "FI101.PV,FV101.OUT", "FIC-101.PV,FIC-101.OP"])
+def test_naming_one_signal_keeps_the_guesses_of_the_others(tags):
+    pv, op = tags.split(",")
+    loop = one_loop(f"{tags},Target", columns={"sp": "Target"})
+    assert {role: column.name for role, column in loop.roles.items()} == {"pv": pv, "op": op, "sp": "Target"}
+    loop = one_loop(f"{tags},Level", columns={"pv": "Level"})
+    assert {role: column.name for role, column in loop.roles.items()} == {"pv": "Level", "op": op}
+    assert not any(f"{pv} = PV" in note for note in loop.notes)
+
+
+def test_one_named_signal_of_two_loops_is_refused():
+    with pytest.raises(RecordError, match=r"recognised: .*Target = SP"):
+        one_loop("FT101,FV101,FT102,FV102,Target", columns={"sp": "Target"})

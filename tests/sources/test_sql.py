@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sqlite3
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING
@@ -12,14 +11,13 @@ import polars as pl
 import pytest
 import sqlalchemy as sa
 
-from sources.postgres import PASSWORD, postgres_server
+from sources.postgres import PASSWORD
 from stiction.errors import MissingExtraError, ParameterError, RecordError
 from stiction.sources import sql
 from stiction.sources.database_url import hide_password, show_url
 from stiction.sources.sql import read_database
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
 N = 240
@@ -27,18 +25,6 @@ START = datetime(2026, 3, 2, 6, 0, 0)
 TIMES = [START + timedelta(seconds=5 * k) for k in range(N)]
 PV = [3.0 + 0.01 * (k % 7) for k in range(N)]
 OP = [40.0 + 0.1 * (k % 11) for k in range(N)]
-
-
-@pytest.fixture(scope="session")
-def server() -> Iterator[str]:
-    """URL of a PostgreSQL server; without one the test fails on CI and is skipped elsewhere."""
-    try:
-        with postgres_server() as url:
-            yield url
-    except (FileNotFoundError, KeyError) as error:
-        if os.environ.get("CI") == "true":
-            raise
-        pytest.skip(f"PostgreSQL: {error}")
 
 
 def fill(url: str) -> None:
@@ -74,10 +60,10 @@ def fill(url: str) -> None:
     engine.dispose()
 
 
-@pytest.fixture(params=["sqlite", "postgresql"])
+@pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.database)])
 def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     """URL of a database with the two tables."""
-    url = f"sqlite:///{tmp_path}/plant.db" if request.param == "sqlite" else request.getfixturevalue("server")
+    url = f"sqlite:///{tmp_path}/plant.db" if request.param == "sqlite" else request.getfixturevalue("postgres").url
     fill(url)
     return url
 
@@ -169,7 +155,8 @@ def assert_no_password(text: str) -> None:
         assert form.lower() not in text.lower()
 
 
-def test_password_appears_nowhere(server: str) -> None:
+def test_password_appears_nowhere(postgres) -> None:
+    server = postgres.url
     fill(server)
     [table] = read_database(server, table="trend")
     assert_no_password(repr(table))

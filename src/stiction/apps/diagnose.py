@@ -38,6 +38,7 @@ def diagnose(
     ----------
     report
         HTML file to write, named .html or .htm; stiction-report.html in this folder when not given, none with --json.
+        An older report is replaced; a file that is no report is left alone.
     no_report
         Write no report.
     as_json
@@ -116,9 +117,10 @@ def diagnose_files(
     if target is not None:
         from stiction.report import write_report
 
+        replaced = " (the older report is replaced)" if target.exists() else ""
         left = [(failure.tag or failure.file, failure.reason) for failure in failures]
         path = write_report(diagnoses, target, settings={**options, **judgement}, failures=left)
-        (note if as_json else say)(f"Report: {path}")
+        (note if as_json else say)(f"Report: {path}{replaced}")
     return int(any(diagnosis.verdict == "stiction" for diagnosis in diagnoses))
 
 

@@ -14,7 +14,10 @@ __all__ = ["Json", "Out", "Report", "Text", "in_options", "refuse_options"]
 
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print JSON and nothing else on the output.")]
 Text = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
-Report = Annotated[str | None, Parameter(name="--report", help="HTML file to write; it opens without a network.")]
+Report = Annotated[
+    str | None,
+    Parameter(name="--report", help="HTML file to write; it opens without a network. An older report is replaced."),
+]
 Out = Annotated[
     str | None,
     Parameter(name="--out", allow_leading_hyphen=True, help="CSV file to write instead of the output."),

@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-import os
 from urllib.parse import urlsplit
 
 import pytest
 
-from apps.web.running import ASSETS, CHROMIUM, Server, start_server
-
-
-def need(condition: object, reason: str) -> None:
-    """Skip a test on a machine without something; fail where everything must be there."""
-    if condition:
-        return
-    if os.environ.get("CI"):
-        pytest.fail(f"{reason}, and CI is set")
-    pytest.skip(reason)
+from apps.web.running import ASSETS, Server, start_server
+from services import require
 
 
 @pytest.fixture(scope="session")
 def web_assets() -> None:
     """The plot library of the page."""
-    need(ASSETS.is_file(), "the plot library is missing: make web-assets")
+    require(ASSETS.is_file(), "the plot library is missing: make web-assets")
 
 
 @pytest.fixture
@@ -47,17 +38,6 @@ def server(web_assets, tmp_path_factory):
     yield started
     started.process.kill()
     started.process.communicate()
-
-
-@pytest.fixture(scope="module")
-def browser():
-    """A browser for one module: its event loop must end before other modules start browsers of their own."""
-    need(CHROMIUM, "no chromium on this machine")
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    with playwright.sync_playwright() as driver:
-        chromium = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()
 
 
 @pytest.fixture

@@ -6,7 +6,6 @@ import asyncio
 import http.client
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -17,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[3]
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 ASSETS = ROOT / "src" / "stiction" / "apps" / "web" / "static" / "vendor" / "uPlot.esm.js"
 WAIT_S = 180.0
 """Longest wait for an answer, kernels that compile included [s]."""

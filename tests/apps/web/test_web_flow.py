@@ -13,7 +13,6 @@ import stiction as st
 from apps.web.running import start_server
 from stiction.apps.files import csv_text
 
-pytest.importorskip("playwright.sync_api")
 SCREENSHOTS = os.environ.get("STICTION_SCREENSHOTS")
 """Folder for pictures of the screens; none are kept without it."""
 

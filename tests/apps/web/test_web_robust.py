@@ -19,6 +19,7 @@ from apps.web.running import ROOT
 from apps.web.test_web_flow import sticky_csv
 from stiction.apps.cli import main
 
+pytestmark = pytest.mark.processes
 NAMED = ("FIC-101.SP", "FIC-101.PV", "FIC-101.OP")
 
 

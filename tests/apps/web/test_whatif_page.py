@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 
 import stiction as st
-
-expect = pytest.importorskip("playwright.sync_api").expect
 
 WAIT_MS = 180_000
 """Longest time until the kernels of a new server are warm [ms]."""

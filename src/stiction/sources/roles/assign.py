@@ -10,6 +10,7 @@ from stiction.sources.roles.column_names import normalise_name, parse_column_nam
 from stiction.sources.roles.group_columns import add_bare_tags, group_columns, shorten_block_tags, use_weaker_words
 from stiction.sources.roles.loop_roles import (
     FLAG_ROLES,
+    HOW_TO_OVERRULE,
     NUMERIC_ROLES,
     ROLES,
     LoopRoles,
@@ -46,7 +47,9 @@ def assign_roles(
         raise RecordError(f"{name or 'The source'}: has no columns beside the time; export PV and OP of a loop.")
     source = columns[0].table.origin.name
     if map_rows is not None:
-        return _choose_loop(apply_map(columns, map_rows), options, source)
+        loops = apply_map(columns, map_rows)
+        _name_unused(columns, loops, None)
+        return _choose_loop(loops, options, source)
     chosen = {role: _choose_column(role, name, columns) for role, name in options.columns.items() if role != "time"}
     groups, bare = group_columns([column for column in columns if column not in chosen.values()])
     wanted = _put_chosen(chosen, groups)
@@ -60,6 +63,7 @@ def assign_roles(
         _add_by_data(groups, bare)
     if wanted is not None:
         wanted = next(group for group in groups if set(chosen.values()) & set(group.all_columns()))
+        wanted = _join_only_loop(wanted, groups)
     shorten_block_tags(groups)
     return _choose_loop(_make_loops(columns, groups, wanted, options.tag or "", source), options, source)
 
@@ -98,6 +102,19 @@ def _put_chosen(chosen: dict[str, TagColumn], groups: list[TagGroup]) -> TagGrou
         groups.append(target)
     target.columns |= {role: [column] for role, column in chosen.items()}
     return target if TagGroup("", {role: [] for role in chosen}).has_numbers else None
+
+
+def _join_only_loop(wanted: TagGroup, groups: list[TagGroup]) -> TagGroup:
+    """Put columns that the user named, and that are no loop alone, into the only loop that was found."""
+    loops = [group for group in groups if group.is_loop]
+    if wanted.is_loop or wanted.tag or len(loops) != 1:
+        return wanted
+    guessed = {r: found[0] for r, found in loops[0].columns.items() if r in NUMERIC_ROLES and r not in wanted.columns}
+    if wanted.columns.keys() & loops[0].columns.keys():
+        loops[0].notes = [f"{list_roles(guessed)} of the loop {loops[0].tag}, by the tags; {HOW_TO_OVERRULE}"]
+    loops[0].columns |= wanted.columns
+    groups[:] = [group for group in groups if group is not wanted]
+    return loops[0]
 
 
 def _add_by_data(groups: list[TagGroup], bare: list[TagColumn]) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
-from stiction.sources.roles.loop_roles import ROLES, LoopRoles
+from stiction.sources.roles.loop_roles import ROLES, LoopRoles, column_label
 from stiction.sources.roles.vocabulary import loop_type_of
 
 if TYPE_CHECKING:
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 __all__ = ["MapRow", "apply_map", "map_text", "read_map", "write_map"]
 
 MAP_ROLES = (*ROLES, *(f"{role} {flag}" for role in ("pv", "sp", "op", "mv") for flag in ("bad", "quality")))
+
+
+UNUSED = "unused"
+"""Role of a column that is left out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +55,8 @@ def read_map(path: str | PathLike[str]) -> list[MapRow]:
     """Read and check a mapping file.
 
     It is CSV with a header of `tag`, `loop`, `role` and, as needed, `unit`, `low`, `high`, `area`, `master` and
-    `importance`; comma, semicolon or tab between the cells. Lines that begin with # are comments.
+    `importance`; comma, semicolon or tab between the cells. Lines that begin with # are comments; rows with the role
+    `unused` are left out.
 
     Raises
     ------
@@ -77,7 +82,9 @@ def read_map(path: str | PathLike[str]) -> list[MapRow]:
     rows = []
     for number, line in lines[1:]:
         cells = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
-        rows.append(_row(dict(zip(header, cells, strict=False)), f"{path}, line {number}", delimiter))
+        given = dict(zip(header, cells, strict=False))
+        if given.get("role", "").lower() != UNUSED:
+            rows.append(_row(given, f"{path}, line {number}", delimiter))
     _check(rows, str(path))
     return rows
 
@@ -88,7 +95,7 @@ def _row(cells: dict[str, str], place: str, delimiter: str) -> MapRow:
     if not cells.get("tag") or not cells.get("loop"):
         raise RecordError(f"{place}: tag or loop is empty; fill in both, or delete the line.")
     if role not in MAP_ROLES:
-        raise RecordError(f"{place}: unknown role {cells.get('role', '')!r}; use one of {', '.join(ROLES)}.")
+        raise RecordError(f"{place}: unknown role {cells.get('role', '')!r}; use one of {', '.join((*ROLES, UNUSED))}.")
     ends: dict[str, float] = {}
     for name in ("low", "high"):
         if text := cells.get(name, ""):
@@ -111,7 +118,9 @@ def _row(cells: dict[str, str], place: str, delimiter: str) -> MapRow:
 def _check(rows: list[MapRow], path: str) -> None:
     """Check the rows together."""
     if not rows:
-        raise RecordError(f"{path}: the map has no rows below its header; add tag, loop and role of each signal.")
+        raise RecordError(
+            f"{path}: the map has no rows below its header that name a signal; add tag, loop and role of each."
+        )
     by_role: dict[tuple[str, str], MapRow] = {}
     by_tag: dict[str, MapRow] = {}
     for row in rows:
@@ -133,7 +142,7 @@ def apply_map(columns: Sequence[TagColumn], rows: Sequence[MapRow]) -> list[Loop
 
     A loop of which the source has no column is left out with a note, unless it has none of any loop.
     """
-    by_name = {column.name.strip().lower(): column for column in reversed(columns)}
+    by_name = {column_label(column).strip().lower(): column for column in reversed(columns)}
     present = {row.loop.lower() for row in rows if row.tag.lower() in by_name}
     used = [row for row in rows if row.loop.lower() in present]
     absent = list(dict.fromkeys(row.loop for row in rows if row.loop.lower() not in present))
@@ -143,7 +152,7 @@ def apply_map(columns: Sequence[TagColumn], rows: Sequence[MapRow]) -> list[Loop
     for row in used or rows:
         column = by_name.get(row.tag.lower())
         if column is None:
-            listed = ", ".join(column.name for column in columns[:20])
+            listed = ", ".join(map(column_label, columns[:20]))
             raise RecordError(f"{row.place}: tag {row.tag!r} is not in the source; its columns are {listed}.")
         loop = loops.setdefault(row.loop.lower(), LoopRoles(row.loop, {}, loop_type_of(row.loop)))
         loop.roles[row.role] = column
@@ -159,15 +168,18 @@ def apply_map(columns: Sequence[TagColumn], rows: Sequence[MapRow]) -> list[Loop
 
 
 def map_text(loops: Sequence[LoopRoles]) -> str:
-    """Give the roles of loops as the text of a mapping file to edit."""
+    """Give the roles of loops, and the columns that they do not use, as the text of a mapping file to edit."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
     for loop in loops:
+        tag = loop.tag or loop.roles["op"].table.origin.stem
+        rows = []
         for role, column in loop.roles.items():
             low, high = loop.spans.get(role, (None, None))
-            tag = loop.tag or column.table.origin.stem
-            row = MapRow(column.name, tag, role, loop.unit_of(role), low, high, loop.area, loop.master, loop.importance)
+            unit, name = loop.unit_of(role), column_label(column)
+            rows.append(MapRow(name, tag, role, unit, low, high, loop.area, loop.master, loop.importance))
+        for row in (*rows, *(MapRow(name, tag, UNUSED) for name in loop.unused)):
             writer.writerow(["" if cell is None else cell for cell in astuple(row)[:-1]])
     return text.getvalue()
 
