@@ -36,10 +36,13 @@ def test_rows_are_those_of_diagnose_and_a_record_that_cannot_be_judged_is_nan():
 def test_works_in_a_pipeline_and_is_cloned():
     from sklearn.base import clone
     from sklearn.ensemble import HistGradientBoostingClassifier
+    from sklearn.impute import SimpleImputer
     from sklearn.pipeline import make_pipeline
 
     given = records()
-    model = make_pipeline(clone(st.StictionFeatures()), HistGradientBoostingClassifier(min_samples_leaf=1, max_iter=5))
+    filled = SimpleImputer(keep_empty_features=True)  # a feature may be NaN in all records, which trees do not accept
+    trees = HistGradientBoostingClassifier(min_samples_leaf=1, max_iter=5)
+    model = make_pipeline(clone(st.StictionFeatures()), filled, trees)
     model.fit(given, [False, True, False, True, False])
     assert model.predict(given[:2]).tolist() == [False, True]
 

@@ -21,7 +21,7 @@ from stiction.diagnosis.oscillation import about_drift
 from stiction.errors import RecordError
 from stiction.models import FOPDT, SOPDT, Integrating, Kano
 from stiction.records.gaps import forward_fill
-from stiction.simulation import stroke
+from stiction.simulation.drivers import stroke_one
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -202,12 +202,11 @@ class _View:
             return self.stem
         S = float(np.exp(place[0]))
         valve, lag = Kano(S, S * float(place[1])), 0.5 * S * (1.0 - float(place[1]))
-        parts = [np.full(self.turns[0], self.op[self.turns[0]] - lag)]
+        parameters, stem = valve.pack(self.dt), np.empty_like(self.op)
+        stem[: self.turns[0]] = self.op[self.turns[0]] - lag
         for a, b in pairwise(self.turns):
-            stem = stroke(valve, self.op[a:b], self.dt, mv_start=float(self.op[a]) - lag).mv
-            assert stem is not None
-            parts.append(stem)
-        return np.concatenate(parts)
+            stroke_one(valve.code, parameters, self.op[a:b], float(self.op[a]) - lag, stem[a:b])
+        return stem
 
     def with_valve(self, place: NDArray[np.float64], share: float, ratio: float) -> NDArray[np.float64]:
         """The place with S times `share`, another J / S, and a dead time shorter by the later slip."""
