@@ -1,4 +1,4 @@
-"""What can go wrong, in one tree.
+"""The exceptions of the package, and checks of parameters.
 
 ::
 
@@ -42,8 +42,8 @@ __all__ = [
     "require_seed",
 ]
 
-MOST_SAMPLES = 10_000_000
-"""Samples that are made at most [-]: some of them stand in memory ten times over."""
+MAX_SAMPLES = 10_000_000
+"""Largest number of samples that can be made [-]."""
 
 
 class StictionError(Exception):
@@ -101,7 +101,7 @@ def import_extra(module: str, extra: str) -> Any:
 
 
 def require_kind(name: str, value: object, kind: type | tuple[type, ...], remedy: str) -> None:
-    """Refuse what is not of a kind, and say in `remedy` what to give.
+    """Refuse a value that is not of a type; `remedy` says what to give.
 
     Examples
     --------
@@ -112,28 +112,28 @@ def require_kind(name: str, value: object, kind: type | tuple[type, ...], remedy
 
 
 def require_number(name: str, value: float, unit: str = "") -> float:
-    """Return `value` as a float, which may be infinite, or say that it is no number."""
-    number = _float(name, value, unit)
+    """Return `value` as a float, which may be infinite, or refuse it."""
+    number = _to_float(name, value, unit)
     if math.isnan(number):
-        raise ParameterError(f"{name} must be a number{_in(unit)}, got {value!r}.")
+        raise ParameterError(f"{name} must be a number{_in_unit(unit)}, got {value!r}.")
     return number
 
 
 def require_finite(name: str, value: float, unit: str = "") -> float:
-    """Return `value` as a float, or say that it is not a finite number."""
-    number = _float(name, value, unit)
+    """Return `value` as a finite float, or refuse it."""
+    number = _to_float(name, value, unit)
     if not math.isfinite(number):
-        raise ParameterError(f"{name} must be a finite number{_in(unit)}, got {number}.")
+        raise ParameterError(f"{name} must be a finite number{_in_unit(unit)}, got {number}.")
     return number
 
 
 def as_floats(value: ArrayLike) -> NDArray:
-    """Return an array of floats, not copied where it is one; what a mask hides is NaN.
+    """Return an array of floats, without a copy if possible; masked values become NaN.
 
     Raises
     ------
     TypeError, ValueError, OverflowError
-        When there are no real numbers in it.
+        When it does not hold real numbers.
     """
     import numpy as np
 
@@ -145,38 +145,38 @@ def as_floats(value: ArrayLike) -> NDArray:
 
 
 def require_numbers(name: str, value: ArrayLike, unit: str = "") -> NDArray:
-    """Return `value`, one number or an array of them, as an array of floats, or say that one is not a finite number."""
+    """Return `value`, a number or an array, as an array of finite floats, or refuse it."""
     import numpy as np
 
     try:
         array = as_floats(value)
     except (TypeError, ValueError, OverflowError):
         raise ParameterError(
-            f"{name} must be a number or an array of numbers{_in(unit)}, got {brief(value)}."
+            f"{name} must be a number or an array of numbers{_in_unit(unit)}, got {brief(value)}."
         ) from None
     if not np.isfinite(array).all():
-        raise ParameterError(f"{name} has entries that are not finite{_in(unit)}; give finite numbers.")
+        raise ParameterError(f"{name} has entries that are not finite{_in_unit(unit)}; give finite numbers.")
     return array
 
 
 def require_not_negative(name: str, value: float, unit: str = "") -> float:
-    """Return `value` as a float >= 0, or say what is wrong with it."""
+    """Return `value` as a float >= 0, or refuse it."""
     number = require_finite(name, value, unit)
     if number < 0.0:
-        raise ParameterError(f"{name} = {number:g}{_unit(unit)} is negative; give a value of 0 or more.")
+        raise ParameterError(f"{name} = {number:g}{_with_unit(unit)} is negative; give a value of 0 or more.")
     return number
 
 
 def require_positive(name: str, value: float, unit: str = "", *, infinite: bool = False) -> float:
-    """Return `value` as a float > 0, which may be infinite where asked, or say what is wrong with it."""
+    """Return `value` as a float > 0, or refuse it; `infinite` allows infinity."""
     number = require_number(name, value, unit) if infinite else require_finite(name, value, unit)
     if number <= 0.0:
-        raise ParameterError(f"{name} = {number:g}{_unit(unit)} is not positive; give a value above 0.")
+        raise ParameterError(f"{name} = {number:g}{_with_unit(unit)} is not positive; give a value above 0.")
     return number
 
 
 def require_count(name: str, value: float) -> int:
-    """Return `value` as a whole number > 0, or say what is wrong with it."""
+    """Return `value` as a whole number > 0, or refuse it."""
     number = require_positive(name, value)
     if number != round(number):
         raise ParameterError(f"{name} = {number:g} is not a whole number; give 1 or more.")
@@ -184,7 +184,7 @@ def require_count(name: str, value: float) -> int:
 
 
 def require_seed(seed: int | None) -> int | None:
-    """Return `seed` as a whole number >= 0, or None as it is, or say what is wrong with it."""
+    """Return `seed` as a whole number >= 0 or None, or refuse it."""
     if seed is None:
         return None
     number = require_not_negative("seed", seed)
@@ -194,7 +194,7 @@ def require_seed(seed: int | None) -> int | None:
 
 
 def require_range(name: str, ends: tuple[float, float]) -> tuple[float, float]:
-    """Return (lowest, highest) in % of span as floats, which may be infinite, or say what is wrong with them."""
+    """Return (lowest, highest) in % of span as floats, which may be infinite, or refuse them."""
     try:
         low, high = (float(end) for end in ends)
     except (TypeError, ValueError, OverflowError):
@@ -207,45 +207,45 @@ def require_range(name: str, ends: tuple[float, float]) -> tuple[float, float]:
 
 
 def require_samples(name: str, seconds: float, dt: float) -> None:
-    """Refuse a length before memory is taken for it.
+    """Refuse a length that needs too many samples.
 
     Parameters
     ----------
     name : str
-        What is so long, for the error.
+        Name of the length, for the error.
     seconds, dt : float
         Length and sampling period [s].
 
     Raises
     ------
     ParameterError
-        When that is more than `MOST_SAMPLES` samples.
+        When that is more than `MAX_SAMPLES` samples.
 
     Examples
     --------
     >>> require_samples("duration", 3600.0, 1.0)
     """
-    if seconds > MOST_SAMPLES * dt:
+    if seconds > MAX_SAMPLES * dt:
         raise ParameterError(
-            f"{name} = {seconds:g} s is {seconds / dt:.4g} samples of {dt:g} s, and {MOST_SAMPLES:,} can be made; give "
-            f"at most {MOST_SAMPLES * dt:g} s, or a longer dt."
+            f"{name} = {seconds:g} s is {seconds / dt:.4g} samples of {dt:g} s (limit {MAX_SAMPLES:,}); give at most "
+            f"{MAX_SAMPLES * dt:g} s, or a longer dt."
         )
 
 
-def _float(name: str, value: float, unit: str) -> float:
+def _to_float(name: str, value: float, unit: str) -> float:
     try:
         if not isinstance(value, bool) and getattr(value, "imag", 0.0) == 0.0:
             return float(value)
     except (TypeError, ValueError):
         pass
     except OverflowError:
-        raise ParameterError(f"{name} is a number{_in(unit)} beyond 1.8e308; give a smaller one.") from None
-    raise ParameterError(f"{name} must be a number{_in(unit)}, got {value!r}.")
+        raise ParameterError(f"{name} is a number{_in_unit(unit)} beyond 1.8e308; give a smaller one.") from None
+    raise ParameterError(f"{name} must be a number{_in_unit(unit)}, got {value!r}.")
 
 
-def _unit(unit: str) -> str:
+def _with_unit(unit: str) -> str:
     return f" {unit}" if unit else ""
 
 
-def _in(unit: str) -> str:
+def _in_unit(unit: str) -> str:
     return f" in {unit}" if unit else ""

@@ -1,4 +1,4 @@
-"""Options that several verbs share, each told once."""
+"""Options that several commands share."""
 
 import difflib
 import inspect
@@ -10,21 +10,21 @@ from cyclopts import Parameter
 
 from stiction.errors import ParameterError
 
-__all__ = ["Json", "Out", "Report", "Text", "in_options", "refuse_options"]
+__all__ = ["JsonOption", "OutOption", "ReportOption", "TextOption", "in_options", "reject_misplaced_options"]
 
-Json = Annotated[bool, Parameter(name="--json", negative="", help="Print JSON and nothing else on the output.")]
-Text = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
-Report = Annotated[str | None, Parameter(name="--report", help="HTML file to write; it opens without a network.")]
-Out = Annotated[
+JsonOption = Annotated[bool, Parameter(name="--json", negative="", help="Print only JSON on the standard output.")]
+TextOption = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
+ReportOption = Annotated[str | None, Parameter(name="--report", help="HTML file to write; it opens without a network.")]
+OutOption = Annotated[
     str | None,
     Parameter(name="--out", allow_leading_hyphen=True, help="CSV file to write instead of the output."),
 ]
 
 
-def refuse_options(files: Sequence[str], verb: Callable[..., int], name: str = "") -> None:
-    """Refuse what looks like an option among file names; only "-", the standard input, may begin so.
+def reject_misplaced_options(files: Sequence[str], verb: Callable[..., int], name: str = "") -> None:
+    """Refuse unknown options among the file names; "-" is the standard input.
 
-    The verb is called `name`, by default as its function.
+    `name` is the name of the command, by default that of its function.
 
     Raises
     ------
