@@ -40,7 +40,7 @@ def test_a_record_becomes_advice_and_what_the_plant_needs(run, folder, sticky_fi
     assert "FIC-101: Until the shutdown: " in done.out
     assert "Repair of the valve lowers the PV deviation by" in done.out
     assert "Drawbacks: stem travel" in done.out
-    assert "The twin oscillates like the record." in done.out
+    assert "The simulated loop oscillates like the record." in done.out
     for name in ("do nothing", "fix the valve", "knocker", "two-move", "integral deadband"):
         assert f"\n{name} " in done.out
     assert "Valve: Check packing" in done.out
@@ -335,7 +335,7 @@ def test_a_small_price_is_no_price_of_nothing():
 def test_a_run_too_long_for_the_memory_is_refused_before_it_is_made(source, run, sticky_file):
     done = run("compensate", *source, "--duration", "1e12", "--json")
     assert (done.code, done.out) == (2, "")
-    assert "duration = 1e+12 s is 1e+12 samples of 1 s, and 10,000,000 can be made; give at most 1e+07 s" in done.err
+    assert "duration = 1e+12 s is 1e+12 samples of 1 s (limit 10,000,000); give at most 1e+07 s" in done.err
 
 
 def test_a_run_shorter_than_two_cycles_says_nothing_of_a_deviation(run):

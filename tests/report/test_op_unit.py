@@ -83,7 +83,7 @@ def test_json_says_the_unit(found, unit):
 def test_no_remedy_is_set_for_an_op_in_another_unit(found):
     trial = st.compensate(found["OP units"], seeds=1)
     assert trial.refused
-    assert "give op_range" in trial.reason
+    assert "(op_range)" in trial.reason
     assert "op_range" not in st.compensate(found["% of span"], seeds=1).reason
 
 

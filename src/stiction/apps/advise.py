@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stiction.apps.failure import Failure, program_fault
-from stiction.apps.options import in_options
+from stiction.apps.options import option_text
 from stiction.errors import ParameterError, RecordError, StictionError
 
 if TYPE_CHECKING:
@@ -78,20 +78,20 @@ def advise_file(
     try:
         records = read(file, **options)
     except RecordError as error:
-        return [], [Failure(file, None, in_options(str(error)))]
+        return [], [Failure(file, None, error.text(option_text))]
     if single and len(records) > 1:
         tags = ", ".join(record.tag for record in records)
         raise ParameterError(
             f"{single[0]} is for one loop, but {file} holds {len(records)} ({tags}); choose one with --tag."
         )
-    (print_err if as_json else print_out)(in_options(summarise(records).summary()))
+    (print_err if as_json else print_out)(summarise(records).summary())
     diagnoses: list[Diagnosis] = []
     failures: list[Failure] = []
     for record in track(records, "Diagnosing"):
         try:
             diagnoses.append(diagnose(record))
         except StictionError as error:
-            failures.append(Failure(file, record.tag, str(error)))
+            failures.append(Failure(file, record.tag, error.text(option_text)))
         except Exception as error:
             failures.append(program_fault(file, record.tag, error))
     advices: list[Advice] = []
@@ -120,8 +120,7 @@ def _run_trial(
     tag = source.record.tag if isinstance(source, Diagnosis) else tag
     with progress_callback(tag) as progress:
         trial = compensate(source, controller=controller, progress=progress, **settings)
-    reason = in_options(trial.reason.removeprefix(f"{tag}: "))
-    return replace(trial, tag=tag, reason=reason[:1].upper() + reason[1:])
+    return replace(trial, tag=tag)
 
 
 def _advice(file: str | None, found: Diagnosis | None, trial: CompensationTrial) -> Advice:

@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from stiction.apps.options import JsonOption, in_options, reject_misplaced_options
+from stiction.apps.options import JsonOption, reject_misplaced_options
 from stiction.apps.reading_options import ReadingOptions
-from stiction.errors import ParameterError, StictionError
+from stiction.errors import ParameterError
 
 if TYPE_CHECKING:
     from stiction.fleet import Audit
@@ -122,8 +122,6 @@ def _run(sources: tuple[str, ...], out: str, given: dict[str, Any]) -> "Audit":
     except KeyboardInterrupt:
         print_err("Stopped. What is done is kept; the same command goes on.")
         raise
-    except StictionError as error:
-        raise type(error)(in_options(str(error))) from None
 
 
 def _open(folder: str, ledger: str | None) -> "Audit":

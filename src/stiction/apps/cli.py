@@ -134,10 +134,10 @@ def _run(tokens: list[str]) -> int:
         sys.stdout.flush()
     except CycloptsError as error:
         return _exit_with(f"{_usage_message(error)} Try: {_help_for(tokens)}", 2)
-    except ParameterError as error:
-        return _exit_with(str(error), 2)
     except StictionError as error:
-        return _exit_with(str(error), 3)
+        from stiction.apps.options import option_text
+
+        return _exit_with(error.text(option_text), 2 if isinstance(error, ParameterError) else 3)
     except BrokenPipeError:
         _drop_output()
         return 141

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from stiction.apps.failure import Failure, program_fault, traceback_text
-from stiction.apps.options import JsonOption, ReportOption, in_options, reject_misplaced_options
+from stiction.apps.options import JsonOption, ReportOption, option_text, reject_misplaced_options
 from stiction.apps.reading_options import SOURCES, ReadingOptions, read_sources
 from stiction.errors import ParameterError, RecordError, StictionError
 
@@ -98,7 +98,7 @@ def diagnose_files(
     found = read_sources(files, options)
     records, failures = found.records, found.failures
     if records:
-        (print_err if as_json else print_out)(in_options(summarise(records).summary()))
+        (print_err if as_json else print_out)(summarise(records).summary())
     diagnoses, more = _diagnose(records, **judgement)
     failures += more
     if as_json:
@@ -138,7 +138,7 @@ def _diagnose(
         try:
             diagnoses.append(diagnose_record(record, **settings))
         except RecordError as error:
-            failures.append(Failure(record.provenance.source, record.tag, in_options(str(error))))
+            failures.append(Failure(record.provenance.source, record.tag, error.text(option_text)))
         except StictionError:
             raise
         except Exception as error:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from stiction.apps.failure import traceback_text
-from stiction.apps.options import JsonOption, in_options, reject_misplaced_options
+from stiction.apps.options import JsonOption, reject_misplaced_options
 from stiction.apps.reading_options import SOURCES, ReadingOptions, read_sources
 from stiction.errors import ParameterError, RecordError
 
@@ -61,7 +61,7 @@ def read(
     if as_json:
         print_json({**summary.to_dict(), "failures": [_as_object(failure) for failure in found.failures]})
     elif found.records:
-        print_out(in_options(summary.summary()))
+        print_out(summary.summary())
     if found.failures:
         for failure in found.failures:
             if failure.fault is not None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Group, Parameter
 
 from stiction.apps.failure import Failure, program_fault
-from stiction.apps.options import in_options
+from stiction.apps.options import option_text
 from stiction.errors import ParameterError, RecordError, StictionError
 
 if TYPE_CHECKING:
@@ -173,7 +173,7 @@ def _read_one(source: str | list[str], name: str, options: dict[str, Any], resul
         result.records += loops.read()
         result.loops.append(loops)
     except RecordError as error:
-        result.failures.append(Failure(name, None, in_options(str(error))))
+        result.failures.append(Failure(name, None, error.text(option_text)))
     except StictionError:
         raise
     except Exception as error:

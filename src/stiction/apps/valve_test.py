@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from stiction.apps.options import JsonOption, OutOption, ReportOption, in_options, reject_misplaced_options
+from stiction.apps.options import JsonOption, OutOption, ReportOption, option_text, reject_misplaced_options
 from stiction.apps.reading_options import ReadingOptions
 from stiction.errors import ParameterError
 
@@ -150,7 +150,7 @@ def analyse(
                 return analyse_ramp(records[0], signal=signal, limit=limit, **_given_options(ramp))
             return analyse_steps(records[0], signal=signal, limit=limit)
         except RecordError as error:
-            reason = in_options(_of_a_test(str(error)))
+            reason = error.text(option_text)
             if as_json:
                 print_json({
                     "kind": kind, "record": {"file": path, "tag": reading.tag}, "verdict": None, "reason": reason,
@@ -161,9 +161,7 @@ def analyse(
     found = result(file)
     earlier = None if before is None else result(before)
     changes = None if earlier is None else compare_tests(earlier, found)
-    (print_err if as_json else print_out)(
-        in_options(summarise(test.record for test in (found, earlier) if test).summary())
-    )
+    (print_err if as_json else print_out)(summarise(test.record for test in (found, earlier) if test).summary())
     if target is not None:
         from stiction.apps.valve_test_page import write_valve_test_page
 
@@ -179,26 +177,6 @@ def analyse(
         if target is not None:
             print_out(f"Report: {target}")
     return int(found.verdict == "beyond limit")
-
-
-_VERBS = {
-    "analyse_ramp": "valve-test analyse ramp",
-    "analyse_steps": "valve-test analyse step",
-    "plan_ramp_test": "valve-test plan ramp",
-    "plan_step_test": "valve-test plan step",
-    "diagnose or identify": "diagnose",
-    "signal='pv'": "--signal pv",
-}
-"""What a library says of its functions, and the verb or option for it."""
-
-
-def _of_a_test(sentence: str) -> str:
-    """What the library says of a loop said of a test, in which the stem is looked for where a loop has its PV."""
-    sentence = sentence.replace("no loop with PV and OP was", "no OP with a valve position (MV) or a flow (PV) was")
-    sentence = sentence.replace("columns={'pv': ..., 'op': ...}", "columns={'mv': ..., 'op': ...}")
-    for function, verb in _VERBS.items():
-        sentence = sentence.replace(function, verb)
-    return sentence
 
 
 def _given_options(options: dict[str, Any]) -> dict[str, Any]:

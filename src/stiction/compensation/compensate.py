@@ -108,7 +108,7 @@ def compensate(
         try:
             twin = build_twin(source, controller)
         except RecordError as error:
-            return _no_advice(tag, str(error), whole)
+            return _no_advice(tag, error.reason, whole)
     elif isinstance(source, Loop):
         if controller is not None:
             raise ParameterError("controller is only for a Diagnosis: a Loop has its own. Set it in the Loop.")
@@ -198,8 +198,8 @@ def _reject_op_unit(record: LoopRecord) -> str:
     if record.op_in_percent:
         return ""
     return (
-        "No remedy can be tried, because OP is not in % of span and the remedies are; give op_range (--op-range) to "
-        "convert it."
+        "No remedy can be tried, because OP is not in % of span and the remedies are; give the range of OP (op_range) "
+        "to convert it."
     )
 
 

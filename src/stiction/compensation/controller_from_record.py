@@ -73,9 +73,10 @@ def controller_from_record(record: LoopRecord) -> tuple[PID, bool]:
     if pid is None or share < MIN_EXPLAINED_SHARE:
         unknown = "; its set point was not recorded" if record.sp is None else ""
         raise RecordError(
-            f"{record.tag}: no controller explains OP (the best explains {100.0 * share:.0f} % of its movement, "
-            f"{100.0 * MIN_EXPLAINED_SHARE:.0f} % are needed{unknown}); give controller=PID(Kc, Ti), or check that the "
-            "loop is in automatic."
+            f"no controller explains OP (the best explains {100.0 * share:.0f} % of its movement, "
+            f"{100.0 * MIN_EXPLAINED_SHARE:.0f} % are needed{unknown})",
+            remedy="give the controller with its Kc and Ti, or check that the loop is in automatic",
+            where=record.tag,
         )
     return pid, exact
 

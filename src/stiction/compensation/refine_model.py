@@ -108,8 +108,9 @@ def refine_model(record: LoopRecord, found: Identification, period: float, *, cy
     gain, mv, residual = view.gain_and_residual(best)
     if gain == 0.0:
         raise RecordError(
-            f"{record.tag}: the identified valve does not move in the samples that the twin is fitted to; give a part "
-            "of the record in which the loop oscillates."
+            "the identified valve does not move in the samples that the twin is fitted to",
+            remedy="give a part of the record in which the loop oscillates",
+            where=record.tag,
         )
     if cycles:
         residual = residual - periodic_part(view.op[view.inside], residual, view.samples)

@@ -174,7 +174,7 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     """
     found, tag = diagnosis.identification, diagnosis.record.tag
     if found is None:
-        raise RecordError(f"{tag}: valve and process were not identified, so there is no twin of the loop.")
+        raise RecordError("valve and process were not identified, so there is no twin of the loop.", where=tag)
     record = analysed_segment(diagnosis)
     assert record.pv is not None
     scale = _time_scale(record, diagnosis)
@@ -189,7 +189,7 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     measured = measure_cycle(replace(record, pv=pv, sp=None if record.sp is None else sp), scale)
     changes = _describe_changes(found, better)
     if not measured.period > 0.0:
-        raise RecordError(f"{tag}: OP does not oscillate, so a twin cannot be compared with the record.")
+        raise RecordError("OP does not oscillate, so a twin cannot be compared with the record.", where=tag)
     cycle, spread, run = simulate_cycle(loop, level, op, scale, inputs)
     fits, reason = _compare_cycles(measured, cycle, spread)
     if better.error > MAX_UNEXPLAINED_SHARE:
@@ -264,11 +264,11 @@ def _wrong_action_text(loop: Loop, *, given: bool = True) -> str:
         return (
             f"In the identified process more OP {'raises' if gain > 0.0 else 'lowers'} PV, and the identified "
             f"controller, Kc = {Kc:g}, would drive PV away from SP: one of the two is wrong. "
-            "Give the controller (--controller)."
+            "Give the controller with its Kc and Ti."
         )
     return (
         f"The controller gain, Kc = {Kc:g}, has the wrong sign: more OP {'raises' if gain > 0.0 else 'lowers'} PV, so "
-        f"this controller would drive PV away from SP. Give Kc = {-Kc:g} (--controller), if that is its action."
+        f"this controller would drive PV away from SP. Give Kc = {-Kc:g} if that is its action."
     )
 
 
@@ -277,7 +277,7 @@ def _compare_cycles(a: Cycle, b: Cycle, spread: float) -> tuple[bool, str]:
     if not np.isfinite(cycle_distance(a, b)):
         return (
             False,
-            "The twin does not oscillate, but the record does: something that was not identified drives the loop.",
+            "The simulated loop does not oscillate, but the record does: something else drives the loop.",
         )
     wider = min(2.0 * spread, MAX_SPREAD)
     compared = (
@@ -291,8 +291,8 @@ def _compare_cycles(a: Cycle, b: Cycle, spread: float) -> tuple[bool, str]:
         if abs(ratio - 1.0) > limit
     ]
     if wrong:
-        return False, f"The twin does not oscillate like the record: {', '.join(wrong)}."
-    return True, "The twin oscillates like the record."
+        return False, f"The simulated loop does not oscillate like the record: {', '.join(wrong)}."
+    return True, "The simulated loop oscillates like the record."
 
 
 def _describe_changes(found: Identification, better: RefinedModel) -> tuple[str, ...]:
