@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from stiction.apps.options import Json, in_options, refuse_options
+from stiction.apps.options import JsonOption, reject_misplaced_options
 from stiction.apps.reading_options import ReadingOptions
-from stiction.errors import ParameterError, StictionError
+from stiction.errors import ParameterError
 
 if TYPE_CHECKING:
     from stiction.fleet import Audit
@@ -20,7 +20,7 @@ Results = Group("Results", sort_key=2)
 def audit(
     *sources: Annotated[str, Parameter(name="SOURCE", help=SOURCES, allow_leading_hyphen=True)],
     out: Annotated[str | None, Parameter(group=Results)] = None,
-    as_json: Json = False,
+    as_json: JsonOption = False,
     workers: int | None = None,
     dask: str | None = None,
     budget: str | None = None,
@@ -77,9 +77,9 @@ def audit(
     costs
         Cost of a false alarm, of a missed sticky valve, and of an open question; 1 1 0.2 when not given.
     """
-    from stiction.apps.output import note, print_json, say
+    from stiction.apps.output import print_err, print_json, print_out
 
-    refuse_options(sources, audit)
+    reject_misplaced_options(sources, audit)
     if out is None:
         raise ParameterError("no folder for the results was named; give one with --out FOLDER.")
     if pages < 0:
@@ -95,7 +95,7 @@ def audit(
         print_json(found.to_dict() | ({} if changes is None else {"changes": changes}))
     else:
         print_audit(found, changes)
-    (note if as_json else say)(f"Results: {files}")
+    (print_err if as_json else print_out)(f"Results: {files}")
     counts = found.counts
     failed = counts["error"] + counts["timeout"] + counts["crashed"]
     if failed and failed == counts["loops"]:
@@ -106,7 +106,7 @@ def audit(
 def _run(sources: tuple[str, ...], out: str, given: dict[str, Any]) -> "Audit":
     """Run the audit with a progress bar; the results that are there are shown after Ctrl-C too."""
     from stiction.apps.audit_progress import AuditBar
-    from stiction.apps.output import note
+    from stiction.apps.output import print_err
     from stiction.fleet import audit as run_audit
 
     reading = given["reading"].arguments()
@@ -120,10 +120,8 @@ def _run(sources: tuple[str, ...], out: str, given: dict[str, Any]) -> "Audit":
                 sources, out, since=since, until=until, map=map_file, reading=reading, progress=bar.update, **chosen
             )
     except KeyboardInterrupt:
-        note("Stopped. What is done is kept; the same command goes on.")
+        print_err("Stopped. What is done is kept; the same command goes on.")
         raise
-    except StictionError as error:
-        raise type(error)(in_options(str(error))) from None
 
 
 def _open(folder: str, ledger: str | None) -> "Audit":
@@ -134,7 +132,7 @@ def _open(folder: str, ledger: str | None) -> "Audit":
 
 def _write(found: "Audit", changes: list[dict[str, Any]] | None, pages: int, tags: tuple[str, ...]) -> str:
     """Write all files that people look at, and give the path of the first one to open."""
-    from stiction.apps.output import note
+    from stiction.apps.output import print_err
     from stiction.fleet import write_exports
     from stiction.report import write_audit_page, write_loop_page
 
@@ -146,19 +144,19 @@ def _write(found: "Audit", changes: list[dict[str, Any]] | None, pages: int, tag
         except Exception as error:  # one page must not cost the table and the other pages
             if tag in tags:
                 raise
-            note(f"The page of {tag} was not written: {error}")
+            print_err(f"The page of {tag} was not written: {error}")
     return str(write_audit_page(found, changes=changes))
 
 
 def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> None:
     """Print counts, the ten worst loops, the groups, and what changed."""
-    from stiction.apps.output import print_table, say
+    from stiction.apps.output import print_out, print_table
     from stiction.display import format_probability, format_seconds
     from stiction.report import labels
 
     counts = found.counts
-    say("")
-    say(
+    print_out("")
+    print_out(
         f"{counts['loops']} loops: {counts['diagnosed']} diagnosed, {counts['screened']} screened only, "
         f"{counts['skipped']} at rest or without usable data, "
         f"{counts['error'] + counts['timeout'] + counts['crashed']} failed."
@@ -179,11 +177,11 @@ def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> 
     columns = ["Loop", "Verdict", "State", "Cause", "Probability", "S [%]", "Period", "Priority"]
     print_table(columns, rows, right=["Probability", "S [%]", "Period", "Priority"])
     for group in found.groups:
-        say(f"\nGroup {group['number']}: {group['summary']}")
+        print_out(f"\nGroup {group['number']}: {group['summary']}")
     if changes is not None:
-        say("")
+        print_out("")
         if not changes:
-            say("No loop has a finding in one of the two audits.")
+            print_out("No loop has a finding in one of the two audits.")
             return
         names = ("change", "tag", "verdict", "verdict_before", "why")
         rows = [[row[name] or "" for name in names] for row in changes]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import ParameterError, RecordError, require_not_negative
+from stiction.errors import ParameterError, RecordError, Setting, require_not_negative
 from stiction.valvetests.feedback_check import FEEDBACK_CORRELATION, noise_correlation
 from stiction.valvetests.segmentation import noise_std, quantisation_step
 
@@ -67,8 +67,8 @@ def read_stem(record: LoopRecord, signal: str | None, lag: float) -> StemSignal:
         raise RecordError(f"{record.tag} has {len(record)} samples; a valve test needs 30 or more.")
     if not record.op_in_percent:
         raise RecordError(
-            f"The OP of {record.tag} is not in % of span, in which the limit and the steps of a valve test are; give "
-            "op_range (--op-range) to convert it."
+            f"The OP of {record.tag} is not in % of span, but the limit and the steps of a valve test are",
+            remedy=("give ", Setting("op_range"), " to convert it"),
         )
     op = record.op
     for label, values in (("OP", op), (name.upper(), stem)):

@@ -11,7 +11,7 @@ import python_calamine
 
 import stiction as st
 from apps.web.running import start_server
-from stiction.apps.files import csv_text
+from stiction.apps.output_files import csv_text
 
 pytest.importorskip("playwright.sync_api")
 SCREENSHOTS = os.environ.get("STICTION_SCREENSHOTS")
