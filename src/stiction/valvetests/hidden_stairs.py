@@ -1,8 +1,8 @@
-r"""Stairs that the noise hides one by one, found together by their regularity.
+r"""Stairs too small to see singly in the noise, detected together by their regularity.
 
-Stairs of a jump sj in a ramp come every sj of OP. Less its straight line such a stem is a saw-tooth, whose first
-harmonic has the frequency rate / sj and the amplitude sj / pi (less behind a sensor's lag). Where the largest peak of
-the periodogram stands clear of the noise and has an amplitude that fits its frequency, it is a staircase.
+Stairs with the jump sj occur every sj of OP. Without its straight line such a stem is a saw-tooth, whose first harmonic
+has the frequency rate / sj and the amplitude sj / pi (smaller after the lag of a sensor). If the largest peak of the
+periodogram is clearly above the noise and its amplitude fits its frequency, it is a staircase.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ if TYPE_CHECKING:
 __all__ = ["HiddenStairs", "find_hidden_stairs"]
 
 MAX_FALSE_ALARM = 1e-3
-"""Chance that noise alone makes such a peak in a ramp [-]."""
+"""Probability that noise alone gives such a peak in a ramp [-]."""
 AMPLITUDE_RATIO_RANGE = (0.3, 1.6)
-"""Amplitude of the peak over that of a saw-tooth of its period, least and most [-]."""
+"""Smallest and largest amplitude of the peak over the amplitude of a saw-tooth with its period [-]."""
 MIN_STAIRS = 3.0
-"""Fewest stairs in a ramp [-]."""
+"""Smallest number of stairs in a ramp [-]."""
 
 
 @dataclass(frozen=True, slots=True)
 class HiddenStairs:
-    """A staircase seen by its regularity, and its mean line at two points."""
+    """A staircase detected by its regularity, and its mean line at two points."""
 
     jump: float
     """Jump sj [% of span of the OP]."""
     op: tuple[float, float]
     """OP at the two points [% of span]."""
     stem: tuple[float, float]
-    """Mean line of the stem there [unit of the stem signal]."""
+    """Mean line of the stem at these points [unit of the stem signal]."""
 
 
 def find_hidden_stairs(
@@ -61,7 +61,7 @@ def find_hidden_stairs(
     HiddenStairs or None
         The staircase, if there is one.
     float
-        Smallest jump that would have been seen [unit of the stem signal]; infinite for a short ramp.
+        Smallest detectable jump [unit of the stem signal]; infinite for a short ramp.
     """
     n = time.size
     if n < 24:

@@ -1,4 +1,4 @@
-"""S, deadband, resolution and the travel on a reversal read from the steps that the stem answered."""
+"""S, deadband, resolution and the travel on a reversal, from the steps with a response."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class NoResponse(NamedTuple):
     travel: float
     """The travel [% of span]."""
     sure: float
-    """What S is at least, if the stem moved as far as its readings and the noise allow [% of span]."""
+    """Lower bound of S from this travel, with allowance for noise [% of span]."""
     hidden: float
-    """OP travel of the smallest response that the noise lets one see [% of span]."""
+    """OP travel of the smallest response visible above the noise [% of span]."""
 
 
 def band_readings(steps: Sequence[Step]) -> tuple[BandReading, ...]:
