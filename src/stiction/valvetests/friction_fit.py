@@ -127,17 +127,17 @@ def fit_friction(rows: SlipRows, is_position: bool, *, dt: float, op_step: float
     both = np.unique(rows.direction).size == 2
     span = float(np.ptp(np.concatenate([rows.before, rows.after, rows.follow_stem])))
     free_slope = not is_position or (both and span >= MIN_SLOPE_TRAVEL)
-    seen = np.flatnonzero(np.isnan(rows.hidden_jump))
+    visible = np.flatnonzero(np.isnan(rows.hidden_jump))
     hidden = np.flatnonzero(np.isfinite(rows.hidden_jump))
     follow, mean = np.flatnonzero(~rows.follow_mean), np.flatnonzero(rows.follow_mean)
-    sizes = n, seen.size, follow.size, mean.size, hidden.size
+    sizes = n, visible.size, follow.size, mean.size, hidden.size
     sort = np.repeat(np.arange(5), sizes)
-    slip = np.concatenate([np.arange(n), seen, rows.follow_slip[follow], rows.follow_slip[mean], hidden])
+    slip = np.concatenate([np.arange(n), visible, rows.follow_slip[follow], rows.follow_slip[mean], hidden])
     op = np.concatenate(
-        [rows.op, rows.op[seen], rows.follow_op[follow], rows.follow_op[mean], rows.hidden_jump[hidden]]
+        [rows.op, rows.op[visible], rows.follow_op[follow], rows.follow_op[mean], rows.hidden_jump[hidden]]
     )
     stem = np.concatenate(
-        [rows.before, rows.after[seen], rows.follow_stem[follow], rows.follow_stem[mean], np.zeros(hidden.size)]
+        [rows.before, rows.after[visible], rows.follow_stem[follow], rows.follow_stem[mean], np.zeros(hidden.size)]
     )
     # Columns sb, sb - sj and fD: the mean line of stairs lies half way between the first two, a jump is the
     # difference of these.

@@ -75,13 +75,13 @@ def find_hidden_stairs(
     frequency = np.fft.rfftfreq(size, dt)
     band = (frequency * n * dt >= MIN_STAIRS) & (frequency <= 0.25 / dt)
     needed = math.log(max(0.25 * n, 1.0) / MAX_FALSE_ALARM)
-    seen = math.pi * sigma * math.sqrt(4.0 * needed / n)
+    smallest = math.pi * sigma * math.sqrt(4.0 * needed / n)
     k = int(np.flatnonzero(band)[np.argmax(power[band])])
     jump = abs(ramp.rate) / float(frequency[k])
     amplitude = 2.0 * math.sqrt(float(power[k]) / n)
     ratio = amplitude * math.pi / (jump * abs(gain))
     if power[k] < needed * sigma * sigma or not AMPLITUDE_RATIO_RANGE[0] <= ratio <= AMPLITUDE_RATIO_RANGE[1]:
-        return None, seen
+        return None, smallest
     ends = time[n // 8], time[n - 1 - n // 8]
     line = tuple(float(stem.mean() + slope * (t - time.mean())) for t in ends)
-    return HiddenStairs(jump, (ramp.line.at(ends[0]), ramp.line.at(ends[1])), (line[0], line[1])), seen
+    return HiddenStairs(jump, (ramp.line.at(ends[0]), ramp.line.at(ends[1])), (line[0], line[1])), smallest

@@ -84,7 +84,7 @@ def open_questions(
             "the zero: slips in one direction only, so the position was assumed to equal OP without friction. "
             "Ramp up and down."
             if reading.signal == "mv"
-            else "sb and deadband: slips in one direction only, so the stick band cannot be told apart from the zero "
+            else "sb and deadband: slips in one direction only, so the stick band cannot be separated from the zero "
             "of the flow. Ramp up and down."
         )
     if reading.signal == "pv" and fit.systematic_error.late > 0.0:

@@ -58,7 +58,7 @@ def _best_cut(sums, variance, rest_price, line_price, best, origin, line, open_s
                     best[j] = best[i] + bent / variance + line_price
                     origin[j] = i
                     line[j] = 1
-        kept = 0
+        n_open = 0
         for c in range(count):
             i = open_starts[c]
             m = float(j - i)
@@ -72,12 +72,12 @@ def _best_cut(sums, variance, rest_price, line_price, best, origin, line, open_s
             if j - i >= 3 and at == n and best[i] + bent / variance > best[j]:
                 at = j
             if j < at + 2:
-                open_starts[kept] = i
-                beaten[kept] = at
-                kept += 1
-        open_starts[kept] = j
-        beaten[kept] = n
-        count = kept + 1
+                open_starts[n_open] = i
+                beaten[n_open] = at
+                n_open += 1
+        open_starts[n_open] = j
+        beaten[n_open] = n
+        count = n_open + 1
 
 
 @dataclass(frozen=True, slots=True)

@@ -140,20 +140,20 @@ def classify_segments(
             stops = k + 1 < len(runs)
             op = ramp.line.at(start), ramp.line.at(end)
             follows.append(Following(start, end, *op, run.piece.at(start), run.piece.at(end), stops))
-    seen = (12.0 * segment_penalty(time.size) * sigma * sigma * abs(expected) * dt) ** (1.0 / 3.0)
+    visible_stair = (12.0 * segment_penalty(time.size) * sigma * sigma * abs(expected) * dt) ** (1.0 / 3.0)
     lead = abs(ramp.rate) * (runs[0].piece.end - runs[0].piece.start) if runs and runs[0].rest else 0.0
     followed = sum(abs(follow.op_end - follow.op_start) for follow in follows)
     typical = float(np.median([abs(slip.after - slip.before) for slip in slips])) if slips else 0.0
-    if slips and (followed > 0.4 * (followed + rest_travel) or typical < MIN_CLEAR_RATIO * seen):
+    if slips and (followed > 0.4 * (followed + rest_travel) or typical < MIN_CLEAR_RATIO * visible_stair):
         later = time > slips[0].time
         hidden, regular = find_hidden_stairs(ramp, time[later], stem[later], sigma, gain)
-        seen = min(seen, regular)
+        visible_stair = min(visible_stair, regular)
         travel = abs(ramp.rate) * float(time[-1] - slips[0].time)
-        all_seen = hidden is not None and abs(travel / hidden.jump + 0.5 - len(slips)) < 1.0 and not follows
-        if hidden is not None and not all_seen:
+        all_visible = hidden is not None and abs(travel / hidden.jump + 0.5 - len(slips)) < 1.0 and not follows
+        if hidden is not None and not all_visible:
             first = replace(slips[0], after=slips[0].before + gain * hidden.jump, stuck=math.nan)
-            return StemMoves((first,), (), travel, max(seen, least), lead, hidden)
-    return StemMoves(tuple(slips), tuple(follows), rest_travel, max(seen, least), lead, None)
+            return StemMoves((first,), (), travel, max(visible_stair, least), lead, hidden)
+    return StemMoves(tuple(slips), tuple(follows), rest_travel, max(visible_stair, least), lead, None)
 
 
 def _rise(time: NDArray[np.float64], stem: NDArray[np.float64], left: Segment, reached: Segment) -> float:

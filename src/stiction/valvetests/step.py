@@ -154,7 +154,7 @@ def _stem_noise(reading: StemSignal, holds: Sequence[Segment]) -> tuple[float, f
 def _measure_steps(
     reading: StemSignal, holds: Sequence[Segment], sigma: float, rounding: float
 ) -> tuple[tuple[Step, ...], float]:
-    """Every step with its response, and the smallest response that can be seen [unit of the stem]."""
+    """Every step with its response, and the smallest visible response [unit of the stem]."""
     stem = reading.stem
     scale = 1.0 if reading.signal == "mv" else float(np.ptp(stem) / max(np.ptp(reading.op), 1e-9))
     floor = max(0.6 * rounding, 0.02 * scale)

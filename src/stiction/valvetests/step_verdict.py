@@ -38,9 +38,9 @@ def step_verdict(
     """
     what = "stem" if signal == "mv" else "flow"
     ways = [(step.stem_after - step.stem_before) * (step.op_after - step.op_before) for step in steps if step.responded]
-    given = float(np.ptp([steps[0].op_before, *(step.op_after for step in steps)]))
-    if not ways and given > limit and signal == "pv":
-        return "undecided", no_response_text(given)
+    op_range = float(np.ptp([steps[0].op_before, *(step.op_after for step in steps)]))
+    if not ways and op_range > limit and signal == "pv":
+        return "undecided", no_response_text(op_range)
     against = min(sum(way < 0.0 for way in ways), sum(way > 0.0 for way in ways))
     if against > MAX_OPPOSITE_SHARE * len(ways):
         return "undecided", (
@@ -62,7 +62,7 @@ def step_verdict(
     if not ways:
         return (
             "undecided",
-            f"The {what} did not respond to {given:.3g} % of OP travel; limit {limit:g} %. Step further.",
+            f"The {what} did not respond to {op_range:.3g} % of OP travel; limit {limit:g} %. Step further.",
         )
     if not S.known:
         return "undecided", "The test does not show S, deadband plus stickband (no reversal with a response)."
